@@ -1,0 +1,225 @@
+//! One CAN frame as a capture shows it, in a form that no longer depends on the capture's format.
+//!
+//! A frame knows nothing of CANopen. It keeps what is needed to print it again exactly as it came: the
+//! stamp's digits, the direction columns, the raw DLC. It must not own heap memory: frames are copied on
+//! the hot path.
+
+/// A bus (capture interface), as an index into [`Buses`]. Index 0 is the first interface of the capture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BusId(pub u8);
+
+/// Most buses kept apart in one capture (invariant 6). Further ones share the last index.
+pub const MAX_BUSES: usize = 64;
+/// Longest bus name kept, in bytes; Linux allows 15.
+pub const MAX_BUS_NAME: usize = 32;
+
+/// The names of the buses of a capture, in order of first appearance.
+///
+/// The empty name stands for a capture without an interface column.
+#[derive(Clone, Debug, Default)]
+pub struct Buses {
+    names: Vec<Box<[u8]>>,
+    last: usize,
+}
+
+impl Buses {
+    /// The index of `name`, which is added when it is new. The 65th and later names share index 63.
+    pub fn intern(&mut self, name: &[u8]) -> BusId {
+        let name = name.get(..MAX_BUS_NAME).unwrap_or(name);
+        if self.names.get(self.last).is_some_and(|known| &**known == name) {
+            return BusId(self.last as u8);
+        }
+        let index = match self.names.iter().position(|known| &**known == name) {
+            Some(index) => index,
+            None if self.names.len() < MAX_BUSES => {
+                self.names.push(name.into());
+                self.names.len() - 1
+            }
+            None => MAX_BUSES - 1,
+        };
+        self.last = index;
+        BusId(index as u8)
+    }
+
+    /// The name of a bus; empty when the capture named none.
+    pub fn name(&self, bus: BusId) -> &[u8] {
+        self.names.get(usize::from(bus.0)).map_or(b"", |name| name)
+    }
+
+    /// All names, in order of first appearance.
+    pub fn names(&self) -> impl Iterator<Item = &[u8]> {
+        self.names.iter().map(|name| &**name)
+    }
+}
+
+/// A CAN identifier, 11 or 29 bits, with the frame format it came in.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct CanId(u32);
+
+impl CanId {
+    const EXTENDED: u32 = 0x8000_0000;
+
+    /// An 11-bit identifier; higher bits are cut off.
+    pub const fn standard(id: u16) -> Self {
+        Self((id & 0x7FF) as u32)
+    }
+
+    /// A 29-bit identifier; higher bits are cut off.
+    pub const fn extended(id: u32) -> Self {
+        Self(id & 0x1FFF_FFFF | Self::EXTENDED)
+    }
+
+    /// The identifier's number: 000..7FF or 00000000..1FFFFFFF.
+    pub const fn raw(self) -> u32 {
+        self.0 & 0x1FFF_FFFF
+    }
+
+    /// Whether it is a 29-bit identifier (extended frame format).
+    pub const fn is_extended(self) -> bool {
+        self.0 & Self::EXTENDED != 0
+    }
+}
+
+impl std::fmt::Debug for CanId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.is_extended() { write!(f, "{:08X}", self.raw()) } else { write!(f, "{:03X}", self.raw()) }
+    }
+}
+
+/// What kind of frame it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A classic data frame, 0 to 8 bytes.
+    Data,
+    /// A remote frame (RTR). `len` is the requested length; there are no data.
+    Remote,
+    /// A CAN FD data frame, 0 to 64 bytes.
+    Fd {
+        /// Bit rate switch.
+        brs: bool,
+        /// Error state indicator: the sender is error passive.
+        esi: bool,
+    },
+    /// A SocketCAN error frame: `id` carries the error class bits (without the error flag), `data` the details.
+    Error,
+}
+
+/// Who put the frame on the bus, as far as the capture tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// Received from the bus.
+    Rx,
+    /// Sent by the capturing host.
+    Tx,
+}
+
+/// A time stamp as it was written: its digits can be printed again unchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamp {
+    /// How it was written.
+    pub form: StampForm,
+    /// The number that was written, in ns: seconds, a difference, or local civil time counted as if it were UTC.
+    pub ns: i64,
+    /// Digits before the decimal point (for zero padding); 1..=20. Unused for `Calendar`.
+    pub width: u8,
+    /// Digits after the decimal point, 0..=9.
+    pub decimals: u8,
+}
+
+/// The forms of a time stamp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StampForm {
+    /// `(1549455524.265601)`, `(000.304418)`: seconds, absolute, from zero, or since the frame before.
+    Seconds,
+    /// `(2026-09-15 18:44:56.479963)`: local time, no zone.
+    Calendar,
+}
+
+/// How the length stood in the capture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LengthForm {
+    /// candump `-8`: braces, the raw DLC.
+    pub braces: bool,
+    /// Raw DLC 9..=15 of a classic frame with 8 bytes; 0 where it is no different from `len`.
+    pub raw_dlc: u8,
+    /// A two-digit length in brackets, `[08]`, as candump prints FD frames.
+    pub two_digits: bool,
+}
+
+/// One frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// Number in the capture, from 1, over all its files.
+    pub no: u64,
+    /// Line in its file, from 1; `None` in binary formats.
+    pub line: Option<u64>,
+    /// Time in ns: since the epoch, since the capture's start, or civil time as if UTC. `None` without stamps.
+    pub t_ns: Option<i64>,
+    /// The stamp as written; `None` without stamps.
+    pub stamp: Option<Stamp>,
+    /// The bus it was seen on.
+    pub bus: BusId,
+    /// Its identifier; the error class for [`Kind::Error`].
+    pub id: CanId,
+    /// Data, remote, FD or error.
+    pub kind: Kind,
+    /// Direction, where the capture tells.
+    pub dir: Option<Direction>,
+    /// Payload bytes, 0..=64 (for a remote frame the requested length, 0..=8).
+    pub len: u8,
+    /// How the length was written.
+    pub length_form: LengthForm,
+    /// Payload; bytes from `len` on are 0.
+    pub data: [u8; 64],
+}
+
+impl Frame {
+    /// A classic data frame on bus 0 without a stamp: the least a test or a caller has to say.
+    pub fn classic(id: CanId, payload: &[u8]) -> Self {
+        let mut data = [0; 64];
+        let len = payload.len().min(8);
+        for (slot, byte) in data.iter_mut().zip(payload.iter().take(8)) {
+            *slot = *byte;
+        }
+        Self {
+            no: 0,
+            line: None,
+            t_ns: None,
+            stamp: None,
+            bus: BusId(0),
+            id,
+            kind: Kind::Data,
+            dir: None,
+            len: len as u8,
+            length_form: LengthForm::default(),
+            data,
+        }
+    }
+
+    /// The payload bytes; empty for a remote frame.
+    pub fn payload(&self) -> &[u8] {
+        if self.kind == Kind::Remote { &[] } else { self.data.get(..usize::from(self.len)).unwrap_or(&self.data) }
+    }
+
+    /// The first eight payload bytes, zero-extended: what a classic service decodes.
+    pub fn head(&self) -> [u8; 8] {
+        let [a, b, c, d, e, f, g, h, ..] = self.data;
+        [a, b, c, d, e, f, g, h]
+    }
+
+    /// Where this frame stands, for events and findings that speak of it.
+    pub fn reference(&self) -> FrameRef {
+        FrameRef { no: self.no, line: self.line, t_ns: self.t_ns }
+    }
+}
+
+/// A frame spoken of: its number, line and time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameRef {
+    /// Number in the capture, from 1.
+    pub no: u64,
+    /// Line in its file, from 1.
+    pub line: Option<u64>,
+    /// Time in ns.
+    pub t_ns: Option<i64>,
+}

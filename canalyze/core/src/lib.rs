@@ -1,0 +1,30 @@
+//! The core of canalyze: everything between the bytes of a capture and events, text and columns.
+//!
+//! # Invariants
+//!
+//! 1. The core does no I/O and reads no clock: same input, same output, whatever the chunking.
+//! 2. Decoding never fails and never panics. Every frame yields at least one event, in frame order. Only
+//!    opening or reading a file can fail.
+//! 3. No word for people outside `text/`; no protocol knowledge in Python.
+//! 4. Every finding names a frame. A transfer cut by the edge of the capture is incomplete, never a violation.
+//! 5. Only `python.rs` knows Python. Python objects never cross per frame on the file path.
+//! 6. Memory is bounded whatever the input: at most 64 buses; per transfer a stated part is kept, length and
+//!    CRC run on. A claimed size allocates nothing.
+//! 7. Nothing is dropped in silence: unreadable lines, error frames, foreign identifiers and gaps are counted
+//!    and shown.
+//! 8. Order never comes from a hash map.
+//! 9. Strings from captures are escaped before they reach a terminal, a report or a file name.
+//!
+//! # Modules
+//!
+//! Dependency runs one way: `frame`, `od` <- `message` <- `event`, `finding` <- `services` <- `bus` <-
+//! `session` <- `python`. `readers` sees only `frame`; `text` sees `message`, `event`, `finding`, `od`;
+//! `render` sees `text`.
+
+pub mod cob_id;
+pub mod frame;
+pub mod message;
+pub mod od;
+pub mod readers;
+pub mod services;
+pub mod text;

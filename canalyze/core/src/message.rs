@@ -1,0 +1,144 @@
+//! What one frame says by itself, before any history: the services of CANopen other than SDO.
+//!
+//! SDO is not here, since the meaning of an SDO frame depends on its channel (`services::sdo`). Nothing here
+//! may look at another frame, at time or at a device description.
+
+use crate::cob_id::Role;
+
+/// One frame's own meaning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Message {
+    /// NMT node control (CiA 301, 7.2.8.3.1).
+    Nmt {
+        /// Command specifier: 01, 02, 80, 81, 82; others are unknown.
+        command: u8,
+        /// Addressed node, 0 = all; above 127 it is invalid.
+        node: u8,
+    },
+    /// Global fail-safe command (CiA 304).
+    Gfc,
+    /// Flying-master frame 071..076 (CiA 302-2).
+    FlyingMaster {
+        /// Last hexadecimal digit of the CAN-ID, 1..=6.
+        kind: u8,
+        /// Priority and node-ID, carried by 071 only.
+        master: Option<(u8, u8)>,
+    },
+    /// SYNC (CiA 301, 7.2.5).
+    Sync {
+        /// The synchronous counter, where the frame has one byte.
+        counter: Option<u8>,
+    },
+    /// TIME (CiA 301, 7.2.6).
+    Time {
+        /// Milliseconds since midnight, 28 bits.
+        ms: u32,
+        /// Days since 1984-01-01.
+        days: u16,
+        /// The four reserved bits; 0 in a conformant frame.
+        reserved: u8,
+    },
+    /// Emergency (CiA 301, 7.2.7).
+    Emcy {
+        /// Producing node, 1..=127.
+        node: u8,
+        /// Emergency error code.
+        code: u16,
+        /// Error register (object 1001h).
+        register: u8,
+        /// Manufacturer-specific bytes.
+        manufacturer: [u8; 5],
+    },
+    /// A PDO of the pre-defined connection set; its content needs a mapping.
+    Pdo {
+        /// Transmit (seen from the node) or receive.
+        transmit: bool,
+        /// PDO number, from 1.
+        number: u16,
+        /// The node whose PDO it is.
+        node: u8,
+    },
+    /// A remote frame that asks for a PDO.
+    PdoRequest {
+        /// Transmit or receive, as the CAN-ID says.
+        transmit: bool,
+        /// PDO number, from 1.
+        number: u16,
+        /// The node whose PDO it is.
+        node: u8,
+    },
+    /// One frame of an SRDO pair (CiA 304).
+    Srdo {
+        /// Number of the pair, 1..=64.
+        number: u8,
+        /// Whether the data are the bitwise inverted ones.
+        inverted: bool,
+    },
+    /// Boot-up (CiA 301, 7.2.8.3.3): error control with state 00.
+    BootUp {
+        /// The node that has booted.
+        node: u8,
+    },
+    /// Heartbeat, or an answer to node guarding: both carry a state.
+    Heartbeat {
+        /// The node.
+        node: u8,
+        /// Bits 6..0: 04 Stopped, 05 Operational, 7F Pre-operational; others are unknown.
+        state: u8,
+        /// Bit 7: the toggle bit of node guarding; 0 in a heartbeat.
+        toggle: bool,
+    },
+    /// Remote frame of node guarding, from the NMT master.
+    GuardingRequest {
+        /// The guarded node.
+        node: u8,
+    },
+    /// LSS (CiA 305): the command specifier is in the frame's first byte.
+    Lss {
+        /// From the LSS master (7E5) or from a slave (7E4).
+        from_master: bool,
+        /// What it says.
+        command: crate::services::lss::Command,
+    },
+    /// A CAN FD frame on an SDO identifier: CANopen FD's USDO (CiA 1301).
+    Usdo {
+        /// From the client (600 + own node-ID) or from the server (580 + own node-ID).
+        request: bool,
+        /// The sender's node-ID, which is in the CAN-ID.
+        source: u8,
+        /// Payload byte 0: the destination's node-ID, 0 = all.
+        destination: u8,
+        /// Payload byte 1: command specifier.
+        command: u8,
+    },
+    /// A SocketCAN error frame; the frame's identifier is the error class.
+    ErrorFrame,
+    /// Reserved or unassigned 11-bit identifier, 6E0..6FF, or 29-bit identifier: no CANopen meaning by itself.
+    Foreign {
+        /// Which of these it is.
+        role: Role,
+    },
+    /// A frame on the identifier of a service that cannot be one of its messages.
+    Malformed {
+        /// The role of the identifier.
+        role: Role,
+        /// What is wrong.
+        flaw: Flaw,
+    },
+}
+
+/// Why a frame cannot be a message of the service its identifier stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flaw {
+    /// The payload has another length than the service defines.
+    Length {
+        /// What the service defines, in bytes: least.
+        least: u8,
+        /// What the service defines, in bytes: most.
+        most: u8,
+    },
+    /// A remote frame where the service knows none.
+    Remote,
+    /// A CAN FD frame where a classic frame is defined.
+    Fd,
+}
