@@ -22,6 +22,8 @@
 //! `render` sees `text`.
 
 pub mod cob_id;
+pub mod event;
+pub mod finding;
 pub mod frame;
 pub mod message;
 pub mod od;

@@ -2,3 +2,4 @@
 //! the one place that needs its channel's history.
 
 pub mod lss;
+pub mod sdo;

@@ -1,0 +1,266 @@
+//! Findings and the table of rules that raise them.
+//!
+//! A rule has a code, a name, a default severity and the clause it rests on; its words stand in `text`. A rule
+//! is added here and in `text/{zh,en}/findings.rs`, and gets a sample that raises it.
+
+use crate::frame::{BusId, FrameRef};
+use crate::services::sdo::wire::{Mux, Side};
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Worth knowing; normal traffic may show it.
+    Info,
+    /// Suspicious: an engineer should look.
+    Warning,
+    /// The standard is violated.
+    Error,
+}
+
+impl Severity {
+    /// The word in machine output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Info => "info",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        }
+    }
+}
+
+/// One row of the catalogue.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// The rule.
+    pub code: Code,
+    /// Its code as printed.
+    pub id: &'static str,
+    /// Its name in kebab-case.
+    pub name: &'static str,
+    /// Default severity.
+    pub severity: Severity,
+    /// The clause of the standard, or what else it rests on.
+    pub clause: &'static str,
+}
+
+macro_rules! rules {
+    ($($(#[$doc:meta])* $code:ident $id:literal $name:literal $severity:ident $clause:literal;)*) => {
+        /// The rules, by their code.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Code {
+            $($(#[$doc])* $code,)*
+        }
+
+        /// The catalogue, in order of the code.
+        pub static RULES: &[Rule] = &[
+            $(Rule { code: Code::$code, id: $id, name: $name, severity: Severity::$severity, clause: $clause },)*
+        ];
+
+        impl Code {
+            /// The rule's row.
+            pub fn rule(self) -> &'static Rule {
+                match self {
+                    $(Self::$code => {
+                        static RULE: Rule = Rule {
+                            code: Code::$code, id: $id, name: $name, severity: Severity::$severity, clause: $clause,
+                        };
+                        &RULE
+                    })*
+                }
+            }
+        }
+    };
+}
+
+rules! {
+    /// Lines that should hold a frame and cannot be read.
+    Cap001 "CAP001" "unreadable-lines" Warning "-";
+    /// The capturing program says that it lost frames.
+    Cap002 "CAP002" "dropped-frames" Warning "-";
+    /// Stamps of a pipe go backwards.
+    Cap003 "CAP003" "stamps-backward" Warning "-";
+    /// Toggle bit not alternated, or not repeated in the answer.
+    Sdo001 "SDO001" "toggle-bit" Error "CiA 301 7.2.4.3.5, 7.2.4.3.6";
+    /// A request without response, or a response without request.
+    Sdo002 "SDO002" "unpaired" Warning "CiA 301 7.2.4.1";
+    /// The response names another object than the request.
+    Sdo003 "SDO003" "multiplexor-mismatch" Error "CiA 301 7.2.4.3.3";
+    /// n is not 0 though e and s are not both 1.
+    Sdo004 "SDO004" "invalid-unused-count" Warning "CiA 301 7.2.4.3.3";
+    /// A segment that is not the last one is not full.
+    Sdo005 "SDO005" "short-segment" Info "CiA 301 7.2.4.3.5";
+    /// The bytes transferred are not as many as indicated.
+    Sdo006 "SDO006" "size-mismatch" Error "CiA 301 7.2.4.3.3";
+    /// A segment outside a transfer or after its last one, or a transfer without a last segment.
+    Sdo007 "SDO007" "segment-outside-transfer" Error "CiA 301 7.2.4.3.5";
+    /// A new initiate request while a transfer is open.
+    Sdo008 "SDO008" "restarted-transfer" Warning "CiA 301 7.2.4.1";
+    /// Reserved bits or bytes, or bytes without data, are not 0.
+    Sdo009 "SDO009" "reserved-not-zero" Info "CiA 301 7.2.4.3";
+    /// An SDO frame has another length than 8 bytes.
+    Sdo010 "SDO010" "frame-length" Warning "CiA 301 7.2.4.3";
+    /// Block transfer: sequence number, acknowledgement, block size or end out of order.
+    Sdo012 "SDO012" "block-sequence" Error "CiA 301 7.2.4.3.9 to 7.2.4.3.15";
+    /// The same request twice without a response in between.
+    Sdo015 "SDO015" "repeated-request" Info "CiA 301 7.2.4.1";
+    /// A transfer was aborted.
+    Sdo017 "SDO017" "abort" Info "CiA 301 7.2.4.3.17";
+    /// Block transfer: the CRC does not match the data.
+    Sdo019 "SDO019" "block-crc" Error "CiA 301 7.2.4.3.16";
+    /// An answer to a request that was given up.
+    Sdo020 "SDO020" "late-answer" Info "CiA 301 7.2.4.1";
+    /// Initiate download with e = s = 0 whose data are meant as expedited (Roboteq's manual).
+    Sdo021 "SDO021" "unmarked-expedited-download" Warning "CiA 301 7.2.4.3.3";
+    /// Initiate upload response with e = s = 0 whose data are meant as expedited (Roboteq's manual).
+    Sdo022 "SDO022" "unmarked-expedited-upload" Warning "CiA 301 7.2.4.3.3";
+    /// A command specifier that the standard does not define for this side.
+    Sdo023 "SDO023" "unknown-command" Error "CiA 301 7.2.4.3";
+    /// The traffic on these identifiers does not look like SDO.
+    Sdo030 "SDO030" "not-sdo" Info "-";
+    /// Requests of which none was answered in the capture.
+    Sdo031 "SDO031" "no-server" Info "-";
+}
+
+impl Code {
+    /// The rule with this code as printed, whatever its case.
+    pub fn parse(id: &str) -> Option<Self> {
+        RULES.iter().find(|rule| rule.id.eq_ignore_ascii_case(id)).map(|rule| rule.code)
+    }
+}
+
+/// What a finding measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Facts {
+    /// Nothing beyond the code.
+    None,
+    /// Lines that could not be read.
+    Lines {
+        /// How many.
+        count: u64,
+    },
+    /// Frames lost, as the capture says.
+    Dropped {
+        /// Since the last such line.
+        count: u64,
+        /// In total.
+        total: u64,
+    },
+    /// Toggle bit.
+    Toggle {
+        /// What was due.
+        expected: bool,
+        /// What came.
+        found: bool,
+        /// Who sent it.
+        by: Side,
+    },
+    /// The half of an exchange that is not there.
+    Missing {
+        /// Who should have sent it.
+        by: Side,
+    },
+    /// The same response was seen before: a duplicate.
+    Duplicate,
+    /// Two objects.
+    Objects {
+        /// What was asked for.
+        expected: Mux,
+        /// What was answered.
+        found: Mux,
+    },
+    /// n of an initiate or a segment.
+    Unused(u8),
+    /// Bytes.
+    Size {
+        /// What was indicated.
+        indicated: u64,
+        /// What was transferred.
+        transferred: u64,
+    },
+    /// A segment after the last one, or outside any transfer.
+    Outside,
+    /// All bytes were transferred but no segment was marked as the last one.
+    NoLast,
+    /// A frame's length in bytes.
+    Length(u8),
+    /// Sequence numbers of block segments.
+    Sequence {
+        /// The number that was due.
+        expected: u8,
+        /// The number that came.
+        found: u8,
+    },
+    /// An acknowledgement of more segments than were sent.
+    Acknowledged {
+        /// ackseq.
+        ackseq: u8,
+        /// The last segment sent.
+        sent: u8,
+    },
+    /// A block size out of 1..=127.
+    BlockSize(u8),
+    /// The end of a block transfer came before its last segment was acknowledged.
+    EarlyEnd,
+    /// The end of a block transfer was not confirmed.
+    EndNotConfirmed,
+    /// CRC of a block transfer.
+    Crc {
+        /// Over the data as transferred.
+        computed: u16,
+        /// In the frame.
+        found: u16,
+        /// What it would match.
+        matches: CrcMatch,
+    },
+    /// An abort.
+    Abort {
+        /// Abort code.
+        code: u32,
+        /// Who sent it.
+        by: Side,
+    },
+    /// A command byte.
+    Command(u8),
+    /// Frames on a channel.
+    Frames {
+        /// How many.
+        count: u64,
+    },
+    /// The finding stands for this many more of its kind on the same object.
+    Repeated {
+        /// How many were not shown.
+        count: u64,
+    },
+}
+
+/// What a wrong CRC would be right for: it tells an engineer where the fault is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CrcMatch {
+    /// Nothing known.
+    Nothing,
+    /// The data with the padding of the last segment.
+    WithPadding,
+    /// The right polynomial with initial value FFFFh (CCITT-FALSE).
+    InitialFfff,
+    /// The reflected variant (KERMIT).
+    Reflected,
+}
+
+/// Something an engineer should know, at a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Finding {
+    /// The rule.
+    pub code: Code,
+    /// The frame that shows it. What is only known later stands at the frame that proves it.
+    pub at: FrameRef,
+    /// The earlier frame it is about, if another.
+    pub cause: Option<FrameRef>,
+    /// The bus.
+    pub bus: BusId,
+    /// The node, where one is concerned.
+    pub node: Option<u8>,
+    /// The object, where one is concerned.
+    pub object: Option<Mux>,
+    /// What was measured.
+    pub facts: Facts,
+}

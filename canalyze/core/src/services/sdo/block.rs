@@ -1,0 +1,297 @@
+//! The sub-blocks of one block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.15): which segments count.
+//!
+//! A segment counts once it is acknowledged. The receiver may acknowledge fewer segments than were sent, and may
+//! do so early; the sender then goes on with the data after the acknowledged ones, numbered from 1 again, while
+//! segments already queued still appear with old numbers. The last acknowledged segment is kept back, since only
+//! the end frame tells how many of its bytes are padding.
+//!
+//! This file judges sequence numbers only. It knows nothing of channels, findings or time.
+
+use super::transfer::Transfer;
+use crate::finding::Facts;
+use crate::frame::FrameRef;
+
+/// Most segments of a sub-block.
+pub const MOST: u8 = 127;
+
+/// A segment out of sequence.
+#[derive(Clone, Copy, Debug)]
+struct Wrong {
+    at: FrameRef,
+    expected: u8,
+    found: u8,
+}
+
+/// The end frame of the transfer.
+#[derive(Clone, Copy, Debug)]
+pub struct End {
+    /// Where it stands.
+    pub at: FrameRef,
+    /// Bytes of the last segment without data.
+    pub unused: u8,
+    /// The CRC field.
+    pub crc: u16,
+}
+
+/// How a segment was taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken {
+    /// It is the next one.
+    InSequence,
+    /// It was under way when the sub-block was acknowledged early; it does not count.
+    InFlight,
+    /// Another number was due.
+    OutOfSequence(u8),
+}
+
+/// What an acknowledgement settled.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Acked {
+    /// Part of the sub-block will be sent again.
+    pub retransmission: bool,
+    /// A violation, and the earlier frame it is about.
+    pub fault: Option<(Facts, Option<FrameRef>)>,
+}
+
+/// A sub-block: segments in sequence since the last acknowledgement.
+#[derive(Clone, Debug, Default)]
+struct SubBlock {
+    segments: Vec<[u8; 7]>,
+    /// Highest sequence number sent, in sequence or not.
+    sent: u8,
+    /// Sequence number of the segment with c = 1.
+    last_at: Option<u8>,
+    wrong: Option<Wrong>,
+}
+
+impl SubBlock {
+    fn expected(&self) -> u8 {
+        (self.segments.len() as u8).saturating_add(1)
+    }
+
+    fn is_complete(&self, blksize: u8) -> bool {
+        let taken = self.segments.len();
+        taken >= usize::from(blksize) || self.last_at.is_some_and(|seqno| usize::from(seqno) == taken)
+    }
+
+    fn take(&mut self, blksize: u8, at: FrameRef, seqno: u8, last: bool, data: [u8; 7]) -> Taken {
+        let expected = self.expected();
+        self.sent = self.sent.max(seqno);
+        if last {
+            self.last_at = Some(seqno);
+        }
+        if seqno == expected && seqno <= blksize {
+            self.segments.push(data);
+            return Taken::InSequence;
+        }
+        self.wrong.get_or_insert(Wrong { at, expected, found: seqno });
+        Taken::OutOfSequence(expected)
+    }
+}
+
+/// The data phase of a block transfer.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Segments in the current sub-block.
+    blksize: u8,
+    current: SubBlock,
+    /// An upload's next sub-block, seen before the client's acknowledgement of the current one.
+    ahead: Option<SubBlock>,
+    /// After an early acknowledgement: frames count again from sequence number 1 on.
+    skipping: bool,
+    tail: Option<[u8; 7]>,
+    committed: u32,
+    finished: bool,
+    /// A segment marked as last was sent, acknowledged or not.
+    last_sent: bool,
+    /// The end frame, once seen.
+    pub end: Option<End>,
+    /// The client's start of an upload has been seen.
+    pub started: bool,
+    /// Size or CRC were wrong.
+    pub bad: bool,
+}
+
+impl Block {
+    /// A data phase that begins, with the receiver's block size.
+    pub fn new(blksize: u8) -> Self {
+        Self {
+            blksize: blksize.clamp(1, MOST),
+            current: SubBlock::default(),
+            ahead: None,
+            skipping: false,
+            tail: None,
+            committed: 0,
+            finished: false,
+            last_sent: false,
+            end: None,
+            started: false,
+            bad: false,
+        }
+    }
+
+    /// A data phase met in its midst: it counts from the next sub-block on.
+    pub fn midway() -> Self {
+        Self { skipping: true, started: true, ..Self::new(MOST) }
+    }
+
+    /// Whether the segment marked as last was acknowledged: the end frame is due.
+    pub fn is_finished(&self) -> bool {
+        self.finished
+    }
+
+    /// Whether an acknowledgement is due.
+    pub fn owes_ack(&self) -> bool {
+        !self.finished && self.current.is_complete(self.blksize)
+    }
+
+    /// Whether the end frame may come: the last segment was sent, though perhaps not yet acknowledged.
+    pub fn may_end(&self) -> bool {
+        let newest = self.ahead.as_ref().unwrap_or(&self.current);
+        self.finished || (newest.last_at.is_some() && newest.is_complete(self.blksize))
+    }
+
+    /// Whether the segment marked as last was sent at all.
+    pub fn last_was_sent(&self) -> bool {
+        self.last_sent
+    }
+
+    /// The sequence number that is due.
+    pub fn expected(&self) -> u8 {
+        match &self.ahead {
+            Some(ahead) => ahead.expected(),
+            None if self.owes_ack() => 1,
+            None => self.current.expected(),
+        }
+    }
+
+    /// Number in the transfer of the next segment, from 1.
+    pub fn ordinal(&self) -> u32 {
+        let current = self.current.segments.len() as u32;
+        let ahead = self.ahead.as_ref().map_or(0, |ahead| ahead.segments.len() as u32);
+        self.committed.saturating_add(current).saturating_add(ahead).saturating_add(1)
+    }
+
+    /// Whether an acknowledgement of `ackseq` speaks of one segment more than was seen: that segment may be late.
+    pub fn wants_one_more(&self, ackseq: u8) -> bool {
+        self.current.wrong.is_none() && !self.owes_ack() && ackseq == self.current.expected()
+    }
+
+    /// Takes a segment. `ack_may_be_late`: in an upload the client's acknowledgement may be captured after it.
+    /// Returns how it was taken, and whether an acknowledgement is missing from the capture.
+    pub fn segment(
+        &mut self,
+        transfer: &mut Transfer,
+        at: FrameRef,
+        segment: (u8, bool, [u8; 7]),
+        ack_may_be_late: bool,
+    ) -> (Taken, bool) {
+        let (seqno, last, data) = segment;
+        if self.skipping {
+            if seqno != 1 {
+                return (Taken::InFlight, false);
+            }
+            self.skipping = false;
+        }
+        self.last_sent |= last;
+        let blksize = self.blksize;
+        let mut ack_missing = false;
+        if self.owes_ack() {
+            let settled = match &self.ahead {
+                None => seqno == 1 && !ack_may_be_late,
+                Some(ahead) => seqno == 1 && ahead.is_complete(blksize),
+            };
+            if settled {
+                self.settle_whole(transfer);
+                ack_missing = true;
+            }
+        }
+        if self.owes_ack() {
+            if self.ahead.is_none() && seqno != 1 {
+                self.current.wrong.get_or_insert(Wrong { at, expected: 1, found: seqno });
+                return (Taken::OutOfSequence(1), ack_missing);
+            }
+            let ahead = self.ahead.get_or_insert_default();
+            return (ahead.take(blksize, at, seqno, last, data), ack_missing);
+        }
+        (self.current.take(blksize, at, seqno, last, data), ack_missing)
+    }
+
+    /// The receiver's acknowledgement.
+    pub fn ack(&mut self, transfer: &mut Transfer, ackseq: u8, blksize: u8) -> Acked {
+        let mut acked = Acked::default();
+        let whole = self.owes_ack();
+        let current = std::mem::take(&mut self.current);
+        let in_sequence = current.segments.len() as u8;
+        if ackseq > current.sent {
+            if transfer.mux.is_some() {
+                acked.fault = Some((Facts::Acknowledged { ackseq, sent: current.sent }, None));
+            }
+            transfer.hole = true;
+        } else if ackseq > in_sequence {
+            transfer.hole = true;
+        }
+        if let Some(wrong) = current.wrong
+            && ackseq >= wrong.expected
+            && acked.fault.is_none()
+        {
+            let facts = Facts::Sequence { expected: wrong.expected, found: wrong.found };
+            acked.fault = Some((facts, Some(wrong.at)));
+        }
+        acked.retransmission = ackseq < current.sent;
+        self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
+        self.finished = current.last_at.is_some_and(|seqno| ackseq >= seqno);
+        self.skipping = !self.finished && !whole;
+        if !self.finished {
+            if (1..=MOST).contains(&blksize) {
+                self.blksize = blksize;
+            } else if acked.fault.is_none() {
+                acked.fault = Some((Facts::BlockSize(blksize), None));
+            }
+        }
+        if let Some(ahead) = self.ahead.take() {
+            self.skipping = false;
+            self.current = ahead;
+        }
+        acked
+    }
+
+    /// Counts everything sent so far: its acknowledgement is missing from the capture.
+    pub fn settle_whole(&mut self, transfer: &mut Transfer) {
+        let current = std::mem::take(&mut self.current);
+        self.commit(transfer, &current.segments);
+        self.finished = current.last_at.is_some();
+        if let Some(ahead) = self.ahead.take() {
+            self.current = ahead;
+        }
+    }
+
+    fn commit(&mut self, transfer: &mut Transfer, segments: &[[u8; 7]]) {
+        for segment in segments {
+            if let Some(tail) = self.tail.replace(*segment) {
+                transfer.append(&tail);
+            }
+        }
+        let count = segments.len() as u32;
+        self.committed = self.committed.saturating_add(count);
+        transfer.segments = transfer.segments.saturating_add(count);
+    }
+
+    /// Adds the data bytes of the last segment; returns its padding.
+    pub fn close(&mut self, transfer: &mut Transfer, unused: u8) -> [u8; 7] {
+        let mut padding = [0; 7];
+        if let Some(tail) = self.tail.take() {
+            let carried = 7 - usize::from(unused.min(7));
+            transfer.append(tail.get(..carried).unwrap_or(&[]));
+            for (slot, byte) in padding.iter_mut().zip(tail.iter().skip(carried)) {
+                *slot = *byte;
+            }
+        }
+        padding
+    }
+
+    /// The first segment out of sequence since the last acknowledgement.
+    pub fn wrong(&self) -> Option<(Facts, FrameRef)> {
+        self.current.wrong.map(|wrong| (Facts::Sequence { expected: wrong.expected, found: wrong.found }, wrong.at))
+    }
+}

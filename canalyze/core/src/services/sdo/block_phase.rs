@@ -1,0 +1,365 @@
+//! The channel while sub-blocks of a block transfer run (CiA 301, 7.2.4.3.9 to 7.2.4.3.15).
+//!
+//! The sender's frames are segments here, not commands. In an upload the client's acknowledgement may be captured
+//! after the next segment, or after the end frame; in a download the server may acknowledge one segment more than
+//! was seen, which is then late. Which segments count stands in `block`; pairs of request and response stand in
+//! `pairing`.
+
+use super::block::{Acked, Block, End, MOST, Taken};
+use super::channel::{Channel, Context, Half, Outside, Phase};
+use super::transfer::{Abort, Direction, Mode, Status};
+use super::wire::{self, Command, Side};
+use crate::event::Place;
+use crate::finding::{Code, Facts};
+use crate::frame::FrameRef;
+
+impl Channel {
+    /// The command of a frame by the sender of the data.
+    pub(super) fn decode_in_block(&self, block: &Block, side: Side, bytes: [u8; 8]) -> Command {
+        let plain = wire::decode(side, bytes);
+        if let Command::EndBlock { .. } = plain {
+            let [_, _, _, rest @ ..] = bytes;
+            let [command, ..] = bytes;
+            let early = block.last_was_sent() && command & 0x7F != block.expected() && rest == [0; 5];
+            if block.may_end() || early {
+                return plain;
+            }
+        }
+        // A client that starts anew in mid-transfer: only a read, whose bytes 4..7 are 0, can be told from data.
+        if let Command::InitiateUpload(mux) = plain
+            && bytes[0] == 0x40
+            && block.expected() != 0x40
+            && mux.index >= 0x1000
+            && !plain.has_reserved_bits(bytes)
+        {
+            return plain;
+        }
+        wire::block_segment(bytes)
+    }
+
+    pub(super) fn block_initiated(&mut self, at: FrameRef, blksize: u8, crc: bool, size: Option<u32>) {
+        if let Some(transfer) = &mut self.transfer {
+            transfer.mode = Mode::Block;
+            transfer.initiated = Some(at);
+            transfer.crc_negotiated = Some(crc);
+            if size.is_some() {
+                transfer.size_indicated = size;
+            }
+        }
+        self.phase = Phase::Block(Box::new(Block::new(blksize)));
+    }
+
+    fn is_upload(&self) -> bool {
+        self.transfer.as_ref().is_some_and(|transfer| transfer.direction == Direction::Upload)
+    }
+
+    /// A client frame while sub-blocks run. Returns whether it was taken.
+    pub(super) fn block_client(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+        if half.command.is_initiate() {
+            self.settle_ack(cx);
+            return false;
+        }
+        if self.is_upload() {
+            self.block_upload_client(half, cx);
+            return true;
+        }
+        match half.command {
+            Command::BlockSegment { seqno, .. } => {
+                let awaited = matches!(&self.phase, Phase::Block(block) if block.expected() == seqno);
+                if !awaited {
+                    self.settle_ack(cx);
+                }
+                self.block_segment(half, cx);
+                self.settle_ack(cx);
+                true
+            }
+            Command::EndBlock { .. } => {
+                self.settle_ack(cx);
+                self.end_block(half, cx)
+            }
+            _ => {
+                self.violation_outside(half, cx);
+                true
+            }
+        }
+    }
+
+    fn block_upload_client(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let Phase::Block(block) = &mut self.phase else { return };
+        match half.command {
+            Command::StartBlockUpload => block.started = true,
+            Command::BlockAck { .. } => {
+                if !std::mem::replace(&mut block.started, true) {
+                    self.find(Code::Sdo002, half.at, Facts::Missing { by: Side::Client }, cx);
+                }
+                self.acknowledge(half, cx);
+            }
+            Command::BlockEnded => {
+                let midway = self.transfer.as_ref().is_none_or(|transfer| transfer.mux.is_none());
+                let end = block.end;
+                if midway && end.is_none() {
+                    self.complete(Status::Incomplete, cx);
+                } else if end.is_some() {
+                    if !block.is_finished() {
+                        self.find(Code::Sdo002, half.at, Facts::Missing { by: Side::Client }, cx);
+                        self.settle_without_ack();
+                        self.judge_end(cx);
+                    }
+                    self.confirm_end(cx);
+                } else {
+                    self.violation_outside(half, cx);
+                }
+            }
+            _ => self.violation_outside(half, cx),
+        }
+    }
+
+    /// A server frame while sub-blocks run. Returns whether it was taken.
+    pub(super) fn block_server(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+        match half.command {
+            Command::BlockSegment { .. } => {
+                self.block_segment(half, cx);
+                true
+            }
+            Command::EndBlock { .. } if self.is_upload() => self.end_block(half, cx),
+            Command::BlockAck { ackseq, .. } if !self.is_upload() => {
+                self.settle_ack(cx);
+                let Phase::Block(block) = &self.phase else { return false };
+                if block.is_finished() {
+                    self.violation_outside(half, cx);
+                } else if block.wants_one_more(ackseq) {
+                    self.held_ack = Some(*half);
+                } else {
+                    self.acknowledge(half, cx);
+                }
+                true
+            }
+            Command::BlockEnded
+                if self.pairing.pending.is_none()
+                    && self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none()) =>
+            {
+                self.complete(Status::Incomplete, cx);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    fn block_segment(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let Command::BlockSegment { seqno, last, data } = half.command else { return };
+        let upload = self.is_upload();
+        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        self.step.ordinal = block.ordinal();
+        let (taken, ack_missing) = block.segment(transfer, half.at, (seqno, last, data), upload);
+        self.step.place = match taken {
+            Taken::InSequence => Place::Due,
+            Taken::InFlight => Place::InFlight,
+            Taken::OutOfSequence(expected) => Place::OutOfSequence(expected),
+        };
+        if taken != Taken::InSequence {
+            self.step.ordinal = 0;
+        }
+        if ack_missing {
+            let by = if upload { Side::Client } else { Side::Server };
+            self.find(Code::Sdo002, half.at, Facts::Missing { by }, cx);
+        }
+    }
+
+    /// The end frame by the sender of the data. Returns whether it was taken: that of a download goes on as a
+    /// request, which the server confirms.
+    fn end_block(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+        let Command::EndBlock { unused, crc } = half.command else { return false };
+        let upload = self.is_upload();
+        let Phase::Block(block) = &mut self.phase else { return false };
+        if !block.may_end() {
+            self.step.place = Place::Outside;
+            self.find(Code::Sdo012, half.at, Facts::EarlyEnd, cx);
+            return true;
+        }
+        if upload {
+            block.end = Some(End { at: half.at, unused, crc });
+            if block.is_finished() {
+                self.judge_end(cx);
+            }
+            return true;
+        }
+        if !block.is_finished() {
+            self.find(Code::Sdo002, half.at, Facts::Missing { by: Side::Server }, cx);
+            self.settle_without_ack();
+        }
+        false
+    }
+
+    fn settle_without_ack(&mut self) {
+        if let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) {
+            block.settle_whole(transfer);
+        }
+    }
+
+    /// An acknowledgement that was held for one late segment.
+    fn settle_ack(&mut self, cx: &mut Context<'_>) {
+        if let Some(ack) = self.held_ack.take() {
+            if let Some(transfer) = &mut self.transfer {
+                transfer.reordered = true;
+            }
+            self.acknowledge(&ack, cx);
+        }
+    }
+
+    pub(super) fn settle_ack_at_end(&mut self, cx: &mut Context<'_>) {
+        if let Some(ack) = self.held_ack.take()
+            && let Command::BlockAck { ackseq, blksize } = ack.command
+            && let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer)
+        {
+            // The segment it speaks of may lie beyond the capture's edge: nothing to judge.
+            let _: Acked = block.ack(transfer, ackseq, blksize);
+        }
+        let _ = cx;
+    }
+
+    fn acknowledge(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let Command::BlockAck { ackseq, blksize } = half.command else { return };
+        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        if block.is_finished() {
+            self.violation_outside(half, cx);
+            return;
+        }
+        let acked = block.ack(transfer, ackseq, blksize);
+        transfer.last = half.at;
+        if acked.retransmission {
+            transfer.retransmissions = transfer.retransmissions.saturating_add(1);
+        }
+        let (finished, end) = (block.is_finished(), block.end);
+        if let Some((facts, cause)) = acked.fault {
+            self.find(Code::Sdo012, cause.unwrap_or(half.at), facts, cx);
+        }
+        match end {
+            Some(_) if finished => self.judge_end(cx),
+            Some(end) => {
+                self.find(Code::Sdo012, end.at, Facts::EarlyEnd, cx);
+                if let Phase::Block(block) = &mut self.phase {
+                    block.end = None;
+                }
+            }
+            None => {}
+        }
+    }
+
+    /// Size and CRC, once the end frame is seen and all segments are acknowledged.
+    fn judge_end(&mut self, cx: &mut Context<'_>) {
+        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        let Some(end) = block.end else { return };
+        let padding = block.close(transfer, end.unused);
+        if transfer.hole || transfer.mux.is_none() {
+            return;
+        }
+        if !transfer.size_is_right() {
+            block.bad = true;
+            let facts =
+                Facts::Size { indicated: transfer.size_indicated.map_or(0, u64::from), transferred: transfer.size };
+            let cause = transfer.initiated.unwrap_or(end.at);
+            self.find(Code::Sdo006, if end.at.no == cx.at.no { cause } else { end.at }, facts, cx);
+            return;
+        }
+        if transfer.crc_negotiated == Some(true) {
+            let padding = padding.get(..usize::from(end.unused.min(7))).unwrap_or(&[]);
+            let (computed, matches) = transfer.check_crc(end.crc, padding);
+            if computed != end.crc {
+                block.bad = true;
+                self.find(Code::Sdo019, end.at, Facts::Crc { computed, found: end.crc, matches }, cx);
+            }
+        }
+    }
+
+    fn confirm_end(&mut self, cx: &mut Context<'_>) {
+        let bad = matches!(&self.phase, Phase::Block(block) if block.bad);
+        let status = match &self.transfer {
+            _ if bad => Status::Failed,
+            Some(transfer) if transfer.hole || transfer.mux.is_none() => Status::Incomplete,
+            _ => Status::Ok,
+        };
+        self.complete(status, cx);
+    }
+
+    fn put_end(&mut self, half: &Half) {
+        if let (Phase::Block(block), Command::EndBlock { unused, crc }) = (&mut self.phase, half.command) {
+            block.end = Some(End { at: half.at, unused, crc });
+        }
+    }
+
+    /// The end of a download, confirmed by the server.
+    pub(super) fn end_block_download(&mut self, end: Half, cx: &mut Context<'_>) {
+        self.put_end(&end);
+        self.judge_end(cx);
+        self.confirm_end(cx);
+    }
+
+    /// The end of a download, which the server answered with an abort.
+    pub(super) fn judge_refused_end(&mut self, end: Half, cx: &mut Context<'_>) {
+        self.put_end(&end);
+        self.judge_end(cx);
+    }
+
+    /// The end of a download, after which the client went on without the server's confirmation.
+    pub(super) fn end_unconfirmed(&mut self, end: Half, cx: &mut Context<'_>) {
+        self.put_end(&end);
+        let own = std::mem::replace(&mut self.own, false);
+        self.judge_end(cx);
+        self.confirm_end(cx);
+        self.own = own;
+    }
+
+    /// An upload whose end the client did not confirm before it went on. Returns whether it was one.
+    pub(super) fn leave_ended_block(&mut self, cx: &mut Context<'_>) -> bool {
+        let Phase::Block(block) = &self.phase else { return false };
+        let (Some(end), true) = (block.end, block.is_finished()) else { return false };
+        self.find(Code::Sdo012, end.at, Facts::EndNotConfirmed, cx);
+        let own = std::mem::replace(&mut self.own, false);
+        self.confirm_end(cx);
+        self.own = own;
+        true
+    }
+
+    /// A block transfer is aborted: was a segment out of sequence before?
+    pub(super) fn judge_aborted_block(&mut self, cx: &mut Context<'_>) {
+        self.held_ack = None;
+        if let Phase::Block(block) = &self.phase
+            && let Some((facts, at)) = block.wrong()
+        {
+            self.find(Code::Sdo012, at, facts, cx);
+        }
+    }
+
+    /// The next sequence number of the side that sends the data; 0 outside block transfers.
+    pub(super) fn block_seqno(&self, side: Side) -> u8 {
+        match &self.phase {
+            Phase::Block(block) if self.sends_data(side) => block.expected(),
+            _ => 0,
+        }
+    }
+
+    /// An acknowledgement without a transfer, at the beginning of the capture: a block transfer is under way.
+    pub(super) fn join_block(&mut self, half: &Half, direction: Direction, cx: &mut Context<'_>) {
+        let Command::BlockAck { ackseq, blksize } = half.command else { return };
+        if ackseq <= MOST && (1..=MOST).contains(&blksize) && !half.command.has_reserved_bits(half.bytes) {
+            self.begin_midway(half.at, direction, Phase::Block(Box::new(Block::midway())), cx);
+        }
+    }
+
+    /// Whether two client frames in a row, before any valid exchange, are segments of a block download that began
+    /// before the capture: their first bytes count up.
+    pub(super) fn is_midway_block(&self, before: &Half, half: &Half) -> bool {
+        !self.is_trusted() && before.bytes[0] < MOST && before.bytes[0] + 1 == half.bytes[0] & 0x7F
+    }
+
+    pub(super) fn begin_midway_block(&mut self, half: &Half, cx: &mut Context<'_>) {
+        self.step.place = Place::Uncaptured;
+        self.outside = Outside::Uncaptured;
+        let block = Phase::Block(Box::new(Block::midway()));
+        self.begin_midway(half.at, Direction::Download, block, cx);
+    }
+
+    pub(super) fn pairing_abort(&self) -> Option<Abort> {
+        self.pairing.last_abort.map(|code| Abort { code, by: Side::Server })
+    }
+}

@@ -1,0 +1,611 @@
+//! Pairs: which response answers which request, when a capture may show a client's frame one frame late.
+//!
+//! The exchange is stop-and-wait, so at most one request is pending and at most one response is held. A held
+//! response waits for the channel's next frames (at most [`HOLD_NS`] where there are stamps): its request may be
+//! late. A pair found that way is tentative while a second response could answer the same request.
+//!
+//! Aborts are never pending and never held: they end the transfer, whoever sends them.
+//!
+//! This file decides who belongs to whom. What a pair does to the transfer stands in `channel`.
+
+use super::channel::{Channel, Context, Half, Outside, Phase, strict_initiate};
+use super::transfer::{Direction, Mode, Status};
+use super::wire::{self, Command, Side};
+use crate::event::{Note, Place};
+use crate::finding::{Code, Facts};
+use crate::frame::FrameRef;
+
+/// How long a response waits for its late request, in ns.
+const HOLD_NS: i64 = 5_000_000;
+
+/// A response whose request was not seen yet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Held {
+    pub(super) half: Half,
+    /// It is the channel's first frame (or the first after lost frames): its request may be before the capture.
+    first: bool,
+    /// It also answers the request of the tentative pair.
+    rival: bool,
+}
+
+/// A pair whose request was captured after its response.
+#[derive(Clone, Copy, Debug)]
+struct Tentative {
+    request: Half,
+    response: FrameRef,
+    /// The response was the channel's first frame: a second one that fits is rather the answer.
+    first: bool,
+}
+
+/// An abort by the server, met when no request was pending: its request may be late.
+#[derive(Clone, Copy, Debug)]
+struct Unprovoked {
+    at: FrameRef,
+    mux: wire::Mux,
+    /// No transfer was open either.
+    idle: bool,
+}
+
+/// After an abort: frames of the other side may still be under way.
+#[derive(Clone, Copy, Debug)]
+struct UnderWay {
+    side: Side,
+    /// The next sequence number of a block transfer's segments; 0 outside block transfers.
+    seqno: u8,
+}
+
+/// The pairing state of a channel.
+#[derive(Debug)]
+pub(super) struct Pairing {
+    /// The request that awaits its response.
+    pub(super) pending: Option<Half>,
+    pub(super) held: Option<Held>,
+    tentative: Option<Tentative>,
+    /// The last request that was aborted by its client or overtaken by the next one.
+    given_up: Option<Half>,
+    unprovoked: Option<Unprovoked>,
+    under_way: Option<UnderWay>,
+    /// The pending request may be what the abort before it answered.
+    pub(super) abort_may_answer: bool,
+    /// The code of the server's last abort.
+    pub(super) last_abort: Option<u32>,
+    /// The last response that answered a request.
+    pub(super) last_response: Option<[u8; 8]>,
+    /// Number of the channel's first frame (or of the first since frames were lost).
+    first: Option<u64>,
+}
+
+impl Default for Pairing {
+    fn default() -> Self {
+        Self {
+            pending: None,
+            held: None,
+            tentative: None,
+            given_up: None,
+            unprovoked: None,
+            under_way: None,
+            abort_may_answer: false,
+            last_abort: None,
+            last_response: None,
+            first: None,
+        }
+    }
+}
+
+impl Pairing {
+    pub(super) fn is_tentative(&self) -> bool {
+        self.tentative.is_some()
+    }
+}
+
+impl Channel {
+    pub(super) fn client(&mut self, half: Half, cx: &mut Context<'_>) {
+        self.pairing.first.get_or_insert(half.at.no);
+        let rival = self.pairing.held.is_some_and(|held| held.rival);
+        self.release_expired(cx);
+        if !rival || self.pairing.held.is_none() {
+            self.settle(cx);
+        }
+        let unprovoked = self.pairing.unprovoked.take().filter(|abort| within_hold(abort.at, half.at));
+        if let Command::Abort(_, code) = half.command {
+            self.release_held(cx);
+            self.settle(cx);
+            self.client_abort(&half, code, cx);
+            return;
+        }
+        if let Some(under_way) = &mut self.pairing.under_way
+            && under_way.side == Side::Client
+            && !half.command.is_initiate()
+        {
+            let [command, ..] = half.bytes;
+            let continues = under_way.seqno != 0 && command & 0x7F == under_way.seqno;
+            let owed = unprovoked.is_some() && matches!(self.phase, Phase::Idle);
+            if continues || owed {
+                under_way.seqno = if continues { (under_way.seqno + 1) & 0x7F } else { under_way.seqno };
+                self.step.place = Place::InFlight;
+                return;
+            }
+        }
+        if matches!(self.phase, Phase::Block(_)) && self.block_client(&half, cx) {
+            return;
+        }
+        if self.pairing.pending.is_some() && self.supersede(&half, cx) {
+            return;
+        }
+        if let Some(held) = self.pairing.held.take() {
+            if wire::fits(&half.command, &held.half.command)
+                && (self.can_request(&half) || self.join_segments(&half, cx))
+            {
+                self.settle(cx);
+                self.pair_backwards(half, held, cx);
+                return;
+            }
+            self.pairing.held = Some(held);
+            self.release_held(cx);
+            self.settle(cx);
+        }
+        self.request(half, unprovoked, cx);
+    }
+
+    /// A request with nothing before it that could answer it.
+    fn request(&mut self, half: Half, unprovoked: Option<Unprovoked>, cx: &mut Context<'_>) {
+        if half.command.is_initiate() {
+            self.leave_open_transfer(&half, cx);
+            self.begin(&half, cx);
+            self.pairing.under_way = None;
+            self.pairing.abort_may_answer = unprovoked.is_some();
+            if let Some(abort) = unprovoked
+                && abort.idle
+                && Some(abort.mux) == half.command.mux()
+            {
+                self.step.answered_by = Some(abort.at);
+                self.pairing.pending = Some(half);
+                self.answered_by_abort(cx);
+                return;
+            }
+            self.pairing.pending = Some(half);
+            return;
+        }
+        if !self.can_request(&half) {
+            self.stray(&half, cx);
+            return;
+        }
+        self.step.ordinal = self.segment_ordinal(&half.command);
+        self.pairing.pending = Some(half);
+    }
+
+    /// Whether the open transfer is one in which a client sends this.
+    fn can_request(&self, half: &Half) -> bool {
+        if half.command.is_initiate() {
+            return true;
+        }
+        let direction = self.transfer.as_ref().map(|transfer| transfer.direction);
+        match (&self.phase, &half.command) {
+            (Phase::Segments { .. }, Command::SegmentRequest { .. }) => direction == Some(Direction::Upload),
+            (Phase::Segments { .. }, Command::Segment(_)) => direction == Some(Direction::Download),
+            (Phase::Block(block), Command::EndBlock { .. }) => {
+                direction == Some(Direction::Download) && block.may_end()
+            }
+            _ => false,
+        }
+    }
+
+    /// A client frame that belongs to no open transfer.
+    fn stray(&mut self, half: &Half, cx: &mut Context<'_>) {
+        if self.outside == Outside::Uncaptured {
+            self.step.place = Place::Uncaptured;
+            if self.join_segments(half, cx) {
+                self.pairing.pending = Some(*half);
+            } else if matches!(half.command, Command::BlockAck { .. }) {
+                self.join_block(half, Direction::Upload, cx);
+            }
+            return;
+        }
+        self.violation_outside(half, cx);
+    }
+
+    /// A segment, or a request for one, of a transfer that began before the capture.
+    fn join_segments(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+        let (direction, toggle) = match half.command {
+            Command::SegmentRequest { toggle } => (Direction::Upload, toggle),
+            Command::Segment(segment) => (Direction::Download, segment.toggle),
+            _ => return false,
+        };
+        if self.outside != Outside::Uncaptured || self.transfer.is_some() {
+            return false;
+        }
+        self.begin_midway(half.at, direction, Phase::Segments { toggle }, cx);
+        true
+    }
+
+    pub(super) fn violation_outside(&mut self, half: &Half, cx: &mut Context<'_>) {
+        self.step.place = Place::Outside;
+        if matches!(half.command, Command::Unknown(_)) || self.outside == Outside::Said {
+            return;
+        }
+        self.find(Code::Sdo007, half.at, Facts::Outside, cx);
+        if self.transfer.is_none() {
+            self.outside = Outside::Said;
+        }
+    }
+
+    pub(super) fn server(&mut self, half: Half, cx: &mut Context<'_>) {
+        let fresh = *self.pairing.first.get_or_insert(half.at.no) == half.at.no;
+        self.release_expired(cx);
+        if let Command::Abort(mux, code) = half.command {
+            self.release_held(cx);
+            self.settle(cx);
+            self.server_abort(&half, mux, code, cx);
+            return;
+        }
+        if let Some(under_way) = &mut self.pairing.under_way
+            && under_way.side == Side::Server
+            && under_way.seqno != 0
+            && half.bytes[0] & 0x7F == under_way.seqno
+        {
+            under_way.seqno = (under_way.seqno + 1) & 0x7F;
+            self.step.place = Place::InFlight;
+            return;
+        }
+        if matches!(self.phase, Phase::Block(_)) && self.block_server(&half, cx) {
+            return;
+        }
+        self.release_held(cx);
+        if let Some(pending) = self.pairing.pending {
+            self.respond(pending, half, cx);
+            return;
+        }
+        self.respond_unasked(half, fresh, cx);
+    }
+
+    /// A response while a request is pending.
+    fn respond(&mut self, pending: Half, half: Half, cx: &mut Context<'_>) {
+        if wire::fits(&pending.command, &half.command) {
+            if pending.command.is_initiate() {
+                // A segment of the transfer before can no longer come.
+                self.pairing.given_up = self.pairing.given_up.filter(|request| request.command.is_initiate());
+            }
+            self.settle(cx);
+            self.pairing.abort_may_answer = false;
+            self.step.ordinal = self.segment_ordinal(&half.command);
+            self.answer(pending, half, cx);
+            return;
+        }
+        if self.is_late(&half) {
+            self.late(&half, cx);
+            return;
+        }
+        if matches!(half.command, Command::Segment(_)) && self.pairing.last_response == Some(half.bytes) {
+            self.step.place = Place::Outside;
+            self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
+            return;
+        }
+        if self.is_edge(&pending) {
+            self.step.place = Place::Uncaptured;
+            self.pairing.held = Some(Held { half, first: true, rival: false });
+            return;
+        }
+        if wire::kind_fits(&pending.command, &half.command) {
+            self.settle(cx);
+            self.step.ordinal = self.segment_ordinal(&half.command);
+            self.answer(pending, half, cx);
+            return;
+        }
+        self.step.place = Place::Outside;
+        if !matches!(half.command, Command::Unknown(_)) {
+            self.find(Code::Sdo002, half.at, Facts::Missing { by: Side::Client }, cx);
+        }
+    }
+
+    /// A response while no request is pending.
+    fn respond_unasked(&mut self, half: Half, fresh: bool, cx: &mut Context<'_>) {
+        if matches!(half.command, Command::Unknown(_)) {
+            self.step.place = Place::Outside;
+            return;
+        }
+        let rival = match self.pairing.tentative {
+            Some(tentative) if wire::fits(&tentative.request.command, &half.command) => {
+                if tentative.first {
+                    self.dissolve(tentative, cx);
+                    self.answer(tentative.request, half, cx);
+                    return;
+                }
+                true
+            }
+            _ => false,
+        };
+        if !rival {
+            self.settle(cx);
+            if self.is_late(&half) {
+                self.late(&half, cx);
+                return;
+            }
+        }
+        self.step.ordinal = self.segment_ordinal(&half.command);
+        if fresh {
+            self.step.place = Place::Uncaptured;
+        } else if self.outside == Outside::Uncaptured && matches!(half.command, Command::BlockAck { .. }) {
+            self.step.place = Place::Uncaptured;
+            self.join_block(&half, Direction::Download, cx);
+            return;
+        }
+        self.pairing.held = Some(Held { half, first: fresh, rival });
+    }
+
+    /// The response was held and its request has come.
+    fn pair_backwards(&mut self, request: Half, held: Held, cx: &mut Context<'_>) {
+        self.step.answered_by = Some(held.half.at);
+        let initiate = request.command.is_initiate();
+        if initiate {
+            self.leave_open_transfer(&request, cx);
+            self.begin(&request, cx);
+            self.pairing.under_way = None;
+            self.pairing.tentative = Some(Tentative { request, response: held.half.at, first: held.first });
+        }
+        self.answer(request, held.half, cx);
+    }
+
+    /// The tentative pair was none: its response answers a request that is not in the capture.
+    fn dissolve(&mut self, tentative: Tentative, cx: &mut Context<'_>) {
+        self.pairing.tentative = None;
+        let unsettled = self.unsettled.take().map(|transfer| transfer.id);
+        self.note(Note::RequestNotCaptured, tentative.response, cx);
+        match unsettled.or(self.transfer.as_ref().map(|transfer| transfer.id)) {
+            Some(id) => self.begin_as(id, &tentative.request, cx),
+            None => self.begin(&tentative.request, cx),
+        }
+        self.pairing.pending = Some(tentative.request);
+    }
+
+    /// No second response came: the tentative pair stands.
+    pub(super) fn settle(&mut self, cx: &mut Context<'_>) {
+        self.pairing.tentative = None;
+        if let Some(transfer) = self.unsettled.take() {
+            let own = std::mem::replace(&mut self.own, true);
+            self.announce(transfer, cx);
+            self.own = own;
+        }
+    }
+
+    fn release_expired(&mut self, cx: &mut Context<'_>) {
+        if self.pairing.held.is_some_and(|held| !within_hold(held.half.at, cx.at)) {
+            self.release_held(cx);
+        }
+    }
+
+    /// The held response gets no late request.
+    fn release_held(&mut self, cx: &mut Context<'_>) {
+        let Some(held) = self.pairing.held.take() else { return };
+        if held.rival
+            && let Some(tentative) = self.pairing.tentative
+        {
+            self.dissolve(tentative, cx);
+            let own = std::mem::replace(&mut self.own, false);
+            self.answer(tentative.request, held.half, cx);
+            self.own = own;
+            return;
+        }
+        let duplicate = self.pairing.last_response == Some(held.half.bytes);
+        if !held.first {
+            let facts = if duplicate { Facts::Duplicate } else { Facts::Missing { by: Side::Client } };
+            self.find(Code::Sdo002, held.half.at, facts, cx);
+        }
+        self.continue_without_request(&held.half, cx);
+    }
+
+    /// A response whose request is not in the capture still carries its data.
+    fn continue_without_request(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let Phase::Segments { toggle: due } = self.phase else { return };
+        if self.pairing.pending.is_some() {
+            return;
+        }
+        let upload = self.transfer.as_ref().is_some_and(|transfer| transfer.direction == Direction::Upload);
+        match half.command {
+            Command::Segment(segment) if upload && segment.toggle == due => {
+                self.phase = Phase::Segments { toggle: !due };
+                let own = std::mem::replace(&mut self.own, false);
+                self.add_segment(*half, segment, cx);
+                self.own = own;
+            }
+            Command::SegmentResponse { toggle } if !upload && toggle == due => {
+                self.phase = Phase::Segments { toggle: !due };
+                if let Some(transfer) = &mut self.transfer {
+                    transfer.hole = true;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    pub(super) fn settle_held_at_end(&mut self, cx: &mut Context<'_>) {
+        self.settle_ack_at_end(cx);
+        match self.pairing.held.take() {
+            Some(held) if held.rival => {
+                self.pairing.held = Some(held);
+                self.release_held(cx);
+            }
+            Some(held) => self.continue_without_request(&held.half, cx),
+            None => {}
+        }
+    }
+
+    /// Whether a request is the channel's first frame: its answer may lie before the capture.
+    fn is_edge(&self, request: &Half) -> bool {
+        self.pairing.first == Some(request.at.no)
+    }
+
+    fn is_late(&self, half: &Half) -> bool {
+        self.pairing.given_up.is_some_and(|request| wire::fits(&request.command, &half.command))
+    }
+
+    fn late(&mut self, half: &Half, cx: &mut Context<'_>) {
+        self.step.place = Place::Late;
+        self.step.answered_by = self.pairing.given_up.take().map(|request| request.at);
+        self.find(Code::Sdo020, self.step.answered_by.unwrap_or(half.at), Facts::None, cx);
+    }
+
+    /// A client frame while its last request was not answered. Returns whether the frame needs nothing more.
+    fn supersede(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+        let Some(pending) = self.pairing.pending else { return false };
+        if pending.bytes == half.bytes && pending.len == half.len && !self.pairing.abort_may_answer {
+            self.step.place = Place::Repeated;
+            self.find(Code::Sdo015, pending.at, Facts::None, cx);
+            self.step.ordinal = self.segment_ordinal(&half.command);
+            self.pairing.pending = Some(*half);
+            return true;
+        }
+        self.pairing.pending = None;
+        if self.pairing.abort_may_answer {
+            self.pairing.pending = Some(pending);
+            self.answered_by_abort(cx);
+            return false;
+        }
+        if self.is_midway_block(&pending, half) {
+            self.transfer = None;
+            self.forget_withheld();
+            self.begin_midway_block(half, cx);
+            return true;
+        }
+        let edge = self.is_edge(&pending);
+        if half.command.is_initiate() {
+            self.pairing.given_up = (!edge).then_some(pending);
+            if matches!(pending.command, Command::EndBlock { .. }) {
+                self.find(Code::Sdo012, pending.at, Facts::EndNotConfirmed, cx);
+                self.end_unconfirmed(pending, cx);
+            } else {
+                self.unanswered(&pending, edge, cx);
+                self.abandon(&pending, cx);
+            }
+            return false;
+        }
+        match (pending.command, half.command) {
+            (Command::InitiateUpload(_), Command::SegmentRequest { .. })
+            | (Command::InitiateDownload(..), Command::Segment(_)) => {
+                self.unanswered(&pending, edge, cx);
+                if let Some(transfer) = &mut self.transfer
+                    && transfer.mode == Mode::Expedited
+                {
+                    transfer.mode = Mode::Segmented;
+                }
+                self.phase = Phase::Segments { toggle: false };
+            }
+            (Command::InitiateBlockUpload { blksize, .. }, Command::StartBlockUpload | Command::BlockAck { .. }) => {
+                self.unanswered(&pending, edge, cx);
+                self.block_initiated(pending.at, blksize, false, None);
+                return self.block_client(half, cx);
+            }
+            (Command::SegmentRequest { toggle }, Command::SegmentRequest { toggle: next }) if toggle != next => {
+                self.unanswered(&pending, edge, cx);
+                self.phase = Phase::Segments { toggle: next };
+                if let Some(transfer) = &mut self.transfer {
+                    transfer.hole = true;
+                }
+            }
+            (Command::Segment(sent), Command::Segment(next)) if sent.toggle != next.toggle => {
+                self.unanswered(&pending, edge, cx);
+                self.phase = Phase::Segments { toggle: next.toggle };
+                self.add_segment(pending, sent, cx);
+            }
+            _ => {
+                self.unanswered(&pending, edge, cx);
+                self.pairing.given_up = Some(pending);
+            }
+        }
+        false
+    }
+
+    fn unanswered(&mut self, pending: &Half, edge: bool, cx: &mut Context<'_>) {
+        if !edge {
+            self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
+        }
+    }
+
+    /// The pending request was answered by the abort that was captured before it.
+    pub(super) fn answered_by_abort(&mut self, cx: &mut Context<'_>) {
+        self.pairing.abort_may_answer = false;
+        let Some(pending) = self.pairing.pending.take() else { return };
+        let own = self.own;
+        if pending.at.no != cx.at.no {
+            self.note(Note::AnsweredByAbort, pending.at, cx);
+            self.own = false;
+        }
+        let abort = self.pairing_abort();
+        if let Some(transfer) = &mut self.transfer {
+            transfer.reordered = true;
+            transfer.abort = abort;
+        }
+        self.complete(Status::Aborted, cx);
+        self.own = own;
+    }
+
+    /// A transfer whose request was not answered, and which the client left.
+    fn abandon(&mut self, pending: &Half, cx: &mut Context<'_>) {
+        let nameless = !self.is_trusted() && !strict_initiate(pending);
+        if nameless {
+            self.transfer = None;
+            self.phase = Phase::Idle;
+            return;
+        }
+        let own = std::mem::replace(&mut self.own, false);
+        self.complete(Status::Failed, cx);
+        self.own = own;
+    }
+
+    /// A new initiate request comes: what becomes of a transfer that is still open?
+    fn leave_open_transfer(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let Some(transfer) = &self.transfer else { return };
+        let (last, uncaptured) = (transfer.last, transfer.mux.is_none());
+        if self.unmarked.is_some() && matches!(self.phase, Phase::Segments { .. }) {
+            self.recognise_unmarked(cx);
+            return;
+        }
+        if self.leave_ended_block(cx) {
+            return;
+        }
+        if self.all_bytes_without_last() {
+            self.find(Code::Sdo007, last, Facts::NoLast, cx);
+        } else if !uncaptured && !matches!(self.phase, Phase::Initiated) {
+            self.find(Code::Sdo008, half.at, Facts::None, cx);
+        }
+        let own = std::mem::replace(&mut self.own, false);
+        self.complete(if uncaptured { Status::Incomplete } else { Status::Failed }, cx);
+        self.own = own;
+    }
+
+    fn client_abort(&mut self, half: &Half, code: u32, cx: &mut Context<'_>) {
+        let seqno = self.block_seqno(Side::Server);
+        self.abort(Side::Client, half.at, code, cx);
+        self.pairing.given_up = self.pairing.pending.take().or(self.pairing.given_up);
+        self.pairing.abort_may_answer = false;
+        self.pairing.under_way = Some(UnderWay { side: Side::Server, seqno });
+    }
+
+    fn server_abort(&mut self, half: &Half, mux: wire::Mux, code: u32, cx: &mut Context<'_>) {
+        let seqno = self.block_seqno(Side::Client);
+        let unasked = self.pairing.pending.is_none_or(|pending| self.is_edge(&pending));
+        let idle = self.transfer.is_none();
+        self.abort(Side::Server, half.at, code, cx);
+        self.pairing.pending = None;
+        self.pairing.abort_may_answer = false;
+        self.pairing.last_abort = Some(code);
+        self.pairing.under_way = Some(UnderWay { side: Side::Client, seqno });
+        self.pairing.unprovoked = unasked.then_some(Unprovoked { at: half.at, mux, idle });
+    }
+
+    fn segment_ordinal(&self, command: &Command) -> u32 {
+        match (&self.phase, command) {
+            (Phase::Segments { .. }, Command::Segment(_)) => {
+                self.transfer.as_ref().map_or(0, |transfer| transfer.segments.saturating_add(1))
+            }
+            _ => 0,
+        }
+    }
+}
+
+/// Whether two frames are close enough for the second to be a late echo; without stamps, always.
+fn within_hold(from: FrameRef, to: FrameRef) -> bool {
+    match (from.t_ns, to.t_ns) {
+        (Some(from), Some(to)) => to.saturating_sub(from) <= HOLD_NS,
+        _ => true,
+    }
+}

@@ -1,0 +1,282 @@
+//! One SDO transfer: what it is about, the bytes moved so far, how it ended.
+//!
+//! Memory is bounded: [`KEPT`] bytes are kept, length and CRC run on. A claimed size allocates nothing. The
+//! transfer decides nothing: its channel tells it what happened.
+
+use crc::{CRC_16_IBM_3740, CRC_16_KERMIT, CRC_16_XMODEM, Crc, Digest, Table};
+
+use super::wire::{Mux, Side};
+use crate::finding::{Code, CrcMatch};
+use crate::frame::{BusId, FrameRef};
+
+/// Most bytes of one transfer that are kept for its value.
+pub const KEPT: usize = 65_536;
+/// Most findings listed with one transfer.
+const FINDINGS: usize = 16;
+
+static XMODEM: Crc<u16, Table<1>> = Crc::<u16, Table<1>>::new(&CRC_16_XMODEM);
+static FFFF: Crc<u16, Table<1>> = Crc::<u16, Table<1>>::new(&CRC_16_IBM_3740);
+static REFLECTED: Crc<u16, Table<1>> = Crc::<u16, Table<1>>::new(&CRC_16_KERMIT);
+
+/// Number of a transfer in the capture, from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TransferId(pub u64);
+
+/// Which way the data go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// Read from the server.
+    Upload,
+    /// Written to the server.
+    Download,
+}
+
+impl Direction {
+    /// The word in machine output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Upload => "upload",
+            Self::Download => "download",
+        }
+    }
+}
+
+/// How the data go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// In the initiate frames.
+    Expedited,
+    /// Seven bytes a segment, each confirmed.
+    Segmented,
+    /// Sub-blocks of up to 127 segments, with CRC.
+    Block,
+}
+
+impl Mode {
+    /// The word in machine output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Expedited => "expedited",
+            Self::Segmented => "segmented",
+            Self::Block => "block",
+        }
+    }
+}
+
+/// How a transfer stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Still running.
+    Open,
+    /// Completed.
+    Ok,
+    /// Aborted by either side.
+    Aborted,
+    /// Cut by the edge of the capture, by lost frames or by a reset of the node: no violation.
+    Incomplete,
+    /// Ended against the protocol: its data cannot be trusted.
+    Failed,
+}
+
+impl Status {
+    /// The word in machine output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Ok => "ok",
+            Self::Aborted => "aborted",
+            Self::Incomplete => "incomplete",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// An abort that ended a transfer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Abort {
+    /// Abort code (CiA 301, table 22).
+    pub code: u32,
+    /// Who sent it.
+    pub by: Side,
+}
+
+/// Running checksums of a block transfer's data.
+#[derive(Clone)]
+struct Sums {
+    xmodem: Digest<'static, u16, Table<1>>,
+    ffff: Digest<'static, u16, Table<1>>,
+    reflected: Digest<'static, u16, Table<1>>,
+}
+
+/// One transfer.
+#[derive(Clone)]
+pub struct Transfer {
+    /// Its number.
+    pub id: TransferId,
+    /// The bus.
+    pub bus: BusId,
+    /// The server's node-ID.
+    pub node: u8,
+    /// Upload or download.
+    pub direction: Direction,
+    /// Expedited, segmented or block.
+    pub mode: Mode,
+    /// The object; `None` where the initiate request was not captured.
+    pub mux: Option<Mux>,
+    /// Size in bytes as indicated by the sender of the data.
+    pub size_indicated: Option<u32>,
+    /// Bytes transferred.
+    pub size: u64,
+    /// The first [`KEPT`] of them.
+    pub kept: Vec<u8>,
+    /// How it stands.
+    pub status: Status,
+    /// The abort that ended it.
+    pub abort: Option<Abort>,
+    /// First frame.
+    pub first: FrameRef,
+    /// The frame that initiated it on the other side: where the size was indicated for an upload.
+    pub initiated: Option<FrameRef>,
+    /// Last frame so far.
+    pub last: FrameRef,
+    /// Some client frame was captured after its answer.
+    pub reordered: bool,
+    /// Segments transferred; 0 for an expedited transfer.
+    pub segments: u32,
+    /// Every segment but the last carried seven bytes.
+    pub even: bool,
+    /// Sub-blocks of which a part was sent again.
+    pub retransmissions: u32,
+    /// Both sides announced that they support a CRC. `None` outside block transfers.
+    pub crc_negotiated: Option<bool>,
+    /// Part of the data was not captured: size and CRC cannot be judged.
+    pub hole: bool,
+    /// Findings of this transfer, the first sixteen.
+    pub findings: Vec<Code>,
+    sums: Option<Box<Sums>>,
+    /// Bytes taken since they were last handed out, where data are extracted.
+    pub fresh: Vec<u8>,
+    extract: bool,
+}
+
+impl std::fmt::Debug for Transfer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Transfer")
+            .field("id", &self.id.0)
+            .field("direction", &self.direction)
+            .field("mode", &self.mode)
+            .field("mux", &self.mux)
+            .field("status", &self.status)
+            .field("abort", &self.abort)
+            .field("size", &self.size)
+            .field("kept", &self.kept)
+            .finish_non_exhaustive()
+    }
+}
+
+/// What a transfer needs to begin.
+#[derive(Clone, Copy, Debug)]
+pub struct Beginning {
+    /// Its number.
+    pub id: TransferId,
+    /// The bus.
+    pub bus: BusId,
+    /// The server's node-ID.
+    pub node: u8,
+    /// Whether its data are handed out as they come.
+    pub extract: bool,
+    /// Its first frame.
+    pub at: FrameRef,
+}
+
+impl Transfer {
+    /// A transfer that begins.
+    pub fn new(beginning: Beginning, direction: Direction, mode: Mode, mux: Option<Mux>) -> Self {
+        let Beginning { id, bus, node, extract, at } = beginning;
+        Self {
+            id,
+            bus,
+            node,
+            direction,
+            mode,
+            mux,
+            size_indicated: None,
+            size: 0,
+            kept: Vec::new(),
+            status: Status::Open,
+            abort: None,
+            first: at,
+            initiated: None,
+            last: at,
+            reordered: false,
+            segments: 0,
+            even: true,
+            retransmissions: 0,
+            crc_negotiated: None,
+            hole: false,
+            findings: Vec::new(),
+            sums: None,
+            fresh: Vec::new(),
+            extract,
+        }
+    }
+
+    /// Counts data bytes and keeps what may be kept.
+    pub fn append(&mut self, bytes: &[u8]) {
+        self.size = self.size.saturating_add(bytes.len() as u64);
+        let room = KEPT.saturating_sub(self.kept.len()).min(bytes.len());
+        self.kept.extend_from_slice(bytes.get(..room).unwrap_or(&[]));
+        if self.extract {
+            self.fresh.extend_from_slice(bytes);
+        }
+        if self.mode == Mode::Block {
+            let sums = self.sums.get_or_insert_with(|| {
+                Box::new(Sums { xmodem: XMODEM.digest(), ffff: FFFF.digest(), reflected: REFLECTED.digest() })
+            });
+            sums.xmodem.update(bytes);
+            sums.ffff.update(bytes);
+            sums.reflected.update(bytes);
+        }
+    }
+
+    /// The CRC over the data so far, and what a different `found` would be right for. `padding` are the bytes
+    /// of the last segment that carry no data.
+    pub fn check_crc(&self, found: u16, padding: &[u8]) -> (u16, CrcMatch) {
+        let Some(sums) = &self.sums else { return (0, CrcMatch::Nothing) };
+        let computed = sums.xmodem.clone().finalize();
+        let mut padded = sums.xmodem.clone();
+        padded.update(padding);
+        let matches = if padded.finalize() == found {
+            CrcMatch::WithPadding
+        } else if sums.ffff.clone().finalize() == found {
+            CrcMatch::InitialFfff
+        } else if sums.reflected.clone().finalize() == found {
+            CrcMatch::Reflected
+        } else {
+            CrcMatch::Nothing
+        };
+        (computed, matches)
+    }
+
+    /// Lists a finding with the transfer.
+    pub fn note_finding(&mut self, code: Code) {
+        if self.findings.len() < FINDINGS && !self.findings.contains(&code) {
+            self.findings.push(code);
+        }
+    }
+
+    /// Whether all indicated bytes have come, or whether the transfer cannot tell.
+    pub fn size_is_right(&self) -> bool {
+        self.hole || self.size_indicated.is_none_or(|size| u64::from(size) == self.size)
+    }
+
+    /// Takes the bytes that have come since the last call.
+    pub fn take_fresh(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.fresh)
+    }
+
+    /// Duration from the first to the last frame in ns, where both have a stamp.
+    pub fn duration_ns(&self) -> Option<i64> {
+        Some(self.last.t_ns?.saturating_sub(self.first.t_ns?))
+    }
+}

@@ -1,0 +1,390 @@
+//! One SDO frame's eight bytes (CiA 301, 7.2.4.3): command byte, multiplexor, data. Pure; knows no transfer.
+//!
+//! | byte | initiate, abort | segment | block sub-frames |
+//! |---|---|---|---|
+//! | 0 | command specifier and flags | `000t nnnc` | command specifier and sub-command, or `c sssssss` |
+//! | 1-2 | index, little-endian | data | CRC, or ackseq and blksize, or data |
+//! | 3 | sub-index | data | data |
+//! | 4-7 | data, size, abort code, or blksize and pst | data | data |
+//!
+//! The same byte means different things by direction, so every function takes the side. Whether a byte is the
+//! sequence number of a block segment only the transfer knows: [`decode`] never returns `BlockSegment`.
+
+/// The two ends of an SDO channel. They are roles of the channel, not NMT master and slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Side {
+    /// Asks: sends on 600h + node-ID of the server by default.
+    Client,
+    /// Answers: sends on 580h + node-ID by default.
+    Server,
+}
+
+/// Multiplexor: the object a transfer is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Mux {
+    /// Index in the object dictionary.
+    pub index: u16,
+    /// Sub-index.
+    pub sub: u8,
+}
+
+/// Flags and data of an initiate download request or initiate upload response.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Initiate {
+    /// e: the four bytes are the data themselves.
+    pub expedited: bool,
+    /// s: the size is indicated.
+    pub size_indicated: bool,
+    /// n: bytes 7-n..7 carry no data; meaningful with e and s only.
+    pub unused: u8,
+    /// Bytes 4..7.
+    pub data: [u8; 4],
+}
+
+impl Initiate {
+    /// The indicated size of a segmented transfer, in bytes.
+    pub fn size(&self) -> Option<u32> {
+        (!self.expedited && self.size_indicated).then(|| u32::from_le_bytes(self.data))
+    }
+
+    /// The number of data bytes of an expedited transfer: 4-n with e and s, up to 4 (by the frame) with e alone.
+    pub fn expedited_len(&self, payload_len: u8) -> usize {
+        let carried = usize::from(payload_len.saturating_sub(4)).min(4);
+        if self.size_indicated { (4 - usize::from(self.unused & 3)).min(carried) } else { carried }
+    }
+}
+
+/// A download or upload segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Segment {
+    /// t: alternates, 0 in the first segment.
+    pub toggle: bool,
+    /// n: bytes at the end without data, 0..=7.
+    pub unused: u8,
+    /// c: no more segments.
+    pub last: bool,
+    /// Bytes 1..7.
+    pub data: [u8; 7],
+}
+
+/// What an SDO frame says, given who sent it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Client, ccs 1.
+    InitiateDownload(Mux, Initiate),
+    /// Client, ccs 2.
+    InitiateUpload(Mux),
+    /// Server, scs 3: download initiated.
+    DownloadInitiated(Mux),
+    /// Server, scs 2: upload initiated.
+    UploadInitiated(Mux, Initiate),
+    /// Client ccs 0 (download) or server scs 0 (upload).
+    Segment(Segment),
+    /// Client ccs 3: asks for the next segment of an upload.
+    SegmentRequest {
+        /// t.
+        toggle: bool,
+    },
+    /// Server scs 1: confirms a download segment.
+    SegmentResponse {
+        /// t.
+        toggle: bool,
+    },
+    /// Client ccs 6, sub-command 0.
+    InitiateBlockDownload {
+        /// The object.
+        mux: Mux,
+        /// cc: the client can generate a CRC.
+        crc: bool,
+        /// Size in bytes, if indicated.
+        size: Option<u32>,
+    },
+    /// Server scs 5, sub-command 0.
+    BlockDownloadInitiated {
+        /// The object.
+        mux: Mux,
+        /// sc: the server can generate a CRC.
+        crc: bool,
+        /// Segments in the next sub-block, 1..=127.
+        blksize: u8,
+    },
+    /// Client ccs 5, sub-command 0.
+    InitiateBlockUpload {
+        /// The object.
+        mux: Mux,
+        /// cc: the client can generate a CRC.
+        crc: bool,
+        /// Segments in the next sub-block, 1..=127.
+        blksize: u8,
+        /// Protocol switch threshold in bytes; 0: switching is not allowed.
+        threshold: u8,
+    },
+    /// Server scs 6, sub-command 0.
+    BlockUploadInitiated {
+        /// The object.
+        mux: Mux,
+        /// sc: the server can generate a CRC.
+        crc: bool,
+        /// Size in bytes, if indicated.
+        size: Option<u32>,
+    },
+    /// Client ccs 5, sub-command 3: start the upload.
+    StartBlockUpload,
+    /// Receiver of a block transfer, sub-command 2.
+    BlockAck {
+        /// Last segment received in sequence; 0: none.
+        ackseq: u8,
+        /// Segments in the next sub-block, 1..=127.
+        blksize: u8,
+    },
+    /// Sender of a block transfer, sub-command 1: end.
+    EndBlock {
+        /// Bytes of the last segment without data, 0..=7.
+        unused: u8,
+        /// CRC over the data.
+        crc: u16,
+    },
+    /// Receiver of a block transfer, sub-command 1: end confirmed.
+    BlockEnded,
+    /// A segment of a block transfer.
+    BlockSegment {
+        /// Sequence number in the sub-block, 1..=127.
+        seqno: u8,
+        /// c: last segment of the transfer.
+        last: bool,
+        /// Seven data bytes; padding is known at the end.
+        data: [u8; 7],
+    },
+    /// Either side, cs 4.
+    Abort(Mux, u32),
+    /// A command specifier or sub-command that is not defined for this side.
+    Unknown(u8),
+}
+
+/// Decodes one frame's bytes, zero-extended to eight.
+pub fn decode(side: Side, bytes: [u8; 8]) -> Command {
+    let [command, b1, b2, sub, b4, b5, b6, b7] = bytes;
+    let mux = Mux { index: u16::from_le_bytes([b1, b2]), sub };
+    let tail = [b4, b5, b6, b7];
+    let segment = || Segment {
+        toggle: command & 0x10 != 0,
+        unused: command >> 1 & 7,
+        last: command & 1 != 0,
+        data: [b1, b2, sub, b4, b5, b6, b7],
+    };
+    let initiate = || Initiate {
+        expedited: command & 2 != 0,
+        size_indicated: command & 1 != 0,
+        unused: command >> 2 & 3,
+        data: tail,
+    };
+    let crc_flag = command & 4 != 0;
+    let size = (command & 2 != 0).then(|| u32::from_le_bytes(tail));
+    let toggle = command & 0x10 != 0;
+    match (side, command >> 5) {
+        (_, 4) => Command::Abort(mux, u32::from_le_bytes(tail)),
+        (_, 0) => Command::Segment(segment()),
+        (Side::Client, 1) => Command::InitiateDownload(mux, initiate()),
+        (Side::Client, 2) => Command::InitiateUpload(mux),
+        (Side::Client, 3) => Command::SegmentRequest { toggle },
+        (Side::Server, 1) => Command::SegmentResponse { toggle },
+        (Side::Server, 2) => Command::UploadInitiated(mux, initiate()),
+        (Side::Server, 3) => Command::DownloadInitiated(mux),
+        (_, 6) if command & 1 != 0 => Command::EndBlock { unused: command >> 2 & 7, crc: u16::from_le_bytes([b1, b2]) },
+        (Side::Client, 6) => Command::InitiateBlockDownload { mux, crc: crc_flag, size },
+        (Side::Server, 6) => Command::BlockUploadInitiated { mux, crc: crc_flag, size },
+        (_, 5) => match (side, command & 3) {
+            (Side::Client, 0) => Command::InitiateBlockUpload { mux, crc: crc_flag, blksize: b4, threshold: b5 },
+            (Side::Server, 0) => Command::BlockDownloadInitiated { mux, crc: crc_flag, blksize: b4 },
+            (_, 1) => Command::BlockEnded,
+            (_, 2) => Command::BlockAck { ackseq: b1, blksize: b2 },
+            (Side::Client, _) => Command::StartBlockUpload,
+            (Side::Server, _) => Command::Unknown(command),
+        },
+        _ => Command::Unknown(command),
+    }
+}
+
+/// The frame read as a segment of a block transfer (sub-block phase). Byte 80h there is an abort.
+pub fn block_segment(bytes: [u8; 8]) -> Command {
+    let [command, b1, b2, b3, b4, b5, b6, b7] = bytes;
+    if command == 0x80 {
+        let mux = Mux { index: u16::from_le_bytes([b1, b2]), sub: b3 };
+        return Command::Abort(mux, u32::from_le_bytes([b4, b5, b6, b7]));
+    }
+    Command::BlockSegment { seqno: command & 0x7F, last: command & 0x80 != 0, data: [b1, b2, b3, b4, b5, b6, b7] }
+}
+
+impl Command {
+    /// The object, for commands that carry one. An abort's multiplexor is unreliable and not among them.
+    pub fn mux(&self) -> Option<Mux> {
+        match *self {
+            Self::InitiateDownload(mux, _)
+            | Self::InitiateUpload(mux)
+            | Self::DownloadInitiated(mux)
+            | Self::UploadInitiated(mux, _)
+            | Self::InitiateBlockDownload { mux, .. }
+            | Self::BlockDownloadInitiated { mux, .. }
+            | Self::InitiateBlockUpload { mux, .. }
+            | Self::BlockUploadInitiated { mux, .. } => Some(mux),
+            _ => None,
+        }
+    }
+
+    /// Whether a client starts a transfer with it.
+    pub fn is_initiate(&self) -> bool {
+        matches!(
+            self,
+            Self::InitiateDownload(..)
+                | Self::InitiateUpload(_)
+                | Self::InitiateBlockDownload { .. }
+                | Self::InitiateBlockUpload { .. }
+        )
+    }
+
+    /// n of an initiate that is not zero though e and s are not both set (CiA 301: n shall then be 0).
+    pub fn has_invalid_unused(&self) -> bool {
+        match self {
+            Self::InitiateDownload(_, i) | Self::UploadInitiated(_, i) => {
+                i.unused != 0 && !(i.expedited && i.size_indicated)
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether reserved bits of the command byte, reserved bytes, or bytes said to carry no data are not 0.
+    ///
+    /// An initiate with e = s = 0 is left to the rules for that quirk. The CRC field is not reserved here:
+    /// stacks leave stale values in it.
+    pub fn has_reserved_bits(&self, bytes: [u8; 8]) -> bool {
+        let [command, b1, b2, b3, b4, b5, b6, b7] = bytes;
+        let any = |bytes: &[u8]| bytes.iter().any(|byte| *byte != 0);
+        match self {
+            Self::InitiateDownload(_, i) | Self::UploadInitiated(_, i) => {
+                let padding = if i.expedited && i.size_indicated { usize::from(i.unused) } else { 0 };
+                command & 0x10 != 0 || any(i.data.get(4 - padding..).unwrap_or(&[]))
+            }
+            Self::InitiateUpload(_) | Self::DownloadInitiated(_) => command & 0x1F != 0 || any(&[b4, b5, b6, b7]),
+            Self::Segment(s) => any(s.data.get(7 - usize::from(s.unused)..).unwrap_or(&[])),
+            Self::SegmentRequest { .. } | Self::SegmentResponse { .. } => {
+                command & 0x0F != 0 || any(&[b1, b2, b3, b4, b5, b6, b7])
+            }
+            Self::InitiateBlockDownload { size, .. } | Self::BlockUploadInitiated { size, .. } => {
+                command & 0x18 != 0 || (size.is_none() && any(&[b4, b5, b6, b7]))
+            }
+            Self::BlockDownloadInitiated { .. } => command & 0x1A != 0 || any(&[b5, b6, b7]),
+            Self::InitiateBlockUpload { .. } => command & 0x18 != 0 || any(&[b6, b7]),
+            Self::StartBlockUpload | Self::BlockEnded => command & 0x1C != 0 || any(&[b1, b2, b3, b4, b5, b6, b7]),
+            Self::BlockAck { .. } => command & 0x1C != 0 || any(&[b3, b4, b5, b6, b7]),
+            Self::EndBlock { .. } => command & 2 != 0 || any(&[b3, b4, b5, b6, b7]),
+            Self::BlockSegment { .. } | Self::Abort(..) | Self::Unknown(_) => false,
+        }
+    }
+}
+
+/// Whether `response` can be the answer to `request`: the right kind, the same object, the same toggle bit.
+pub fn fits(request: &Command, response: &Command) -> bool {
+    kind_fits(request, response)
+        && match (request, response) {
+            (Command::SegmentRequest { toggle }, Command::Segment(s)) => *toggle == s.toggle,
+            (Command::Segment(s), Command::SegmentResponse { toggle }) => *toggle == s.toggle,
+            _ => request.mux() == response.mux(),
+        }
+}
+
+/// Whether `response` is of the kind that answers `request`, whatever its object and toggle bit.
+pub fn kind_fits(request: &Command, response: &Command) -> bool {
+    use Command as C;
+    matches!(
+        (request, response),
+        (C::InitiateUpload(_), C::UploadInitiated(..))
+            | (C::InitiateDownload(..), C::DownloadInitiated(_))
+            | (C::SegmentRequest { .. }, C::Segment(_))
+            | (C::Segment(_), C::SegmentResponse { .. })
+            | (C::InitiateBlockDownload { .. }, C::BlockDownloadInitiated { .. })
+            | (C::InitiateBlockUpload { .. }, C::BlockUploadInitiated { .. } | C::UploadInitiated(..))
+            | (C::EndBlock { .. }, C::BlockEnded)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn same_byte_by_direction() {
+        let seg = [0x60, 0, 0, 0, 0, 0, 0, 0];
+        assert_eq!(decode(Side::Client, seg), Command::SegmentRequest { toggle: false });
+        assert_eq!(decode(Side::Server, seg), Command::DownloadInitiated(Mux { index: 0, sub: 0 }));
+        let twenty = [0x20, 0x03, 0x20, 0x02, 0x0A, 0, 0, 0];
+        assert!(matches!(decode(Side::Client, twenty), Command::InitiateDownload(m, i)
+            if m == Mux { index: 0x2003, sub: 2 } && !i.expedited && !i.size_indicated));
+        assert_eq!(decode(Side::Server, twenty), Command::SegmentResponse { toggle: false });
+    }
+
+    #[test]
+    fn last_segment_of_the_notes() {
+        let Command::Segment(s) = decode(Side::Server, [0x1B, 0x64, 0x65, 0, 0, 0, 0, 0]) else {
+            panic!("1B is a segment");
+        };
+        assert!(s.toggle && s.last);
+        assert_eq!(s.unused, 5);
+    }
+
+    #[test]
+    fn expedited_lengths() {
+        for (command, len) in [(0x43, 4), (0x47, 3), (0x4B, 2), (0x4F, 1), (0x42, 4)] {
+            let Command::UploadInitiated(_, i) = decode(Side::Server, [command, 0, 0x20, 0, 1, 2, 3, 4]) else {
+                panic!("{command:02X} is an upload response");
+            };
+            assert!(i.expedited);
+            assert_eq!(i.expedited_len(8), len);
+        }
+        let Command::UploadInitiated(_, i) = decode(Side::Server, [0x41, 8, 0x10, 0, 0x17, 0, 0, 0]) else {
+            panic!("41 is an upload response");
+        };
+        assert_eq!(i.size(), Some(23));
+    }
+
+    #[test]
+    fn block_commands() {
+        let mux = Mux { index: 0x2004, sub: 0 };
+        assert_eq!(
+            decode(Side::Client, [0xA4, 4, 0x20, 0, 0x7F, 0x17, 0, 0]),
+            Command::InitiateBlockUpload { mux, crc: true, blksize: 0x7F, threshold: 0x17 }
+        );
+        assert_eq!(
+            decode(Side::Server, [0xC6, 4, 0x20, 0, 0x14, 0, 0, 0]),
+            Command::BlockUploadInitiated { mux, crc: true, size: Some(20) }
+        );
+        assert_eq!(
+            decode(Side::Client, [0xC6, 4, 0x20, 0, 0x14, 0, 0, 0]),
+            Command::InitiateBlockDownload { mux, crc: true, size: Some(20) }
+        );
+        assert_eq!(
+            decode(Side::Server, [0xA4, 4, 0x20, 0, 0x7F, 0, 0, 0]),
+            Command::BlockDownloadInitiated { mux, crc: true, blksize: 0x7F }
+        );
+        assert_eq!(
+            decode(Side::Server, [0xC5, 0xCC, 0xAC, 0, 0, 0, 0, 0]),
+            Command::EndBlock { unused: 1, crc: 0xACCC }
+        );
+        assert_eq!(
+            block_segment([0x83, 1, 2, 3, 4, 5, 6, 7]),
+            Command::BlockSegment { seqno: 3, last: true, data: [1, 2, 3, 4, 5, 6, 7] }
+        );
+        assert!(matches!(block_segment([0x80, 8, 0x10, 0, 0, 0, 4, 5]), Command::Abort(_, 0x0504_0000)));
+    }
+
+    #[test]
+    fn what_fits() {
+        let mux = Mux { index: 0x1008, sub: 0 };
+        let other = Mux { index: 0x1009, sub: 0 };
+        let read = Command::InitiateUpload(mux);
+        let answer = |mux| decode(Side::Server, [0x43, (mux as Mux).index as u8, 0x10, 0, 0, 0, 0, 0]);
+        assert!(fits(&read, &answer(mux)));
+        assert!(!fits(&read, &answer(other)));
+        assert!(kind_fits(&read, &answer(other)));
+        assert!(!kind_fits(&read, &Command::DownloadInitiated(mux)));
+    }
+}
