@@ -148,6 +148,7 @@ impl Channel {
     fn block_segment(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Command::BlockSegment { seqno, last, data } = half.command else { return };
         let upload = self.is_upload();
+        let midway = self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none());
         let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         self.step.ordinal = block.ordinal();
         let (taken, ack_missing) = block.segment(transfer, half.at, (seqno, last, data), upload);
@@ -158,6 +159,9 @@ impl Channel {
         };
         if taken != Taken::InSequence {
             self.step.ordinal = 0;
+            if upload && midway {
+                self.hold_midway(half);
+            }
         }
         if ack_missing {
             let by = if upload { Side::Client } else { Side::Server };

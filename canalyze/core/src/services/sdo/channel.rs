@@ -91,6 +91,8 @@ pub struct Channel {
     withheld: Vec<Finding>,
     requests: u64,
     responses: u64,
+    /// Requests among them that can only be meant as such.
+    plausible: u64,
     first: Option<FrameRef>,
 }
 
@@ -126,6 +128,7 @@ impl Channel {
             withheld: Vec::new(),
             requests: 0,
             responses: 0,
+            plausible: 0,
             first: None,
         }
     }
@@ -153,7 +156,8 @@ impl Channel {
             transfer: None,
             what: What::Note(Note::RequestNotCaptured),
         });
-        if half.command.is_initiate() && strict_initiate(&half) {
+        self.plausible = self.plausible.saturating_add(u64::from(strict_initiate(&half)));
+        if half.command.is_initiate() && strict_initiate(&half) && self.first.is_some_and(|first| first != half.at) {
             self.begun = true;
         }
         let before = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
@@ -228,7 +232,10 @@ impl Channel {
     pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
         self.pairing.pending = None;
         self.pairing.last_response = Some(response.bytes);
-        if wire::fits(&request.command, &response.command) && !self.trusted {
+        if request.command.is_initiate() {
+            self.pairing.initiated();
+        }
+        if request.command.is_initiate() && wire::fits(&request.command, &response.command) && !self.trusted {
             self.trust(cx);
         }
         if let Some(transfer) = &mut self.transfer {
@@ -475,8 +482,12 @@ impl Channel {
         }
     }
 
-    /// What was withheld belonged to a transfer that began before the capture.
-    pub(super) fn forget_withheld(&mut self) {
+    /// What was seen so far belonged to a transfer that began before the capture.
+    pub(super) fn forget_beginning(&mut self) {
+        self.transfer = None;
+        self.phase = Phase::Idle;
+        self.outside = Outside::Uncaptured;
+        self.pairing.pending = None;
         if !self.trusted {
             self.withheld.clear();
             self.begun = false;
@@ -588,7 +599,7 @@ impl Channel {
         if self.trusted {
             return;
         }
-        let unanswered = self.begun && self.responses == 0;
+        let unanswered = self.requests > 0 && self.responses == 0 && self.plausible > 0;
         let nothing_odd =
             self.withheld.iter().all(|finding| finding.code.rule().severity == crate::finding::Severity::Info);
         let code = if unanswered { Code::Sdo031 } else { Code::Sdo030 };

@@ -22,7 +22,7 @@ const HOLD_NS: i64 = 5_000_000;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Held {
     pub(super) half: Half,
-    /// It is the channel's first frame (or the first after lost frames): its request may be before the capture.
+    /// It is among the channel's first frames (or the first after lost frames): its request may be before the capture.
     first: bool,
     /// It also answers the request of the tentative pair.
     rival: bool,
@@ -93,6 +93,11 @@ impl Default for Pairing {
 }
 
 impl Pairing {
+    /// A transfer was initiated: a segment of the one before can no longer come.
+    pub(super) fn initiated(&mut self) {
+        self.given_up = self.given_up.filter(|request| request.command.is_initiate());
+    }
+
     pub(super) fn is_tentative(&self) -> bool {
         self.tentative.is_some()
     }
@@ -261,14 +266,17 @@ impl Channel {
     /// A response while a request is pending.
     fn respond(&mut self, pending: Half, half: Half, cx: &mut Context<'_>) {
         if wire::fits(&pending.command, &half.command) {
-            if pending.command.is_initiate() {
-                // A segment of the transfer before can no longer come.
-                self.pairing.given_up = self.pairing.given_up.filter(|request| request.command.is_initiate());
-            }
             self.settle(cx);
             self.pairing.abort_may_answer = false;
             self.step.ordinal = self.segment_ordinal(&half.command);
             self.answer(pending, half, cx);
+            return;
+        }
+        let midway = self.outside == Outside::Uncaptured || (self.is_edge(&pending) && is_block_initiate(&pending));
+        if midway && matches!(half.command, Command::BlockAck { .. }) {
+            self.forget_beginning();
+            self.step.place = Place::Uncaptured;
+            self.join_block(&half, Direction::Download, cx);
             return;
         }
         if self.is_late(&half) {
@@ -280,7 +288,9 @@ impl Channel {
             self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
             return;
         }
-        if self.is_edge(&pending) {
+        let uncaptured =
+            self.outside == Outside::Uncaptured && !wire::kind_fits(&pending.command, &half.command);
+        if self.is_edge(&pending) || uncaptured {
             self.step.place = Place::Uncaptured;
             self.pairing.held = Some(Held { half, first: true, rival: false });
             return;
@@ -329,7 +339,7 @@ impl Channel {
             self.join_block(&half, Direction::Download, cx);
             return;
         }
-        self.pairing.held = Some(Held { half, first: fresh, rival });
+        self.pairing.held = Some(Held { half, first: fresh || !self.begun, rival });
     }
 
     /// The response was held and its request has come.
@@ -417,6 +427,13 @@ impl Channel {
         }
     }
 
+    /// In the midst of a block upload that began before the capture, a frame by the server may still be the answer
+    /// to a late initiate request.
+    pub(super) fn hold_midway(&mut self, half: &Half) {
+        let half = Half { command: wire::decode(Side::Server, half.bytes), ..*half };
+        self.pairing.held = Some(Held { half, first: true, rival: false });
+    }
+
     pub(super) fn settle_held_at_end(&mut self, cx: &mut Context<'_>) {
         self.settle_ack_at_end(cx);
         match self.pairing.held.take() {
@@ -461,12 +478,15 @@ impl Channel {
             return false;
         }
         if self.is_midway_block(&pending, half) {
-            self.transfer = None;
-            self.forget_withheld();
+            self.forget_beginning();
             self.begin_midway_block(half, cx);
             return true;
         }
-        let edge = self.is_edge(&pending);
+        let edge = self.is_edge(&pending) || self.outside == Outside::Uncaptured;
+        if edge && is_block_initiate(&pending) && !half.command.is_initiate() {
+            self.forget_beginning();
+            return false;
+        }
         if half.command.is_initiate() {
             self.pairing.given_up = (!edge).then_some(pending);
             if matches!(pending.command, Command::EndBlock { .. }) {
@@ -600,6 +620,10 @@ impl Channel {
             _ => 0,
         }
     }
+}
+
+fn is_block_initiate(half: &Half) -> bool {
+    matches!(half.command, Command::InitiateBlockDownload { .. } | Command::InitiateBlockUpload { .. })
 }
 
 /// Whether two frames are close enough for the second to be a late echo; without stamps, always.

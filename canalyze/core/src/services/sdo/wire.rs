@@ -182,7 +182,8 @@ pub fn decode(side: Side, bytes: [u8; 8]) -> Command {
     let size = (command & 2 != 0).then(|| u32::from_le_bytes(tail));
     let toggle = command & 0x10 != 0;
     match (side, command >> 5) {
-        (_, 4) => Command::Abort(mux, u32::from_le_bytes(tail)),
+        // Byte 81h..9Fh is rather a block segment met in mid-transfer than an abort with reserved bits.
+        (_, 4) if command == 0x80 || matches!(b7, 0x05 | 0x06 | 0x08) => Command::Abort(mux, u32::from_le_bytes(tail)),
         (_, 0) => Command::Segment(segment()),
         (Side::Client, 1) => Command::InitiateDownload(mux, initiate()),
         (Side::Client, 2) => Command::InitiateUpload(mux),
@@ -277,7 +278,8 @@ impl Command {
             Self::StartBlockUpload | Self::BlockEnded => command & 0x1C != 0 || any(&[b1, b2, b3, b4, b5, b6, b7]),
             Self::BlockAck { .. } => command & 0x1C != 0 || any(&[b3, b4, b5, b6, b7]),
             Self::EndBlock { .. } => command & 2 != 0 || any(&[b3, b4, b5, b6, b7]),
-            Self::BlockSegment { .. } | Self::Abort(..) | Self::Unknown(_) => false,
+            Self::Abort(..) => command & 0x1F != 0,
+            Self::BlockSegment { .. } | Self::Unknown(_) => false,
         }
     }
 }
