@@ -1,1 +1,3 @@
-//! (empty)
+//! The English sentences.
+
+pub mod services;

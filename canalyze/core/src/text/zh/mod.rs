@@ -1,1 +1,3 @@
-//! (empty)
+//! The Chinese sentences.
+
+pub mod services;
