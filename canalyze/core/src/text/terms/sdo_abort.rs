@@ -30,11 +30,7 @@ pub static CODES: &[Row<u32>] = &[
         "数据类型不匹配, 服务参数长度不匹配",
         "data type does not match, length of service parameter does not match",
     ),
-    (
-        0x0607_0012,
-        "数据类型不匹配, 服务参数长度过长",
-        "data type does not match, length of service parameter too high",
-    ),
+    (0x0607_0012, "数据类型不匹配, 服务参数长度过长", "data type does not match, length of service parameter too high"),
     (0x0607_0013, "数据类型不匹配, 服务参数长度过短", "data type does not match, length of service parameter too low"),
     (0x0609_0011, "子索引不存在", "sub-index does not exist"),
     (0x0609_0030, "参数值无效(仅下载)", "invalid value for parameter (download only)"),
