@@ -28,5 +28,6 @@ pub mod frame;
 pub mod message;
 pub mod od;
 pub mod readers;
+pub mod render;
 pub mod services;
 pub mod text;

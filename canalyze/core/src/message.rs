@@ -67,6 +67,17 @@ pub enum Message {
         /// The node whose PDO it is.
         node: u8,
     },
+    /// A multiplex PDO (CiA 301, 7.2.2.4). Never from one frame alone: the bus makes it where a mapping says so.
+    Mpdo {
+        /// Transmit (seen from the node) or receive.
+        transmit: bool,
+        /// PDO number, from 1.
+        number: u16,
+        /// The node whose PDO it is.
+        node: u8,
+        /// What it carries.
+        content: crate::services::pdo::Multiplexed,
+    },
     /// One frame of an SRDO pair (CiA 304).
     Srdo {
         /// Number of the pair, 1..=64.
@@ -125,6 +136,78 @@ pub enum Message {
         /// What is wrong.
         flaw: Flaw,
     },
+}
+
+impl Message {
+    /// The service's one word: the name in filters, in JSON, and of the file that decodes it. Boot-up counts as
+    /// heartbeat; an answer with the toggle bit set can only be node guarding.
+    pub fn service(&self) -> &'static str {
+        match self {
+            Self::Nmt { .. } => "nmt",
+            Self::Gfc => "gfc",
+            Self::FlyingMaster { .. } => "flying_master",
+            Self::Sync { .. } => "sync",
+            Self::Time { .. } => "time",
+            Self::Emcy { .. } => "emcy",
+            Self::Pdo { .. } | Self::PdoRequest { .. } | Self::Mpdo { .. } => "pdo",
+            Self::Srdo { .. } => "srdo",
+            Self::Heartbeat { toggle: true, .. } | Self::GuardingRequest { .. } => "guarding",
+            Self::BootUp { .. } | Self::Heartbeat { .. } => "heartbeat",
+            Self::Lss { .. } => "lss",
+            Self::Usdo { .. } => "usdo",
+            Self::ErrorFrame => "error",
+            Self::Foreign { role } | Self::Malformed { role, .. } => match role {
+                Role::Nmt => "nmt",
+                Role::Gfc => "gfc",
+                Role::FlyingMaster(_) => "flying_master",
+                Role::Sync => "sync",
+                Role::Emcy(_) => "emcy",
+                Role::Time => "time",
+                Role::Srdo { .. } => "srdo",
+                Role::Tpdo { .. } | Role::Rpdo { .. } => "pdo",
+                Role::SdoRequest(_) | Role::SdoResponse(_) => "sdo",
+                Role::ErrorControl(_) => "heartbeat",
+                Role::LssRequest | Role::LssResponse => "lss",
+                Role::DynamicSdo | Role::Reserved | Role::Unassigned | Role::Foreign => "foreign",
+            },
+        }
+    }
+
+    /// The node the message is about: who sends it, or whom an NMT command addresses. `None` where it is about
+    /// none or about all, or where the number cannot be a node-ID.
+    pub fn node(&self) -> Option<u8> {
+        let node = match *self {
+            Self::Nmt { node, .. }
+            | Self::Emcy { node, .. }
+            | Self::Pdo { node, .. }
+            | Self::PdoRequest { node, .. }
+            | Self::Mpdo { node, .. }
+            | Self::BootUp { node }
+            | Self::Heartbeat { node, .. }
+            | Self::GuardingRequest { node } => node,
+            Self::FlyingMaster { master, .. } => master.map_or(0, |(_, node)| node),
+            Self::Srdo { number, .. } => number,
+            Self::Usdo { source, .. } => source,
+            Self::Gfc | Self::Sync { .. } | Self::Time { .. } | Self::Lss { .. } | Self::ErrorFrame => 0,
+            Self::Foreign { role } | Self::Malformed { role, .. } => match role {
+                Role::Emcy(node) | Role::SdoRequest(node) | Role::SdoResponse(node) | Role::ErrorControl(node) => node,
+                Role::Tpdo { node, .. } | Role::Rpdo { node, .. } => node,
+                Role::Srdo { number, .. } => number,
+                Role::Nmt
+                | Role::Gfc
+                | Role::FlyingMaster(_)
+                | Role::Sync
+                | Role::Time
+                | Role::DynamicSdo
+                | Role::LssRequest
+                | Role::LssResponse
+                | Role::Reserved
+                | Role::Unassigned
+                | Role::Foreign => 0,
+            },
+        };
+        (1..=127).contains(&node).then_some(node)
+    }
 }
 
 /// Why a frame cannot be a message of the service its identifier stands for.

@@ -1,0 +1,109 @@
+//! Strings that come from a capture, made safe for where they go (invariant 9).
+//!
+//! A device name may hold escape sequences, bidirectional overrides or broken UTF-8. None of it may reach a
+//! terminal or break a JSON line. Backslashes are not doubled: the text is for reading, not for parsing back.
+
+use super::digits::{hex, hex_byte};
+
+/// Appends `bytes` as a JSON string, with its quotes. What is not UTF-8 becomes U+FFFD.
+pub fn json(out: &mut Vec<u8>, bytes: &[u8]) {
+    out.push(b'"');
+    for chunk in bytes.utf8_chunks() {
+        for c in chunk.valid().chars() {
+            match c {
+                '"' => out.extend_from_slice(b"\\\""),
+                '\\' => out.extend_from_slice(b"\\\\"),
+                '\n' => out.extend_from_slice(b"\\n"),
+                '\r' => out.extend_from_slice(b"\\r"),
+                '\t' => out.extend_from_slice(b"\\t"),
+                // A JSON line may also be looked at on a terminal, so what is unsafe there is escaped here.
+                c if unsafe_on_a_terminal(c) => {
+                    for unit in c.encode_utf16(&mut [0; 2]) {
+                        out.extend_from_slice(b"\\u");
+                        hex(out, u64::from(*unit), 4);
+                    }
+                }
+                c => push(out, c),
+            }
+        }
+        if !chunk.invalid().is_empty() {
+            push(out, char::REPLACEMENT_CHARACTER);
+        }
+    }
+    out.push(b'"');
+}
+
+/// Appends `bytes` for a terminal or a report: what could control it is written `\xNN` or `\u{NNNN}`, and so is
+/// every byte that is not UTF-8.
+pub fn terminal(out: &mut Vec<u8>, bytes: &[u8]) {
+    for chunk in bytes.utf8_chunks() {
+        for c in chunk.valid().chars() {
+            if !unsafe_on_a_terminal(c) {
+                push(out, c);
+            } else if c.is_ascii() {
+                out.extend_from_slice(b"\\x");
+                hex_byte(out, c as u8);
+            } else {
+                out.extend_from_slice(b"\\u{");
+                let code = u64::from(c as u32);
+                hex(out, code, if code > 0xFFFF { 6 } else { 4 });
+                out.push(b'}');
+            }
+        }
+        for byte in chunk.invalid() {
+            out.extend_from_slice(b"\\x");
+            hex_byte(out, *byte);
+        }
+    }
+}
+
+/// Whether a character can move the cursor, start a sequence, reorder or hide other text.
+pub fn unsafe_on_a_terminal(c: char) -> bool {
+    c.is_control()
+        || matches!(c,
+            '\u{AD}' | '\u{61C}' | '\u{180E}' | '\u{200B}'..='\u{200F}' | '\u{2028}'..='\u{202E}'
+            | '\u{2060}'..='\u{206F}' | '\u{FEFF}' | '\u{FFF9}'..='\u{FFFB}' | '\u{E0000}'..='\u{E0FFF}')
+}
+
+fn push(out: &mut Vec<u8>, c: char) {
+    out.extend_from_slice(c.encode_utf8(&mut [0; 4]).as_bytes());
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+    use super::*;
+    use proptest::prelude::*;
+
+    fn shown(bytes: &[u8]) -> String {
+        let mut out = Vec::new();
+        terminal(&mut out, bytes);
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn what_a_terminal_must_not_see() {
+        assert_eq!(shown("Zephyr 设备".as_bytes()), "Zephyr 设备");
+        assert_eq!(shown(b"\x1b[31mred\x7f\r\n"), "\\x1B[31mred\\x7F\\x0D\\x0A");
+        assert_eq!(shown("a\u{202e}b\u{9b}c".as_bytes()), "a\\u{202E}b\\u{009B}c");
+        assert_eq!(shown(b"\xC3\x28"), "\\xC3(");
+    }
+
+    #[test]
+    fn json_strings() {
+        let mut out = Vec::new();
+        json(&mut out, "a\"b\\c\n\u{1}\u{202e}".as_bytes());
+        assert_eq!(String::from_utf8(out).unwrap(), r#""a\"b\\c\n\u0001\u202E""#);
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_made_safe(bytes in proptest::collection::vec(any::<u8>(), 0..64)) {
+            prop_assert!(!shown(&bytes).chars().any(unsafe_on_a_terminal));
+            let mut out = Vec::new();
+            json(&mut out, &bytes);
+            let read: String = serde_json::from_slice(&out).unwrap();
+            prop_assert_eq!(read, String::from_utf8_lossy(&bytes));
+        }
+    }
+}

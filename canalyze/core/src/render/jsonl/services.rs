@@ -1,0 +1,334 @@
+//! The object that stands under a service's name in a frame's JSON line, for every service but SDO.
+//!
+//! Keys are only ever added, never renamed. It must not decide anything.
+
+use crate::cob_id::Role;
+use crate::frame::Frame;
+use crate::message::{Flaw, Message};
+use crate::render::digits::{Hex, Joined, Padded, Put, put};
+use crate::render::escape;
+use crate::services::lss::{Bound, Command, Part, Setting, bit_rate};
+use crate::services::{error_frame, pdo, time, usdo};
+use crate::text::{Lang, terms};
+
+/// Appends `{...}`: the fields of a message, without what the frame's line already says (node, data).
+///
+/// Hexadecimal numbers are upper-case strings without prefix, bytes hexadecimal strings, other numbers decimal.
+/// `name` and the other words marked (w) are in the chosen language; all else is the same in both.
+///
+/// | service | keys |
+/// |---|---|
+/// | `nmt` | `command` hex, `name` (w) or null, `target` node-ID, 0 = all |
+/// | `gfc` | none |
+/// | `flying_master` | `kind` 1-6, `priority`, `master` node-ID (both null but for kind 1) |
+/// | `sync` | `counter` or null |
+/// | `time` | `ms`, `days`, `reserved` hex, `date` YYYY-MM-DD, `time_of_day` HH:MM:SS.mmm or null beyond a day |
+/// | `emcy` | `code` hex, `name` (w) or null, `register` hex, `register_bits` list of bit numbers, `manufacturer` bytes |
+/// | `pdo` | `direction` transmit/receive, `number`, `remote`, `communication_parameter` and `mapping_parameter` hex, and for a multiplex PDO `mpdo`: `mode` dam/sam, `node`, `index` hex, `sub`, `data` bytes |
+/// | `srdo` | `number`, `inverted` |
+/// | `heartbeat` | `state` hex, `name` (w) or null, `boot_up` |
+/// | `guarding` | `request`, and for an answer `state` hex, `name` (w) or null, `toggle` 0/1 |
+/// | `lss` | `from` master/slave, `command` hex, and by command: `mode`, `part`, `bound`, `value` hex, `new_node`, `node`, `selector`, `index`, `kbit_s`, `delay_ms`, `confirms`, `error`, `error_name` (w), `specific`, `id_number` hex, `bit_check` hex, `lss_sub`, `lss_next` |
+/// | `usdo` | `request`, `destination`, `command` hex, `name` (w) or null, `remote_network`, `session`, and where an object is named `index` hex, `sub`, `type`, `size`, `abort` hex, `abort_name` (w), `data` bytes |
+/// | `error` | `class` hex, `classes` (w) list, `arbitration_bit`, `controller` hex, `protocol` hex, `location` hex, `transceiver` hex (each null unless its class is set), `tx_errors`, `rx_errors` or null |
+/// | `foreign` | `reason` reserved/unassigned/dynamic_sdo/extended |
+/// | any, malformed | `malformed` length/remote/fd, and for length `least`, `most` in bytes |
+pub fn fields(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+    let mut object = Object::open(out);
+    match *message {
+        Message::Nmt { command, node } => {
+            object.hex::<2>("command", u64::from(command));
+            object.optional("name", terms::nmt::command(lang, command));
+            object.number("target", node);
+        }
+        Message::Gfc => {}
+        Message::FlyingMaster { kind, master } => {
+            object.number("kind", kind);
+            object.maybe("priority", master.map(|(priority, _)| priority));
+            object.maybe("master", master.map(|(_, node)| node));
+        }
+        Message::Sync { counter } => object.maybe("counter", counter),
+        Message::Time { ms, days, reserved } => {
+            object.number("ms", ms);
+            object.number("days", days);
+            object.hex::<1>("reserved", u64::from(reserved));
+            date(&mut object, ms, days);
+        }
+        Message::Emcy { code, register, manufacturer, .. } => {
+            object.hex::<4>("code", u64::from(code));
+            object.optional("name", terms::emcy::code(lang, code));
+            object.hex::<2>("register", u64::from(register));
+            object.list("register_bits", (0..8u8).filter(|bit| register & 1 << bit != 0), |out, bit| bit.put(out));
+            object.bytes("manufacturer", &manufacturer);
+        }
+        Message::Pdo { transmit, number, .. } => process_data(&mut object, transmit, number, false),
+        Message::PdoRequest { transmit, number, .. } => process_data(&mut object, transmit, number, true),
+        Message::Mpdo { transmit, number, content, .. } => {
+            process_data(&mut object, transmit, number, false);
+            let mut inner = Object::open(object.key("mpdo"));
+            inner.word("mode", if content.destination { "dam" } else { "sam" });
+            inner.number("node", content.node);
+            inner.hex::<4>("index", u64::from(content.index));
+            inner.number("sub", content.sub);
+            inner.bytes("data", &content.data);
+            inner.close();
+        }
+        Message::Srdo { number, inverted } => {
+            object.number("number", number);
+            object.flag("inverted", inverted);
+        }
+        Message::BootUp { .. } => {
+            object.hex::<2>("state", 0);
+            object.optional("name", terms::nmt::state(lang, 0));
+            object.flag("boot_up", true);
+        }
+        Message::Heartbeat { state, toggle: false, .. } => {
+            object.hex::<2>("state", u64::from(state));
+            object.optional("name", terms::nmt::state(lang, state));
+            object.flag("boot_up", false);
+        }
+        Message::Heartbeat { state, toggle: true, .. } => {
+            object.flag("request", false);
+            object.hex::<2>("state", u64::from(state));
+            object.optional("name", terms::nmt::state(lang, state));
+            object.number("toggle", 1u8);
+        }
+        Message::GuardingRequest { .. } => object.flag("request", true),
+        Message::Lss { from_master, command } => {
+            object.word("from", if from_master { "master" } else { "slave" });
+            let [cs, ..] = frame.head();
+            object.hex::<2>("command", u64::from(cs));
+            lss(&mut object, lang, command);
+        }
+        Message::Usdo { request, destination, command, .. } => {
+            object.flag("request", request);
+            object.number("destination", destination);
+            object.hex::<2>("command", u64::from(command));
+            object.optional("name", terms::usdo::command(lang, command));
+            object.flag("remote_network", command & 0x80 != 0);
+            object.maybe("session", frame.payload().get(2).copied());
+            usdo_object(&mut object, lang, frame.payload());
+        }
+        Message::ErrorFrame => errors(&mut object, lang, frame),
+        Message::Foreign { role } => object.word(
+            "reason",
+            match role {
+                Role::DynamicSdo => "dynamic_sdo",
+                Role::Reserved => "reserved",
+                Role::Foreign => "extended",
+                _ => "unassigned",
+            },
+        ),
+        Message::Malformed { flaw: Flaw::Length { least, most }, .. } => {
+            object.word("malformed", "length");
+            object.number("least", least);
+            object.number("most", most);
+        }
+        Message::Malformed { flaw: Flaw::Remote, .. } => object.word("malformed", "remote"),
+        Message::Malformed { flaw: Flaw::Fd, .. } => object.word("malformed", "fd"),
+    }
+    object.close();
+}
+
+fn date(object: &mut Object<'_>, ms: u32, days: u16) {
+    let (year, month, day) = time::date(days);
+    let out = object.key("date");
+    put!(out; "\"", year, "-", Padded::<2>(u64::from(month)), "-", Padded::<2>(u64::from(day)), "\"");
+    let out = object.key("time_of_day");
+    if ms >= time::DAY_MS {
+        put!(out; "null");
+        return;
+    }
+    let (hour, minute, second, thousandth) = time::clock(ms);
+    put!(out; "\"", Padded::<2>(u64::from(hour)), ":", Padded::<2>(u64::from(minute)), ":");
+    put!(out; Padded::<2>(u64::from(second)), ".", Padded::<3>(u64::from(thousandth)), "\"");
+}
+
+fn process_data(object: &mut Object<'_>, transmit: bool, number: u16, remote: bool) {
+    object.word("direction", if transmit { "transmit" } else { "receive" });
+    object.number("number", number);
+    object.flag("remote", remote);
+    object.hex::<4>("communication_parameter", u64::from(pdo::communication_parameter(transmit, number)));
+    object.hex::<4>("mapping_parameter", u64::from(pdo::mapping_parameter(transmit, number)));
+}
+
+fn lss(object: &mut Object<'_>, lang: Lang, command: Command) {
+    match command {
+        Command::SwitchGlobal { mode } => object.number("mode", mode),
+        Command::SwitchSelective { part, value } | Command::InquireResponse { part, value } => {
+            object.word("part", part_key(part));
+            object.hex::<8>("value", u64::from(value));
+        }
+        Command::Inquire { part } => object.word("part", part_key(part)),
+        Command::Identify { bound, value } => {
+            object.word(
+                "bound",
+                match bound {
+                    Bound::Vendor => "vendor",
+                    Bound::Product => "product",
+                    Bound::RevisionLow => "revision_low",
+                    Bound::RevisionHigh => "revision_high",
+                    Bound::SerialLow => "serial_low",
+                    Bound::SerialHigh => "serial_high",
+                },
+            );
+            object.hex::<8>("value", u64::from(value));
+        }
+        Command::ConfigureNodeId { node } => object.number("new_node", node),
+        Command::InquireNodeIdResponse { node } => object.number("node", node),
+        Command::ConfigureBitTiming { selector, index } => {
+            object.number("selector", selector);
+            object.number("index", index);
+            object.maybe("kbit_s", bit_rate(index).filter(|_| selector == 0));
+        }
+        Command::ActivateBitTiming { delay } => object.number("delay_ms", delay),
+        Command::Confirmation { of, error, specific } => {
+            object.word(
+                "confirms",
+                match of {
+                    Setting::NodeId => "node_id",
+                    Setting::BitTiming => "bit_timing",
+                    Setting::Store => "store",
+                },
+            );
+            object.number("error", error);
+            object.optional("error_name", terms::lss::error(lang, of, error));
+            object.number("specific", specific);
+        }
+        Command::Fastscan { id_number, bit_check, sub, next } => {
+            object.hex::<8>("id_number", u64::from(id_number));
+            object.hex::<2>("bit_check", u64::from(bit_check));
+            object.number("lss_sub", sub);
+            object.number("lss_next", next);
+        }
+        Command::SwitchSelectiveResponse
+        | Command::Store
+        | Command::IdentifyNonConfigured
+        | Command::IdentifySlave
+        | Command::IdentifyNonConfiguredSlave
+        | Command::InquireNodeId
+        | Command::Unknown(_) => {}
+    }
+}
+
+const fn part_key(part: Part) -> &'static str {
+    match part {
+        Part::Vendor => "vendor",
+        Part::Product => "product",
+        Part::Revision => "revision",
+        Part::Serial => "serial",
+    }
+}
+
+fn usdo_object(object: &mut Object<'_>, lang: Lang, payload: &[u8]) {
+    let Some(named) = usdo::object(payload) else {
+        return;
+    };
+    object.hex::<4>("index", u64::from(named.index));
+    object.number("sub", named.sub);
+    if let (Some(data_type), Some(size)) = (named.data_type, named.size) {
+        object.hex::<2>("type", u64::from(data_type));
+        object.number("size", size);
+        object.bytes("data", named.data);
+    }
+    if let Some(code) = named.abort {
+        object.hex::<2>("abort", u64::from(code));
+        object.optional("abort_name", terms::usdo::abort(lang, code));
+    }
+}
+
+fn errors(object: &mut Object<'_>, lang: Lang, frame: &Frame) {
+    let class = error_frame::class(frame);
+    object.hex::<8>("class", u64::from(class));
+    let words = error_frame::classes(frame).map(|bit| (bit, terms::find(terms::error_frame::CLASSES, lang, bit)));
+    object.list("classes", words, |out, (bit, word)| match word {
+        Some(word) => escape::json(out, word.as_bytes()),
+        None => put!(out; "\"", Hex::<8>(u64::from(bit)), "\""),
+    });
+    let [arbitration, controller, protocol, location, transceiver, ..] = frame.head();
+    object.maybe("arbitration_bit", (class & error_frame::LOST_ARBITRATION != 0).then_some(arbitration));
+    object.maybe_hex("controller", class & error_frame::CONTROLLER != 0, controller);
+    object.maybe_hex("protocol", class & error_frame::PROTOCOL != 0, protocol);
+    object.maybe_hex("location", class & error_frame::PROTOCOL != 0, location);
+    object.maybe_hex("transceiver", class & error_frame::TRANSCEIVER != 0, transceiver);
+    let counters = error_frame::counters(frame);
+    object.maybe("tx_errors", counters.map(|(tx, _)| tx));
+    object.maybe("rx_errors", counters.map(|(_, rx)| rx));
+}
+
+/// A JSON object being written. Keys are the program's own and need no escaping.
+struct Object<'a> {
+    out: &'a mut Vec<u8>,
+    empty: bool,
+}
+
+impl<'a> Object<'a> {
+    fn open(out: &'a mut Vec<u8>) -> Self {
+        out.push(b'{');
+        Self { out, empty: true }
+    }
+
+    fn close(self) {
+        self.out.push(b'}');
+    }
+
+    fn key(&mut self, key: &'static str) -> &mut Vec<u8> {
+        put!(self.out; if self.empty { "\"" } else { ",\"" }, key, "\":");
+        self.empty = false;
+        self.out
+    }
+
+    fn number(&mut self, key: &'static str, value: impl Put) {
+        value.put(self.key(key));
+    }
+
+    fn maybe(&mut self, key: &'static str, value: Option<impl Put>) {
+        match value {
+            Some(value) => value.put(self.key(key)),
+            None => put!(self.key(key); "null"),
+        }
+    }
+
+    fn hex<const DIGITS: usize>(&mut self, key: &'static str, value: u64) {
+        put!(self.key(key); "\"", Hex::<DIGITS>(value), "\"");
+    }
+
+    fn maybe_hex(&mut self, key: &'static str, present: bool, value: u8) {
+        if present {
+            self.hex::<2>(key, u64::from(value));
+        } else {
+            put!(self.key(key); "null");
+        }
+    }
+
+    fn flag(&mut self, key: &'static str, value: bool) {
+        put!(self.key(key); if value { "true" } else { "false" });
+    }
+
+    fn word(&mut self, key: &'static str, value: &'static str) {
+        escape::json(self.key(key), value.as_bytes());
+    }
+
+    fn optional(&mut self, key: &'static str, value: Option<&'static str>) {
+        match value {
+            Some(value) => self.word(key, value),
+            None => put!(self.key(key); "null"),
+        }
+    }
+
+    fn bytes(&mut self, key: &'static str, value: &[u8]) {
+        put!(self.key(key); "\"", Joined(value), "\"");
+    }
+
+    fn list<T>(&mut self, key: &'static str, items: impl Iterator<Item = T>, write: impl Fn(&mut Vec<u8>, T)) {
+        let out = self.key(key);
+        out.push(b'[');
+        for (i, item) in items.enumerate() {
+            if i > 0 {
+                out.push(b',');
+            }
+            write(out, item);
+        }
+        out.push(b']');
+    }
+}

@@ -1,0 +1,39 @@
+//! EMCY, the emergency object (CiA 301, 7.2.7): sent once when an error appears or goes.
+//!
+//! | bytes | field |
+//! |---|---|
+//! | 0-1 | emergency error code; 00xx: error reset or no error |
+//! | 2 | error register, a copy of 1001h |
+//! | 3-7 | manufacturer-specific |
+//!
+//! The words for codes and register bits are terms; what a device profile adds to the codes is not known here.
+
+use super::length;
+use crate::cob_id::Role;
+use crate::message::Message;
+
+/// Decodes a frame on a node's EMCY identifier.
+pub fn decode(role: Role, node: u8, payload: &[u8]) -> Message {
+    let [low, high, register, a, b, c, d, e] = *payload else {
+        return length(role, 8, 8);
+    };
+    Message::Emcy { node, code: u16::from_le_bytes([low, high]), register, manufacturer: [a, b, c, d, e] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames() {
+        assert_eq!(
+            decode(Role::Emcy(10), 10, &[0x30, 0x81, 0x11, 0x05, 0, 0, 0, 0]),
+            Message::Emcy { node: 10, code: 0x8130, register: 0x11, manufacturer: [5, 0, 0, 0, 0] }
+        );
+        assert_eq!(
+            decode(Role::Emcy(10), 10, &[0; 8]),
+            Message::Emcy { node: 10, code: 0, register: 0, manufacturer: [0; 5] }
+        );
+        assert_eq!(decode(Role::Emcy(10), 10, &[0x30, 0x81]), length(Role::Emcy(10), 8, 8));
+    }
+}

@@ -1,0 +1,86 @@
+//! PDO (CiA 301, 7.2.2): process data. An ordinary PDO's bytes mean what its mapping says; a multiplex PDO
+//! carries its own address.
+//!
+//! | bytes of an MPDO | field |
+//! |---|---|
+//! | 0 | bit 7: 1 = destination address mode (DAM), 0 = source address mode (SAM); bits 6..0: node-ID |
+//! | 1-2 | index |
+//! | 3 | sub-index |
+//! | 4-7 | data |
+//!
+//! That a PDO is a multiplex one stands in its mapping parameter (sub-index 0 = 254 SAM, 255 DAM). A frame does
+//! not show it, so `services::decode` never yields an MPDO: the bus asks for one where it knows the mapping.
+
+use crate::frame::Frame;
+use crate::message::{Flaw, Message};
+
+/// Most PDOs of each direction a node may have; only the first four have pre-defined COB-IDs.
+pub const MOST: u16 = 512;
+
+/// What a multiplex PDO carries (CiA 301, 7.2.2.4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Multiplexed {
+    /// Destination address mode: node and object are the consumer's. Otherwise they are the producer's.
+    pub destination: bool,
+    /// Node-ID, 0..=127; in destination address mode 0 means all nodes.
+    pub node: u8,
+    /// Index of the object.
+    pub index: u16,
+    /// Sub-index of the object.
+    pub sub: u8,
+    /// The object's data, four bytes.
+    pub data: [u8; 4],
+}
+
+/// Decodes the content of a multiplex PDO; `None` unless it is exactly eight bytes.
+pub fn multiplexed(payload: &[u8]) -> Option<Multiplexed> {
+    let [address, low, high, sub, a, b, c, d] = *payload else {
+        return None;
+    };
+    Some(Multiplexed {
+        destination: address & 0x80 != 0,
+        node: address & 0x7F,
+        index: u16::from_le_bytes([low, high]),
+        sub,
+        data: [a, b, c, d],
+    })
+}
+
+/// The message of a frame that its mapping declares a multiplex PDO.
+pub fn decode_multiplexed(role: crate::cob_id::Role, transmit: bool, number: u16, node: u8, frame: &Frame) -> Message {
+    match multiplexed(frame.payload()) {
+        Some(content) => Message::Mpdo { transmit, number, node, content },
+        None => Message::Malformed { role, flaw: Flaw::Length { least: 8, most: 8 } },
+    }
+}
+
+/// The index of a PDO's communication parameter: 1400h + n-1 or 1800h + n-1.
+pub fn communication_parameter(transmit: bool, number: u16) -> u16 {
+    (if transmit { 0x1800 } else { 0x1400 }) + number.clamp(1, MOST) - 1
+}
+
+/// The index of a PDO's mapping parameter: 1600h + n-1 or 1A00h + n-1.
+pub fn mapping_parameter(transmit: bool, number: u16) -> u16 {
+    communication_parameter(transmit, number) + 0x200
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn destination_and_source_address_mode() {
+        let content = Multiplexed { destination: true, node: 10, index: 0x2000, sub: 1, data: [42, 0, 0, 0] };
+        assert_eq!(multiplexed(&[0x8A, 0x00, 0x20, 0x01, 0x2A, 0, 0, 0]), Some(content));
+        let content = Multiplexed { destination: false, ..content };
+        assert_eq!(multiplexed(&[0x0A, 0x00, 0x20, 0x01, 0x2A, 0, 0, 0]), Some(content));
+        assert_eq!(multiplexed(&[0x0A, 0x00, 0x20, 0x01]), None);
+    }
+
+    #[test]
+    fn parameters() {
+        assert_eq!(communication_parameter(true, 1), 0x1800);
+        assert_eq!(mapping_parameter(false, 512), 0x17FF);
+        assert_eq!(mapping_parameter(true, 0), 0x1A00);
+    }
+}

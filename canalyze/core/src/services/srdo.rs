@@ -1,0 +1,37 @@
+//! SRDO, safety-relevant data objects, and the global fail-safe command (CiA 304, EN 50325-5).
+//!
+//! | CAN-ID | length | content |
+//! |---|---|---|
+//! | odd, 101..17F | 1-8 | safety data |
+//! | the next even one, 102..180 | the same | the same data, each bit inverted |
+//! | 001 | 0 | GFC |
+//!
+//! Whether the two frames of a pair fit (inversion, delay) is the bus's question: it needs both.
+
+use super::length;
+use crate::cob_id::Role;
+use crate::message::Message;
+
+/// Decodes one frame of an SRDO pair.
+pub fn decode(role: Role, number: u8, inverted: bool, payload: &[u8]) -> Message {
+    if (1..=8).contains(&payload.len()) { Message::Srdo { number, inverted } } else { length(role, 1, 8) }
+}
+
+/// Decodes a frame on 001.
+pub fn decode_gfc(role: Role, payload: &[u8]) -> Message {
+    if payload.is_empty() { Message::Gfc } else { length(role, 0, 0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames() {
+        let role = Role::Srdo { number: 1, inverted: true };
+        assert_eq!(decode(role, 1, true, &[0xFE]), Message::Srdo { number: 1, inverted: true });
+        assert_eq!(decode(role, 1, true, &[]), length(role, 1, 8));
+        assert_eq!(decode_gfc(Role::Gfc, &[]), Message::Gfc);
+        assert_eq!(decode_gfc(Role::Gfc, &[0]), length(Role::Gfc, 0, 0));
+    }
+}

@@ -1,0 +1,3 @@
+//! The English sentences.
+
+pub mod services;

@@ -1,0 +1,3 @@
+//! The Chinese sentences.
+
+pub mod services;
