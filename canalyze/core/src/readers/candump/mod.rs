@@ -1,1 +1,431 @@
-//! (empty)
+//! Text captures of can-utils: log files, console output, and both as people paste them.
+//!
+//! This file cuts the input into lines and decides what each line is, by its content alone: a file may mix
+//! both families, comments and pasted prompts. A frame must never be made of prose, and a damaged frame must
+//! never pass as a comment or as another frame. Memory stays bounded whatever comes.
+
+mod console;
+mod lex;
+mod log;
+mod stamp;
+#[cfg(test)]
+mod tests;
+
+use memchr::memchr;
+
+use self::lex::{is_blank, is_hex, is_name, skip_blanks, word};
+use self::stamp::Clock;
+use super::{Item, Marker, Unreadable};
+use crate::frame::{Buses, Frame, Kind, Stamp, StampForm};
+
+/// A line longer than this is no line. The longest real one is an FD frame in bits, about 700 bytes.
+const MAX_LINE: usize = 64 * 1024;
+/// What is looked at of a file to learn what its stamps mean.
+const HEAD: usize = 64 * 1024;
+
+/// What small numbers in the stamps of console lines mean (option `--stamps`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stamps {
+    /// To be found out: a backward step means differences.
+    #[default]
+    Auto,
+    /// Seconds of a clock.
+    Absolute,
+    /// Seconds since the capture's first frame (`-t z`).
+    Zero,
+    /// Seconds since the line before (`-t d`).
+    Delta,
+}
+
+/// A reader of candump text. One for each file.
+#[derive(Debug)]
+pub struct Candump {
+    clock: Clock,
+    /// The beginning of a file, held back until it is known what its stamps mean.
+    head: Option<Vec<u8>>,
+    /// A line whose end has not come yet.
+    partial: Vec<u8>,
+    /// Whether the rest of the line is thrown away: it was too long.
+    skipping: bool,
+    /// Room for a line without its colours.
+    plain: Vec<u8>,
+    lines: u64,
+    /// The error frame whose explanation (`-e`) may follow on lines of its own.
+    explained: Option<Frame>,
+}
+
+impl Candump {
+    /// A new reader. `regular`: it is a whole file, so ambiguous stamps are decided on its first 64 KiB.
+    pub fn new(stamps: Stamps, regular: bool) -> Self {
+        Self {
+            clock: Clock::new(stamps),
+            head: (regular && stamps == Stamps::Auto).then(Vec::new),
+            partial: Vec::new(),
+            skipping: false,
+            plain: Vec::new(),
+            lines: 0,
+            explained: None,
+        }
+    }
+
+    /// Takes the next bytes, in any chunking.
+    pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let Some(head) = &mut self.head else { return self.split(bytes, buses, sink) };
+        let (taken, rest) = bytes.split_at_checked(HEAD - head.len()).unwrap_or((bytes, &[]));
+        head.extend_from_slice(taken);
+        if head.len() == HEAD {
+            self.release_head(buses, sink);
+            self.split(rest, buses, sink);
+        }
+    }
+
+    /// Takes the end: a last line without a newline, and what was held back.
+    pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.release_head(buses, sink);
+        let last = std::mem::take(&mut self.partial);
+        if !last.is_empty() {
+            self.line(&last, true, buses, sink);
+        }
+        self.skipping = false;
+    }
+
+    /// Lines seen so far.
+    pub fn lines(&self) -> u64 {
+        self.lines
+    }
+
+    fn release_head(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let Some(head) = self.head.take() else { return };
+        // A last line that is cut by the limit is left out: half a stamp is another stamp.
+        let end = if head.len() < HEAD { head.len() } else { memchr::memrchr(b'\n', &head).unwrap_or(0) };
+        let mut plain = Vec::new();
+        let lines = head.get(..end).unwrap_or(&head).split(|&byte| byte == b'\n');
+        self.clock.decide(lines.filter_map(|text| {
+            let line = general(without_colours(text, &mut plain));
+            line.stamp.filter(|_| line.console)
+        }));
+        self.split(&head, buses, sink);
+    }
+
+    fn split(&mut self, mut bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if self.skipping || !self.partial.is_empty() {
+            let Some(end) = memchr(b'\n', bytes) else { return self.keep(bytes, buses, sink) };
+            let (piece, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
+            self.keep(piece, buses, sink);
+            let mut whole = std::mem::take(&mut self.partial);
+            if !std::mem::take(&mut self.skipping) {
+                self.line(&whole, false, buses, sink);
+            }
+            whole.clear();
+            self.partial = whole;
+            bytes = rest.get(1..).unwrap_or_default();
+        }
+        while let Some(end) = memchr(b'\n', bytes) {
+            let (text, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
+            self.line(text, false, buses, sink);
+            bytes = rest.get(1..).unwrap_or_default();
+        }
+        self.keep(bytes, buses, sink);
+    }
+
+    /// Keeps a piece of a line, unless the line gets too long to be one.
+    fn keep(&mut self, piece: &[u8], buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        // The caller hands an empty piece too; it must not depend on the chunking whether a line was begun.
+        if self.skipping || piece.is_empty() {
+            return;
+        }
+        if self.partial.len() + piece.len() > MAX_LINE {
+            self.partial.clear();
+            self.skipping = true;
+            self.too_long(buses, sink);
+        } else {
+            self.partial.extend_from_slice(piece);
+        }
+    }
+
+    #[cold]
+    fn too_long(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.lines += 1;
+        self.explained = None;
+        sink(Item::Unreadable { line: self.lines, reason: Unreadable::NoFrame }, buses);
+    }
+
+    /// One line without its newline; `last` when it had none.
+    #[inline(always)]
+    fn line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if text.len() > MAX_LINE {
+            return self.too_long(buses, sink);
+        }
+        if let Some((frame, bus)) = log::plain(text.strip_suffix(b"\r").unwrap_or(text)) {
+            self.lines += 1;
+            self.explained = None;
+            let line = Line { stamp: frame.stamp, console: false, bus, what: What::Frame(frame) };
+            self.give(line, buses, sink);
+        } else {
+            self.other_line(text, last, buses, sink);
+        }
+    }
+
+    fn other_line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.lines += 1;
+        let mut plain = std::mem::take(&mut self.plain);
+        let mut line = general(without_colours(text, &mut plain));
+        let indented = text.first() == Some(&b'\t');
+        match (&mut line.what, self.explained) {
+            (what @ What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }), Some(_)) if indented => {
+                *what = What::Nothing;
+            }
+            // candump -e has no words for some classes and then prints the frame a second time.
+            (what @ What::Frame(_), Some(error)) if indented && line.stamp.is_none() && line.bus.is_empty() => {
+                if let What::Frame(frame) = what
+                    && (frame.kind, frame.id, frame.data) == (error.kind, error.id, error.data)
+                {
+                    *what = What::Nothing;
+                }
+            }
+            _ => {}
+        }
+        match line.what {
+            What::Frame(frame) if frame.kind == Kind::Error && line.console && !indented => {
+                self.explained = Some(frame)
+            }
+            What::Nothing if indented => {}
+            _ => self.explained = None,
+        }
+        if let What::Unreadable(fail) = &mut line.what
+            && last
+            && (fail.end || is_begun_name(text, buses))
+        {
+            fail.reason = Unreadable::Cut;
+        }
+        self.give(line, buses, sink);
+        self.plain = plain;
+    }
+
+    #[inline(always)]
+    fn give(&mut self, line: Line<'_>, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let mut t_ns = None;
+        if let Some(stamp) = line.stamp {
+            let (moment, backward) = self.clock.moment(stamp, line.console);
+            t_ns = Some(moment);
+            if backward {
+                sink(Item::Marker(Marker::Backward { line: self.lines }), buses);
+            }
+        }
+        let item = match line.what {
+            What::Nothing => return,
+            What::Frame(frame) => Item::Frame(Frame {
+                line: Some(self.lines),
+                t_ns,
+                stamp: line.stamp,
+                bus: buses.intern(line.bus),
+                ..frame
+            }),
+            What::Dropped { count, total } => {
+                Item::Marker(Marker::Dropped { bus: buses.intern(line.bus), count, total, line: self.lines })
+            }
+            What::Error => {
+                Item::Marker(Marker::Error { bus: buses.intern(line.bus), stamp: line.stamp, line: self.lines })
+            }
+            What::Unreadable(Fail { reason, .. }) => Item::Unreadable { line: self.lines, reason },
+        };
+        sink(item, buses);
+    }
+}
+
+/// One line by itself (for `canalyze explain`): its frame, if it holds one.
+pub fn line(text: &[u8], buses: &mut Buses) -> Option<Frame> {
+    let text = text.strip_suffix(b"\n").unwrap_or(text);
+    let mut plain = Vec::new();
+    let line = general(without_colours(text, &mut plain));
+    let What::Frame(frame) = line.what else { return None };
+    Some(Frame { t_ns: line.stamp.map(|stamp| stamp.ns), stamp: line.stamp, bus: buses.intern(line.bus), ..frame })
+}
+
+/// What a line holds.
+#[derive(Debug)]
+struct Line<'a> {
+    stamp: Option<Stamp>,
+    /// Whether its stamp may be a difference: the compact family never prints differences.
+    console: bool,
+    /// The interface; empty when none was named.
+    bus: &'a [u8],
+    what: What,
+}
+
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant)] // lives for one line, on the stack
+enum What {
+    /// Blank, a comment, a prompt.
+    Nothing,
+    /// Its bus, line, stamp and time are still to be set.
+    Frame(Frame),
+    Dropped {
+        count: u64,
+        total: u64,
+    },
+    Error,
+    Unreadable(Fail),
+}
+
+/// Why a line is no frame.
+#[derive(Clone, Copy, Debug)]
+struct Fail {
+    reason: Unreadable,
+    /// Nothing was wrong up to the line's end: more text could have made it a frame.
+    end: bool,
+}
+
+/// Any line. Its colours are gone already.
+fn general(text: &[u8]) -> Line<'_> {
+    let text = skip_blanks(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)).trim_ascii_end();
+    let mut line = Line { stamp: None, console: false, bus: b"", what: What::Nothing };
+    let Some(first) = text.first() else { return line };
+    let rest = match stamp::read(text) {
+        Some((stamp, rest)) if rest.first().is_none_or(|&byte| is_blank(byte)) => {
+            line.stamp = Some(stamp);
+            skip_blanks(rest)
+        }
+        _ if first.is_ascii_alphanumeric() => text,
+        _ => {
+            line.what = without_frame(text);
+            return line;
+        }
+    };
+    if let Some(dropped) = rest.strip_prefix(b"DROPCOUNT: ") {
+        (line.bus, line.what) = drops(dropped);
+        return line;
+    }
+    line.what = words(rest, &mut line);
+    if let What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) = line.what {
+        let comment = match line.stamp {
+            // (254) and what is said after it
+            Some(stamp) => stamp.form == StampForm::Seconds && stamp.decimals == 0,
+            None => is_prompt(text),
+        };
+        if comment {
+            (line.stamp, line.what) = (None, What::Nothing);
+        }
+    }
+    line
+}
+
+/// The words after the stamp: interface and frame, or frame alone, in either family.
+fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
+    let (first, after) = word(text);
+    if log::is_meant(first) {
+        return made(log::frame(first, after));
+    }
+    let rest = skip_blanks(after);
+    let (second, after) = word(rest);
+    if is_name(first) && log::is_meant(second) {
+        line.bus = first;
+        return made(log::frame(second, after));
+    }
+    if console::is_meant(text) {
+        line.console = true;
+        return made(console::frame(text));
+    }
+    let stamped = line.stamp.is_some();
+    if rest.is_empty() || !is_name(first) {
+        line.console = stamped;
+        return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: rest.is_empty() && stamped });
+    }
+    line.console = true;
+    if second == b"ERROR" && after.is_empty() && (stamped || first.iter().any(u8::is_ascii_digit)) {
+        line.bus = first;
+        return What::Error;
+    }
+    let mut what = made(console::frame(rest));
+    match &mut what {
+        What::Frame(_) => line.bus = first,
+        // Two words of prose are no frame that was cut: there must be a stamp, or a direction, or a numbered interface.
+        What::Unreadable(fail) => fail.end &= stamped || first.iter().any(u8::is_ascii_digit),
+        _ => {}
+    }
+    what
+}
+
+fn made(frame: Result<Frame, Fail>) -> What {
+    match frame {
+        Ok(frame) => What::Frame(frame),
+        Err(fail) => What::Unreadable(fail),
+    }
+}
+
+/// A line that begins with neither a stamp nor a letter nor a digit.
+fn without_frame(text: &[u8]) -> What {
+    if stamp::is_meant(text) {
+        return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: memchr(b')', text).is_none() });
+    }
+    let mark = match text.first() {
+        Some(first) if first.is_ascii() => first.is_ascii_punctuation(),
+        // An arrow or a bullet begins a comment; a letter of another script is prose, as one of ours is.
+        _ => first_char(text).is_some_and(|char| !char.is_alphanumeric() && !char.is_control()),
+    };
+    if mark { What::Nothing } else { What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false }) }
+}
+
+fn first_char(text: &[u8]) -> Option<char> {
+    (2..=4).find_map(|len| std::str::from_utf8(text.get(..len)?).ok()?.chars().next())
+}
+
+/// `dropped 3 CAN frames on 'can0' socket (total drops 5)`, the name as given to candump, filters and all.
+fn drops(text: &[u8]) -> (&[u8], What) {
+    let read = || {
+        let (count, rest) = number(text.strip_prefix(b"dropped ")?)?;
+        let rest = rest.strip_prefix(b" CAN frame")?;
+        let rest = rest.strip_prefix(b"s").unwrap_or(rest).strip_prefix(b" on '")?;
+        let end = memchr(b'\'', rest)?;
+        let name = rest.get(..end)?.split(|&byte| byte == b',').next()?;
+        let rest = rest.get(end..)?.strip_prefix(b"' socket (total drops ")?;
+        let (total, rest) = number(rest)?;
+        rest.starts_with(b")").then_some((name, What::Dropped { count, total }))
+    };
+    read().unwrap_or((b"", What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false })))
+}
+
+fn number(text: &[u8]) -> Option<(u64, &[u8])> {
+    let end = text.iter().position(|byte| !byte.is_ascii_digit()).unwrap_or(text.len());
+    let (digits, rest) = text.split_at_checked(end)?;
+    Some((std::str::from_utf8(digits).ok()?.parse().ok()?, rest))
+}
+
+/// A command line of a shell, pasted together with what it printed.
+fn is_prompt(text: &[u8]) -> bool {
+    const TOOLS: [&[u8]; 7] = [b"candump", b"cansend", b"cangen", b"canplayer", b"cansniffer", b"canopend", b"sudo"];
+    let (first, rest) = word(text);
+    // user@host:~$ candump can0, and with a blank before the dollar
+    let at = memchr(b'@', first).is_some();
+    let mark = |word: &[u8]| matches!(word.last(), Some(b'$' | b'#' | b'%' | b'>'));
+    let command = TOOLS.contains(&first) && !rest.is_empty();
+    command || at && (mark(first) || mark(word(skip_blanks(rest)).0)) || first.ends_with(b"$") && !rest.is_empty()
+}
+
+/// Whether the line is the beginning of an interface's name that was seen before.
+fn is_begun_name(text: &[u8], buses: &Buses) -> bool {
+    let text = text.trim_ascii();
+    !text.is_empty() && buses.names().any(|name| name.starts_with(text)) && !is_hex(text)
+}
+
+/// The line without ANSI escapes (`-c`).
+#[inline]
+fn without_colours<'a>(text: &'a [u8], room: &'a mut Vec<u8>) -> &'a [u8] {
+    const ESC: u8 = 0x1B;
+    if memchr(ESC, text).is_none() {
+        return text;
+    }
+    room.clear();
+    let mut rest = text;
+    while let Some(at) = memchr(ESC, rest) {
+        room.extend_from_slice(rest.get(..at).unwrap_or_default());
+        rest = rest.get(at + 1..).unwrap_or_default();
+        // ESC [ parameters letter; any other ESC stands alone
+        if let [b'[', sequence @ ..] = rest {
+            let end = sequence.iter().position(|byte| !matches!(byte, b'0'..=b'?' | b' '..=b'/'));
+            rest = sequence.get(end.map_or(sequence.len(), |end| end + 1)..).unwrap_or_default();
+        }
+    }
+    room.extend_from_slice(rest);
+    room
+}

@@ -1,0 +1,196 @@
+//! The wide family: what candump prints on a console, and what people paste from it.
+//!
+//! `(000.304418)  can0  TX B E  601   [8]  40 08 10 00 00 00 00 00   '@.......'`, where all but identifier,
+//! length and data may be missing. It looks like prose more than the other family does, so it is read
+//! strictly: exactly as many bytes as the length says, each in the same notation, or no frame at all.
+
+use super::Fail;
+use super::lex::{byte, identifier, is_blank, is_hex, is_stray_byte, nibble, skip_blanks, word};
+use crate::frame::{Direction, Frame, Kind, LengthForm};
+use crate::readers::Unreadable;
+
+/// Whether the words from here on are `ID [length]` or begin with a direction: no interface stands before.
+pub(super) fn is_meant(text: &[u8]) -> bool {
+    let (first, rest) = word(text);
+    matches!(first, b"TX" | b"RX") || is_hex(first) && matches!(skip_blanks(rest), [b'[' | b'{', ..])
+}
+
+/// A frame, from the direction or the identifier on.
+pub(super) fn frame(text: &[u8]) -> Result<Frame, Fail> {
+    let (dir, flags, text) = direction(text);
+    let (digits, rest) = word(text);
+    let rest = skip_blanks(rest);
+    if rest.is_empty() {
+        // Cut inside or right behind the identifier or the columns before it, if it was to be one.
+        let end = is_hex(digits) || matches!(digits, b"" | b"T" | b"TX" | b"R" | b"RX" | b"-" | b"B");
+        return Err(Fail { reason: Unreadable::NoFrame, end });
+    }
+    if dir.is_some() && matches!(text, [b'-' | b'B', b' ', b'-' | b'E']) {
+        return Err(Fail { reason: Unreadable::NoFrame, end: true });
+    }
+    if !is_hex(digits) || !matches!(rest, [b'[' | b'{', ..]) {
+        return Err(Fail { reason: Unreadable::NoFrame, end: false });
+    }
+    let length = Length::read(rest);
+    if let Err(Fail { reason: Unreadable::CanXl, .. }) = length {
+        return Err(Fail { reason: Unreadable::CanXl, end: false });
+    }
+    let (id, error) = identifier(digits).map_err(|reason| Fail { reason, end: false })?;
+    let (Length { len, form }, rest) = length?;
+
+    let mut frame = Frame::classic(id, &[]);
+    frame.dir = dir;
+    frame.len = len;
+    frame.length_form = form;
+    frame.kind = match (error, form.two_digits) {
+        (true, false) => Kind::Error,
+        (true, true) => return Err(Fail { reason: Unreadable::Identifier, end: false }),
+        (false, true) => Kind::Fd { brs: flags.0, esi: flags.1 },
+        (false, false) => Kind::Data,
+    };
+    // Bytes are set apart from the length by blanks; candump prints one even behind an empty frame.
+    if !rest.first().is_none_or(|&byte| is_blank(byte)) {
+        return Err(Fail { reason: Unreadable::Length, end: false });
+    }
+    let rest = skip_blanks(rest);
+    if let Some(after) = rest.strip_prefix(b"remote") {
+        return remote(after, frame);
+    }
+    let after = data(rest, &mut frame)?;
+    if is_stray_byte(word(skip_blanks(after)).0) {
+        return Err(Fail { reason: Unreadable::Length, end: false });
+    }
+    Ok(frame)
+}
+
+/// `TX - -`, `RX B E`: direction, bit rate switch, error state. People cut the flags off, so they may be missing.
+#[inline(always)]
+fn direction(text: &[u8]) -> (Option<Direction>, (bool, bool), &[u8]) {
+    let (dir, rest) = match text {
+        [b'T', b'X', b' ' | b'\t', rest @ ..] => (Direction::Tx, rest),
+        [b'R', b'X', b' ' | b'\t', rest @ ..] => (Direction::Rx, rest),
+        _ => return (None, (false, false), text),
+    };
+    let rest = skip_blanks(rest);
+    match rest {
+        [brs @ (b'-' | b'B'), b' ', esi @ (b'-' | b'E'), b' ' | b'\t', rest @ ..] => {
+            (Some(dir), (*brs == b'B', *esi == b'E'), skip_blanks(rest))
+        }
+        _ => (Some(dir), (false, false), rest),
+    }
+}
+
+struct Length {
+    len: u8,
+    form: LengthForm,
+}
+
+impl Length {
+    /// `[8]`, `[08]` of FD, `[0064]` of XL, `{8}` and `{C}` of option `-8`; and what follows.
+    ///
+    /// Two digits may be any length up to 64: people paste `[10]`, which no FD frame can have.
+    #[inline(always)]
+    fn read(text: &[u8]) -> Result<(Self, &[u8]), Fail> {
+        let fail = |reason| Err(Fail { reason, end: false });
+        let mut form = LengthForm::default();
+        let (len, rest) = match text {
+            [b'[', n @ b'0'..=b'8', b']', rest @ ..] => (n - b'0', rest),
+            [b'[', tens @ b'0'..=b'9', ones @ b'0'..=b'9', b']', rest @ ..] => {
+                form.two_digits = true;
+                let len = (tens - b'0') * 10 + (ones - b'0');
+                if len > 64 {
+                    return fail(Unreadable::Length);
+                }
+                (len, rest)
+            }
+            [b'[', a, b, c, d, b']', ..] if [a, b, c, d].iter().all(|digit| digit.is_ascii_digit()) => {
+                return fail(Unreadable::CanXl);
+            }
+            [b'{', code, b'}', rest @ ..] if nibble(*code) < 16 => {
+                form.braces = true;
+                let code = nibble(*code);
+                form.raw_dlc = if code > 8 { code } else { 0 };
+                (code.min(8), rest)
+            }
+            _ => {
+                let end = text.len() < 6 && text.iter().skip(1).all(u8::is_ascii_hexdigit);
+                return Err(Fail { reason: Unreadable::Length, end });
+            }
+        };
+        Ok((Self { len, form }, rest))
+    }
+}
+
+/// What follows the word `remote`.
+fn remote(text: &[u8], mut frame: Frame) -> Result<Frame, Fail> {
+    let full = b" request";
+    if text.len() < full.len() && full.starts_with(text) {
+        return Err(Fail { reason: Unreadable::Data, end: true });
+    }
+    let after = text.strip_prefix(full);
+    if frame.kind != Kind::Data || after.is_none_or(|rest| rest.first().is_some_and(u8::is_ascii_alphanumeric)) {
+        return Err(Fail { reason: Unreadable::Data, end: false });
+    }
+    frame.kind = Kind::Remote;
+    Ok(frame)
+}
+
+/// Exactly `frame.len` bytes in one of the four notations; gives back what follows.
+#[inline(always)]
+fn data<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
+    if frame.len == 0 {
+        return Ok(text);
+    }
+    let (first, _) = word(text);
+    // Option -i prints eight digits a byte, -S sets a back-tick between bytes.
+    let binary = first.len() >= 8 && first.iter().take(8).all(|digit| matches!(digit, b'0' | b'1'));
+    let width = if binary { 8 } else { 2 };
+    let swapped = first.get(width) == Some(&b'`');
+
+    let mut text = text;
+    let mut first = true;
+    for slot in frame.data.iter_mut().take(usize::from(frame.len)) {
+        if !first {
+            text = match text {
+                [b'`', rest @ ..] if swapped => rest,
+                [b' ' | b'\t', rest @ ..] if !swapped => skip_blanks(rest),
+                rest => return Err(Fail { reason: Unreadable::Data, end: rest.is_empty() }),
+            };
+        }
+        first = false;
+        (*slot, text) = if binary { bits(text)? } else { hex(text)? };
+    }
+    if text.first().is_some_and(|&byte| byte.is_ascii_alphanumeric() || matches!(byte, b'`' | b'.')) {
+        return Err(Fail { reason: Unreadable::Data, end: false });
+    }
+    if swapped && let Some(bytes) = frame.data.get_mut(..usize::from(frame.len)) {
+        bytes.reverse();
+    }
+    Ok(text)
+}
+
+#[inline(always)]
+fn hex(text: &[u8]) -> Result<(u8, &[u8]), Fail> {
+    match text {
+        [high, low, rest @ ..] => match byte(*high, *low) {
+            Some(value) => Ok((value, rest)),
+            None => Err(Fail { reason: Unreadable::Data, end: false }),
+        },
+        rest => Err(Fail { reason: Unreadable::Data, end: rest.iter().all(|&digit| nibble(digit) < 16) }),
+    }
+}
+
+fn bits(text: &[u8]) -> Result<(u8, &[u8]), Fail> {
+    let mut value = 0;
+    let mut rest = text;
+    for _ in 0..8 {
+        rest = match rest {
+            [bit @ (b'0' | b'1'), rest @ ..] => {
+                value = value << 1 | (bit - b'0');
+                rest
+            }
+            rest => return Err(Fail { reason: Unreadable::Data, end: rest.is_empty() }),
+        };
+    }
+    Ok((value, rest))
+}

@@ -1,0 +1,306 @@
+//! Time stamps of candump: their digits, and what moment they mean.
+//!
+//! Digits become integer nanoseconds exactly (a double loses 238 ns at today's epoch) and can be printed
+//! again as they came. What small numbers mean cannot be seen in one line: `-t d` and `-t z` look alike, so
+//! the meaning is decided from their order (`Clock`). A stamp must never be repaired or sorted here.
+
+use super::Stamps;
+use crate::frame::{Stamp, StampForm};
+
+const SECOND: i64 = 1_000_000_000;
+/// Console stamps below this may be differences or counted from zero; above, they are an epoch (1973 on).
+const AMBIGUOUS: i64 = 100_000_000 * SECOND;
+const DAY: i64 = 86_400;
+
+/// The stamp at the beginning of a line, and what follows its closing parenthesis.
+#[inline]
+pub(super) fn read(text: &[u8]) -> Option<(Stamp, &[u8])> {
+    let inner = text.strip_prefix(b"(")?;
+    seconds(inner).or_else(|| calendar(inner))
+}
+
+/// `1549455524.265601)`. Only the first nine decimals are kept: nothing on a CAN bus is finer than 1 ns.
+#[inline(always)]
+fn seconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
+    let (whole, width, rest) = digits(text);
+    if !(1..=20).contains(&width) {
+        return None;
+    }
+    let mut ns = i64::try_from(whole).unwrap_or(i64::MAX).saturating_mul(SECOND);
+    let mut decimals = 0;
+    let rest = if let [b'.', rest @ ..] = rest {
+        let (fraction, read, rest) = fraction(rest)?;
+        decimals = read;
+        ns = ns.saturating_add(fraction);
+        rest
+    } else {
+        rest
+    };
+    let rest = rest.strip_prefix(b")")?;
+    Some((Stamp { form: StampForm::Seconds, ns, width: width as u8, decimals }, rest))
+}
+
+/// A number, how many digits it had, and what follows. Saturates.
+#[inline(always)]
+fn digits(mut text: &[u8]) -> (u64, usize, &[u8]) {
+    let (mut value, mut count) = (0u64, 0);
+    while let [digit, rest @ ..] = text {
+        let digit = digit.wrapping_sub(b'0');
+        if digit > 9 {
+            break;
+        }
+        value = if count < 19 {
+            value * 10 + u64::from(digit)
+        } else {
+            value.saturating_mul(10).saturating_add(u64::from(digit))
+        };
+        count += 1;
+        text = rest;
+    }
+    (value, count, text)
+}
+
+/// Decimals in ns, how many of them count, and what follows. At least one digit.
+#[inline(always)]
+fn fraction(mut text: &[u8]) -> Option<(i64, u8, &[u8])> {
+    const SCALE: [i64; 10] = [1_000_000_000, 100_000_000, 10_000_000, 1_000_000, 100_000, 10_000, 1_000, 100, 10, 1];
+    let (mut value, mut count) = (0i64, 0u8);
+    while let [digit, rest @ ..] = text {
+        let digit = digit.wrapping_sub(b'0');
+        if digit > 9 {
+            break;
+        }
+        if count < 9 {
+            value = value * 10 + i64::from(digit);
+            count += 1;
+        }
+        text = rest;
+    }
+    let scale = SCALE.get(usize::from(count))?;
+    (count > 0).then_some((value * scale, count, text))
+}
+
+/// `2026-09-15 18:44:56.479963)`: local time without a zone, counted as if it were UTC.
+fn calendar(text: &[u8]) -> Option<(Stamp, &[u8])> {
+    let (year, rest) = field(text, 4, b'-')?;
+    let (month, rest) = field(rest, 2, b'-')?;
+    let (day, rest) = field(rest, 2, b' ')?;
+    let (hour, rest) = field(rest, 2, b':')?;
+    let (minute, rest) = field(rest, 2, b':')?;
+    let (second, width, rest) = digits(rest);
+    let second = i64::try_from(second).ok()?;
+    if !(1..=12).contains(&month) || !(1..=days_of(year, month)).contains(&day) {
+        return None;
+    }
+    if hour > 23 || minute > 59 || second > 59 || width != 2 {
+        return None;
+    }
+    let (fraction, decimals, rest) = match rest {
+        [b'.', rest @ ..] => fraction(rest)?,
+        _ => (0, 0, rest),
+    };
+    let rest = rest.strip_prefix(b")")?;
+    let seconds = days_to(year, month, day) * DAY + hour * 3600 + minute * 60 + second;
+    let ns = seconds.saturating_mul(SECOND).saturating_add(fraction);
+    Some((Stamp { form: StampForm::Calendar, ns, width: 0, decimals }, rest))
+}
+
+/// A number of exactly `width` digits and the mark after it.
+fn field(text: &[u8], width: usize, mark: u8) -> Option<(i64, &[u8])> {
+    let (value, count, rest) = digits(text);
+    let rest = rest.strip_prefix(&[mark])?;
+    (count == width).then_some((i64::try_from(value).ok()?, rest))
+}
+
+fn days_of(year: i64, month: i64) -> i64 {
+    match month {
+        2 if year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) => 29,
+        2 => 28,
+        4 | 6 | 9 | 11 => 30,
+        _ => 31,
+    }
+}
+
+/// Days from 1970-01-01 to a date of the Gregorian calendar.
+fn days_to(year: i64, month: i64, day: i64) -> i64 {
+    // Years are taken from March on, so that the leap day is the last of its year.
+    let year = if month > 2 { year } else { year - 1 };
+    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+    let era = year.div_euclid(400);
+    let year = year.rem_euclid(400);
+    era * 146_097 + year * 365 + year / 4 - year / 100 + day_of_year - 719_468
+}
+
+/// Whether the line was meant to begin with a stamp. `(254)` and `(COB-ID 018A)` are comments.
+pub(super) fn is_meant(text: &[u8]) -> bool {
+    let Some(inner) = text.strip_prefix(b"(") else { return false };
+    let (_, width, rest) = digits(inner);
+    match rest {
+        [b'.', rest @ ..] => width > 0 && rest.first().is_none_or(u8::is_ascii_digit),
+        [b'-', rest @ ..] => width == 4 && rest.first().is_none_or(u8::is_ascii_digit),
+        rest => width > 0 && rest.is_empty(),
+    }
+}
+
+/// What the stamps of a capture mean, and the moment of each line.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clock {
+    deltas: bool,
+    /// Whether "counted from zero" is only assumed, so that a backward step must be said.
+    assumed: bool,
+    sum: i64,
+    last: Option<i64>,
+}
+
+impl Clock {
+    pub(super) fn new(stamps: Stamps) -> Self {
+        Self { deltas: stamps == Stamps::Delta, assumed: stamps == Stamps::Auto, sum: 0, last: None }
+    }
+
+    /// Settles the meaning by the stamps of the beginning of a file. Fewer than two of them settle nothing.
+    pub(super) fn decide(&mut self, beginning: impl Iterator<Item = Stamp>) {
+        let mut last = None;
+        for stamp in beginning.filter(is_ambiguous) {
+            if let Some(last) = last {
+                self.assumed = false;
+                self.deltas |= stamp.ns < last;
+            }
+            last = Some(stamp.ns);
+        }
+    }
+
+    /// The moment of a line, and whether its stamp shows for the first time that the assumption may be wrong.
+    ///
+    /// Every stamped console line has to pass here, readable or not: a difference counts from the line before.
+    #[inline(always)]
+    pub(super) fn moment(&mut self, stamp: Stamp, console: bool) -> (i64, bool) {
+        if !console || !is_ambiguous(&stamp) {
+            return (stamp.ns, false);
+        }
+        if self.deltas {
+            self.sum = self.sum.saturating_add(stamp.ns);
+            return (self.sum, false);
+        }
+        let backward = self.assumed && self.last.is_some_and(|last| stamp.ns < last);
+        if backward {
+            self.assumed = false;
+        }
+        self.last = Some(stamp.ns);
+        (stamp.ns, backward)
+    }
+}
+
+fn is_ambiguous(stamp: &Stamp) -> bool {
+    stamp.form == StampForm::Seconds && stamp.ns < AMBIGUOUS
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn written(stamp: &Stamp) -> String {
+        let (seconds, fraction) = (stamp.ns.div_euclid(SECOND), stamp.ns.rem_euclid(SECOND));
+        let whole = match stamp.form {
+            StampForm::Seconds => format!("{seconds:0width$}", width = usize::from(stamp.width)),
+            StampForm::Calendar => {
+                let date = (0..3_000_000)
+                    .map(|day| day - 720_000)
+                    .find(|&day| day == seconds.div_euclid(DAY))
+                    .map(|day| {
+                        let year = (1..=9999).rev().find(|&year| days_to(year, 1, 1) <= day).unwrap();
+                        let month = (1..=12).rev().find(|&month| days_to(year, month, 1) <= day).unwrap();
+                        format!("{year:04}-{month:02}-{:02}", day - days_to(year, month, 1) + 1)
+                    })
+                    .unwrap();
+                let s = seconds.rem_euclid(DAY);
+                format!("{date} {:02}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
+            }
+        };
+        match stamp.decimals {
+            0 => format!("({whole})"),
+            decimals => format!("({whole}.{})", &format!("{fraction:09}")[..usize::from(decimals)]),
+        }
+    }
+
+    #[test]
+    fn digits_are_exact_and_come_back() {
+        for (text, ns, decimals) in [
+            ("(1549455524.265601)", 1_549_455_524_265_601_000, 6),
+            ("(1795221516.618476123)", 1_795_221_516_618_476_123, 9),
+            ("(000.304418)", 304_418_000, 6),
+            ("(76720.535362)", 76_720_535_362_000, 6),
+            ("(0.000000)", 0, 6),
+            ("(1.1)", 1_100_000_000, 1),
+            ("(7)", 7_000_000_000, 0),
+            ("(00000000000000000001.5)", 1_500_000_000, 1),
+            ("(1970-01-01 00:00:00.000001)", 1_000, 6),
+            ("(1969-12-31 23:59:59.999999999)", -1, 9),
+            ("(2026-09-15 18:44:56.479963)", 1_789_497_896_479_963_000, 6),
+            ("(2000-02-29 00:00:00)", 951_782_400_000_000_000, 0),
+        ] {
+            let (stamp, rest) = read(text.as_bytes()).unwrap();
+            assert_eq!((stamp.ns, stamp.decimals, rest), (ns, decimals, &b""[..]), "{text}");
+            assert_eq!(written(&stamp), text);
+        }
+    }
+
+    #[test]
+    fn too_fine_and_too_large_stamps_still_read() {
+        let (stamp, rest) = read(b"(0.1234567891999) x").unwrap();
+        assert_eq!((stamp.ns, stamp.decimals, rest), (123_456_789, 9, &b" x"[..]));
+        assert_eq!(read(b"(99999999999999999999.999999)").unwrap().0.ns, i64::MAX);
+        assert_eq!(read(b"(9999-12-31 23:59:59.9)").unwrap().0.ns, i64::MAX);
+        assert_eq!(read(b"(0001-01-01 00:00:00.0)").unwrap().0.ns, i64::MIN);
+    }
+
+    #[test]
+    fn what_is_no_stamp() {
+        for text in [
+            "",
+            "(",
+            "()",
+            "(.5)",
+            "(1.)",
+            "(1.5",
+            "1.5)",
+            "(-1.5)",
+            "(1.5.5)",
+            "(1,5)",
+            "(a)",
+            "(999999999999999999999.5)",
+            "(2026-02-29 00:00:00.0)",
+            "(2026-13-01 00:00:00.0)",
+            "(2026-01-00 00:00:00.0)",
+            "(2026-01-01 24:00:00.0)",
+            "(2026-01-01 00:60:00.0)",
+            "(2026-01-01 00:00:60.0)",
+            "(2026-1-01 00:00:00.0)",
+            "(2026-01-01T00:00:00.0)",
+        ] {
+            assert_eq!(read(text.as_bytes()), None, "{text}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn seconds_are_stable(whole in 0u64..9_000_000_000, width in 1usize..=20, fraction in 0u64..1_000_000_000, decimals in 0usize..=9) {
+            let fraction = format!("{fraction:09}");
+            let text = match decimals {
+                0 => format!("({whole:0width$})"),
+                n => format!("({whole:0width$}.{})", &fraction[..n]),
+            };
+            let (stamp, _) = read(text.as_bytes()).unwrap();
+            prop_assert_eq!(written(&stamp), text);
+        }
+
+        #[test]
+        fn any_bytes(text in prop::collection::vec(any::<u8>(), 0..40)) {
+            let _ = read(&text);
+            let _ = is_meant(&text);
+        }
+    }
+}
