@@ -1,7 +1,6 @@
-//! What the core writes: text lines and machine output, appended to byte buffers.
+//! What leaves the core: lines of text, JSON lines. Each form takes a frame with its events and appends bytes.
 //!
-//! It must not decide anything and must not hold a word for people (those are in `text`).
+//! It must not decide or count anything, and holds no words of its own: those come from `text`.
 
-pub mod digits;
-pub mod escape;
 pub mod jsonl;
+pub mod text;

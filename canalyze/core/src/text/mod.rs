@@ -4,9 +4,12 @@
 //! `explain` breaks a frame down bit by bit. It must not decide anything: it puts into words what `message`,
 //! `event` and `finding` carry.
 
+pub mod digits;
 pub mod en;
+pub mod escape;
 pub mod explain;
 pub mod terms;
+pub mod value;
 pub mod zh;
 
 /// The language of the text.

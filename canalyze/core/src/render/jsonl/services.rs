@@ -5,8 +5,8 @@
 use crate::cob_id::Role;
 use crate::frame::Frame;
 use crate::message::{Flaw, Message};
-use crate::render::digits::{Hex, Joined, Padded, Put, put};
-use crate::render::escape;
+use crate::text::digits::{Hex, Joined, Padded, Put, put};
+use crate::text::escape;
 use crate::services::lss::{Bound, Command, Part, Setting, bit_rate};
 use crate::services::{error_frame, pdo, time, usdo};
 use crate::text::{Lang, terms};

@@ -1,3 +1,5 @@
 //! The English sentences.
 
+pub mod findings;
+pub mod sdo;
 pub mod services;

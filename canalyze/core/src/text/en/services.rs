@@ -6,7 +6,7 @@
 use crate::cob_id::Role;
 use crate::frame::{Frame, Kind};
 use crate::message::{Flaw, Message};
-use crate::render::digits::{Hex, Padded, Spaced, put};
+use crate::text::digits::{Hex, Padded, Spaced, put};
 use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, bit_rate};
 use crate::services::pdo::Multiplexed;
 use crate::services::{error_frame, nmt, time, usdo};

@@ -4,16 +4,17 @@
 //! Both languages stand side by side here, since the layout is one and only the words differ. It must not decide
 //! anything.
 
+pub mod sdo;
 pub mod services;
 
 use super::{Lang, en, zh};
 use crate::cob_id::{Role, predefined};
 use crate::frame::{Frame, Kind};
-use crate::render::digits::{Hex, Put, Spaced, put};
+use crate::text::digits::{Hex, Put, Spaced, put};
 
 /// Appends one line of a breakdown.
 macro_rules! line {
-    ($out:expr; $($part:expr),+ $(,)?) => { $crate::render::digits::put!($out; "#   ", $($part),+, "\n") };
+    ($out:expr; $($part:expr),+ $(,)?) => { $crate::text::digits::put!($out; "#   ", $($part),+, "\n") };
 }
 pub(crate) use line;
 

@@ -4,7 +4,7 @@ use super::{cob_id, data, line, reserved, say};
 use crate::cob_id::Role;
 use crate::frame::Frame;
 use crate::message::Message;
-use crate::render::digits::{Bin, Hex, Nibbles, Padded, Spaced, put};
+use crate::text::digits::{Bin, Hex, Nibbles, Padded, Spaced, put};
 use crate::services::lss::{BIT_CHECK_ANY, Command, Part, bit_rate};
 use crate::services::pdo::{Multiplexed, communication_parameter, mapping_parameter};
 use crate::services::{error_frame, time, usdo};

@@ -1,0 +1,100 @@
+//! Values in words: what an object's bytes say, by its standard data type or by their looks.
+//!
+//! The same in both languages but for units. It must not decide which object the bytes belong to.
+
+use super::digits::{Hex, Padded, Spaced, decimal, put};
+use super::{Lang, escape};
+use crate::od::{self, DataType, Value};
+use crate::services::sdo::wire::Mux;
+
+/// Most bytes of a text that are shown.
+const TEXT: usize = 512;
+/// Most bytes that are shown in hexadecimal.
+const BYTES: usize = 32;
+
+/// An object as CiA writes it: `1008h:00`.
+pub fn object(out: &mut Vec<u8>, mux: Mux) {
+    put!(out; Hex::<4>(u64::from(mux.index)), "h:", Hex::<2>(u64::from(mux.sub)));
+}
+
+/// A value. `bytes` may be only the beginning of `size` bytes.
+pub fn value(out: &mut Vec<u8>, lang: Lang, data_type: Option<DataType>, bytes: &[u8], size: u64) {
+    let whole = bytes.len() as u64 == size;
+    match od::decode(data_type, bytes) {
+        Value::Empty => put!(out; match lang {
+            Lang::Zh => "(空)",
+            Lang::En => "(empty)",
+        }),
+        Value::Bool(value) => put!(out; if value { "TRUE" } else { "FALSE" }),
+        Value::Signed(value) => {
+            put!(out; value);
+            hexadecimal(out, bytes);
+        }
+        Value::Unsigned(value) => {
+            put!(out; value);
+            hexadecimal(out, bytes);
+        }
+        Value::Real(value) => out.extend_from_slice(value.to_string().as_bytes()),
+        Value::Text(text) => quoted(out, text.as_bytes(), whole),
+        Value::Time { ms, days } => {
+            put!(out; days, "d ");
+            clock(out, ms);
+        }
+        Value::Difference { ms, days } => {
+            put!(out; days, "d ");
+            clock(out, ms);
+        }
+        Value::Bytes(bytes) if data_type == Some(DataType::UnicodeString) && bytes.len() % 2 == 0 => {
+            quoted(out, od::unicode(bytes.get(..TEXT).unwrap_or(bytes)).as_bytes(), whole && bytes.len() <= TEXT);
+        }
+        Value::Bytes(bytes) => {
+            put!(out; Spaced(bytes.get(..BYTES).unwrap_or(bytes)));
+            if bytes.len() > BYTES || !whole {
+                put!(out; " ...");
+            }
+        }
+    }
+}
+
+/// `" (0FA0h)"` for a number of several bytes or beyond one digit, as wide as its bytes.
+fn hexadecimal(out: &mut Vec<u8>, bytes: &[u8]) {
+    put!(out; " (");
+    for byte in bytes.iter().rev() {
+        put!(out; Hex::<2>(u64::from(*byte)));
+    }
+    put!(out; "h)");
+}
+
+fn clock(out: &mut Vec<u8>, ms: u32) {
+    let (hours, minutes, seconds) = (ms / 3_600_000, ms / 60_000 % 60, ms / 1000 % 60);
+    put!(out; Padded::<2>(u64::from(hours)), ":", Padded::<2>(u64::from(minutes)), ":");
+    put!(out; Padded::<2>(u64::from(seconds)), ".", Padded::<3>(u64::from(ms % 1000)));
+}
+
+fn quoted(out: &mut Vec<u8>, text: &[u8], whole: bool) {
+    put!(out; "\"");
+    escape::terminal(out, text.get(..TEXT).unwrap_or(text));
+    put!(out; "\"");
+    if !whole || text.len() > TEXT {
+        put!(out; " ...");
+    }
+}
+
+/// The bytes of one segment: as text where all of them are printable, else in hexadecimal.
+pub fn segment(out: &mut Vec<u8>, bytes: &[u8]) {
+    if !bytes.is_empty() && bytes.iter().all(|byte| (0x20..0x7F).contains(byte)) {
+        quoted(out, bytes, true);
+    } else {
+        put!(out; Spaced(bytes));
+    }
+}
+
+/// A number of bytes: `23字节`, `23 bytes`.
+pub fn size(out: &mut Vec<u8>, lang: Lang, bytes: u64) {
+    decimal(out, bytes);
+    put!(out; match lang {
+        Lang::Zh => "字节",
+        Lang::En if bytes == 1 => " byte",
+        Lang::En => " bytes",
+    });
+}
