@@ -30,3 +30,6 @@ pub enum Depth {
     /// The same, and under each line its breakdown bit by bit.
     Explain,
 }
+
+#[cfg(test)]
+mod tests;
