@@ -283,9 +283,9 @@ const LEAST_TEXT: usize = 5;
 /// With a type whose size fits, by the type. A VISIBLE_STRING that is no text, and octet and UNICODE strings,
 /// are `Bytes` ([`unicode`] reads the latter).
 ///
-/// Without a type, or where its size does not fit (`NULs` at the end not counted as text): at least five bytes
-/// that are all printable UTF-8 are `Text`; else up to eight bytes are a little-endian `Unsigned`, more are
-/// `Text` when printable and `Bytes` otherwise. A DOMAIN is never a number.
+/// Without a type, or where its size does not fit, NULs at the end left out of account: five bytes or more of
+/// printable UTF-8 are `Text`; anything else of up to eight bytes is a little-endian `Unsigned`; of more, it is
+/// `Text` when printable and `Bytes` otherwise. A DOMAIN is never a number: `Text` as above, else `Bytes`.
 pub fn decode(data_type: Option<DataType>, bytes: &[u8]) -> Value<'_> {
     if bytes.is_empty() {
         return Value::Empty;
@@ -374,7 +374,7 @@ mod tests {
         assert_eq!(decode(Some(Boolean), &[2]), Value::Bool(true));
         assert_eq!(decode(Some(VisibleString), b"ab"), Value::Text("ab"));
         assert_eq!(decode(Some(VisibleString), b"ab\r\n\0\0"), Value::Text("ab\r\n"));
-        assert_eq!(decode(Some(VisibleString), "设备".as_bytes()), Value::Text("设备"));
+        assert_eq!(decode(Some(VisibleString), "\u{8BBE}\u{5907}".as_bytes()), Value::Text("\u{8BBE}\u{5907}"));
         assert_eq!(decode(Some(VisibleString), b"\x01\x02"), Value::Bytes(b"\x01\x02"));
         assert_eq!(decode(Some(OctetString), b"abcdef"), Value::Bytes(b"abcdef"));
         assert_eq!(decode(Some(Domain), &[1, 0]), Value::Bytes(&[1, 0]));
@@ -390,7 +390,7 @@ mod tests {
     #[test]
     fn without_a_fitting_type() {
         assert_eq!(decode(None, b"Zephyr RTOS/CANopenNode"), Value::Text("Zephyr RTOS/CANopenNode"));
-        assert_eq!(decode(None, "设备名".as_bytes()), Value::Text("设备名"));
+        assert_eq!(decode(None, "\u{8BBE}\u{5907}\u{540D}".as_bytes()), Value::Text("\u{8BBE}\u{5907}\u{540D}"));
         assert_eq!(decode(None, b"save"), Value::Unsigned(0x6576_6173));
         assert_eq!(decode(None, b"12345"), Value::Text("12345"));
         assert_eq!(decode(None, &[0x41, 0, 0, 0, 0, 0, 0, 0]), Value::Unsigned(0x41));

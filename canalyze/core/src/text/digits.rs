@@ -130,7 +130,10 @@ impl Put for Joined<'_> {
 
 /// Appends its arguments one after the other: `put!(out; "node ", node, ": ", Hex::<2>(state), "h")`.
 macro_rules! put {
-    ($out:expr; $($part:expr),+ $(,)?) => {{ $( $crate::text::digits::Put::put(&$part, $out); )+ }};
+    ($out:expr; $($part:expr),+ $(,)?) => {{
+        let out: &mut Vec<u8> = $out;
+        $( $crate::text::digits::Put::put(&$part, out); )+
+    }};
 }
 pub(crate) use put;
 

@@ -33,3 +33,17 @@ pub enum Depth {
     /// The same, and under each line its breakdown bit by bit.
     Explain,
 }
+
+/// The words of a rule.
+#[derive(Clone, Copy, Debug)]
+pub struct RuleText {
+    /// In one line.
+    pub message: &'static str,
+    /// What it means.
+    pub meaning: &'static str,
+    /// What usually causes it.
+    pub cause: &'static str,
+}
+
+#[cfg(test)]
+mod tests;

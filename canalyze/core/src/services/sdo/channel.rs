@@ -35,10 +35,25 @@ pub struct Context<'a> {
     pub next_transfer: &'a mut u64,
     /// Whether transferred bytes are handed out.
     pub extract: bool,
-    /// Bytes handed out: transfer and bytes.
-    pub chunks: &'a mut Vec<(TransferId, Vec<u8>)>,
+    /// Bytes handed out.
+    pub chunks: &'a mut Vec<Chunk>,
     /// The frame at hand (or the last one, at the capture's end).
     pub at: FrameRef,
+}
+
+/// Bytes of a transfer that are handed out while it runs.
+#[derive(Clone, Debug)]
+pub struct Chunk {
+    /// Number of the transfer.
+    pub id: TransferId,
+    /// The bus.
+    pub bus: BusId,
+    /// The server's node-ID.
+    pub node: u8,
+    /// The object, if known.
+    pub mux: Option<Mux>,
+    /// The next bytes.
+    pub bytes: Vec<u8>,
 }
 
 /// Where the transfer stands.
@@ -133,6 +148,11 @@ impl Channel {
         }
     }
 
+    /// The server's node-ID.
+    pub fn node(&self) -> u8 {
+        self.node
+    }
+
     /// Takes one frame of the channel (classic, data): appends one `What::Sdo` event and what follows from it.
     pub fn step(&mut self, side: Side, frame: &Frame, cx: &mut Context<'_>) {
         let half = Half {
@@ -177,7 +197,8 @@ impl Channel {
         }
         if let Some(transfer) = &mut self.transfer {
             if transfer.fresh.len() >= 4096 {
-                cx.chunks.push((transfer.id, transfer.take_fresh()));
+                cx.chunks.push(chunk(transfer, transfer.fresh.clone()));
+                transfer.fresh.clear();
             }
         }
     }
@@ -419,7 +440,7 @@ impl Channel {
     /// Says that a transfer has ended.
     pub(super) fn announce(&mut self, transfer: Arc<Transfer>, cx: &mut Context<'_>) {
         if !transfer.fresh.is_empty() {
-            cx.chunks.push((transfer.id, transfer.fresh.clone()));
+            cx.chunks.push(chunk(&transfer, transfer.fresh.clone()));
         }
         let about = (!self.own).then_some(transfer.last);
         cx.events.push(Event {
@@ -653,6 +674,10 @@ impl Channel {
         self.phase = Phase::Idle;
         self.own = own;
     }
+}
+
+fn chunk(transfer: &Transfer, bytes: Vec<u8>) -> Chunk {
+    Chunk { id: transfer.id, bus: transfer.bus, node: transfer.node, mux: transfer.mux, bytes }
 }
 
 fn push_finding(finding: Finding, cx: &mut Context<'_>) {

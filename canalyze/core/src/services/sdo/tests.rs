@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use super::channel::{Channel, Context};
-use super::transfer::{Direction, Mode, Status, Transfer, TransferId};
+use super::channel::{Channel, Chunk, Context};
+use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{Mux, Side};
 use crate::event::What;
 use crate::finding::{Code, Finding, Severity};
@@ -82,8 +82,8 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
         if transfer.status == Status::Ok {
             let bytes: Vec<u8> = chunks
                 .iter()
-                .filter(|(id, _)| *id == transfer.id)
-                .flat_map(|(_, bytes): &(TransferId, Vec<u8>)| bytes.clone())
+                .filter(|chunk: &&Chunk| chunk.id == transfer.id)
+                .flat_map(|chunk| chunk.bytes.clone())
                 .collect();
             assert_eq!(bytes, transfer.kept, "extracted bytes are the value");
         }

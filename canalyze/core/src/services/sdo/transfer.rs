@@ -270,11 +270,6 @@ impl Transfer {
         self.hole || self.size_indicated.is_none_or(|size| u64::from(size) == self.size)
     }
 
-    /// Takes the bytes that have come since the last call.
-    pub fn take_fresh(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.fresh)
-    }
-
     /// Duration from the first to the last frame in ns, where both have a stamp.
     pub fn duration_ns(&self) -> Option<i64> {
         Some(self.last.t_ns?.saturating_sub(self.first.t_ns?))

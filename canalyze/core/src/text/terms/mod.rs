@@ -86,4 +86,33 @@ pub(crate) mod tests {
         assert_eq!(emcy::code(Lang::En, 0xF112), Some("additional functions"));
         assert_eq!(emcy::code(Lang::En, 0xA000), None);
     }
+
+    #[test]
+    fn words_of_the_notes() {
+        let states: Vec<_> = nmt::STATES.iter().map(|row| row.1).collect();
+        assert_eq!(states, ["初始化", "停止", "操作", "预操作"]);
+        let parts: Vec<_> = lss::PARTS.iter().map(|row| row.1).collect();
+        assert_eq!(parts, ["制造商ID", "产品码", "修订号", "序列号"]);
+        let objects = [
+            (0x1001, 0, "错误寄存器"),
+            (0x1006, 0, "同步周期"),
+            (0x1019, 0, "同步计数器溢出值"),
+            (0x1018, 1, "制造商ID"),
+            (0x1800, 0, "TPDO通信参数"),
+            (0x1800, 2, "TPDO传输类型"),
+            (0x1800, 3, "TPDO抑制时间"),
+            (0x1800, 5, "TPDO事件定时器"),
+            (0x1800, 6, "TPDO同步起始值"),
+            (0x1A00, 1, "TPDO映射参数"),
+            (0x6040, 0, "控制字"),
+            (0x6041, 0, "状态字"),
+            (0x6060, 0, "操作模式"),
+        ];
+        for (index, sub, word) in objects {
+            assert_eq!(object_name(Lang::Zh, index, sub), Some(word));
+        }
+        assert_eq!(abort_code(Lang::Zh, 0x0503_0000), Some("触发位(toggle)未交替"));
+        assert_eq!(abort_code(Lang::Zh, 0x0602_0000), Some("对象字典中不存在该对象"));
+        assert_eq!(abort_code(Lang::Zh, 0), None);
+    }
 }

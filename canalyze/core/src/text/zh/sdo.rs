@@ -25,7 +25,8 @@ pub fn step(out: &mut Vec<u8>, depth: Depth, step: &Step, len: u8) {
     if let Some(transfer) = &step.result
         && !shows_result(step)
     {
-        put!(out; if out.len() > start { "; " } else { ": " });
+        let separator = if out.len() > start { "; " } else { ": " };
+        put!(out; separator);
         result(out, transfer);
     }
     place(out, step);

@@ -1,0 +1,283 @@
+//! Lines for people, in candump's console form, so that the output is input again.
+//!
+//! `can1  60A   [8]  40 08 10 00 00 00 00 00  # ...`: stamp, direction and length as they came; everything else
+//! is a comment. Notes and findings stand on lines of their own that begin with `#`. Formatting is by hand: it
+//! costs more than decoding.
+
+use crate::event::{Event, What};
+use crate::frame::{Buses, Direction, Frame, Kind, Stamp, StampForm};
+use crate::readers::Marker;
+use crate::services::time::calendar;
+use crate::text::digits::{Hex, Padded, decimal, hex_byte, put};
+use crate::text::{Depth, Lang, en, escape, explain, zh};
+
+/// How time is shown (option `-t`, as candump's).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Time {
+    /// a: seconds.
+    Absolute,
+    /// d: seconds since the frame before.
+    Delta,
+    /// z: seconds since the first frame.
+    Zero,
+    /// A: date and time of day, UTC.
+    Date,
+    /// n: none.
+    None,
+}
+
+/// The column in which comments begin, counted from the first data byte: eight bytes and their blanks.
+const DATA_WIDTH: usize = 23;
+/// Longest bus name for which columns are aligned.
+const NAME_WIDTH: usize = 16;
+
+/// The text renderer: what the lines so far decide of the next ones.
+#[derive(Debug)]
+pub struct Lines {
+    lang: Lang,
+    depth: Depth,
+    time: Option<Time>,
+    /// Widest bus name so far; candump aligns them to the right.
+    width: usize,
+    /// A 29-bit identifier was seen: 11-bit ones are indented from then on, as candump does.
+    indent: bool,
+    first_ns: Option<i64>,
+    last_ns: Option<i64>,
+}
+
+impl Lines {
+    /// A renderer at the beginning of a capture.
+    pub fn new(lang: Lang, depth: Depth, time: Option<Time>) -> Self {
+        Self { lang, depth, time, width: 0, indent: false, first_ns: None, last_ns: None }
+    }
+
+    /// One frame's line, and below it what else it shows.
+    pub fn frame(&mut self, out: &mut Vec<u8>, frame: &Frame, events: &[Event], buses: &Buses) {
+        self.stamp(out, frame);
+        self.bus(out, buses.name(frame.bus));
+        direction(out, frame);
+        self.identifier(out, frame);
+        length(out, frame);
+        data(out, frame);
+        put!(out; "  # ");
+        let mut said = false;
+        for event in events {
+            match &event.what {
+                What::Message(message) => {
+                    match self.lang {
+                        Lang::Zh => zh::services::message(out, self.depth, message, frame),
+                        Lang::En => en::services::message(out, self.depth, message, frame),
+                    }
+                    out.push(b'\n');
+                    if self.depth == Depth::Explain {
+                        explain::services::message(out, self.lang, message, frame);
+                    }
+                    said = true;
+                }
+                What::Sdo(step) => {
+                    match self.lang {
+                        Lang::Zh => zh::sdo::step(out, self.depth, step, frame.len),
+                        Lang::En => en::sdo::step(out, self.depth, step, frame.len),
+                    }
+                    out.push(b'\n');
+                    if self.depth == Depth::Explain {
+                        explain::sdo::step(out, self.lang, step, event.node.unwrap_or(0), frame);
+                    }
+                    said = true;
+                }
+                _ => self.aside(out, event),
+            }
+        }
+        if !said {
+            out.push(b'\n');
+        }
+    }
+
+    /// What is known only at the end of the capture.
+    pub fn end(&self, out: &mut Vec<u8>, events: &[Event]) {
+        for event in events {
+            self.aside(out, event);
+        }
+    }
+
+    /// A note, a finding, or a transfer whose result belongs to an earlier frame, on a line of its own.
+    fn aside(&self, out: &mut Vec<u8>, event: &Event) {
+        if self.depth == Depth::Brief {
+            return;
+        }
+        match &event.what {
+            What::Finding(finding) => {
+                let rule = finding.code.rule();
+                put!(out; "#   ", rule.id, " ");
+                match self.lang {
+                    Lang::Zh => {
+                        put!(out; zh::findings::severity(rule.severity), ": ");
+                        zh::findings::message(out, finding);
+                    }
+                    Lang::En => {
+                        put!(out; en::findings::severity(rule.severity), ": ");
+                        en::findings::message(out, finding);
+                    }
+                }
+                out.push(b'\n');
+            }
+            What::Note(note) => {
+                let about = event.about.map_or(event.at.no, |about| about.no);
+                put!(out; "#   ");
+                match self.lang {
+                    Lang::Zh => zh::findings::note(out, *note, about),
+                    Lang::En => en::findings::note(out, *note, about),
+                }
+                out.push(b'\n');
+            }
+            What::Transfer(transfer) if event.about.is_some() => {
+                put!(out; "#   ");
+                match self.lang {
+                    Lang::Zh => {
+                        put!(out; "第", transfer.first.no, "帧开始的传输: ");
+                        zh::sdo::result(out, transfer);
+                    }
+                    Lang::En => {
+                        put!(out; "transfer that began in frame ", transfer.first.no, ": ");
+                        en::sdo::result(out, transfer);
+                    }
+                }
+                out.push(b'\n');
+            }
+            What::Transfer(_) | What::Message(_) | What::Sdo(_) => {}
+        }
+    }
+
+    /// A line of the capture that is no frame, in the form in which readers take it.
+    pub fn marker(&mut self, out: &mut Vec<u8>, marker: &Marker, buses: &Buses) {
+        match *marker {
+            Marker::Dropped { bus, count, total, .. } => {
+                put!(out; "DROPCOUNT: dropped ", count, if count == 1 { " CAN frame on '" } else { " CAN frames on '" });
+                escape::terminal(out, buses.name(bus));
+                put!(out; "' socket (total drops ", total, ")\n");
+            }
+            Marker::Error { bus, stamp, .. } => {
+                if let Some(stamp) = stamp {
+                    written(out, &stamp);
+                }
+                self.bus(out, buses.name(bus));
+                put!(out; "ERROR\n");
+            }
+            Marker::Backward { .. } => {}
+        }
+    }
+
+    fn stamp(&mut self, out: &mut Vec<u8>, frame: &Frame) {
+        let Some(stamp) = &frame.stamp else { return };
+        let Some(time) = self.time else { return written(out, stamp) };
+        let now = frame.t_ns.unwrap_or(stamp.ns);
+        let first = *self.first_ns.get_or_insert(now);
+        let last = self.last_ns.replace(now).unwrap_or(now);
+        let seconds = |ns| Stamp { form: StampForm::Seconds, ns, width: 3, decimals: stamp.decimals };
+        match time {
+            Time::None => {}
+            Time::Absolute => written(out, &seconds(now)),
+            Time::Delta => written(out, &seconds(now.saturating_sub(last))),
+            Time::Zero => written(out, &seconds(now.saturating_sub(first))),
+            Time::Date => written(out, &Stamp { form: StampForm::Calendar, ..seconds(now) }),
+        }
+    }
+
+    fn bus(&mut self, out: &mut Vec<u8>, name: &[u8]) {
+        if name.is_empty() {
+            return;
+        }
+        self.width = self.width.max(name.len().min(NAME_WIDTH));
+        for _ in name.len()..self.width {
+            out.push(b' ');
+        }
+        escape::terminal(out, name);
+        put!(out; "  ");
+    }
+
+    fn identifier(&mut self, out: &mut Vec<u8>, frame: &Frame) {
+        let raw = u64::from(frame.id.raw());
+        if frame.kind == Kind::Error {
+            put!(out; Hex::<8>(raw | 0x2000_0000));
+        } else if frame.id.is_extended() {
+            self.indent = true;
+            put!(out; Hex::<8>(raw));
+        } else {
+            if self.indent {
+                put!(out; "     ");
+            }
+            put!(out; Hex::<3>(raw));
+        }
+    }
+}
+
+/// A stamp with its digits as they were written.
+fn written(out: &mut Vec<u8>, stamp: &Stamp) {
+    let (seconds, fraction) = (stamp.ns.div_euclid(1_000_000_000), stamp.ns.rem_euclid(1_000_000_000) as u64);
+    put!(out; "(");
+    match stamp.form {
+        StampForm::Seconds => {
+            let start = out.len();
+            decimal(out, seconds.unsigned_abs());
+            let digits = out.len() - start;
+            for _ in digits..usize::from(stamp.width) {
+                out.insert(start, b'0');
+            }
+        }
+        StampForm::Calendar => calendar(out, seconds),
+    }
+    if stamp.decimals > 0 {
+        let mut divisor = 100_000_000;
+        put!(out; ".");
+        for _ in 0..stamp.decimals.min(9) {
+            out.push(b'0' + (fraction / divisor % 10) as u8);
+            divisor /= 10;
+        }
+    }
+    put!(out; ")  ");
+}
+
+/// `TX - -  `, where the capture tells; B and E are the flags of an FD frame.
+fn direction(out: &mut Vec<u8>, frame: &Frame) {
+    let Some(dir) = frame.dir else { return };
+    let (brs, esi) = match frame.kind {
+        Kind::Fd { brs, esi } => (brs, esi),
+        _ => (false, false),
+    };
+    put!(out; match dir {
+        Direction::Rx => "RX ",
+        Direction::Tx => "TX ",
+    });
+    put!(out; if brs { "B " } else { "- " }, if esi { "E  " } else { "-  " });
+}
+
+fn length(out: &mut Vec<u8>, frame: &Frame) {
+    let form = frame.length_form;
+    if matches!(frame.kind, Kind::Fd { .. }) || form.two_digits {
+        put!(out; "  [", Padded::<2>(u64::from(frame.len)), "]  ");
+    } else if form.braces || form.raw_dlc > 8 {
+        put!(out; "   {", Hex::<1>(u64::from(form.raw_dlc.max(frame.len))), "}  ");
+    } else {
+        put!(out; "   [", frame.len, "]  ");
+    }
+}
+
+fn data(out: &mut Vec<u8>, frame: &Frame) {
+    let start = out.len();
+    if frame.kind == Kind::Remote {
+        put!(out; "remote request");
+    }
+    for (no, byte) in frame.payload().iter().enumerate() {
+        if no > 0 {
+            out.push(b' ');
+        }
+        hex_byte(out, *byte);
+    }
+    let end = start + DATA_WIDTH;
+    if out.len() < end {
+        out.resize(end, b' ');
+    }
+    if frame.kind == Kind::Error {
+        put!(out; "   ERRORFRAME");
+    }
+}

@@ -1,0 +1,219 @@
+//! Findings and notes in English, and what each rule means.
+//!
+//! It must carry the same facts as `zh::findings`; a rule without words does not compile.
+
+use crate::event::Note;
+use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
+use crate::services::sdo::wire::Side;
+use crate::text::digits::{Hex, put};
+use crate::text::{Lang, RuleText, value};
+
+/// The word for a severity.
+pub fn severity(severity: Severity) -> &'static str {
+    severity.name()
+}
+
+fn side(side: Side) -> &'static str {
+    match side {
+        Side::Client => "client",
+        Side::Server => "server",
+    }
+}
+
+/// Appends what a finding says, in one sentence without line end.
+pub fn message(out: &mut Vec<u8>, finding: &Finding) {
+    if let Some(object) = finding.object {
+        value::object(out, object);
+        put!(out; ": ");
+    }
+    if let Some(cause) = finding.cause {
+        put!(out; "frame ", cause.no, ": ");
+    }
+    match finding.facts {
+        Facts::None => put!(out; rule(finding.code).message),
+        Facts::Lines { count } => put!(out; count, if count == 1 { " line" } else { " lines" }, " cannot be read"),
+        Facts::Dropped { count, total } => put!(out; count, " frames lost (", total, " in total)"),
+        Facts::Toggle { expected, found, by } => {
+            put!(out; "toggle=", u8::from(found), " from the ", side(by), ", ", u8::from(expected), " was due");
+        }
+        Facts::Missing { by: Side::Server } => put!(out; "request without response"),
+        Facts::Missing { by: Side::Client } => put!(out; "response without request"),
+        Facts::Duplicate => put!(out; "duplicate response"),
+        Facts::Objects { expected, found } => {
+            put!(out; "asked for ");
+            value::object(out, expected);
+            put!(out; ", answered ");
+            value::object(out, found);
+        }
+        Facts::Unused(n) => put!(out; rule(finding.code).message, " (n=", n, ")"),
+        Facts::Size { indicated, transferred } => {
+            value::size(out, Lang::En, indicated);
+            put!(out; " indicated, ");
+            value::size(out, Lang::En, transferred);
+            put!(out; " transferred");
+        }
+        Facts::Outside => put!(out; "the frame belongs to no open transfer"),
+        Facts::NoLast => put!(out; "all data were transferred, but no segment has the last-segment flag (c=1)"),
+        Facts::Length(len) => put!(out; "SDO frame of ", len, " bytes instead of 8"),
+        Facts::Sequence { expected, found } => put!(out; "block sequence number ", found, ", ", expected, " was due"),
+        Facts::Acknowledged { ackseq, sent } => put!(out; "segment ", ackseq, " acknowledged, only ", sent, " sent"),
+        Facts::BlockSize(size) => put!(out; "block size ", size, ", must be 1 to 127"),
+        Facts::EarlyEnd => put!(out; "the block transfer ends before its last segment was acknowledged"),
+        Facts::EndNotConfirmed => put!(out; "the end of the block transfer was not confirmed"),
+        Facts::Crc { computed, found, matches } => {
+            put!(out; "CRC ", Hex::<4>(u64::from(found)), "h, the data have ", Hex::<4>(u64::from(computed)), "h");
+            put!(out; match matches {
+                CrcMatch::Nothing => "",
+                CrcMatch::WithPadding => " (matches only with the padding of the last segment)",
+                CrcMatch::InitialFfff => " (matches only with the initial value FFFFh)",
+                CrcMatch::Reflected => " (matches only the reflected variant)",
+            });
+        }
+        Facts::Abort { code, by } => {
+            put!(out; "aborted by the ", side(by), ": ");
+            super::sdo::abort(out, code);
+        }
+        Facts::Command(command) => put!(out; "undefined command byte ", Hex::<2>(u64::from(command)), "h"),
+        Facts::Frames { count } => {
+            put!(out; rule(finding.code).message, " (", count, if count == 1 { " frame)" } else { " frames)" });
+        }
+        Facts::Repeated { count } => put!(out; count, " more of the same"),
+    }
+}
+
+/// Appends a note of what has become known of an earlier frame.
+pub fn note(out: &mut Vec<u8>, note: Note, about: u64) {
+    put!(out; match note {
+        Note::RequestNotCaptured => "the request that frame ",
+        Note::AnsweredByAbort => "the request in frame ",
+        Note::LostByReset => "the SDO transfer that began in frame ",
+    });
+    put!(out; about);
+    put!(out; match note {
+        Note::RequestNotCaptured => " answers is not in the capture",
+        Note::AnsweredByAbort => " was answered by the abort captured before it",
+        Note::LostByReset => " was ended by a reset of the node",
+    });
+}
+
+/// The words of a rule.
+pub fn rule(code: Code) -> RuleText {
+    let text = |message, meaning, cause| RuleText { message, meaning, cause };
+    match code {
+        Code::Cap001 => text(
+            "lines that cannot be read",
+            "These lines are neither frames of any known dialect nor comments; the others are decoded all the same.",
+            "The file was cut or edited, holds another program's output, or is of a format not supported yet.",
+        ),
+        Code::Cap002 => text(
+            "frames lost by the capturing program",
+            "The capturing program says itself that it lost frames. Across the gap no toggle bit, sequence number or answer is judged, and open transfers are incomplete.",
+            "The socket buffer is too small or the host too busy; candump takes a larger buffer with -r.",
+        ),
+        Code::Cap003 => text(
+            "time stamps go backwards",
+            "The stamps of a pipe were taken as counted from zero, but one goes backwards: they are probably differences to the frame before.",
+            "candump ran with -t d; add --stamps delta.",
+        ),
+        Code::Sdo001 => text(
+            "toggle bit error",
+            "The toggle bit of a segmented transfer is 0 in the first segment and then alternates; a response repeats the bit of its request.",
+            "A fault of a stack, a segment repeated though it was accepted, or a frame missing from the capture.",
+        ),
+        Code::Sdo002 => text(
+            "request and response do not pair",
+            "SDO is question and answer: every request has a response, and there is no response without a request.",
+            "The node is gone or too slow, two clients share one SDO channel, or a frame is missing from the capture.",
+        ),
+        Code::Sdo003 => text(
+            "response names another object than the request",
+            "An initiate response carries the index and sub-index of its request.",
+            "A fault of the server, or two clients used the same SDO channel at once.",
+        ),
+        Code::Sdo004 => text(
+            "invalid number of unused bytes n",
+            "n has a meaning only where e and s are both 1; otherwise it shall be 0.",
+            "A command byte put together by hand; some vendors' manuals leave out e and s.",
+        ),
+        Code::Sdo005 => text(
+            "segment not full though not the last",
+            "A segment that is not the last one has unused bytes. Stacks accept it, but it is rare.",
+            "The sender cuts segments as its own buffers come.",
+        ),
+        Code::Sdo006 => text(
+            "bytes transferred differ from the size indicated",
+            "The size in the initiate frame equals the sum of the segments' data bytes.",
+            "n of the last segment is wrong, a string's terminating zero was counted or not, or a segment is missing from the capture.",
+        ),
+        Code::Sdo007 => text(
+            "segment outside a transfer, or a transfer without last segment",
+            "The segment with c=1 ends a transfer: none may follow, and one must have it once all data are there.",
+            "One side overlooks the last-segment flag, or does not set it.",
+        ),
+        Code::Sdo008 => text(
+            "new transfer while one is open",
+            "The client sent a new initiate request though its transfer was running, without an abort.",
+            "The client starts anew after a time-out, or two clients share one SDO channel.",
+        ),
+        Code::Sdo009 => text(
+            "reserved bits or unused bytes are not 0",
+            "Reserved bits and bytes shall be 0; most stacks do not check.",
+            "The sender does not clear its buffer.",
+        ),
+        Code::Sdo010 => text(
+            "SDO frame is not 8 bytes long",
+            "SDO frames always have 8 bytes; many servers drop shorter ones without a word.",
+            "The sender sets the DLC to the length of its data.",
+        ),
+        Code::Sdo012 => text(
+            "sequence, acknowledgement or end of a block transfer",
+            "Sequence numbers count from 1 in each sub-block; no more is acknowledged than was sent; the block size is 1 to 127; the end comes after the last segment was acknowledged, and is confirmed.",
+            "A fault in one side's block transfer, or a segment missing from the capture.",
+        ),
+        Code::Sdo015 => text(
+            "repeated request",
+            "The same request was sent again without a response in between.",
+            "The client repeats after a time-out, or the capture shows one frame twice.",
+        ),
+        Code::Sdo017 => text(
+            "SDO transfer aborted",
+            "One side ended the transfer with an abort; the abort code tells why.",
+            "An object that does not exist, access rights, a wrong length, or a time-out: see the abort code.",
+        ),
+        Code::Sdo019 => text(
+            "CRC of a block transfer is wrong",
+            "Where both sides support a CRC, the end frame carries CRC-16/XMODEM over the data without padding.",
+            "Another CRC variant, padding counted in, or corrupt data.",
+        ),
+        Code::Sdo020 => text(
+            "late answer",
+            "The server answered a request that its client had given up.",
+            "The server is slow, or the client's time-out too short.",
+        ),
+        Code::Sdo021 => text(
+            "write request with e=s=0 whose data are meant as expedited",
+            "By the standard e=s=0 starts a segmented transfer of unknown size, but no segment follows: the data are in the initiate frame.",
+            "A command byte put together as in Roboteq's manual (20h, 28h, 2Ch).",
+        ),
+        Code::Sdo022 => text(
+            "read response with e=s=0 whose data are meant as expedited",
+            "By the standard e=s=0 starts a segmented transfer of unknown size, but the client asks for no segment: the data are in the initiate response.",
+            "A device that answers as in Roboteq's manual (40h, 48h, 4Ch).",
+        ),
+        Code::Sdo023 => text(
+            "undefined SDO command",
+            "The standard does not define this command specifier for this side.",
+            "A fault of a stack, corrupt data, or something else than SDO on this COB-ID.",
+        ),
+        Code::Sdo030 => text(
+            "traffic does not look like SDO",
+            "No valid pair of request and response was seen on these COB-IDs, so they are not judged as SDO.",
+            "The network is not CANopen, only one direction was captured, or another protocol uses the identifiers.",
+        ),
+        Code::Sdo031 => text(
+            "requests never answered",
+            "The capture has no SDO response of this node.",
+            "The node does not exist or has no power (a master scans), or only one direction was captured.",
+        ),
+    }
+}
