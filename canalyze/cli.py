@@ -19,7 +19,7 @@ import click
 from canalyze import __version__
 from canalyze.config import Config, settle, spoken
 from canalyze.errors import CanalyzeError, ConfigError, CoreError
-from canalyze.help import page, usage_line
+from canalyze.help import located, page, usage_line
 from canalyze.options import common_options
 from canalyze.output import Output, complain, shows_chinese
 from canalyze.words import Words
@@ -71,6 +71,11 @@ class Group(click.Group):
         near = get_close_matches(args[0], COMMANDS)
         key = "usage.no_command_near" if near else "usage.no_command"
         raise click.UsageError(self._words(key, name=args[0] or '""', near=self._words("usage.or").join(near)), ctx)
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse; an error knows then where it is."""
+        with located(ctx):
+            return super().parse_args(ctx, args)
 
     def get_help(self, ctx: click.Context) -> str:
         """Give the page."""

@@ -5,7 +5,8 @@ Chinese character takes two columns. Sentences stand in `words.py`; nothing here
 """
 
 import unicodedata
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Final
 
 import click
@@ -75,9 +76,24 @@ class Command(click.Command):
         )
         self._words = words
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse; an error knows then in which command it is."""
+        with located(ctx):
+            return super().parse_args(ctx, args)
+
     def get_help(self, ctx: click.Context) -> str:
         """Give the page."""
         return page(self, ctx, self._words)
+
+
+@contextmanager
+def located(ctx: click.Context) -> Iterator[None]:
+    """Give a usage error its context, which click's parser leaves out of some."""
+    try:
+        yield
+    except click.UsageError as error:
+        error.ctx = error.ctx or ctx
+        raise
 
 
 def page(command: click.Command, ctx: click.Context, words: Words) -> str:

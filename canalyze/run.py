@@ -84,7 +84,7 @@ class Run:
         with Interrupt() as interrupt:
             for name in names:
                 try:
-                    source = interrupt.during(partial(Source, name, self._words("source.stdin")))
+                    source = interrupt.during(partial(Source, name))
                     if source is None:
                         break
                     with source:
@@ -115,6 +115,7 @@ class Run:
             # Also when reading failed in the middle: what came before is said.
             self._hand_over(session.end(), hold=source.regular)
         if session.file_frames == 0 and not interrupt.signal:
+            self._held, self._more = [], 0  # one line says it all
             raise SourceError("source.nothing" if size else "source.empty", name=source.name)
         self._release()
 

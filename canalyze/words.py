@@ -15,9 +15,6 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("help.commands", "命令", "Commands"),
     ("help.examples", "例子", "Examples"),
     ("help.completion", "命令行补全", "Shell completion"),
-    ("help.default", "默认 {value}", "default: {value}"),
-    ("meta.options", "[选项]", "[OPTIONS]"),
-    ("meta.command", "命令 [参数]...", "COMMAND [ARGS]..."),
     # Options that every command has.
     ("opt.help", "显示这页说明。", "Show this page."),
     ("opt.version", "显示版本。", "Show the version."),
@@ -51,6 +48,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "What the stamps of the input are: absolute, zero-based or deltas; auto decides by content.",
     ),
     # canalyze
+    ("canalyze.usage", "[选项] 命令 [参数]...", "[OPTIONS] COMMAND [ARGS]..."),
     (
         "canalyze.help",
         "被动式CANopen分析器：读candump的记录，结合此前的全部报文说明每一帧的含义。从不发送任何帧。",
@@ -190,7 +188,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "sdo.extracted",
         "已将 {files} 个文件写入 {directory}",
-        "{files} files written to {directory}",
+        "files written to {directory}: {files}",
     ),
     (
         "sdo.kept",
@@ -316,7 +314,6 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}: no line of it can be read as a CAN frame; candump's console form (can0  60A   [8]  40 ...) and its "
         "log form ((stamp) can0 60A#40...) can",
     ),
-    ("source.stdin", "标准输入", "standard input"),
     (
         "source.more_complaints",
         "{name}：此前还有 {count} 条同类提示",

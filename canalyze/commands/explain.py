@@ -49,13 +49,12 @@ def _lines(words: Words) -> int:
             continue
         text = explain(line, words.lang)
         if text is None:
-            name = words("source.stdin")
-            complain(f"canalyze: {words('explain.no_frame_at', name=name, number=number, line=line)}")
+            complain(f"canalyze: {words('explain.no_frame_at', name='stdin', number=number, line=line)}")
             code = 2
             continue
         out.text(between + text.rstrip("\n") + "\n")
         between = "\n"
     if not between and not code:
-        complain(f"canalyze: {words('source.empty', name=words('source.stdin'))}")
+        complain(f"canalyze: {words('source.empty', name='stdin')}")
         code = 2
     return code

@@ -4,6 +4,8 @@ Bytes go to disk as they come, into NAME.part, and get their name when the trans
 the like. Files that exist are kept. Names are the core's, and safe.
 """
 
+import errno
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -24,6 +26,8 @@ class Directory:
         self._force = force
         self._open: dict[str, bool] = {}  # name -> whether it is written, or the existing file is kept
         try:
+            if self._path.exists() and not self._path.is_dir():
+                raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
             self._path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise OutputError("output.write", name=name, error=error) from error

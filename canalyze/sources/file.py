@@ -20,9 +20,9 @@ STDIN: Final = "-"
 class Source:
     """An open file; a context manager."""
 
-    def __init__(self, name: str, label: str) -> None:
-        """Open `name` ('-' is standard input, called `label`); SourceError if that cannot be."""
-        self.name = label if name == STDIN else name
+    def __init__(self, name: str) -> None:
+        """Open `name` ('-' is standard input, called stdin); SourceError if that cannot be."""
+        self.name = "stdin" if name == STDIN else name
         self._fd = -1
         self._own = name != STDIN
         try:
