@@ -4,7 +4,7 @@ Public names only; what is not in `__all__` may change without notice. Importing
 nor click.
 """
 
-from canalyze.errors import CanalyzeError, ConfigError, CoreError, OutputError, SourceError
+from canalyze.errors import CanalyzeError, ConfigError, CoreError, OutputError, ReaderGone, SourceError
 
 __version__ = "0.1.0"
-__all__ = ["CanalyzeError", "ConfigError", "CoreError", "OutputError", "SourceError", "__version__"]
+__all__ = ["CanalyzeError", "ConfigError", "CoreError", "OutputError", "ReaderGone", "SourceError", "__version__"]

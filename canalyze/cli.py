@@ -18,7 +18,7 @@ import click
 
 from canalyze import __version__
 from canalyze.config import Config, settle, spoken
-from canalyze.errors import CanalyzeError, ConfigError, CoreError
+from canalyze.errors import CanalyzeError, ConfigError, CoreError, ReaderGone
 from canalyze.help import located, page, usage_line
 from canalyze.options import common_options
 from canalyze.output import Output, complain, shows_chinese
@@ -99,8 +99,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _run(list(sys.argv[1:] if argv is None else argv))
     except KeyboardInterrupt:
         return 130
-    except BrokenPipeError:
-        return 0
 
 
 def _run(args: list[str]) -> int:
@@ -128,6 +126,8 @@ def _run(args: list[str]) -> int:
         return 2
     except click.Abort:  # Ctrl-C where no reading was under way
         return 130
+    except ReaderGone as error:
+        return error.exit_code
     except CanalyzeError as error:
         complain(f"canalyze: {error.in_words(words)}")
         return error.exit_code

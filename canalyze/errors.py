@@ -4,6 +4,7 @@
     ├── ConfigError     canalyze.toml, CANALYZE_LANG or a global option says something that cannot be
     ├── SourceError     an input cannot be opened or read, or nothing in it can be understood
     ├── OutputError     a result cannot be written
+    │   └── ReaderGone  whoever read the pipe has seen enough: the end, but no failure
     └── CoreError       the compiled core is not there
 
 An error carries a key of `words.py` and its facts, not a sentence: it is put into words where it is shown. What a
@@ -46,6 +47,12 @@ class SourceError(CanalyzeError):
 
 class OutputError(CanalyzeError):
     """A result cannot be written."""
+
+
+class ReaderGone(OutputError):
+    """Whoever read the pipe has seen enough: the end, but no failure."""
+
+    exit_code = 0
 
 
 class CoreError(CanalyzeError):

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
-from canalyze.errors import OutputError
+from canalyze.errors import OutputError, ReaderGone
 from canalyze.words import Words
 
 _STDOUT: Final = 1
@@ -90,8 +90,8 @@ class Output:
             data = data.decode("utf-8", "replace").encode(self._encoding, "replace")
         try:
             write_all(_STDOUT, data)
-        except BrokenPipeError:
-            raise
+        except BrokenPipeError as error:
+            raise ReaderGone("output.gone") from error
         except OSError as error:
             raise OutputError("output.stdout", error=error) from error
 
@@ -156,8 +156,8 @@ class FileOutput(Output):
         """Write to the file beside."""
         try:
             write_all(self._fd, data)
-        except BrokenPipeError:
-            raise
+        except BrokenPipeError as error:
+            raise ReaderGone("output.gone") from error
         except OSError as error:
             raise OutputError("output.write", name=self._name, error=error) from error
 

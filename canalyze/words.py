@@ -322,6 +322,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("output.exists", "{name}：文件已存在；要覆盖请加 --force", "{name}: exists; --force overwrites it"),
     ("output.write", "{name}：不能写入：{error}", "{name}: cannot be written: {error}"),
     ("output.stdout", "标准输出：不能写入：{error}", "standard output: cannot be written: {error}"),
+    ("output.gone", "读取管道的程序已结束", "the reader of the pipe is gone"),
     (
         "output.english",
         "canalyze: 终端不能显示中文，改用英文；可用 --lang 指定",

@@ -78,9 +78,10 @@ def _unknown(wanted: str, codes: list[str], words: Words) -> str:
 
 
 def _list(catalogue: "list[Rule]", out: Output, words: Words) -> None:
-    from canalyze.reports.table import Table
+    from canalyze.reports.table import Column, Table
 
-    table = Table([(words(f"col.{key}"), False) for key in ("code", "severity", "rule", "message")], out, live=False)
+    columns = [Column(words(f"col.{key}"), folds=key == "message") for key in ("code", "severity", "rule", "message")]
+    table = Table(columns, out, live=False)
     table.add([[rule.code, words.of("severity", rule.severity), rule.name, rule.message] for rule in catalogue])
     table.close()
 

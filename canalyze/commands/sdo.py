@@ -14,22 +14,23 @@ from canalyze.sources.file import total_size
 from canalyze.words import Words
 
 COLUMNS: Final = (
-    ("number", True),
-    ("time", True),
-    ("bus", False),
-    ("node", True),
-    ("direction", False),
-    ("object", False),
-    ("name", False),
-    ("value", False),
-    ("size", True),
-    ("mode", False),
-    ("duration", True),
-    ("outcome", False),
-    ("findings", False),
-    ("frames", True),
+    "number",
+    "time",
+    "bus",
+    "node",
+    "direction",
+    "object",
+    "name",
+    "value",
+    "size",
+    "mode",
+    "duration",
+    "outcome",
+    "findings",
+    "frames",
 )
-"""Columns of the table, and whether they stand to the right."""
+_RIGHT: Final = frozenset({"number", "time", "node", "size", "duration", "frames"})
+_FOLDING: Final = frozenset({"name", "value", "outcome", "findings"})
 
 
 def command(words: Words) -> click.Command:
@@ -100,10 +101,10 @@ def _jsonl(out: Output) -> tuple[Callable[[bytes], None], Callable[[], None]]:
 
 
 def _table(words: Words, out: Output, *, live: bool) -> tuple[Callable[[bytes], None], Callable[[], None]]:
-    from canalyze.reports.table import Table
+    from canalyze.reports.table import Column, Table
 
-    headings = [(words(f"col.{key}"), right) for key, right in COLUMNS]
-    table = Table(headings, out, live=live)
+    columns = [Column(words(f"col.{key}"), right=key in _RIGHT, folds=key in _FOLDING) for key in COLUMNS]
+    table = Table(columns, out, live=live)
 
     def put(result: bytes) -> None:
         table.add([row(json.loads(line), words) for line in result.splitlines()])

@@ -6,7 +6,7 @@ known here.
 """
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Literal, NamedTuple
 
 from canalyze.help import pad, width
 from canalyze.output import Output, printable
@@ -15,15 +15,26 @@ _GATHERED: Final = 2000
 """Rows kept before the widths are set."""
 _WIDEST: Final = 60
 """Columns of a cell in plain text; the machine format carries the whole."""
+_FOLDED: Final = 16
+"""Columns that a folding cell keeps on a narrow terminal."""
+
+
+class Column(NamedTuple):
+    """A column of a table."""
+
+    heading: str
+    right: bool = False
+    """Stands to the right, as numbers do."""
+    folds: bool = False
+    """May be folded where the terminal is too narrow; all others stay on one line."""
 
 
 class Table:
     """Rows on their way to an output."""
 
-    def __init__(self, headings: Sequence[tuple[str, bool]], out: Output, *, live: bool) -> None:
-        """Take headings and whether a column stands to the right. `live`: rows may not wait for others."""
-        self._headings = [heading for heading, _ in headings]
-        self._right = [right for _, right in headings]
+    def __init__(self, columns: Sequence[Column], out: Output, *, live: bool) -> None:
+        """Take the columns. `live`: rows may not wait for others."""
+        self._columns = columns
         self._out = out
         self._live = live
         self._rows: list[list[str]] = []
@@ -48,15 +59,16 @@ class Table:
             return
         self._rows = []
         if not self._widths:
-            self._widths = [width(heading) for heading in self._headings]
-            rows.insert(0, self._headings)
+            headings = [column.heading for column in self._columns]
+            self._widths = [width(heading) for heading in headings]
+            rows.insert(0, headings)
         for row in rows:
             self._widths = [max(have, width(cell)) for have, cell in zip(self._widths, row, strict=True)]
         self._out.text("".join(self._line(row) + "\n" for row in rows))
 
     def _line(self, row: list[str]) -> str:
-        cells = zip(row, self._widths, self._right, strict=True)
-        return "  ".join(pad(cell, columns, right=right) for cell, columns, right in cells).rstrip()
+        cells = zip(row, self._widths, self._columns, strict=True)
+        return "  ".join(pad(cell, size, right=column.right) for cell, size, column in cells).rstrip()
 
     def _show(self) -> None:
         """Lay the table out for the width of the terminal."""
@@ -68,12 +80,17 @@ class Table:
         from rich.text import Text
 
         grid = Grid(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
-        for heading, right in zip(self._headings, self._right, strict=True):
-            grid.add_column(Text(heading), justify="right" if right else "left", overflow="fold")
+        least = 0
+        for place, column in enumerate(self._columns):
+            justify: Literal["left", "right"] = "right" if column.right else "left"
+            grid.add_column(Text(column.heading), justify=justify, overflow="fold", no_wrap=not column.folds)
+            widest = max(width(column.heading), *(width(row[place]) for row in self._rows))
+            least += 2 + (min(widest, _FOLDED) if column.folds else widest)
         for row in self._rows:
             grid.add_row(*map(Text, row))
         page = io.StringIO()
-        columns = shutil.get_terminal_size().columns
+        # A terminal too narrow even so wraps the lines itself: nothing is cut off.
+        columns = max(shutil.get_terminal_size().columns, least)
         Console(file=page, force_terminal=True, width=columns, highlight=False, legacy_windows=False).print(grid)
         self._out.text(page.getvalue())
         self._rows = []
