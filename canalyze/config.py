@@ -36,7 +36,8 @@ def settle(lang: str | None, file: str | None) -> Config:
     wanted = os.environ.get("CANALYZE_LANG") or None
     if lang is None and wanted is not None and wanted not in LANGUAGES:
         raise ConfigError("config.lang_env", value=wanted)
-    choice = lang or wanted or read(file).get("lang")
+    filed = read(file).get("lang")  # always: a broken file is said even where another choice wins
+    choice = lang or wanted or filed
     return Config(lang=choice or "zh", chosen=choice is not None)
 
 

@@ -106,14 +106,17 @@ class Run:
         session.begin(os.fsencode(source.name).decode("utf-8", "backslashreplace"), source.regular)
         self._name, self._held, self._more = source.name, [], 0
         size = 0
+        stopped: SourceError | None = None
         try:
             while data := interrupt.during(source.read):
                 size += len(data)
                 self._hand_over(session.feed(data), hold=source.regular)
                 self._progress.step(len(data), session.frames)
-        finally:
-            # Also when reading failed in the middle: what came before is said.
-            self._hand_over(session.end(), hold=source.regular)
+        except SourceError as error:  # what came before it is said first
+            stopped = error
+        self._hand_over(session.end(), hold=source.regular)
+        if stopped:
+            raise stopped
         if session.file_frames == 0 and not interrupt.signal:
             self._held, self._more = [], 0  # one line says it all
             raise SourceError("source.nothing" if size else "source.empty", name=source.name)
