@@ -32,9 +32,17 @@ def _escaped(char: str) -> str:
 
 
 def complain(line: str) -> None:
-    """Write one line to standard error; that nobody reads it is no error."""
+    """Write one line to standard error."""
+    _put(printable(line) + "\n")
+
+
+def _put(text: str) -> None:
+    """Write to standard error, in UTF-8 unless it is a terminal of another encoding; that nobody reads is no error."""
     try:
-        sys.stderr.write(printable(line) + "\n")
+        if sys.stderr.isatty():
+            sys.stderr.write(text)
+        else:
+            sys.stderr.buffer.write(text.encode("utf-8", "backslashreplace"))
         sys.stderr.flush()
     except (OSError, ValueError, AttributeError):
         pass
@@ -68,13 +76,27 @@ def shows_chinese() -> bool:
     return True
 
 
+def _is_pipe() -> bool:
+    try:
+        mode = os.fstat(_STDOUT).st_mode
+    except OSError:
+        return False
+    return stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode)
+
+
 class Output:
     """Standard output, or the base of what is written instead; a context manager."""
+
+    is_terminal: bool
+    """People read it as it comes."""
+    is_quiet: bool
+    """Nothing of it reaches a terminal: progress may be shown meanwhile."""
 
     def __init__(self) -> None:
         """Look at what standard output is."""
         encoding = terminal_encoding()
         self.is_terminal = encoding is not None
+        self.is_quiet = not self.is_terminal and not _is_pipe()
         self._encoding = None if encoding is None or encoding.lower() in _UTF8 else encoding
 
     def __enter__(self) -> Self:
@@ -109,6 +131,7 @@ class FileOutput(Output):
     def __init__(self, name: str, *, force: bool) -> None:
         """Open the file beside `name`; OutputError if `name` exists or cannot be written."""
         self.is_terminal = False
+        self.is_quiet = True
         self._encoding = None
         self._name = name
         self._force = force
@@ -192,7 +215,8 @@ class Progress:
         self._total = total
         self._done = 0
         self._shown = False
-        self._wanted = not output.is_terminal and sys.stderr is not None and sys.stderr.isatty()
+        # Behind a pipe may be a pager or a filter on the same terminal: the line would stand in their way.
+        self._wanted = output.is_quiet and sys.stderr is not None and sys.stderr.isatty()
         if self._wanted:
             import time
 
@@ -211,19 +235,11 @@ class Progress:
         key = "progress.some" if self._total is None else "progress.of"
         total = (self._total or 0) / 1e6
         line = self._words(key, done=f"{self._done / 1e6:.1f}", total=f"{total:.1f}", frames=frames)
-        self._put(f"\r{line}\x1b[K")
+        _put(f"\r{line}\x1b[K")
         self._shown = True
 
     def clear(self) -> None:
         """Take the line away, before another is written."""
         if self._shown:
-            self._put("\r\x1b[K")
+            _put("\r\x1b[K")
             self._shown = False
-
-    @staticmethod
-    def _put(text: str) -> None:
-        try:
-            sys.stderr.write(text)
-            sys.stderr.flush()
-        except (OSError, ValueError):
-            pass

@@ -69,6 +69,14 @@ def test_pipe_is_utf8_whatever_the_locale(tmp_path: Path) -> None:
         check=True,
     )
     assert done.stdout.decode("utf-8").startswith("用法：")
+    done = subprocess.run(
+        command("deocde"),
+        capture_output=True,
+        env=environment(LC_ALL="C", PYTHONIOENCODING="latin-1"),
+        cwd=tmp_path,
+        check=False,
+    )
+    assert "没有命令" in done.stderr.decode("utf-8")
 
 
 def test_table_on_a_terminal(tmp_path: Path) -> None:
