@@ -1,0 +1,179 @@
+"""The command line as a whole: the group of commands, global options, language, exit codes; nothing else.
+
+`main` is the one place where errors become a line and a code:
+
+    0    done; also when the reader of a pipe went away
+    2    wrong usage, or something could not be read or written
+    130  Ctrl-C (143: SIGTERM); what was known by then is written
+
+A command's module is imported only when that command is asked for.
+"""
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import Final
+
+import click
+
+from canalyze import __version__
+from canalyze.config import Config, settle, spoken
+from canalyze.errors import CanalyzeError, ConfigError, CoreError, ReaderGone
+from canalyze.help import located, page, usage_line
+from canalyze.options import common_options
+from canalyze.output import Output, complain, shows_chinese
+from canalyze.words import Words
+
+COMMANDS: Final = ("decode", "explain", "sdo", "rules")
+"""In the order of help; each stands in `commands/` under its name."""
+
+_SETTLED_FIRST: Final = ("--lang", "--config")
+
+
+class Group(click.Group):
+    """The commands, imported on demand, with help in the language of the run."""
+
+    def __init__(self, words: Words) -> None:
+        """Build the group in one language."""
+        version = click.Option(
+            ["--version"],
+            is_flag=True,
+            is_eager=True,
+            expose_value=False,
+            callback=_show_version,
+            help=words("opt.version"),
+        )
+        super().__init__("canalyze", params=[*common_options(words), version], add_help_option=False)
+        self._words = words
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Give the names, without importing anything."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import and build one command."""
+        if cmd_name not in COMMANDS:
+            return None
+        from importlib import import_module
+
+        command = import_module(f"canalyze.commands.{cmd_name}").command(self._words)
+        assert isinstance(command, click.Command)
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command; say which names are near if there is none."""
+        if args[0] in COMMANDS or ctx.resilient_parsing:
+            return super().resolve_command(ctx, args)
+        from difflib import get_close_matches
+
+        near = get_close_matches(args[0], COMMANDS)
+        key = "usage.no_command_near" if near else "usage.no_command"
+        raise click.UsageError(self._words(key, name=args[0] or '""', near=self._words("usage.or").join(near)), ctx)
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse; an error knows then where it is."""
+        with located(ctx):
+            return super().parse_args(ctx, args)
+
+    def get_help(self, ctx: click.Context) -> str:
+        """Give the page."""
+        return page(self, ctx, self._words)
+
+
+def _show_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing:
+        Output().text(f"canalyze {__version__}\n")
+        ctx.exit()
+
+
+def build(lang: str) -> click.Group:
+    """Give the whole command line in one language."""
+    return Group(Words(lang))
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command line; give the exit code."""
+    try:
+        return _run(list(sys.argv[1:] if argv is None else argv))
+    except KeyboardInterrupt:
+        return 130
+
+
+def _run(args: list[str]) -> int:
+    options: dict[str, str] = {}
+    try:
+        args, missing = _take_global(args, options)
+        words = Words(spoken(options.get("--lang")))
+        if missing:
+            complain(words("usage.line", command="canalyze", problem=words("usage.needs_value", option=missing)))
+            return 2
+        words = _words(settle(options.get("--lang"), options.get("--config")))
+    except ConfigError as error:
+        if _completes():  # nothing may disturb the line being typed
+            return 0
+        complain(f"canalyze: {error.in_words(Words(spoken(options.get('--lang'))))}")
+        return error.exit_code
+    group = Group(words)
+    try:
+        if not args and not _completes():
+            complain_page(group, words)
+            return 2
+        return int(group.main(args, prog_name="canalyze", standalone_mode=False) or 0)
+    except click.UsageError as error:
+        complain(usage_line(error, words))
+        return 2
+    except click.Abort:  # Ctrl-C where no reading was under way
+        return 130
+    except ReaderGone as error:
+        return error.exit_code
+    except CanalyzeError as error:
+        complain(f"canalyze: {error.in_words(words)}")
+        return error.exit_code
+    except ImportError as error:
+        if error.name != "canalyze._core":
+            raise
+        complain(f"canalyze: {CoreError('core.missing', problem=error).in_words(words)}")
+        return CoreError.exit_code
+
+
+def complain_page(group: click.Group, words: Words) -> None:
+    """Without any command: the help, on standard error."""
+    for line in page(group, click.Context(group, info_name="canalyze"), words).splitlines():
+        complain(line)
+
+
+def _completes() -> bool:
+    return "_CANALYZE_COMPLETE" in os.environ
+
+
+def _words(config: Config) -> Words:
+    if config.lang == "zh" and not config.chosen and not shows_chinese():
+        words = Words("en")
+        complain(words("output.english"))
+        return words
+    return Words(config.lang)
+
+
+def _take_global(args: list[str], found: dict[str, str]) -> tuple[list[str], str]:
+    """Take --lang and --config out of the arguments, wherever they stand before "--"; the last one counts.
+
+    Gives what is left, and the option whose value is missing, if one is.
+    """
+    rest: list[str] = []
+    waiting = iter(args)
+    for arg in waiting:
+        option, equals, value = arg.partition("=")
+        if arg == "--":
+            rest += [arg, *waiting]
+        elif option not in _SETTLED_FIRST:
+            rest.append(arg)
+        elif equals:
+            found[option] = value
+        else:
+            following = next(waiting, None)
+            if following is None:
+                return rest, option
+            found[option] = following
+    return rest, ""

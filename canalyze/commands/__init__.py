@@ -1,0 +1,1 @@
+"""One file a command. A module offers `command(words)` and is imported only when its command is asked for."""

@@ -1,0 +1,99 @@
+"""`canalyze rules`: the catalogue of rules, or one of them at length. The rules and their words are the core's."""
+
+import json
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from canalyze.help import Command, pad, width, wrap
+from canalyze.options import format_option
+from canalyze.output import Output, complain
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    import click.shell_completion
+
+    from canalyze._core import Rule
+
+_FIELDS: Final = ("code", "name", "severity", "clause", "message", "meaning", "cause")
+
+
+def command(words: Words) -> click.Command:
+    """Build the command in one language."""
+
+    def run(codes: tuple[str, ...], form: str) -> int:
+        from canalyze._core import rules
+
+        catalogue = {rule.code: rule for rule in rules(words.lang)}
+        chosen: list[Rule] = []
+        code = 0
+        for wanted in codes:
+            if rule := catalogue.get(wanted.upper()):
+                chosen.append(rule)
+            else:
+                complain(f"canalyze: {_unknown(wanted, list(catalogue), words)}")
+                code = 2
+        if not codes:
+            chosen = list(catalogue.values())
+        out = Output()
+        if form == "jsonl":
+            for rule in chosen:
+                fields = {field: getattr(rule, field) for field in _FIELDS}
+                out.text(json.dumps({"kind": "rule", **fields}, ensure_ascii=False) + "\n")
+        elif codes:
+            out.text("\n".join(_page(rule, words) for rule in chosen))
+        else:
+            _list(chosen, out, words)
+        return code
+
+    return Command(
+        "rules",
+        words,
+        run,
+        [format_option(words, "rules"), click.Argument(["codes"], nargs=-1, metavar="CODE", type=_Code())],
+    )
+
+
+class _Code(click.types.StringParamType):
+    """Any text, completed by the shell from the catalogue."""
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list["click.shell_completion.CompletionItem"]:
+        """Give the codes that begin so."""
+        from click.shell_completion import CompletionItem
+
+        from canalyze._core import rules
+
+        found = (rule for rule in rules() if rule.code.startswith(incomplete.upper()))
+        return [CompletionItem(rule.code, help=rule.name) for rule in found]
+
+
+def _unknown(wanted: str, codes: list[str], words: Words) -> str:
+    from difflib import get_close_matches
+
+    near = get_close_matches(wanted.upper(), codes)
+    shown = wanted or '""'
+    return words("rules.near", code=shown, near=", ".join(near)) if near else words("rules.unknown", code=shown)
+
+
+def _list(catalogue: "list[Rule]", out: Output, words: Words) -> None:
+    from canalyze.reports.table import Column, Table
+
+    columns = [Column(words(f"col.{key}"), folds=key == "message") for key in ("code", "severity", "rule", "message")]
+    table = Table(columns, out, live=False)
+    table.add([[rule.code, words.of("severity", rule.severity), rule.name, rule.message] for rule in catalogue])
+    table.close()
+
+
+def _page(rule: "Rule", words: Words) -> str:
+    lines = [f"{rule.code} {rule.name} ({words.of('severity', rule.severity)})", *wrap(rule.message, 98), ""]
+    facts = [(words("rules.meaning"), rule.meaning), (words("rules.cause"), rule.cause)]
+    if rule.clause:
+        facts.append((words("rules.clause"), rule.clause))
+    left = max(width(term) for term, _ in facts)
+    for term, text in facts:
+        first, *rest = wrap(text, 96 - left)
+        lines.append(f"{pad(term, left)}  {first}")
+        lines += [" " * (left + 2) + line for line in rest]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,165 @@
+"""`canalyze sdo`: one row a transfer, and their data as files. What a transfer is, the core says."""
+
+import json
+from collections.abc import Callable
+from typing import Any, Final
+
+import click
+
+from canalyze.help import Command
+from canalyze.options import capture_options, format_option, inputs, open_session
+from canalyze.output import Output, Progress, complain, open_output
+from canalyze.run import Run
+from canalyze.sources.file import total_size
+from canalyze.words import Words
+
+COLUMNS: Final = (
+    "number",
+    "time",
+    "bus",
+    "node",
+    "direction",
+    "object",
+    "name",
+    "value",
+    "size",
+    "mode",
+    "duration",
+    "outcome",
+    "findings",
+    "frames",
+)
+_RIGHT: Final = frozenset({"number", "time", "node", "size", "duration", "frames"})
+_FOLDING: Final = frozenset({"name", "value", "outcome", "findings"})
+
+
+def command(words: Words) -> click.Command:
+    """Build the command in one language."""
+
+    def run(
+        files: tuple[str, ...],
+        form: str,
+        extract: str | None,
+        output: str | None,
+        force: bool,
+        expression: str | None,
+        stamps: str,
+    ) -> int:
+        names = inputs(files, words)
+        session = open_session(words, format="transfers", stamps=stamps, filter=expression, extract=extract is not None)
+        rows = 0
+        with open_output(output, force=force) as out:
+            total = total_size(names)
+            progress = Progress(words, out, total)
+            put, close = _jsonl(out) if form == "jsonl" else _table(words, out, live=total is None)
+
+            def take(result: bytes) -> None:
+                nonlocal rows
+                rows += result.count(b"\n")
+                put(result)
+                if directory is not None:
+                    directory.add(session.extracted())
+
+            def tell(line: str) -> None:
+                progress.clear()
+                complain(f"canalyze: {line}")
+
+            directory = None
+            if extract is not None:
+                from canalyze.reports.extract import Directory
+
+                directory = Directory(extract, words, tell, force=force)
+            try:
+                code = Run(session, words, progress, take).over(names)
+            finally:
+                if directory is not None:
+                    directory.close()
+            close()
+            if session.frames == 0:
+                out.drop()
+        if rows == 0 and session.frames:
+            tell(words("sdo.none", frames=session.frames))
+        if directory is not None:
+            tell(words("sdo.extracted", files=directory.written, directory=extract))
+            code = code or directory.code
+        return code
+
+    return Command(
+        "sdo",
+        words,
+        run,
+        [
+            format_option(words, "sdo"),
+            click.Option(["--extract"], type=click.Path(), metavar="DIR", help=words("sdo.extract")),
+            *capture_options(words),
+        ],
+    )
+
+
+def _jsonl(out: Output) -> tuple[Callable[[bytes], None], Callable[[], None]]:
+    return out.write, lambda: None
+
+
+def _table(words: Words, out: Output, *, live: bool) -> tuple[Callable[[bytes], None], Callable[[], None]]:
+    from canalyze.reports.table import Column, Table
+
+    columns = [Column(words(f"col.{key}"), right=key in _RIGHT, folds=key in _FOLDING) for key in COLUMNS]
+    table = Table(columns, out, live=live)
+
+    def put(result: bytes) -> None:
+        table.add([row(json.loads(line), words) for line in result.splitlines()])
+
+    return put, table.close
+
+
+def row(transfer: dict[str, Any], words: Words) -> list[str]:
+    """Give the cells of one transfer."""
+    return [
+        _cell(transfer.get("transfer")),
+        _cell(transfer.get("t")),
+        _cell(transfer.get("bus")),
+        _cell(transfer.get("node")),
+        words.of("direction", _cell(transfer.get("direction"))),
+        _object(transfer),
+        _cell(transfer.get("name")),
+        _cell(transfer.get("value") if transfer.get("text") is None else transfer["text"]),
+        _cell(transfer.get("size")),
+        words.of("mode", _cell(transfer.get("mode"))),
+        _duration(transfer.get("duration")),
+        _outcome(transfer, words),
+        " ".join(transfer.get("findings") or ()),
+        _frames(transfer),
+    ]
+
+
+def _cell(value: object) -> str:
+    return "" if value is None else str(value)
+
+
+def _object(transfer: dict[str, Any]) -> str:
+    index, sub = transfer.get("index"), transfer.get("sub")
+    if index is None:
+        return ""
+    return f"{index}h" if sub is None else f"{index}h:{int(sub):02X}"
+
+
+def _duration(seconds: object) -> str:
+    try:
+        return "" if seconds is None else f"{float(str(seconds)) * 1000:.3f} ms"
+    except ValueError:
+        return str(seconds)
+
+
+def _outcome(transfer: dict[str, Any], words: Words) -> str:
+    said = words.of("status", _cell(transfer.get("status")))
+    abort = transfer.get("abort")
+    if not abort:
+        return said
+    by = words.of("by", _cell(abort.get("by")))
+    code = f"{abort['code']}h" if abort.get("code") is not None else ""
+    return " ".join(part for part in (said, by and f"({by})", code, _cell(abort.get("text"))) if part)
+
+
+def _frames(transfer: dict[str, Any]) -> str:
+    first, last = _cell(transfer.get("first_frame")), _cell(transfer.get("last_frame"))
+    return first if first == last or not last else f"{first}-{last}"

@@ -1,0 +1,148 @@
+"""One pass over a capture: sources in, a session between, results out.
+
+The only loop that reads. It hands over every result at once, complaints in their place, and keeps Ctrl-C from losing
+what is already known: the first one ends the reading, not the work.
+"""
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+from functools import partial
+from types import FrameType, TracebackType
+from typing import TYPE_CHECKING, Final, Self, TypeVar
+
+from canalyze.errors import SourceError
+from canalyze.output import Progress, complain
+from canalyze.sources.file import Source
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze._core import Session
+
+T = TypeVar("T")
+
+_HELD: Final = 100
+"""Complaints kept about a file in which no frame was found yet."""
+
+
+class Interrupt:
+    """Ctrl-C and SIGTERM as a wish that the loop sees; a second one ends everything at once."""
+
+    def __init__(self) -> None:
+        """Nothing wished yet."""
+        self.signal = 0
+        self._waiting = False
+        self._before: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
+
+    def __enter__(self) -> Self:
+        """Listen, except to what the caller ignores (as a shell does for a command in the background)."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                self._before[number] = signal.signal(number, self._wish)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        """Let the signals be what they were."""
+        for number, handler in self._before.items():
+            if handler is not None:
+                signal.signal(number, handler)
+
+    def _wish(self, number: int, _: FrameType | None) -> None:
+        again = self.signal != 0
+        self.signal = number
+        if again or self._waiting:
+            raise KeyboardInterrupt
+
+    def during(self, wait: Callable[[], T]) -> T | None:
+        """Do what may wait long, unless the end is wished; a wish ends the waiting, and the answer is then None."""
+        try:
+            self._waiting = True
+            return None if self.signal else wait()
+        except KeyboardInterrupt:
+            return None
+        finally:
+            self._waiting = False
+
+
+class Run:
+    """One capture of one or several inputs through one session."""
+
+    def __init__(self, session: "Session", words: Words, progress: Progress, take: Callable[[bytes], None]) -> None:
+        """`take` gets every result of the session, in order, also an empty one."""
+        self._session = session
+        self._words = words
+        self._progress = progress
+        self._take = take
+        self._name = ""
+        self._held: list[str] = []
+        self._more = 0
+
+    def over(self, names: tuple[str, ...]) -> int:
+        """Read all of them and finish the capture; give the exit code."""
+        code = 0
+        with Interrupt() as interrupt:
+            for name in names:
+                try:
+                    source = interrupt.during(partial(Source, name))
+                    if source is None:
+                        break
+                    with source:
+                        self._read(source, interrupt)
+                except SourceError as error:
+                    self.complain(f"canalyze: {error.in_words(self._words)}")
+                    code = error.exit_code
+            self._hand_over(self._session.finish(), hold=False)
+            self._progress.clear()
+            return 128 + interrupt.signal if interrupt.signal else code
+
+    def complain(self, line: str) -> None:
+        """Write a line to standard error, with the progress out of its way."""
+        self._progress.clear()
+        complain(line)
+
+    def _read(self, source: Source, interrupt: Interrupt) -> None:
+        session = self._session
+        session.begin(os.fsencode(source.name).decode("utf-8", "backslashreplace"), source.regular)
+        self._name, self._held, self._more = source.name, [], 0
+        size = 0
+        stopped: SourceError | None = None
+        try:
+            while data := interrupt.during(source.read):
+                size += len(data)
+                self._hand_over(session.feed(data), hold=source.regular)
+                self._progress.step(len(data), session.frames)
+        except SourceError as error:  # what came before it is said first
+            stopped = error
+        self._hand_over(session.end(), hold=source.regular)
+        if stopped:
+            raise stopped
+        if session.file_frames == 0 and not interrupt.signal:
+            self._held, self._more = [], 0  # one line says it all
+            raise SourceError("source.nothing" if size else "source.empty", name=source.name)
+        self._release()
+
+    def _hand_over(self, result: bytes, *, hold: bool) -> None:
+        """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""
+        self._take(result)
+        complaints = self._session.complaints()
+        if hold and self._session.file_frames == 0:
+            room = _HELD - len(self._held)
+            self._held += complaints[:room]
+            self._more += len(complaints[room:])
+            return
+        self._release()
+        for line in complaints:
+            self.complain(line)
+
+    def _release(self) -> None:
+        for line in self._held:
+            self.complain(line)
+        if self._more:
+            self.complain(self._words("source.more_complaints", name=self._name, count=self._more))
+        self._held, self._more = [], 0
+
+
+def piped() -> bool:
+    """Tell whether standard input is a pipe or a file, so that it may be read unasked."""
+    return sys.stdin is not None and not sys.stdin.isatty()

@@ -1,0 +1,77 @@
+"""Files, pipes and standard input as bytes.
+
+`read` gives what one read(2) gave, at most 1 MiB, so that a line of a pipe is answered when it comes. A source knows
+neither formats nor frames.
+"""
+
+import errno
+import os
+import stat
+from pathlib import Path
+from types import TracebackType
+from typing import Final, Self
+
+from canalyze.errors import SourceError
+
+CHUNK: Final = 1 << 20
+STDIN: Final = "-"
+
+
+class Source:
+    """An open file; a context manager."""
+
+    def __init__(self, name: str) -> None:
+        """Open `name` ('-' is standard input, called stdin); SourceError if that cannot be."""
+        self.name = "stdin" if name == STDIN else name
+        self._fd = -1
+        self._own = name != STDIN
+        try:
+            self._fd = os.open(name, os.O_RDONLY | os.O_CLOEXEC) if self._own else 0
+            self._status = os.fstat(self._fd)
+            if stat.S_ISDIR(self._status.st_mode):
+                raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
+        except (OSError, ValueError) as error:
+            self.close()
+            if isinstance(error, ValueError):  # a NUL in the name
+                error = OSError(errno.ENOENT, str(error))
+            raise SourceError("source.open", name=self.name, error=error) from error
+
+    @property
+    def regular(self) -> bool:
+        """Whether it is a file of known end, not a pipe, a terminal or a device."""
+        return stat.S_ISREG(self._status.st_mode)
+
+    def read(self) -> bytes:
+        """Give the next bytes, b"" at the end; SourceError if the system refuses."""
+        try:
+            return os.read(self._fd, CHUNK)
+        except OSError as error:
+            raise SourceError("source.read", name=self.name, error=error) from error
+
+    def close(self) -> None:
+        """Close the file; standard input stays open."""
+        if self._own and self._fd >= 0:
+            os.close(self._fd)
+            self._fd = -1
+
+    def __enter__(self) -> Self:
+        """Give the source itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        """Close it."""
+        self.close()
+
+
+def total_size(names: tuple[str, ...]) -> int | None:
+    """Give the bytes of all files together, None if one of them has no known end."""
+    total = 0
+    for name in names:
+        try:
+            status = os.fstat(0) if name == STDIN else Path(name).stat()
+        except (OSError, ValueError):
+            continue
+        if not stat.S_ISREG(status.st_mode):
+            return None
+        total += status.st_size
+    return total

@@ -1,0 +1,91 @@
+"""What the tests of the command line share: running it as a user does, and small captures."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+NOTES = """\
+can1  60A   [8]  40 08 10 00 00 00 00 00
+can1  58A   [8]  41 08 10 00 17 00 00 00
+can1  58A   [8]  00 5A 65 70 68 79 72 20
+can1  60A   [8]  60 00 00 00 00 00 00 00
+can1  60A   [8]  70 00 00 00 00 00 00 00
+can1  58A   [8]  10 52 54 4F 53 2F 43 41
+can1  58A   [8]  00 4E 6F 70 65 6E 4E 6F
+can1  60A   [8]  60 00 00 00 00 00 00 00
+can1  60A   [8]  70 00 00 00 00 00 00 00
+can1  58A   [8]  1B 64 65 00 00 00 00 00
+"""
+"""A segmented read of 1008h from node 10, as a client's own host sees it."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a run left behind."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def lines(self) -> list[str]:
+        """Lines of standard output."""
+        return self.out.splitlines()
+
+    @property
+    def complaints(self) -> list[str]:
+        """Lines of standard error."""
+        return self.err.splitlines()
+
+
+def environment(**more: str) -> dict[str, str]:
+    """Give this environment without what would choose a language, and with `more`."""
+    ours = {"CANALYZE_LANG", "NO_COLOR", "LC_ALL", "PYTHONIOENCODING", "PYTHONUTF8", "COLUMNS", "TERM"}
+    return {name: value for name, value in os.environ.items() if name not in ours} | {"TERM": "xterm"} | more
+
+
+def command(*args: str) -> list[str]:
+    """Give the command line as a user's shell would start it."""
+    return [sys.executable, "-m", "canalyze", *args]
+
+
+Runner = Callable[..., Done]
+
+
+@pytest.fixture
+def canalyze(tmp_path: Path) -> Runner:
+    """Run one command line to its end, in an empty directory."""
+
+    def run(*args: str, stdin: bytes | None = None, env: dict[str, str] | None = None) -> Done:
+        done = subprocess.run(
+            command(*args),
+            input=stdin or b"",
+            capture_output=True,
+            cwd=tmp_path,
+            env=environment(**(env or {})),
+            timeout=120,
+            check=False,
+        )
+        return Done(done.returncode, done.stdout.decode(), done.stderr.decode())
+
+    return run
+
+
+@pytest.fixture
+def notes(tmp_path: Path) -> str:
+    """Give the name of a small capture in the directory of the run."""
+    (tmp_path / "notes.log").write_text(NOTES)
+    return "notes.log"
+
+
+def annotates(lines: Sequence[str], capture: str = NOTES) -> bool:
+    """Tell whether every frame of the capture stands in the lines, in order, with something said about it."""
+    rest = iter(lines)
+    return all(
+        any(line.startswith(frame) and len(line) > len(frame) for line in rest) for frame in capture.splitlines()
+    )

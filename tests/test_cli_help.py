@@ -1,0 +1,159 @@
+"""Help, version, language and usage errors."""
+
+import re
+from pathlib import Path
+
+import pytest
+from conftest import Runner
+
+COMMANDS = ("decode", "explain", "sdo", "rules")
+CHINESE = re.compile("[\u4e00-\u9fff]")
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("place", ["before", "after"])
+def test_help_in_english(canalyze: Runner, name: str, place: str) -> None:
+    args = ("--lang", "en", name, "--help") if place == "before" else (name, "--help", "--lang=en")
+    done = canalyze(*args)
+    assert (done.code, done.err) == (0, "")
+    assert done.out.startswith(f"Usage: canalyze {name} ")
+    assert "Examples" in done.lines and "Options" in done.lines
+    assert not CHINESE.search(done.out)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_in_chinese(canalyze: Runner, name: str) -> None:
+    done = canalyze(name, "--help")
+    assert (done.code, done.err) == (0, "")
+    assert done.out.startswith(f"用法：canalyze {name} ")
+    assert "例子" in done.lines
+    for english in ("Usage", "Options", "Commands", "Show this", "Examples"):
+        assert english not in done.out
+
+
+def test_help_lists_every_command(canalyze: Runner) -> None:
+    done = canalyze("--help", "--lang", "en")
+    assert done.code == 0
+    for name in COMMANDS:
+        assert re.search(rf"^  {name} +\S", done.out, re.MULTILINE)
+    assert "_CANALYZE_COMPLETE=bash_source" in done.out
+
+
+def test_no_command_is_wrong_usage(canalyze: Runner) -> None:
+    done = canalyze()
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith("用法：canalyze ")
+
+
+def test_version(canalyze: Runner) -> None:
+    import canalyze as package
+    from canalyze import _core
+
+    assert canalyze("--version").out == f"canalyze {package.__version__}\n"
+    assert package.__version__ == _core.__version__
+
+
+@pytest.mark.parametrize(
+    ("args", "zh", "en"),
+    [
+        (["deocde"], "没有命令 deocde，是 decode 吗", "no such command: deocde, did you mean decode"),
+        (["xyzzy"], "没有命令 xyzzy", "no such command: xyzzy"),
+        (["decode", "--breif"], "没有选项 --breif，是 --brief 吗", "no such option: --breif, did you mean --brief"),
+        (["decode", "-Z"], "没有选项 -Z", "no such option: -Z"),
+        (["decode", "-o"], "选项 -o 需要一个值", "option -o needs a value"),
+        (["decode", "--brief=1"], "选项 --brief 不带值", "option --brief takes no value"),
+        (["decode", "--format", "xml"], "--format 不能是 xml", "--format: xml is not one of text, jsonl"),
+        (["decode", "-t", "q", "f"], "-t 不能是 q", "-t: q is not one of a, d, z, A, n"),
+        (["decode", "--brief", "--explain", "f"], "不能同时使用", "exclude each other"),
+        (["decode", "--brief", "--format", "jsonl", "f"], "只用于", "only for --format text"),
+        (["decode", "f", "--config"], "--config 需要一个值", "--config needs a value"),
+    ],
+)
+def test_usage_error_is_one_line(canalyze: Runner, args: list[str], zh: str, en: str) -> None:
+    for lang, said in (("zh", zh), ("en", en)):
+        done = canalyze("--lang", lang, *args)
+        assert (done.code, done.out) == (2, "")
+        assert len(done.complaints) == 1
+        assert said in done.err
+        assert "--help" in done.err
+
+
+def test_language_of_environment_and_option(canalyze: Runner) -> None:
+    assert canalyze("--help", env={"CANALYZE_LANG": "en"}).out.startswith("Usage:")
+    assert canalyze("--help", "--lang", "zh", env={"CANALYZE_LANG": "en"}).out.startswith("用法：")
+    assert canalyze("--help", env={"CANALYZE_LANG": ""}).out.startswith("用法：")
+
+
+@pytest.mark.parametrize("args", [["--lang", "fr"], ["--lang="], ["decode", "x", "--lang", "EN"]])
+def test_unknown_language(canalyze: Runner, args: list[str]) -> None:
+    done = canalyze(*args)
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert "zh" in done.err and "en" in done.err
+
+
+def test_unknown_language_of_environment(canalyze: Runner) -> None:
+    done = canalyze("rules", env={"CANALYZE_LANG": "de"})
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert "CANALYZE_LANG" in done.err
+    assert canalyze("rules", "--lang", "en", env={"CANALYZE_LANG": "de"}).code == 0
+
+
+def test_language_of_the_configuration(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "canalyze.toml").write_text('lang = "en"\n')
+    assert canalyze("--help").out.startswith("Usage:")
+    assert canalyze("--help", env={"CANALYZE_LANG": "zh"}).out.startswith("用法：")
+    (tmp_path / "other.toml").write_text('lang = "zh"\n')
+    assert canalyze("decode", "--help", "--config", "other.toml").out.startswith("用法：")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (b'language = "en"\n', ["canalyze.toml", "language", "lang"]),
+        (b"lang = 1\n", ["canalyze.toml", "lang", "1", '"zh", "en"']),
+        (b"lang = true\n", ["canalyze.toml", "lang", "true"]),
+        (b'lang = ["en"]\n', ["canalyze.toml", "lang", '"zh", "en"']),
+        (b'lang = "fr"\n', ["canalyze.toml", "lang", '"fr"', '"zh", "en"']),
+        (b'# one\n\nlang = "en\n', ["canalyze.toml:3:"]),
+        (b"lang = [\n", ["canalyze.toml:"]),
+        (b'# one\n# \xff\nlang = "en"\n', ["canalyze.toml:2:"]),
+    ],
+)
+def test_broken_configuration_is_one_line(canalyze: Runner, tmp_path: Path, text: bytes, said: list[str]) -> None:
+    (tmp_path / "canalyze.toml").write_bytes(text)
+    for lang in ("zh", "en"):
+        done = canalyze("rules", "--lang", lang)
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+        for part in said:
+            assert part in done.err
+
+
+def test_named_configuration_must_exist(canalyze: Runner) -> None:
+    done = canalyze("rules", "--config", "nowhere.toml")
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert "nowhere.toml" in done.err
+
+
+def test_completion(canalyze: Runner) -> None:
+    done = canalyze(env={"_CANALYZE_COMPLETE": "bash_complete", "COMP_WORDS": "canalyze de", "COMP_CWORD": "1"})
+    assert done.out == "plain,decode\n"
+    done = canalyze(env={"_CANALYZE_COMPLETE": "zsh_complete", "COMP_WORDS": "canalyze decode --st", "COMP_CWORD": "2"})
+    assert "--stamps" in done.lines
+
+
+def test_decode_starts_light(canalyze: Runner, notes: str, tmp_path: Path) -> None:
+    import subprocess
+    import sys
+
+    from conftest import environment
+
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "canalyze", "decode", notes],
+        capture_output=True,
+        cwd=tmp_path,
+        env=environment(),
+        check=True,
+    )
+    loaded = {line.rpartition("|")[2].strip().partition(".")[0] for line in done.stderr.decode().splitlines()}
+    assert "click" in loaded
+    assert not loaded & {"can", "canopen", "rich"}

@@ -1,0 +1,62 @@
+"""`canalyze explain` and `canalyze rules`."""
+
+import json
+
+import pytest
+from conftest import NOTES, Runner
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        ["60A#4008100000000000"],
+        ["can1", "60A", "[8]", "40", "08", "10", "00", "00", "00", "00", "00"],
+        ["can1  60A   [8]  40 08 10 00 00 00 00 00"],
+        ["(1612345678.123456)", "can1", "60A#4008100000000000"],
+    ],
+)
+def test_explain_takes_what_is_pasted(canalyze: Runner, args: list[str]) -> None:
+    zh, en = canalyze("explain", *args), canalyze("explain", "--lang", "en", *args)
+    assert (zh.code, zh.err, en.code, en.err) == (0, "", 0, "")
+    assert zh.out.endswith("\n") and not zh.out.endswith("\n\n")
+    assert zh.out != en.out
+
+
+@pytest.mark.parametrize("text", ["hello", "60A#4", "", "60A#40\x1b[31m"])
+def test_explain_says_what_a_frame_looks_like(canalyze: Runner, text: str) -> None:
+    done = canalyze("explain", text)
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert "60A#4008100000000000" in done.err
+    assert "\x1b" not in done.err
+
+
+def test_explain_reads_lines(canalyze: Runner) -> None:
+    done = canalyze("explain", "-", stdin=NOTES.splitlines(keepends=True)[0].encode() + b"\nhello\n")
+    assert (done.code, len(done.complaints)) == (2, 1)
+    assert "stdin:3:" in done.err
+    assert done.out == canalyze("explain", NOTES.splitlines()[0]).out
+
+
+def test_rules_lists_the_catalogue(canalyze: Runner) -> None:
+    done = canalyze("--lang", "en", "rules")
+    assert (done.code, done.err) == (0, "")
+    heading, *rows = done.lines
+    assert heading.split() == ["code", "severity", "name", "message"]
+    assert any(row.startswith("SDO001 ") for row in rows)
+    objects = [json.loads(line) for line in canalyze("--lang", "en", "rules", "--format", "jsonl").lines]
+    assert [row.split()[0] for row in rows] == [rule["code"] for rule in objects]
+    assert all(rule["severity"] in {"error", "warning", "info"} for rule in objects)
+
+
+def test_rules_explains_one(canalyze: Runner) -> None:
+    done = canalyze("rules", "sdo001")
+    assert (done.code, done.err) == (0, "")
+    assert done.out.startswith("SDO001 ")
+    assert "常见原因" in done.out
+
+
+def test_unknown_rule_names_the_nearest(canalyze: Runner) -> None:
+    done = canalyze("rules", "SDO0O1")
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert "SDO001" in done.err
+    assert canalyze("rules", "QQQQ").code == 2
