@@ -1,7 +1,7 @@
 """A small SDO server that knows block transfers and nothing else, because python-canopen's own server has none.
 
-Used by the recording of a real session and by the test against python-canopen's client. CiA 301 7.2.4.3.9 to 7.2.4.3.15;
-uses the checksum when the client does, never loses a segment. What it must not do: grow into a node.
+Used by the recording of a real session and by the test against python-canopen's client. CiA 301 7.2.4.3.9 to
+7.2.4.3.15; uses the checksum when the client does, never loses a segment. What it must not do: grow into a node.
 """
 
 from __future__ import annotations
@@ -66,7 +66,10 @@ class BlockServer:
         parts = [bytes(ahead[at : at + 7]) for at in range(0, len(ahead), 7)]
         last = self._at + len(ahead) == len(self._value)
         numbers = range(1, len(parts) + 1)
-        return [bytes([n | (0x80 if last and n == len(parts) else 0)]) + part for n, part in zip(numbers, parts, strict=True)]
+        return [
+            bytes([n | (0x80 if last and n == len(parts) else 0)]) + part
+            for n, part in zip(numbers, parts, strict=True)
+        ]
 
     def _end_upload(self) -> Payloads:
         checksum = binascii.crc_hqx(bytes(self._value), 0) if self._with_crc else 0

@@ -1,7 +1,7 @@
 """Captures as the tests handle them: frames, their candump log text, and what canalyze says about that text.
 
-Why it exists: every test here needs the same three steps (make or read frames, write them as `candump -l` text, ask the
-program), and they must not differ from file to file. What it must not do: know anything of CANopen.
+Why it exists: every test here needs the same three steps (make or read frames, write them as `candump -l` text, ask
+the program), and they must not differ from file to file. What it must not do: know anything of CANopen.
 """
 
 from __future__ import annotations
@@ -47,12 +47,34 @@ def log_text(frames: Iterable[CanFrame]) -> bytes:
     return "".join(frame.log_line() for frame in frames).encode()
 
 
+def console_text(frames: Iterable[CanFrame]) -> bytes:
+    """The same as candump prints it on a console without options: no stamps."""
+    lines = []
+    for frame in frames:
+        can_id = f"{frame.can_id:08X}" if frame.extended else f"{frame.can_id:03X}"
+        shown = f"[{len(frame.data)}]  {frame.data.hex(' ').upper()}" if frame.data else "[0] "
+        lines.append(f"  {frame.bus}  {can_id}   {shown}\n")
+    return "".join(lines).encode()
+
+
 def read_log(text: bytes) -> list[CanFrame]:
-    """The plain data frames of `candump -l` text; `#` lines and blank lines are passed over, anything else is an error."""
+    """The plain data frames of `candump -l` text; `#` lines and blank lines are passed over, all else is an error."""
     return list(_read_log(text))
 
 
 _LOG_LINE = re.compile(r"\((\d+)\.(\d{6})\) (\S+) ([0-9A-F]{3}|[0-9A-F]{8})#((?:[0-9A-F]{2})*)")
+
+
+def examples(path: Path) -> dict[str, list[CanFrame]]:
+    """The frames of a sample, by the `# title` line that they stand under."""
+    found: dict[str, list[CanFrame]] = {}
+    title = ""
+    for line in path.read_bytes().splitlines(keepends=True):
+        if line.startswith(b"#"):
+            title = line.decode().removeprefix("#").strip()
+        else:
+            found.setdefault(title, []).extend(read_log(line))
+    return found
 
 
 def _read_log(text: bytes) -> Iterator[CanFrame]:

@@ -2,10 +2,11 @@
 
     python tests/compare_transcripts.py [DIRECTORY]
 
-DIRECTORY holds captures (`*.candump`, `*.log`), each with a JSON file of the same name that states the known answers: a list
-`expected` of sentences ("upload 4/1017:00 = 0 (U16)") or a list `cases`, each with the number of its frames, a sentence, and the
-assertions of the test it was taken from. Every capture must decode with exit status 0 and give as many frames as it has frame
-lines; every statement about an SDO answer must hold. Ends with 1 if one does not, or if there was nothing to compare.
+DIRECTORY holds captures (`*.candump`, `*.log`), each with a JSON file of the same name that states the known
+answers: a list `expected` of sentences ("upload 4/1017:00 = 0 (U16)") or a list `cases`, each with the number of
+its frames, a sentence, and the assertions of the test it was taken from. Every capture must decode with exit status
+0 and give as many frames as it has frame lines; every statement about an SDO answer must hold. Ends with 1 if one
+does not, or if there was nothing to compare.
 
 What it must not do: bring text of those files into this repository.
 """
@@ -38,9 +39,12 @@ _VALUE = re.compile(
     re.VERBOSE,
 )
 _OF_TO = re.compile(r"(?P<index>[0-9A-F]{4}) (?P<direction>download) of (?P<value>\d+) to node (?P<node>\d+)")
-_DATA = re.compile(r"(?P<direction>upload|download) (?P<index>[0-9A-F]{4}):(?P<sub>[0-9A-F]{2}).*-> data (?P<data>[0-9A-F]+)")
+_DATA = re.compile(
+    r"(?P<direction>upload|download) (?P<index>[0-9A-F]{4}):(?P<sub>[0-9A-F]{2}).*-> data (?P<data>[0-9A-F]+)"
+)
 _ABORTED = re.compile(
-    r"(?P<direction>upload|download) (?P<index>[0-9A-F]{4}):(?P<sub>[0-9A-F]{2}) aborted by (?P<by>\w+), code 0x(?P<code>[0-9A-F]{8})"
+    r"(?P<direction>upload|download) (?P<index>[0-9A-F]{4}):(?P<sub>[0-9A-F]{2})"
+    r" aborted by (?P<by>\w+), code 0x(?P<code>[0-9A-F]{8})"
 )
 _DISABLED = re.compile(r"(?P<first>[0-9A-F]{4})\.\.(?P<last>[0-9A-F]{4}):(?P<sub>\d)(?=.*bit 31 set)")
 _EMPTY = re.compile(r"segmented download of 0 bytes")
@@ -65,7 +69,9 @@ class Comparison:
     @property
     def summary(self) -> str:
         """One line, and one for each difference."""
-        head = f"{self.files} captures, {self.frames} frames, {self.answers} SDO answers compared, {len(self.wrong)} wrong"
+        head = (
+            f"{self.files} captures, {self.frames} frames, {self.answers} SDO answers compared, {len(self.wrong)} wrong"
+        )
         return "\n".join([head, *self.wrong])
 
 
@@ -90,7 +96,9 @@ def about(rows: list[Row], direction: str, index: str, sub: int | None, node: in
     return [
         row
         for row in rows
-        if (row["direction"], row["index"]) == (direction, index) and sub in (None, row["sub"]) and node in (None, row["node"])
+        if (row["direction"], row["index"]) == (direction, index)
+        and sub in (None, row["sub"])
+        and node in (None, row["node"])
     ]
 
 
@@ -109,9 +117,14 @@ def statements(sentence: str, rows: list[Row]) -> Iterator[bool]:
         yield any(bytes.fromhex(row["data"]).startswith(bytes.fromhex(found["data"])) for row in ours)
     if found := _ABORTED.search(sentence):
         ours = about(rows, found["direction"], found["index"], int(found["sub"], 16), None)
-        yield any(row["abort"] and (row["abort"]["code"], row["abort"]["by"]) == (found["code"], found["by"]) for row in ours)
+        yield any(
+            row["abort"] and (row["abort"]["code"], row["abort"]["by"]) == (found["code"], found["by"]) for row in ours
+        )
     if _EMPTY.search(sentence):
-        yield any((row["direction"], row["mode"], row["size"], row["data"]) == ("download", "segmented", 0, "") for row in rows)
+        yield any(
+            (row["direction"], row["mode"], row["size"], row["data"]) == ("download", "segmented", 0, "")
+            for row in rows
+        )
     for found in _DISABLED.finditer(sentence):
         for index in range(int(found["first"], 16), int(found["last"], 16) + 1):
             ours = about(rows, "download", f"{index:04X}", int(found["sub"]), None)

@@ -1,11 +1,13 @@
-"""Records one session of python-canopen with candump, in many of its option combinations at once, from the same frames.
+"""Records one session of python-canopen with candump, in many of its option combinations at once, from the same
+frames.
 
     python tests/record_session.py [DIRECTORY]
 
-Needs Linux with an interface vcan0 that is up (`ip link add dev vcan0 type vcan && ip link set vcan0 up`), candump of
-can-utils, and the packages canopen and python-can. Everything runs in one process: a python-canopen LocalNode (node 5), a
-server of block transfers (node 6) and a python-canopen client and master. DIRECTORY (default: samples/recorded) gets one file
-for each combination of options, `session.log` for `-l`, and `session.json`: what the client asked for and what it got.
+Needs Linux with an interface vcan0 that is up (`ip link add dev vcan0 type vcan && ip link set vcan0 up`), candump
+of can-utils, and the packages canopen and python-can. Everything runs in one process: a python-canopen LocalNode
+(node 5), a server of block transfers (node 6) and a python-canopen client and master. DIRECTORY (default:
+samples/recorded) gets one file for each combination of options, `session.log` for `-l`, and `session.json`: what
+the client asked for and what it got.
 
 What it must not do: decode anything; the values in session.json are those the client's calls took and returned.
 """
@@ -171,7 +173,7 @@ DefaultValue=0
 def description() -> canopen.ObjectDictionary:
     """The object dictionary of the node; python-canopen wants a stream with a name."""
     stream = io.StringIO(EDS)
-    stream.name = "recorded.eds"  # type: ignore[misc]
+    stream.name = "recorded.eds"
     return canopen.import_od(stream, NODE)
 
 
@@ -238,9 +240,9 @@ def start_block_node(network: canopen.Network) -> None:
     network.subscribe(0x600 + BLOCK_NODE, on_request)
 
 
-def run_session(nodes: canopen.Network, master: canopen.Network) -> list[dict[str, Any]]:
+def run_session(nodes: canopen.Network, master: Any) -> list[dict[str, Any]]:
     """Everything that goes over the bus; the return value is what the client asked."""
-    local = nodes.add_node(canopen.LocalNode(NODE, description()))
+    local: Any = nodes.add_node(canopen.LocalNode(NODE, description()))
     start_block_node(nodes)
     client = Client(master)
 
@@ -278,7 +280,11 @@ def run_session(nodes: canopen.Network, master: canopen.Network) -> list[dict[st
     bus = master.bus
     assert bus is not None
     bus.send(can.Message(arbitration_id=0x18FEF121, data=b"29 bits", is_extended_id=True))
-    bus.send(can.Message(arbitration_id=0x4, data=bytes.fromhex("0008000000006000"), is_error_frame=True, is_extended_id=False))
+    bus.send(
+        can.Message(
+            arbitration_id=0x4, data=bytes.fromhex("0008000000006000"), is_error_frame=True, is_extended_id=False
+        )
+    )
 
     client.write(0x1017, 0, (40).to_bytes(2, "little"))
     master.nmt.send_command(0x01)

@@ -1,8 +1,8 @@
 """A strict second reading of SDO: clean traffic in causal order becomes transfers, anything else is an error.
 
-Why it exists: recordings, samples and generated captures need a truth that does not come from the program under test, and
-the benchmark's traffic must be shown to be valid. It is deliberately small and intolerant: no reordering, no quirks, no
-recovery. What it must not do: share code with the program.
+Why it exists: recordings, samples and generated captures need a truth that does not come from the program under
+test, and the benchmark's traffic must be shown to be valid. It is deliberately small and intolerant: no reordering,
+no quirks, no recovery. What it must not do: share code with the program.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 from captures import CanFrame
 
 
-class UncleanTraffic(Exception):
+class UncleanTrafficError(Exception):
     """A frame that a correct client or server would not have sent here."""
 
 
@@ -40,12 +40,11 @@ class ReadTransfer:
     retransmissions: int = 0
 
     def comparable(self) -> dict[str, Any]:
-        """The fields every reader of the same capture must agree on."""
+        """The fields every reader of the same capture must agree on; an unfinished transfer's mode is not one."""
         facts: dict[str, Any] = {
             "bus": self.bus,
             "node": self.node,
             "direction": self.direction,
-            "mode": self.mode,
             "index": self.index,
             "sub": self.sub,
             "status": self.status,
@@ -55,18 +54,20 @@ class ReadTransfer:
             "last_frame": self.last_frame,
         }
         if self.status == "ok":
-            facts |= {"data": self.data.hex().upper(), "size": len(self.data), "size_indicated": self.size_indicated}
+            facts |= {"mode": self.mode, "data": self.data.hex().upper()}
+            facts |= {"size": len(self.data), "size_indicated": self.size_indicated}
         return facts
 
 
 def comparable_row(row: dict[str, Any]) -> dict[str, Any]:
     """The same fields out of a transfer line of the program."""
-    facts = {name: row[name] for name in ("bus", "node", "direction", "mode", "index", "sub", "status")}
+    facts = {name: row[name] for name in ("bus", "node", "direction", "index", "sub", "status")}
     abort = row["abort"] or {"code": None, "by": None}
     facts |= {"abort_code": abort["code"], "abort_by": abort["by"]}
     facts |= {"first_frame": row["first_frame"], "last_frame": row["last_frame"]}
     if row["status"] == "ok":
-        facts |= {"data": row["data"].upper(), "size": row["size"], "size_indicated": row["size_indicated"]}
+        facts |= {"mode": row["mode"], "data": row["data"].upper()}
+        facts |= {"size": row["size"], "size_indicated": row["size_indicated"]}
     return facts
 
 
@@ -82,7 +83,7 @@ def read_transfers(frames: Iterable[CanFrame]) -> list[ReadTransfer]:
         channel.take(number, by, frame.data)
     for transfer in begun:
         if transfer.status == "incomplete":
-            raise UncleanTraffic(f"never ended: {transfer}")
+            raise UncleanTrafficError(f"never ended: {transfer}")
     return begun
 
 
@@ -102,7 +103,7 @@ class _Channel:
 
     def take(self, number: int, by: str, data: bytes) -> None:
         if len(data) != 8:
-            raise UncleanTraffic(f"frame {number}: {len(data)} bytes")
+            raise UncleanTrafficError(f"frame {number}: {len(data)} bytes")
         if data[0] == 0x80:
             self._abort(number, by, data)
         elif self.open is None:
@@ -112,18 +113,18 @@ class _Channel:
                 self.wanted = "answer"
             step = getattr(self, f"_{self.open.direction}_{self.wanted.replace(' ', '_')}_{by}", None)
             if step is None:
-                raise UncleanTraffic(f"frame {number}: {data.hex()} by the {by} where {self.wanted!r} has to come")
+                raise UncleanTrafficError(f"frame {number}: {data.hex()} by the {by} where {self.wanted!r} has to come")
             self.open.last_frame = number
             step(self.open, data)
 
     def _need(self, holds: bool, what: str) -> None:
         if not holds:
-            raise UncleanTraffic(f"{self.open}: {what}")
+            raise UncleanTrafficError(f"{self.open}: {what}")
 
     def _abort(self, number: int, by: str, data: bytes) -> None:
         transfer = self.open
         if transfer is None:
-            raise UncleanTraffic(f"frame {number}: abort of nothing")
+            raise UncleanTrafficError(f"frame {number}: abort of nothing")
         transfer.status, transfer.last_frame = "aborted", number
         transfer.abort_code, transfer.abort_by = f"{int.from_bytes(data[4:], 'little'):08X}", by
         self.open = None
@@ -136,7 +137,7 @@ class _Channel:
 
     def _begin(self, number: int, by: str, data: bytes) -> None:
         if by != "client":
-            raise UncleanTraffic(f"frame {number}: answer to nothing")
+            raise UncleanTrafficError(f"frame {number}: answer to nothing")
         index, sub = f"{data[1] | data[2] << 8:04X}", data[3]
         command, self.toggle, self.segments, self.sent_last = data[0], 0, [], False
 
@@ -166,7 +167,7 @@ class _Channel:
             self.blksize = data[4]
             self._need(1 <= self.blksize <= 127, "block size")
         else:
-            raise UncleanTraffic(f"frame {number}: {data.hex()} begins nothing")
+            raise UncleanTrafficError(f"frame {number}: {data.hex()} begins nothing")
 
     def _same_object(self, transfer: ReadTransfer, data: bytes) -> None:
         self._need(f"{data[1] | data[2] << 8:04X}" == transfer.index and data[3] == transfer.sub, "another object")

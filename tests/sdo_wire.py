@@ -1,7 +1,7 @@
 """SDO transfers as frames in causal order, built from values: the clean sessions that the tests displace and break.
 
-Why it exists: the tests need transfers of any size with known values, and must not take them from the program under test.
-Layouts: CiA 301 7.2.4.3. What it must not do: build anything that a correct client and server would not send.
+Why it exists: the tests need transfers of any size with known values, and must not take them from the program under
+test. Layouts: CiA 301 7.2.4.3. What it must not do: build anything that a correct client and server would not send.
 """
 
 from __future__ import annotations
@@ -100,7 +100,10 @@ def _sub_blocks(value: bytes, blksize: int, acknowledged: Iterable[int]) -> Iter
     while at < len(parts):
         sent = parts[at : at + blksize]
         last = at + len(sent) == len(parts)
-        segments = [bytes([number | (0x80 if last and number == len(sent) else 0)]) + part for number, part in enumerate(sent, 1)]
+        segments = [
+            bytes([number | (0x80 if last and number == len(sent) else 0)]) + part
+            for number, part in enumerate(sent, 1)
+        ]
         taken = min(next(answers, len(sent)), len(sent))
         yield segments, taken
         at += taken
@@ -112,7 +115,14 @@ def _block_end(value: bytes, *, with_crc: bool) -> bytes:
 
 
 def block_upload(
-    channel: Channel, index: int, sub: int, value: bytes, *, blksize: int = 127, with_crc: bool = True, acknowledged: Iterable[int] = ()
+    channel: Channel,
+    index: int,
+    sub: int,
+    value: bytes,
+    *,
+    blksize: int = 127,
+    with_crc: bool = True,
+    acknowledged: Iterable[int] = (),
 ) -> list[CanFrame]:
     """A read in blocks of a value of at least one byte."""
     flag = 4 if with_crc else 0
@@ -130,7 +140,14 @@ def block_upload(
 
 
 def block_download(
-    channel: Channel, index: int, sub: int, value: bytes, *, blksize: int = 127, with_crc: bool = True, acknowledged: Iterable[int] = ()
+    channel: Channel,
+    index: int,
+    sub: int,
+    value: bytes,
+    *,
+    blksize: int = 127,
+    with_crc: bool = True,
+    acknowledged: Iterable[int] = (),
 ) -> list[CanFrame]:
     """A write in blocks of a value of at least one byte."""
     flag = 4 if with_crc else 0

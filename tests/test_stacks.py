@@ -1,7 +1,7 @@
 """Sessions of real stacks: the program must report the transfers that happened, and no fault that did not.
 
-`samples/stacks/NAME.json` says what happened in NAME.log; each capture is also read in candump's console form with `-t a -x`,
-made from the log here.
+`samples/stacks/NAME.json` says what happened in NAME.log; each capture is also read in candump's console form with
+`-t a -x`, made from the log here.
 """
 
 from __future__ import annotations
