@@ -71,8 +71,11 @@ def comparable_row(row: dict[str, Any]) -> dict[str, Any]:
     return facts
 
 
-def read_transfers(frames: Iterable[CanFrame]) -> list[ReadTransfer]:
-    """Every transfer on the default channels, in the order they began; frames count from 1 over the whole capture."""
+def read_transfers(frames: Iterable[CanFrame], *, cut_short: bool = False) -> list[ReadTransfer]:
+    """Every transfer on the default channels, in the order they began; frames count from 1 over the whole capture.
+
+    cut_short: the capture may end within transfers.
+    """
     servers: dict[tuple[str, int], _Channel] = {}
     begun: list[ReadTransfer] = []
     for number, frame in enumerate(frames, 1):
@@ -82,7 +85,7 @@ def read_transfers(frames: Iterable[CanFrame]) -> list[ReadTransfer]:
         channel = servers.setdefault((frame.bus, node), _Channel(frame.bus, node, begun))
         channel.take(number, by, frame.data)
     for transfer in begun:
-        if transfer.status == "incomplete":
+        if transfer.status == "incomplete" and not cut_short:
             raise UncleanTrafficError(f"never ended: {transfer}")
     return begun
 

@@ -47,7 +47,7 @@ TRANSFERS: dict[str, list[Wanted]] = {
     "roboteq": [
         ("can0", 1, "download", "expedited", "2003", 2, "0A000000"),
         ("can0", 12, "download", "expedited", "200C", 0, "01"),
-        ("can0", 1, "upload", "expedited", "210D", 2, "90010000"),
+        ("can0", 1, "upload", "expedited", "210D", 2, "9001"),
         ("can0", 1, "upload", "expedited", "1000", 0, "00000000"),
         ("can0", 12, "upload", "expedited", "1000", 0, "00000000"),
     ],
