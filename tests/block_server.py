@@ -16,6 +16,7 @@ class BlockServer:
     """Objects that a client reads and writes in blocks: every frame of the client gets the frames that answer it."""
 
     def __init__(self, objects: dict[tuple[int, int], bytes], *, blksize: int) -> None:
+        """Serves these objects and writes into them; asks for sub-blocks of so many segments."""
         self.objects = objects
         self.blksize = blksize
         self._object = (0, 0)

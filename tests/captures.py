@@ -117,7 +117,7 @@ class Analysis:
 
 def analyze(text: bytes, *, name: str = "capture.log") -> Analysis:
     """What the program says about a capture, in process and at once."""
-    return sort_rows(session_output([text], name=name, format="jsonl", lang="en"))
+    return sort_rows(session_output([text], name=name, output_format="jsonl", lang="en"))
 
 
 def sort_rows(output: bytes) -> Analysis:
@@ -134,12 +134,12 @@ def session_output(
     chunks: Iterable[bytes],
     *,
     name: str = "capture.log",
-    format: str = "text",  # the name of the session's own argument
+    output_format: str = "text",
     lang: str = "zh",
     depth: str = "default",
 ) -> bytes:
     """The output of one session over one file that came in these chunks."""
-    session = _core.Session(lang=lang, format=format, depth=depth)
+    session = _core.Session(lang=lang, format=output_format, depth=depth)
     session.begin(name, True)
     output = [session.feed(chunk) for chunk in chunks]
     output.append(session.end())

@@ -1,5 +1,4 @@
-"""Records one session of python-canopen with candump, in many of its option combinations at once, from the same
-frames.
+"""Records one session of python-canopen with candump, in many of its option combinations at once.
 
     python tests/record_session.py [DIRECTORY]
 
@@ -181,6 +180,7 @@ class Client:
     """The asking side; keeps what was asked and answered."""
 
     def __init__(self, network: canopen.Network) -> None:
+        """Takes its two remote nodes from the network."""
         self.asked: list[dict[str, Any]] = []
         self.sdo = {node: network.add_node(canopen.RemoteNode(node, description())).sdo for node in (NODE, BLOCK_NODE)}
 

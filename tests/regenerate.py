@@ -31,7 +31,7 @@ def goldens(capture: Path) -> dict[Path, dict[str, str]]:
     made: dict[str, dict[str, str]] = {
         f"{name}.zh.txt": {"lang": "zh"},
         f"{name}.en.txt": {"lang": "en"},
-        f"{name}.jsonl": {"lang": "en", "format": "jsonl"},
+        f"{name}.jsonl": {"lang": "en", "output_format": "jsonl"},
     }
     if name in BRIEF:
         made[f"{name}.brief.zh.txt"] = {"lang": "zh", "depth": "brief"}

@@ -23,11 +23,11 @@ CAPTURES = [
 GOLDENS = [(capture, golden) for capture in samples() for golden in goldens(capture)]
 
 FORMATS = [
-    {"format": "text", "lang": "zh"},
-    {"format": "text", "lang": "en", "depth": "explain"},
-    {"format": "text", "lang": "zh", "depth": "brief"},
-    {"format": "jsonl", "lang": "en"},
-    {"format": "transfers", "lang": "en"},
+    {"output_format": "text", "lang": "zh"},
+    {"output_format": "text", "lang": "en", "depth": "explain"},
+    {"output_format": "text", "lang": "zh", "depth": "brief"},
+    {"output_format": "jsonl", "lang": "en"},
+    {"output_format": "transfers", "lang": "en"},
 ]
 
 
@@ -75,7 +75,7 @@ def test_line_ends_do_not_matter() -> None:
     """A file that went through Windows says the same."""
     for capture in samples():
         text = capture.read_bytes()
-        said = session_output([text.replace(b"\n", b"\r\n")], name=capture.name, format="jsonl")
-        assert said == session_output([text], name=capture.name, format="jsonl")
-        without_last_end = session_output([text.rstrip(b"\n")], name=capture.name, format="jsonl")
-        assert without_last_end == session_output([text], name=capture.name, format="jsonl")
+        said = session_output([text.replace(b"\n", b"\r\n")], name=capture.name, output_format="jsonl")
+        assert said == session_output([text], name=capture.name, output_format="jsonl")
+        without_last_end = session_output([text.rstrip(b"\n")], name=capture.name, output_format="jsonl")
+        assert without_last_end == session_output([text], name=capture.name, output_format="jsonl")

@@ -62,6 +62,7 @@ class Recorder(can.Listener):
     """Keeps every frame of the virtual bus, in its order."""
 
     def __init__(self, frames: list[CanFrame]) -> None:
+        """Keeps them in this list."""
         self.frames = frames
         self.settled = threading.Event()
 
