@@ -1,0 +1,173 @@
+"""Captures as the tests handle them: frames, their candump log text, and what canalyze says about that text.
+
+Why it exists: every test here needs the same three steps (make or read frames, write them as `candump -l` text, ask
+the program), and they must not differ from file to file. What it must not do: know anything of CANopen.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from canalyze import _core
+
+TESTS = Path(__file__).resolve().parent
+SAMPLES = TESTS.parent / "samples"
+SHARED = TESTS.parent.parent / "shared"
+"""Material that lies beside the checkout on some machines; tests that want it skip where it is missing."""
+
+Row = dict[str, Any]
+"""One line of the program's JSON output."""
+
+
+@dataclass(frozen=True, slots=True)
+class CanFrame:
+    """One classic CAN frame of a capture."""
+
+    bus: str
+    can_id: int
+    data: bytes
+    t_us: int = 0
+    extended: bool = False
+
+    def log_line(self) -> str:
+        """The frame as `candump -l` writes it."""
+        can_id = f"{self.can_id:08X}" if self.extended else f"{self.can_id:03X}"
+        return f"({self.t_us // 1_000_000}.{self.t_us % 1_000_000:06d}) {self.bus} {can_id}#{self.data.hex().upper()}\n"
+
+
+def log_text(frames: Iterable[CanFrame]) -> bytes:
+    """A capture file in `candump -l` form."""
+    return "".join(frame.log_line() for frame in frames).encode()
+
+
+def console_text(frames: Iterable[CanFrame]) -> bytes:
+    """The same as candump prints it on a console without options: no stamps."""
+    lines = []
+    for frame in frames:
+        can_id = f"{frame.can_id:08X}" if frame.extended else f"{frame.can_id:03X}"
+        shown = f"[{len(frame.data)}]  {frame.data.hex(' ').upper()}" if frame.data else "[0] "
+        lines.append(f"  {frame.bus}  {can_id}   {shown}\n")
+    return "".join(lines).encode()
+
+
+def read_log(text: bytes) -> list[CanFrame]:
+    """The plain data frames of `candump -l` text; `#` lines and blank lines are passed over, all else is an error."""
+    return list(_read_log(text))
+
+
+_LOG_LINE = re.compile(r"\((\d+)\.(\d{6})\) (\S+) ([0-9A-F]{3}|[0-9A-F]{8})#((?:[0-9A-F]{2})*)")
+
+
+def examples(path: Path) -> dict[str, list[CanFrame]]:
+    """The frames of a sample, by the `# title` line that they stand under."""
+    found: dict[str, list[CanFrame]] = {}
+    title = ""
+    for line in path.read_bytes().splitlines(keepends=True):
+        if line.startswith(b"#"):
+            title = line.decode().removeprefix("#").strip()
+        else:
+            found.setdefault(title, []).extend(read_log(line))
+    return found
+
+
+def _read_log(text: bytes) -> Iterator[CanFrame]:
+    for line in text.decode().splitlines():
+        if not line or line.startswith("#"):
+            continue
+        match = _LOG_LINE.fullmatch(line)
+        if match is None:
+            raise ValueError(f"not a plain data frame: {line!r}")
+        seconds, micros, bus, can_id, data = match.groups()
+        stamp = int(seconds) * 1_000_000 + int(micros)
+        yield CanFrame(bus, int(can_id, 16), bytes.fromhex(data), stamp, extended=len(can_id) == 8)
+
+
+def spaced(frames: Iterable[CanFrame], *, start_us: int = 1_700_000_000_000_000, step_us: int = 400) -> list[CanFrame]:
+    """The frames with stamps in even steps, in the order given."""
+    return [replace(frame, t_us=start_us + number * step_us) for number, frame in enumerate(frames)]
+
+
+@dataclass(slots=True)
+class Analysis:
+    """Everything the program said about one capture, by kind."""
+
+    frames: list[Row] = field(default_factory=list)
+    notes: list[Row] = field(default_factory=list)
+    findings: list[Row] = field(default_factory=list)
+    transfers: list[Row] = field(default_factory=list)
+
+    def above_info(self) -> list[Row]:
+        """The findings that a clean capture must not have."""
+        return [finding for finding in self.findings if finding["severity"] != "info"]
+
+    def complaint(self) -> str:
+        """The findings above info, one line each, for a test's message."""
+        return "\n".join(
+            f"{f['code']} {f['severity']} frame {f['frame']} cause {f['cause_frame']} node {f['node']}: {f['message']}"
+            for f in self.above_info()
+        )
+
+
+def analyze(text: bytes, *, name: str = "capture.log") -> Analysis:
+    """What the program says about a capture, in process and at once."""
+    return sort_rows(session_output([text], name=name, output_format="jsonl", lang="en"))
+
+
+def sort_rows(output: bytes) -> Analysis:
+    """JSON lines of `decode --format jsonl`, by kind."""
+    said = Analysis()
+    places = {"frame": said.frames, "note": said.notes, "finding": said.findings, "transfer": said.transfers}
+    for line in output.decode().splitlines():
+        row: Row = json.loads(line)
+        places[row["kind"]].append(row)
+    return said
+
+
+def session_output(
+    chunks: Iterable[bytes],
+    *,
+    name: str = "capture.log",
+    output_format: str = "text",
+    lang: str = "zh",
+    depth: str = "default",
+) -> bytes:
+    """The output of one session over one file that came in these chunks."""
+    session = _core.Session(lang=lang, format=output_format, depth=depth)
+    session.begin(name, True)
+    output = [session.feed(chunk) for chunk in chunks]
+    output.append(session.end())
+    output.append(session.finish())
+    return b"".join(output)
+
+
+def run_canalyze(arguments: Sequence[str | Path], *, expected_exit: int = 0) -> bytes:
+    """Standard output of the command line program; its exit status must be the expected one."""
+    command = [sys.executable, "-m", "canalyze", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, check=False)
+    if done.returncode != expected_exit:
+        raise AssertionError(f"{command[3:]} ended with {done.returncode}:\n{done.stderr.decode(errors='replace')}")
+    return done.stdout
+
+
+def sdo_rows(path: Path) -> list[Row]:
+    """The lines of `canalyze sdo FILE --format jsonl`."""
+    output = run_canalyze(["sdo", path, "--format", "jsonl"]).decode()
+    rows: list[Row] = [json.loads(line) for line in output.splitlines()]
+    return rows
+
+
+def decoded(path: Path) -> Analysis:
+    """What `canalyze decode FILE --format jsonl` says."""
+    return sort_rows(run_canalyze(["decode", path, "--format", "jsonl", "--lang", "en"]))
+
+
+def frame_identity(row: Row) -> tuple[str, str, bool, bool, int, str]:
+    """What makes two frame rows the same frame of the bus, whatever the dialect they were read from."""
+    return (row["bus"], row["id"], bool(row["ext"]), bool(row["rtr"]), row["len"], row["data"].upper())

@@ -1,0 +1,64 @@
+"""Writes the expected output beside the samples anew.
+
+    python tests/regenerate.py [NAME...]
+
+Without names all samples. Read the difference (`git diff samples`) before it is kept: a golden file is only as right
+as the eye that passed it. `zephyr-sdo.brief.zh.txt` is never written: it is the listing that the program reproduces.
+
+What it must not do: judge; test_golden.py compares, the other tests know what is true.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from captures import SAMPLES, session_output
+
+BRIEF = {"zephyr-sdo", "zephyr-sdo-causal", "string-5-bytes", "string-100-bytes", "sdo-block", "two-nodes-interleaved"}
+EXPLAIN = {"zephyr-sdo", "sdo-block", "services"}
+GIVEN = {"zephyr-sdo.brief.zh.txt"}
+
+
+def samples() -> list[Path]:
+    """The captures that have goldens: those directly in the samples' directory."""
+    return sorted(SAMPLES.glob("*.log"))
+
+
+def goldens(capture: Path) -> dict[Path, dict[str, str]]:
+    """The golden files of a capture, and the session's arguments that make each."""
+    name = capture.stem
+    made: dict[str, dict[str, str]] = {
+        f"{name}.zh.txt": {"lang": "zh"},
+        f"{name}.en.txt": {"lang": "en"},
+        f"{name}.jsonl": {"lang": "en", "output_format": "jsonl"},
+    }
+    if name in BRIEF:
+        made[f"{name}.brief.zh.txt"] = {"lang": "zh", "depth": "brief"}
+    if name in EXPLAIN:
+        made |= {f"{name}.explain.{lang}.txt": {"lang": lang, "depth": "explain"} for lang in ("zh", "en")}
+    return {SAMPLES / file: arguments for file, arguments in made.items()}
+
+
+def output(capture: Path, arguments: dict[str, str]) -> bytes:
+    """What the program says now."""
+    return session_output([capture.read_bytes()], name=capture.name, **arguments)
+
+
+def main() -> None:
+    """Every golden file of the samples named on the command line."""
+    names = set(sys.argv[1:])
+    for capture in samples():
+        if names and capture.stem not in names:
+            continue
+        for golden, arguments in goldens(capture).items():
+            if golden.name in GIVEN:
+                continue
+            new = output(capture, arguments)
+            if not golden.exists() or golden.read_bytes() != new:
+                golden.write_bytes(new)
+                print(golden.relative_to(SAMPLES.parent))
+
+
+if __name__ == "__main__":
+    main()

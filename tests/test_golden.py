@@ -1,0 +1,81 @@
+"""The wording, frozen: every sample decodes to the golden files beside it, whatever the chunks it comes in.
+
+`python tests/regenerate.py` writes the files anew. Text output is input: decoding it again changes nothing.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from captures import SAMPLES, run_canalyze, session_output
+from regenerate import goldens, output, samples
+
+CAPTURES = [
+    *samples(),
+    *sorted((SAMPLES / "recorded").glob("session.*[gp]")),
+    *sorted((SAMPLES / "stacks").glob("*.log")),
+]
+"""The samples, and the captures without goldens (`.log` and `.candump`) that the laws of text must hold for as well."""
+
+GOLDENS = [(capture, golden) for capture in samples() for golden in goldens(capture)]
+
+FORMATS = [
+    {"output_format": "text", "lang": "zh"},
+    {"output_format": "text", "lang": "en", "depth": "explain"},
+    {"output_format": "text", "lang": "zh", "depth": "brief"},
+    {"output_format": "jsonl", "lang": "en"},
+    {"output_format": "transfers", "lang": "en"},
+]
+
+
+def in_chunks(text: bytes, source: random.Random) -> Iterator[bytes]:
+    """The text in pieces of 0 to 200 bytes."""
+    at = 0
+    while at < len(text):
+        length = source.randrange(0, 201)
+        yield text[at : at + length]
+        at += length
+
+
+@pytest.mark.parametrize(("capture", "golden"), GOLDENS, ids=lambda path: path.name)
+def test_the_output_is_the_golden_one(capture: Path, golden: Path) -> None:
+    assert golden.is_file(), "no golden file: run tests/regenerate.py and read what it writes"
+    assert output(capture, goldens(capture)[golden]).decode() == golden.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_the_command_says_what_the_session_says(lang: str) -> None:
+    capture = SAMPLES / "zephyr-sdo.log"
+    written = run_canalyze(["decode", capture, "--lang", lang])
+    assert written == session_output([capture.read_bytes()], name=capture.name, lang=lang)
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+@pytest.mark.parametrize("capture", CAPTURES, ids=lambda path: path.name)
+def test_decoding_the_output_changes_nothing(capture: Path, lang: str) -> None:
+    once = session_output([capture.read_bytes()], name=capture.name, lang=lang)
+    assert session_output([once], name=capture.name, lang=lang) == once
+
+
+@pytest.mark.parametrize("arguments", FORMATS, ids=lambda arguments: "-".join(arguments.values()))
+@pytest.mark.parametrize("capture", CAPTURES, ids=lambda path: path.name)
+def test_the_chunks_do_not_matter(capture: Path, arguments: dict[str, str]) -> None:
+    text = capture.read_bytes()
+    whole = session_output([text], name=capture.name, **arguments)
+    assert session_output((text[at : at + 1] for at in range(len(text))), name=capture.name, **arguments) == whole
+    source = random.Random(capture.name)
+    for _ in range(3):
+        assert session_output(in_chunks(text, source), name=capture.name, **arguments) == whole
+
+
+def test_line_ends_do_not_matter() -> None:
+    """A file that went through Windows says the same."""
+    for capture in samples():
+        text = capture.read_bytes()
+        said = session_output([text.replace(b"\n", b"\r\n")], name=capture.name, output_format="jsonl")
+        assert said == session_output([text], name=capture.name, output_format="jsonl")
+        without_last_end = session_output([text.rstrip(b"\n")], name=capture.name, output_format="jsonl")
+        assert without_last_end == session_output([text], name=capture.name, output_format="jsonl")
