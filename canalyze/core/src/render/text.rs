@@ -7,7 +7,6 @@
 use crate::event::{Event, What};
 use crate::frame::{Buses, Direction, Frame, Kind, Stamp, StampForm};
 use crate::readers::Marker;
-use crate::services::time::calendar;
 use crate::text::digits::{Hex, Padded, decimal, hex_byte, put};
 use crate::text::{Depth, Lang, en, escape, explain, zh};
 
@@ -235,6 +234,23 @@ fn written(out: &mut Vec<u8>, stamp: &Stamp) {
         }
     }
     put!(out; ")  ");
+}
+
+/// `2026-09-15 18:44:56` of seconds since 1970-01-01, by the proleptic Gregorian calendar.
+fn calendar(out: &mut Vec<u8>, seconds: i64) {
+    let (days, second) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400) as u64);
+    // Years begin in March, so that the leap day is a year's last; 719 468 days lie between 0000-03-01 and 1970-01-01.
+    let shifted = days.saturating_add(719_468);
+    let (era, day) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
+    let year_of_era = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day_of_year = day - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day_of_month = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let year = year_of_era.saturating_add(era.saturating_mul(400)) + i64::from(month <= 2);
+    put!(out; Padded::<4>(year.unsigned_abs()), "-", Padded::<2>(month.unsigned_abs()), "-");
+    put!(out; Padded::<2>(day_of_month.unsigned_abs()), " ", Padded::<2>(second / 3600), ":");
+    put!(out; Padded::<2>(second / 60 % 60), ":", Padded::<2>(second % 60));
 }
 
 /// `TX - -  `, where the capture tells; B and E are the flags of an FD frame.

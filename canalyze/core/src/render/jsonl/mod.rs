@@ -1,3 +1,224 @@
-//! Machine output: one JSON object a line. Keys are only ever added, never renamed.
+//! JSON lines: one object a line. Keys are only ever added, never renamed.
+//!
+//! Hexadecimal numbers are upper-case strings without prefix, bytes are hex strings, `t` is a decimal string of
+//! seconds with all its digits or null, integers beyond 2^53 are decimal strings, `line` is null for binary formats.
+//!
+//! | kind | keys |
+//! |---|---|
+//! | `frame` | `frame line file t bus dir id ext rtr fd err len data service node text findings`, then an object named after the service with its fields |
+//! | `note` | `note frame line about_frame about_line bus node transfer text` |
+//! | `finding` | `code name severity file frame line t cause_frame cause_line bus node index sub message facts` |
+//! | `transfer` | see [`transfer`] |
+//!
+//! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
+//! raised at the frame, each of which has its own `finding` line after it.
 
+pub mod sdo;
 pub mod services;
+
+use crate::event::{Event, Note, What};
+use crate::finding::Finding;
+use crate::frame::{Buses, Direction, Frame, Kind};
+use crate::text::digits::{Hex, Joined, Padded, put};
+use crate::text::{Depth, Lang, en, escape, zh};
+
+pub use sdo::transfer;
+
+/// What JSON lines need to know beside the events.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<'a> {
+    /// The language of `text`, `name` and `message`.
+    pub lang: Lang,
+    /// The name of the file.
+    pub file: &'a [u8],
+    /// The names of the buses.
+    pub buses: &'a Buses,
+}
+
+/// One frame's object, and what follows from it.
+pub fn frame(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[Event]) {
+    put!(out; "{\"kind\":\"frame\",\"frame\":", frame.no, ",\"line\":");
+    number_or_null(out, frame.line);
+    put!(out; ",\"file\":");
+    escape::json(out, setting.file);
+    put!(out; ",\"t\":");
+    seconds(out, frame.t_ns, frame.stamp.map_or(9, |stamp| stamp.decimals));
+    put!(out; ",\"bus\":");
+    bus_name(out, setting, frame);
+    put!(out; match frame.dir {
+        None => ",\"dir\":null",
+        Some(Direction::Rx) => ",\"dir\":\"rx\"",
+        Some(Direction::Tx) => ",\"dir\":\"tx\"",
+    });
+    let raw = u64::from(frame.id.raw());
+    put!(out; ",\"id\":\"");
+    if frame.id.is_extended() { put!(out; Hex::<8>(raw)) } else { put!(out; Hex::<3>(raw)) }
+    let error = frame.kind == Kind::Error;
+    put!(out; "\",\"ext\":", truth(frame.id.is_extended() && !error), ",\"rtr\":", truth(frame.kind == Kind::Remote));
+    match frame.kind {
+        Kind::Fd { brs, esi } => put!(out; ",\"fd\":{\"brs\":", truth(brs), ",\"esi\":", truth(esi), "}"),
+        _ => put!(out; ",\"fd\":false"),
+    }
+    put!(out; ",\"err\":", truth(error), ",\"len\":", frame.len);
+    put!(out; ",\"data\":\"", Joined(frame.payload()), "\"");
+    for event in events {
+        match &event.what {
+            What::Message(message) => {
+                let service = message.service();
+                put!(out; ",\"service\":\"", service, "\",\"node\":");
+                number_or_null(out, event.node.map(u64::from));
+                put!(out; ",\"text\":");
+                quoted(out, |text| match setting.lang {
+                    Lang::Zh => zh::services::message(text, Depth::Default, message, frame),
+                    Lang::En => en::services::message(text, Depth::Default, message, frame),
+                });
+                codes(out, events);
+                put!(out; ",\"", service, "\":");
+                services::fields(out, setting.lang, message, frame);
+            }
+            What::Sdo(step) => {
+                put!(out; ",\"service\":\"sdo\",\"node\":");
+                number_or_null(out, event.node.map(u64::from));
+                put!(out; ",\"text\":");
+                quoted(out, |text| match setting.lang {
+                    Lang::Zh => zh::sdo::step(text, Depth::Default, step, frame.len),
+                    Lang::En => en::sdo::step(text, Depth::Default, step, frame.len),
+                });
+                codes(out, events);
+                put!(out; ",\"sdo\":");
+                sdo::fields(out, step, event.transfer, frame);
+            }
+            _ => {}
+        }
+    }
+    put!(out; "}\n");
+    asides(out, setting, events);
+}
+
+/// Notes, findings and ended transfers, an object each.
+pub fn asides(out: &mut Vec<u8>, setting: Setting<'_>, events: &[Event]) {
+    for event in events {
+        match &event.what {
+            What::Note(what) => note(out, setting, event, *what),
+            What::Finding(what) => finding(out, setting, what),
+            What::Transfer(what) => transfer(out, setting, what),
+            What::Message(_) | What::Sdo(_) => {}
+        }
+    }
+}
+
+/// A finding's object.
+pub fn finding(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
+    let rule = finding.code.rule();
+    put!(out; "{\"kind\":\"finding\",\"code\":\"", rule.id, "\",\"name\":\"", rule.name);
+    put!(out; "\",\"severity\":\"", rule.severity.name(), "\",\"file\":");
+    escape::json(out, setting.file);
+    put!(out; ",\"frame\":");
+    number_or_null(out, (finding.at.no > 0).then_some(finding.at.no));
+    put!(out; ",\"line\":");
+    number_or_null(out, finding.at.line);
+    put!(out; ",\"t\":");
+    seconds(out, finding.at.t_ns, 9);
+    put!(out; ",\"cause_frame\":");
+    number_or_null(out, finding.cause.map(|cause| cause.no));
+    put!(out; ",\"cause_line\":");
+    number_or_null(out, finding.cause.and_then(|cause| cause.line));
+    put!(out; ",\"bus\":");
+    name_or_null(out, setting.buses.name(finding.bus));
+    put!(out; ",\"node\":");
+    number_or_null(out, finding.node.map(u64::from));
+    match finding.object {
+        Some(mux) => put!(out; ",\"index\":\"", Hex::<4>(u64::from(mux.index)), "\",\"sub\":", mux.sub),
+        None => put!(out; ",\"index\":null,\"sub\":null"),
+    }
+    put!(out; ",\"message\":");
+    quoted(out, |text| match setting.lang {
+        Lang::Zh => zh::findings::message(text, finding),
+        Lang::En => en::findings::message(text, finding),
+    });
+    put!(out; ",\"facts\":");
+    sdo::facts(out, &finding.facts);
+    put!(out; "}\n");
+}
+
+fn note(out: &mut Vec<u8>, setting: Setting<'_>, event: &Event, note: Note) {
+    let about = event.about.unwrap_or(event.at);
+    put!(out; "{\"kind\":\"note\",\"note\":\"", match note {
+        Note::RequestNotCaptured => "request_not_captured",
+        Note::AnsweredByAbort => "answered_by_abort",
+        Note::LostByReset => "lost_by_reset",
+    });
+    put!(out; "\",\"frame\":", event.at.no, ",\"line\":");
+    number_or_null(out, event.at.line);
+    put!(out; ",\"about_frame\":", about.no, ",\"about_line\":");
+    number_or_null(out, about.line);
+    put!(out; ",\"bus\":");
+    name_or_null(out, setting.buses.name(event.bus));
+    put!(out; ",\"node\":");
+    number_or_null(out, event.node.map(u64::from));
+    put!(out; ",\"transfer\":");
+    number_or_null(out, event.transfer.map(|id| id.0));
+    put!(out; ",\"text\":");
+    quoted(out, |text| match setting.lang {
+        Lang::Zh => zh::findings::note(text, note, about.no),
+        Lang::En => en::findings::note(text, note, about.no),
+    });
+    put!(out; "}\n");
+}
+
+fn codes(out: &mut Vec<u8>, events: &[Event]) {
+    put!(out; ",\"findings\":[");
+    let mut first = true;
+    for event in events {
+        if let What::Finding(finding) = &event.what {
+            put!(out; if first { "\"" } else { ",\"" }, finding.code.rule().id, "\"");
+            first = false;
+        }
+    }
+    put!(out; "]");
+}
+
+fn bus_name(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
+    name_or_null(out, setting.buses.name(frame.bus));
+}
+
+/// A bus name, or null where the capture names none.
+pub(super) fn name_or_null(out: &mut Vec<u8>, name: &[u8]) {
+    if name.is_empty() { put!(out; "null") } else { escape::json(out, name) }
+}
+
+/// A number, or null.
+pub(super) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
+    match number {
+        Some(number) => put!(out; number),
+        None => put!(out; "null"),
+    }
+}
+
+/// Seconds as a decimal string, or null.
+pub(super) fn seconds(out: &mut Vec<u8>, ns: Option<i64>, decimals: u8) {
+    let Some(ns) = ns else { return put!(out; "null") };
+    put!(out; if ns < 0 { "\"-" } else { "\"" });
+    let ns = ns.unsigned_abs();
+    put!(out; ns / 1_000_000_000);
+    if decimals > 0 {
+        let start = out.len();
+        put!(out; ".", Padded::<9>(ns % 1_000_000_000));
+        out.truncate(start + 1 + usize::from(decimals.min(9)));
+    }
+    put!(out; "\"");
+}
+
+/// `true` or `false`.
+pub(super) fn truth(yes: bool) -> &'static str {
+    if yes { "true" } else { "false" }
+}
+
+/// Text as a JSON string.
+pub(super) fn quoted(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
+    let start = out.len();
+    write(out);
+    let text = out.split_off(start);
+    escape::json(out, &text);
+}
+

@@ -1,0 +1,236 @@
+//! SDO in JSON: a frame's `sdo` object, a transfer's line, a finding's facts.
+//!
+//! Keys are only ever added, never renamed. It must not decide anything.
+
+use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};
+use crate::event::{Place, Step};
+use crate::finding::{CrcMatch, Facts};
+use crate::frame::Frame;
+use crate::od::{self, DataType, Value};
+use crate::services::sdo::transfer::{Transfer, TransferId};
+use crate::services::sdo::wire::{Command, Side};
+use crate::text::digits::{Hex, Joined, put};
+use crate::text::{escape, terms, value};
+
+/// Largest integer that every JSON reader takes exactly.
+const EXACT: u64 = 1 << 53;
+
+/// Appends the fields of an SDO frame.
+///
+/// `by` client/server; `command`; `transfer` its number or null; `index` hex and `sub` of the transfer's object or
+/// null; `segment` its number in the transfer or null; `place` due, repeated, late, uncaptured, in_flight,
+/// out_of_sequence or outside; `answered_by` the frame that was captured before this request, for a late answer
+/// the request, or null; then, where the command has them: `toggle` 0/1, `unused`, `last`, `seqno`, `ackseq`,
+/// `blksize`, `threshold`, `crc` (flag or hex), `size`, `expedited`, `abort` hex.
+pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, frame: &Frame) {
+    put!(out; "{\"by\":\"", side(step.side), "\",\"command\":\"", name(&step.command, step.side), "\",\"transfer\":");
+    number_or_null(out, transfer.map(|id| id.0));
+    match step.mux.or(step.command.mux()) {
+        Some(mux) => put!(out; ",\"index\":\"", Hex::<4>(u64::from(mux.index)), "\",\"sub\":", mux.sub),
+        None => put!(out; ",\"index\":null,\"sub\":null"),
+    }
+    put!(out; ",\"segment\":");
+    number_or_null(out, (step.ordinal > 0).then_some(u64::from(step.ordinal)));
+    put!(out; ",\"place\":\"", match step.place {
+        Place::Due => "due",
+        Place::Repeated => "repeated",
+        Place::Late => "late",
+        Place::Uncaptured => "uncaptured",
+        Place::InFlight => "in_flight",
+        Place::OutOfSequence(_) => "out_of_sequence",
+        Place::Outside => "outside",
+    });
+    put!(out; "\",\"answered_by\":");
+    number_or_null(out, step.answered_by.map(|at| at.no));
+    match step.command {
+        Command::InitiateDownload(_, i) | Command::UploadInitiated(_, i) => {
+            let size = if i.expedited { Some(i.expedited_len(frame.len) as u64) } else { i.size().map(u64::from) };
+            put!(out; ",\"expedited\":", truth(i.expedited), ",\"size\":");
+            number_or_null(out, size);
+        }
+        Command::Segment(s) => {
+            put!(out; ",\"toggle\":", u8::from(s.toggle), ",\"unused\":", s.unused, ",\"last\":", truth(s.last));
+        }
+        Command::SegmentRequest { toggle } | Command::SegmentResponse { toggle } => {
+            put!(out; ",\"toggle\":", u8::from(toggle));
+        }
+        Command::InitiateBlockDownload { crc, size, .. } | Command::BlockUploadInitiated { crc, size, .. } => {
+            put!(out; ",\"crc\":", truth(crc), ",\"size\":");
+            number_or_null(out, size.map(u64::from));
+        }
+        Command::InitiateBlockUpload { crc, blksize, threshold, .. } => {
+            put!(out; ",\"crc\":", truth(crc), ",\"blksize\":", blksize, ",\"threshold\":", threshold);
+        }
+        Command::BlockDownloadInitiated { crc, blksize, .. } => {
+            put!(out; ",\"crc\":", truth(crc), ",\"blksize\":", blksize);
+        }
+        Command::BlockAck { ackseq, blksize } => put!(out; ",\"ackseq\":", ackseq, ",\"blksize\":", blksize),
+        Command::BlockSegment { seqno, last, .. } => put!(out; ",\"seqno\":", seqno, ",\"last\":", truth(last)),
+        Command::EndBlock { unused, crc } => {
+            put!(out; ",\"unused\":", unused, ",\"crc\":\"", Hex::<4>(u64::from(crc)), "\"");
+        }
+        Command::Abort(_, code) => put!(out; ",\"abort\":\"", Hex::<8>(u64::from(code)), "\""),
+        Command::InitiateUpload(_)
+        | Command::DownloadInitiated(_)
+        | Command::StartBlockUpload
+        | Command::BlockEnded
+        | Command::Unknown(_) => {}
+    }
+    put!(out; "}");
+}
+
+fn side(side: Side) -> &'static str {
+    match side {
+        Side::Client => "client",
+        Side::Server => "server",
+    }
+}
+
+fn name(command: &Command, by: Side) -> &'static str {
+    let client = by == Side::Client;
+    match command {
+        Command::InitiateDownload(..) => "initiate_download_request",
+        Command::InitiateUpload(_) => "initiate_upload_request",
+        Command::DownloadInitiated(_) => "initiate_download_response",
+        Command::UploadInitiated(..) => "initiate_upload_response",
+        Command::Segment(_) if client => "download_segment_request",
+        Command::Segment(_) => "upload_segment_response",
+        Command::SegmentRequest { .. } => "upload_segment_request",
+        Command::SegmentResponse { .. } => "download_segment_response",
+        Command::InitiateBlockDownload { .. } => "initiate_block_download_request",
+        Command::BlockDownloadInitiated { .. } => "initiate_block_download_response",
+        Command::InitiateBlockUpload { .. } => "initiate_block_upload_request",
+        Command::BlockUploadInitiated { .. } => "initiate_block_upload_response",
+        Command::StartBlockUpload => "start_block_upload",
+        Command::BlockAck { .. } => "block_acknowledgement",
+        Command::EndBlock { .. } if client => "end_block_download_request",
+        Command::EndBlock { .. } => "end_block_upload_request",
+        Command::BlockEnded if client => "end_block_upload_response",
+        Command::BlockEnded => "end_block_download_response",
+        Command::BlockSegment { .. } => "block_segment",
+        Command::Abort(..) => "abort",
+        Command::Unknown(_) => "unknown",
+    }
+}
+
+/// Appends a transfer's line.
+///
+/// `transfer bus node direction mode index sub name type size_indicated size data value text status abort
+/// first_frame last_frame t duration reordered retransmissions crc_negotiated findings`. `data` are the bytes kept
+/// (the first 65536), `value` is a number, string, boolean or, for bytes, null; `text` the value in words; `abort`
+/// is null or `{"code","by","text"}`; `t` and `duration` are decimal strings of seconds or null.
+pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
+    put!(out; "{\"kind\":\"transfer\",\"transfer\":", transfer.id.0, ",\"bus\":");
+    name_or_null(out, setting.buses.name(transfer.bus));
+    put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
+    put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
+    let mut data_type = None;
+    let mut object_name = None;
+    match transfer.mux {
+        Some(mux) => {
+            put!(out; ",\"index\":\"", Hex::<4>(u64::from(mux.index)), "\",\"sub\":", mux.sub);
+            data_type = od::data_type(mux.index, mux.sub);
+            object_name = terms::object_name(setting.lang, mux.index, mux.sub);
+        }
+        None => put!(out; ",\"index\":null,\"sub\":null"),
+    }
+    put!(out; ",\"name\":");
+    name_or_null(out, object_name.unwrap_or("").as_bytes());
+    put!(out; ",\"type\":");
+    name_or_null(out, data_type.map_or("", DataType::name).as_bytes());
+    put!(out; ",\"size_indicated\":");
+    number_or_null(out, transfer.size_indicated.map(u64::from));
+    put!(out; ",\"size\":", transfer.size, ",\"data\":\"", Joined(&transfer.kept), "\",\"value\":");
+    json_value(out, data_type, &transfer.kept);
+    put!(out; ",\"text\":");
+    quoted(out, |text| value::value(text, setting.lang, data_type, &transfer.kept, transfer.size));
+    put!(out; ",\"status\":\"", transfer.status.name(), "\",\"abort\":");
+    match transfer.abort {
+        None => put!(out; "null"),
+        Some(abort) => {
+            put!(out; "{\"code\":\"", Hex::<8>(u64::from(abort.code)), "\",\"by\":\"", side(abort.by), "\",\"text\":");
+            let words = terms::abort_code(setting.lang, abort.code);
+            name_or_null(out, words.unwrap_or("").as_bytes());
+            put!(out; "}");
+        }
+    }
+    put!(out; ",\"first_frame\":", transfer.first.no, ",\"last_frame\":", transfer.last.no, ",\"t\":");
+    seconds(out, transfer.first.t_ns, 9);
+    put!(out; ",\"duration\":");
+    seconds(out, transfer.duration_ns(), 9);
+    put!(out; ",\"reordered\":", truth(transfer.reordered), ",\"retransmissions\":", transfer.retransmissions);
+    put!(out; match transfer.crc_negotiated {
+        None => ",\"crc_negotiated\":null,\"findings\":[",
+        Some(true) => ",\"crc_negotiated\":true,\"findings\":[",
+        Some(false) => ",\"crc_negotiated\":false,\"findings\":[",
+    });
+    for (no, code) in transfer.findings.iter().enumerate() {
+        put!(out; if no > 0 { ",\"" } else { "\"" }, code.rule().id, "\"");
+    }
+    put!(out; "]}\n");
+}
+
+fn json_value(out: &mut Vec<u8>, data_type: Option<DataType>, bytes: &[u8]) {
+    match od::decode(data_type, bytes) {
+        Value::Empty | Value::Bytes(_) | Value::Time { .. } | Value::Difference { .. } => put!(out; "null"),
+        Value::Bool(value) => put!(out; truth(value)),
+        Value::Signed(value) if value.unsigned_abs() <= EXACT => put!(out; value),
+        Value::Signed(value) => put!(out; "\"", value, "\""),
+        Value::Unsigned(value) if value <= EXACT => put!(out; value),
+        Value::Unsigned(value) => put!(out; "\"", value, "\""),
+        Value::Real(value) if value.is_finite() => out.extend_from_slice(value.to_string().as_bytes()),
+        Value::Real(_) => put!(out; "null"),
+        Value::Text(text) => escape::json(out, text.as_bytes()),
+    }
+}
+
+/// Appends a finding's facts: an object whose keys depend on the rule.
+pub fn facts(out: &mut Vec<u8>, facts: &Facts) {
+    match *facts {
+        Facts::None => put!(out; "{}"),
+        Facts::Lines { count } => put!(out; "{\"lines\":", count, "}"),
+        Facts::Dropped { count, total } => put!(out; "{\"frames\":", count, ",\"total\":", total, "}"),
+        Facts::Toggle { expected, found, by } => {
+            put!(out; "{\"expected\":", u8::from(expected), ",\"found\":", u8::from(found), ",\"by\":\"", side(by), "\"}");
+        }
+        Facts::Missing { by: Side::Server } => put!(out; "{\"missing\":\"response\"}"),
+        Facts::Missing { by: Side::Client } => put!(out; "{\"missing\":\"request\"}"),
+        Facts::Duplicate => put!(out; "{\"missing\":\"request\",\"duplicate\":true}"),
+        Facts::Objects { expected, found } => {
+            put!(out; "{\"expected\":\"", Hex::<4>(u64::from(expected.index)), ":", Hex::<2>(u64::from(expected.sub)));
+            put!(out; "\",\"found\":\"", Hex::<4>(u64::from(found.index)), ":", Hex::<2>(u64::from(found.sub)), "\"}");
+        }
+        Facts::Unused(n) => put!(out; "{\"unused\":", n, "}"),
+        Facts::Size { indicated, transferred } => {
+            put!(out; "{\"indicated\":", indicated, ",\"transferred\":", transferred, "}");
+        }
+        Facts::Outside => put!(out; "{\"reason\":\"outside\"}"),
+        Facts::NoLast => put!(out; "{\"reason\":\"no_last\"}"),
+        Facts::Length(len) => put!(out; "{\"length\":", len, "}"),
+        Facts::Sequence { expected, found } => {
+            put!(out; "{\"reason\":\"sequence\",\"expected\":", expected, ",\"found\":", found, "}");
+        }
+        Facts::Acknowledged { ackseq, sent } => {
+            put!(out; "{\"reason\":\"acknowledged\",\"ackseq\":", ackseq, ",\"sent\":", sent, "}");
+        }
+        Facts::BlockSize(size) => put!(out; "{\"reason\":\"block_size\",\"blksize\":", size, "}"),
+        Facts::EarlyEnd => put!(out; "{\"reason\":\"early_end\"}"),
+        Facts::EndNotConfirmed => put!(out; "{\"reason\":\"end_not_confirmed\"}"),
+        Facts::Crc { computed, found, matches } => {
+            put!(out; "{\"computed\":\"", Hex::<4>(u64::from(computed)), "\",\"found\":\"", Hex::<4>(u64::from(found)));
+            put!(out; match matches {
+                CrcMatch::Nothing => "\",\"matches\":null}",
+                CrcMatch::WithPadding => "\",\"matches\":\"with_padding\"}",
+                CrcMatch::InitialFfff => "\",\"matches\":\"initial_ffff\"}",
+                CrcMatch::Reflected => "\",\"matches\":\"reflected\"}",
+            });
+        }
+        Facts::Abort { code, by } => {
+            put!(out; "{\"abort\":\"", Hex::<8>(u64::from(code)), "\",\"by\":\"", side(by), "\"}");
+        }
+        Facts::Command(command) => put!(out; "{\"command\":\"", Hex::<2>(u64::from(command)), "\"}"),
+        Facts::Frames { count } => put!(out; "{\"frames\":", count, "}"),
+        Facts::Repeated { count } => put!(out; "{\"repeated\":", count, "}"),
+    }
+}
+
