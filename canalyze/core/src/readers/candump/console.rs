@@ -15,8 +15,8 @@ pub(super) fn is_meant(text: &[u8]) -> bool {
     matches!(first, b"TX" | b"RX") || is_hex(first) && matches!(skip_blanks(rest), [b'[' | b'{', ..])
 }
 
-/// A frame, from the direction or the identifier on.
-pub(super) fn frame(text: &[u8]) -> Result<Frame, Fail> {
+/// A frame, from the direction or the identifier on, into an empty one.
+pub(super) fn frame(text: &[u8], frame: &mut Frame) -> Result<(), Fail> {
     let (dir, flags, text) = direction(text);
     let (digits, rest) = word(text);
     let rest = skip_blanks(rest);
@@ -38,7 +38,7 @@ pub(super) fn frame(text: &[u8]) -> Result<Frame, Fail> {
     let (id, error) = identifier(digits).map_err(|reason| Fail { reason, end: false })?;
     let (Length { len, form }, rest) = length?;
 
-    let mut frame = Frame::classic(id, &[]);
+    frame.id = id;
     frame.dir = dir;
     frame.len = len;
     frame.length_form = form;
@@ -56,11 +56,11 @@ pub(super) fn frame(text: &[u8]) -> Result<Frame, Fail> {
     if let Some(after) = rest.strip_prefix(b"remote") {
         return remote(after, frame);
     }
-    let after = data(rest, &mut frame)?;
+    let after = data(rest, frame)?;
     if is_stray_byte(word(skip_blanks(after)).0) {
         return Err(Fail { reason: Unreadable::Length, end: false });
     }
-    Ok(frame)
+    Ok(())
 }
 
 /// `TX - -`, `RX B E`: direction, bit rate switch, error state. People cut the flags off, so they may be missing.
@@ -122,7 +122,7 @@ impl Length {
 }
 
 /// What follows the word `remote`.
-fn remote(text: &[u8], mut frame: Frame) -> Result<Frame, Fail> {
+fn remote(text: &[u8], frame: &mut Frame) -> Result<(), Fail> {
     let full = b" request";
     if text.len() < full.len() && full.starts_with(text) {
         return Err(Fail { reason: Unreadable::Data, end: true });
@@ -132,14 +132,18 @@ fn remote(text: &[u8], mut frame: Frame) -> Result<Frame, Fail> {
         return Err(Fail { reason: Unreadable::Data, end: false });
     }
     frame.kind = Kind::Remote;
-    Ok(frame)
+    Ok(())
 }
 
 /// Exactly `frame.len` bytes in one of the four notations; gives back what follows.
 #[inline(always)]
 fn data<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
-    if frame.len == 0 {
+    let len = usize::from(frame.len);
+    if len == 0 {
         return Ok(text);
+    }
+    if let Some(rest) = plain(text, frame.data.get_mut(..len).unwrap_or_default()) {
+        return Ok(rest);
     }
     let (first, _) = word(text);
     // Option -i prints eight digits a byte, -S sets a back-tick between bytes.
@@ -149,7 +153,7 @@ fn data<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
 
     let mut text = text;
     let mut first = true;
-    for slot in frame.data.iter_mut().take(usize::from(frame.len)) {
+    for slot in frame.data.iter_mut().take(len) {
         if !first {
             text = match text {
                 [b'`', rest @ ..] if swapped => rest,
@@ -163,10 +167,29 @@ fn data<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     if text.first().is_some_and(|&byte| byte.is_ascii_alphanumeric() || matches!(byte, b'`' | b'.')) {
         return Err(Fail { reason: Unreadable::Data, end: false });
     }
-    if swapped && let Some(bytes) = frame.data.get_mut(..usize::from(frame.len)) {
+    if swapped && let Some(bytes) = frame.data.get_mut(..len) {
         bytes.reverse();
     }
     Ok(text)
+}
+
+/// Bytes as candump prints them without options: two digits and one blank. Anything else is left to `data`.
+#[inline(always)]
+fn plain<'a>(text: &'a [u8], slots: &mut [u8]) -> Option<&'a [u8]> {
+    let (bytes, rest) = text.split_at_checked(3 * slots.len() - 1)?;
+    if !rest.first().is_none_or(|&byte| is_blank(byte)) {
+        return None;
+    }
+    let (triples, last) = bytes.as_chunks::<3>();
+    let [high, low] = last else { return None };
+    let (last, slots) = slots.split_last_mut()?;
+    let mut check = nibble(*high) | nibble(*low);
+    *last = nibble(*high) << 4 | nibble(*low) & 0xF;
+    for (slot, &[high, low, blank]) in slots.iter_mut().zip(triples) {
+        check |= nibble(high) | nibble(low) | if blank == b' ' { 0 } else { 0xFF };
+        *slot = nibble(high) << 4 | nibble(low) & 0xF;
+    }
+    (check < 16).then_some(rest)
 }
 
 #[inline(always)]

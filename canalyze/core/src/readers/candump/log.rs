@@ -54,8 +54,8 @@ pub(super) fn plain(line: &[u8]) -> Option<(Frame, &[u8])> {
     Some((frame, bus))
 }
 
-/// A frame from the word `ID#...` and what follows it on the line.
-pub(super) fn frame(text: &[u8], after: &[u8]) -> Result<Frame, Fail> {
+/// A frame from the word `ID#...` and what follows it on the line, into an empty one.
+pub(super) fn frame(text: &[u8], after: &[u8], frame: &mut Frame) -> Result<(), Fail> {
     let mark = text.iter().position(|&byte| byte == b'#').unwrap_or(text.len());
     let (id, rest) = text.split_at_checked(mark).unwrap_or((text, &[]));
     let rest = rest.strip_prefix(b"#").unwrap_or(rest);
@@ -66,20 +66,20 @@ pub(super) fn frame(text: &[u8], after: &[u8]) -> Result<Frame, Fail> {
     }
     let (id, error) = identifier(id).map_err(|reason| Fail { reason, end: false })?;
 
-    let mut frame = Frame::classic(id, &[]);
+    frame.id = id;
     match rest {
-        [b'R' | b'r', rest @ ..] => remote(rest, &mut frame).map_err(fail)?,
+        [b'R' | b'r', rest @ ..] => remote(rest, frame).map_err(fail)?,
         [b'#', flags, rest @ ..] if nibble(*flags) < 16 => {
             // 4 only says that it is an FD frame.
             frame.kind = Kind::Fd { brs: nibble(*flags) & 1 != 0, esi: nibble(*flags) & 2 != 0 };
-            if !data(rest, &mut frame).map_err(fail)?.is_empty() {
+            if !data(rest, frame).map_err(fail)?.is_empty() {
                 return Err(fail(Unreadable::Data));
             }
         }
         [b'#', ..] => return Err(fail(Unreadable::Data)),
         _ => {
-            let rest = data(rest, &mut frame).map_err(fail)?;
-            raw_dlc(rest, &mut frame).map_err(fail)?;
+            let rest = data(rest, frame).map_err(fail)?;
+            raw_dlc(rest, frame).map_err(fail)?;
         }
     }
     if error {
@@ -97,7 +97,7 @@ pub(super) fn frame(text: &[u8], after: &[u8]) -> Result<Frame, Fail> {
         tail if is_stray_byte(tail) => return Err(Fail { reason: Unreadable::Data, end: false }),
         _ => {}
     }
-    Ok(frame)
+    Ok(())
 }
 
 /// `R`, `R4`, `R8_C`: what follows the `R`.
@@ -155,9 +155,10 @@ fn raw_dlc(text: &[u8], frame: &mut Frame) -> Result<(), Unreadable> {
 }
 
 /// Whether the word can only be meant as a frame: hexadecimal digits before the first `#`.
+#[inline(always)]
 pub(super) fn is_meant(text: &[u8]) -> bool {
-    let mark = text.iter().position(|&byte| byte == b'#').unwrap_or(0);
-    text.get(..mark).is_some_and(is_hex)
+    let digits = text.iter().position(|&byte| nibble(byte) > 15).unwrap_or(0);
+    digits > 0 && text.get(digits) == Some(&b'#')
 }
 
 #[cfg(test)]
@@ -177,7 +178,8 @@ mod tests {
             if let Some((plain, bus)) = plain(line.as_bytes()) {
                 let line = general(line.as_bytes());
                 prop_assert_eq!(line.bus, bus);
-                let What::Frame(frame) = line.what else { panic!("{:?}", line.what) };
+                let frame = line.frame;
+                prop_assert!(matches!(line.what, What::Frame));
                 prop_assert_eq!((frame.id, frame.kind, frame.len, frame.data), (plain.id, plain.kind, plain.len, plain.data));
                 prop_assert_eq!((line.stamp, frame.length_form, frame.dir), (plain.stamp, plain.length_form, plain.dir));
             }

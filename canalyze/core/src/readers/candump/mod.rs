@@ -16,7 +16,7 @@ use memchr::memchr;
 use self::lex::{is_blank, is_hex, is_name, skip_blanks, word};
 use self::stamp::Clock;
 use super::{Item, Marker, Unreadable};
-use crate::frame::{Buses, Frame, Kind, Stamp, StampForm};
+use crate::frame::{Buses, CanId, Frame, Kind, Stamp, StampForm};
 
 /// A line longer than this is no line. The longest real one is an FD frame in bits, about 700 bytes.
 const MAX_LINE: usize = 64 * 1024;
@@ -159,7 +159,7 @@ impl Candump {
         if let Some((frame, bus)) = log::plain(text.strip_suffix(b"\r").unwrap_or(text)) {
             self.lines += 1;
             self.explained = None;
-            let line = Line { stamp: frame.stamp, console: false, bus, what: What::Frame(frame) };
+            let line = Line { stamp: frame.stamp, console: false, bus, what: What::Frame, frame };
             self.give(line, buses, sink);
         } else {
             self.other_line(text, last, buses, sink);
@@ -171,23 +171,20 @@ impl Candump {
         let mut plain = std::mem::take(&mut self.plain);
         let mut line = general(without_colours(text, &mut plain));
         let indented = text.first() == Some(&b'\t');
-        match (&mut line.what, self.explained) {
-            (what @ What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }), Some(_)) if indented => {
-                *what = What::Nothing;
-            }
-            // candump -e has no words for some classes and then prints the frame a second time.
-            (what @ What::Frame(_), Some(error)) if indented && line.stamp.is_none() && line.bus.is_empty() => {
-                if let What::Frame(frame) = what
-                    && (frame.kind, frame.id, frame.data) == (error.kind, error.id, error.data)
-                {
-                    *what = What::Nothing;
+        if indented && let Some(error) = &self.explained {
+            let (frame, bare) = (&line.frame, line.stamp.is_none() && line.bus.is_empty());
+            match line.what {
+                What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) => line.what = What::Nothing,
+                // candump -e has no words for some classes and then prints the frame a second time.
+                What::Frame if bare && (frame.kind, frame.id, frame.data) == (error.kind, error.id, error.data) => {
+                    line.what = What::Nothing;
                 }
+                _ => {}
             }
-            _ => {}
         }
         match line.what {
-            What::Frame(frame) if frame.kind == Kind::Error && line.console && !indented => {
-                self.explained = Some(frame)
+            What::Frame if line.frame.kind == Kind::Error && line.console && !indented => {
+                self.explained = Some(line.frame);
             }
             What::Nothing if indented => {}
             _ => self.explained = None,
@@ -214,12 +211,12 @@ impl Candump {
         }
         let item = match line.what {
             What::Nothing => return,
-            What::Frame(frame) => Item::Frame(Frame {
+            What::Frame => Item::Frame(Frame {
                 line: Some(self.lines),
                 t_ns,
                 stamp: line.stamp,
                 bus: buses.intern(line.bus),
-                ..frame
+                ..line.frame
             }),
             What::Dropped { count, total } => {
                 Item::Marker(Marker::Dropped { bus: buses.intern(line.bus), count, total, line: self.lines })
@@ -238,8 +235,8 @@ pub fn line(text: &[u8], buses: &mut Buses) -> Option<Frame> {
     let text = text.strip_suffix(b"\n").unwrap_or(text);
     let mut plain = Vec::new();
     let line = general(without_colours(text, &mut plain));
-    let What::Frame(frame) = line.what else { return None };
-    Some(Frame { t_ns: line.stamp.map(|stamp| stamp.ns), stamp: line.stamp, bus: buses.intern(line.bus), ..frame })
+    let What::Frame = line.what else { return None };
+    Some(Frame { t_ns: line.stamp.map(|stamp| stamp.ns), stamp: line.stamp, bus: buses.intern(line.bus), ..line.frame })
 }
 
 /// What a line holds.
@@ -251,15 +248,15 @@ struct Line<'a> {
     /// The interface; empty when none was named.
     bus: &'a [u8],
     what: What,
+    /// The frame, where it holds one; bus, line, stamp and time are not set in it.
+    frame: Frame,
 }
 
-#[derive(Debug)]
-#[allow(clippy::large_enum_variant)] // lives for one line, on the stack
+#[derive(Clone, Copy, Debug)]
 enum What {
     /// Blank, a comment, a prompt.
     Nothing,
-    /// Its bus, line, stamp and time are still to be set.
-    Frame(Frame),
+    Frame,
     Dropped {
         count: u64,
         total: u64,
@@ -279,7 +276,8 @@ struct Fail {
 /// Any line. Its colours are gone already.
 fn general(text: &[u8]) -> Line<'_> {
     let text = skip_blanks(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)).trim_ascii_end();
-    let mut line = Line { stamp: None, console: false, bus: b"", what: What::Nothing };
+    let frame = Frame::classic(CanId::standard(0), &[]);
+    let mut line = Line { stamp: None, console: false, bus: b"", what: What::Nothing, frame };
     let Some(first) = text.first() else { return line };
     let rest = match stamp::read(text) {
         Some((stamp, rest)) if rest.first().is_none_or(|&byte| is_blank(byte)) => {
@@ -314,17 +312,17 @@ fn general(text: &[u8]) -> Line<'_> {
 fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
     let (first, after) = word(text);
     if log::is_meant(first) {
-        return made(log::frame(first, after));
+        return made(log::frame(first, after, &mut line.frame));
     }
     let rest = skip_blanks(after);
     let (second, after) = word(rest);
-    if is_name(first) && log::is_meant(second) {
+    if log::is_meant(second) && is_name(first) {
         line.bus = first;
-        return made(log::frame(second, after));
+        return made(log::frame(second, after, &mut line.frame));
     }
     if console::is_meant(text) {
         line.console = true;
-        return made(console::frame(text));
+        return made(console::frame(text, &mut line.frame));
     }
     let stamped = line.stamp.is_some();
     if rest.is_empty() || !is_name(first) {
@@ -336,9 +334,9 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
         line.bus = first;
         return What::Error;
     }
-    let mut what = made(console::frame(rest));
+    let mut what = made(console::frame(rest, &mut line.frame));
     match &mut what {
-        What::Frame(_) => line.bus = first,
+        What::Frame => line.bus = first,
         // Two words of prose are no frame that was cut: there must be a stamp, or a direction, or a numbered interface.
         What::Unreadable(fail) => fail.end &= stamped || first.iter().any(u8::is_ascii_digit),
         _ => {}
@@ -346,9 +344,9 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
     what
 }
 
-fn made(frame: Result<Frame, Fail>) -> What {
+fn made(frame: Result<(), Fail>) -> What {
     match frame {
-        Ok(frame) => What::Frame(frame),
+        Ok(()) => What::Frame,
         Err(fail) => What::Unreadable(fail),
     }
 }
