@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::finding::Finding;
-use crate::frame::{BusId, FrameRef};
+use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
 use crate::services::sdo::transfer::{Transfer, TransferId};
-use crate::services::sdo::wire::{Command, Mux, Side};
+use crate::services::sdo::wire::{Command, Mux, Side, decode};
 
 /// Something that a frame says or proves.
 #[derive(Clone, Debug)]
@@ -57,6 +57,21 @@ pub struct Step {
     pub place: Place,
     /// The transfer that completes with this frame.
     pub result: Option<Arc<Transfer>>,
+}
+
+impl Step {
+    /// A frame by itself: its command as it stands, its place not judged.
+    pub fn alone(side: Side, frame: &Frame) -> Self {
+        Self {
+            side,
+            command: decode(side, frame.head()),
+            mux: None,
+            ordinal: 0,
+            answered_by: None,
+            place: Place::Due,
+            result: None,
+        }
+    }
 }
 
 /// How an SDO frame stands to its transfer.

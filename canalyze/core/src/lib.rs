@@ -21,13 +21,18 @@
 //! `session` <- `python`. `readers` sees only `frame`; `text` sees `message`, `event`, `finding`, `od`;
 //! `render` sees `text`.
 
+pub mod bus;
 pub mod cob_id;
 pub mod event;
+pub mod filter;
 pub mod finding;
 pub mod frame;
 pub mod message;
 pub mod od;
+#[cfg(feature = "python")]
+mod python;
 pub mod readers;
 pub mod render;
 pub mod services;
+pub mod session;
 pub mod text;

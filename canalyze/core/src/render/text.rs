@@ -4,9 +4,12 @@
 //! is a comment. Notes and findings stand on lines of their own that begin with `#`. Formatting is by hand: it
 //! costs more than decoding.
 
-use crate::event::{Event, What};
+use crate::cob_id::{Role, predefined};
+use crate::event::{Event, Step, What};
 use crate::frame::{Buses, Direction, Frame, Kind, Stamp, StampForm};
 use crate::readers::Marker;
+use crate::services;
+use crate::services::sdo::wire::Side;
 use crate::text::digits::{Hex, Padded, decimal, hex_byte, put};
 use crate::text::{Depth, Lang, en, escape, explain, zh};
 
@@ -208,6 +211,22 @@ impl Lines {
             put!(out; Hex::<3>(raw));
         }
     }
+}
+
+/// One frame by itself, with its breakdown: no history, so nothing is said of its place.
+pub fn explain(out: &mut Vec<u8>, lang: Lang, frame: &Frame, buses: &Buses) {
+    let what = match predefined(frame.id) {
+        Role::SdoRequest(node) if frame.kind == Kind::Data && frame.len > 0 => {
+            (Some(node), What::Sdo(Step::alone(Side::Client, frame)))
+        }
+        Role::SdoResponse(node) if frame.kind == Kind::Data && frame.len > 0 => {
+            (Some(node), What::Sdo(Step::alone(Side::Server, frame)))
+        }
+        role => (None, What::Message(services::decode(role, frame))),
+    };
+    let (node, what) = what;
+    let event = Event { at: frame.reference(), about: None, bus: frame.bus, node, transfer: None, what };
+    Lines::new(lang, Depth::Explain, None).frame(out, frame, &[event], buses);
 }
 
 /// A stamp with its digits as they were written.

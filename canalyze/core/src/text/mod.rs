@@ -4,6 +4,7 @@
 //! `explain` breaks a frame down bit by bit. It must not decide anything: it puts into words what `message`,
 //! `event` and `finding` carry.
 
+pub mod complaints;
 pub mod digits;
 pub mod en;
 pub mod escape;

@@ -6,9 +6,9 @@ use super::{Depth, Lang, en, explain, zh};
 use crate::cob_id::{Role, predefined};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
-use crate::text::escape::unsafe_on_a_terminal;
 use crate::render::jsonl;
 use crate::services::{decode, pdo};
+use crate::text::escape::unsafe_on_a_terminal;
 use proptest::prelude::*;
 
 fn data(id: u16, payload: &[u8]) -> Frame {

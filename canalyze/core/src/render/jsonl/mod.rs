@@ -52,7 +52,11 @@ pub fn frame(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[E
     });
     let raw = u64::from(frame.id.raw());
     put!(out; ",\"id\":\"");
-    if frame.id.is_extended() { put!(out; Hex::<8>(raw)) } else { put!(out; Hex::<3>(raw)) }
+    if frame.id.is_extended() {
+        put!(out; Hex::<8>(raw))
+    } else {
+        put!(out; Hex::<3>(raw))
+    }
     let error = frame.kind == Kind::Error;
     put!(out; "\",\"ext\":", truth(frame.id.is_extended() && !error), ",\"rtr\":", truth(frame.kind == Kind::Remote));
     match frame.kind {
@@ -221,4 +225,3 @@ pub(super) fn quoted(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     let text = out.split_off(start);
     escape::json(out, &text);
 }
-

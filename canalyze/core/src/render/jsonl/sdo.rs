@@ -233,4 +233,3 @@ pub fn facts(out: &mut Vec<u8>, facts: &Facts) {
         Facts::Repeated { count } => put!(out; "{\"repeated\":", count, "}"),
     }
 }
-

@@ -5,10 +5,10 @@
 use crate::cob_id::Role;
 use crate::frame::Frame;
 use crate::message::{Flaw, Message};
-use crate::text::digits::{Hex, Joined, Padded, Put, put};
-use crate::text::escape;
 use crate::services::lss::{Bound, Command, Part, Setting, bit_rate};
 use crate::services::{error_frame, pdo, time, usdo};
+use crate::text::digits::{Hex, Joined, Padded, Put, put};
+use crate::text::escape;
 use crate::text::{Lang, terms};
 
 /// Appends `{...}`: the fields of a message, without what the frame's line already says (node, data).

@@ -15,6 +15,8 @@ use crate::frame::{BusId, Frame, FrameRef};
 
 /// Findings withheld at most; more of the same say nothing new.
 const WITHHELD: usize = 32;
+/// Bytes of a running transfer that are gathered before they are handed out.
+const CHUNK: usize = 4096;
 /// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 leaves the time to the client).
 const UNANSWERED_NS: i64 = 1_000_000_000;
 
@@ -195,11 +197,11 @@ impl Channel {
             event.transfer = of.map(|(id, _)| id);
             event.what = What::Sdo(step);
         }
-        if let Some(transfer) = &mut self.transfer {
-            if transfer.fresh.len() >= 4096 {
-                cx.chunks.push(chunk(transfer, transfer.fresh.clone()));
-                transfer.fresh.clear();
-            }
+        if let Some(transfer) = &mut self.transfer
+            && transfer.fresh.len() >= CHUNK
+        {
+            cx.chunks.push(chunk(transfer, transfer.fresh.clone()));
+            transfer.fresh.clear();
         }
     }
 

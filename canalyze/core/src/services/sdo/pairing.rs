@@ -55,7 +55,7 @@ struct UnderWay {
 }
 
 /// The pairing state of a channel.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Pairing {
     /// The request that awaits its response.
     pub(super) pending: Option<Half>,
@@ -73,23 +73,6 @@ pub(super) struct Pairing {
     pub(super) last_response: Option<[u8; 8]>,
     /// Number of the channel's first frame (or of the first since frames were lost).
     first: Option<u64>,
-}
-
-impl Default for Pairing {
-    fn default() -> Self {
-        Self {
-            pending: None,
-            held: None,
-            tentative: None,
-            given_up: None,
-            unprovoked: None,
-            under_way: None,
-            abort_may_answer: false,
-            last_abort: None,
-            last_response: None,
-            first: None,
-        }
-    }
 }
 
 impl Pairing {
@@ -288,8 +271,7 @@ impl Channel {
             self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
             return;
         }
-        let uncaptured =
-            self.outside == Outside::Uncaptured && !wire::kind_fits(&pending.command, &half.command);
+        let uncaptured = self.outside == Outside::Uncaptured && !wire::kind_fits(&pending.command, &half.command);
         if self.is_edge(&pending) || uncaptured {
             self.step.place = Place::Uncaptured;
             self.pairing.held = Some(Held { half, first: true, rival: false });

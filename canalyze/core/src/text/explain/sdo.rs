@@ -170,7 +170,11 @@ fn groups(step: &Step) -> Vec<Bits> {
         vec![
             bits(4, 4, "toggle", "toggle"),
             bits(3, 1, " = {}个未使用字节", " = {} unused bytes"),
-            if s.last { bits(0, 0, "最后段", "last segment") } else { bits(0, 0, "还有更多段", "more segments") },
+            if s.last {
+                bits(0, 0, "最后段", "last segment")
+            } else {
+                bits(0, 0, "还有更多段", "more segments")
+            },
         ]
     };
     let crc = |yes: bool| {
@@ -215,7 +219,8 @@ fn groups(step: &Step) -> Vec<Bits> {
         Command::SegmentRequest { .. } | Command::SegmentResponse { .. } => {
             vec![bits(4, 4, "toggle", "toggle"), bits(3, 0, "保留", "reserved")]
         }
-        Command::InitiateBlockDownload { crc: yes, size, .. } | Command::BlockUploadInitiated { crc: yes, size, .. } => {
+        Command::InitiateBlockDownload { crc: yes, size, .. }
+        | Command::BlockUploadInitiated { crc: yes, size, .. } => {
             vec![
                 bits(4, 3, "保留", "reserved"),
                 crc(yes),
@@ -223,11 +228,9 @@ fn groups(step: &Step) -> Vec<Bits> {
                 bits(0, 0, "子命令: 初始化", "sub-command: initiate"),
             ]
         }
-        Command::InitiateBlockUpload { crc: yes, .. } | Command::BlockDownloadInitiated { crc: yes, .. } => vec![
-            bits(4, 3, "保留", "reserved"),
-            crc(yes),
-            bits(1, 0, "子命令: 初始化", "sub-command: initiate"),
-        ],
+        Command::InitiateBlockUpload { crc: yes, .. } | Command::BlockDownloadInitiated { crc: yes, .. } => {
+            vec![bits(4, 3, "保留", "reserved"), crc(yes), bits(1, 0, "子命令: 初始化", "sub-command: initiate")]
+        }
         Command::StartBlockUpload => {
             vec![bits(4, 2, "保留", "reserved"), bits(1, 0, "子命令: 开始上传", "sub-command: start upload")]
         }

@@ -4,10 +4,10 @@ use super::{cob_id, data, line, reserved, say};
 use crate::cob_id::Role;
 use crate::frame::Frame;
 use crate::message::Message;
-use crate::text::digits::{Bin, Hex, Nibbles, Padded, Spaced, put};
 use crate::services::lss::{BIT_CHECK_ANY, Command, Part, bit_rate};
 use crate::services::pdo::{Multiplexed, communication_parameter, mapping_parameter};
 use crate::services::{error_frame, time, usdo};
+use crate::text::digits::{Bin, Hex, Nibbles, Padded, Spaced, put};
 use crate::text::{Depth, Lang, en, terms, zh};
 
 /// Appends the breakdown of a frame, whole lines.

@@ -6,10 +6,10 @@
 use crate::cob_id::Role;
 use crate::frame::{Frame, Kind};
 use crate::message::{Flaw, Message};
-use crate::text::digits::{Hex, Padded, Spaced, put};
 use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, bit_rate};
 use crate::services::pdo::Multiplexed;
 use crate::services::{error_frame, nmt, time, usdo};
+use crate::text::digits::{Hex, Padded, Spaced, put};
 use crate::text::{Depth, Lang, terms};
 
 const ZH: Lang = Lang::Zh;

@@ -1,0 +1,175 @@
+//! The binding: bytes in, bytes out. The only file that knows Python.
+//!
+//! Every call that works on a capture releases the GIL. Nothing here raises on the content of a capture. The
+//! signatures are documented in `canalyze/_core.pyi`.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::filter::Filter;
+use crate::finding::RULES;
+use crate::frame::Buses;
+use crate::readers::candump::{self, Stamps};
+use crate::render;
+use crate::render::text::Time;
+use crate::session::{Format, Options, Session as Core};
+use crate::text::{Depth, Lang, RuleText, complaints, en, zh};
+
+fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
+    choices.iter().find(|(word, _)| *word == value).map(|(_, choice)| *choice).ok_or_else(|| {
+        let words: Vec<&str> = choices.iter().map(|(word, _)| *word).collect();
+        PyValueError::new_err(format!("{name}={value:?}: {}", words.join(" ")))
+    })
+}
+
+fn language(lang: &str) -> PyResult<Lang> {
+    choose("lang", lang, &[("zh", Lang::Zh), ("en", Lang::En)])
+}
+
+#[pyclass(module = "canalyze._core", frozen)]
+struct Session {
+    core: std::sync::Mutex<Core>,
+}
+
+impl Session {
+    /// Runs on the core without the GIL. A lock poisoned by a panic elsewhere is taken all the same.
+    fn run<T: Send>(&self, py: Python<'_>, act: impl FnOnce(&mut Core) -> T + Send) -> T {
+        py.detach(|| act(&mut self.core.lock().unwrap_or_else(std::sync::PoisonError::into_inner)))
+    }
+
+    fn output<'py>(&self, py: Python<'py>, act: impl FnOnce(&mut Core, &mut Vec<u8>) + Send) -> Bound<'py, PyBytes> {
+        let out = self.run(py, |core| {
+            let mut out = Vec::new();
+            act(core, &mut out);
+            out
+        });
+        PyBytes::new(py, &out)
+    }
+}
+
+#[pymethods]
+impl Session {
+    #[new]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false))]
+    #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
+    fn new(
+        lang: &str,
+        format: &str,
+        depth: &str,
+        stamps: &str,
+        time: Option<&str>,
+        filter: Option<&str>,
+        extract: bool,
+    ) -> PyResult<Self> {
+        let lang = language(lang)?;
+        let formats = [("text", Format::Text), ("jsonl", Format::Jsonl), ("transfers", Format::Transfers)];
+        let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
+        let kinds =
+            [("auto", Stamps::Auto), ("absolute", Stamps::Absolute), ("zero", Stamps::Zero), ("delta", Stamps::Delta)];
+        let times =
+            [("a", Time::Absolute), ("d", Time::Delta), ("z", Time::Zero), ("A", Time::Date), ("n", Time::None)];
+        let options = Options {
+            lang,
+            format: choose("format", format, &formats)?,
+            depth: choose("depth", depth, &depths)?,
+            stamps: choose("stamps", stamps, &kinds)?,
+            time: time.map(|time| choose("time", time, &times)).transpose()?,
+            filter: Filter::parse(filter.unwrap_or(""))
+                .map_err(|mistake| PyValueError::new_err(complaints::filter(lang, &mistake)))?,
+            extract,
+        };
+        Ok(Self { core: std::sync::Mutex::new(Core::new(options)) })
+    }
+
+    fn begin(&self, py: Python<'_>, name: &str, regular: bool) {
+        self.run(py, |core| core.begin(name.as_bytes(), regular));
+    }
+
+    fn feed<'py>(&self, py: Python<'py>, data: &[u8]) -> Bound<'py, PyBytes> {
+        self.output(py, |core, out| core.feed(data, out))
+    }
+
+    fn end<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        self.output(py, Core::end)
+    }
+
+    fn finish<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        self.output(py, Core::finish)
+    }
+
+    fn complaints(&self, py: Python<'_>) -> Vec<String> {
+        self.run(py, Core::take_complaints)
+    }
+
+    fn extracted<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>, &'static str)> {
+        let extracted = self.run(py, Core::take_extracted);
+        extracted
+            .into_iter()
+            .map(|one| {
+                let status = one.status.map_or("", crate::services::sdo::transfer::Status::name);
+                (one.name, PyBytes::new(py, &one.bytes), status)
+            })
+            .collect()
+    }
+
+    #[getter]
+    fn frames(&self, py: Python<'_>) -> u64 {
+        self.run(py, |core| core.frames().0)
+    }
+
+    #[getter]
+    fn file_frames(&self, py: Python<'_>) -> u64 {
+        self.run(py, |core| core.frames().1)
+    }
+}
+
+#[pyclass(module = "canalyze._core", frozen, get_all)]
+struct Rule {
+    code: &'static str,
+    name: &'static str,
+    severity: &'static str,
+    clause: &'static str,
+    message: &'static str,
+    meaning: &'static str,
+    cause: &'static str,
+}
+
+#[pyfunction]
+#[pyo3(signature = (lang = "zh"))]
+fn rules(lang: &str) -> PyResult<Vec<Rule>> {
+    let lang = language(lang)?;
+    let words = |code| match lang {
+        Lang::Zh => zh::findings::rule(code),
+        Lang::En => en::findings::rule(code),
+    };
+    Ok(RULES
+        .iter()
+        .map(|rule| {
+            let RuleText { message, meaning, cause } = words(rule.code);
+            let severity = rule.severity.name();
+            Rule { code: rule.id, name: rule.name, severity, clause: rule.clause, message, meaning, cause }
+        })
+        .collect())
+}
+
+#[pyfunction]
+#[pyo3(signature = (line, lang = "zh"))]
+fn explain(line: &str, lang: &str) -> PyResult<Option<String>> {
+    let lang = language(lang)?;
+    let mut buses = Buses::default();
+    Ok(candump::line(line.as_bytes(), &mut buses).map(|frame| {
+        let mut out = Vec::new();
+        render::text::explain(&mut out, lang, &frame, &buses);
+        String::from_utf8_lossy(&out).into_owned()
+    }))
+}
+
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<Session>()?;
+    module.add_class::<Rule>()?;
+    module.add_function(wrap_pyfunction!(rules, module)?)?;
+    module.add_function(wrap_pyfunction!(explain, module)?)
+}

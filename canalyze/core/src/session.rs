@@ -1,0 +1,379 @@
+//! One capture, from the bytes of its files to lines: the loop.
+//!
+//! bytes -> reader -> frame -> bus -> events -> rendering. It owns the reader, the buses' state and what is said
+//! on standard error. It does no I/O and reads no clock; it must not know a service or a format by name.
+
+use std::collections::BTreeMap;
+
+use crate::bus::Bus;
+use crate::event::{Event, What};
+use crate::filter::Filter;
+use crate::finding::{Code, Facts, Finding};
+use crate::frame::{BusId, Buses, Frame, FrameRef};
+use crate::readers::candump::{Candump, Stamps};
+use crate::readers::{Item, Marker};
+use crate::render::jsonl::{self, Setting};
+use crate::render::text::{Lines, Time};
+use crate::services::sdo::channel::{Chunk, Context};
+use crate::services::sdo::transfer::Status;
+use crate::services::sdo::wire::Mux;
+use crate::text::{Depth, Lang, complaints};
+
+/// Findings of one rule on one object that are shown before the rest is only counted.
+const SHOWN: u64 = 10;
+/// Distinct (rule, bus, node, object) that are counted apart; more are shown one by one.
+const COUNTED: usize = 4096;
+/// Unreadable lines of a file that are named one by one as they come.
+const NAMED: u64 = 5;
+/// Ranges of unreadable lines that are listed at the end of a file.
+const RANGES: usize = 20;
+
+/// What comes out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Format {
+    /// Annotated lines in candump's console form.
+    #[default]
+    Text,
+    /// JSON lines: frames, notes, findings, transfers.
+    Jsonl,
+    /// JSON lines of SDO transfers only.
+    Transfers,
+}
+
+/// How a capture is read and shown.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The language.
+    pub lang: Lang,
+    /// What comes out.
+    pub format: Format,
+    /// How much a line says.
+    pub depth: Depth,
+    /// What small stamps mean.
+    pub stamps: Stamps,
+    /// How time is shown; as it came, by default.
+    pub time: Option<Time>,
+    /// Which frames are shown.
+    pub filter: Filter,
+    /// Whether the bytes of SDO transfers are handed out.
+    pub extract: bool,
+}
+
+/// Bytes of a transfer for a file of its own.
+#[derive(Clone, Debug)]
+pub struct Extracted {
+    /// A safe file name: letters, digits, `.`, `_`, `-`.
+    pub name: String,
+    /// The next bytes.
+    pub bytes: Vec<u8>,
+    /// How the transfer ended; `None` while it runs.
+    pub status: Option<Status>,
+}
+
+/// A capture being read.
+#[derive(Debug)]
+pub struct Session {
+    reader: Option<Candump>,
+    buses: Buses,
+    stream: Stream,
+}
+
+/// Findings of one kind: same rule, bus, node and object.
+type Kind = (Code, BusId, Option<u8>, Option<Mux>);
+
+/// Everything behind the reader.
+#[derive(Debug)]
+struct Stream {
+    options: Options,
+    lines: Lines,
+    state: Vec<Bus>,
+    file: Vec<u8>,
+    frames: u64,
+    file_frames: u64,
+    last: FrameRef,
+    next_transfer: u64,
+    events: Vec<Event>,
+    chunks: Vec<Chunk>,
+    counted: BTreeMap<Kind, (u64, Finding)>,
+    unreadable: Unreadable,
+    complaints: Vec<String>,
+    extracted: Vec<Extracted>,
+}
+
+/// Lines of the current file that could not be read.
+#[derive(Debug, Default)]
+struct Unreadable {
+    count: u64,
+    first: u64,
+    ranges: Vec<(u64, u64)>,
+}
+
+impl Unreadable {
+    fn add(&mut self, line: u64) {
+        if self.count == 0 {
+            self.first = line;
+        }
+        self.count += 1;
+        let room = self.ranges.len() < RANGES;
+        match self.ranges.last_mut() {
+            Some((_, to)) if *to + 1 == line => *to = line,
+            _ if room => self.ranges.push((line, line)),
+            _ => {}
+        }
+    }
+}
+
+impl Session {
+    /// A session at the beginning of a capture.
+    pub fn new(options: Options) -> Self {
+        let lines = Lines::new(options.lang, options.depth, options.time);
+        Self {
+            reader: None,
+            buses: Buses::default(),
+            stream: Stream {
+                options,
+                lines,
+                state: Vec::new(),
+                file: Vec::new(),
+                frames: 0,
+                file_frames: 0,
+                last: FrameRef::default(),
+                next_transfer: 0,
+                events: Vec::new(),
+                chunks: Vec::new(),
+                counted: BTreeMap::new(),
+                unreadable: Unreadable::default(),
+                complaints: Vec::new(),
+                extracted: Vec::new(),
+            },
+        }
+    }
+
+    /// The next file begins. `regular`: it is a whole file, not a pipe.
+    pub fn begin(&mut self, name: &[u8], regular: bool) {
+        self.stream.file = name.to_vec();
+        self.stream.file_frames = 0;
+        self.stream.unreadable = Unreadable::default();
+        self.reader = Some(Candump::new(self.stream.options.stamps, regular));
+    }
+
+    /// More bytes of the current file, in any chunking; appends what they yield.
+    pub fn feed(&mut self, bytes: &[u8], out: &mut Vec<u8>) {
+        let Self { reader: Some(reader), buses, stream } = self else { return };
+        reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
+    }
+
+    /// The current file is over.
+    pub fn end(&mut self, out: &mut Vec<u8>) {
+        let Self { reader: Some(reader), buses, stream } = self else { return };
+        reader.finish(buses, &mut |item, buses| stream.item(item, buses, out));
+        stream.end_of_file(buses, out);
+        self.reader = None;
+    }
+
+    /// The capture is over: what is still open, and what is known only now.
+    pub fn finish(&mut self, out: &mut Vec<u8>) {
+        self.end(out);
+        self.stream.finish(&self.buses, out);
+    }
+
+    /// Takes one frame that no reader of this crate has read.
+    pub fn push(&mut self, frame: Frame, out: &mut Vec<u8>) {
+        self.stream.item(Item::Frame(frame), &self.buses, out);
+    }
+
+    /// Lines for standard error since the last call.
+    pub fn take_complaints(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.stream.complaints)
+    }
+
+    /// Bytes of transfers since the last call.
+    pub fn take_extracted(&mut self) -> Vec<Extracted> {
+        std::mem::take(&mut self.stream.extracted)
+    }
+
+    /// Frames read so far: in all files, in the current one.
+    pub fn frames(&self) -> (u64, u64) {
+        (self.stream.frames, self.stream.file_frames)
+    }
+}
+
+impl Stream {
+    fn item(&mut self, item: Item, buses: &Buses, out: &mut Vec<u8>) {
+        match item {
+            Item::Frame(frame) => self.frame(frame, buses, out),
+            Item::Marker(marker) => self.marker(marker, buses, out),
+            Item::Unreadable { line, reason } => {
+                self.unreadable.add(line);
+                if self.unreadable.count <= NAMED {
+                    self.complaints.push(complaints::unreadable(self.options.lang, &self.file, line, reason));
+                }
+            }
+        }
+    }
+
+    fn frame(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
+        self.frames += 1;
+        self.file_frames += 1;
+        frame.no = self.frames;
+        self.last = frame.reference();
+        self.on_bus(frame.bus, |bus, cx| bus.step(&frame, cx));
+        self.fold();
+        let (service, node) = self.events.first().map_or(("foreign", None), |event| match &event.what {
+            What::Message(message) => (message.service(), event.node),
+            _ => ("sdo", event.node),
+        });
+        if self.options.filter.shows(&frame, service, node, buses) {
+            match self.options.format {
+                Format::Text => self.lines.frame(out, &frame, &self.events, buses),
+                Format::Jsonl => jsonl::frame(out, self.setting(buses), &frame, &self.events),
+                Format::Transfers => self.transfers(buses, out),
+            }
+        }
+        self.extract(buses);
+        self.events.clear();
+    }
+
+    fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
+        let (code, line, facts, bus) = match marker {
+            Marker::Dropped { bus, count, total, line } => {
+                self.on_bus(bus, |bus, cx| bus.lost(None, false, cx));
+                (Some(Code::Cap002), line, Facts::Dropped { count, total }, bus)
+            }
+            Marker::Backward { line } => (Some(Code::Cap003), line, Facts::None, BusId(0)),
+            Marker::Error { bus, line, .. } => (None, line, Facts::None, bus),
+        };
+        if self.options.format == Format::Text {
+            self.lines.marker(out, &marker, buses);
+        }
+        let finding = code.map(|code| self.capture_finding(code, line, facts, bus));
+        self.complaints.push(complaints::marker(self.options.lang, &self.file, &marker, finding.as_ref()));
+        if let Some(finding) = finding
+            && self.options.format == Format::Jsonl
+        {
+            jsonl::finding(out, self.setting(buses), &finding);
+        }
+        self.aside(buses, out);
+    }
+
+    fn capture_finding(&self, code: Code, line: u64, facts: Facts, bus: BusId) -> Finding {
+        let at = FrameRef { line: Some(line), ..self.last };
+        Finding { code, at, cause: None, bus, node: None, object: None, facts }
+    }
+
+    fn end_of_file(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        let unreadable = std::mem::take(&mut self.unreadable);
+        if unreadable.count == 0 || self.file_frames == 0 {
+            return;
+        }
+        let facts = Facts::Lines { count: unreadable.count };
+        let finding = self.capture_finding(Code::Cap001, unreadable.first, facts, BusId(0));
+        if unreadable.count > NAMED {
+            let Unreadable { count, ranges, .. } = &unreadable;
+            self.complaints.push(complaints::unreadable_lines(self.options.lang, &self.file, *count, ranges));
+        }
+        if self.options.format == Format::Jsonl {
+            jsonl::finding(out, self.setting(buses), &finding);
+        }
+    }
+
+    fn finish(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        for index in 0..self.state.len() {
+            self.on_bus(BusId(index as u8), Bus::finish);
+        }
+        self.fold();
+        let at = self.last;
+        for (_, (count, finding)) in std::mem::take(&mut self.counted) {
+            if count > SHOWN {
+                let facts = Facts::Repeated { count: count - SHOWN };
+                let what = What::Finding(Finding { at, cause: None, facts, ..finding });
+                let Finding { bus, node, .. } = finding;
+                self.events.push(Event { at, about: None, bus, node, transfer: None, what });
+            }
+        }
+        self.aside(buses, out);
+    }
+
+    /// What belongs to no frame at hand.
+    fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        match self.options.format {
+            Format::Text => self.lines.end(out, &self.events),
+            Format::Jsonl => jsonl::asides(out, self.setting(buses), &self.events),
+            Format::Transfers => self.transfers(buses, out),
+        }
+        self.extract(buses);
+        self.events.clear();
+    }
+
+    fn on_bus(&mut self, bus: BusId, act: impl FnOnce(&mut Bus, &mut Context<'_>)) {
+        let index = usize::from(bus.0);
+        if self.state.len() <= index {
+            self.state.resize_with(index + 1, Bus::default);
+        }
+        let Some(bus) = self.state.get_mut(index) else { return };
+        let mut cx = Context {
+            events: &mut self.events,
+            next_transfer: &mut self.next_transfer,
+            extract: self.options.extract,
+            chunks: &mut self.chunks,
+            at: self.last,
+        };
+        act(bus, &mut cx);
+    }
+
+    /// Repeats of one finding on one object are counted instead of shown.
+    fn fold(&mut self) {
+        if self.events.len() < 2 && !matches!(self.events.first(), Some(Event { what: What::Finding(_), .. })) {
+            return;
+        }
+        let counted = &mut self.counted;
+        self.events.retain(|event| {
+            let What::Finding(finding) = &event.what else { return true };
+            let key = (finding.code, finding.bus, finding.node, finding.object);
+            if counted.len() >= COUNTED && !counted.contains_key(&key) {
+                return true;
+            }
+            let (count, _) = counted.entry(key).or_insert((0, *finding));
+            *count += 1;
+            *count <= SHOWN
+        });
+    }
+
+    fn setting<'a>(&'a self, buses: &'a Buses) -> Setting<'a> {
+        Setting { lang: self.options.lang, file: &self.file, buses }
+    }
+
+    fn transfers(&self, buses: &Buses, out: &mut Vec<u8>) {
+        for event in &self.events {
+            if let What::Transfer(transfer) = &event.what {
+                jsonl::transfer(out, self.setting(buses), transfer);
+            }
+        }
+    }
+
+    fn extract(&mut self, buses: &Buses) {
+        if !self.options.extract {
+            return;
+        }
+        for Chunk { id, bus, node, mux, bytes } in self.chunks.drain(..) {
+            self.extracted.push(Extracted { name: file_name(id.0, buses.name(bus), node, mux), bytes, status: None });
+        }
+        for event in &self.events {
+            if let What::Transfer(transfer) = &event.what {
+                let name = file_name(transfer.id.0, buses.name(transfer.bus), transfer.node, transfer.mux);
+                self.extracted.push(Extracted { name, bytes: Vec::new(), status: Some(transfer.status) });
+            }
+        }
+    }
+}
+
+/// `00001_can1_node10_1008h_00.bin`: what a bus is called comes from the capture, so anything odd becomes `_`.
+fn file_name(id: u64, bus: &[u8], node: u8, mux: Option<Mux>) -> String {
+    let safe = |byte: &u8| if byte.is_ascii_alphanumeric() || *byte == b'-' { char::from(*byte) } else { '_' };
+    let bus: String = bus.iter().map(safe).collect();
+    let bus = if bus.is_empty() { "can".to_owned() } else { bus };
+    match mux {
+        Some(mux) => format!("{id:05}_{bus}_node{node}_{:04X}h_{:02X}.bin", mux.index, mux.sub),
+        None => format!("{id:05}_{bus}_node{node}.bin"),
+    }
+}

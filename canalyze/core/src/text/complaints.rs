@@ -1,0 +1,113 @@
+//! What is said on standard error: lines of a capture that cannot be read, and what a capture says of itself.
+//!
+//! One line each, with file and line. File names and buses come from outside: they are escaped.
+
+use super::digits::put;
+use super::{Lang, en, escape, zh};
+use crate::finding::Finding;
+use crate::readers::{Marker, Unreadable};
+
+fn line(file: &[u8], number: u64, words: impl FnOnce(&mut Vec<u8>)) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    put!(&mut out; ":", number, ": ");
+    words(&mut out);
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+/// One line that cannot be read.
+pub fn unreadable(lang: Lang, file: &[u8], number: u64, reason: Unreadable) -> String {
+    let words = match (lang, reason) {
+        (Lang::Zh, Unreadable::NoFrame) => "无法读取: 不是CAN帧",
+        (Lang::Zh, Unreadable::Identifier) => "无法读取: CAN标识符超出范围",
+        (Lang::Zh, Unreadable::Length) => "无法读取: 长度无效",
+        (Lang::Zh, Unreadable::Data) => "无法读取: 数据字节与长度不符",
+        (Lang::Zh, Unreadable::Cut) => "无法读取: 该行被截断",
+        (Lang::Zh, Unreadable::CanXl) => "无法读取: 尚不支持CAN XL帧",
+        (Lang::En, Unreadable::NoFrame) => "cannot be read: no CAN frame",
+        (Lang::En, Unreadable::Identifier) => "cannot be read: CAN identifier out of range",
+        (Lang::En, Unreadable::Length) => "cannot be read: invalid length",
+        (Lang::En, Unreadable::Data) => "cannot be read: the data bytes do not match the length",
+        (Lang::En, Unreadable::Cut) => "cannot be read: the line is cut off",
+        (Lang::En, Unreadable::CanXl) => "cannot be read: CAN XL frames are not supported",
+    };
+    line(file, number, |out| put!(out; words))
+}
+
+/// All lines of a file that cannot be read, as ranges; the list may be cut.
+pub fn unreadable_lines(lang: Lang, file: &[u8], count: u64, ranges: &[(u64, u64)]) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    match lang {
+        Lang::Zh => put!(&mut out; ": 共", count, "行无法读取: 第"),
+        Lang::En => put!(&mut out; ": ", count, " lines cannot be read: "),
+    }
+    let mut listed = 0;
+    for (no, (from, to)) in ranges.iter().enumerate() {
+        if no > 0 {
+            put!(&mut out; ", ");
+        }
+        put!(&mut out; *from);
+        if to > from {
+            put!(&mut out; "-", *to);
+        }
+        listed += to - from + 1;
+    }
+    if listed < count {
+        put!(&mut out; ", ...");
+    }
+    if lang == Lang::Zh {
+        put!(&mut out; "行");
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+/// What a capture says of itself; `finding` is what it raised.
+pub fn marker(lang: Lang, file: &[u8], marker: &Marker, finding: Option<&Finding>) -> String {
+    let (Marker::Dropped { line: number, .. } | Marker::Error { line: number, .. } | Marker::Backward { line: number }) =
+        *marker;
+    line(file, number, |out| match (lang, finding) {
+        (Lang::Zh, Some(finding)) => {
+            put!(out; finding.code.rule().id, " ");
+            zh::findings::message(out, finding);
+            put!(out; ". ", zh::findings::rule(finding.code).cause);
+        }
+        (Lang::En, Some(finding)) => {
+            put!(out; finding.code.rule().id, " ");
+            en::findings::message(out, finding);
+            put!(out; ". ", en::findings::rule(finding.code).cause);
+        }
+        (Lang::Zh, None) => put!(out; "只有ERROR字样而没有内容的错误标记, 不计为帧"),
+        (Lang::En, None) => put!(out; "error marker without content, not counted as a frame"),
+    })
+}
+
+/// Why a filter cannot be read.
+pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
+    use crate::filter::{Mistake, SERVICES};
+    match (lang, mistake) {
+        (Lang::Zh, Mistake::Key(word)) => {
+            format!("过滤条件“{word}”无法识别: 应为 service= node= id= bus= t= 之一, 例如 'service=sdo,emcy node=5'")
+        }
+        (Lang::En, Mistake::Key(word)) => {
+            format!("filter '{word}' is unknown: use service= node= id= bus= or t=, as in 'service=sdo,emcy node=5'")
+        }
+        (lang, Mistake::Value(key, value)) => {
+            let allowed = match (lang, key.as_str()) {
+                (_, "service") => SERVICES.join(" "),
+                (Lang::Zh, "node") => "十进制节点ID或范围, 如 5 或 1-9".into(),
+                (Lang::En, "node") => "a decimal node-ID or range, such as 5 or 1-9".into(),
+                (Lang::Zh, "id") => "十六进制CAN标识符或范围, 如 185 或 180-1FF".into(),
+                (Lang::En, "id") => "a hexadecimal CAN identifier or range, such as 185 or 180-1FF".into(),
+                (Lang::Zh, "t") => "以秒计的时间段, 如 1.0..2.5 或 10..".into(),
+                (Lang::En, "t") => "a span in seconds, such as 1.0..2.5 or 10..".into(),
+                (Lang::Zh, _) => "总线名".into(),
+                (Lang::En, _) => "a bus name".into(),
+            };
+            match lang {
+                Lang::Zh => format!("过滤条件 {key}= 不接受“{value}”, 可用: {allowed}"),
+                Lang::En => format!("filter {key}= does not take '{value}', use: {allowed}"),
+            }
+        }
+    }
+}
