@@ -43,6 +43,9 @@ impl Bus {
             transfer: None,
             what: What::Message(message),
         });
+        if let (Kind::Data, Role::SdoRequest(node) | Role::SdoResponse(node)) = (frame.kind, role) {
+            self.channel(frame.bus, node).empty(cx.at, cx);
+        }
         match message {
             Message::BootUp { node } => self.lost(Some(node), true, cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.lost(None, true, cx),

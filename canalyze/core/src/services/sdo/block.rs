@@ -102,8 +102,12 @@ pub struct Block {
     tail: Option<[u8; 7]>,
     committed: u32,
     finished: bool,
+    /// The last acknowledgement left nothing to be sent again.
+    acked_all: bool,
     /// A segment marked as last was sent, acknowledged or not.
     last_sent: bool,
+    /// The segment that completed the sub-block: since then an acknowledgement is due.
+    due_since: Option<FrameRef>,
     /// The end frame, once seen.
     pub end: Option<End>,
     /// The client's start of an upload has been seen.
@@ -123,7 +127,9 @@ impl Block {
             tail: None,
             committed: 0,
             finished: false,
+            acked_all: true,
             last_sent: false,
+            due_since: None,
             end: None,
             started: false,
             bad: false,
@@ -138,6 +144,11 @@ impl Block {
     /// Whether the segment marked as last was acknowledged: the end frame is due.
     pub fn is_finished(&self) -> bool {
         self.finished
+    }
+
+    /// The segment since which an acknowledgement is due.
+    pub fn due_since(&self) -> Option<FrameRef> {
+        self.due_since
     }
 
     /// Whether an acknowledgement is due.
@@ -178,32 +189,32 @@ impl Block {
     }
 
     /// Takes a segment. `ack_may_be_late`: in an upload the client's acknowledgement may be captured after it.
-    /// Returns how it was taken, and whether an acknowledgement is missing from the capture.
+    /// Returns how it was taken, and the frame after which an acknowledgement is missing from the capture.
     pub fn segment(
         &mut self,
         transfer: &mut Transfer,
         at: FrameRef,
         segment: (u8, bool, [u8; 7]),
         ack_may_be_late: bool,
-    ) -> (Taken, bool) {
+    ) -> (Taken, Option<FrameRef>) {
         let (seqno, last, data) = segment;
         if self.skipping {
             if seqno != 1 {
-                return (Taken::InFlight, false);
+                return (Taken::InFlight, None);
             }
             self.skipping = false;
         }
         self.last_sent |= last;
         let blksize = self.blksize;
-        let mut ack_missing = false;
+        let mut ack_missing = None;
         if self.owes_ack() {
             let settled = match &self.ahead {
                 None => seqno == 1 && !ack_may_be_late,
                 Some(ahead) => seqno == 1 && ahead.is_complete(blksize),
             };
             if settled {
+                ack_missing = self.due_since;
                 self.settle_whole(transfer);
-                ack_missing = true;
             }
         }
         if self.owes_ack() {
@@ -214,7 +225,11 @@ impl Block {
             let ahead = self.ahead.get_or_insert_default();
             return (ahead.take(blksize, at, seqno, last, data), ack_missing);
         }
-        (self.current.take(blksize, at, seqno, last, data), ack_missing)
+        let taken = self.current.take(blksize, at, seqno, last, data);
+        if self.owes_ack() {
+            self.due_since = Some(at);
+        }
+        (taken, ack_missing)
     }
 
     /// The receiver's acknowledgement.
@@ -238,10 +253,11 @@ impl Block {
             let facts = Facts::Sequence { expected: wrong.expected, found: wrong.found };
             acked.fault = Some((facts, Some(wrong.at)));
         }
-        acked.retransmission = ackseq < current.sent;
+        acked.retransmission = ackseq < current.sent || !whole;
         self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
         self.finished = current.last_at.is_some_and(|seqno| ackseq >= seqno);
         self.skipping = !self.finished && !whole;
+        self.acked_all = ackseq >= current.sent;
         if !self.finished {
             if (1..=MOST).contains(&blksize) {
                 self.blksize = blksize;
@@ -260,7 +276,7 @@ impl Block {
     pub fn settle_whole(&mut self, transfer: &mut Transfer) {
         let current = std::mem::take(&mut self.current);
         self.commit(transfer, &current.segments);
-        self.finished = current.last_at.is_some();
+        self.finished |= current.last_at.is_some();
         if let Some(ahead) = self.ahead.take() {
             self.current = ahead;
         }
@@ -275,6 +291,17 @@ impl Block {
         let count = segments.len() as u32;
         self.committed = self.committed.saturating_add(count);
         transfer.segments = transfer.segments.saturating_add(count);
+    }
+
+    /// The end frame came though no segment was marked as the last one: what was sent is all.
+    pub fn finish_early(&mut self, transfer: &mut Transfer) {
+        self.settle_whole(transfer);
+        self.finished = true;
+    }
+
+    /// Whether a frame out of sequence may be one that was under way when the sub-block was acknowledged early.
+    pub fn may_be_in_flight(&self) -> bool {
+        self.skipping && !self.acked_all
     }
 
     /// Adds the data bytes of the last segment; returns its padding.

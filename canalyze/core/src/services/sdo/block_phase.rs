@@ -20,7 +20,8 @@ impl Channel {
         if let Command::EndBlock { .. } = plain {
             let [_, _, _, rest @ ..] = bytes;
             let [command, ..] = bytes;
-            let early = block.last_was_sent() && command & 0x7F != block.expected() && rest == [0; 5];
+            let known = block.last_was_sent() || !block.may_be_in_flight();
+            let early = known && command & 0x7F != block.expected() && rest == [0; 5];
             if block.may_end() || early {
                 return plain;
             }
@@ -101,7 +102,8 @@ impl Channel {
                     self.complete(Status::Incomplete, cx);
                 } else if end.is_some() {
                     if !block.is_finished() {
-                        self.find(Code::Sdo002, half.at, Facts::Missing { by: Side::Client }, cx);
+                        let due_since = block.due_since().unwrap_or(half.at);
+                        self.find(Code::Sdo002, due_since, Facts::Missing { by: Side::Client }, cx);
                         self.settle_without_ack();
                         self.judge_end(cx);
                     }
@@ -163,9 +165,9 @@ impl Channel {
                 self.hold_midway(half);
             }
         }
-        if ack_missing {
+        if let Some(due_since) = ack_missing {
             let by = if upload { Side::Client } else { Side::Server };
-            self.find(Code::Sdo002, half.at, Facts::Missing { by }, cx);
+            self.find(Code::Sdo002, due_since, Facts::Missing { by }, cx);
         }
     }
 
@@ -176,10 +178,17 @@ impl Channel {
         let upload = self.is_upload();
         let Phase::Block(block) = &mut self.phase else { return false };
         if !block.may_end() {
-            self.step.place = Place::Outside;
+            if block.last_was_sent() {
+                self.step.place = Place::Outside;
+                self.find(Code::Sdo012, half.at, Facts::EarlyEnd, cx);
+                return true;
+            }
+            if let Some(transfer) = &mut self.transfer {
+                block.finish_early(transfer);
+            }
             self.find(Code::Sdo012, half.at, Facts::EarlyEnd, cx);
-            return true;
         }
+        let Phase::Block(block) = &mut self.phase else { return false };
         if upload {
             block.end = Some(End { at: half.at, unused, crc });
             if block.is_finished() {
@@ -188,7 +197,8 @@ impl Channel {
             return true;
         }
         if !block.is_finished() {
-            self.find(Code::Sdo002, half.at, Facts::Missing { by: Side::Server }, cx);
+            let due_since = block.due_since().unwrap_or(half.at);
+            self.find(Code::Sdo002, due_since, Facts::Missing { by: Side::Server }, cx);
             self.settle_without_ack();
         }
         false

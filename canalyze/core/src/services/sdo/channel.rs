@@ -150,6 +150,11 @@ impl Channel {
         }
     }
 
+    /// A frame of the channel without any byte: it says nothing, but it is no SDO frame.
+    pub fn empty(&mut self, at: FrameRef, cx: &mut Context<'_>) {
+        self.find(Code::Sdo010, at, Facts::Length(0), cx);
+    }
+
     /// The server's node-ID.
     pub fn node(&self) -> u8 {
         self.node
@@ -187,7 +192,7 @@ impl Channel {
             Side::Client => self.client(half, cx),
             Side::Server => self.server(half, cx),
         }
-        self.judge_frame(side, &half, cx);
+        self.judge_frame(&half, cx);
         let after = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
         let done = self.step.result.as_ref().map(|transfer| (transfer.id, transfer.mux));
         let of = done.or(after).or(before);
@@ -221,7 +226,7 @@ impl Channel {
     }
 
     /// Flaws of the frame itself, whatever its place.
-    fn judge_frame(&mut self, side: Side, half: &Half, cx: &mut Context<'_>) {
+    fn judge_frame(&mut self, half: &Half, cx: &mut Context<'_>) {
         if half.len != 8 {
             self.find(Code::Sdo010, half.at, Facts::Length(half.len), cx);
         }
@@ -238,10 +243,9 @@ impl Channel {
             {
                 self.find(Code::Sdo004, half.at, Facts::Unused(i.unused), cx);
             }
-            Command::InitiateBlockUpload { blksize, .. } if side == Side::Client && !block_size_ok(blksize) => {
-                self.find(Code::Sdo012, half.at, Facts::BlockSize(blksize), cx);
-            }
-            Command::BlockDownloadInitiated { blksize, .. } if !block_size_ok(blksize) => {
+            Command::InitiateBlockUpload { blksize, .. } | Command::BlockDownloadInitiated { blksize, .. }
+                if half.command.has_invalid_block_size() =>
+            {
                 self.find(Code::Sdo012, half.at, Facts::BlockSize(blksize), cx);
             }
             _ => {}
@@ -471,7 +475,9 @@ impl Channel {
 
     /// A finding at the frame at hand, about `offender`.
     pub(super) fn find(&mut self, code: Code, offender: FrameRef, facts: Facts, cx: &mut Context<'_>) {
-        if !self.begun && code != Code::Sdo017 {
+        // What is wrong with the channel's first frame itself counts if it can only be a request.
+        let first = self.first == Some(cx.at) && self.plausible > 0;
+        if !self.begun && !first && code != Code::Sdo017 {
             return;
         }
         let object = match &mut self.transfer {
@@ -691,10 +697,6 @@ fn push_finding(finding: Finding, cx: &mut Context<'_>) {
         transfer: None,
         what: What::Finding(finding),
     });
-}
-
-fn block_size_ok(blksize: u8) -> bool {
-    (1..=super::block::MOST).contains(&blksize)
 }
 
 /// Whether a frame can only be meant as an initiate request: a communication or device object, no reserved bits.

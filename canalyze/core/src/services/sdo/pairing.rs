@@ -117,6 +117,7 @@ impl Channel {
         if matches!(self.phase, Phase::Block(_)) && self.block_client(&half, cx) {
             return;
         }
+        self.answer_edge(&half, cx);
         if self.pairing.pending.is_some() && self.supersede(&half, cx) {
             return;
         }
@@ -133,6 +134,21 @@ impl Channel {
             self.settle(cx);
         }
         self.request(half, unprovoked, cx);
+    }
+
+    /// The channel's first frame is a request and a response of its kind was held, since its own request might
+    /// still have come: it has not, so it is the answer after all, though for another object or toggle bit.
+    fn answer_edge(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let (Some(pending), Some(held)) = (self.pairing.pending, self.pairing.held) else { return };
+        let late = wire::fits(&half.command, &held.half.command);
+        if late || !strict_initiate(&pending) || !wire::kind_fits(&pending.command, &held.half.command) {
+            return;
+        }
+        self.pairing.held = None;
+        self.begun = true;
+        let own = std::mem::replace(&mut self.own, false);
+        self.answer(pending, held.half, cx);
+        self.own = own;
     }
 
     /// A request with nothing before it that could answer it.
@@ -459,7 +475,9 @@ impl Channel {
             self.answered_by_abort(cx);
             return false;
         }
-        if self.is_midway_block(&pending, half) {
+        let initiate = strict_initiate(half) && !half.command.has_invalid_block_size();
+        let answered = self.pairing.held.is_some_and(|held| wire::fits(&half.command, &held.half.command));
+        if !answered && !initiate && self.is_midway_block(&pending, half) {
             self.forget_beginning();
             self.begin_midway_block(half, cx);
             return true;

@@ -243,6 +243,16 @@ impl Command {
         )
     }
 
+    /// A block size that is not 1..=127.
+    pub fn has_invalid_block_size(&self) -> bool {
+        match self {
+            Self::InitiateBlockUpload { blksize, .. } | Self::BlockDownloadInitiated { blksize, .. } => {
+                !(1..=127).contains(blksize)
+            }
+            _ => false,
+        }
+    }
+
     /// n of an initiate that is not zero though e and s are not both set (CiA 301: n shall then be 0).
     pub fn has_invalid_unused(&self) -> bool {
         match self {
