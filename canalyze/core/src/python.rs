@@ -3,6 +3,8 @@
 //! Every call that works on a capture releases the GIL. Nothing here raises on the content of a capture. The
 //! signatures are documented in `canalyze/_core.pyi`.
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -29,22 +31,31 @@ fn language(lang: &str) -> PyResult<Lang> {
 
 #[pyclass(module = "canalyze._core", frozen)]
 struct Session {
-    core: std::sync::Mutex<Core>,
+    core: Mutex<(Core, Vec<u8>)>,
 }
 
 impl Session {
     /// Runs on the core without the GIL. A lock poisoned by a panic elsewhere is taken all the same.
     fn run<T: Send>(&self, py: Python<'_>, act: impl FnOnce(&mut Core) -> T + Send) -> T {
-        py.detach(|| act(&mut self.core.lock().unwrap_or_else(std::sync::PoisonError::into_inner)))
+        py.detach(|| act(&mut self.lock().0))
     }
 
+    fn lock(&self) -> MutexGuard<'_, (Core, Vec<u8>)> {
+        self.core.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The same for calls that yield output: its buffer is kept, since fresh memory costs more than the copy.
     fn output<'py>(&self, py: Python<'py>, act: impl FnOnce(&mut Core, &mut Vec<u8>) + Send) -> Bound<'py, PyBytes> {
-        let out = self.run(py, |core| {
-            let mut out = Vec::new();
+        let out = py.detach(|| {
+            let (core, kept) = &mut *self.lock();
+            let mut out = std::mem::take(kept);
+            out.clear();
             act(core, &mut out);
             out
         });
-        PyBytes::new(py, &out)
+        let bytes = PyBytes::new(py, &out);
+        self.lock().1 = out;
+        bytes
     }
 }
 
@@ -79,7 +90,7 @@ impl Session {
                 .map_err(|mistake| PyValueError::new_err(complaints::filter(lang, &mistake)))?,
             extract,
         };
-        Ok(Self { core: std::sync::Mutex::new(Core::new(options)) })
+        Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
     }
 
     fn begin(&self, py: Python<'_>, name: &str, regular: bool) {

@@ -10,7 +10,7 @@ use crate::frame::{Buses, Direction, Frame, Kind, Stamp, StampForm};
 use crate::readers::Marker;
 use crate::services;
 use crate::services::sdo::wire::Side;
-use crate::text::digits::{Hex, Padded, decimal, hex_byte, put};
+use crate::text::digits::{Hex, Padded, hex_digits, put};
 use crate::text::{Depth, Lang, en, escape, explain, zh};
 
 /// How time is shown (option `-t`, as candump's).
@@ -193,7 +193,11 @@ impl Lines {
         for _ in name.len()..self.width {
             out.push(b' ');
         }
-        escape::terminal(out, name);
+        if name.iter().all(u8::is_ascii_graphic) {
+            out.extend_from_slice(name);
+        } else {
+            escape::terminal(out, name);
+        }
         put!(out; "  ");
     }
 
@@ -231,26 +235,35 @@ pub fn explain(out: &mut Vec<u8>, lang: Lang, frame: &Frame, buses: &Buses) {
 
 /// A stamp with its digits as they were written.
 fn written(out: &mut Vec<u8>, stamp: &Stamp) {
-    let (seconds, fraction) = (stamp.ns.div_euclid(1_000_000_000), stamp.ns.rem_euclid(1_000_000_000) as u64);
+    let (seconds, fraction) = (stamp.ns.div_euclid(1_000_000_000), stamp.ns.rem_euclid(1_000_000_000) as u32);
     put!(out; "(");
     match stamp.form {
         StampForm::Seconds => {
-            let start = out.len();
-            decimal(out, seconds.unsigned_abs());
-            let digits = out.len() - start;
-            for _ in digits..usize::from(stamp.width) {
-                out.insert(start, b'0');
+            // Right to left into a buffer: `{:0width$}` of the formatting machinery costs five times as much.
+            let mut digits = [b'0'; 20];
+            let mut rest = seconds.unsigned_abs();
+            let mut count = 0;
+            for slot in digits.iter_mut().rev() {
+                *slot = b'0' + (rest % 10) as u8;
+                rest /= 10;
+                count += 1;
+                if rest == 0 {
+                    break;
+                }
             }
+            let shown = usize::from(stamp.width).clamp(count, digits.len());
+            out.extend_from_slice(digits.get(digits.len() - shown..).unwrap_or(&digits));
         }
         StampForm::Calendar => calendar(out, seconds),
     }
     if stamp.decimals > 0 {
-        let mut divisor = 100_000_000;
-        put!(out; ".");
-        for _ in 0..stamp.decimals.min(9) {
-            out.push(b'0' + (fraction / divisor % 10) as u8);
-            divisor /= 10;
+        let mut digits = *b".000000000";
+        let mut rest = fraction;
+        for slot in digits.iter_mut().skip(1).rev() {
+            *slot = b'0' + (rest % 10) as u8;
+            rest /= 10;
         }
+        out.extend_from_slice(digits.get(..=usize::from(stamp.decimals.min(9))).unwrap_or(&digits));
     }
     put!(out; ")  ");
 }
@@ -298,19 +311,23 @@ fn length(out: &mut Vec<u8>, frame: &Frame) {
 }
 
 fn data(out: &mut Vec<u8>, frame: &Frame) {
-    let start = out.len();
+    // Eight bytes in one piece: what nearly every frame needs.
+    let mut field = [b' '; DATA_WIDTH];
+    let payload = frame.payload();
     if frame.kind == Kind::Remote {
-        put!(out; "remote request");
-    }
-    for (no, byte) in frame.payload().iter().enumerate() {
-        if no > 0 {
-            out.push(b' ');
+        for (slot, byte) in field.iter_mut().zip(b"remote request") {
+            *slot = *byte;
         }
-        hex_byte(out, *byte);
     }
-    let end = start + DATA_WIDTH;
-    if out.len() < end {
-        out.resize(end, b' ');
+    for (slots, byte) in field.chunks_mut(3).zip(payload) {
+        if let [high, low, ..] = slots {
+            [*high, *low] = hex_digits(*byte);
+        }
+    }
+    out.extend_from_slice(&field);
+    for byte in payload.iter().skip(8) {
+        out.push(b' ');
+        out.extend_from_slice(&hex_digits(*byte));
     }
     if frame.kind == Kind::Error {
         put!(out; "   ERRORFRAME");

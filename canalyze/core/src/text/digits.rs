@@ -138,8 +138,13 @@ macro_rules! put {
 pub(crate) use put;
 
 /// Two upper-case hexadecimal digits.
+pub fn hex_digits(byte: u8) -> [u8; 2] {
+    [digit(byte >> 4), digit(byte)]
+}
+
+/// Two upper-case hexadecimal digits.
 pub fn hex_byte(out: &mut Vec<u8>, byte: u8) {
-    out.extend_from_slice(&[digit(byte >> 4), digit(byte)]);
+    out.extend_from_slice(&hex_digits(byte));
 }
 
 /// `digits` upper-case hexadecimal digits (at most 16); higher ones are cut off.

@@ -9,7 +9,15 @@ use super::digits::{hex, hex_byte};
 pub fn json(out: &mut Vec<u8>, bytes: &[u8]) {
     out.push(b'"');
     for chunk in bytes.utf8_chunks() {
-        for c in chunk.valid().chars() {
+        let text = chunk.valid();
+        // What needs no escape is copied in runs: this is half of the time of a JSON line.
+        let mut start = 0;
+        for (at, c) in text.char_indices() {
+            if c != '"' && c != '\\' && !unsafe_on_a_terminal(c) {
+                continue;
+            }
+            out.extend_from_slice(text.get(start..at).unwrap_or("").as_bytes());
+            start = at + c.len_utf8();
             match c {
                 '"' => out.extend_from_slice(b"\\\""),
                 '\\' => out.extend_from_slice(b"\\\\"),
@@ -17,15 +25,15 @@ pub fn json(out: &mut Vec<u8>, bytes: &[u8]) {
                 '\r' => out.extend_from_slice(b"\\r"),
                 '\t' => out.extend_from_slice(b"\\t"),
                 // A JSON line may also be looked at on a terminal, so what is unsafe there is escaped here.
-                c if unsafe_on_a_terminal(c) => {
+                c => {
                     for unit in c.encode_utf16(&mut [0; 2]) {
                         out.extend_from_slice(b"\\u");
                         hex(out, u64::from(*unit), 4);
                     }
                 }
-                c => push(out, c),
             }
         }
+        out.extend_from_slice(text.get(start..).unwrap_or("").as_bytes());
         if !chunk.invalid().is_empty() {
             push(out, char::REPLACEMENT_CHARACTER);
         }
