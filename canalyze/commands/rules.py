@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from canalyze._core import Rule
 
 _FIELDS: Final = ("code", "name", "severity", "clause", "message", "meaning", "cause")
+_NEAR: Final = 0.6
+"""Likeness from which on a code may be the one that was meant; 1 is the same."""
 
 
 def command(words: Words) -> click.Command:
@@ -70,9 +72,10 @@ class _Code(click.types.StringParamType):
 
 
 def _unknown(wanted: str, codes: list[str], words: Words) -> str:
-    from difflib import get_close_matches
+    from difflib import SequenceMatcher
 
-    near = get_close_matches(wanted.upper(), codes)
+    alike = ((SequenceMatcher(None, code, wanted.upper()).ratio(), code) for code in codes)
+    near = [code for likeness, code in sorted(alike, key=lambda pair: (-pair[0], pair[1])) if likeness >= _NEAR][:3]
     shown = wanted or '""'
     return words("rules.near", code=shown, near=", ".join(near)) if near else words("rules.unknown", code=shown)
 
