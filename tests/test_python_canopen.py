@@ -51,6 +51,8 @@ class Bench:
     blocks: Any
     frames: list[CanFrame] = field(default_factory=list)
     wanted: list[Row] = field(default_factory=list)
+    allowed: set[str] = field(default_factory=set)
+    """Codes of findings that the client's own habits earn."""
 
     def expect(self, direction: str, mode: str, node: int, value: bytes) -> None:
         self.wanted.append(
@@ -133,7 +135,8 @@ def judge(bench: Bench) -> None:
         rows = [row for row in said.transfers if row["node"] == node]
         for row, wanted in zip(rows, (one for one in bench.wanted if one["node"] == node), strict=True):
             assert {name: row[name] for name in wanted} | {"data": row["data"].upper()} == wanted
-            assert (row["status"], row["index"], row["sub"], row["findings"]) == ("ok", f"{INDEX:04X}", 0, [])
+            assert (row["status"], row["index"], row["sub"]) == ("ok", f"{INDEX:04X}", 0)
+            assert set(row["findings"]) <= bench.allowed
     assert not said.above_info(), said.complaint()
 
 
@@ -204,6 +207,8 @@ def test_nothing_at_all_in_segments(bench: Bench) -> None:
 
 
 def test_size_not_announced(bench: Bench) -> None:
+    """The client does not know which segment is the last before it closes: it sends short ones."""
+    bench.allowed.add("SDO005")
     value = bytes(range(40))
     with bench.ordinary.open(INDEX, 0, "wb", buffering=7, size=None) as stream:
         stream.write(value)
