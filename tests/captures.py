@@ -115,9 +115,9 @@ class Analysis:
         )
 
 
-def analyze(text: bytes, *, name: str = "capture.log") -> Analysis:
+def analyze(text: bytes, *, name: str = "capture.log", lang: str = "en", regular: bool = True) -> Analysis:
     """What the program says about a capture, in process and at once."""
-    return sort_rows(session_output([text], name=name, output_format="jsonl", lang="en"))
+    return sort_rows(session_output([text], name=name, output_format="jsonl", lang=lang, regular=regular))
 
 
 def sort_rows(output: bytes) -> Analysis:
@@ -137,10 +137,11 @@ def session_output(
     output_format: str = "text",
     lang: str = "zh",
     depth: str = "default",
+    regular: bool = True,
 ) -> bytes:
-    """The output of one session over one file that came in these chunks."""
+    """The output of one session over one file (or pipe: not regular) that came in these chunks."""
     session = _core.Session(lang=lang, format=output_format, depth=depth)
-    session.begin(name, True)
+    session.begin(name, regular)
     output = [session.feed(chunk) for chunk in chunks]
     output.append(session.end())
     output.append(session.finish())

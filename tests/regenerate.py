@@ -18,11 +18,14 @@ from captures import SAMPLES, session_output
 BRIEF = {"zephyr-sdo", "zephyr-sdo-causal", "string-5-bytes", "string-100-bytes", "sdo-block", "two-nodes-interleaved"}
 EXPLAIN = {"zephyr-sdo", "sdo-block", "services"}
 GIVEN = {"zephyr-sdo.brief.zh.txt"}
+PIPED = {"CAP003"}
+"""Captures whose goldens are those of a pipe."""
 
 
 def samples() -> list[Path]:
-    """The captures that have goldens: those directly in the samples' directory."""
-    return sorted(SAMPLES.glob("*.log"))
+    """The captures that have goldens: those directly in the samples' directory, and those of a rule."""
+    rules = (path for path in (SAMPLES / "rules").glob("*.log") if not path.name.endswith(".clean.log"))
+    return [*sorted(SAMPLES.glob("*.log")), *sorted(rules)]
 
 
 def goldens(capture: Path) -> dict[Path, dict[str, str]]:
@@ -37,12 +40,13 @@ def goldens(capture: Path) -> dict[Path, dict[str, str]]:
         made[f"{name}.brief.zh.txt"] = {"lang": "zh", "depth": "brief"}
     if name in EXPLAIN:
         made |= {f"{name}.explain.{lang}.txt": {"lang": lang, "depth": "explain"} for lang in ("zh", "en")}
-    return {SAMPLES / file: arguments for file, arguments in made.items()}
+    return {capture.parent / file: arguments for file, arguments in made.items()}
 
 
 def output(capture: Path, arguments: dict[str, str]) -> bytes:
     """What the program says now."""
-    return session_output([capture.read_bytes()], name=capture.name, **arguments)
+    regular = capture.stem not in PIPED
+    return session_output([capture.read_bytes()], name=capture.name, regular=regular, **arguments)
 
 
 def main() -> None:

@@ -17,6 +17,7 @@ CAPTURES = [
     *samples(),
     *sorted((SAMPLES / "recorded").glob("session.*[gp]")),
     *sorted((SAMPLES / "stacks").glob("*.log")),
+    *sorted((SAMPLES / "rules").glob("*.clean.log")),
 ]
 """The samples, and the captures without goldens (`.log` and `.candump`) that the laws of text must hold for as well."""
 

@@ -1,0 +1,174 @@
+"""Every rule has a capture that raises it and a clean one beside it, one change away, that does not.
+
+`samples/rules/CODE.log` raises exactly what stands in the table, at that frame and no other; `CODE-FACE.log` are the
+rule's other faces. A clean neighbour, `NAME.clean.log`, has nothing above info. A new rule without these fails here.
+What it must not do: look at the wording; the goldens beside the captures freeze that.
+"""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+import pytest
+from captures import SAMPLES, Analysis, analyze
+from regenerate import PIPED
+
+from canalyze import _core
+
+RULES = SAMPLES / "rules"
+CODES = [rule.code for rule in _core.rules()]
+
+Raised = tuple[str, int, int | None]
+"""A code, the frame it stands at (the line, where a reader raises it), and the frame it is about, if another."""
+
+RAISED: dict[str, list[Raised]] = {
+    "CAP001": [("CAP001", 4, None)],
+    "CAP002": [("CAP002", 4, None)],
+    "CAP003": [("CAP003", 4, None)],
+    "SDO001": [("SDO001", 8, None)],
+    "SDO001-request": [("SDO001", 6, 5)],
+    "SDO001-refused": [("SDO001", 8, 7), ("SDO017", 8, None)],
+    "SDO002": [("SDO002", 4, 3)],
+    "SDO002-acknowledgement": [("SDO002", 7, 6)],
+    "SDO002-duplicate": [("SDO002", 4, 3)],
+    "SDO002-end": [("SDO002", 4, 3)],
+    "SDO002-response": [("SDO002", 4, 3)],
+    "SDO002-timeout": [("SDO002", 4, 3), ("SDO017", 4, None)],
+    "SDO003": [("SDO003", 4, None)],
+    "SDO004": [("SDO004", 4, None)],
+    "SDO004-segments": [("SDO004", 6, 4)],
+    "SDO004-size": [("SDO004", 4, None)],
+    "SDO005": [("SDO005", 6, None)],
+    "SDO006": [("SDO006", 6, 4)],
+    "SDO006-block": [("SDO006", 9, 4)],
+    "SDO006-refused": [("SDO006", 6, 5), ("SDO017", 6, None)],
+    "SDO007": [("SDO007", 7, None)],
+    "SDO007-no-last": [("SDO007", 7, 6)],
+    "SDO007-refused": [("SDO007", 3, None), ("SDO017", 4, None)],
+    "SDO008": [("SDO008", 5, None)],
+    "SDO009": [("SDO009", 3, None)],
+    "SDO009-command": [("SDO009", 3, None)],
+    "SDO009-unused": [("SDO009", 6, None)],
+    "SDO010": [("SDO010", 3, None)],
+    "SDO010-empty": [("SDO010", 3, None)],
+    "SDO010-response": [("SDO010", 4, None)],
+    "SDO012": [("SDO012", 8, 7)],
+    "SDO012-acknowledged": [("SDO012", 8, None)],
+    "SDO012-block-size": [("SDO012", 3, None)],
+    "SDO012-early-end": [("SDO012", 8, None)],
+    "SDO012-next-block-size": [("SDO012", 6, None)],
+    "SDO012-not-confirmed": [("SDO012", 10, 9)],
+    "SDO015": [("SDO015", 4, 3)],
+    "SDO017": [("SDO017", 4, None)],
+    "SDO017-client": [("SDO017", 5, None)],
+    "SDO019": [("SDO019", 9, None)],
+    "SDO019-initial-ffff": [("SDO019", 9, None)],
+    "SDO019-padding": [("SDO019", 9, None)],
+    "SDO019-reflected": [("SDO019", 9, None)],
+    "SDO020": [("SDO017", 4, None), ("SDO020", 5, 3)],
+    "SDO020-timeout": [("SDO002", 4, 3), ("SDO017", 4, None), ("SDO020", 5, 3)],
+    "SDO021": [("SDO021", 5, 3)],
+    "SDO022": [("SDO022", 5, 4)],
+    "SDO023": [("SDO023", 3, None)],
+    "SDO023-response": [("SDO023", 4, None)],
+    "SDO030": [("SDO030", 1, None)],
+    "SDO030-foreign": [("SDO030", 1, None)],
+    "SDO031": [("SDO031", 1, None)],
+}
+"""All that a capture raises, in order: its own rule and what goes with it (an abort is said whatever its reason)."""
+
+FACTS: dict[str, dict[str, object]] = {
+    "SDO019": {"computed": "9015", "found": "0000", "matches": None},
+    "SDO019-initial-ffff": {"computed": "9015", "found": "A12B", "matches": "initial_ffff"},
+    "SDO019-padding": {"computed": "9015", "found": "E9A9", "matches": "with_padding"},
+    "SDO019-reflected": {"computed": "9015", "found": "8B19", "matches": "reflected"},
+}
+"""What tells the faces of a rule apart, where its place does not."""
+
+CLEAN = sorted(path.name.removesuffix(".clean.log") for path in RULES.glob("*.clean.log"))
+
+
+def analysis(path: Path, lang: str = "en") -> Analysis:
+    piped = path.name.split(".")[0] in PIPED
+    return analyze(path.read_bytes(), name=path.name, lang=lang, regular=not piped)
+
+
+def raised(said: Analysis) -> list[Raised]:
+    places = {"CAP": "line", "SDO": "frame"}
+    return [(row["code"], row[places[row["code"][:3]]], row["cause_frame"]) for row in said.findings]
+
+
+def own_code(name: str) -> str:
+    return name.split("-")[0]
+
+
+def test_every_rule_has_its_capture_and_its_clean_neighbour() -> None:
+    captures = {path.stem for path in RULES.glob("*.log") if not path.name.endswith(".clean.log")}
+    assert captures == set(RAISED), "a capture without row, or a row without capture"
+    assert [code for code in CODES if code not in captures] == []
+    assert [code for code in CODES if code not in CLEAN] == []
+    assert set(CLEAN) <= captures
+    assert {own_code(name) for name in captures} <= set(CODES)
+
+
+@pytest.mark.parametrize("name", RAISED)
+def test_a_capture_raises_its_rule_and_nothing_else(name: str) -> None:
+    said = analysis(RULES / f"{name}.log")
+    assert raised(said) == RAISED[name], said.findings
+    assert own_code(name) in {code for code, _, _ in RAISED[name]}
+    lines = {row["frame"]: row["line"] for row in said.frames}
+    for row in said.findings:
+        assert row["code"].startswith("CAP") or row["line"] == lines[row["frame"]]
+
+
+@pytest.mark.parametrize("name", FACTS)
+def test_what_a_finding_measured(name: str) -> None:
+    (finding,) = analysis(RULES / f"{name}.log").findings
+    assert finding["facts"] == FACTS[name]
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_a_clean_neighbour_raises_nothing(name: str) -> None:
+    said = analysis(RULES / f"{name}.clean.log")
+    assert not said.above_info(), said.complaint()
+    assert own_code(name) not in {row["code"] for row in said.findings}
+    assert said.transfers
+    assert {row["status"] for row in said.transfers} <= {"ok", "aborted"}
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_a_clean_neighbour_is_one_change_away(name: str) -> None:
+    before, after = (
+        [line for line in (RULES / file).read_text().splitlines() if not line.startswith("#")]
+        for file in (f"{name}.log", f"{name}.clean.log")
+    )
+    changes = [change for change in difflib.SequenceMatcher(None, before, after).get_opcodes() if change[0] != "equal"]
+    assert len(changes) == 1
+    ((_, from_a, to_a, from_b, to_b),) = changes
+    assert max(to_a - from_a, to_b - from_b) == 1
+
+
+@pytest.mark.parametrize("name", RAISED)
+def test_a_finding_is_the_same_in_both_languages_but_for_its_words(name: str) -> None:
+    path = RULES / f"{name}.log"
+    chinese, english = (analysis(path, lang) for lang in ("zh", "en"))
+    assert raised(chinese) == raised(english)
+    for left, right in zip(chinese.findings, english.findings, strict=True):
+        assert is_chinese(left["message"]) and right["message"].isascii() and right["message"]
+        assert left["facts"] == right["facts"]
+
+
+def test_every_rule_has_words_in_both_languages() -> None:
+    assert [rule.code for rule in _core.rules("zh")] == [rule.code for rule in _core.rules("en")] == sorted(CODES)
+    for chinese, english in zip(_core.rules("zh"), _core.rules("en"), strict=True):
+        for part in ("message", "meaning", "cause"):
+            left, right = getattr(chinese, part), getattr(english, part)
+            assert left.strip() and right.strip() and left != right, (chinese.code, part)
+            assert is_chinese(left) and right.isascii(), (chinese.code, part)
+        same = ("code", "name", "severity", "clause")
+        assert [getattr(chinese, part) for part in same] == [getattr(english, part) for part in same]
+
+
+def is_chinese(text: str) -> bool:
+    return any("\u4e00" <= character <= "\u9fff" for character in text)
