@@ -1,5 +1,7 @@
 //! The house order of `src/lib.rs`, kept: which module may use which, and where words for people may stand.
 
+#![allow(clippy::expect_used, clippy::panic)]
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
