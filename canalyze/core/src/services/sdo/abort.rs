@@ -3,7 +3,7 @@
 //! The multiplexor of an abort is unreliable, so an abort belongs to its channel's transfer, not to an object. Its
 //! provoking request may be captured after it, and frames that were under way may follow it.
 
-use super::channel::{Channel, Context, Half, Outside, Phase};
+use super::channel::{Channel, Context, Half, Outside, Phase, strict_initiate};
 use super::pairing::{UnderWay, Unprovoked};
 use super::transfer::{Abort, Status};
 use super::wire::{self, Command, Segment, Side};
@@ -85,6 +85,10 @@ impl Channel {
         let seqno = self.block_seqno(Side::Client);
         let unasked = self.pairing.pending.is_none_or(|pending| self.is_edge(&pending));
         let idle = self.transfer.is_none();
+        if self.pairing.pending.is_some_and(|pending| strict_initiate(&pending) && pending.command.mux() == Some(mux)) {
+            // A refusal of what was asked for is as good an answer as any.
+            self.trust(cx);
+        }
         self.abort(Side::Server, half.at, code, cx);
         self.pairing.pending = None;
         self.pairing.abort_may_answer = false;
