@@ -48,7 +48,7 @@ def test_terminal_in_gbk_is_transcoded(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("env", [{"PYTHONIOENCODING": "latin-1"}, {"LC_ALL": "C"}, {"TERM": "linux"}])
 def test_terminal_without_chinese_gets_english(tmp_path: Path, env: dict[str, str]) -> None:
-    code, shown = on_terminal(tmp_path, "--help", **env)
+    code, shown = on_terminal(tmp_path, "--help", only_err=False, **env)
     notice, usage, *_ = shown.decode("ascii").splitlines()
     assert code == 0
     assert "--lang" in notice

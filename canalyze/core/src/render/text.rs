@@ -135,14 +135,8 @@ impl Lines {
             What::Transfer(transfer) if event.about.is_some() => {
                 put!(out; "#   ");
                 match self.lang {
-                    Lang::Zh => {
-                        put!(out; "第", transfer.first.no, "帧开始的传输: ");
-                        zh::sdo::result(out, transfer);
-                    }
-                    Lang::En => {
-                        put!(out; "transfer that began in frame ", transfer.first.no, ": ");
-                        en::sdo::result(out, transfer);
-                    }
+                    Lang::Zh => zh::sdo::later_result(out, transfer),
+                    Lang::En => en::sdo::later_result(out, transfer),
                 }
                 out.push(b'\n');
             }

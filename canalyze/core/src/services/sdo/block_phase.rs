@@ -7,7 +7,7 @@
 
 use super::block::{Acked, Block, End, MOST, Taken};
 use super::channel::{Channel, Context, Half, Outside, Phase};
-use super::transfer::{Abort, Direction, Mode, Status};
+use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::event::Place;
 use crate::finding::{Code, Facts};
@@ -371,9 +371,5 @@ impl Channel {
         self.outside = Outside::Uncaptured;
         let block = Phase::Block(Box::new(Block::midway()));
         self.begin_midway(half.at, Direction::Download, block, cx);
-    }
-
-    pub(super) fn pairing_abort(&self) -> Option<Abort> {
-        self.pairing.last_abort.map(|code| Abort { code, by: Side::Server })
     }
 }

@@ -1,20 +1,17 @@
-//! One SDO channel: the owner of its pairing and of its transfer, and what pairs of frames do to the transfer.
+//! One SDO channel: the owner of its pairing and of its transfer.
 //!
-//! A channel judges only what it has seen begin: findings are withheld until it has shown one valid request with
-//! its response, and dropped before the first request that can be one. It must not look at other channels.
+//! It takes a frame, says what it is, and begins and ends transfers. It must not look at other channels.
 
 use std::sync::Arc;
 
 use super::block::Block;
 use super::pairing::Pairing;
-use super::transfer::{Abort, Beginning, Direction, Mode, Status, Transfer, TransferId};
-use super::wire::{self, Command, Initiate, Mux, Segment, Side};
+use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
+use super::wire::{self, Command, Initiate, Mux, Side};
 use crate::event::{Event, Note, Place, Step, What};
 use crate::finding::{Code, Facts, Finding};
 use crate::frame::{BusId, Frame, FrameRef};
 
-/// Findings withheld at most; more of the same say nothing new.
-const WITHHELD: usize = 32;
 /// Bytes of a running transfer that are gathered before they are handed out.
 const CHUNK: usize = 4096;
 /// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 leaves the time to the client).
@@ -102,15 +99,15 @@ pub struct Channel {
     /// A completed transfer whose pair may still be dissolved.
     pub(super) unsettled: Option<Arc<Transfer>>,
     /// A valid request with its response was seen.
-    trusted: bool,
+    pub(super) trusted: bool,
     /// A request that can be one was seen: from here on there is something to judge.
     pub(super) begun: bool,
-    withheld: Vec<Finding>,
-    requests: u64,
-    responses: u64,
+    pub(super) withheld: Vec<Finding>,
+    pub(super) requests: u64,
+    pub(super) responses: u64,
     /// Requests among them that can only be meant as such.
-    plausible: u64,
-    first: Option<FrameRef>,
+    pub(super) plausible: u64,
+    pub(super) first: Option<FrameRef>,
 }
 
 fn empty_step() -> Step {
@@ -148,11 +145,6 @@ impl Channel {
             plausible: 0,
             first: None,
         }
-    }
-
-    /// A frame of the channel without any byte: it says nothing, but it is no SDO frame.
-    pub fn empty(&mut self, at: FrameRef, cx: &mut Context<'_>) {
-        self.find(Code::Sdo010, at, Facts::Length(0), cx);
     }
 
     /// The server's node-ID.
@@ -223,160 +215,6 @@ impl Channel {
     pub(super) fn sends_data(&self, side: Side) -> bool {
         let upload = self.transfer.as_ref().is_some_and(|transfer| transfer.direction == Direction::Upload);
         upload == (side == Side::Server)
-    }
-
-    /// Flaws of the frame itself, whatever its place.
-    fn judge_frame(&mut self, half: &Half, cx: &mut Context<'_>) {
-        if half.len != 8 {
-            self.find(Code::Sdo010, half.at, Facts::Length(half.len), cx);
-        }
-        if matches!(self.step.place, Place::Uncaptured | Place::InFlight) {
-            return;
-        }
-        match half.command {
-            Command::Unknown(command) => self.find(Code::Sdo023, half.at, Facts::Command(command), cx),
-            Command::Segment(Segment { last: false, unused, .. }) if unused != 0 => {
-                self.find(Code::Sdo005, half.at, Facts::Unused(unused), cx);
-            }
-            Command::InitiateDownload(_, i) | Command::UploadInitiated(_, i)
-                if half.command.has_invalid_unused() && (i.expedited || i.size_indicated) =>
-            {
-                self.find(Code::Sdo004, half.at, Facts::Unused(i.unused), cx);
-            }
-            Command::InitiateBlockUpload { blksize, .. } | Command::BlockDownloadInitiated { blksize, .. }
-                if half.command.has_invalid_block_size() =>
-            {
-                self.find(Code::Sdo012, half.at, Facts::BlockSize(blksize), cx);
-            }
-            _ => {}
-        }
-        if half.command.has_reserved_bits(half.bytes) {
-            self.find(Code::Sdo009, half.at, Facts::None, cx);
-        }
-    }
-
-    /// A request and the response that answers it, in causal order.
-    pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
-        self.pairing.pending = None;
-        self.pairing.last_response = Some(response.bytes);
-        if request.command.is_initiate() {
-            self.pairing.initiated();
-        }
-        if request.command.is_initiate() && wire::fits(&request.command, &response.command) && !self.trusted {
-            self.trust(cx);
-        }
-        if let Some(transfer) = &mut self.transfer {
-            transfer.last = if response.at.no > request.at.no { response.at } else { request.at };
-            transfer.reordered |= response.at.no < request.at.no;
-        }
-        if let (Some(expected), Some(found)) = (request.command.mux(), response.command.mux())
-            && expected != found
-        {
-            self.find(Code::Sdo003, response.at, Facts::Objects { expected, found }, cx);
-        }
-        match (request.command, response.command) {
-            (Command::InitiateUpload(_) | Command::InitiateBlockUpload { .. }, Command::UploadInitiated(_, i)) => {
-                self.upload_initiated(response, i, cx);
-            }
-            (Command::InitiateDownload(_, i), _) => self.download_initiated(request, i, cx),
-            (Command::SegmentRequest { toggle }, Command::Segment(segment)) => {
-                self.check_toggle((request.at, toggle), (response.at, segment.toggle), cx);
-                self.add_segment(response, segment, cx);
-            }
-            (Command::Segment(segment), Command::SegmentResponse { toggle }) => {
-                self.check_toggle((request.at, segment.toggle), (response.at, toggle), cx);
-                self.add_segment(request, segment, cx);
-            }
-            (
-                Command::InitiateBlockUpload { crc: client, blksize, .. },
-                Command::BlockUploadInitiated { crc: server, size, .. },
-            ) => self.block_initiated(response.at, blksize, client && server, size),
-            (
-                Command::InitiateBlockDownload { crc: client, size, .. },
-                Command::BlockDownloadInitiated { crc: server, blksize, .. },
-            ) => self.block_initiated(request.at, blksize, client && server, size),
-            (Command::EndBlock { .. }, _) => self.end_block_download(request, cx),
-            _ => {}
-        }
-    }
-
-    fn upload_initiated(&mut self, response: Half, i: Initiate, cx: &mut Context<'_>) {
-        let Some(transfer) = &mut self.transfer else { return };
-        transfer.initiated = Some(response.at);
-        if i.expedited {
-            transfer.mode = Mode::Expedited;
-            transfer.size_indicated = i.size_indicated.then_some(4 - u32::from(i.unused & 3));
-            transfer.append(i.data.get(..i.expedited_len(response.len)).unwrap_or(&[]));
-            self.complete(Status::Ok, cx);
-            return;
-        }
-        transfer.mode = Mode::Segmented;
-        transfer.size_indicated = i.size();
-        self.unmarked = i.size().is_none().then_some((response, i));
-        self.phase = Phase::Segments { toggle: false };
-    }
-
-    fn download_initiated(&mut self, request: Half, i: Initiate, cx: &mut Context<'_>) {
-        let Some(transfer) = &mut self.transfer else { return };
-        transfer.initiated = Some(request.at);
-        if i.expedited {
-            transfer.append(i.data.get(..i.expedited_len(request.len)).unwrap_or(&[]));
-            self.complete(Status::Ok, cx);
-            return;
-        }
-        self.unmarked = i.size().is_none().then_some((request, i));
-        self.phase = Phase::Segments { toggle: false };
-    }
-
-    fn check_toggle(&mut self, request: (FrameRef, bool), response: (FrameRef, bool), cx: &mut Context<'_>) {
-        let Phase::Segments { toggle: expected } = &mut self.phase else { return };
-        let due = *expected;
-        let first_seen = self.transfer.as_ref().is_some_and(|t| t.mux.is_none() && t.segments == 0);
-        *expected = if request.1 == response.1 { !request.1 } else { !due };
-        if first_seen {
-            return;
-        }
-        let wrong = if request.1 != due {
-            Some((request, Side::Client))
-        } else if response.1 != due {
-            Some((response, Side::Server))
-        } else {
-            None
-        };
-        if let Some(((at, found), by)) = wrong {
-            self.find(Code::Sdo001, at, Facts::Toggle { expected: due, found, by }, cx);
-        }
-    }
-
-    /// The data of a segment that was confirmed (or whose request is not in the capture).
-    pub(super) fn add_segment(&mut self, half: Half, segment: Segment, cx: &mut Context<'_>) {
-        if let Some((initiate, i)) = self.unmarked.take()
-            && i.unused != 0
-        {
-            self.find(Code::Sdo004, initiate.at, Facts::Unused(i.unused), cx);
-        }
-        let Some(transfer) = &mut self.transfer else { return };
-        let carried = (7 - usize::from(segment.unused)).min(usize::from(half.len.saturating_sub(1)));
-        transfer.append(segment.data.get(..carried).unwrap_or(&[]));
-        transfer.segments = transfer.segments.saturating_add(1);
-        transfer.even &= segment.last || segment.unused == 0;
-        if segment.last {
-            self.close_sized(half.at, cx);
-        }
-    }
-
-    /// Ends a transfer whose data are all there: judges its size.
-    pub(super) fn close_sized(&mut self, end: FrameRef, cx: &mut Context<'_>) {
-        let Some(transfer) = &self.transfer else { return };
-        let mut status = if transfer.hole || transfer.mux.is_none() { Status::Incomplete } else { Status::Ok };
-        if !transfer.size_is_right() {
-            let facts =
-                Facts::Size { indicated: transfer.size_indicated.map_or(0, u64::from), transferred: transfer.size };
-            let cause = transfer.initiated.unwrap_or(end);
-            self.find(Code::Sdo006, if end.no == cx.at.no { cause } else { end }, facts, cx);
-            status = Status::Failed;
-        }
-        self.complete(status, cx);
     }
 
     /// A transfer begins with a client's initiate request.
@@ -459,114 +297,6 @@ impl Channel {
         });
     }
 
-    pub(super) fn note(&mut self, note: Note, about: FrameRef, cx: &mut Context<'_>) {
-        if !self.trusted {
-            return;
-        }
-        cx.events.push(Event {
-            at: cx.at,
-            about: Some(about),
-            bus: self.bus,
-            node: Some(self.node),
-            transfer: self.transfer.as_ref().map(|transfer| transfer.id),
-            what: What::Note(note),
-        });
-    }
-
-    /// A finding at the frame at hand, about `offender`.
-    pub(super) fn find(&mut self, code: Code, offender: FrameRef, facts: Facts, cx: &mut Context<'_>) {
-        // What is wrong with the channel's first frame itself counts if it can only be a request.
-        let first = self.first == Some(cx.at) && self.plausible > 0;
-        if !self.begun && !first && code != Code::Sdo017 {
-            return;
-        }
-        let object = match &mut self.transfer {
-            Some(transfer) => {
-                transfer.note_finding(code);
-                transfer.mux
-            }
-            None => self.step.result.as_ref().and_then(|transfer| transfer.mux),
-        };
-        let finding = Finding {
-            code,
-            at: cx.at,
-            cause: (offender.no != cx.at.no).then_some(offender),
-            bus: self.bus,
-            node: Some(self.node),
-            object,
-            facts,
-        };
-        if self.trusted {
-            push_finding(finding, cx);
-        } else if self.withheld.len() < WITHHELD {
-            self.withheld.push(finding);
-        }
-    }
-
-    fn trust(&mut self, cx: &mut Context<'_>) {
-        self.trusted = true;
-        self.begun = true;
-        for finding in std::mem::take(&mut self.withheld) {
-            push_finding(finding, cx);
-        }
-    }
-
-    /// What was seen so far belonged to a transfer that began before the capture.
-    pub(super) fn forget_beginning(&mut self) {
-        self.transfer = None;
-        self.phase = Phase::Idle;
-        self.outside = Outside::Uncaptured;
-        self.pairing.pending = None;
-        if !self.trusted {
-            self.withheld.clear();
-            self.begun = false;
-        }
-    }
-
-    pub(super) fn is_trusted(&self) -> bool {
-        self.trusted
-    }
-
-    /// An abort, from either side: it ends the transfer, and is never answered.
-    pub(super) fn abort(&mut self, side: Side, at: FrameRef, code: u32, cx: &mut Context<'_>) {
-        if let Some(pending) = self.pairing.pending {
-            match (side, pending.command) {
-                (Side::Client, _) if code == super::TIMED_OUT => {
-                    self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
-                }
-                (Side::Server, Command::SegmentRequest { toggle } | Command::Segment(Segment { toggle, .. })) => {
-                    if let Phase::Segments { toggle: due } = self.phase
-                        && due != toggle
-                    {
-                        let facts = Facts::Toggle { expected: due, found: toggle, by: Side::Client };
-                        self.find(Code::Sdo001, pending.at, facts, cx);
-                    }
-                    self.judge_refused_segment(pending, cx);
-                }
-                (Side::Server, Command::EndBlock { .. }) => self.judge_refused_end(pending, cx),
-                _ => {}
-            }
-        }
-        self.judge_aborted_block(cx);
-        self.find(Code::Sdo017, at, Facts::Abort { code, by: side }, cx);
-        if let Some(transfer) = &mut self.transfer {
-            transfer.abort = Some(Abort { code, by: side });
-            transfer.last = at;
-        }
-        self.complete(Status::Aborted, cx);
-        self.outside = if self.begun { Outside::Violation } else { Outside::Uncaptured };
-    }
-
-    /// A last segment that the server refused: was it for its size?
-    fn judge_refused_segment(&mut self, pending: Half, cx: &mut Context<'_>) {
-        let (Command::Segment(segment), Some(transfer)) = (pending.command, &self.transfer) else { return };
-        let Some(indicated) = transfer.size_indicated.map(u64::from) else { return };
-        let transferred = transfer.size.saturating_add(u64::from(7 - segment.unused));
-        if !transfer.hole && (transferred > indicated || (segment.last && transferred != indicated)) {
-            self.find(Code::Sdo006, pending.at, Facts::Size { indicated, transferred }, cx);
-        }
-    }
-
     /// The server was reset, or frames were lost: nothing that was open can be judged.
     pub fn lost(&mut self, reset: bool, cx: &mut Context<'_>) {
         self.own = false;
@@ -622,81 +352,10 @@ impl Channel {
         }
         self.say_distrust(cx);
     }
-
-    fn say_distrust(&mut self, cx: &mut Context<'_>) {
-        let Some(first) = self.first else { return };
-        if self.trusted {
-            return;
-        }
-        let unanswered = self.requests > 0 && self.responses == 0 && self.plausible > 0;
-        let nothing_odd =
-            self.withheld.iter().all(|finding| finding.code.rule().severity == crate::finding::Severity::Info);
-        let code = if unanswered { Code::Sdo031 } else { Code::Sdo030 };
-        let few = self.requests.saturating_add(self.responses) < 2;
-        if (!unanswered && few) || (unanswered && !nothing_odd && self.requests < 2) {
-            return;
-        }
-        let finding = Finding {
-            code,
-            at: first,
-            cause: None,
-            bus: self.bus,
-            node: Some(self.node),
-            object: None,
-            facts: Facts::Frames { count: self.requests.saturating_add(self.responses) },
-        };
-        push_finding(finding, cx);
-    }
-
-    /// Whether all indicated bytes were transferred though no segment was marked as the last one.
-    pub(super) fn all_bytes_without_last(&self) -> bool {
-        matches!(self.phase, Phase::Segments { .. })
-            && self.transfer.as_ref().is_some_and(|transfer| {
-                !transfer.hole
-                    && transfer.segments > 0
-                    && transfer.size_indicated.is_some_and(|size| u64::from(size) <= transfer.size)
-            })
-    }
-
-    /// An initiate with e = s = 0 that no segment followed: its four bytes were meant as data.
-    pub(super) fn recognise_unmarked(&mut self, cx: &mut Context<'_>) {
-        let Some((initiate, i)) = self.unmarked.take() else { return };
-        let code = match self.transfer.as_ref().map(|transfer| transfer.direction) {
-            Some(Direction::Upload) => Code::Sdo022,
-            _ => Code::Sdo021,
-        };
-        self.find(code, initiate.at, Facts::Unused(i.unused), cx);
-        if let Some(transfer) = &mut self.transfer {
-            transfer.mode = Mode::Expedited;
-            let carried = 4 - usize::from(i.unused & 3);
-            transfer.append(i.data.get(..carried).unwrap_or(&[]));
-        }
-        let own = std::mem::replace(&mut self.own, false);
-        let last = self.transfer.as_ref().map(|transfer| transfer.last);
-        if let (Some(transfer), Some(last)) = (self.transfer.take(), last) {
-            let mut transfer = *transfer;
-            transfer.status = Status::Ok;
-            transfer.last = last;
-            self.announce(Arc::new(transfer), cx);
-        }
-        self.phase = Phase::Idle;
-        self.own = own;
-    }
 }
 
 fn chunk(transfer: &Transfer, bytes: Vec<u8>) -> Chunk {
     Chunk { id: transfer.id, bus: transfer.bus, node: transfer.node, mux: transfer.mux, bytes }
-}
-
-fn push_finding(finding: Finding, cx: &mut Context<'_>) {
-    cx.events.push(Event {
-        at: finding.at,
-        about: finding.cause,
-        bus: finding.bus,
-        node: finding.node,
-        transfer: None,
-        what: What::Finding(finding),
-    });
 }
 
 /// Whether a frame can only be meant as an initiate request: a communication or device object, no reserved bits.

@@ -1,21 +1,28 @@
 //! SDO (CiA 301, 7.2.4): the one service whose frames mean nothing alone.
 //!
-//! `wire` reads eight bytes; `pairing` puts requests and responses together, whatever order the capture shows
-//! them in; `channel` moves the transfer with the pairs; `block_phase` does so while sub-blocks run; `block`
-//! counts their segments; `transfer` holds what was moved.
+//! | file | what it does |
+//! |---|---|
+//! | `wire` | reads eight bytes |
+//! | `channel` | owns the state, takes a frame, begins and ends transfers |
+//! | `pairing` | puts requests and responses together, whatever order the capture shows them in |
+//! | `exchange` | moves the transfer with each pair |
+//! | `block_phase`, `block` | do so while sub-blocks run; which segments count |
+//! | `abort` | ends transfers |
+//! | `judgement` | says, withholds or drops findings |
+//! | `transfer` | holds what was moved |
 //!
 //! A channel is a pair of COB-IDs on a bus; at most one transfer runs on it. A capture taken on the client's own
 //! host may show client frames one frame late, after their answers, since a driver echoes what it sent later
 //! than it delivers what it received. Everything here must hold for such captures too.
 
+mod abort;
 pub mod block;
 mod block_phase;
 pub mod channel;
+mod exchange;
+mod judgement;
 mod pairing;
 #[cfg(test)]
 mod tests;
 pub mod transfer;
 pub mod wire;
-
-/// Abort code: SDO protocol timed out.
-const TIMED_OUT: u32 = 0x0504_0000;

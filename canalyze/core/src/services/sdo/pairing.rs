@@ -39,19 +39,19 @@ struct Tentative {
 
 /// An abort by the server, met when no request was pending: its request may be late.
 #[derive(Clone, Copy, Debug)]
-struct Unprovoked {
-    at: FrameRef,
-    mux: wire::Mux,
+pub(super) struct Unprovoked {
+    pub(super) at: FrameRef,
+    pub(super) mux: wire::Mux,
     /// No transfer was open either.
-    idle: bool,
+    pub(super) idle: bool,
 }
 
 /// After an abort: frames of the other side may still be under way.
 #[derive(Clone, Copy, Debug)]
-struct UnderWay {
-    side: Side,
+pub(super) struct UnderWay {
+    pub(super) side: Side,
     /// The next sequence number of a block transfer's segments; 0 outside block transfers.
-    seqno: u8,
+    pub(super) seqno: u8,
 }
 
 /// The pairing state of a channel.
@@ -62,9 +62,9 @@ pub(super) struct Pairing {
     pub(super) held: Option<Held>,
     tentative: Option<Tentative>,
     /// The last request that was aborted by its client or overtaken by the next one.
-    given_up: Option<Half>,
-    unprovoked: Option<Unprovoked>,
-    under_way: Option<UnderWay>,
+    pub(super) given_up: Option<Half>,
+    pub(super) unprovoked: Option<Unprovoked>,
+    pub(super) under_way: Option<UnderWay>,
     /// The pending request may be what the abort before it answered.
     pub(super) abort_may_answer: bool,
     /// The code of the server's last abort.
@@ -445,7 +445,7 @@ impl Channel {
     }
 
     /// Whether a request is the channel's first frame: its answer may lie before the capture.
-    fn is_edge(&self, request: &Half) -> bool {
+    pub(super) fn is_edge(&self, request: &Half) -> bool {
         self.pairing.first == Some(request.at.no)
     }
 
@@ -540,24 +540,6 @@ impl Channel {
         }
     }
 
-    /// The pending request was answered by the abort that was captured before it.
-    pub(super) fn answered_by_abort(&mut self, cx: &mut Context<'_>) {
-        self.pairing.abort_may_answer = false;
-        let Some(pending) = self.pairing.pending.take() else { return };
-        let own = self.own;
-        if pending.at.no != cx.at.no {
-            self.note(Note::AnsweredByAbort, pending.at, cx);
-            self.own = false;
-        }
-        let abort = self.pairing_abort();
-        if let Some(transfer) = &mut self.transfer {
-            transfer.reordered = true;
-            transfer.abort = abort;
-        }
-        self.complete(Status::Aborted, cx);
-        self.own = own;
-    }
-
     /// A transfer whose request was not answered, and which the client left.
     fn abandon(&mut self, pending: &Half, cx: &mut Context<'_>) {
         let nameless = !self.is_trusted() && !strict_initiate(pending);
@@ -590,26 +572,6 @@ impl Channel {
         let own = std::mem::replace(&mut self.own, false);
         self.complete(if uncaptured { Status::Incomplete } else { Status::Failed }, cx);
         self.own = own;
-    }
-
-    fn client_abort(&mut self, half: &Half, code: u32, cx: &mut Context<'_>) {
-        let seqno = self.block_seqno(Side::Server);
-        self.abort(Side::Client, half.at, code, cx);
-        self.pairing.given_up = self.pairing.pending.take().or(self.pairing.given_up);
-        self.pairing.abort_may_answer = false;
-        self.pairing.under_way = Some(UnderWay { side: Side::Server, seqno });
-    }
-
-    fn server_abort(&mut self, half: &Half, mux: wire::Mux, code: u32, cx: &mut Context<'_>) {
-        let seqno = self.block_seqno(Side::Client);
-        let unasked = self.pairing.pending.is_none_or(|pending| self.is_edge(&pending));
-        let idle = self.transfer.is_none();
-        self.abort(Side::Server, half.at, code, cx);
-        self.pairing.pending = None;
-        self.pairing.abort_may_answer = false;
-        self.pairing.last_abort = Some(code);
-        self.pairing.under_way = Some(UnderWay { side: Side::Client, seqno });
-        self.pairing.unprovoked = unasked.then_some(Unprovoked { at: half.at, mux, idle });
     }
 
     fn segment_ordinal(&self, command: &Command) -> u32 {

@@ -221,6 +221,12 @@ pub fn result(out: &mut Vec<u8>, transfer: &Transfer) {
     });
 }
 
+/// The same where it becomes known only at a later frame.
+pub fn later_result(out: &mut Vec<u8>, transfer: &Transfer) {
+    put!(out; "transfer that began in frame ", transfer.first.no, ": ");
+    result(out, transfer);
+}
+
 fn place(out: &mut Vec<u8>, step: &Step) {
     match (step.place, step.answered_by) {
         (Place::Late, Some(request)) => put!(out; " [late answer to frame ", request.no, "]"),

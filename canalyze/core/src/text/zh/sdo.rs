@@ -227,6 +227,12 @@ pub fn result(out: &mut Vec<u8>, transfer: &Transfer) {
     });
 }
 
+/// The same where it becomes known only at a later frame.
+pub fn later_result(out: &mut Vec<u8>, transfer: &Transfer) {
+    put!(out; "第", transfer.first.no, "帧开始的传输: ");
+    result(out, transfer);
+}
+
 fn place(out: &mut Vec<u8>, step: &Step) {
     match (step.place, step.answered_by) {
         (Place::Late, Some(request)) => put!(out; " [对第", request.no, "帧请求的迟到应答]"),

@@ -1,0 +1,103 @@
+//! Aborts (CiA 301, 7.2.4.3.17): they end the transfer, whoever sends them, and are never answered.
+//!
+//! The multiplexor of an abort is unreliable, so an abort belongs to its channel's transfer, not to an object. Its
+//! provoking request may be captured after it, and frames that were under way may follow it.
+
+use super::channel::{Channel, Context, Half, Outside, Phase, strict_initiate};
+use super::pairing::{UnderWay, Unprovoked};
+use super::transfer::{Abort, Status};
+use super::wire::{self, Command, Segment, Side};
+use crate::event::Note;
+use crate::finding::{Code, Facts};
+use crate::frame::FrameRef;
+
+/// Abort code: SDO protocol timed out.
+const TIMED_OUT: u32 = 0x0504_0000;
+
+impl Channel {
+    /// An abort, from either side: it ends the transfer, and is never answered.
+    pub(super) fn abort(&mut self, side: Side, at: FrameRef, code: u32, cx: &mut Context<'_>) {
+        if let Some(pending) = self.pairing.pending {
+            match (side, pending.command) {
+                (Side::Client, _) if code == TIMED_OUT => {
+                    self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
+                }
+                (Side::Server, Command::SegmentRequest { toggle } | Command::Segment(Segment { toggle, .. })) => {
+                    if let Phase::Segments { toggle: due } = self.phase
+                        && due != toggle
+                    {
+                        let facts = Facts::Toggle { expected: due, found: toggle, by: Side::Client };
+                        self.find(Code::Sdo001, pending.at, facts, cx);
+                    }
+                    self.judge_refused_segment(pending, cx);
+                }
+                (Side::Server, Command::EndBlock { .. }) => self.judge_refused_end(pending, cx),
+                _ => {}
+            }
+        }
+        self.judge_aborted_block(cx);
+        self.find(Code::Sdo017, at, Facts::Abort { code, by: side }, cx);
+        if let Some(transfer) = &mut self.transfer {
+            transfer.abort = Some(Abort { code, by: side });
+            transfer.last = at;
+        }
+        self.complete(Status::Aborted, cx);
+        self.outside = if self.begun { Outside::Violation } else { Outside::Uncaptured };
+    }
+
+    /// A last segment that the server refused: was it for its size?
+    pub(super) fn judge_refused_segment(&mut self, pending: Half, cx: &mut Context<'_>) {
+        let (Command::Segment(segment), Some(transfer)) = (pending.command, &self.transfer) else { return };
+        let Some(indicated) = transfer.size_indicated.map(u64::from) else { return };
+        let transferred = transfer.size.saturating_add(u64::from(7 - segment.unused));
+        if !transfer.hole && (transferred > indicated || (segment.last && transferred != indicated)) {
+            self.find(Code::Sdo006, pending.at, Facts::Size { indicated, transferred }, cx);
+        }
+    }
+
+    /// The pending request was answered by the abort that was captured before it.
+    pub(super) fn answered_by_abort(&mut self, cx: &mut Context<'_>) {
+        self.pairing.abort_may_answer = false;
+        let Some(pending) = self.pairing.pending.take() else { return };
+        let own = self.own;
+        if pending.at.no != cx.at.no {
+            self.note(Note::AnsweredByAbort, pending.at, cx);
+            self.own = false;
+        }
+        let abort = self.pairing_abort();
+        if let Some(transfer) = &mut self.transfer {
+            transfer.reordered = true;
+            transfer.abort = abort;
+        }
+        self.complete(Status::Aborted, cx);
+        self.own = own;
+    }
+
+    pub(super) fn client_abort(&mut self, half: &Half, code: u32, cx: &mut Context<'_>) {
+        let seqno = self.block_seqno(Side::Server);
+        self.abort(Side::Client, half.at, code, cx);
+        self.pairing.given_up = self.pairing.pending.take().or(self.pairing.given_up);
+        self.pairing.abort_may_answer = false;
+        self.pairing.under_way = Some(UnderWay { side: Side::Server, seqno });
+    }
+
+    pub(super) fn server_abort(&mut self, half: &Half, mux: wire::Mux, code: u32, cx: &mut Context<'_>) {
+        let seqno = self.block_seqno(Side::Client);
+        let unasked = self.pairing.pending.is_none_or(|pending| self.is_edge(&pending));
+        let idle = self.transfer.is_none();
+        if self.pairing.pending.is_some_and(|pending| strict_initiate(&pending) && pending.command.mux() == Some(mux)) {
+            // A refusal of what was asked for is as good an answer as any.
+            self.trust(cx);
+        }
+        self.abort(Side::Server, half.at, code, cx);
+        self.pairing.pending = None;
+        self.pairing.abort_may_answer = false;
+        self.pairing.last_abort = Some(code);
+        self.pairing.under_way = Some(UnderWay { side: Side::Client, seqno });
+        self.pairing.unprovoked = unasked.then_some(Unprovoked { at: half.at, mux, idle });
+    }
+
+    pub(super) fn pairing_abort(&self) -> Option<Abort> {
+        self.pairing.last_abort.map(|code| Abort { code, by: Side::Server })
+    }
+}

@@ -1,0 +1,173 @@
+//! What an answered request does to the transfer, outside sub-blocks (CiA 301, 7.2.4.3.3 to 7.2.4.3.8).
+//!
+//! Request and response come here in causal order, whatever order the capture showed them in; toggle bits and
+//! sizes are judged here and nowhere else.
+
+use std::sync::Arc;
+
+use super::channel::{Channel, Context, Half, Phase};
+use super::transfer::{Direction, Mode, Status};
+use super::wire::{self, Command, Initiate, Segment, Side};
+use crate::finding::{Code, Facts};
+use crate::frame::FrameRef;
+
+impl Channel {
+    /// A request and the response that answers it, in causal order.
+    pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
+        self.pairing.pending = None;
+        self.pairing.last_response = Some(response.bytes);
+        if request.command.is_initiate() {
+            self.pairing.initiated();
+        }
+        if request.command.is_initiate() && wire::fits(&request.command, &response.command) && !self.trusted {
+            self.trust(cx);
+        }
+        if let Some(transfer) = &mut self.transfer {
+            transfer.last = if response.at.no > request.at.no { response.at } else { request.at };
+            transfer.reordered |= response.at.no < request.at.no;
+        }
+        if let (Some(expected), Some(found)) = (request.command.mux(), response.command.mux())
+            && expected != found
+        {
+            self.find(Code::Sdo003, response.at, Facts::Objects { expected, found }, cx);
+        }
+        match (request.command, response.command) {
+            (Command::InitiateUpload(_) | Command::InitiateBlockUpload { .. }, Command::UploadInitiated(_, i)) => {
+                self.upload_initiated(response, i, cx);
+            }
+            (Command::InitiateDownload(_, i), _) => self.download_initiated(request, i, cx),
+            (Command::SegmentRequest { toggle }, Command::Segment(segment)) => {
+                self.check_toggle((request.at, toggle), (response.at, segment.toggle), cx);
+                self.add_segment(response, segment, cx);
+            }
+            (Command::Segment(segment), Command::SegmentResponse { toggle }) => {
+                self.check_toggle((request.at, segment.toggle), (response.at, toggle), cx);
+                self.add_segment(request, segment, cx);
+            }
+            (
+                Command::InitiateBlockUpload { crc: client, blksize, .. },
+                Command::BlockUploadInitiated { crc: server, size, .. },
+            ) => self.block_initiated(response.at, blksize, client && server, size),
+            (
+                Command::InitiateBlockDownload { crc: client, size, .. },
+                Command::BlockDownloadInitiated { crc: server, blksize, .. },
+            ) => self.block_initiated(request.at, blksize, client && server, size),
+            (Command::EndBlock { .. }, _) => self.end_block_download(request, cx),
+            _ => {}
+        }
+    }
+
+    pub(super) fn upload_initiated(&mut self, response: Half, i: Initiate, cx: &mut Context<'_>) {
+        let Some(transfer) = &mut self.transfer else { return };
+        transfer.initiated = Some(response.at);
+        if i.expedited {
+            transfer.mode = Mode::Expedited;
+            transfer.size_indicated = i.size_indicated.then_some(4 - u32::from(i.unused & 3));
+            transfer.append(i.data.get(..i.expedited_len(response.len)).unwrap_or(&[]));
+            self.complete(Status::Ok, cx);
+            return;
+        }
+        transfer.mode = Mode::Segmented;
+        transfer.size_indicated = i.size();
+        self.unmarked = i.size().is_none().then_some((response, i));
+        self.phase = Phase::Segments { toggle: false };
+    }
+
+    pub(super) fn download_initiated(&mut self, request: Half, i: Initiate, cx: &mut Context<'_>) {
+        let Some(transfer) = &mut self.transfer else { return };
+        transfer.initiated = Some(request.at);
+        if i.expedited {
+            transfer.append(i.data.get(..i.expedited_len(request.len)).unwrap_or(&[]));
+            self.complete(Status::Ok, cx);
+            return;
+        }
+        self.unmarked = i.size().is_none().then_some((request, i));
+        self.phase = Phase::Segments { toggle: false };
+    }
+
+    pub(super) fn check_toggle(&mut self, request: (FrameRef, bool), response: (FrameRef, bool), cx: &mut Context<'_>) {
+        let Phase::Segments { toggle: expected } = &mut self.phase else { return };
+        let due = *expected;
+        let first_seen = self.transfer.as_ref().is_some_and(|t| t.mux.is_none() && t.segments == 0);
+        *expected = if request.1 == response.1 { !request.1 } else { !due };
+        if first_seen {
+            return;
+        }
+        let wrong = if request.1 != due {
+            Some((request, Side::Client))
+        } else if response.1 != due {
+            Some((response, Side::Server))
+        } else {
+            None
+        };
+        if let Some(((at, found), by)) = wrong {
+            self.find(Code::Sdo001, at, Facts::Toggle { expected: due, found, by }, cx);
+        }
+    }
+
+    /// The data of a segment that was confirmed (or whose request is not in the capture).
+    pub(super) fn add_segment(&mut self, half: Half, segment: Segment, cx: &mut Context<'_>) {
+        if let Some((initiate, i)) = self.unmarked.take()
+            && i.unused != 0
+        {
+            self.find(Code::Sdo004, initiate.at, Facts::Unused(i.unused), cx);
+        }
+        let Some(transfer) = &mut self.transfer else { return };
+        let carried = (7 - usize::from(segment.unused)).min(usize::from(half.len.saturating_sub(1)));
+        transfer.append(segment.data.get(..carried).unwrap_or(&[]));
+        transfer.segments = transfer.segments.saturating_add(1);
+        transfer.even &= segment.last || segment.unused == 0;
+        if segment.last {
+            self.close_sized(half.at, cx);
+        }
+    }
+
+    /// Ends a transfer whose data are all there: judges its size.
+    pub(super) fn close_sized(&mut self, end: FrameRef, cx: &mut Context<'_>) {
+        let Some(transfer) = &self.transfer else { return };
+        let mut status = if transfer.hole || transfer.mux.is_none() { Status::Incomplete } else { Status::Ok };
+        if !transfer.size_is_right() {
+            let facts =
+                Facts::Size { indicated: transfer.size_indicated.map_or(0, u64::from), transferred: transfer.size };
+            let cause = transfer.initiated.unwrap_or(end);
+            self.find(Code::Sdo006, if end.no == cx.at.no { cause } else { end }, facts, cx);
+            status = Status::Failed;
+        }
+        self.complete(status, cx);
+    }
+
+    /// Whether all indicated bytes were transferred though no segment was marked as the last one.
+    pub(super) fn all_bytes_without_last(&self) -> bool {
+        matches!(self.phase, Phase::Segments { .. })
+            && self.transfer.as_ref().is_some_and(|transfer| {
+                !transfer.hole
+                    && transfer.segments > 0
+                    && transfer.size_indicated.is_some_and(|size| u64::from(size) <= transfer.size)
+            })
+    }
+
+    /// An initiate with e = s = 0 that no segment followed: its four bytes were meant as data.
+    pub(super) fn recognise_unmarked(&mut self, cx: &mut Context<'_>) {
+        let Some((initiate, i)) = self.unmarked.take() else { return };
+        let code = match self.transfer.as_ref().map(|transfer| transfer.direction) {
+            Some(Direction::Upload) => Code::Sdo022,
+            _ => Code::Sdo021,
+        };
+        self.find(code, initiate.at, Facts::Unused(i.unused), cx);
+        if let Some(transfer) = &mut self.transfer {
+            transfer.mode = Mode::Expedited;
+            let carried = 4 - usize::from(i.unused & 3);
+            transfer.append(i.data.get(..carried).unwrap_or(&[]));
+        }
+        let own = std::mem::replace(&mut self.own, false);
+        let last = self.transfer.as_ref().map(|transfer| transfer.last);
+        if let (Some(transfer), Some(last)) = (self.transfer.take(), last) {
+            let mut transfer = *transfer;
+            transfer.status = Status::Ok;
+            transfer.last = last;
+            self.announce(Arc::new(transfer), cx);
+        }
+        self.phase = Phase::Idle;
+        self.own = own;
+    }
+}

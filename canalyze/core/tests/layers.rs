@@ -1,0 +1,112 @@
+//! The house order of `src/lib.rs`, kept: which module may use which, and where words for people may stand.
+
+#![allow(clippy::expect_used, clippy::panic)]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A module (the longest prefix counts) and the modules that it may use. Its own files always may.
+const MAY_USE: &[(&str, &[&str])] = &[
+    ("frame", &[]),
+    ("od", &[]),
+    ("cob_id", &["frame"]),
+    ("services::sdo::wire", &[]),
+    ("finding", &["frame", "services::sdo::wire"]),
+    ("services::sdo::transfer", &["frame", "finding", "services::sdo::wire"]),
+    ("message", &["frame", "cob_id", "services::lss", "services::pdo"]),
+    ("event", &["frame", "message", "finding", "services::sdo::wire", "services::sdo::transfer"]),
+    ("services", &["frame", "cob_id", "message", "finding", "event"]),
+    ("bus", &["frame", "cob_id", "message", "event", "services"]),
+    ("readers", &["frame"]),
+    ("filter", &["frame"]),
+    ("text", &["frame", "cob_id", "od", "message", "finding", "event", "services", "readers", "filter"]),
+    ("render", &["frame", "cob_id", "od", "message", "finding", "event", "services", "readers", "text"]),
+    ("session", &["frame", "finding", "event", "services", "bus", "readers", "filter", "text", "render"]),
+    ("python", &["frame", "finding", "services", "readers", "filter", "text", "render", "session"]),
+];
+
+fn sources() -> Vec<(String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut folders = vec![root.clone()];
+    let mut found = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("the source is readable") {
+            let path = entry.expect("the source is readable").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                found.push((module(&root, &path), fs::read_to_string(&path).expect("the source is UTF-8")));
+            }
+        }
+    }
+    assert!(found.len() > 30, "the source is where this test looks");
+    found
+}
+
+fn module(root: &Path, path: &Path) -> String {
+    let inner: PathBuf = path.strip_prefix(root).expect("below the root").with_extension("");
+    let names: Vec<String> = inner.iter().map(|name| name.to_string_lossy().into_owned()).collect();
+    names.join("::").trim_end_matches("::mod").to_owned()
+}
+
+fn belongs(module: &str, to: &str) -> bool {
+    module == to || module.strip_prefix(to).is_some_and(|rest| rest.starts_with("::"))
+}
+
+/// Every `crate::a::b` in code that is not a test, as paths.
+fn used(source: &str) -> BTreeSet<String> {
+    let code = source.split("#[cfg(test)]").next().unwrap_or(source);
+    let mut paths = BTreeSet::new();
+    for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
+        for rest in line.split("crate::").skip(1) {
+            let path: String = rest.chars().take_while(|c| c.is_alphanumeric() || matches!(c, '_' | ':')).collect();
+            match rest.split_once("::{") {
+                // `crate::services::{nmt, pdo::x}`: one path a name.
+                Some((head, names)) if head.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | ':')) => {
+                    for name in names.split([',', '}']).map(str::trim).filter(|name| !name.is_empty()) {
+                        paths.insert(format!("{head}::{name}"));
+                    }
+                }
+                _ => {
+                    paths.insert(path.trim_end_matches(':').to_owned());
+                }
+            }
+        }
+    }
+    paths
+}
+
+#[test]
+fn dependency_runs_one_way() {
+    let mut checked = 0;
+    for (module, source) in sources() {
+        if module == "lib" || module.ends_with("tests") {
+            continue;
+        }
+        let row = MAY_USE.iter().filter(|(name, _)| belongs(&module, name)).max_by_key(|(name, _)| name.len());
+        let (home, allowed) = row.unwrap_or_else(|| panic!("{module} has no row in this table"));
+        for path in used(&source) {
+            let fine = belongs(&path, home) || allowed.iter().any(|name| belongs(&path, name));
+            assert!(fine, "{module} uses crate::{path}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 100, "only {checked} uses were found");
+}
+
+#[test]
+fn words_for_people_stand_in_text() {
+    for (module, source) in sources() {
+        let chinese = source.chars().any(|c| ('\u{4E00}'..='\u{9FFF}').contains(&c));
+        let words = belongs(&module, "text") || module.ends_with("tests");
+        assert!(!chinese || words, "{module} holds Chinese words");
+    }
+}
+
+#[test]
+fn only_the_binding_knows_python() {
+    for (module, source) in sources() {
+        assert!(module == "python" || !source.contains("pyo3"), "{module} names pyo3");
+    }
+}

@@ -1,0 +1,73 @@
+"""The keys of the machine output, frozen: keys may be added here, none may be renamed or go."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from captures import SAMPLES, Row, analyze
+
+KEYS = {
+    "frame": {
+        *("kind", "frame", "line", "file", "t", "bus", "dir", "id", "ext", "rtr", "fd", "err", "len", "data"),
+        *("service", "node", "text", "findings"),
+    },
+    "finding": {
+        *("kind", "code", "name", "severity", "file", "frame", "line", "t", "cause_frame", "cause_line", "bus", "node"),
+        *("index", "sub", "message", "facts"),
+    },
+    "note": {"kind", "note", "frame", "line", "about_frame", "about_line", "bus", "node", "transfer", "text"},
+    "transfer": {
+        *("kind", "transfer", "bus", "node", "direction", "mode", "index", "sub", "name", "type", "size_indicated"),
+        *("size", "data", "value", "text", "status", "abort", "first_frame", "last_frame", "t", "duration"),
+        *("reordered", "retransmissions", "crc_negotiated", "findings"),
+    },
+}
+SDO = {"by", "command", "transfer", "index", "sub", "segment", "place", "answered_by"}
+
+
+def rows() -> list[Row]:
+    found = []
+    for path in sorted(SAMPLES.rglob("*.jsonl")):
+        found += [json.loads(line) for line in path.read_text().splitlines()]
+    return found
+
+
+def test_keys_are_those_that_are_documented() -> None:
+    seen: dict[str, int] = {}
+    for row in rows():
+        kind = row["kind"]
+        seen[kind] = seen.get(kind, 0) + 1
+        extra = {row["service"]} if kind == "frame" else set()
+        assert set(row) == KEYS[kind] | extra, row
+        if kind == "frame" and row["service"] == "sdo":
+            assert set(row["sdo"]) >= SDO, row
+    assert seen.get("frame", 0) > 300
+    assert seen.get("finding", 0) > 10
+    assert seen.get("transfer", 0) > 20
+
+
+def test_a_note_has_its_keys() -> None:
+    reset = b"".join(
+        b"(1.%06d) can0 %s\n" % (number, frame)
+        for number, frame in enumerate(
+            [
+                b"60A#4002200000000000",
+                b"58A#4F0220005A000000",
+                b"60A#4008100000000000",
+                b"58A#4108100017000000",
+                b"70A#00",
+            ]
+        )
+    )
+    notes = [row for row in analyze(reset).notes if row["kind"] == "note"]
+    assert [set(row) for row in notes] == [KEYS["note"]]
+    assert [(row["note"], row["about_frame"]) for row in notes] == [("lost_by_reset", 3)]
+
+
+def test_the_source_documents_every_key() -> None:
+    source = Path(__file__).parent.parent / "canalyze/core/src/render/jsonl"
+    documented = (source / "mod.rs").read_text() + (source / "sdo.rs").read_text()
+    for keys in KEYS.values():
+        for key in keys:
+            assert key in documented, key
