@@ -117,7 +117,7 @@ class Analysis:
 
 def analyze(text: bytes, *, name: str = "capture.log", lang: str = "en", regular: bool = True) -> Analysis:
     """What the program says about a capture, in process and at once."""
-    return sort_rows(session_output([text], name=name, output_format="jsonl", lang=lang, regular=regular))
+    return sort_rows(session_output([text], regular, name=name, output_format="jsonl", lang=lang))
 
 
 def sort_rows(output: bytes) -> Analysis:
@@ -132,12 +132,13 @@ def sort_rows(output: bytes) -> Analysis:
 
 def session_output(
     chunks: Iterable[bytes],
+    regular: bool = True,
+    /,
     *,
     name: str = "capture.log",
     output_format: str = "text",
     lang: str = "zh",
     depth: str = "default",
-    regular: bool = True,
 ) -> bytes:
     """The output of one session over one file (or pipe: not regular) that came in these chunks."""
     session = _core.Session(lang=lang, format=output_format, depth=depth)

@@ -46,7 +46,7 @@ def goldens(capture: Path) -> dict[Path, dict[str, str]]:
 def output(capture: Path, arguments: dict[str, str]) -> bytes:
     """What the program says now."""
     regular = capture.stem not in PIPED
-    return session_output([capture.read_bytes()], name=capture.name, regular=regular, **arguments)
+    return session_output([capture.read_bytes()], regular, name=capture.name, **arguments)
 
 
 def main() -> None:

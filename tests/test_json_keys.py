@@ -24,6 +24,8 @@ KEYS = {
     },
 }
 SDO = {"by", "command", "transfer", "index", "sub", "segment", "place", "answered_by"}
+MALFORMED = {"malformed", "least", "most"}
+"""Of a frame whose length says that nothing can be read from it."""
 
 
 def rows() -> list[Row]:
@@ -41,7 +43,7 @@ def test_keys_are_those_that_are_documented() -> None:
         extra = {row["service"]} if kind == "frame" else set()
         assert set(row) == KEYS[kind] | extra, row
         if kind == "frame" and row["service"] == "sdo":
-            assert set(row["sdo"]) >= SDO, row
+            assert set(row["sdo"]) >= SDO or set(row["sdo"]) == MALFORMED, row
     assert seen.get("frame", 0) > 300
     assert seen.get("finding", 0) > 10
     assert seen.get("transfer", 0) > 20
