@@ -27,7 +27,7 @@ impl Bus {
     /// Takes one frame: appends its events, the frame's own first.
     pub fn step(&mut self, frame: &Frame, cx: &mut Context<'_>) {
         let role = predefined(frame.id);
-        if frame.kind == Kind::Data && frame.len > 0 {
+        if frame.kind == Kind::Data {
             match role {
                 Role::SdoRequest(node) => return self.channel(frame.bus, node).step(Side::Client, frame, cx),
                 Role::SdoResponse(node) => return self.channel(frame.bus, node).step(Side::Server, frame, cx),
@@ -43,9 +43,6 @@ impl Bus {
             transfer: None,
             what: What::Message(message),
         });
-        if let (Kind::Data, Role::SdoRequest(node) | Role::SdoResponse(node)) = (frame.kind, role) {
-            self.channel(frame.bus, node).empty(cx.at, cx);
-        }
         match message {
             Message::BootUp { node } => self.lost(Some(node), true, cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.lost(None, true, cx),

@@ -6,7 +6,7 @@ use crate::finding::Finding;
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
 use crate::services::sdo::transfer::{Transfer, TransferId};
-use crate::services::sdo::wire::{Command, Mux, Side, decode};
+use crate::services::sdo::wire::{Command, Mux, Side, decode_frame};
 
 /// Something that a frame says or proves.
 #[derive(Clone, Debug)]
@@ -64,7 +64,7 @@ impl Step {
     pub fn alone(side: Side, frame: &Frame) -> Self {
         Self {
             side,
-            command: decode(side, frame.head()),
+            command: decode_frame(side, frame.head(), frame.len),
             mux: None,
             ordinal: 0,
             answered_by: None,

@@ -159,6 +159,8 @@ pub enum Facts {
         /// Who should have sent it.
         by: Side,
     },
+    /// A sub-block of which no acknowledgement was captured.
+    NotAcknowledged,
     /// The same response was seen before: a duplicate.
     Duplicate,
     /// Two objects.

@@ -356,6 +356,21 @@ fn little_endian(bytes: &[u8]) -> u64 {
     bytes.iter().take(8).rev().fold(0, |number, byte| number << 8 | u64::from(*byte))
 }
 
+/// Whether a number is rather read as bits than as a quantity: COB-IDs, identities, mappings, error codes, control
+/// and status words.
+pub fn is_bit_field(index: u16, sub: u8) -> bool {
+    match index {
+        0x1000..=0x1002 | 0x1005 | 0x1012 | 0x1014 | 0x1020 | 0x1023..=0x1026 => true,
+        0x1003 | 0x1016 | 0x1018 | 0x1028 => sub > 0,
+        0x1200..=0x12FF => sub == 1 || sub == 2,
+        0x1400..=0x15FF | 0x1800..=0x19FF => sub == 1,
+        0x1600..=0x17FF | 0x1A00..=0x1BFF => sub > 0,
+        0x1F80..=0x1F82 => true,
+        0x6000..=0x9FFF => matches!(first_axis(index), 0x603F | 0x6040 | 0x6041 | 0x6502),
+        _ => false,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]

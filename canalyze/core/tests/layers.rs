@@ -16,7 +16,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services::sdo::transfer", &["frame", "finding", "services::sdo::wire"]),
     ("message", &["frame", "cob_id", "services::lss", "services::pdo"]),
     ("event", &["frame", "message", "finding", "services::sdo::wire", "services::sdo::transfer"]),
-    ("services", &["frame", "cob_id", "message", "finding", "event"]),
+    ("services", &["frame", "od", "cob_id", "message", "finding", "event"]),
     ("bus", &["frame", "cob_id", "message", "event", "services"]),
     ("readers", &["frame"]),
     ("filter", &["frame"]),

@@ -214,10 +214,8 @@ impl Lines {
 /// One frame by itself, with its breakdown: no history, so nothing is said of its place.
 pub fn explain(out: &mut Vec<u8>, lang: Lang, frame: &Frame, buses: &Buses) {
     let what = match predefined(frame.id) {
-        Role::SdoRequest(node) if frame.kind == Kind::Data && frame.len > 0 => {
-            (Some(node), What::Sdo(Step::alone(Side::Client, frame)))
-        }
-        Role::SdoResponse(node) if frame.kind == Kind::Data && frame.len > 0 => {
+        Role::SdoRequest(node) if frame.kind == Kind::Data => (Some(node), What::Sdo(Step::alone(Side::Client, frame))),
+        Role::SdoResponse(node) if frame.kind == Kind::Data => {
             (Some(node), What::Sdo(Step::alone(Side::Server, frame)))
         }
         role => (None, What::Message(services::decode(role, frame))),

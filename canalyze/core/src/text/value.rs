@@ -5,6 +5,7 @@
 use super::digits::{Hex, Padded, Spaced, decimal, put};
 use super::{Lang, escape};
 use crate::od::{self, DataType, Value};
+use crate::services::sdo::transfer::{Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
 /// Most bytes of a text that are shown.
@@ -53,6 +54,36 @@ pub fn value(out: &mut Vec<u8>, lang: Lang, data_type: Option<DataType>, bytes: 
                 put!(out; " ...");
             }
         }
+    }
+}
+
+/// The value of an object that was transferred whole.
+pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, bytes: &[u8]) {
+    let data_type = od::data_type(mux.index, mux.sub);
+    if od::is_bit_field(mux.index, mux.sub) && matches!(bytes.len(), 1..=4) {
+        for byte in bytes.iter().rev() {
+            put!(out; Hex::<2>(u64::from(*byte)));
+        }
+        put!(out; "h");
+    } else {
+        value(out, lang, data_type, bytes, bytes.len() as u64);
+    }
+    // Store and restore parameters are written as a word: "save", "load" (CiA 301, 7.5.2.13).
+    if matches!(mux.index, 0x1010 | 0x1011) && matches!(bytes, b"save" | b"load") {
+        put!(out; " \"");
+        escape::terminal(out, bytes);
+        put!(out; "\"");
+    }
+}
+
+/// What a transfer moved: a value if it is whole, else bytes, since a fragment read as a number is none.
+pub fn transferred(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
+    let whole = transfer.kept.len() as u64 == transfer.size;
+    match (transfer.status, transfer.mux) {
+        (Status::Ok, Some(mux)) if whole => of_object(out, lang, mux, &transfer.kept),
+        (Status::Ok, _) => value(out, lang, None, &transfer.kept, transfer.size),
+        _ if transfer.kept.is_empty() => {}
+        _ => value(out, lang, Some(DataType::Domain), &transfer.kept, transfer.size),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::event::{Place, Step};
 use crate::finding::{CrcMatch, Facts};
 use crate::frame::Frame;
 use crate::od::{self, DataType, Value};
-use crate::services::sdo::transfer::{Transfer, TransferId};
+use crate::services::sdo::transfer::{Status, Transfer, TransferId};
 use crate::services::sdo::wire::{Command, Side};
 use crate::text::digits::{Hex, Joined, put};
 use crate::text::{escape, terms, value};
@@ -74,7 +74,8 @@ pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, fram
         | Command::DownloadInitiated(_)
         | Command::StartBlockUpload
         | Command::BlockEnded
-        | Command::Unknown(_) => {}
+        | Command::Unknown(_)
+        | Command::Truncated(_) => {}
     }
     put!(out; "}");
 }
@@ -110,6 +111,7 @@ fn name(command: &Command, by: Side) -> &'static str {
         Command::BlockSegment { .. } => "block_segment",
         Command::Abort(..) => "abort",
         Command::Unknown(_) => "unknown",
+        Command::Truncated(_) => "truncated",
     }
 }
 
@@ -117,7 +119,8 @@ fn name(command: &Command, by: Side) -> &'static str {
 ///
 /// `transfer bus node direction mode index sub name type size_indicated size data value text status abort
 /// first_frame last_frame t duration reordered retransmissions crc_negotiated findings`. `data` are the bytes kept
-/// (the first 65536), `value` is a number, string, boolean or, for bytes, null; `text` the value in words; `abort`
+/// (the first 65536), `value` is a number, string, boolean or,
+/// for bytes and transfers that are not ok, null; `text` the value in words; `abort`
 /// is null or `{"code","by","text"}`; `t` and `duration` are decimal strings of seconds or null.
 pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     put!(out; "{\"kind\":\"transfer\",\"transfer\":", transfer.id.0, ",\"bus\":");
@@ -141,9 +144,13 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     put!(out; ",\"size_indicated\":");
     number_or_null(out, transfer.size_indicated.map(u64::from));
     put!(out; ",\"size\":", transfer.size, ",\"data\":\"", Joined(&transfer.kept), "\",\"value\":");
-    json_value(out, data_type, &transfer.kept);
+    if transfer.status == Status::Ok {
+        json_value(out, data_type, &transfer.kept);
+    } else {
+        put!(out; "null");
+    }
     put!(out; ",\"text\":");
-    quoted(out, |text| value::value(text, setting.lang, data_type, &transfer.kept, transfer.size));
+    quoted(out, |text| value::transferred(text, setting.lang, transfer));
     put!(out; ",\"status\":\"", transfer.status.name(), "\",\"abort\":");
     match transfer.abort {
         None => put!(out; "null"),
@@ -195,6 +202,7 @@ pub fn facts(out: &mut Vec<u8>, facts: &Facts) {
         }
         Facts::Missing { by: Side::Server } => put!(out; "{\"missing\":\"response\"}"),
         Facts::Missing { by: Side::Client } => put!(out; "{\"missing\":\"request\"}"),
+        Facts::NotAcknowledged => put!(out; "{\"missing\":\"acknowledgement\"}"),
         Facts::Duplicate => put!(out; "{\"missing\":\"request\",\"duplicate\":true}"),
         Facts::Objects { expected, found } => {
             put!(out; "{\"expected\":\"", Hex::<4>(u64::from(expected.index)), ":", Hex::<2>(u64::from(expected.sub)));

@@ -4,6 +4,7 @@
 //! provoking request may be captured after it, and frames that were under way may follow it.
 
 use super::channel::{Channel, Context, Half, Outside, Phase, strict_initiate};
+use super::exchange::expedited;
 use super::pairing::{UnderWay, Unprovoked};
 use super::transfer::{Abort, Status};
 use super::wire::{self, Command, Segment, Side};
@@ -36,6 +37,10 @@ impl Channel {
             }
         }
         self.judge_aborted_block(cx);
+        if self.all_bytes_without_last() {
+            let last = self.transfer.as_ref().map_or(at, |transfer| transfer.last);
+            self.find(Code::Sdo007, last, Facts::NoLast, cx);
+        }
         self.find(Code::Sdo017, at, Facts::Abort { code, by: side }, cx);
         if let Some(transfer) = &mut self.transfer {
             transfer.abort = Some(Abort { code, by: side });
@@ -82,9 +87,29 @@ impl Channel {
     }
 
     pub(super) fn server_abort(&mut self, half: &Half, mux: wire::Mux, code: u32, cx: &mut Context<'_>) {
+        let pending_object = self.pairing.pending.and_then(|pending| pending.command.mux());
+        if self.pairing.abort_may_answer
+            && pending_object != Some(mux)
+            && pending_object == self.pairing.last_abort.map(|(object, _)| object)
+        {
+            self.answered_by_abort(cx);
+        }
         let seqno = self.block_seqno(Side::Client);
         let unasked = self.pairing.pending.is_none_or(|pending| self.is_edge(&pending));
         let idle = self.transfer.is_none();
+        if unasked && idle && self.pairing.given_up.take().is_some() {
+            // Both sides gave up, or the server refuses late: the abort is not for what the client asks next.
+            self.abort(Side::Server, half.at, code, cx);
+            return;
+        }
+        if let Some(pending) = self.pairing.pending
+            && let Command::InitiateDownload(object, i) = pending.command
+            && let Some(transfer) = &mut self.transfer
+            && i.expedited
+        {
+            // What was refused is still what the client wanted to write.
+            transfer.append(expedited(Some(object), &i, pending.len));
+        }
         if self.pairing.pending.is_some_and(|pending| strict_initiate(&pending) && pending.command.mux() == Some(mux)) {
             // A refusal of what was asked for is as good an answer as any.
             self.trust(cx);
@@ -92,12 +117,12 @@ impl Channel {
         self.abort(Side::Server, half.at, code, cx);
         self.pairing.pending = None;
         self.pairing.abort_may_answer = false;
-        self.pairing.last_abort = Some(code);
+        self.pairing.last_abort = Some((mux, code));
         self.pairing.under_way = Some(UnderWay { side: Side::Client, seqno });
-        self.pairing.unprovoked = unasked.then_some(Unprovoked { at: half.at, mux, idle });
+        self.pairing.unprovoked = unasked.then_some(Unprovoked { at: half.at });
     }
 
     pub(super) fn pairing_abort(&self) -> Option<Abort> {
-        self.pairing.last_abort.map(|code| Abort { code, by: Side::Server })
+        self.pairing.last_abort.map(|(_, code)| Abort { code, by: Side::Server })
     }
 }

@@ -18,8 +18,9 @@ pub const MOST: u8 = 127;
 #[derive(Clone, Copy, Debug)]
 struct Wrong {
     at: FrameRef,
+    /// The number that was due when it came: an acknowledgement of it accepts what is wrong.
     expected: u8,
-    found: u8,
+    facts: Facts,
 }
 
 /// The end frame of the transfer.
@@ -59,8 +60,10 @@ struct SubBlock {
     segments: Vec<[u8; 7]>,
     /// Highest sequence number sent, in sequence or not.
     sent: u8,
-    /// Sequence number of the segment with c = 1.
-    last_at: Option<u8>,
+    /// Segments sent, in sequence or not.
+    count: u8,
+    /// Sequence number of the segment with c = 1, and which segment of the sub-block it was.
+    last_at: Option<(u8, u8)>,
     wrong: Option<Wrong>,
 }
 
@@ -71,20 +74,21 @@ impl SubBlock {
 
     fn is_complete(&self, blksize: u8) -> bool {
         let taken = self.segments.len();
-        taken >= usize::from(blksize) || self.last_at.is_some_and(|seqno| usize::from(seqno) == taken)
+        taken >= usize::from(blksize) || self.last_at.is_some_and(|(seqno, _)| usize::from(seqno) == taken)
     }
 
     fn take(&mut self, blksize: u8, at: FrameRef, seqno: u8, last: bool, data: [u8; 7]) -> Taken {
         let expected = self.expected();
         self.sent = self.sent.max(seqno);
+        self.count = self.count.saturating_add(1);
         if last {
-            self.last_at = Some(seqno);
+            self.last_at = Some((seqno, self.count));
         }
         if seqno == expected && seqno <= blksize {
             self.segments.push(data);
             return Taken::InSequence;
         }
-        self.wrong.get_or_insert(Wrong { at, expected, found: seqno });
+        self.wrong.get_or_insert(Wrong { at, expected, facts: Facts::Sequence { expected, found: seqno } });
         Taken::OutOfSequence(expected)
     }
 }
@@ -97,6 +101,7 @@ pub struct Block {
     current: SubBlock,
     /// An upload's next sub-block, seen before the client's acknowledgement of the current one.
     ahead: Option<SubBlock>,
+    ahead_at: Option<FrameRef>,
     /// After an early acknowledgement: frames count again from sequence number 1 on.
     skipping: bool,
     tail: Option<[u8; 7]>,
@@ -108,6 +113,8 @@ pub struct Block {
     last_sent: bool,
     /// The segment that completed the sub-block: since then an acknowledgement is due.
     due_since: Option<FrameRef>,
+    /// The transfer's first segment.
+    pub first_at: Option<FrameRef>,
     /// The end frame, once seen.
     pub end: Option<End>,
     /// The client's start of an upload has been seen.
@@ -120,9 +127,10 @@ impl Block {
     /// A data phase that begins, with the receiver's block size.
     pub fn new(blksize: u8) -> Self {
         Self {
-            blksize: blksize.clamp(1, MOST),
+            blksize: if (1..=MOST).contains(&blksize) { blksize } else { MOST },
             current: SubBlock::default(),
             ahead: None,
+            ahead_at: None,
             skipping: false,
             tail: None,
             committed: 0,
@@ -130,6 +138,7 @@ impl Block {
             acked_all: true,
             last_sent: false,
             due_since: None,
+            first_at: None,
             end: None,
             started: false,
             bad: false,
@@ -198,6 +207,7 @@ impl Block {
         ack_may_be_late: bool,
     ) -> (Taken, Option<FrameRef>) {
         let (seqno, last, data) = segment;
+        self.first_at.get_or_insert(at);
         if self.skipping {
             if seqno != 1 {
                 return (Taken::InFlight, None);
@@ -219,8 +229,10 @@ impl Block {
         }
         if self.owes_ack() {
             if self.ahead.is_none() && seqno != 1 {
-                self.current.wrong.get_or_insert(Wrong { at, expected: 1, found: seqno });
-                return (Taken::OutOfSequence(1), ack_missing);
+                return (self.beyond_complete(at, segment), ack_missing);
+            }
+            if self.ahead.is_none() {
+                self.ahead_at = Some(at);
             }
             let ahead = self.ahead.get_or_insert_default();
             return (ahead.take(blksize, at, seqno, last, data), ack_missing);
@@ -230,6 +242,26 @@ impl Block {
             self.due_since = Some(at);
         }
         (taken, ack_missing)
+    }
+
+    /// A segment that does not begin a new sub-block though the current one is complete. One that goes on counting
+    /// after a segment marked as last shows that the mark was wrong.
+    fn beyond_complete(&mut self, at: FrameRef, (seqno, last, data): (u8, bool, [u8; 7])) -> Taken {
+        let goes_on = seqno == self.current.expected() && seqno <= self.blksize;
+        match self.current.last_at {
+            Some((marked, _)) if goes_on => {
+                let marked_at = self.due_since.unwrap_or(at);
+                self.current.wrong.get_or_insert(Wrong { at: marked_at, expected: marked, facts: Facts::Outside });
+                self.current.last_at = None;
+                self.current.take(self.blksize, at, seqno, last, data)
+            }
+            _ => {
+                self.current.sent = self.current.sent.max(seqno);
+                let facts = Facts::Sequence { expected: 1, found: seqno };
+                self.current.wrong.get_or_insert(Wrong { at, expected: 1, facts });
+                Taken::OutOfSequence(1)
+            }
+        }
     }
 
     /// The receiver's acknowledgement.
@@ -250,22 +282,24 @@ impl Block {
             && ackseq >= wrong.expected
             && acked.fault.is_none()
         {
-            let facts = Facts::Sequence { expected: wrong.expected, found: wrong.found };
-            acked.fault = Some((facts, Some(wrong.at)));
+            acked.fault = Some((wrong.facts, Some(wrong.at)));
         }
         acked.retransmission = ackseq < current.sent || !whole;
         self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
-        self.finished = current.last_at.is_some_and(|seqno| ackseq >= seqno);
+        // After a wrong number the receiver's word counts: it accepted so many segments, the last among them.
+        self.finished =
+            current.last_at.is_some_and(|(seqno, nth)| ackseq >= seqno || (current.wrong.is_some() && ackseq >= nth));
         self.skipping = !self.finished && !whole;
         self.acked_all = ackseq >= current.sent;
-        if !self.finished {
-            if (1..=MOST).contains(&blksize) {
-                self.blksize = blksize;
-            } else if acked.fault.is_none() {
-                acked.fault = Some((Facts::BlockSize(blksize), None));
-            }
+        if (1..=MOST).contains(&blksize) {
+            self.blksize = blksize;
+        } else if acked.fault.is_none() {
+            acked.fault = Some((Facts::BlockSize(blksize), None));
         }
         if let Some(ahead) = self.ahead.take() {
+            if self.finished && acked.fault.is_none() {
+                acked.fault = Some((Facts::Outside, self.ahead_at));
+            }
             self.skipping = false;
             self.current = ahead;
         }
@@ -319,6 +353,6 @@ impl Block {
 
     /// The first segment out of sequence since the last acknowledgement.
     pub fn wrong(&self) -> Option<(Facts, FrameRef)> {
-        self.current.wrong.map(|wrong| (Facts::Sequence { expected: wrong.expected, found: wrong.found }, wrong.at))
+        self.current.wrong.map(|wrong| (wrong.facts, wrong.at))
     }
 }

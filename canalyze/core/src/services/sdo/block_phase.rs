@@ -20,8 +20,10 @@ impl Channel {
         if let Command::EndBlock { .. } = plain {
             let [_, _, _, rest @ ..] = bytes;
             let [command, ..] = bytes;
+            // An end that comes too early follows an acknowledgement; within a sub-block it is rather a segment
+            // after a lost one.
             let known = block.last_was_sent() || !block.may_be_in_flight();
-            let early = known && command & 0x7F != block.expected() && rest == [0; 5];
+            let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
             if block.may_end() || early {
                 return plain;
             }
@@ -88,10 +90,15 @@ impl Channel {
     fn block_upload_client(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Phase::Block(block) = &mut self.phase else { return };
         match half.command {
+            Command::StartBlockUpload if block.started => {
+                self.step.place = Place::Repeated;
+                self.find(Code::Sdo015, half.at, Facts::None, cx);
+            }
             Command::StartBlockUpload => block.started = true,
             Command::BlockAck { .. } => {
                 if !std::mem::replace(&mut block.started, true) {
-                    self.find(Code::Sdo002, half.at, Facts::Missing { by: Side::Client }, cx);
+                    let first = block.first_at.unwrap_or(half.at);
+                    self.find(Code::Sdo002, first, Facts::Missing { by: Side::Client }, cx);
                 }
                 self.acknowledge(half, cx);
             }
@@ -103,7 +110,7 @@ impl Channel {
                 } else if end.is_some() {
                     if !block.is_finished() {
                         let due_since = block.due_since().unwrap_or(half.at);
-                        self.find(Code::Sdo002, due_since, Facts::Missing { by: Side::Client }, cx);
+                        self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
                         self.settle_without_ack();
                         self.judge_end(cx);
                     }
@@ -152,6 +159,11 @@ impl Channel {
         let upload = self.is_upload();
         let midway = self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none());
         let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        if block.is_finished() {
+            self.step.place = Place::Outside;
+            self.find(Code::Sdo012, half.at, Facts::Outside, cx);
+            return;
+        }
         self.step.ordinal = block.ordinal();
         let (taken, ack_missing) = block.segment(transfer, half.at, (seqno, last, data), upload);
         self.step.place = match taken {
@@ -166,8 +178,7 @@ impl Channel {
             }
         }
         if let Some(due_since) = ack_missing {
-            let by = if upload { Side::Client } else { Side::Server };
-            self.find(Code::Sdo002, due_since, Facts::Missing { by }, cx);
+            self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
         }
     }
 
@@ -186,9 +197,14 @@ impl Channel {
             if let Some(transfer) = &mut self.transfer {
                 block.finish_early(transfer);
             }
-            self.find(Code::Sdo012, half.at, Facts::EarlyEnd, cx);
+            self.find(Code::Sdo012, half.at, Facts::NoLast, cx);
         }
         let Phase::Block(block) = &mut self.phase else { return false };
+        if upload && block.end.is_some() {
+            self.step.place = Place::Outside;
+            self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
+            return true;
+        }
         if upload {
             block.end = Some(End { at: half.at, unused, crc });
             if block.is_finished() {
@@ -198,7 +214,7 @@ impl Channel {
         }
         if !block.is_finished() {
             let due_since = block.due_since().unwrap_or(half.at);
-            self.find(Code::Sdo002, due_since, Facts::Missing { by: Side::Server }, cx);
+            self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
             self.settle_without_ack();
         }
         false
@@ -289,7 +305,7 @@ impl Channel {
         let bad = matches!(&self.phase, Phase::Block(block) if block.bad);
         let status = match &self.transfer {
             _ if bad => Status::Failed,
-            Some(transfer) if transfer.hole || transfer.mux.is_none() => Status::Incomplete,
+            Some(transfer) if transfer.hole || transfer.midway => Status::Incomplete,
             _ => Status::Ok,
         };
         self.complete(status, cx);
@@ -334,6 +350,15 @@ impl Channel {
         true
     }
 
+    /// The capture ends long after the end frame of an upload, and nothing confirmed it.
+    pub(super) fn judge_unconfirmed_end(&mut self, cx: &mut Context<'_>) {
+        if let Phase::Block(block) = &self.phase
+            && let Some(end) = block.end
+        {
+            self.find(Code::Sdo012, end.at, Facts::EndNotConfirmed, cx);
+        }
+    }
+
     /// A block transfer is aborted: was a segment out of sequence before?
     pub(super) fn judge_aborted_block(&mut self, cx: &mut Context<'_>) {
         self.held_ack = None;
@@ -356,6 +381,7 @@ impl Channel {
     pub(super) fn join_block(&mut self, half: &Half, direction: Direction, cx: &mut Context<'_>) {
         let Command::BlockAck { ackseq, blksize } = half.command else { return };
         if ackseq <= MOST && (1..=MOST).contains(&blksize) && !half.command.has_reserved_bits(half.bytes) {
+            self.paired = true;
             self.begin_midway(half.at, direction, Phase::Block(Box::new(Block::midway())), cx);
         }
     }

@@ -15,7 +15,7 @@ use crate::frame::{BusId, Frame, FrameRef};
 /// Bytes of a running transfer that are gathered before they are handed out.
 const CHUNK: usize = 4096;
 /// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 leaves the time to the client).
-const UNANSWERED_NS: i64 = 1_000_000_000;
+pub(super) const UNANSWERED_NS: i64 = 1_000_000_000;
 
 /// One frame of the channel, kept until the other half of its exchange is known.
 #[derive(Clone, Copy, Debug)]
@@ -96,6 +96,8 @@ pub struct Channel {
     pub(super) step: Step,
     /// Whether completed transfers belong to the frame at hand.
     pub(super) own: bool,
+    /// The object of the next finding, where it is not the transfer's.
+    pub(super) find_about: Option<Mux>,
     /// A completed transfer whose pair may still be dissolved.
     pub(super) unsettled: Option<Arc<Transfer>>,
     /// A valid request with its response was seen.
@@ -105,6 +107,10 @@ pub struct Channel {
     pub(super) withheld: Vec<Finding>,
     pub(super) requests: u64,
     pub(super) responses: u64,
+    /// Frames among them that no stack would send: undefined commands, reserved bits.
+    pub(super) odd: u64,
+    /// Some request and response were seen that fit each other, whatever they are about.
+    pub(super) paired: bool,
     /// Requests among them that can only be meant as such.
     pub(super) plausible: u64,
     pub(super) first: Option<FrameRef>,
@@ -136,12 +142,15 @@ impl Channel {
             outside: Outside::Uncaptured,
             step: empty_step(),
             own: true,
+            find_about: None,
             unsettled: None,
             trusted: false,
             begun: false,
             withheld: Vec::new(),
             requests: 0,
             responses: 0,
+            odd: 0,
+            paired: false,
             plausible: 0,
             first: None,
         }
@@ -156,7 +165,7 @@ impl Channel {
     pub fn step(&mut self, side: Side, frame: &Frame, cx: &mut Context<'_>) {
         let half = Half {
             at: frame.reference(),
-            command: self.decode(side, frame.head()),
+            command: self.decode(side, frame.head(), frame.len),
             bytes: frame.head(),
             len: frame.len,
         };
@@ -176,15 +185,23 @@ impl Channel {
             what: What::Note(Note::RequestNotCaptured),
         });
         self.plausible = self.plausible.saturating_add(u64::from(strict_initiate(&half)));
+        let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
+        self.odd = self.odd.saturating_add(u64::from(odd));
         if half.command.is_initiate() && strict_initiate(&half) && self.first.is_some_and(|first| first != half.at) {
             self.begun = true;
         }
         let before = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
         match side {
-            Side::Client => self.client(half, cx),
-            Side::Server => self.server(half, cx),
+            Side::Client => {
+                self.client(half, cx);
+                self.judge_frame(&half, cx);
+            }
+            Side::Server => {
+                // Before the transfer completes with this frame: the finding is the transfer's.
+                self.judge_frame(&half, cx);
+                self.server(half, cx);
+            }
         }
-        self.judge_frame(&half, cx);
         let after = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
         let done = self.step.result.as_ref().map(|transfer| (transfer.id, transfer.mux));
         let of = done.or(after).or(before);
@@ -203,13 +220,13 @@ impl Channel {
     }
 
     /// Which command the frame is, given where the transfer stands.
-    fn decode(&self, side: Side, bytes: [u8; 8]) -> Command {
+    pub(super) fn decode(&self, side: Side, bytes: [u8; 8], len: u8) -> Command {
         if let Phase::Block(block) = &self.phase
             && self.sends_data(side)
         {
             return self.decode_in_block(block, side, bytes);
         }
-        wire::decode(side, bytes)
+        wire::decode_frame(side, bytes, len)
     }
 
     pub(super) fn sends_data(&self, side: Side) -> bool {
@@ -250,7 +267,9 @@ impl Channel {
     pub(super) fn begin_midway(&mut self, at: FrameRef, direction: Direction, phase: Phase, cx: &mut Context<'_>) {
         let mode = if matches!(phase, Phase::Block(_)) { Mode::Block } else { Mode::Segmented };
         let id = self.next_id(cx);
-        self.transfer = Some(Box::new(Transfer::new(self.beginning(id, at, cx), direction, mode, None)));
+        let mut transfer = Box::new(Transfer::new(self.beginning(id, at, cx), direction, mode, None));
+        transfer.midway = true;
+        self.transfer = Some(transfer);
         self.phase = phase;
     }
 
@@ -268,7 +287,7 @@ impl Channel {
         self.phase = Phase::Idle;
         self.unmarked = None;
         let Some(mut transfer) = self.transfer.take() else { return };
-        transfer.status = status;
+        transfer.status = if transfer.bad && status == Status::Ok { Status::Failed } else { status };
         transfer.last = if cx.at.no > transfer.last.no && status != Status::Incomplete { cx.at } else { transfer.last };
         let transfer = Arc::new(*transfer);
         if self.own {
@@ -283,6 +302,10 @@ impl Channel {
 
     /// Says that a transfer has ended.
     pub(super) fn announce(&mut self, transfer: Arc<Transfer>, cx: &mut Context<'_>) {
+        if self.is_foreign() {
+            self.step.result = None;
+            return;
+        }
         if !transfer.fresh.is_empty() {
             cx.chunks.push(chunk(&transfer, transfer.fresh.clone()));
         }
@@ -314,6 +337,8 @@ impl Channel {
         self.held_ack = None;
         self.phase = Phase::Idle;
         self.outside = if reset { Outside::Said } else { Outside::Uncaptured };
+        // After a gap there is nothing to judge before the next request, as at the capture's beginning.
+        self.begun &= reset;
     }
 
     /// The capture is over: what is still open is incomplete, and what was withheld is said once.
@@ -337,6 +362,9 @@ impl Channel {
             && (i.unused != 0 || i.data != [0; 4] || idle_is_old)
         {
             self.recognise_unmarked(cx);
+        }
+        if idle_is_old {
+            self.judge_unconfirmed_end(cx);
         }
         if idle_is_old && self.all_bytes_without_last() {
             let last = self.transfer.as_ref().map_or(cx.at, |transfer| transfer.last);

@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use super::channel::{Channel, Context, Half, Phase};
 use super::transfer::{Direction, Mode, Status};
-use super::wire::{self, Command, Initiate, Segment, Side};
+use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;
+use crate::od::{self, DataType};
 
 impl Channel {
     /// A request and the response that answers it, in causal order.
@@ -19,8 +20,11 @@ impl Channel {
         if request.command.is_initiate() {
             self.pairing.initiated();
         }
-        if request.command.is_initiate() && wire::fits(&request.command, &response.command) && !self.trusted {
-            self.trust(cx);
+        if wire::fits(&request.command, &response.command) {
+            self.paired = true;
+            if request.command.is_initiate() && !self.trusted {
+                self.trust(cx);
+            }
         }
         if let Some(transfer) = &mut self.transfer {
             transfer.last = if response.at.no > request.at.no { response.at } else { request.at };
@@ -30,6 +34,9 @@ impl Channel {
             && expected != found
         {
             self.find(Code::Sdo003, response.at, Facts::Objects { expected, found }, cx);
+            if let Some(transfer) = &mut self.transfer {
+                transfer.bad = true;
+            }
         }
         match (request.command, response.command) {
             (Command::InitiateUpload(_) | Command::InitiateBlockUpload { .. }, Command::UploadInitiated(_, i)) => {
@@ -63,7 +70,9 @@ impl Channel {
         if i.expedited {
             transfer.mode = Mode::Expedited;
             transfer.size_indicated = i.size_indicated.then_some(4 - u32::from(i.unused & 3));
-            transfer.append(i.data.get(..i.expedited_len(response.len)).unwrap_or(&[]));
+            if !transfer.bad {
+                transfer.append(expedited(transfer.mux, &i, response.len));
+            }
             self.complete(Status::Ok, cx);
             return;
         }
@@ -77,7 +86,7 @@ impl Channel {
         let Some(transfer) = &mut self.transfer else { return };
         transfer.initiated = Some(request.at);
         if i.expedited {
-            transfer.append(i.data.get(..i.expedited_len(request.len)).unwrap_or(&[]));
+            transfer.append(expedited(transfer.mux, &i, request.len));
             self.complete(Status::Ok, cx);
             return;
         }
@@ -125,7 +134,7 @@ impl Channel {
     /// Ends a transfer whose data are all there: judges its size.
     pub(super) fn close_sized(&mut self, end: FrameRef, cx: &mut Context<'_>) {
         let Some(transfer) = &self.transfer else { return };
-        let mut status = if transfer.hole || transfer.mux.is_none() { Status::Incomplete } else { Status::Ok };
+        let mut status = if transfer.hole || transfer.midway { Status::Incomplete } else { Status::Ok };
         if !transfer.size_is_right() {
             let facts =
                 Facts::Size { indicated: transfer.size_indicated.map_or(0, u64::from), transferred: transfer.size };
@@ -170,4 +179,13 @@ impl Channel {
         self.phase = Phase::Idle;
         self.own = own;
     }
+}
+
+/// The data of an expedited transfer. Where the size is not indicated (e = 1, s = 0), a standard object's data type
+/// tells how many of the four bytes count.
+pub fn expedited(mux: Option<Mux>, i: &Initiate, len: u8) -> &[u8] {
+    let carried = i.expedited_len(len);
+    let typed = mux.and_then(|mux| od::data_type(mux.index, mux.sub)).and_then(DataType::size);
+    let count = if i.size_indicated { carried } else { typed.unwrap_or(carried).min(carried) };
+    i.data.get(..count).unwrap_or(&[])
 }

@@ -9,15 +9,12 @@ use crate::event::{Event, Note, Place, What};
 use crate::finding::{Code, Facts, Finding, Severity};
 use crate::frame::FrameRef;
 
+/// Odd frames on a channel that has shown no valid exchange, from which on it is not taken for SDO.
+const FOREIGN: u64 = 4;
 /// Findings withheld at most; more of the same say nothing new.
 const WITHHELD: usize = 32;
 
 impl Channel {
-    /// A frame of the channel without any byte: it says nothing, but it is no SDO frame.
-    pub fn empty(&mut self, at: FrameRef, cx: &mut Context<'_>) {
-        self.find(Code::Sdo010, at, Facts::Length(0), cx);
-    }
-
     /// Flaws of the frame itself, whatever its place.
     pub(super) fn judge_frame(&mut self, half: &Half, cx: &mut Context<'_>) {
         if half.len != 8 {
@@ -76,6 +73,7 @@ impl Channel {
             }
             None => self.step.result.as_ref().and_then(|transfer| transfer.mux),
         };
+        let object = self.find_about.take().or(object);
         let finding = Finding {
             code,
             at: cx.at,
@@ -112,6 +110,11 @@ impl Channel {
         }
     }
 
+    /// Whether the traffic looks so little like SDO that no transfer is made of it.
+    pub(super) fn is_foreign(&self) -> bool {
+        !self.trusted && self.odd >= FOREIGN
+    }
+
     pub(super) fn is_trusted(&self) -> bool {
         self.trusted
     }
@@ -122,6 +125,9 @@ impl Channel {
             return;
         }
         let unanswered = self.requests > 0 && self.responses == 0 && self.plausible > 0;
+        if self.paired {
+            return;
+        }
         let nothing_odd = self.withheld.iter().all(|finding| finding.code.rule().severity == Severity::Info);
         let code = if unanswered { Code::Sdo031 } else { Code::Sdo030 };
         let few = self.requests.saturating_add(self.responses) < 2;

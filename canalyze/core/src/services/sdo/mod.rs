@@ -19,7 +19,7 @@ mod abort;
 pub mod block;
 mod block_phase;
 pub mod channel;
-mod exchange;
+pub mod exchange;
 mod judgement;
 mod pairing;
 #[cfg(test)]

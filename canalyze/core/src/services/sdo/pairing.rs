@@ -8,7 +8,8 @@
 //!
 //! This file decides who belongs to whom. What a pair does to the transfer stands in `channel`.
 
-use super::channel::{Channel, Context, Half, Outside, Phase, strict_initiate};
+use super::block::{Block, MOST};
+use super::channel::{Channel, Context, Half, Outside, Phase, UNANSWERED_NS, strict_initiate};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::event::{Note, Place};
@@ -37,13 +38,23 @@ struct Tentative {
     first: bool,
 }
 
+impl Tentative {
+    /// Whether the stamps speak against a late echo: the request came long after the response it would belong to,
+    /// and soon before the one at `next`.
+    fn is_unlikely(&self, next: FrameRef) -> bool {
+        match (self.response.t_ns, self.request.at.t_ns, next.t_ns) {
+            (Some(response), Some(request), Some(next)) => {
+                request.saturating_sub(response) > next.saturating_sub(request)
+            }
+            _ => false,
+        }
+    }
+}
+
 /// An abort by the server, met when no request was pending: its request may be late.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unprovoked {
     pub(super) at: FrameRef,
-    pub(super) mux: wire::Mux,
-    /// No transfer was open either.
-    pub(super) idle: bool,
 }
 
 /// After an abort: frames of the other side may still be under way.
@@ -63,12 +74,16 @@ pub(super) struct Pairing {
     tentative: Option<Tentative>,
     /// The last request that was aborted by its client or overtaken by the next one.
     pub(super) given_up: Option<Half>,
+    /// The response that was released last, at this frame.
+    released: Option<Half>,
+    /// A client frame outside any transfer: what answers it is no news.
+    stray: Option<Half>,
     pub(super) unprovoked: Option<Unprovoked>,
     pub(super) under_way: Option<UnderWay>,
     /// The pending request may be what the abort before it answered.
     pub(super) abort_may_answer: bool,
-    /// The code of the server's last abort.
-    pub(super) last_abort: Option<u32>,
+    /// The object and code of the server's last abort.
+    pub(super) last_abort: Option<(wire::Mux, u32)>,
     /// The last response that answered a request.
     pub(super) last_response: Option<[u8; 8]>,
     /// Number of the channel's first frame (or of the first since frames were lost).
@@ -89,6 +104,7 @@ impl Pairing {
 impl Channel {
     pub(super) fn client(&mut self, half: Half, cx: &mut Context<'_>) {
         self.pairing.first.get_or_insert(half.at.no);
+        self.pairing.released = None;
         let rival = self.pairing.held.is_some_and(|held| held.rival);
         self.release_expired(cx);
         if !rival || self.pairing.held.is_none() {
@@ -133,6 +149,15 @@ impl Channel {
             self.release_held(cx);
             self.settle(cx);
         }
+        if let Some(released) = self.pairing.released.take()
+            && self.begin_from_response(&released, &half, cx)
+            && matches!(self.phase, Phase::Block(_))
+        {
+            let half = Half { command: self.decode(Side::Client, half.bytes, half.len), ..half };
+            self.step.command = half.command;
+            self.block_client(&half, cx);
+            return;
+        }
         self.request(half, unprovoked, cx);
     }
 
@@ -151,22 +176,46 @@ impl Channel {
         self.own = own;
     }
 
+    /// An initiate response without its request, and the client goes on as if it had asked: it had. Returns whether a
+    /// transfer begins so.
+    fn begin_from_response(&mut self, response: &Half, next: &Half, cx: &mut Context<'_>) -> bool {
+        if self.transfer.is_some() {
+            return false;
+        }
+        let [first, ..] = next.bytes;
+        let (direction, phase, size) = match (response.command, next.command) {
+            (Command::UploadInitiated(_, i), Command::SegmentRequest { toggle }) if !i.expedited => {
+                (Direction::Upload, Phase::Segments { toggle }, i.size())
+            }
+            (Command::DownloadInitiated(_), Command::Segment(segment)) => {
+                (Direction::Download, Phase::Segments { toggle: segment.toggle }, None)
+            }
+            (Command::BlockUploadInitiated { size, .. }, Command::StartBlockUpload) => {
+                (Direction::Upload, Phase::Block(Box::new(Block::new(MOST))), size)
+            }
+            (Command::BlockDownloadInitiated { blksize, .. }, _) if first & 0x7F == 1 => {
+                (Direction::Download, Phase::Block(Box::new(Block::new(blksize))), None)
+            }
+            _ => return false,
+        };
+        self.begin_midway(response.at, direction, phase, cx);
+        if let Some(transfer) = &mut self.transfer {
+            transfer.mux = response.command.mux();
+            transfer.size_indicated = size;
+            transfer.initiated = Some(response.at);
+        }
+        self.outside = Outside::Violation;
+        true
+    }
+
     /// A request with nothing before it that could answer it.
     fn request(&mut self, half: Half, unprovoked: Option<Unprovoked>, cx: &mut Context<'_>) {
         if half.command.is_initiate() {
             self.leave_open_transfer(&half, cx);
             self.begin(&half, cx);
             self.pairing.under_way = None;
+            self.pairing.stray = None;
             self.pairing.abort_may_answer = unprovoked.is_some();
-            if let Some(abort) = unprovoked
-                && abort.idle
-                && Some(abort.mux) == half.command.mux()
-            {
-                self.step.answered_by = Some(abort.at);
-                self.pairing.pending = Some(half);
-                self.answered_by_abort(cx);
-                return;
-            }
             self.pairing.pending = Some(half);
             return;
         }
@@ -206,6 +255,7 @@ impl Channel {
             return;
         }
         self.violation_outside(half, cx);
+        self.pairing.stray = Some(*half);
     }
 
     /// A segment, or a request for one, of a transfer that began before the capture.
@@ -224,7 +274,7 @@ impl Channel {
 
     pub(super) fn violation_outside(&mut self, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Outside;
-        if matches!(half.command, Command::Unknown(_)) || self.outside == Outside::Said {
+        if half.command.is_unreadable() || self.outside == Outside::Said {
             return;
         }
         self.find(Code::Sdo007, half.at, Facts::Outside, cx);
@@ -264,6 +314,16 @@ impl Channel {
 
     /// A response while a request is pending.
     fn respond(&mut self, pending: Half, half: Half, cx: &mut Context<'_>) {
+        // A server may switch the protocol where the client allows it; where not, an ordinary answer to a request
+        // that was given up is just that.
+        let unasked_switch = matches!(
+            (pending.command, half.command),
+            (Command::InitiateBlockUpload { threshold: 0, .. }, Command::UploadInitiated(..))
+        );
+        if unasked_switch && self.is_late(&half) {
+            self.late(&half, cx);
+            return;
+        }
         if wire::fits(&pending.command, &half.command) {
             self.settle(cx);
             self.pairing.abort_may_answer = false;
@@ -280,6 +340,11 @@ impl Channel {
         }
         if self.is_late(&half) {
             self.late(&half, cx);
+            return;
+        }
+        if self.pairing.abort_may_answer {
+            self.answered_by_abort(cx);
+            self.respond_unasked(half, false, cx);
             return;
         }
         if matches!(half.command, Command::Segment(_)) && self.pairing.last_response == Some(half.bytes) {
@@ -300,20 +365,26 @@ impl Channel {
             return;
         }
         self.step.place = Place::Outside;
-        if !matches!(half.command, Command::Unknown(_)) {
+        if !half.command.is_unreadable() {
             self.find(Code::Sdo002, half.at, Facts::Missing { by: Side::Client }, cx);
         }
     }
 
     /// A response while no request is pending.
     fn respond_unasked(&mut self, half: Half, fresh: bool, cx: &mut Context<'_>) {
-        if matches!(half.command, Command::Unknown(_)) {
+        if half.command.is_unreadable() {
+            self.step.place = Place::Outside;
+            return;
+        }
+        if let Some(stray) = self.pairing.stray.take()
+            && wire::kind_fits(&stray.command, &half.command)
+        {
             self.step.place = Place::Outside;
             return;
         }
         let rival = match self.pairing.tentative {
             Some(tentative) if wire::fits(&tentative.request.command, &half.command) => {
-                if tentative.first {
+                if tentative.first || tentative.is_unlikely(half.at) {
                     self.dissolve(tentative, cx);
                     self.answer(tentative.request, half, cx);
                     return;
@@ -399,6 +470,7 @@ impl Channel {
             self.find(Code::Sdo002, held.half.at, facts, cx);
         }
         self.continue_without_request(&held.half, cx);
+        self.pairing.released = Some(held.half);
     }
 
     /// A response whose request is not in the capture still carries its data.
@@ -416,6 +488,8 @@ impl Channel {
                 self.own = own;
             }
             Command::SegmentResponse { toggle } if !upload && toggle == due => {
+                // The server takes it for segmented, so it is.
+                self.unmarked = None;
                 self.phase = Phase::Segments { toggle: !due };
                 if let Some(transfer) = &mut self.transfer {
                     transfer.hole = true;
@@ -439,6 +513,11 @@ impl Channel {
                 self.pairing.held = Some(held);
                 self.release_held(cx);
             }
+            // Long after it, no late request will come any more.
+            Some(held) if !within(held.half.at, cx.at, UNANSWERED_NS) => {
+                self.pairing.held = Some(held);
+                self.release_held(cx);
+            }
             Some(held) => self.continue_without_request(&held.half, cx),
             None => {}
         }
@@ -456,6 +535,7 @@ impl Channel {
     fn late(&mut self, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Late;
         self.step.answered_by = self.pairing.given_up.take().map(|request| request.at);
+        self.find_about = half.command.mux();
         self.find(Code::Sdo020, self.step.answered_by.unwrap_or(half.at), Facts::None, cx);
     }
 
@@ -464,6 +544,8 @@ impl Channel {
         let Some(pending) = self.pairing.pending else { return false };
         if pending.bytes == half.bytes && pending.len == half.len && !self.pairing.abort_may_answer {
             self.step.place = Place::Repeated;
+            // Both may still be answered.
+            self.pairing.given_up = Some(pending);
             self.find(Code::Sdo015, pending.at, Facts::None, cx);
             self.step.ordinal = self.segment_ordinal(&half.command);
             self.pairing.pending = Some(*half);
@@ -494,7 +576,7 @@ impl Channel {
                 self.end_unconfirmed(pending, cx);
             } else {
                 self.unanswered(&pending, edge, cx);
-                self.abandon(&pending, cx);
+                self.abandon(&pending, edge, cx);
             }
             return false;
         }
@@ -526,9 +608,25 @@ impl Channel {
                 self.phase = Phase::Segments { toggle: next.toggle };
                 self.add_segment(pending, sent, cx);
             }
-            _ => {
+            (Command::InitiateBlockUpload { .. }, Command::SegmentRequest { .. }) => {
                 self.unanswered(&pending, edge, cx);
-                self.pairing.given_up = Some(pending);
+                if let Some(transfer) = &mut self.transfer {
+                    transfer.mode = Mode::Segmented;
+                }
+                self.phase = Phase::Segments { toggle: false };
+            }
+            (Command::InitiateBlockDownload { .. }, _) if half.bytes[0] & 0x7F == 1 => {
+                self.unanswered(&pending, edge, cx);
+                self.block_initiated(pending.at, MOST, false, None);
+                let segment = Half { command: wire::block_segment(half.bytes), ..*half };
+                self.step.command = segment.command;
+                return self.block_client(&segment, cx);
+            }
+            // Nothing that a client sends after its request: the request still awaits its answer.
+            _ => {
+                self.pairing.pending = Some(pending);
+                self.violation_outside(half, cx);
+                return true;
             }
         }
         false
@@ -541,7 +639,7 @@ impl Channel {
     }
 
     /// A transfer whose request was not answered, and which the client left.
-    fn abandon(&mut self, pending: &Half, cx: &mut Context<'_>) {
+    fn abandon(&mut self, pending: &Half, edge: bool, cx: &mut Context<'_>) {
         let nameless = !self.is_trusted() && !strict_initiate(pending);
         if nameless {
             self.transfer = None;
@@ -549,7 +647,7 @@ impl Channel {
             return;
         }
         let own = std::mem::replace(&mut self.own, false);
-        self.complete(Status::Failed, cx);
+        self.complete(if edge { Status::Incomplete } else { Status::Failed }, cx);
         self.own = own;
     }
 
@@ -590,8 +688,12 @@ fn is_block_initiate(half: &Half) -> bool {
 
 /// Whether two frames are close enough for the second to be a late echo; without stamps, always.
 fn within_hold(from: FrameRef, to: FrameRef) -> bool {
+    within(from, to, HOLD_NS)
+}
+
+fn within(from: FrameRef, to: FrameRef, limit_ns: i64) -> bool {
     match (from.t_ns, to.t_ns) {
-        (Some(from), Some(to)) => to.saturating_sub(from) <= HOLD_NS,
+        (Some(from), Some(to)) => to.saturating_sub(from) <= limit_ns,
         _ => true,
     }
 }

@@ -149,6 +149,10 @@ pub struct Transfer {
     pub retransmissions: u32,
     /// Both sides announced that they support a CRC. `None` outside block transfers.
     pub crc_negotiated: Option<bool>,
+    /// Its initiate request is not in the capture.
+    pub midway: bool,
+    /// It cannot have been what it says, though both sides took it as done: another object was answered.
+    pub bad: bool,
     /// Part of the data was not captured: size and CRC cannot be judged.
     pub hole: bool,
     /// Findings of this transfer, the first sixteen.
@@ -213,6 +217,8 @@ impl Transfer {
             even: true,
             retransmissions: 0,
             crc_negotiated: None,
+            midway: false,
+            bad: false,
             hole: false,
             findings: Vec::new(),
             sums: None,

@@ -10,6 +10,41 @@
 //! The same byte means different things by direction, so every function takes the side. Whether a byte is the
 //! sequence number of a block segment only the transfer knows: [`decode`] never returns `BlockSegment`.
 
+/// The abort codes of CiA 301 (table 22), ascending.
+const ABORT_CODES: [u32; 31] = [
+    0x0503_0000,
+    0x0504_0000,
+    0x0504_0001,
+    0x0504_0002,
+    0x0504_0003,
+    0x0504_0004,
+    0x0504_0005,
+    0x0601_0000,
+    0x0601_0001,
+    0x0601_0002,
+    0x0602_0000,
+    0x0604_0041,
+    0x0604_0042,
+    0x0604_0043,
+    0x0604_0047,
+    0x0606_0000,
+    0x0607_0010,
+    0x0607_0012,
+    0x0607_0013,
+    0x0609_0011,
+    0x0609_0030,
+    0x0609_0031,
+    0x0609_0032,
+    0x0609_0036,
+    0x060A_0023,
+    0x0800_0000,
+    0x0800_0020,
+    0x0800_0021,
+    0x0800_0022,
+    0x0800_0023,
+    0x0800_0024,
+];
+
 /// The two ends of an SDO channel. They are roles of the channel, not NMT master and slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
@@ -159,6 +194,8 @@ pub enum Command {
     Abort(Mux, u32),
     /// A command specifier or sub-command that is not defined for this side.
     Unknown(u8),
+    /// The frame ends before the object that its command byte calls for.
+    Truncated(u8),
 }
 
 /// Decodes one frame's bytes, zero-extended to eight.
@@ -183,7 +220,9 @@ pub fn decode(side: Side, bytes: [u8; 8]) -> Command {
     let toggle = command & 0x10 != 0;
     match (side, command >> 5) {
         // Byte 81h..9Fh is rather a block segment met in mid-transfer than an abort with reserved bits.
-        (_, 4) if command == 0x80 || matches!(b7, 0x05 | 0x06 | 0x08) => Command::Abort(mux, u32::from_le_bytes(tail)),
+        (_, 4) if command == 0x80 || ABORT_CODES.contains(&u32::from_le_bytes(tail)) => {
+            Command::Abort(mux, u32::from_le_bytes(tail))
+        }
         (_, 0) => Command::Segment(segment()),
         (Side::Client, 1) => Command::InitiateDownload(mux, initiate()),
         (Side::Client, 2) => Command::InitiateUpload(mux),
@@ -204,6 +243,14 @@ pub fn decode(side: Side, bytes: [u8; 8]) -> Command {
         },
         _ => Command::Unknown(command),
     }
+}
+
+/// The same, given how many bytes the frame has: a frame too short for its object says nothing of one.
+pub fn decode_frame(side: Side, bytes: [u8; 8], len: u8) -> Command {
+    let command = decode(side, bytes);
+    let names_object = command.mux().is_some() || matches!(command, Command::Abort(..));
+    let [first, ..] = bytes;
+    if len == 0 || (names_object && len < 4) { Command::Truncated(first) } else { command }
 }
 
 /// The frame read as a segment of a block transfer (sub-block phase). Byte 80h there is an abort.
@@ -230,6 +277,11 @@ impl Command {
             | Self::BlockUploadInitiated { mux, .. } => Some(mux),
             _ => None,
         }
+    }
+
+    /// Whether the frame says nothing that could belong to a transfer.
+    pub fn is_unreadable(&self) -> bool {
+        matches!(self, Self::Unknown(_) | Self::Truncated(_))
     }
 
     /// Whether a client starts a transfer with it.
@@ -289,7 +341,7 @@ impl Command {
             Self::BlockAck { .. } => command & 0x1C != 0 || any(&[b3, b4, b5, b6, b7]),
             Self::EndBlock { .. } => command & 2 != 0 || any(&[b3, b4, b5, b6, b7]),
             Self::Abort(..) => command & 0x1F != 0,
-            Self::BlockSegment { .. } | Self::Unknown(_) => false,
+            Self::BlockSegment { .. } | Self::Unknown(_) | Self::Truncated(_) => false,
         }
     }
 }

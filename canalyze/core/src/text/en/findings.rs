@@ -22,8 +22,15 @@ fn side(side: Side) -> &'static str {
 
 /// Appends what a finding says, in one sentence without line end.
 pub fn message(out: &mut Vec<u8>, finding: &Finding) {
-    if let Some(object) = finding.object {
+    if let Some(node) = finding.node {
+        put!(out; "node ", node, " ");
+    }
+    if let Some(object) = finding.object.filter(|_| !matches!(finding.facts, Facts::Objects { .. })) {
         value::object(out, object);
+        put!(out; " ");
+    }
+    if finding.node.is_some() {
+        out.pop();
         put!(out; ": ");
     }
     if let Some(cause) = finding.cause {
@@ -32,12 +39,15 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
     match finding.facts {
         Facts::None => put!(out; rule(finding.code).message),
         Facts::Lines { count } => put!(out; count, if count == 1 { " line" } else { " lines" }, " cannot be read"),
-        Facts::Dropped { count, total } => put!(out; count, " frames lost (", total, " in total)"),
+        Facts::Dropped { count, total } => {
+            put!(out; count, if count == 1 { " frame" } else { " frames" }, " lost (", total, " in total)")
+        }
         Facts::Toggle { expected, found, by } => {
             put!(out; "toggle=", u8::from(found), " from the ", side(by), ", ", u8::from(expected), " was due");
         }
         Facts::Missing { by: Side::Server } => put!(out; "request without response"),
         Facts::Missing { by: Side::Client } => put!(out; "response without request"),
+        Facts::NotAcknowledged => put!(out; "sub-block not acknowledged"),
         Facts::Duplicate => put!(out; "duplicate response"),
         Facts::Objects { expected, found } => {
             put!(out; "asked for ");
@@ -61,7 +71,7 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
         Facts::EarlyEnd => put!(out; "the block transfer ends before its last segment was acknowledged"),
         Facts::EndNotConfirmed => put!(out; "the end of the block transfer was not confirmed"),
         Facts::Crc { computed, found, matches } => {
-            put!(out; "CRC ", Hex::<4>(u64::from(found)), "h, the data have ", Hex::<4>(u64::from(computed)), "h");
+            put!(out; "CRC ", Hex::<4>(u64::from(found)), "h, the data give ", Hex::<4>(u64::from(computed)), "h");
             put!(out; match matches {
                 CrcMatch::Nothing => "",
                 CrcMatch::WithPadding => " (matches only with the padding of the last segment)",

@@ -3,7 +3,7 @@
 //! It must carry the same facts as `zh::sdo` and must not decide anything.
 
 use crate::event::{Place, Step};
-use crate::od;
+use crate::services::sdo::exchange::expedited;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Command, Mux, Segment, Side};
 use crate::text::digits::{Hex, put};
@@ -30,6 +30,9 @@ pub fn step(out: &mut Vec<u8>, depth: Depth, step: &Step, len: u8) {
         result(out, transfer);
     }
     place(out, step);
+    if len != 8 {
+        put!(out; " [", len, if len == 1 { " byte" } else { " bytes" }, " instead of 8]");
+    }
 }
 
 fn phrase(out: &mut Vec<u8>, step: &Step) {
@@ -66,6 +69,7 @@ fn phrase(out: &mut Vec<u8>, step: &Step) {
         }
         Command::Abort(..) => put!(out; "abort transfer", who),
         Command::Unknown(_) => put!(out; "unknown SDO command", who),
+        Command::Truncated(_) => put!(out; "truncated SDO frame", who),
     }
 }
 
@@ -100,9 +104,9 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
             put!(out; "write ");
             named(out, mux);
             if i.expedited {
-                let bytes = i.data.get(..i.expedited_len(len)).unwrap_or(&[]);
+                let bytes = expedited(Some(mux), &i, len);
                 put!(out; " = ");
-                value::value(out, EN, od::data_type(mux.index, mux.sub), bytes, bytes.len() as u64);
+                value::of_object(out, EN, mux, bytes);
             } else {
                 announced(out, "segmented", i.size());
             }
@@ -112,9 +116,9 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
             _ => {
                 value::object(out, mux);
                 if i.expedited {
-                    let bytes = i.data.get(..i.expedited_len(len)).unwrap_or(&[]);
+                    let bytes = expedited(Some(mux), &i, len);
                     put!(out; " = ");
-                    value::value(out, EN, od::data_type(mux.index, mux.sub), bytes, bytes.len() as u64);
+                    value::of_object(out, EN, mux, bytes);
                 } else {
                     announced(out, "segmented", i.size());
                 }
@@ -172,7 +176,14 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
             value::object(out, step.mux.unwrap_or(mux));
             put!(out; " ");
             abort(out, code);
+            if step.mux.is_some_and(|known| known != mux) {
+                put!(out; " (the frame names ");
+                value::object(out, mux);
+                put!(out; ")");
+            }
         }
+        Command::Truncated(command) if len > 0 => put!(out; "command byte ", Hex::<2>(u64::from(command)), "h"),
+        Command::Truncated(_) => {}
         Command::Unknown(command) => put!(out; "command byte ", Hex::<2>(u64::from(command)), "h"),
         Command::SegmentRequest { .. }
         | Command::SegmentResponse { .. }
@@ -206,9 +217,8 @@ pub fn result(out: &mut Vec<u8>, transfer: &Transfer) {
         return;
     }
     if transfer.status != Status::Aborted && (transfer.size > 0 || transfer.status == Status::Ok) {
-        let data_type = transfer.mux.and_then(|mux| od::data_type(mux.index, mux.sub));
         put!(out; " = ");
-        value::value(out, EN, data_type, &transfer.kept, transfer.size);
+        value::transferred(out, EN, transfer);
         put!(out; " (");
         value::size(out, EN, transfer.size);
         put!(out; ")");
@@ -234,10 +244,10 @@ fn place(out: &mut Vec<u8>, step: &Step) {
         (_, Some(answer)) => put!(out; " [answered by frame ", answer.no, "]"),
         (Place::Due, None) => {}
         (Place::Repeated, None) => put!(out; " [repeated request]"),
-        (Place::Uncaptured, None) if step.side == Side::Server => put!(out; " [request not captured]"),
+        (Place::Uncaptured, None) if step.side == Side::Server => put!(out; " [no request seen before]"),
         (Place::Uncaptured, None) => put!(out; " [start of the transfer not captured]"),
         (Place::InFlight, None) => put!(out; " [under way, does not count]"),
         (Place::OutOfSequence(due), None) => put!(out; " [out of sequence, ", due, " was due]"),
-        (Place::Outside, None) => put!(out; " [belongs to no open transfer]"),
+        (Place::Outside, None) => put!(out; " [not due here]"),
     }
 }

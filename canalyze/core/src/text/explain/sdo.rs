@@ -30,7 +30,9 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
     cob_id(out, lang, role, frame);
     let bytes = frame.head();
     let [command, rest @ ..] = bytes;
-    command_byte(out, lang, command, &groups(step));
+    if frame.len > 0 {
+        command_byte(out, lang, command, &groups(step));
+    }
     match step.command {
         Command::InitiateDownload(mux, i) | Command::UploadInitiated(mux, i) => {
             multiplexor(out, lang, mux);
@@ -93,6 +95,10 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
             );
         }
         Command::Unknown(_) => super::data(out, lang, &rest),
+        Command::Truncated(_) => super::data(out, lang, frame.payload().get(1..).unwrap_or(&[])),
+    }
+    if frame.len != 8 {
+        line!(out; say(lang, "长度(字节)=", "length (bytes)="), frame.len, say(lang, ", 应为8", ", shall be 8"));
     }
     if let Some(transfer) = &step.result {
         joined(out, lang, transfer);
@@ -169,7 +175,7 @@ fn groups(step: &Step) -> Vec<Bits> {
     let segment = |s: Segment| {
         vec![
             bits(4, 4, "toggle", "toggle"),
-            bits(3, 1, " = {}个未使用字节", " = {} unused bytes"),
+            bits(3, 1, " = {}个未使用字节", " = {} bytes unused"),
             if s.last {
                 bits(0, 0, "最后段", "last segment")
             } else {
@@ -212,6 +218,7 @@ fn groups(step: &Step) -> Vec<Bits> {
         Command::BlockSegment { .. } => bits(7, 7, "还有更多段", "more segments"),
         Command::Abort(..) => bits(7, 5, "中止", "abort transfer"),
         Command::Unknown(_) => bits(7, 5, "未定义", "undefined"),
+        Command::Truncated(_) => bits(7, 5, "命令字", "command specifier"),
     }];
     groups.extend(match step.command {
         Command::InitiateDownload(_, i) | Command::UploadInitiated(_, i) => flags(i),
@@ -241,12 +248,16 @@ fn groups(step: &Step) -> Vec<Bits> {
             vec![bits(4, 2, "保留", "reserved"), bits(1, 0, "子命令: 结束确认", "sub-command: end confirmed")]
         }
         Command::EndBlock { .. } => vec![
-            bits(4, 2, " = {}个未使用字节(最后一段)", " = {} unused bytes in the last segment"),
+            bits(4, 2, " = {}个未使用字节(最后一段)", " = {} bytes of the last segment unused"),
             bits(1, 1, "保留", "reserved"),
             bits(0, 0, "子命令: 结束", "sub-command: end"),
         ],
         Command::BlockSegment { .. } => vec![bits(6, 0, " = 序列号{}", " = sequence number {}")],
-        Command::InitiateUpload(_) | Command::DownloadInitiated(_) | Command::Abort(..) | Command::Unknown(_) => {
+        Command::InitiateUpload(_)
+        | Command::DownloadInitiated(_)
+        | Command::Abort(..)
+        | Command::Unknown(_)
+        | Command::Truncated(_) => {
             vec![bits(4, 0, "保留", "reserved")]
         }
     });

@@ -19,19 +19,26 @@ pub fn severity(severity: Severity) -> &'static str {
 
 fn side(side: Side) -> &'static str {
     match side {
-        Side::Client => "客户端",
-        Side::Server => "服务器",
+        Side::Client => "主站",
+        Side::Server => "从站",
     }
 }
 
 /// Appends what a finding says, in one sentence without line end.
 pub fn message(out: &mut Vec<u8>, finding: &Finding) {
-    if let Some(object) = finding.object {
+    if let Some(node) = finding.node {
+        put!(out; "节点", node, " ");
+    }
+    if let Some(object) = finding.object.filter(|_| !matches!(finding.facts, Facts::Objects { .. })) {
         value::object(out, object);
+        put!(out; " ");
+    }
+    if finding.node.is_some() {
+        out.pop();
         put!(out; ": ");
     }
     if let Some(cause) = finding.cause {
-        put!(out; "第", cause.no, "帧, ");
+        put!(out; "第", cause.no, "帧: ");
     }
     match finding.facts {
         Facts::None => put!(out; rule(finding.code).message),
@@ -42,6 +49,7 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
         }
         Facts::Missing { by: Side::Server } => put!(out; "请求没有得到响应"),
         Facts::Missing { by: Side::Client } => put!(out; "响应没有对应的请求"),
+        Facts::NotAcknowledged => put!(out; "子块没有得到确认"),
         Facts::Duplicate => put!(out; "重复的响应"),
         Facts::Objects { expected, found } => {
             put!(out; "请求的是");

@@ -3,7 +3,7 @@
 //! It must carry the same facts as `en::sdo` and must not decide anything.
 
 use crate::event::{Place, Step};
-use crate::od;
+use crate::services::sdo::exchange::expedited;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Command, Mux, Segment, Side};
 use crate::text::digits::{Hex, put};
@@ -30,6 +30,9 @@ pub fn step(out: &mut Vec<u8>, depth: Depth, step: &Step, len: u8) {
         result(out, transfer);
     }
     place(out, step);
+    if len != 8 {
+        put!(out; " [长度", len, "字节, 应为8字节]");
+    }
 }
 
 fn phrase(out: &mut Vec<u8>, step: &Step) {
@@ -60,6 +63,7 @@ fn phrase(out: &mut Vec<u8>, step: &Step) {
         Command::BlockEnded => put!(out; answers, if client { "块上传结束确认" } else { "块下载结束确认" }),
         Command::Abort(..) => put!(out; who, "发送的中止"),
         Command::Unknown(_) => put!(out; who, "发送的未知SDO命令"),
+        Command::Truncated(_) => put!(out; who, "发送的不完整SDO帧"),
     }
 }
 
@@ -109,9 +113,9 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
             put!(out; "写 ");
             named(out, mux);
             if i.expedited {
-                let bytes = i.data.get(..i.expedited_len(len)).unwrap_or(&[]);
+                let bytes = expedited(Some(mux), &i, len);
                 put!(out; " = ");
-                value::value(out, ZH, od::data_type(mux.index, mux.sub), bytes, bytes.len() as u64);
+                value::of_object(out, ZH, mux, bytes);
             } else {
                 announced(out, "分段传输", i.size());
             }
@@ -121,9 +125,9 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
             _ => {
                 value::object(out, mux);
                 if i.expedited {
-                    let bytes = i.data.get(..i.expedited_len(len)).unwrap_or(&[]);
+                    let bytes = expedited(Some(mux), &i, len);
                     put!(out; " = ");
-                    value::value(out, ZH, od::data_type(mux.index, mux.sub), bytes, bytes.len() as u64);
+                    value::of_object(out, ZH, mux, bytes);
                 } else {
                     announced(out, "分段传输", i.size());
                 }
@@ -181,7 +185,14 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
             value::object(out, step.mux.unwrap_or(mux));
             put!(out; " ");
             abort(out, code);
+            if step.mux.is_some_and(|known| known != mux) {
+                put!(out; " (帧中为");
+                value::object(out, mux);
+                put!(out; ")");
+            }
         }
+        Command::Truncated(command) if len > 0 => put!(out; "命令字节 ", Hex::<2>(u64::from(command)), "h"),
+        Command::Truncated(_) => {}
         Command::Unknown(command) => put!(out; "命令字节 ", Hex::<2>(u64::from(command)), "h"),
         Command::SegmentRequest { .. }
         | Command::SegmentResponse { .. }
@@ -212,9 +223,8 @@ pub fn result(out: &mut Vec<u8>, transfer: &Transfer) {
         return;
     }
     if transfer.status != Status::Aborted && (transfer.size > 0 || transfer.status == Status::Ok) {
-        let data_type = transfer.mux.and_then(|mux| od::data_type(mux.index, mux.sub));
         put!(out; " = ");
-        value::value(out, ZH, data_type, &transfer.kept, transfer.size);
+        value::transferred(out, ZH, transfer);
         put!(out; " (");
         value::size(out, ZH, transfer.size);
         put!(out; ")");
@@ -240,10 +250,10 @@ fn place(out: &mut Vec<u8>, step: &Step) {
         (_, Some(answer)) => put!(out; " [应答见第", answer.no, "帧]"),
         (Place::Due, None) => {}
         (Place::Repeated, None) => put!(out; " [重复的请求]"),
-        (Place::Uncaptured, None) if step.side == Side::Server => put!(out; " [请求未捕获]"),
+        (Place::Uncaptured, None) if step.side == Side::Server => put!(out; " [此前未见请求]"),
         (Place::Uncaptured, None) => put!(out; " [传输起始未捕获]"),
         (Place::InFlight, None) => put!(out; " [在途帧, 不计入]"),
         (Place::OutOfSequence(due), None) => put!(out; " [序列号不连续, 应为", due, "]"),
-        (Place::Outside, None) => put!(out; " [不属于当前传输]"),
+        (Place::Outside, None) => put!(out; " [此处不应出现]"),
     }
 }
