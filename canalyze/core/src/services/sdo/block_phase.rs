@@ -168,6 +168,7 @@ impl Channel {
         let (taken, ack_missing) = block.segment(transfer, half.at, (seqno, last, data), upload);
         self.step.place = match taken {
             Taken::InSequence => Place::Due,
+            Taken::InFlight if midway => Place::Uncaptured,
             Taken::InFlight => Place::InFlight,
             Taken::OutOfSequence(expected) => Place::OutOfSequence(expected),
         };

@@ -557,7 +557,10 @@ impl Channel {
             self.answered_by_abort(cx);
             return false;
         }
-        let initiate = strict_initiate(half) && !half.command.has_invalid_block_size();
+        // Of initiates only those with reserved bytes can be told from data.
+        let initiate = strict_initiate(half)
+            && !half.command.has_invalid_block_size()
+            && !matches!(half.command, Command::InitiateDownload(..));
         let answered = self.pairing.held.is_some_and(|held| wire::fits(&half.command, &held.half.command));
         if !answered && !initiate && self.is_midway_block(&pending, half) {
             self.forget_beginning();
