@@ -4,6 +4,7 @@
 //! what a frame and its own event say; it must not decode.
 
 use crate::frame::{Buses, Frame, Kind};
+use crate::services::sdo::transfer::Transfer;
 
 /// Every service a frame can belong to, as in file names, JSON and text.
 pub const SERVICES: &[&str] = &[
@@ -23,6 +24,12 @@ pub const SERVICES: &[&str] = &[
     "error",
     "foreign",
 ];
+
+/// Stamps from here on (in ns: 1973) are those of a clock, smaller ones count from a capture's beginning.
+const EPOCH_NS: i64 = 100_000_000_000_000_000;
+/// First identifiers of the default SDO channels, to which the server's node-ID is added.
+const SDO_REQUEST: u32 = 0x600;
+const SDO_RESPONSE: u32 = 0x580;
 
 /// A filter: every clause must hold.
 #[derive(Clone, Debug, Default)]
@@ -76,18 +83,43 @@ impl Filter {
         Ok(Self { clauses })
     }
 
+    /// Whether it has no clause, so that it shows everything.
+    pub fn is_empty(&self) -> bool {
+        self.clauses.is_empty()
+    }
+
+    /// Whether an SDO transfer is shown: its channel has both identifiers, its time is from first to last frame.
+    pub fn shows_transfer(&self, transfer: &Transfer, buses: &Buses, start_ns: i64) -> bool {
+        let node = u32::from(transfer.node);
+        self.clauses.iter().all(|clause| match clause {
+            Clause::Service(services) => services.iter().any(|known| known == "sdo"),
+            Clause::Node(ranges) => within(ranges, node),
+            Clause::Id(ranges) => within(ranges, SDO_REQUEST + node) || within(ranges, SDO_RESPONSE + node),
+            Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == buses.name(transfer.bus)),
+            Clause::Time(spans) => match (transfer.first.t_ns, transfer.last.t_ns) {
+                (Some(first), Some(last)) => spans.iter().any(|span| overlaps(*span, first, last, start_ns)),
+                _ => false,
+            },
+        })
+    }
+
     /// Whether a frame is shown, given the service and node of its event.
-    pub fn shows(&self, frame: &Frame, service: &str, node: Option<u8>, buses: &Buses) -> bool {
+    pub fn shows(&self, frame: &Frame, service: &str, node: Option<u8>, buses: &Buses, start_ns: i64) -> bool {
         self.clauses.iter().all(|clause| match clause {
             Clause::Service(services) => services.iter().any(|known| known == service),
             Clause::Node(ranges) => node.is_some_and(|node| within(ranges, u32::from(node))),
             Clause::Id(ranges) => frame.kind != Kind::Error && within(ranges, frame.id.raw()),
             Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == buses.name(frame.bus)),
-            Clause::Time(spans) => {
-                frame.t_ns.is_some_and(|t| spans.iter().any(|(from, to)| (*from..=*to).contains(&t)))
-            }
+            Clause::Time(spans) => frame.t_ns.is_some_and(|t| spans.iter().any(|span| overlaps(*span, t, t, start_ns))),
         })
     }
+}
+
+/// Whether a span meets the time from `first` to `last`. Small numbers count from the capture's first frame.
+fn overlaps((from, to): (i64, i64), first: i64, last: i64, start_ns: i64) -> bool {
+    let counts_from_start = |end: i64| end == i64::MIN || end == i64::MAX || end < EPOCH_NS;
+    let origin = if start_ns >= EPOCH_NS && counts_from_start(from) && counts_from_start(to) { start_ns } else { 0 };
+    from <= last.saturating_sub(origin) && first.saturating_sub(origin) <= to
 }
 
 fn within(ranges: &[(u32, u32)], value: u32) -> bool {
@@ -136,7 +168,7 @@ mod tests {
         let mut frame = Frame::classic(CanId::standard(0x185), &[0; 8]);
         frame.bus = buses.intern(b"can1");
         frame.t_ns = Some(2_500_000_000);
-        let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, "pdo", Some(5), &buses);
+        let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, "pdo", Some(5), &buses, 0);
         for yes in ["", "service=sdo,pdo", "node=5", "node=1-9", "id=185", "id=180-1FF", "id=0x185", "bus=can0,can1"] {
             assert!(shows(yes), "{yes}");
         }

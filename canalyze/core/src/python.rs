@@ -101,8 +101,9 @@ impl Session {
         self.output(py, |core, out| core.feed(data, out))
     }
 
-    fn end<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        self.output(py, Core::end)
+    #[pyo3(signature = (interrupted = false))]
+    fn end<'py>(&self, py: Python<'py>, interrupted: bool) -> Bound<'py, PyBytes> {
+        self.output(py, |core, out| core.end(interrupted, out))
     }
 
     fn finish<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {

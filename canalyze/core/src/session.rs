@@ -90,6 +90,12 @@ struct Stream {
     file: Vec<u8>,
     frames: u64,
     file_frames: u64,
+    /// Frames or transfers that passed the filter.
+    shown: u64,
+    /// Time of the first frame.
+    start_ns: Option<i64>,
+    /// Digits after the point of the last stamp.
+    decimals: u8,
     last: FrameRef,
     next_transfer: u64,
     events: Vec<Event>,
@@ -137,6 +143,9 @@ impl Session {
                 file: Vec::new(),
                 frames: 0,
                 file_frames: 0,
+                shown: 0,
+                start_ns: None,
+                decimals: 9,
                 last: FrameRef::default(),
                 next_transfer: 0,
                 events: Vec::new(),
@@ -163,17 +172,23 @@ impl Session {
         reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
     }
 
-    /// The current file is over.
-    pub fn end(&mut self, out: &mut Vec<u8>) {
+    /// The current file is over. `interrupted`: its reading was broken off, so a last line that has no end is no
+    /// fault of the file.
+    pub fn end(&mut self, interrupted: bool, out: &mut Vec<u8>) {
         let Self { reader: Some(reader), buses, stream } = self else { return };
-        reader.finish(buses, &mut |item, buses| stream.item(item, buses, out));
+        let mut sink = |item, buses: &Buses| stream.item(item, buses, out);
+        if interrupted {
+            reader.interrupt(buses, &mut sink);
+        } else {
+            reader.finish(buses, &mut sink);
+        }
         stream.end_of_file(buses, out);
         self.reader = None;
     }
 
     /// The capture is over: what is still open, and what is known only now.
     pub fn finish(&mut self, out: &mut Vec<u8>) {
-        self.end(out);
+        self.end(false, out);
         self.stream.finish(&self.buses, out);
     }
 
@@ -216,6 +231,7 @@ impl Stream {
         self.frames += 1;
         self.file_frames += 1;
         frame.no = self.frames;
+        self.decimals = frame.stamp.map_or(9, |stamp| stamp.decimals);
         self.last = frame.reference();
         self.on_bus(frame.bus, |bus, cx| bus.step(&frame, cx));
         self.fold();
@@ -223,11 +239,14 @@ impl Stream {
             What::Message(message) => (message.service(), event.node),
             _ => ("sdo", event.node),
         });
-        if self.options.filter.shows(&frame, service, node, buses) {
+        let start_ns = *self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
+        if self.options.format == Format::Transfers {
+            self.transfers(buses, out);
+        } else if self.options.filter.shows(&frame, service, node, buses, start_ns) {
+            self.shown += 1;
             match self.options.format {
                 Format::Text => self.lines.frame(out, &frame, &self.events, buses),
-                Format::Jsonl => jsonl::frame(out, self.setting(buses), &frame, &self.events),
-                Format::Transfers => self.transfers(buses, out),
+                _ => jsonl::frame(out, self.setting(buses), &frame, &self.events),
             }
         }
         self.extract(buses);
@@ -257,7 +276,7 @@ impl Stream {
     }
 
     fn capture_finding(&self, code: Code, line: u64, facts: Facts, bus: BusId) -> Finding {
-        let at = FrameRef { line: Some(line), ..self.last };
+        let at = FrameRef { line: Some(line), ..FrameRef::default() };
         Finding { code, at, cause: None, bus, node: None, object: None, facts }
     }
 
@@ -292,6 +311,9 @@ impl Stream {
             }
         }
         self.aside(buses, out);
+        if self.shown == 0 && self.frames > 0 && !self.options.filter.is_empty() {
+            self.complaints.push(complaints::nothing_shown(self.options.lang, self.frames));
+        }
     }
 
     /// What belongs to no frame at hand.
@@ -340,12 +362,16 @@ impl Stream {
     }
 
     fn setting<'a>(&'a self, buses: &'a Buses) -> Setting<'a> {
-        Setting { lang: self.options.lang, file: &self.file, buses }
+        Setting { lang: self.options.lang, file: &self.file, buses, decimals: self.decimals }
     }
 
-    fn transfers(&self, buses: &Buses, out: &mut Vec<u8>) {
+    fn transfers(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        let start_ns = self.start_ns.unwrap_or(0);
         for event in &self.events {
-            if let What::Transfer(transfer) = &event.what {
+            if let What::Transfer(transfer) = &event.what
+                && self.options.filter.shows_transfer(transfer, buses, start_ns)
+            {
+                self.shown += 1;
                 jsonl::transfer(out, self.setting(buses), transfer);
             }
         }

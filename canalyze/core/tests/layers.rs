@@ -19,7 +19,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services", &["frame", "od", "cob_id", "message", "finding", "event"]),
     ("bus", &["frame", "cob_id", "message", "event", "services"]),
     ("readers", &["frame"]),
-    ("filter", &["frame"]),
+    ("filter", &["frame", "services::sdo::transfer"]),
     ("text", &["frame", "cob_id", "od", "message", "finding", "event", "services", "readers", "filter"]),
     ("render", &["frame", "cob_id", "od", "message", "finding", "event", "services", "readers", "text"]),
     ("session", &["frame", "finding", "event", "services", "bus", "readers", "filter", "text", "render"]),

@@ -87,7 +87,7 @@ impl Lines {
                     }
                     said = true;
                 }
-                _ => self.aside(out, event),
+                _ => self.aside(out, event, frame.no),
             }
         }
         if !said {
@@ -98,12 +98,12 @@ impl Lines {
     /// What is known only at the end of the capture.
     pub fn end(&self, out: &mut Vec<u8>, events: &[Event]) {
         for event in events {
-            self.aside(out, event);
+            self.aside(out, event, 0);
         }
     }
 
     /// A note, a finding, or a transfer whose result belongs to an earlier frame, on a line of its own.
-    fn aside(&self, out: &mut Vec<u8>, event: &Event) {
+    fn aside(&self, out: &mut Vec<u8>, event: &Event, under: u64) {
         if self.depth == Depth::Brief {
             return;
         }
@@ -111,13 +111,17 @@ impl Lines {
             What::Finding(finding) => {
                 let rule = finding.code.rule();
                 put!(out; "#   ", rule.id, " ");
+                // Under its own frame's line the frame needs no name.
+                let elsewhere = (finding.at.no != under).then_some(finding.at.no);
                 match self.lang {
                     Lang::Zh => {
                         put!(out; zh::findings::severity(rule.severity), ": ");
+                        zh::findings::place(out, elsewhere);
                         zh::findings::message(out, finding);
                     }
                     Lang::En => {
                         put!(out; en::findings::severity(rule.severity), ": ");
+                        en::findings::place(out, elsewhere);
                         en::findings::message(out, finding);
                     }
                 }

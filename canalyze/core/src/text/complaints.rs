@@ -82,6 +82,14 @@ pub fn marker(lang: Lang, file: &[u8], marker: &Marker, finding: Option<&Finding
     })
 }
 
+/// The filter let nothing through.
+pub fn nothing_shown(lang: Lang, frames: u64) -> String {
+    match lang {
+        Lang::Zh => format!("没有内容符合过滤条件 (共{frames}帧)"),
+        Lang::En => format!("nothing passes the filter ({frames} frames)"),
+    }
+}
+
 /// Why a filter cannot be read.
 pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
     use crate::filter::{Mistake, SERVICES};

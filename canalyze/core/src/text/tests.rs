@@ -255,7 +255,7 @@ fn error_control() {
     check_explained(
         &operational,
         "#   COB-ID 70Ah = 700h + 节点ID 0Ah (10): 错误控制 (启动报文, 心跳, 节点保护)\n\
-         #   05 = 0000 0101b  位7: 0 (心跳中恒为0) | 位6-0: 05h 操作\n",
+         #   05 = 0000 0101b  位7: 0 (心跳中恒为0; 节点保护中为toggle位) | 位6-0: 05h 操作\n",
     );
     check(&data(0x70A, &[0x00]), "节点10的启动报文", "boot-up of node 10");
     check(&remote(0x70A, 0), "NMT主站对节点10的保护请求", "node guarding request of the NMT master to node 10");

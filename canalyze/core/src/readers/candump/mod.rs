@@ -89,6 +89,13 @@ impl Candump {
         self.skipping = false;
     }
 
+    /// Takes the end of what was read so far, where the reading was broken off: the last line is not there yet.
+    pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.release_head(buses, sink);
+        self.partial.clear();
+        self.skipping = false;
+    }
+
     /// Lines seen so far.
     pub fn lines(&self) -> u64 {
         self.lines

@@ -33,6 +33,8 @@ pub struct Setting<'a> {
     pub file: &'a [u8],
     /// The names of the buses.
     pub buses: &'a Buses,
+    /// Digits after the point of the capture's stamps.
+    pub decimals: u8,
 }
 
 /// One frame's object, and what follows from it.
@@ -122,7 +124,7 @@ pub fn finding(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
     put!(out; ",\"line\":");
     number_or_null(out, finding.at.line);
     put!(out; ",\"t\":");
-    seconds(out, finding.at.t_ns, 9);
+    seconds(out, finding.at.t_ns, setting.decimals);
     put!(out; ",\"cause_frame\":");
     number_or_null(out, finding.cause.map(|cause| cause.no));
     put!(out; ",\"cause_line\":");

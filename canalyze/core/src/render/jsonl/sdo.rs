@@ -162,9 +162,9 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
         }
     }
     put!(out; ",\"first_frame\":", transfer.first.no, ",\"last_frame\":", transfer.last.no, ",\"t\":");
-    seconds(out, transfer.first.t_ns, 9);
+    seconds(out, transfer.first.t_ns, setting.decimals);
     put!(out; ",\"duration\":");
-    seconds(out, transfer.duration_ns(), 9);
+    seconds(out, transfer.duration_ns(), setting.decimals);
     put!(out; ",\"reordered\":", truth(transfer.reordered), ",\"retransmissions\":", transfer.retransmissions);
     put!(out; match transfer.crc_negotiated {
         None => ",\"crc_negotiated\":null,\"findings\":[",

@@ -70,10 +70,12 @@ impl Channel {
         if i.expedited {
             transfer.mode = Mode::Expedited;
             transfer.size_indicated = i.size_indicated.then_some(4 - u32::from(i.unused & 3));
-            if !transfer.bad {
-                transfer.append(expedited(transfer.mux, &i, response.len));
+            if transfer.bad {
+                self.complete(Status::Failed, cx);
+                return;
             }
-            self.complete(Status::Ok, cx);
+            transfer.append(expedited(transfer.mux, &i, response.len));
+            self.close_sized(response.at, cx);
             return;
         }
         transfer.mode = Mode::Segmented;
@@ -87,7 +89,7 @@ impl Channel {
         transfer.initiated = Some(request.at);
         if i.expedited {
             transfer.append(expedited(transfer.mux, &i, request.len));
-            self.complete(Status::Ok, cx);
+            self.close_sized(request.at, cx);
             return;
         }
         self.unmarked = i.size().is_none().then_some((request, i));

@@ -678,7 +678,9 @@ impl Channel {
     fn segment_ordinal(&self, command: &Command) -> u32 {
         match (&self.phase, command) {
             (Phase::Segments { .. }, Command::Segment(_)) => {
-                self.transfer.as_ref().map_or(0, |transfer| transfer.segments.saturating_add(1))
+                // Where the beginning, or a part, was not captured, no number would be true.
+                let whole = self.transfer.as_ref().filter(|transfer| !transfer.midway && !transfer.hole);
+                whole.map_or(0, |transfer| transfer.segments.saturating_add(1))
             }
             _ => 0,
         }

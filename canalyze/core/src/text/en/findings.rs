@@ -20,6 +20,13 @@ fn side(side: Side) -> &'static str {
     }
 }
 
+/// Appends the frame that shows a finding, where the finding stands under another one's line.
+pub fn place(out: &mut Vec<u8>, frame: Option<u64>) {
+    if let Some(frame) = frame {
+        put!(out; "frame ", frame, " ");
+    }
+}
+
 /// Appends what a finding says, in one sentence without line end.
 pub fn message(out: &mut Vec<u8>, finding: &Finding) {
     if let Some(node) = finding.node {

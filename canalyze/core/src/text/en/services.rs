@@ -256,7 +256,7 @@ fn lss_content(out: &mut Vec<u8>, command: Command) {
 fn bit_timing(out: &mut Vec<u8>, selector: u8, index: u8) {
     put!(out; ": ");
     if selector != 0 {
-        put!(out; "manufacturer-specific bit timing table");
+        put!(out; if selector < 128 { "reserved bit timing table" } else { "manufacturer-specific bit timing table" });
     } else if let Some(rate) = bit_rate(index) {
         put!(out; "bit rate ", rate, " kbit/s");
     } else if index == 9 {

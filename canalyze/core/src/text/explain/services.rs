@@ -180,9 +180,9 @@ fn error_control(out: &mut Vec<u8>, lang: Lang, state: u8, toggle: bool) {
     put!(out; "#   ", Hex::<2>(u64::from(byte)), " = ", Nibbles(byte), say(lang, "  位7: ", "  bit 7: "), u8::from(toggle));
     put!(out; match (lang, toggle) {
         (Lang::Zh, true) => " toggle (节点保护)",
-        (Lang::Zh, false) => " (心跳中恒为0)",
+        (Lang::Zh, false) => " (心跳中恒为0; 节点保护中为toggle位)",
         (Lang::En, true) => " toggle (node guarding)",
-        (Lang::En, false) => " (always 0 in a heartbeat)",
+        (Lang::En, false) => " (always 0 in a heartbeat; the toggle bit of node guarding)",
     });
     put!(out; say(lang, " | 位6-0: ", " | bits 6-0: "), Hex::<2>(u64::from(state)), "h ");
     put!(out; terms::nmt::state(lang, state).unwrap_or(say(lang, "未知状态", "unknown state")));
@@ -252,6 +252,8 @@ fn lss(out: &mut Vec<u8>, lang: Lang, message: &Message, command: Command, frame
         Command::ConfigureBitTiming { selector, index } => {
             let table = if selector == 0 {
                 say(lang, "CiA位定时表", "CiA bit timing table")
+            } else if selector < 128 {
+                say(lang, "保留的位定时表", "reserved bit timing table")
             } else {
                 say(lang, "制造商定义的位定时表", "manufacturer-specific bit timing table")
             };

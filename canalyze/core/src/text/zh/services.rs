@@ -252,7 +252,7 @@ fn lss_content(out: &mut Vec<u8>, command: Command) {
 fn bit_timing(out: &mut Vec<u8>, selector: u8, index: u8) {
     put!(out; ": ");
     if selector != 0 {
-        put!(out; "制造商定义的位定时表");
+        put!(out; if selector < 128 { "保留的位定时表" } else { "制造商定义的位定时表" });
     } else if let Some(rate) = bit_rate(index) {
         put!(out; "波特率 ", rate, " kbit/s");
     } else if index == 9 {
