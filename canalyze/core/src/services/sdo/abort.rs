@@ -64,6 +64,10 @@ impl Channel {
     pub(super) fn answered_by_abort(&mut self, cx: &mut Context<'_>) {
         self.pairing.abort_may_answer = false;
         let Some(pending) = self.pairing.pending.take() else { return };
+        let object = self.pairing.last_abort.map(|(object, _)| object);
+        if strict_initiate(&pending) && pending.command.mux() == object {
+            self.trust(cx);
+        }
         let own = self.own;
         if pending.at.no != cx.at.no {
             self.note(Note::AnsweredByAbort, pending.at, cx);

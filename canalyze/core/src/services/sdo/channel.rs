@@ -187,6 +187,10 @@ impl Channel {
         self.plausible = self.plausible.saturating_add(u64::from(strict_initiate(&half)));
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
         self.odd = self.odd.saturating_add(u64::from(odd));
+        if strict_initiate(&half) && !matches!(half.command, Command::InitiateDownload(..)) {
+            // What was odd may have been block data of a transfer that began before the capture.
+            self.odd = 0;
+        }
         if half.command.is_initiate() && strict_initiate(&half) && self.first.is_some_and(|first| first != half.at) {
             self.begun = true;
         }

@@ -10,7 +10,7 @@ use crate::finding::{Code, Facts, Finding, Severity};
 use crate::frame::FrameRef;
 
 /// Odd frames on a channel that has shown no valid exchange, from which on it is not taken for SDO.
-const FOREIGN: u64 = 4;
+const FOREIGN: u64 = 16;
 /// Findings withheld at most; more of the same say nothing new.
 const WITHHELD: usize = 32;
 
@@ -112,7 +112,8 @@ impl Channel {
 
     /// Whether the traffic looks so little like SDO that no transfer is made of it.
     pub(super) fn is_foreign(&self) -> bool {
-        !self.trusted && self.odd >= FOREIGN
+        let frames = self.requests.saturating_add(self.responses);
+        !self.trusted && self.odd >= FOREIGN && self.odd > frames / 2
     }
 
     pub(super) fn is_trusted(&self) -> bool {

@@ -249,6 +249,10 @@ impl Channel {
             self.step.place = Place::Uncaptured;
             if self.join_segments(half, cx) {
                 self.pairing.pending = Some(*half);
+            } else if half.command == Command::StartBlockUpload && self.transfer.is_none() {
+                let mut block = Block::new(MOST);
+                block.started = true;
+                self.begin_midway(half.at, Direction::Upload, Phase::Block(Box::new(block)), cx);
             } else if matches!(half.command, Command::BlockAck { .. }) {
                 self.join_block(half, Direction::Upload, cx);
             }
