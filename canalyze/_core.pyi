@@ -45,8 +45,11 @@ class Session:
         """
     def feed(self, data: bytes) -> bytes:
         """More bytes of the current file, in any chunking; what is known by now, ready for standard output."""
-    def end(self) -> bytes:
-        """The current file is over: the rest of its output."""
+    def end(self, interrupted: bool = False) -> bytes:
+        """The current file is over: the rest of its output.
+
+        interrupted: it was the reading that stopped, not the file that ended: a partial line is dropped in silence.
+        """
     def finish(self) -> bytes:
         """The capture is over: transfers still open, and what else is said at the end."""
     def complaints(self) -> list[str]:

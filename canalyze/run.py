@@ -51,7 +51,9 @@ class Interrupt:
     def _wish(self, number: int, _: FrameType | None) -> None:
         again = self.signal != 0
         self.signal = number
-        if again or self._waiting:
+        if again:
+            raise SystemExit(128 + number)
+        if self._waiting:
             raise KeyboardInterrupt
 
     def during(self, wait: Callable[[], T]) -> T | None:
@@ -106,6 +108,7 @@ class Run:
         session.begin(os.fsencode(source.name).decode("utf-8", "backslashreplace"), source.regular)
         self._name, self._held, self._more = source.name, [], 0
         size = 0
+        data: bytes | None = b""
         stopped: SourceError | None = None
         try:
             while data := interrupt.during(source.read):
@@ -114,7 +117,9 @@ class Run:
                 self._progress.step(len(data), session.frames)
         except SourceError as error:  # what came before it is said first
             stopped = error
-        self._hand_over(session.end(), hold=source.regular)
+        # A wish that came after the last byte cut nothing short: then data is b"".
+        rest = session.end(interrupted=True) if data is None else session.end()
+        self._hand_over(rest, hold=source.regular)
         if stopped:
             raise stopped
         if session.file_frames == 0 and not interrupt.signal:

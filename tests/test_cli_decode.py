@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 import subprocess
 from pathlib import Path
 
@@ -59,24 +58,6 @@ def test_a_pipe_answers_each_line_at_once(tmp_path: Path) -> None:
     assert (process.returncode, err) == (0, b"")
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_interrupt_writes_what_is_known(tmp_path: Path, number: int, code: int) -> None:
-    process = _live(tmp_path)
-    assert process.stdin and process.stdout
-    process.stdin.write(NOTES.encode())
-    process.stdin.flush()
-    first = process.stdout.readline()
-    process.send_signal(number)
-    assert process.wait(timeout=60) == code
-    assert process.stderr
-    err = process.stderr.read()
-    assert annotates((first + process.stdout.read()).decode().splitlines())
-    assert err == b""
-    process.stdin.close()
-    process.stdout.close()
-    process.stderr.close()
-
-
 def _live(directory: Path) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
         command("decode", "-"),
@@ -85,8 +66,6 @@ def _live(directory: Path) -> subprocess.Popen[bytes]:
         stderr=subprocess.PIPE,
         cwd=directory,
         env=environment(),
-        # Whoever started the tests may ignore Ctrl-C (a shell does for what runs in its background).
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
 
 
