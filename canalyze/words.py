@@ -124,19 +124,22 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("explain.usage", "[选项] 帧...", "[OPTIONS] FRAME..."),
     (
         "explain.help",
-        "逐字段、逐位解释一帧。帧可以是cansend的写法，也可以是贴进来的一行candump输出（引号可省）；“-”从标准输入逐行读。"
+        "逐字段、逐位解释一帧或几帧。帧可以是cansend的写法，也可以是贴进来的一行candump输出（引号可省）；“-”从标准输入逐行读，"
+        "跳过空行和以 # 开头的行。"
         "单独的一帧没有上下文，所以只说它自身能说明的内容。",
-        "Explain one frame, every field and bit. The frame is in cansend's form or a pasted line of candump (quotes "
-        "may be left out); '-' reads lines from standard input. A frame alone has no history, so only what it says "
-        "by itself is said.",
+        "Explain a frame, or several, every field and bit. A frame is in cansend's form or a pasted line of candump "
+        "(quotes may be left out); '-' reads lines from standard input and skips blank lines and those that begin "
+        "with #. A frame alone has no history, so only what it says by itself is said.",
     ),
     (
         "explain.examples",
         "canalyze explain '60A#4008100000000000'\n"
+        "canalyze explain '60A#4008100000000000' '58A#4108100017000000'\n"
         "canalyze explain can1  58A   [8]  41 08 10 00 17 00 00 00\n"
         "canalyze explain '(1612345678.123456) can0 70A#05'\n"
         "tail -n 3 capture.log | canalyze explain -",
         "canalyze explain '60A#4008100000000000'\n"
+        "canalyze explain '60A#4008100000000000' '58A#4108100017000000'\n"
         "canalyze explain can1  58A   [8]  41 08 10 00 17 00 00 00\n"
         "canalyze explain '(1612345678.123456) can0 70A#05'\n"
         "tail -n 3 capture.log | canalyze explain -",
@@ -157,6 +160,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "explain.nothing",
         "没有给出帧；例如 canalyze explain '60A#4008100000000000'，或用 - 从标准输入读",
         "no frame given; e.g. canalyze explain '60A#4008100000000000', or - for standard input",
+    ),
+    (
+        "explain.empty",
+        "{name}：里面没有帧；每行给出一帧，如 60A#4008100000000000",
+        "{name}: there is no frame in it; give one a line, such as 60A#4008100000000000",
     ),
     # sdo
     ("sdo.short", "列出SDO传输，取出其数据", "List SDO transfers, take out their data"),
