@@ -12,9 +12,12 @@ from functools import partial
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Final, Self, TypeVar
 
+import click
+
 from canalyze.errors import SourceError
 from canalyze.output import Progress, complain
 from canalyze.sources.file import Source
+from canalyze.sources.magic import refuse
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -72,6 +75,8 @@ class Run:
 
     def __init__(self, session: "Session", words: Words, progress: Progress, take: Callable[[bytes], None]) -> None:
         """`take` gets every result of the session, in order, also an empty one."""
+        context = click.get_current_context(silent=True)
+        self._command = context.command_path if context else "canalyze decode"
         self._session = session
         self._words = words
         self._progress = progress
@@ -105,16 +110,20 @@ class Run:
 
     def _read(self, source: Source, interrupt: Interrupt) -> None:
         session = self._session
+        data = interrupt.during(source.read)
+        if data is None:
+            return
+        refuse(source.name, data, self._command)
         session.begin(os.fsencode(source.name).decode("utf-8", "backslashreplace"), source.regular)
         self._name, self._held, self._more = source.name, [], 0
         size = 0
-        data: bytes | None = b""
         stopped: SourceError | None = None
         try:
-            while data := interrupt.during(source.read):
+            while data:
                 size += len(data)
                 self._hand_over(session.feed(data), hold=source.regular)
                 self._progress.step(len(data), session.frames)
+                data = interrupt.during(source.read)
         except SourceError as error:  # what came before it is said first
             stopped = error
         # A wish that came after the last byte cut nothing short: then data is b"".

@@ -322,6 +322,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}: no line of it can be read as a CAN frame; candump's console form (can0  60A   [8]  40 ...) and its "
         "log form ((stamp) can0 60A#40...) can",
     ),
+    ("source.packed", "{name}：是{kind}压缩的；先解压：{line}", "{name}: {kind} compressed: {line}"),
+    ("source.encoded", "{name}：是{kind}编码的文本；先转换：{line}", "{name}: text in {kind}: {line}"),
+    (
+        "source.other",
+        "{name}：是{kind}文件，还不支持；目前只读candump的文本",
+        "{name}: {kind}, not supported yet: only candump text",
+    ),
     (
         "source.more_complaints",
         "{name}：此前还有 {count} 条同类提示",
