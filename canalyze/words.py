@@ -300,7 +300,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "CANALYZE_LANG: {value} is neither zh nor en",
     ),
     ("config.unreadable", "{file}：不能读取配置：{error}", "{file}: the configuration cannot be read: {error}"),
-    ("config.broken", "{file}:{line}: 不是有效的TOML：{problem}", "{file}:{line}: not valid TOML: {problem}"),
+    (
+        "config.broken",
+        "{file}:{line}:{column}: 不是有效的TOML（解析器的原话：“{problem}”）",
+        "{file}:{line}:{column}: not valid TOML (the parser says: {problem})",
+    ),
+    ("config.not_utf8", "{file}:{line}: 不是UTF-8编码的文本", "{file}:{line}: not text in UTF-8"),
     (
         "config.unknown",
         "{file}：没有配置项 {key}，可以有的是 {allowed}",
