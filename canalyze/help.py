@@ -11,7 +11,7 @@ from typing import Final
 
 import click
 
-from canalyze.options import common_options
+from canalyze.options import CoreUsageError, common_options
 from canalyze.words import Words
 
 _MARGIN: Final = 2
@@ -144,7 +144,8 @@ def _verbatim(text: str) -> list[str]:
 def usage_line(error: click.UsageError, words: Words) -> str:
     """Give a usage error as one line: what is wrong, and where help is."""
     command = error.ctx.command_path if error.ctx else "canalyze"
-    return words("usage.line", command=command, problem=_problem(error, words))
+    key = "usage.core_line" if isinstance(error, CoreUsageError) else "usage.line"
+    return words(key, command=command, problem=_problem(error, words))
 
 
 def _near(error: click.NoSuchOption) -> list[str]:

@@ -38,9 +38,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "opt.filter",
         "只显示符合条件的帧，如 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5'；"
-        "空格是“且”，逗号是“或”；状态仍由全部帧得出。",
+        "空格是“且”，逗号是“或”；状态仍由全部帧得出。t 的单位是秒：小于100000000时从记录的第一帧算起，否则是绝对时间。",
         "Show only what fits, e.g. 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5'; "
-        "blank is and, comma is or; state still comes from every frame.",
+        "blank is and, comma is or; state still comes from every frame. t is in seconds: below 100000000 since the "
+        "first frame of the capture, else absolute.",
     ),
     (
         "opt.stamps",
@@ -102,8 +103,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "decode.time",
-        "时间的写法，同candump：a 绝对，d 与上一帧之差，z 从零开始，A 带日期，n 不写；不给则照原样。",
-        "How stamps are written, as in candump: a absolute, d delta, z zero-based, A with date, n none; "
+        "时间的写法，同candump：a 绝对，d 与上一帧之差，z 从零开始，A 日期和时间(UTC)，n 不写；不给则照原样。",
+        "How stamps are written, as in candump: a absolute, d delta, z zero-based, A date and time in UTC, n none; "
         "without it as they came.",
     ),
     (
@@ -192,10 +193,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sdo --format jsonl capture.log | jq -r 'select(.status != \"ok\")'\n"
         "candump can0 | canalyze sdo -",
     ),
-    ("sdo.none", "{frames} 帧中没有SDO传输", "no SDO transfer in {frames} frames"),
+    ("sdo.none", "{frames}帧中没有SDO传输", "no SDO transfer in {frames} frames"),
     (
         "sdo.extracted",
-        "已将 {files} 个文件写入 {directory}",
+        "已将{files}个文件写入 {directory}",
         "files written to {directory}: {files}",
     ),
     (
@@ -205,6 +206,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     ("col.number", "#", "#"),
     ("col.time", "时间", "time"),
+    ("col.relative", "相对(s)", "relative"),
     ("col.bus", "总线", "bus"),
     ("col.node", "节点", "node"),
     ("col.direction", "方向", "direction"),
@@ -219,7 +221,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("col.frames", "帧", "frames"),
     ("direction.upload", "上传(读)", "upload"),
     ("direction.download", "下载(写)", "download"),
-    ("mode.expedited", "快速", "expedited"),
+    ("col.access", "读写", "access"),
+    ("access.upload", "读", "read"),
+    ("access.download", "写", "write"),
+    ("mode.expedited", "加速", "expedited"),
     ("mode.segmented", "分段", "segmented"),
     ("mode.block", "块", "block"),
     ("status.ok", "完成", "ok"),
@@ -260,10 +265,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("severity.warning", "警告", "warning"),
     ("severity.info", "提示", "info"),
     ("rules.clause", "依据", "clause"),
+    ("rules.no_clause", "无", "none"),
     ("rules.meaning", "含义", "what it means"),
     ("rules.cause", "常见原因", "usual causes"),
     # Usage errors; {command} is what was typed, such as `canalyze decode`.
     ("usage.line", "{command}: {problem}；用法见 {command} --help", "{command}: {problem}; see {command} --help"),
+    (
+        "usage.core_line",  # {problem} is a sentence of the core, with its punctuation
+        "{command}: {problem}; 用法见 {command} --help",
+        "{command}: {problem}; see {command} --help",
+    ),
     ("usage.no_option", "没有选项 {option}", "no such option: {option}"),
     ("usage.no_option_near", "没有选项 {option}，是 {near} 吗", "no such option: {option}, did you mean {near}"),
     ("usage.no_command", "没有命令 {name}", "no such command: {name}"),
@@ -336,7 +347,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "source.more_complaints",
-        "{name}：此前还有 {count} 条同类提示",
+        "{name}：此前还有{count}条同类提示",
         "{name}: {count} more such lines before this",
     ),
     ("output.exists", "{name}：文件已存在；要覆盖请加 --force", "{name}: exists; --force overwrites it"),
@@ -348,8 +359,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze: 终端不能显示中文，改用英文；可用 --lang 指定",
         "canalyze: this terminal cannot show Chinese, so English is used; --lang chooses",
     ),
-    ("progress.of", "{done}/{total} MB，{frames} 帧", "{done}/{total} MB, {frames} frames"),
-    ("progress.some", "{done} MB，{frames} 帧", "{done} MB, {frames} frames"),
+    ("progress.of", "{done}/{total} MB，{frames}帧", "{done}/{total} MB, {frames} frames"),
+    ("progress.some", "{done} MB，{frames}帧", "{done} MB, {frames} frames"),
     (
         "core.missing",
         "编译好的核心不在（{problem}）；在源码目录里运行 pip install -e .",

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -151,6 +152,18 @@ def test_several_files_are_one_capture(canalyze: Runner, tmp_path: Path) -> None
 def test_filter_that_cannot_be_read(canalyze: Runner, notes: str) -> None:
     done = canalyze("decode", "--filter", "nonsense", notes)
     assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+
+
+def test_what_the_core_refuses_is_one_sentence(canalyze: Runner, notes: str) -> None:
+    done = canalyze("decode", "--filter", "nonsense", notes)
+    assert done.err.endswith("; 用法见 canalyze decode --help\n")
+    assert "；" not in done.err
+
+
+def test_help_says_what_times_count_from(canalyze: Runner) -> None:
+    zh, en = (re.sub(r"\s+", " ", canalyze("--lang", lang, "decode", "--help").out) for lang in ("zh", "en"))
+    assert "100000000" in zh and "100000000" in en
+    assert "UTC" in zh and "date and time in UTC" in en
 
 
 def test_output_file(canalyze: Runner, notes: str, tmp_path: Path) -> None:

@@ -96,6 +96,14 @@ def test_rules_explains_one(canalyze: Runner) -> None:
     assert "常见原因" in done.out
 
 
+def test_clause_is_in_no_language(canalyze: Runner) -> None:
+    for lang, none in (("zh", "无"), ("en", "none")):
+        page = canalyze("rules", "SDO012", "--lang", lang).out
+        assert "7.2.4.3.9 ~ 7.2.4.3.15" in page
+        *_, clause = canalyze("rules", "CAP001", "--lang", lang).lines
+        assert clause.split()[-1] == none
+
+
 def test_unknown_rule_names_the_nearest(canalyze: Runner) -> None:
     done = canalyze("rules", "SDO0O1")
     assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
