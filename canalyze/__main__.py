@@ -1,8 +1,48 @@
-"""`python -m canalyze`: the same as the command `canalyze`."""
+"""The command `canalyze`, also as `python -m canalyze`: before anything else is imported, the end is made quiet.
 
+Ctrl-C and SIGTERM have an answer from here on, so that none of them ends in a traceback, however early or late it
+comes: while nothing is at stake (imports, the interpreter's own end) the process just goes, with 130 or 143; in between
+the files that are being written are put in order first. While a capture is read, `run.Interrupt` has them instead.
+"""
+
+import os
+import signal
 import sys
 
-from canalyze.cli import main
+TYPE_CHECKING = False  # `typing` takes as long as all the rest of this file
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import FrameType
+
+
+def _go(number: int, _: object) -> None:
+    os._exit(128 + number)
+
+
+def _leave(number: int, _: object) -> None:
+    raise SystemExit(128 + number)
+
+
+def _answer(handler: "Callable[[int, FrameType | None], None]") -> None:
+    """Take both signals, except one that the caller ignores (as a shell does for a command in the background)."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, handler)
+
+
+_answer(_go)
+
+
+def main() -> int:
+    """Run the command line; give the exit code."""
+    from canalyze.cli import main as run
+
+    _answer(_leave)
+    try:
+        return run()
+    finally:
+        _answer(_go)
+
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -48,8 +48,8 @@ class Session:
     def end(self, interrupted: bool = False) -> bytes:
         """The current file is over: the rest of its output.
 
-        interrupted: its reading was broken off, so a last line without an end is no fault of the file.
-       """
+        interrupted: it was the reading that stopped, not the file that ended: a partial line is dropped in silence.
+        """
     def finish(self) -> bytes:
         """The capture is over: transfers still open, and what else is said at the end."""
     def complaints(self) -> list[str]:

@@ -103,18 +103,20 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(args: list[str]) -> int:
     options: dict[str, str] = {}
+    args, missing = _take_global(args, options)
+    lang = options.get("--lang")
     try:
-        args, missing = _take_global(args, options)
-        words = Words(spoken(options.get("--lang")))
         if missing:
-            complain(words("usage.line", command="canalyze", problem=words("usage.needs_value", option=missing)))
+            words = _words(spoken(lang), notice=False)
+            problem = words("usage.needs_value", option=missing)
+            complain(words("usage.line", command=_command(args), problem=problem))
             return 2
-        words = _words(settle(options.get("--lang"), options.get("--config")))
+        words = _words(settle(lang, options.get("--config")))
     except ConfigError as error:
-        if _completes():  # nothing may disturb the line being typed
-            return 0
-        complain(f"canalyze: {error.in_words(Words(spoken(options.get('--lang'))))}")
-        return error.exit_code
+        if not _completes() and not (_explains(args) and error.key != "config.lang_option"):
+            complain(f"canalyze: {error.in_words(_words(spoken(lang), notice=False))}")
+            return error.exit_code
+        words = _words(spoken(lang), notice=not _completes())
     group = Group(words)
     try:
         if not args and not _completes():
@@ -148,10 +150,22 @@ def _completes() -> bool:
     return "_CANALYZE_COMPLETE" in os.environ
 
 
-def _words(config: Config) -> Words:
+def _command(args: list[str]) -> str:
+    """Give what was typed up to the command, if there is one."""
+    name = next((arg for arg in args if not arg.startswith("-")), "")
+    return f"canalyze {name}" if name in COMMANDS else "canalyze"
+
+
+def _explains(args: list[str]) -> bool:
+    """Tell whether help or the version is asked for: nothing about a configuration may stand in its way."""
+    return not {"-h", "--help", "--version"}.isdisjoint(args[: args.index("--")] if "--" in args else args)
+
+
+def _words(config: Config, *, notice: bool = True) -> Words:
     if config.lang == "zh" and not config.chosen and not shows_chinese():
         words = Words("en")
-        complain(words("output.english"))
+        if notice:
+            complain(words("output.english"))
         return words
     return Words(config.lang)
 

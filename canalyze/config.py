@@ -31,20 +31,29 @@ KEYS: Final[dict[str, tuple[str, ...]]] = {"lang": LANGUAGES}
 
 def settle(lang: str | None, file: str | None) -> Config:
     """Decide by option, CANALYZE_LANG and file, in that order; raise ConfigError for what cannot be."""
-    if lang is not None and lang not in LANGUAGES:
+    given = language(lang)
+    if lang is not None and given is None:
         raise ConfigError("config.lang_option", value=lang or '""')
     wanted = os.environ.get("CANALYZE_LANG") or None
-    if lang is None and wanted is not None and wanted not in LANGUAGES:
+    if lang is None and wanted is not None and language(wanted) is None:
         raise ConfigError("config.lang_env", value=wanted)
     filed = read(file).get("lang")  # always: a broken file is said even where another choice wins
-    choice = lang or wanted or filed
+    choice = given or language(wanted) or filed
     return Config(lang=choice or "zh", chosen=choice is not None)
 
 
-def spoken(lang: str | None) -> str:
-    """Give the language in which a ConfigError is worded: the first valid choice that needs no file, else zh."""
-    wanted = os.environ.get("CANALYZE_LANG")
-    return lang if lang in LANGUAGES else wanted if wanted in LANGUAGES else "zh"
+def spoken(lang: str | None) -> Config:
+    """Give what holds where the file does not count (a ConfigError, help): the first valid choice that needs none."""
+    choice = language(lang) or language(os.environ.get("CANALYZE_LANG"))
+    return Config(lang=choice or "zh", chosen=choice is not None)
+
+
+def language(value: str | None) -> str | None:
+    """Give the language that is meant by one of LANGUAGES in any case, or by a locale such as zh_CN.UTF-8."""
+    import re
+
+    name = re.split("[_.@-]", value or "", maxsplit=1)[0].lower()
+    return name if name in LANGUAGES else None
 
 
 def read(file: str | None) -> dict[str, str]:
@@ -76,19 +85,21 @@ def _parsed(path: Path, text: bytes) -> dict[str, object]:
         return tomllib.loads(text.decode("utf-8"))
     except UnicodeDecodeError as error:
         line = text.count(b"\n", 0, error.start) + 1
-        raise ConfigError("config.broken", file=path, line=line, problem="UTF-8") from error
+        raise ConfigError("config.not_utf8", file=path, line=line) from error
     except tomllib.TOMLDecodeError as error:
-        line, problem = _place(str(error), text)
-        raise ConfigError("config.broken", file=path, line=line, problem=problem) from error
+        line, column, problem = _place(str(error), text)
+        raise ConfigError("config.broken", file=path, line=line, column=column, problem=problem) from error
 
 
-def _place(message: str, text: bytes) -> tuple[int, str]:
-    """Take the line out of tomllib's "... (at line 3, column 7)" or "... (at end of document)"."""
+def _place(message: str, text: bytes) -> tuple[int, int, str]:
+    """Take line and column out of tomllib's "... (at line 3, column 7)" or "... (at end of document)"."""
     import re
 
     problem, _, where = message.partition(" (at ")
-    match = re.match(r"line (\d+)", where)
-    return (int(match[1]) if match else len(text.splitlines()) or 1), problem
+    if match := re.match(r"line (\d+), column (\d+)", where):
+        return int(match[1]), int(match[2]), problem
+    lines = text.decode("utf-8").splitlines() or [""]
+    return len(lines), len(lines[-1]) + 1, problem
 
 
 def _as_toml(value: object) -> str:

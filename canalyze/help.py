@@ -11,7 +11,7 @@ from typing import Final
 
 import click
 
-from canalyze.options import common_options
+from canalyze.options import CoreUsageError, common_options
 from canalyze.words import Words
 
 _MARGIN: Final = 2
@@ -144,13 +144,25 @@ def _verbatim(text: str) -> list[str]:
 def usage_line(error: click.UsageError, words: Words) -> str:
     """Give a usage error as one line: what is wrong, and where help is."""
     command = error.ctx.command_path if error.ctx else "canalyze"
-    return words("usage.line", command=command, problem=_problem(error, words))
+    key = "usage.core_line" if isinstance(error, CoreUsageError) else "usage.line"
+    return words(key, command=command, problem=_problem(error, words))
+
+
+def _near(error: click.NoSuchOption) -> list[str]:
+    """Give the options that may have been meant: those that begin so, or are spelt nearly so without their dashes."""
+    from difflib import get_close_matches
+
+    typed = error.option_name.lstrip("-").lower()
+    known = [name for param in error.ctx.command.params for name in param.opts] if error.ctx else []
+    names = {name.lstrip("-").lower(): name for name in known if name.startswith("--")}
+    begun = [names[name] for name in names if len(typed) > 1 and name.startswith(typed)]
+    return begun or [names[name] for name in get_close_matches(typed, names, cutoff=0.7)]
 
 
 def _problem(error: click.UsageError, words: Words) -> str:
     if isinstance(error, click.NoSuchOption):
-        if near := error.possibilities:
-            return words("usage.no_option_near", option=error.option_name, near=words("usage.or").join(sorted(near)))
+        if near := _near(error):
+            return words("usage.no_option_near", option=error.option_name, near=words("usage.or").join(near))
         return words("usage.no_option", option=error.option_name)
     if isinstance(error, click.BadOptionUsage):
         option = error.ctx and next((p for p in error.ctx.command.params if error.option_name in p.opts), None)

@@ -89,6 +89,10 @@ def format_option(words: Words, command: str) -> click.Option:
     )
 
 
+class CoreUsageError(click.UsageError):
+    """What the core cannot accept, in its own words."""
+
+
 def open_session(words: Words, **settings: Any) -> "Session":
     """Start the core with these settings; what it cannot accept (a filter) is a usage error."""
     from canalyze._core import Session
@@ -96,7 +100,7 @@ def open_session(words: Words, **settings: Any) -> "Session":
     try:
         return Session(lang=words.lang, **settings)
     except ValueError as error:
-        raise click.UsageError(str(error), click.get_current_context()) from error
+        raise CoreUsageError(str(error), click.get_current_context()) from error
 
 
 def inputs(files: tuple[str, ...], words: Words) -> tuple[str, ...]:

@@ -12,9 +12,12 @@ from functools import partial
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Final, Self, TypeVar
 
+import click
+
 from canalyze.errors import SourceError
 from canalyze.output import Progress, complain
 from canalyze.sources.file import Source
+from canalyze.sources.magic import refuse
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -51,7 +54,9 @@ class Interrupt:
     def _wish(self, number: int, _: FrameType | None) -> None:
         again = self.signal != 0
         self.signal = number
-        if again or self._waiting:
+        if again:
+            raise SystemExit(128 + number)
+        if self._waiting:
             raise KeyboardInterrupt
 
     def during(self, wait: Callable[[], T]) -> T | None:
@@ -70,6 +75,8 @@ class Run:
 
     def __init__(self, session: "Session", words: Words, progress: Progress, take: Callable[[bytes], None]) -> None:
         """`take` gets every result of the session, in order, also an empty one."""
+        context = click.get_current_context(silent=True)
+        self._command = context.command_path if context else "canalyze decode"
         self._session = session
         self._words = words
         self._progress = progress
@@ -103,18 +110,25 @@ class Run:
 
     def _read(self, source: Source, interrupt: Interrupt) -> None:
         session = self._session
+        data = interrupt.during(source.read)
+        if data is None:
+            return
+        refuse(source.name, data, self._command)
         session.begin(os.fsencode(source.name).decode("utf-8", "backslashreplace"), source.regular)
         self._name, self._held, self._more = source.name, [], 0
         size = 0
         stopped: SourceError | None = None
         try:
-            while data := interrupt.during(source.read):
+            while data:
                 size += len(data)
                 self._hand_over(session.feed(data), hold=source.regular)
                 self._progress.step(len(data), session.frames)
+                data = interrupt.during(source.read)
         except SourceError as error:  # what came before it is said first
             stopped = error
-        self._hand_over(session.end(), hold=source.regular)
+        # A wish that came after the last byte cut nothing short: then data is b"".
+        rest = session.end(interrupted=True) if data is None else session.end()
+        self._hand_over(rest, hold=source.regular)
         if stopped:
             raise stopped
         if session.file_frames == 0 and not interrupt.signal:

@@ -38,9 +38,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "opt.filter",
         "只显示符合条件的帧，如 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5'；"
-        "空格是“且”，逗号是“或”；状态仍由全部帧得出。",
+        "空格是“且”，逗号是“或”；状态仍由全部帧得出。t 的单位是秒：小于100000000时从记录的第一帧算起，否则是绝对时间。",
         "Show only what fits, e.g. 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5'; "
-        "blank is and, comma is or; state still comes from every frame.",
+        "blank is and, comma is or; state still comes from every frame. t is in seconds: below 100000000 since the "
+        "first frame of the capture, else absolute.",
     ),
     (
         "opt.stamps",
@@ -102,8 +103,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "decode.time",
-        "时间的写法，同candump：a 绝对，d 与上一帧之差，z 从零开始，A 带日期，n 不写；不给则照原样。",
-        "How stamps are written, as in candump: a absolute, d delta, z zero-based, A with date, n none; "
+        "时间的写法，同candump：a 绝对，d 与上一帧之差，z 从零开始，A 日期和时间(UTC)，n 不写；不给则照原样。",
+        "How stamps are written, as in candump: a absolute, d delta, z zero-based, A date and time in UTC, n none; "
         "without it as they came.",
     ),
     (
@@ -124,19 +125,22 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("explain.usage", "[选项] 帧...", "[OPTIONS] FRAME..."),
     (
         "explain.help",
-        "逐字段、逐位解释一帧。帧可以是cansend的写法，也可以是贴进来的一行candump输出（引号可省）；“-”从标准输入逐行读。"
+        "逐字段、逐位解释一帧或几帧。帧可以是cansend的写法，也可以是贴进来的一行candump输出（引号可省）；“-”从标准输入逐行读，"
+        "跳过空行和以 # 开头的行。"
         "单独的一帧没有上下文，所以只说它自身能说明的内容。",
-        "Explain one frame, every field and bit. The frame is in cansend's form or a pasted line of candump (quotes "
-        "may be left out); '-' reads lines from standard input. A frame alone has no history, so only what it says "
-        "by itself is said.",
+        "Explain a frame, or several, every field and bit. A frame is in cansend's form or a pasted line of candump "
+        "(quotes may be left out); '-' reads lines from standard input and skips blank lines and those that begin "
+        "with #. A frame alone has no history, so only what it says by itself is said.",
     ),
     (
         "explain.examples",
         "canalyze explain '60A#4008100000000000'\n"
+        "canalyze explain '60A#4008100000000000' '58A#4108100017000000'\n"
         "canalyze explain can1  58A   [8]  41 08 10 00 17 00 00 00\n"
         "canalyze explain '(1612345678.123456) can0 70A#05'\n"
         "tail -n 3 capture.log | canalyze explain -",
         "canalyze explain '60A#4008100000000000'\n"
+        "canalyze explain '60A#4008100000000000' '58A#4108100017000000'\n"
         "canalyze explain can1  58A   [8]  41 08 10 00 17 00 00 00\n"
         "canalyze explain '(1612345678.123456) can0 70A#05'\n"
         "tail -n 3 capture.log | canalyze explain -",
@@ -157,6 +161,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "explain.nothing",
         "没有给出帧；例如 canalyze explain '60A#4008100000000000'，或用 - 从标准输入读",
         "no frame given; e.g. canalyze explain '60A#4008100000000000', or - for standard input",
+    ),
+    (
+        "explain.empty",
+        "{name}：里面没有帧；每行给出一帧，如 60A#4008100000000000",
+        "{name}: there is no frame in it; give one a line, such as 60A#4008100000000000",
     ),
     # sdo
     ("sdo.short", "列出SDO传输，取出其数据", "List SDO transfers, take out their data"),
@@ -184,10 +193,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sdo --format jsonl capture.log | jq -r 'select(.status != \"ok\")'\n"
         "candump can0 | canalyze sdo -",
     ),
-    ("sdo.none", "{frames} 帧中没有SDO传输", "no SDO transfer in {frames} frames"),
+    ("sdo.none", "{frames}帧中没有SDO传输", "no SDO transfer in {frames} frames"),
     (
         "sdo.extracted",
-        "已将 {files} 个文件写入 {directory}",
+        "已将{files}个文件写入 {directory}",
         "files written to {directory}: {files}",
     ),
     (
@@ -197,6 +206,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     ("col.number", "#", "#"),
     ("col.time", "时间", "time"),
+    ("col.relative", "相对(s)", "relative"),
     ("col.bus", "总线", "bus"),
     ("col.node", "节点", "node"),
     ("col.direction", "方向", "direction"),
@@ -211,7 +221,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("col.frames", "帧", "frames"),
     ("direction.upload", "上传(读)", "upload"),
     ("direction.download", "下载(写)", "download"),
-    ("mode.expedited", "快速", "expedited"),
+    ("col.access", "读写", "access"),
+    ("access.upload", "读", "read"),
+    ("access.download", "写", "write"),
+    ("mode.expedited", "加速", "expedited"),
     ("mode.segmented", "分段", "segmented"),
     ("mode.block", "块", "block"),
     ("status.ok", "完成", "ok"),
@@ -252,10 +265,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("severity.warning", "警告", "warning"),
     ("severity.info", "提示", "info"),
     ("rules.clause", "依据", "clause"),
+    ("rules.no_clause", "无", "none"),
     ("rules.meaning", "含义", "what it means"),
     ("rules.cause", "常见原因", "usual causes"),
     # Usage errors; {command} is what was typed, such as `canalyze decode`.
     ("usage.line", "{command}: {problem}；用法见 {command} --help", "{command}: {problem}; see {command} --help"),
+    (
+        "usage.core_line",  # {problem} is a sentence of the core, with its punctuation
+        "{command}: {problem}; 用法见 {command} --help",
+        "{command}: {problem}; see {command} --help",
+    ),
     ("usage.no_option", "没有选项 {option}", "no such option: {option}"),
     ("usage.no_option_near", "没有选项 {option}，是 {near} 吗", "no such option: {option}, did you mean {near}"),
     ("usage.no_command", "没有命令 {name}", "no such command: {name}"),
@@ -292,7 +311,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "CANALYZE_LANG: {value} is neither zh nor en",
     ),
     ("config.unreadable", "{file}：不能读取配置：{error}", "{file}: the configuration cannot be read: {error}"),
-    ("config.broken", "{file}:{line}: 不是有效的TOML：{problem}", "{file}:{line}: not valid TOML: {problem}"),
+    (
+        "config.broken",
+        "{file}:{line}:{column}: 不是有效的TOML（解析器的原话：“{problem}”）",
+        "{file}:{line}:{column}: not valid TOML (the parser says: {problem})",
+    ),
+    ("config.not_utf8", "{file}:{line}: 不是UTF-8编码的文本", "{file}:{line}: not text in UTF-8"),
     (
         "config.unknown",
         "{file}：没有配置项 {key}，可以有的是 {allowed}",
@@ -314,9 +338,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}: no line of it can be read as a CAN frame; candump's console form (can0  60A   [8]  40 ...) and its "
         "log form ((stamp) can0 60A#40...) can",
     ),
+    ("source.packed", "{name}：是{kind}压缩的；先解压：{line}", "{name}: {kind} compressed: {line}"),
+    ("source.encoded", "{name}：是{kind}编码的文本；先转换：{line}", "{name}: text in {kind}: {line}"),
+    (
+        "source.other",
+        "{name}：是{kind}文件，还不支持；目前只读candump的文本",
+        "{name}: {kind}, not supported yet: only candump text",
+    ),
     (
         "source.more_complaints",
-        "{name}：此前还有 {count} 条同类提示",
+        "{name}：此前还有{count}条同类提示",
         "{name}: {count} more such lines before this",
     ),
     ("output.exists", "{name}：文件已存在；要覆盖请加 --force", "{name}: exists; --force overwrites it"),
@@ -328,8 +359,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze: 终端不能显示中文，改用英文；可用 --lang 指定",
         "canalyze: this terminal cannot show Chinese, so English is used; --lang chooses",
     ),
-    ("progress.of", "{done}/{total} MB，{frames} 帧", "{done}/{total} MB, {frames} frames"),
-    ("progress.some", "{done} MB，{frames} 帧", "{done} MB, {frames} frames"),
+    ("progress.of", "{done}/{total} MB，{frames}帧", "{done}/{total} MB, {frames} frames"),
+    ("progress.some", "{done} MB，{frames}帧", "{done} MB, {frames} frames"),
     (
         "core.missing",
         "编译好的核心不在（{problem}）；在源码目录里运行 pip install -e .",

@@ -2,7 +2,7 @@
 
 import json
 import os
-import signal
+import re
 import subprocess
 from pathlib import Path
 
@@ -59,24 +59,6 @@ def test_a_pipe_answers_each_line_at_once(tmp_path: Path) -> None:
     assert (process.returncode, err) == (0, b"")
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_interrupt_writes_what_is_known(tmp_path: Path, number: int, code: int) -> None:
-    process = _live(tmp_path)
-    assert process.stdin and process.stdout
-    process.stdin.write(NOTES.encode())
-    process.stdin.flush()
-    first = process.stdout.readline()
-    process.send_signal(number)
-    assert process.wait(timeout=60) == code
-    assert process.stderr
-    err = process.stderr.read()
-    assert annotates((first + process.stdout.read()).decode().splitlines())
-    assert err == b""
-    process.stdin.close()
-    process.stdout.close()
-    process.stderr.close()
-
-
 def _live(directory: Path) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
         command("decode", "-"),
@@ -85,8 +67,6 @@ def _live(directory: Path) -> subprocess.Popen[bytes]:
         stderr=subprocess.PIPE,
         cwd=directory,
         env=environment(),
-        # Whoever started the tests may ignore Ctrl-C (a shell does for what runs in its background).
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
 
 
@@ -172,6 +152,18 @@ def test_several_files_are_one_capture(canalyze: Runner, tmp_path: Path) -> None
 def test_filter_that_cannot_be_read(canalyze: Runner, notes: str) -> None:
     done = canalyze("decode", "--filter", "nonsense", notes)
     assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+
+
+def test_what_the_core_refuses_is_one_sentence(canalyze: Runner, notes: str) -> None:
+    done = canalyze("decode", "--filter", "nonsense", notes)
+    assert done.err.endswith("; 用法见 canalyze decode --help\n")
+    assert "；" not in done.err
+
+
+def test_help_says_what_times_count_from(canalyze: Runner) -> None:
+    zh, en = (re.sub(r"\s+", " ", canalyze("--lang", lang, "decode", "--help").out) for lang in ("zh", "en"))
+    assert "100000000" in zh and "100000000" in en
+    assert "UTC" in zh and "date and time in UTC" in en
 
 
 def test_output_file(canalyze: Runner, notes: str, tmp_path: Path) -> None:

@@ -59,6 +59,10 @@ def test_version(canalyze: Runner) -> None:
         (["deocde"], "没有命令 deocde，是 decode 吗", "no such command: deocde, did you mean decode"),
         (["xyzzy"], "没有命令 xyzzy", "no such command: xyzzy"),
         (["decode", "--breif"], "没有选项 --breif，是 --brief 吗", "no such option: --breif, did you mean --brief"),
+        (["decode", "--nope"], "没有选项 --nope；", "no such option: --nope; see"),
+        (["decode", "--stamp"], "没有选项 --stamp，是 --stamps 吗", "--stamp, did you mean --stamps;"),
+        (["decode", "--Explain"], "没有选项 --Explain，是 --explain 吗", "did you mean --explain;"),
+        (["rules", "--filter"], "没有选项 --filter；", "no such option: --filter; see"),
         (["decode", "-Z"], "没有选项 -Z", "no such option: -Z"),
         (["decode", "-o"], "选项 -o 需要一个值", "option -o needs a value"),
         (["decode", "--brief=1"], "选项 --brief 不带值", "option --brief takes no value"),
@@ -66,7 +70,9 @@ def test_version(canalyze: Runner) -> None:
         (["decode", "-t", "q", "f"], "-t 不能是 q", "-t: q is not one of a, d, z, A, n"),
         (["decode", "--brief", "--explain", "f"], "不能同时使用", "exclude each other"),
         (["decode", "--brief", "--format", "jsonl", "f"], "只用于", "only for --format text"),
-        (["decode", "f", "--config"], "--config 需要一个值", "--config needs a value"),
+        (["decode", "f", "--config"], "用法见 canalyze decode --help", "see canalyze decode --help"),
+        (["decode", "--config"], "--config 需要一个值", "--config needs a value; see canalyze decode --help"),
+        (["--config"], "用法见 canalyze --help", "see canalyze --help"),
     ],
 )
 def test_usage_error_is_one_line(canalyze: Runner, args: list[str], zh: str, en: str) -> None:
@@ -84,11 +90,22 @@ def test_language_of_environment_and_option(canalyze: Runner) -> None:
     assert canalyze("--help", env={"CANALYZE_LANG": ""}).out.startswith("用法：")
 
 
-@pytest.mark.parametrize("args", [["--lang", "fr"], ["--lang="], ["decode", "x", "--lang", "EN"]])
+@pytest.mark.parametrize("args", [["--lang", "fr"], ["--lang="], ["decode", "x", "--lang", "english"]])
 def test_unknown_language(canalyze: Runner, args: list[str]) -> None:
     done = canalyze(*args)
     assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
     assert "zh" in done.err and "en" in done.err
+
+
+@pytest.mark.parametrize("value", ["EN", "en_US.UTF-8", "en-GB", "En"])
+def test_language_in_any_case_or_as_a_locale(canalyze: Runner, value: str) -> None:
+    assert canalyze("--help", env={"CANALYZE_LANG": value}).out.startswith("Usage:")
+    assert canalyze("--help", "--lang", value).out.startswith("Usage:")
+
+
+@pytest.mark.parametrize("value", ["zh_CN", "ZH", "zh_CN.UTF-8", "zh-Hans"])
+def test_chinese_as_a_locale(canalyze: Runner, value: str) -> None:
+    assert canalyze("--help", env={"CANALYZE_LANG": value}).out.startswith("用法：")
 
 
 def test_unknown_language_of_environment(canalyze: Runner) -> None:
@@ -126,6 +143,40 @@ def test_broken_configuration_is_one_line(canalyze: Runner, tmp_path: Path, text
         assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
         for part in said:
             assert part in done.err
+
+
+@pytest.mark.parametrize("text", [b"lang = [\n", b"lang = 'en\n", b"\xff\n", b"lang = 1\n", b"other = 1\n"])
+def test_broken_configuration_is_said_in_one_language(canalyze: Runner, tmp_path: Path, text: bytes) -> None:
+    (tmp_path / "canalyze.toml").write_bytes(text)
+    for env in ({}, {"CANALYZE_LANG": "zh_CN.UTF-8"}):
+        done = canalyze("rules", env=env)
+        quoted = re.sub("“.*”", "", done.err)
+        assert not re.search("[a-z]{3,} [a-z]{3,}", quoted)
+        assert CHINESE.search(quoted)
+    assert not CHINESE.search(canalyze("rules", env={"CANALYZE_LANG": "EN"}).err)
+
+
+def test_place_in_a_broken_configuration(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "canalyze.toml").write_text("# one\nlang = en\n")
+    assert canalyze("rules").err.startswith("canalyze: canalyze.toml:2:8: 不是有效的TOML（")
+    (tmp_path / "canalyze.toml").write_text("lang = [")
+    assert "canalyze.toml:1:9" in canalyze("rules").err
+
+
+@pytest.mark.parametrize(
+    "args", [["--help"], ["decode", "-h"], ["--version"], ["rules", "--help", "--config", "no.toml"]]
+)
+def test_help_comes_whatever_the_configuration(canalyze: Runner, tmp_path: Path, args: list[str]) -> None:
+    (tmp_path / "canalyze.toml").write_text("lang = [")
+    for lang, env, said in (("zh", {}, "用法："), ("en", {"CANALYZE_LANG": "en"}, "Usage:"), ("en", None, "Usage:")):
+        done = canalyze(*args, *(["--lang", lang] if env is None else []), env=env)
+        assert (done.code, done.err) == (0, "")
+        assert done.out.startswith("canalyze " if args == ["--version"] else said)
+
+
+def test_help_comes_whatever_the_environment(canalyze: Runner) -> None:
+    done = canalyze("--help", env={"CANALYZE_LANG": "fr"})
+    assert (done.code, done.err) == (0, "")
 
 
 def test_named_configuration_must_exist(canalyze: Runner) -> None:

@@ -38,6 +38,46 @@ def test_explain_reads_lines(canalyze: Runner) -> None:
     assert done.out == canalyze("explain", NOTES.splitlines()[0]).out
 
 
+@pytest.mark.parametrize("lang", ["zh", "en"])
+@pytest.mark.parametrize(
+    "frames",
+    [
+        ["60A#4008100000000000", "58A#4108100017000000"],
+        ["60A#4008100000000000", "70A#", "58A#4108100017000000"],
+        ["can1  60A   [8]  40 08 10 00 00 00 00 00", "(1.5) can1 58A#4108100017000000"],
+    ],
+)
+def test_explain_takes_several_frames(canalyze: Runner, frames: list[str], lang: str) -> None:
+    done = canalyze("explain", "--lang", lang, *frames)
+    assert (done.code, done.err) == (0, "")
+    assert done.out == "\n".join(canalyze("explain", "--lang", lang, frame).out for frame in frames)
+
+
+def test_explain_names_the_one_of_several_that_is_none(canalyze: Runner) -> None:
+    done = canalyze("explain", "60A#4008100000000000", "60A#4")
+    assert (done.code, len(done.complaints)) == (2, 1)
+    assert "：60A#4；" in done.err
+    assert done.out == canalyze("explain", "60A#4008100000000000").out
+
+
+def test_explain_reads_what_explain_and_decode_write(canalyze: Runner, notes: str) -> None:
+    text = canalyze("decode", "--explain", notes).out
+    assert any(line.startswith("#") for line in text.splitlines())
+    done = canalyze("explain", "-", stdin=text.encode())
+    assert (done.code, done.err) == (0, "")
+    assert done.out == canalyze("explain", "-", stdin=NOTES.encode()).out
+
+
+def test_explain_without_a_frame_says_what_to_give(canalyze: Runner) -> None:
+    for lang in ("zh", "en"):
+        done = canalyze("explain", "--lang", lang)
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+        assert "canalyze explain '60A#4008100000000000'" in done.err
+        done = canalyze("explain", "-", "--lang", lang, stdin=b"# only a comment\n\n")
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+        assert "stdin" in done.err
+
+
 def test_rules_lists_the_catalogue(canalyze: Runner) -> None:
     done = canalyze("--lang", "en", "rules")
     assert (done.code, done.err) == (0, "")
@@ -54,6 +94,14 @@ def test_rules_explains_one(canalyze: Runner) -> None:
     assert (done.code, done.err) == (0, "")
     assert done.out.startswith("SDO001 ")
     assert "常见原因" in done.out
+
+
+def test_clause_is_in_no_language(canalyze: Runner) -> None:
+    for lang, none in (("zh", "无"), ("en", "none")):
+        page = canalyze("rules", "SDO012", "--lang", lang).out
+        assert "7.2.4.3.9 ~ 7.2.4.3.15" in page
+        *_, clause = canalyze("rules", "CAP001", "--lang", lang).lines
+        assert clause.split()[-1] == none
 
 
 def test_unknown_rule_names_the_nearest(canalyze: Runner) -> None:

@@ -3,7 +3,37 @@
 import json
 from pathlib import Path
 
+import pytest
 from conftest import NOTES, Runner
+
+from canalyze.commands.sdo import row
+from canalyze.words import Words
+
+
+def transfer(**fields: object) -> dict[str, object]:
+    """Give a transfer as the core writes it."""
+    given: dict[str, object] = {
+        "kind": "transfer",
+        "transfer": 3,
+        "bus": "can0",
+        "node": 5,
+        "direction": "upload",
+        "mode": "expedited",
+        "index": "2000",
+        "sub": 1,
+        "name": None,
+        "size": None,
+        "value": None,
+        "text": "",
+        "status": "aborted",
+        "abort": None,
+        "first_frame": 7,
+        "last_frame": 9,
+        "t": "1.5",
+        "duration": None,
+        "findings": [],
+    }
+    return given | fields
 
 
 def test_table(canalyze: Runner, notes: str) -> None:
@@ -23,6 +53,41 @@ def test_columns_count_chinese_double(canalyze: Runner, notes: str) -> None:
     heading, row = canalyze("sdo", notes).lines
     assert width(heading[: heading.index("对象")]) == width(row[: row.index("1008h:00")])
     assert "上传" in row and "分段" in row and "完成" in row
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_nothing_is_shown_as_nothing(lang: str) -> None:
+    """What an aborted transfer did not bring is no empty value; a stamp has the digits of the capture."""
+    cells, order = row(transfer(), Words(lang))
+    assert cells.count("-") == 5  # name, value, size, duration, findings
+    assert "" not in cells and "1.5" in cells
+    assert order == 7
+    assert ("加速" if lang == "zh" else "expedited") in cells
+
+
+def test_rows_stand_in_order_of_their_first_frame(canalyze: Runner, tmp_path: Path) -> None:
+    frames = NOTES.splitlines(keepends=True)
+    other = "can1  602   [8]  40 00 10 00 00 00 00 00\ncan1  582   [8]  43 00 10 00 92 01 02 00\n"
+    (tmp_path / "two.log").write_text("".join(frames[:4]) + other + "".join(frames[4:]))
+    assert [json.loads(line)["first_frame"] for line in canalyze("sdo", "--format", "jsonl", "two.log").lines] == [5, 1]
+    rows = canalyze("sdo", "two.log").lines[1:]
+    assert [line.split()[-1] for line in rows] == ["1-12", "5-6"]
+
+
+def test_pipe_cuts_nothing(canalyze: Runner) -> None:
+    samples = Path(__file__).parent.parent / "samples"
+    for lang in ("zh", "en"):
+        for args in (
+            ["rules"],
+            ["sdo", str(samples / "sdo-abort.log")],
+            ["sdo", str(samples / "string-100-bytes.log")],
+        ):
+            done = canalyze("--lang", lang, *args)
+            assert done.code == 0
+            assert "…" not in done.out
+    rules = [json.loads(line) for line in canalyze("--lang", "en", "rules", "--format", "jsonl").lines]
+    listed = canalyze("--lang", "en", "rules").out
+    assert all(rule["message"] in listed for rule in rules)
 
 
 def test_jsonl(canalyze: Runner, notes: str) -> None:
@@ -64,6 +129,14 @@ def test_extract_names_what_did_not_succeed(canalyze: Runner, tmp_path: Path) ->
     (file,) = (tmp_path / "out").iterdir()
     assert file.suffix == ".incomplete"
     assert b"Zephyr RTOS/CANopenNode".startswith(file.read_bytes()[:7])
+
+
+def test_extract_of_nothing_readable_says_only_that(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "prose.txt").write_text("no frame here\n")
+    for name in ("prose.txt", "nowhere.log"):
+        done = canalyze("sdo", name, "--extract", "out")
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+        assert name in done.err
 
 
 def test_extract_into_a_file_is_one_line(canalyze: Runner, notes: str) -> None:

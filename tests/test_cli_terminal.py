@@ -1,13 +1,22 @@
 """What a terminal gets: its encoding, its language, tables, colour, progress."""
 
+import itertools
 import os
 import pty
+import re
 import select
 import subprocess
 from pathlib import Path
 
 import pytest
 from conftest import NOTES, command, environment
+
+from canalyze.commands.sdo import COLUMNS
+from canalyze.commands.sdo import columns as sdo_columns
+from canalyze.help import width
+from canalyze.output import Output
+from canalyze.reports.table import Row, Table
+from canalyze.words import Words
 
 
 def on_terminal(directory: Path, *args: str, only_err: bool = False, **env: str) -> tuple[int, bytes]:
@@ -87,6 +96,83 @@ def test_table_on_a_terminal(tmp_path: Path) -> None:
     _, plain = on_terminal(tmp_path, "rules", NO_COLOR="1")
     for colour in range(30, 38):
         assert f"\x1b[{colour}m".encode() not in plain
+
+
+@pytest.mark.parametrize("columns", [80, 100, 120, 160, 300])
+@pytest.mark.parametrize("lang", ["zh", "en"])
+@pytest.mark.parametrize(
+    "name", ["sdo-abort.log", "sdo-block.log", "string-100-bytes.log", "two-nodes-interleaved.log"]
+)
+def test_table_is_as_wide_as_the_terminal(tmp_path: Path, name: str, lang: str, columns: int) -> None:
+    capture = Path(__file__).parent.parent / "samples" / name
+    code, shown = on_terminal(tmp_path, "sdo", str(capture), "--lang", lang, COLUMNS=str(columns), NO_COLOR="1")
+    assert code == 0
+    heading, *lines = shown.decode().splitlines()
+    assert max(map(width, [heading, *lines])) <= columns
+    assert "…" not in shown.decode()
+    starts = [place for place, line in enumerate(lines) if re.search("[0-9A-F]{4}h:[0-9A-F]{2} ", line)]
+    heights = [after - before for before, after in itertools.pairwise([*starts, len(lines)])]
+    if name != "string-100-bytes.log":
+        assert max(heights) <= 3
+    for word in ("object", "value", "outcome") if lang == "en" else ("对象", "值", "结果"):
+        assert word in heading
+
+
+def table(columns: int, monkeypatch: pytest.MonkeyPatch, rows: list[Row], *, live: bool = False) -> list[str]:
+    """Lay out a table of the columns of `sdo` on a terminal so wide."""
+    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setenv("NO_COLOR", "1")
+    written: list[str] = []
+    out = Output()
+    out.is_terminal = True
+    monkeypatch.setattr(out, "text", written.append)
+    grid = Table(sdo_columns(Words("en")), out, live=live)
+    for row in rows:
+        grid.add([row])
+    grid.close()
+    return "".join(written).splitlines()
+
+
+def cells(number: int, bus: str = "can0", value: str = "5") -> Row:
+    """Give a row of `sdo`."""
+    first = [str(number), f"1700000000.{number:06}", bus, "10", "upload", "2000h:00", "-", value]
+    return Row([*first, "4", "expedited", "0.400 ms", "ok", "-", "1-2"], number)
+
+
+def test_columns_leave_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = [cells(number) for number in (2, 1)]
+    heading, first, second = table(200, monkeypatch, rows)
+    assert heading.split() == ["#", *COLUMNS[1:]]
+    assert (first.split()[0], second.split()[0]) == ("1", "2")
+    left = ["bus", "frames", "size", "time"]  # name and findings are empty: they go first
+    for columns in range(110, 70, -1):
+        heading = table(columns, monkeypatch, rows)[0]
+        gone = [name for name in left if name not in heading.split()]
+        assert gone == left[: len(gone)]
+    assert gone == left and "relative" in heading
+
+
+def test_bus_stays_where_there_are_two(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert " bus " in table(80, monkeypatch, [cells(1), cells(2, bus="can1")])[0]
+
+
+def test_long_value_without_blanks_is_folded(monkeypatch: pytest.MonkeyPatch) -> None:
+    value = "值" * 150
+    lines = table(80, monkeypatch, [cells(1, value=value)])
+    assert max(map(width, lines)) <= 80
+    assert "".join(lines).count("值") == 150
+
+
+def test_many_rows_keep_the_layout(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = table(80, monkeypatch, [cells(number) for number in range(1, 2500)])
+    assert len(lines) == 2500
+    assert max(map(width, lines)) <= 80
+
+
+def test_live_rows_fit_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = table(100, monkeypatch, [cells(1), cells(2, value="00 11 22 33 " * 9)], live=True)
+    assert max(map(width, lines)) <= 100
+    assert "".join(lines).count("11") >= 9
 
 
 def test_no_input_on_a_terminal_is_wrong_usage(tmp_path: Path) -> None:

@@ -1,9 +1,8 @@
 """`canalyze explain`: one frame, field by field. The core reads the frame and finds the words; this joins and asks."""
 
-import sys
-
 import click
 
+from canalyze.errors import SourceError
 from canalyze.help import Command
 from canalyze.output import Output, complain
 from canalyze.run import piped
@@ -14,19 +13,17 @@ def command(words: Words) -> click.Command:
     """Build the command in one language."""
 
     def run(frame: tuple[str, ...]) -> int:
-        if frame == ("-",) or (not frame and piped()):
-            return _lines(words)
+        nothing = click.UsageError(words("explain.nothing"), click.get_current_context())
+        if frame == ("-",):
+            return _Explained(words).lines(None)
+        if not frame and piped():
+            return _Explained(words).lines(nothing)
         if not frame:
-            raise click.UsageError(words("explain.nothing"), click.get_current_context())
-        from canalyze._core import explain
-
-        line = " ".join(frame)
-        text = explain(line, words.lang)
-        if text is None:
-            complain(f"canalyze: {words('explain.no_frame', line=line or repr(line))}")
-            return 2
-        Output().text(text.rstrip("\n") + "\n")
-        return 0
+            raise nothing
+        explained = _Explained(words)
+        for line in _frames(frame):
+            explained.add(line, words("explain.no_frame", line=line or repr(line)))
+        return explained.code
 
     return Command(
         "explain",
@@ -36,25 +33,53 @@ def command(words: Words) -> click.Command:
     )
 
 
-def _lines(words: Words) -> int:
-    """Explain each line of standard input when it comes, with a blank line between; blank lines are skipped."""
+def _frames(arguments: tuple[str, ...]) -> list[str]:
+    """Give the lines that the arguments are: each a frame by itself, or all together the words of one line."""
     from canalyze._core import explain
 
-    out = Output()
-    code = 0
-    between = ""
-    for number, raw in enumerate(sys.stdin.buffer, 1):
-        line = raw.decode("utf-8", "replace").strip()
-        if not line:
-            continue
-        text = explain(line, words.lang)
+    if all("#" in argument for argument in arguments) or all(map(explain, arguments)):
+        return list(arguments)
+    return [" ".join(arguments)]
+
+
+class _Explained:
+    """Explanations on their way out, with a blank line between."""
+
+    def __init__(self, words: Words) -> None:
+        """Nothing explained yet."""
+        self.code = 0
+        self._words = words
+        self._out = Output()
+        self._between = ""
+
+    def add(self, line: str, otherwise: str) -> None:
+        """Explain one frame; what is none is answered with `otherwise`."""
+        from canalyze._core import explain
+
+        text = explain(line, self._words.lang)
         if text is None:
-            complain(f"canalyze: {words('explain.no_frame_at', name='stdin', number=number, line=line)}")
-            code = 2
-            continue
-        out.text(between + text.rstrip("\n") + "\n")
-        between = "\n"
-    if not between and not code:
-        complain(f"canalyze: {words('source.empty', name='stdin')}")
-        code = 2
-    return code
+            complain(f"canalyze: {otherwise}")
+            self.code = 2
+            return
+        self._out.text(self._between + text.rstrip("\n") + "\n")
+        self._between = "\n"
+
+    def lines(self, nothing: click.UsageError | None) -> int:
+        """Explain each line of standard input when it comes; blank lines and comments are skipped, as decode does.
+
+        nothing: what is wrong when there is no line, if standard input was not asked for.
+        """
+        words = self._words
+        some = False
+        try:
+            with open(0, "rb", closefd=False) as stdin:
+                for number, raw in enumerate(stdin, 1):
+                    line = raw.decode("utf-8", "replace").strip()
+                    if line and not line.startswith("#"):
+                        some = True
+                        self.add(line, words("explain.no_frame_at", name="stdin", number=number, line=line))
+        except OSError as error:
+            raise SourceError("source.read" if some else "source.open", name="stdin", error=error) from error
+        if not some:
+            raise nothing or SourceError("explain.empty", name="stdin")
+        return self.code

@@ -81,22 +81,29 @@ def _unknown(wanted: str, codes: list[str], words: Words) -> str:
 
 
 def _list(catalogue: "list[Rule]", out: Output, words: Words) -> None:
-    from canalyze.reports.table import Column, Table
+    from canalyze.reports.table import Column, Row, Table
 
     columns = [Column(words(f"col.{key}"), folds=key == "message") for key in ("code", "severity", "rule", "message")]
     table = Table(columns, out, live=False)
-    table.add([[rule.code, words.of("severity", rule.severity), rule.name, rule.message] for rule in catalogue])
+    table.add([Row([rule.code, words.of("severity", rule.severity), rule.name, rule.message]) for rule in catalogue])
     table.close()
 
 
 def _page(rule: "Rule", words: Words) -> str:
     lines = [f"{rule.code} {rule.name} ({words.of('severity', rule.severity)})", *wrap(rule.message, 98), ""]
-    facts = [(words("rules.meaning"), rule.meaning), (words("rules.cause"), rule.cause)]
-    if rule.clause:
-        facts.append((words("rules.clause"), rule.clause))
+    facts = [
+        (words("rules.meaning"), rule.meaning),
+        (words("rules.cause"), rule.cause),
+        (words("rules.clause"), _clause(rule.clause, words)),
+    ]
     left = max(width(term) for term, _ in facts)
     for term, text in facts:
         first, *rest = wrap(text, 96 - left)
         lines.append(f"{pad(term, left)}  {first}")
         lines += [" " * (left + 2) + line for line in rest]
     return "\n".join(lines) + "\n"
+
+
+def _clause(clause: str, words: Words) -> str:
+    """Give a clause in no language: "to" between two of them becomes a sign."""
+    return words("rules.no_clause") if clause in ("", "-") else clause.replace(" to ", " ~ ")

@@ -9,28 +9,23 @@ import click
 from canalyze.help import Command
 from canalyze.options import capture_options, format_option, inputs, open_session
 from canalyze.output import Output, Progress, complain, open_output
+from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
 
-COLUMNS: Final = (
-    "number",
-    "time",
-    "bus",
-    "node",
-    "direction",
-    "object",
-    "name",
-    "value",
-    "size",
-    "mode",
-    "duration",
-    "outcome",
-    "findings",
-    "frames",
+RIGHT: Final = frozenset({"number", "time", "node", "size", "duration", "frames"})
+FOLDING: Final = frozenset({"value", "outcome", "findings"})
+LEAVING: Final = (
+    *(("bus", 1), ("name", 2), ("frames", 3), ("size", 4), ("time", 5)),
+    *(("mode", SPARE), ("number", SPARE + 1), ("duration", SPARE + 3), ("direction", SPARE + 4)),
+    *(("node", SPARE + 5), ("findings", SPARE + 6)),
 )
-_RIGHT: Final = frozenset({"number", "time", "node", "size", "duration", "frames"})
-_FOLDING: Final = frozenset({"name", "value", "outcome", "findings"})
+"""In which order columns leave a terminal that is too narrow; time and direction become shorter first."""
+COLUMNS: Final = (
+    *("number", "time", "bus", "node", "direction", "object", "name", "value", "size", "mode", "duration"),
+    *("outcome", "findings", "frames"),
+)
 
 
 def command(words: Words) -> click.Command:
@@ -80,7 +75,8 @@ def command(words: Words) -> click.Command:
         if rows == 0 and session.frames:
             tell(words("sdo.none", frames=session.frames))
         if directory is not None:
-            tell(words("sdo.extracted", files=directory.written, directory=extract))
+            if session.frames:
+                tell(words("sdo.extracted", files=directory.written, directory=extract))
             code = code or directory.code
         return code
 
@@ -101,10 +97,7 @@ def _jsonl(out: Output) -> tuple[Callable[[bytes], None], Callable[[], None]]:
 
 
 def _table(words: Words, out: Output, *, live: bool) -> tuple[Callable[[bytes], None], Callable[[], None]]:
-    from canalyze.reports.table import Column, Table
-
-    columns = [Column(words(f"col.{key}"), right=key in _RIGHT, folds=key in _FOLDING) for key in COLUMNS]
-    table = Table(columns, out, live=live)
+    table = Table(columns(words), out, live=live)
 
     def put(result: bytes) -> None:
         table.add([row(json.loads(line), words) for line in result.splitlines()])
@@ -112,9 +105,26 @@ def _table(words: Words, out: Output, *, live: bool) -> tuple[Callable[[bytes], 
     return put, table.close
 
 
-def row(transfer: dict[str, Any], words: Words) -> list[str]:
-    """Give the cells of one transfer."""
-    return [
+def columns(words: Words) -> list[Column]:
+    """Give the columns of the table."""
+    leaving = dict(LEAVING)
+    made = {
+        key: Column(words(f"col.{key}"), right=key in RIGHT, folds=key in FOLDING, leaves=leaving.get(key, 0))
+        for key in COLUMNS
+    }
+    for key in ("bus", "node"):
+        made[key] = made[key]._replace(if_alike=True)
+    made["time"] = made["time"]._replace(short_heading=words("col.relative"), shorten=_relative, short_leaves=SPARE + 2)
+    briefly = {words(f"direction.{value}"): words(f"access.{value}") for value in ("upload", "download")}
+    made["direction"] = made["direction"]._replace(
+        short_heading=words("col.access"), shorten=lambda _: lambda cell: briefly.get(cell, cell)
+    )
+    return list(made.values())
+
+
+def row(transfer: dict[str, Any], words: Words) -> Row:
+    """Give the cells of one transfer, and its first frame as its order."""
+    cells = [
         _cell(transfer.get("transfer")),
         _cell(transfer.get("t")),
         _cell(transfer.get("bus")),
@@ -130,6 +140,22 @@ def row(transfer: dict[str, Any], words: Words) -> list[str]:
         " ".join(transfer.get("findings") or ()),
         _frames(transfer),
     ]
+    return Row([cell or EMPTY for cell in cells], int(transfer.get("first_frame") or 0))
+
+
+def _relative(times: list[str]) -> Callable[[str], str]:
+    """Give how a time is written relative to the first one: in seconds, with the digits it has."""
+    from decimal import Decimal, InvalidOperation
+
+    first = next((Decimal(time) for time in times if time != EMPTY), Decimal(0))
+
+    def write(time: str) -> str:
+        try:
+            return f"{Decimal(time) - first:f}"
+        except InvalidOperation:
+            return time
+
+    return write
 
 
 def _cell(value: object) -> str:
