@@ -26,18 +26,21 @@ fn seconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
     if !(1..=20).contains(&width) {
         return None;
     }
-    let mut ns = i64::try_from(whole).unwrap_or(i64::MAX).saturating_mul(SECOND);
-    let mut decimals = 0;
-    let rest = if let [b'.', rest @ ..] = rest {
-        let (fraction, read, rest) = fraction(rest)?;
-        decimals = read;
-        ns = ns.saturating_add(fraction);
-        rest
-    } else {
-        rest
+    let (fraction, decimals, rest) = match rest {
+        [b'.', rest @ ..] => fraction(rest)?,
+        _ => (0, 0, rest),
     };
+    let ns = nanoseconds(i64::try_from(whole).unwrap_or(i64::MAX), fraction);
     let rest = rest.strip_prefix(b")")?;
     Some((Stamp { form: StampForm::Seconds, ns, width: width as u8, decimals }, rest))
+}
+
+/// Exact as long as it fits; else the last whole second that does, which stays the same when it is written and read.
+#[inline(always)]
+fn nanoseconds(seconds: i64, fraction: i64) -> i64 {
+    const LAST: i64 = i64::MAX / SECOND * SECOND;
+    let exact = seconds.checked_mul(SECOND).and_then(|ns| ns.checked_add(fraction));
+    exact.unwrap_or(if seconds < 0 { -LAST } else { LAST })
 }
 
 /// A number, how many digits it had, and what follows. Saturates.
@@ -101,7 +104,7 @@ fn calendar(text: &[u8]) -> Option<(Stamp, &[u8])> {
     };
     let rest = rest.strip_prefix(b")")?;
     let seconds = days_to(year, month, day) * DAY + hour * 3600 + minute * 60 + second;
-    let ns = seconds.saturating_mul(SECOND).saturating_add(fraction);
+    let ns = nanoseconds(seconds, fraction);
     Some((Stamp { form: StampForm::Calendar, ns, width: 0, decimals }, rest))
 }
 
@@ -252,9 +255,17 @@ mod tests {
     fn too_fine_and_too_large_stamps_still_read() {
         let (stamp, rest) = read(b"(0.1234567891999) x").unwrap();
         assert_eq!((stamp.ns, stamp.decimals, rest), (123_456_789, 9, &b" x"[..]));
-        assert_eq!(read(b"(99999999999999999999.999999)").unwrap().0.ns, i64::MAX);
-        assert_eq!(read(b"(9999-12-31 23:59:59.9)").unwrap().0.ns, i64::MAX);
-        assert_eq!(read(b"(0001-01-01 00:00:00.0)").unwrap().0.ns, i64::MIN);
+        for (text, written_again) in [
+            ("(99999999999999999999.999999)", "(00000000009223372036.000000)"),
+            ("(9223372036.9)", "(9223372036.0)"),
+            ("(9999-12-31 23:59:59.9)", "(2262-04-11 23:47:16.0)"),
+            ("(0001-01-01 00:00:00.0)", "(1677-09-21 00:12:44.0)"),
+            ("(1111-11-21 00:51:58.764679)", "(1677-09-21 00:12:44.000000)"),
+        ] {
+            let (stamp, _) = read(text.as_bytes()).unwrap();
+            assert_eq!(written(&stamp), written_again);
+            assert_eq!(read(written_again.as_bytes()).unwrap().0, stamp, "{text}");
+        }
     }
 
     #[test]

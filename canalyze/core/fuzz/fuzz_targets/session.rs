@@ -1,0 +1,53 @@
+//! Arbitrary bytes as a file: the same output whatever the chunking, and text output is input again.
+//!
+//! The first two bytes are the sizes of the pieces, the third sets the options of the runs that are compared.
+#![no_main]
+
+use canalyze_core::readers::candump::Stamps;
+use canalyze_core::session::{Format, Options, Session};
+use canalyze_core::text::{Depth, Lang};
+use libfuzzer_sys::fuzz_target;
+
+/// Standard output and standard error.
+fn run(text: &[u8], options: Options, regular: bool, size: usize) -> (String, Vec<String>) {
+    let mut session = Session::new(options);
+    let mut out = Vec::new();
+    session.begin(b"capture.log", regular);
+    for piece in text.chunks(size) {
+        session.feed(piece, &mut out);
+    }
+    session.end(&mut out);
+    session.finish(&mut out);
+    (String::from_utf8(out).expect("output is UTF-8"), session.take_complaints())
+}
+
+/// Whether no stamp that may be a difference is smaller than the one before it.
+///
+/// Where one is, the output can mean other times than the input: lines that cannot be read are not in it, and its
+/// lines are all of the one family of which small stamps may be differences.
+fn in_order(text: &str) -> bool {
+    let seconds = |line: &str| line.strip_prefix('(')?.split_once(')')?.0.parse::<f64>().ok();
+    text.lines().filter_map(seconds).filter(|seconds| *seconds < 1e8).is_sorted()
+}
+
+fuzz_target!(|input: &[u8]| {
+    let [small, large, choice, text @ ..] = input else { return };
+    let options = || Options {
+        lang: if choice & 1 == 0 { Lang::Zh } else { Lang::En },
+        format: if choice & 2 == 0 { Format::Text } else { Format::Jsonl },
+        depth: if choice & 4 == 0 { Depth::Default } else { Depth::Explain },
+        stamps: if choice & 8 == 0 { Stamps::Auto } else { Stamps::Delta },
+        ..Options::default()
+    };
+    let regular = choice & 16 == 0;
+    let sizes = [1 + usize::from(*small), 1 + 32 * usize::from(*large)];
+    let [first, second] = sizes.map(|size| run(text, options(), regular, size));
+    assert_eq!(first, second, "the same output whatever the chunking");
+
+    let decode = |text: &[u8], stamps| run(text, Options { stamps, ..Options::default() }, true, usize::MAX).0;
+    let once = decode(text, Stamps::Absolute);
+    assert_eq!(once, decode(once.as_bytes(), Stamps::Absolute), "decoding what was decoded changes nothing");
+    if once == decode(text, Stamps::Auto) && in_order(&once) {
+        assert_eq!(once, decode(once.as_bytes(), Stamps::Auto), "decoding what was decoded changes nothing");
+    }
+});

@@ -1,0 +1,79 @@
+"""Seeds for the fuzz targets, made of the samples: `python seeds.py` fills corpus/ beside this file.
+
+Why it exists: fuzzing starts from real sessions instead of finding them again by chance, and nobody keeps copies of
+the samples. The layout of each target's input stands in the target.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+SAMPLES = HERE.parents[2] / "samples"
+LARGEST = 8192
+"""A longer seed slows the fuzzer down and shows nothing new."""
+
+_FRAME = re.compile(rb"^\((\d+\.\d+)\) (\S+) ([0-9A-F]{3})#((?:[0-9A-F]{2})*)", re.MULTILINE)
+_OPTIONS = (0, 2, 9, 14)
+"""Values of the byte that sets a target's options."""
+_NODES = 4
+_GAPS_S = (0.0045, 0.005, 1.0)
+"""Below each of them the gap of that number is taken, above all the last."""
+
+
+def sdo(text: bytes, options: int) -> bytes:
+    """The SDO, NMT and boot-up frames of a `candump -l` log, as the target `sdo` reads them."""
+    return bytes([options]) + b"".join(_records(text))
+
+
+def _records(text: bytes) -> Iterator[bytes]:
+    buses: list[bytes] = []
+    nodes: list[int] = []
+    last = 0.0
+    for seconds, bus, digits, payload in _FRAME.findall(text):
+        can_id, data, now = int(digits, 16), bytes.fromhex(payload.decode()), float(seconds)
+        base, node = can_id & 0x780, can_id & 0x7F
+        if base not in (0x000, 0x580, 0x600, 0x700) or (base == 0x700 and data != b"\0"):
+            continue
+        if bus not in buses:
+            buses.append(bus)
+        if node not in nodes:
+            nodes.append(node)
+        gap = sum(now - last >= limit for limit in _GAPS_S)
+        last = now
+        side = 0x80 if base == 0x580 else 0
+        control = side | buses.index(bus) % 2 << 6 | nodes.index(node) % _NODES << 4 | gap << 2
+        match base:
+            case 0x000:
+                yield bytes([control | 3, 0]) + data[:2]
+            case 0x700:
+                yield bytes([control | 3, 1]) + data[:1]
+            case _ if len(data) == 8:
+                yield bytes([control]) + data
+            case _:
+                yield bytes([control | 2, len(data)]) + data
+
+
+def main(corpus: Path) -> None:
+    """Writes one seed of every sample for every target that takes it."""
+    for path in sorted(SAMPLES.rglob("*")):
+        if path.suffix not in {".log", ".candump"}:
+            continue
+        text = path.read_bytes()
+        for options in _OPTIONS:
+            seeds = {
+                "candump": bytes([options]) + text,
+                "sdo": sdo(text, options),
+                "session": bytes([options, 1, options]) + text,
+            }
+            for target, seed in seeds.items():
+                place = corpus / target
+                place.mkdir(parents=True, exist_ok=True)
+                (place / f"{path.name}.{options}").write_bytes(seed[:LARGEST])
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / "corpus")
