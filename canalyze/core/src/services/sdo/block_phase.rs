@@ -5,8 +5,8 @@
 //! was seen, which is then late. Which segments count stands in `block`; pairs of request and response stand in
 //! `pairing`.
 
-use super::block::{Acked, Block, End, MOST, Taken};
-use super::channel::{Channel, Context, Half, Outside, Phase};
+use super::block::{Acked, Block, End, Taken};
+use super::channel::{Channel, Context, Half, Phase};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::event::Place;
@@ -376,27 +376,5 @@ impl Channel {
             Phase::Block(block) if self.sends_data(side) => block.expected(),
             _ => 0,
         }
-    }
-
-    /// An acknowledgement without a transfer, at the beginning of the capture: a block transfer is under way.
-    pub(super) fn join_block(&mut self, half: &Half, direction: Direction, cx: &mut Context<'_>) {
-        let Command::BlockAck { ackseq, blksize } = half.command else { return };
-        if ackseq <= MOST && (1..=MOST).contains(&blksize) && !half.command.has_reserved_bits(half.bytes) {
-            self.paired = true;
-            self.begin_midway(half.at, direction, Phase::Block(Box::new(Block::midway())), cx);
-        }
-    }
-
-    /// Whether two client frames in a row, before any valid exchange, are segments of a block download that began
-    /// before the capture: their first bytes count up.
-    pub(super) fn is_midway_block(&self, before: &Half, half: &Half) -> bool {
-        !self.is_trusted() && before.bytes[0] < MOST && before.bytes[0] + 1 == half.bytes[0] & 0x7F
-    }
-
-    pub(super) fn begin_midway_block(&mut self, half: &Half, cx: &mut Context<'_>) {
-        self.step.place = Place::Uncaptured;
-        self.outside = Outside::Uncaptured;
-        let block = Phase::Block(Box::new(Block::midway()));
-        self.begin_midway(half.at, Direction::Download, block, cx);
     }
 }

@@ -267,22 +267,12 @@ impl Channel {
         self.outside = Outside::Violation;
     }
 
-    /// A transfer met in its midst: its initiate request is not in the capture.
-    pub(super) fn begin_midway(&mut self, at: FrameRef, direction: Direction, phase: Phase, cx: &mut Context<'_>) {
-        let mode = if matches!(phase, Phase::Block(_)) { Mode::Block } else { Mode::Segmented };
-        let id = self.next_id(cx);
-        let mut transfer = Box::new(Transfer::new(self.beginning(id, at, cx), direction, mode, None));
-        transfer.midway = true;
-        self.transfer = Some(transfer);
-        self.phase = phase;
-    }
-
-    fn next_id(&self, cx: &mut Context<'_>) -> TransferId {
+    pub(super) fn next_id(&self, cx: &mut Context<'_>) -> TransferId {
         *cx.next_transfer = cx.next_transfer.saturating_add(1);
         TransferId(*cx.next_transfer)
     }
 
-    fn beginning(&self, id: TransferId, at: FrameRef, cx: &Context<'_>) -> Beginning {
+    pub(super) fn beginning(&self, id: TransferId, at: FrameRef, cx: &Context<'_>) -> Beginning {
         Beginning { id, bus: self.bus, node: self.node, extract: cx.extract, at }
     }
 

@@ -3,7 +3,7 @@
 //! Nothing is judged before the first request that can be one; findings are withheld until the channel has shown
 //! one valid request with its response. A channel that never does says so once.
 
-use super::channel::{Channel, Context, Half, Outside, Phase};
+use super::channel::{Channel, Context, Half};
 use super::wire::{Command, Segment};
 use crate::event::{Event, Note, Place, What};
 use crate::finding::{Code, Facts, Finding, Severity};
@@ -95,18 +95,6 @@ impl Channel {
         self.begun = true;
         for finding in std::mem::take(&mut self.withheld) {
             push_finding(finding, cx);
-        }
-    }
-
-    /// What was seen so far belonged to a transfer that began before the capture.
-    pub(super) fn forget_beginning(&mut self) {
-        self.transfer = None;
-        self.phase = Phase::Idle;
-        self.outside = Outside::Uncaptured;
-        self.pairing.pending = None;
-        if !self.trusted {
-            self.withheld.clear();
-            self.begun = false;
         }
     }
 

@@ -7,6 +7,7 @@
 //! | `pairing` | puts requests and responses together, whatever order the capture shows them in |
 //! | `exchange` | moves the transfer with each pair |
 //! | `block_phase`, `block` | do so while sub-blocks run; which segments count |
+//! | `midway` | takes up transfers that began before the capture |
 //! | `abort` | ends transfers |
 //! | `judgement` | says, withholds or drops findings |
 //! | `transfer` | holds what was moved |
@@ -21,6 +22,7 @@ mod block_phase;
 pub mod channel;
 pub mod exchange;
 mod judgement;
+mod midway;
 mod pairing;
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,7 @@
 //!
 //! This file decides who belongs to whom. What a pair does to the transfer stands in `channel`.
 
-use super::block::{Block, MOST};
+use super::block::MOST;
 use super::channel::{Channel, Context, Half, Outside, Phase, UNANSWERED_NS, strict_initiate};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
@@ -24,9 +24,9 @@ const HOLD_NS: i64 = 5_000_000;
 pub(super) struct Held {
     pub(super) half: Half,
     /// It is among the channel's first frames (or the first after lost frames): its request may be before the capture.
-    first: bool,
+    pub(super) first: bool,
     /// It also answers the request of the tentative pair.
-    rival: bool,
+    pub(super) rival: bool,
 }
 
 /// A pair whose request was captured after its response.
@@ -77,7 +77,7 @@ pub(super) struct Pairing {
     /// The response that was released last, at this frame.
     released: Option<Half>,
     /// A client frame outside any transfer: what answers it is no news.
-    stray: Option<Half>,
+    pub(super) stray: Option<Half>,
     pub(super) unprovoked: Option<Unprovoked>,
     pub(super) under_way: Option<UnderWay>,
     /// The pending request may be what the abort before it answered.
@@ -87,7 +87,7 @@ pub(super) struct Pairing {
     /// The last response that answered a request.
     pub(super) last_response: Option<[u8; 8]>,
     /// Number of the channel's first frame (or of the first since frames were lost).
-    first: Option<u64>,
+    pub(super) first: Option<u64>,
 }
 
 impl Pairing {
@@ -161,53 +161,6 @@ impl Channel {
         self.request(half, unprovoked, cx);
     }
 
-    /// The channel's first frame is a request and a response of its kind was held, since its own request might
-    /// still have come: it has not, so it is the answer after all, though for another object or toggle bit.
-    fn answer_edge(&mut self, half: &Half, cx: &mut Context<'_>) {
-        let (Some(pending), Some(held)) = (self.pairing.pending, self.pairing.held) else { return };
-        let late = wire::fits(&half.command, &held.half.command);
-        if late || !strict_initiate(&pending) || !wire::kind_fits(&pending.command, &held.half.command) {
-            return;
-        }
-        self.pairing.held = None;
-        self.begun = true;
-        let own = std::mem::replace(&mut self.own, false);
-        self.answer(pending, held.half, cx);
-        self.own = own;
-    }
-
-    /// An initiate response without its request, and the client goes on as if it had asked: it had. Returns whether a
-    /// transfer begins so.
-    fn begin_from_response(&mut self, response: &Half, next: &Half, cx: &mut Context<'_>) -> bool {
-        if self.transfer.is_some() {
-            return false;
-        }
-        let [first, ..] = next.bytes;
-        let (direction, phase, size) = match (response.command, next.command) {
-            (Command::UploadInitiated(_, i), Command::SegmentRequest { toggle }) if !i.expedited => {
-                (Direction::Upload, Phase::Segments { toggle }, i.size())
-            }
-            (Command::DownloadInitiated(_), Command::Segment(segment)) => {
-                (Direction::Download, Phase::Segments { toggle: segment.toggle }, None)
-            }
-            (Command::BlockUploadInitiated { size, .. }, Command::StartBlockUpload) => {
-                (Direction::Upload, Phase::Block(Box::new(Block::new(MOST))), size)
-            }
-            (Command::BlockDownloadInitiated { blksize, .. }, _) if first & 0x7F == 1 => {
-                (Direction::Download, Phase::Block(Box::new(Block::new(blksize))), None)
-            }
-            _ => return false,
-        };
-        self.begin_midway(response.at, direction, phase, cx);
-        if let Some(transfer) = &mut self.transfer {
-            transfer.mux = response.command.mux();
-            transfer.size_indicated = size;
-            transfer.initiated = Some(response.at);
-        }
-        self.outside = Outside::Violation;
-        true
-    }
-
     /// A request with nothing before it that could answer it.
     fn request(&mut self, half: Half, unprovoked: Option<Unprovoked>, cx: &mut Context<'_>) {
         if half.command.is_initiate() {
@@ -241,39 +194,6 @@ impl Channel {
             }
             _ => false,
         }
-    }
-
-    /// A client frame that belongs to no open transfer.
-    fn stray(&mut self, half: &Half, cx: &mut Context<'_>) {
-        if self.outside == Outside::Uncaptured {
-            self.step.place = Place::Uncaptured;
-            if self.join_segments(half, cx) {
-                self.pairing.pending = Some(*half);
-            } else if half.command == Command::StartBlockUpload && self.transfer.is_none() {
-                let mut block = Block::new(MOST);
-                block.started = true;
-                self.begin_midway(half.at, Direction::Upload, Phase::Block(Box::new(block)), cx);
-            } else if matches!(half.command, Command::BlockAck { .. }) {
-                self.join_block(half, Direction::Upload, cx);
-            }
-            return;
-        }
-        self.violation_outside(half, cx);
-        self.pairing.stray = Some(*half);
-    }
-
-    /// A segment, or a request for one, of a transfer that began before the capture.
-    fn join_segments(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
-        let (direction, toggle) = match half.command {
-            Command::SegmentRequest { toggle } => (Direction::Upload, toggle),
-            Command::Segment(segment) => (Direction::Download, segment.toggle),
-            _ => return false,
-        };
-        if self.outside != Outside::Uncaptured || self.transfer.is_some() {
-            return false;
-        }
-        self.begin_midway(half.at, direction, Phase::Segments { toggle }, cx);
-        true
     }
 
     pub(super) fn violation_outside(&mut self, half: &Half, cx: &mut Context<'_>) {
@@ -503,13 +423,6 @@ impl Channel {
         }
     }
 
-    /// In the midst of a block upload that began before the capture, a frame by the server may still be the answer
-    /// to a late initiate request.
-    pub(super) fn hold_midway(&mut self, half: &Half) {
-        let half = Half { command: wire::decode(Side::Server, half.bytes), ..*half };
-        self.pairing.held = Some(Held { half, first: true, rival: false });
-    }
-
     pub(super) fn settle_held_at_end(&mut self, cx: &mut Context<'_>) {
         self.settle_ack_at_end(cx);
         match self.pairing.held.take() {
@@ -525,11 +438,6 @@ impl Channel {
             Some(held) => self.continue_without_request(&held.half, cx),
             None => {}
         }
-    }
-
-    /// Whether a request is the channel's first frame: its answer may lie before the capture.
-    pub(super) fn is_edge(&self, request: &Half) -> bool {
-        self.pairing.first == Some(request.at.no)
     }
 
     fn is_late(&self, half: &Half) -> bool {
