@@ -96,12 +96,15 @@ impl Pairing {
         self.given_up = self.given_up.filter(|request| request.command.is_initiate());
     }
 
+    /// Whether the last pair may still be dissolved.
     pub(super) fn is_tentative(&self) -> bool {
         self.tentative.is_some()
     }
 }
 
 impl Channel {
+    /// A frame by the client. The order of the questions is the rule: does it abort, is it still under way, does it
+    /// belong to sub-blocks, does it overtake a request, does a held response wait for it; else it is a request.
     pub(super) fn client(&mut self, half: Half, cx: &mut Context<'_>) {
         self.pairing.first.get_or_insert(half.at.no);
         self.pairing.released = None;
@@ -196,6 +199,7 @@ impl Channel {
         }
     }
 
+    /// A frame that is not due here.
     pub(super) fn violation_outside(&mut self, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Outside;
         if half.command.is_unreadable() || self.outside == Outside::Said {
@@ -207,6 +211,8 @@ impl Channel {
         }
     }
 
+    /// A frame by the server: does it abort, is it still under way, does it belong to sub-blocks; else it answers the
+    /// pending request, or is held for a late one.
     pub(super) fn server(&mut self, half: Half, cx: &mut Context<'_>) {
         let fresh = *self.pairing.first.get_or_insert(half.at.no) == half.at.no;
         self.release_expired(cx);
@@ -423,6 +429,7 @@ impl Channel {
         }
     }
 
+    /// The capture ends while a response is held: its request may lie beyond the edge.
     pub(super) fn settle_held_at_end(&mut self, cx: &mut Context<'_>) {
         self.settle_ack_at_end(cx);
         match self.pairing.held.take() {
