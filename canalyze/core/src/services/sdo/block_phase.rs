@@ -257,6 +257,7 @@ impl Channel {
         }
         let acked = block.ack(transfer, ackseq, blksize);
         transfer.last = half.at;
+        transfer.bad |= matches!(acked.fault, Some((Facts::Sequence { .. } | Facts::Acknowledged { .. }, _)));
         if acked.retransmission {
             transfer.retransmissions = transfer.retransmissions.saturating_add(1);
         }
@@ -306,6 +307,7 @@ impl Channel {
         let bad = matches!(&self.phase, Phase::Block(block) if block.bad);
         let status = match &self.transfer {
             _ if bad => Status::Failed,
+            Some(transfer) if transfer.bad => Status::Failed,
             Some(transfer) if transfer.hole || transfer.midway => Status::Incomplete,
             _ => Status::Ok,
         };
