@@ -358,7 +358,12 @@ impl Channel {
     fn dissolve(&mut self, tentative: Tentative, cx: &mut Context<'_>) {
         self.pairing.tentative = None;
         let unsettled = self.unsettled.take().map(|transfer| transfer.id);
-        self.note(Note::RequestNotCaptured, tentative.response, cx);
+        if tentative.first {
+            self.note(Note::RequestNotCaptured, tentative.response, cx);
+        } else {
+            self.find_about = tentative.request.command.mux();
+            self.find(Code::Sdo002, tentative.response, Facts::Missing { by: Side::Client }, cx);
+        }
         match unsettled.or(self.transfer.as_ref().map(|transfer| transfer.id)) {
             Some(id) => self.begin_as(id, &tentative.request, cx),
             None => self.begin(&tentative.request, cx),

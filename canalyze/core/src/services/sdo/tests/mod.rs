@@ -12,6 +12,8 @@ use crate::event::What;
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{BusId, CanId, Frame};
 
+mod verdicts;
+
 type Bytes = (Side, Vec<u8>);
 
 /// `c 40 08 10 00` or `s 41 ...`, one frame a `/`; short frames are padded to eight bytes.

@@ -1,0 +1,125 @@
+//! Single faults and their nearest clean neighbours: one verdict each, at the frame at fault, and the next transfer
+//! right again. And what looks like a fault but is none.
+
+use super::*;
+
+/// What every capture here begins and ends with: an exchange whose value is known.
+const NEXT: &str = "/c 40 03 20 00/s 4F 03 20 00 77";
+
+/// Codes above info with the frame they are about, for `GOOD` + text + `NEXT`; the last transfer must be right.
+#[track_caller]
+fn loud(text: &str) -> Vec<(Code, u64)> {
+    let outcome = run(&frames(&format!("{GOOD}{text}{NEXT}")));
+    let last = outcome.transfers.last().unwrap();
+    assert_eq!((last.status, last.kept.as_slice()), (Status::Ok, [0x77].as_slice()), "{outcome:?}");
+    outcome.loud().iter().map(|finding| (finding.code, finding.cause.unwrap_or(finding.at).no)).collect()
+}
+
+#[test]
+fn a_lost_frame_is_one_finding() {
+    let initiate_request = "s 41 04 20 00 08/c 60/s 00 01 02 03 04 05 06 07/c 70/s 1D 08";
+    assert_eq!(loud(initiate_request), [(Code::Sdo002, 3)]);
+    let block_response = "c C2 04 20 00 0E/c 01 00 01 02 03 04 05 06/c 82 07 08 09 0A 0B 0C 0D/s A2 02 7F/c C1/s A1";
+    assert_eq!(loud(block_response), [(Code::Sdo002, 3)]);
+    let switched_response = "c A4 04 20 00 7F FF/c 60/s 00 00 01 02 03 04 05 06/c 70/s 1D 07";
+    assert_eq!(loud(switched_response), [(Code::Sdo002, 3)]);
+}
+
+#[test]
+fn a_foreign_frame_is_one_finding() {
+    let unknown = "c 40 04 20 00/c E0 EB D4 DC A6 BC 8F 86/s 41 04 20 00 07/c 60/s 01 00 01 02 03 04 05 06";
+    assert_eq!(loud(unknown), [(Code::Sdo023, 4)]);
+    let in_block = "c C2 04 20 00 07/s A0 04 20 00 7F/c 81 00 01 02 03 04 05 06/s A2 01 7F/c 66 96/c C1/s A1";
+    assert_eq!(loud(in_block), [(Code::Sdo012, 7)]);
+}
+
+#[test]
+fn faults_of_block_transfers() {
+    let block_size = "c C6 04 20 00 07/s A4 04 20 00 7F/c 81 00 01 02 03 04 05 06/s A2 01 00/c C1 0C D9/s A1";
+    assert_eq!(loud(block_size), [(Code::Sdo012, 6)]);
+    let number = "c A0 04 20 00 7F/s C2 04 20 00 07/c A3/s 83 00 01 02 03 04 05 06/c A2 01 7F/s C1/c A1";
+    assert_eq!(loud(number), [(Code::Sdo012, 6)]);
+    let middle = "c A0 04 20 00 7F/s C2 04 20 00 0F/c A3/s 81 00 01 02 03 04 05 06/s 02 07 08 09 0A 0B 0C 0D/s 83/\
+        c A2 03 7F/s D9/c A1";
+    assert_eq!(loud(middle), [(Code::Sdo012, 6)]);
+}
+
+#[test]
+fn another_objects_answer_is_no_value() {
+    let outcome = run(&frames(&format!("{GOOD}c 40 00 20 00/s 43 01 20 00 11")));
+    let wrong = outcome.transfers.last().unwrap();
+    assert_eq!((wrong.status, wrong.kept.len()), (Status::Failed, 0));
+    assert_eq!(outcome.codes(), [Code::Sdo003]);
+}
+
+#[test]
+fn the_servers_abort_after_the_clients_is_not_the_retrys() {
+    let text =
+        "c 40 08 10 00/c 80 08 10 00 00 00 04 05/s 80 08 10 00 00 00 04 05/c 40 08 10 00/s 43 08 10 00 31 32 33 34";
+    assert_eq!(loud(text), [(Code::Sdo002, 3)]);
+    let outcome = run(&frames(&format!("{GOOD}{text}")));
+    let retry = outcome.transfers.last().unwrap();
+    assert_eq!((retry.status, retry.kept.as_slice()), (Status::Ok, b"1234".as_slice()));
+}
+
+#[test]
+fn two_requests_may_get_two_answers() {
+    assert_eq!(loud("c 40 01 20 00/c 40 01 20 00/s 43 01 20 00 02/s 43 01 20 00 02"), []);
+}
+
+#[test]
+fn segments_confirmed_are_segmented() {
+    let text = "c 20 04 20 00/s 60 04 20 00/s 20";
+    assert_eq!(loud(text).first(), Some(&(Code::Sdo002, 5)));
+    assert!(loud(text).iter().all(|(code, _)| *code != Code::Sdo021));
+}
+
+#[test]
+fn the_last_segment_of_a_long_sub_block_is_no_end() {
+    let mut all = frames("c C0 04 20 00/s A0 04 20 00 7F");
+    for seqno in 1..=63 {
+        all.push((Side::Client, vec![seqno, 1, 1, 1, 1, 1, 1, 1]));
+    }
+    // Segment 64 is lost on the bus; 65 is the last one and looks like an end frame.
+    all.extend(frames("c C1 22 22/s A2 3F 7F/c 01 40 40 40 40 40 40 40/c 82 22 22/s A2 02 7F/c D5/s A1"));
+    let outcome = run(&all);
+    assert!(outcome.loud().is_empty(), "{outcome:?}");
+    assert_eq!((outcome.only().size, outcome.only().retransmissions), (450, 1));
+}
+
+#[test]
+fn refusals_alone_are_sdo() {
+    let outcome = run(&frames("c 40 00 50 00/s 80 00 50 00 00 00 02 06"));
+    assert_eq!(outcome.codes(), [Code::Sdo017]);
+}
+
+#[test]
+fn the_edge_of_the_capture_is_no_fault() {
+    let outcome = run(&frames("c 40 08 10 00/c 40 00 20 00/s 43 00 20 00 01"));
+    assert_eq!(outcome.transfers[0].status, Status::Incomplete);
+    assert!(outcome.loud().is_empty());
+    for midway in [
+        "s 81 00 01 02 03 04 05 06/c A2 01 7F/s C1 0C D9/c A1/c 40 00 20 00/s 43 00 20 00 01",
+        "c 82 00 01 02 03 04 05 08/s A2 02 7F/c C1 0C D9/s A1/c 40 00 20 00/s 43 00 20 00 01",
+        "s 80 08 10 00 01 00 04 05/c 40 08 10 00/s 43 08 10 00 31/c 40 00 20 00/s 43 00 20 00 01",
+    ] {
+        let outcome = run(&frames(midway));
+        assert!(outcome.loud().is_empty(), "{midway}: {outcome:?}");
+        let last = outcome.transfers.last().unwrap();
+        assert_eq!((last.status, last.kept[0]), (Status::Ok, 1), "{midway}");
+    }
+}
+
+#[test]
+fn a_lost_request_while_polling_with_stamps_shifts_no_value() {
+    let text = frames(
+        "c 40 00 20 00/s 43 00 20 00 01/s 43 00 20 00 02/c 40 00 20 00/s 43 00 20 00 03/c 40 00 20 00/s 43 00 20 00 04",
+    );
+    // In ms: an answer takes 1, the client asks every 4.
+    let times = [0, 1, 5, 8, 9, 12, 13];
+    let outcome = run_timed(&text, |no| Some(times[no] * 1_000_000));
+    let values: Vec<u8> = outcome.transfers.iter().map(|transfer| transfer.kept[0]).collect();
+    assert_eq!(values, [1, 3, 4]);
+    let found: Vec<_> = outcome.loud().iter().map(|f| (f.code, f.cause.map(|cause| cause.no))).collect();
+    assert_eq!(found, [(Code::Sdo002, Some(3))]);
+}
