@@ -72,7 +72,7 @@ def _letter(text: str, place: int) -> int:
         return 2 if not after.isalpha() and before in "kM 0123456789" else -2
     if before.isdigit() or not (before.isalpha() or after.isalpha()):
         return -2
-    if char.isupper() and before.islower():
+    if (char.isupper() and before.islower()) or (char.islower() and after.isupper()):
         return -2
     return 3 if char.lower() in _LETTERS else 1
 

@@ -14,7 +14,7 @@ from canalyze.dictionary.model import ARRAY, DEFSTRUCT, DEFTYPE, DOMAIN, NULL, R
 from canalyze.dictionary.pdo import implied
 from canalyze.dictionary.values import KNOWN, OPAQUE, UNSIGNED8, Values, guarded, integer
 
-_MOST_ENTRIES: Final = 200_000
+_MOST_ENTRIES: Final = 50_000
 """CompactSubObj lets a small file claim millions."""
 _FIRST_OBJECT: Final = 0x1000
 _LISTS: Final = ("MandatoryObjects", "OptionalObjects", "ManufacturerObjects")

@@ -108,16 +108,16 @@ def _pdo(
 def _mapped(
     mapping: Object, name: str, objects: Mapping[int, Object], dummies: frozenset[int], complain: Complain
 ) -> tuple[Mapped, ...]:
-    entries = {entry.sub: word for entry in mapping.entries if entry.sub and (word := _whole(entry))}
+    entries = {entry.sub: word for entry in mapping.entries if entry.sub and (word := _whole(entry)) is not None}
     count = _whole(mapping.entry(0))
     if count is None:  # not said: all that is there, up to the first gap
         count = next(sub for sub in range(256) if sub + 1 not in entries)
-    elif missing := [sub for sub in range(1, count + 1) if sub not in entries]:
-        facts = {"object": f"{mapping.index:04X}h", "said": count, "found": count - len(missing)}
+    elif missing := [sub for sub in range(1, min(count, _LONGEST) + 1) if sub not in entries]:
+        facts = {"object": f"{mapping.index:04X}h", "said": count, "found": min(count, _LONGEST) - len(missing)}
         complain(mapping.line, "mapping-count", pdo=name, **facts)
     found: list[Mapped] = []
     offset = 0
-    for sub in range(1, count + 1):
+    for sub in range(1, min(count, _LONGEST) + 1):  # an entry has one bit at least
         if not entries.get(sub):  # 00000000h: nothing mapped here
             continue
         index, mapped_sub, bits = entries[sub] >> 16, entries[sub] >> 8 & 0xFF, entries[sub] & 0xFF
