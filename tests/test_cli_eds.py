@@ -141,6 +141,15 @@ def test_repeats_are_folded(canalyze: Runner, tmp_path: Path) -> None:
     assert "Defects: 26" in done.lines
 
 
+def test_runs_of_one_value_share_a_line(canalyze: Runner, tmp_path: Path) -> None:
+    array = (
+        "ParameterName=consumer\nObjectType=8\nDataType=7\nAccessType=rw\nDefaultValue=0x80000000\nCompactSubObj=20\n"
+    )
+    (tmp_path / "run.eds").write_text(f"[1028]\n{array}[1028Value]\nNrOfEntries=1\n3=0x81\n")
+    rows = [line for line in canalyze("--lang", "en", "eds", "run.eds").lines if line.startswith("1028h")]
+    assert [row.split()[0] for row in rows] == ["1028h:00", "1028h:01", "1028h:02", "1028h:03", "1028h:04-14"]
+
+
 def test_one_bad_file_does_not_stop_the_others(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "bad.eds").write_text("can0  60A   [8]  40 08 10 00 00 00 00 00\n")
     done = canalyze("--lang", "en", "eds", "bad.eds", "missing.eds", DRIVE)

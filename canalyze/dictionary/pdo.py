@@ -108,7 +108,9 @@ def _pdo(
 def _mapped(
     mapping: Object, name: str, objects: Mapping[int, Object], dummies: frozenset[int], complain: Complain
 ) -> tuple[Mapped, ...]:
-    entries = {entry.sub: word for entry in mapping.entries if entry.sub and (word := _whole(entry)) is not None}
+    entries = {
+        entry.sub: word & 0xFFFFFFFF for entry in mapping.entries if entry.sub and (word := _whole(entry)) is not None
+    }
     count = _whole(mapping.entry(0))
     if count is None:  # not said: all that is there, up to the first gap
         count = next(sub for sub in range(256) if sub + 1 not in entries)

@@ -23,6 +23,8 @@ _AREAS: Final = (
 """CiA 301 7.4.1."""
 _REPEATS: Final = 10
 """Defects of one code that are shown before the rest is only counted."""
+_RUN: Final = 8
+"""Entries in a row with one value that share a line."""
 _PLAIN: Final = 10
 """Integers below are the same in hexadecimal."""
 
@@ -99,7 +101,11 @@ def _rates(rates: Iterable[int | None]) -> str:
 
 def _objects(found: Dictionary, out: Output, words: Words, *, every: bool) -> None:
     chosen = [thing for thing in found.objects if every or thing.index in _SHOWN]
-    rows = [_object(entry, thing, found, words, every=every) for thing in chosen for entry in _telling(thing, every)]
+    rows: list[list[str]] = []
+    for thing in chosen:
+        for first, last in _telling(thing, every):
+            cells = _object(first, thing, found, words, every=every)
+            rows.append(cells if first is last else [f"{cells[0]}-{last.sub:02X}", *cells[1:]])
     if not rows:
         return
     _heading(out, words("eds.objects" if every else "eds.communication_objects"))
@@ -107,11 +113,23 @@ def _objects(found: Dictionary, out: Output, words: Words, *, every: bool) -> No
     _table(out, words, keys, rows, folds={"name", "value"})
 
 
-def _telling(thing: Object, every: bool) -> Sequence[Entry]:
-    """Give the entries worth a line: in an array those that hold something."""
+def _telling(thing: Object, every: bool) -> list[tuple[Entry, Entry]]:
+    """Give the entries worth a line, in an array those that hold something; long runs as their first and last."""
     if every or len(thing.entries) <= 1:
-        return thing.entries
-    return [entry for entry in thing.entries if entry.value is not None and (entry.sub == 0 or entry.value != 0)]
+        return [(entry, entry) for entry in thing.entries]
+    runs: list[list[Entry]] = []
+    for entry in thing.entries:
+        if entry.value is None or (entry.sub != 0 and entry.value == 0):
+            continue
+        before = runs[-1][-1] if runs else None
+        if before and before.sub and before.value == entry.value and before.sub == entry.sub - 1:
+            runs[-1].append(entry)
+        else:
+            runs.append([entry])
+    pairs = []
+    for run in runs:
+        pairs += [(run[0], run[-1])] if len(run) >= _RUN else [(entry, entry) for entry in run]
+    return pairs
 
 
 def _object(entry: Entry, thing: Object, found: Dictionary, words: Words, *, every: bool) -> list[str]:
