@@ -365,6 +365,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "[{section}]：模块化设备，{count} 个模块的对象没有读入",
         "[{section}]: a modular device; the objects of its modules ({count}) are not read",
     ),
+    ("defect.more", "{code} 还有 {count} 处没有列出", "{count} more of {code} are not listed"),
     ("defect.not-a-number", "{key}={value} 不是数", "{key}={value} is not a number"),
     ("defect.not-bytes", "{key}={value} 不是成对的十六进制字节", "{key}={value} is not bytes in hexadecimal"),
     ("defect.octal", "{key}={value} 以0开头，读作 {read}", "{key}={value} begins with 0, read as {read}"),

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+from canalyze.dictionary import load as load_file
 from canalyze.dictionary import read
 from canalyze.dictionary.model import EFFECTS, Dictionary, NodeOffset, Value
 from canalyze.errors import SourceError
@@ -50,11 +53,11 @@ def encoded(text: str, encoding: str) -> Dictionary:
 @pytest.mark.parametrize(
     ("encoding", "text"),
     [
-        ("cp850", "71101 Schönaich"),
+        ("cp850", "Höhe in Köln"),
         ("cp850", "Überlastgröße für Öl"),
         ("cp850", "Temperatur in °C"),
         ("cp437", "Widerstand 10 Ω"),
-        ("cp1252", "71101 Schönaich"),
+        ("cp1252", "Höhe in Köln"),
         ("cp1252", "Größe der Änderung"),
         ("cp1252", "Durée de cycle à l’arrêt"),
         ("cp1252", "Automação, medição"),
@@ -143,8 +146,8 @@ def test_duplicate_section_is_joined() -> None:
 
 
 def test_percent_and_semicolon_in_names() -> None:
-    found = variable(ParameterName="Valve 1 % open %(x)s ; spare # 2")
-    assert (name(found), found.defects) == ("Valve 1 % open %(x)s ; spare # 2", ())
+    found = variable(ParameterName="Level 90 % of tank %(x)s ; spare # 2")
+    assert (name(found), found.defects) == ("Level 90 % of tank %(x)s ; spare # 2", ())
 
 
 def test_odd_section_names() -> None:
@@ -171,15 +174,15 @@ def test_modules_are_said() -> None:
 @pytest.mark.parametrize(
     ("text", "value", "defects"),
     [
-        ("0x3ED", 0x3ED, []),
-        ("0X3ed", 0x3ED, []),
+        ("0x3EF", 0x3EF, []),
+        ("0X3ef", 0x3EF, []),
         ("1005", 1005, []),
         ("", None, []),
         ("001", 1, []),
         ("010", 8, ["octal"]),
         ("0777", 511, ["octal"]),
         ("089", 89, ["octal"]),
-        ("0x3ED ; prevent homing", 0x3ED, ["trailing-comment"]),
+        ("0x3EF ; not yet", 0x3EF, ["trailing-comment"]),
         ("0x07 # VAR", 7, ["trailing-comment"]),
         ("12//twelve", 12, ["trailing-comment"]),
         ("No", None, ["not-a-number"]),
@@ -257,7 +260,7 @@ def test_node_id_that_makes_no_sum(text: str) -> None:
         (0x0B, "Zé", "Zé", []),
         (0x0A, "00 01 fe", b"\0\1\xfe", []),
         (0x0F, "0001FE", b"\0\1\xfe", []),
-        (0x0A, "@ABCD", None, ["not-bytes"]),
+        (0x0A, "no bytes", None, ["not-bytes"]),
         (0x0C, "12345", 12345, []),
     ],
 )
@@ -595,6 +598,19 @@ def test_compact_pdo() -> None:
 
 
 # --- Files that cannot be used. ---
+
+
+def test_defects_are_bounded() -> None:
+    found = load("[2000]\nParameterName=x\nDataType=7\nAccessType=rw\n" + "no key\n" * 3000)
+    assert len(found.defects) == 1001
+    assert (found.defects[0].code, found.defects[0].facts) == ("more", {"code": "no-equals", "count": 2000})
+
+
+def test_a_file_too_large(tmp_path: Path) -> None:
+    (tmp_path / "large.eds").write_bytes(b"; nothing\n" * (1 << 20))
+    with pytest.raises(SourceError) as raised:
+        load_file(str(tmp_path / "large.eds"))
+    assert raised.value.key == "eds.large"
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from canalyze.dictionary.model import Device, Dictionary, FileInfo
 from canalyze.dictionary.values import Values, integer
 from canalyze.errors import SourceError
 
-_LARGEST: Final = 32 << 20
+_LARGEST: Final = 8 << 20
 _BIT_RATES: Final = (10, 20, 50, 125, 250, 500, 800, 1000)
 NODES: Final = range(1, 128)
 _UNCONFIGURED: Final = 255
@@ -27,13 +27,13 @@ def load(name: str, node: int | None = None) -> Dictionary:
     """Read a file ('-' is standard input); `node` overrules the node-ID of a DCF."""
     from canalyze.sources.file import Source
 
-    pieces: list[bytes] = []
+    data = bytearray()
     with Source(name) as source:
         while piece := source.read():
-            pieces.append(piece)
-            if sum(map(len, pieces)) > _LARGEST:
+            data += piece
+            if len(data) > _LARGEST:
                 raise SourceError("eds.large", name=source.name, most=_LARGEST >> 20)
-        return read(b"".join(pieces), source.name, node)
+        return read(bytes(data), source.name, node)
 
 
 def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
@@ -78,7 +78,7 @@ def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
         objects=tuple(objects.values()),
         dummies=dummies,
         pdos=pdos,
-        defects=tuple(sorted(ini.defects, key=lambda defect: defect.line)),
+        defects=ini.defects,
     )
 
 

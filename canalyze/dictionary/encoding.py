@@ -17,6 +17,8 @@ _MARKS: Final = (
 )
 _SINGLE: Final = ("cp1252", "cp850", "cp437")
 """In the order in which a tie is decided."""
+_JUDGED: Final = 1 << 16
+"""Bytes of lines beyond ASCII that are enough to tell by."""
 _LETTERS: Final = frozenset("äöüßéèêëàâáåæøœçñíìîïóòôõúùûãčšžýÿ")
 _SIGNS: Final = frozenset("®©™\N{EN DASH}—“”‘’„…²³±·«»€§")
 
@@ -32,7 +34,8 @@ def decode(data: bytes) -> tuple[str, str, bool]:
         pass
     if _chinese(data):
         return data.decode("gb18030"), "gb18030", False
-    best = max(_SINGLE, key=lambda name: (_sense(data.decode(name, "replace")), -_SINGLE.index(name)))
+    telling = b"\n".join(line for line in data.splitlines() if not line.isascii())[:_JUDGED]
+    best = max(_SINGLE, key=lambda name: (_sense(telling.decode(name, "replace")), -_SINGLE.index(name)))
     return data.decode(best, "replace"), best, False
 
 

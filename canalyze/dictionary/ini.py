@@ -5,10 +5,15 @@ that begins with `;` or `#`; what follows a value on its line is left to who kno
 """
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Final
 
 from canalyze.dictionary.model import Defect
+
+_MOST_DEFECTS: Final = 1000
+"""Defects of one code that are kept; the rest is counted."""
 
 
 @dataclass(slots=True)
@@ -44,7 +49,15 @@ class Ini:
     """The sections by small-letter name, and what was wrong with the text."""
 
     sections: dict[str, Section] = field(default_factory=dict)
-    defects: list[Defect] = field(default_factory=list)
+    _defects: list[Defect] = field(default_factory=list)
+    _counts: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def defects(self) -> tuple[Defect, ...]:
+        """What was wrong, by line."""
+        more = {code: count - _MOST_DEFECTS for code, count in self._counts.items() if count > _MOST_DEFECTS}
+        rest = [Defect(0, "more", {"code": code, "count": count}) for code, count in more.items()]
+        return tuple(sorted([*rest, *self._defects], key=lambda defect: defect.line))
 
     def section(self, name: str) -> Section | None:
         """Give a section."""
@@ -52,7 +65,9 @@ class Ini:
 
     def complain(self, line: int, code: str, **facts: object) -> None:
         """Note a defect."""
-        self.defects.append(Defect(line, code, facts))
+        self._counts[code] += 1
+        if self._counts[code] <= _MOST_DEFECTS:
+            self._defects.append(Defect(line, code, facts))
 
 
 def parse(text: str) -> Ini:

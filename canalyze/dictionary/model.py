@@ -234,6 +234,7 @@ EFFECTS: Final[dict[str, Effect]] = {
     "duplicate-key": "repaired",
     "commissioning": "repaired",
     "modules": "unused",
+    "more": "noted",
     # Numbers and values.
     "not-a-number": "unused",
     "not-bytes": "unused",
