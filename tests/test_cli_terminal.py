@@ -176,7 +176,7 @@ def test_live_rows_fit_too(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_no_input_on_a_terminal_is_wrong_usage(tmp_path: Path) -> None:
-    for name in ("decode", "sdo", "explain"):
+    for name in ("decode", "sdo", "eds", "explain"):
         code, shown = on_terminal(tmp_path, name)
         assert code == 2
         assert len(shown.splitlines()) == 1

@@ -1,0 +1,88 @@
+"""`canalyze eds`: what a device description says, and what is wrong with it."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from canalyze.errors import CanalyzeError
+from canalyze.help import Command
+from canalyze.options import format_option, inputs, output_options
+from canalyze.output import Output, complain, open_output
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze.dictionary.model import Dictionary
+
+
+def command(words: Words) -> click.Command:
+    """Build the command in one language."""
+
+    def run(files: tuple[str, ...], node: int | None, every: bool, form: str, output: str | None, force: bool) -> int:
+        from canalyze.dictionary import load
+
+        names = inputs(files, words)
+        code = shown = 0
+        with open_output(output, force=force) as out:
+            show = _jsonl(out) if form == "jsonl" else _text(out, words, every)
+            for name in names:
+                try:
+                    found = load(name, node)
+                except CanalyzeError as error:
+                    complain(f"canalyze: {error.in_words(words)}")
+                    code = error.exit_code
+                    continue
+                if shown and form == "text":
+                    out.text("\n")
+                show(found)
+                shown += 1
+            if not shown:
+                out.drop()
+        return code
+
+    return Command(
+        "eds",
+        words,
+        run,
+        [
+            click.Argument(["files"], nargs=-1, type=click.Path(allow_dash=True), metavar="FILE"),
+            click.Option(["--node"], type=NodeId(words), metavar="N", help=words("eds.node")),
+            click.Option(["--all", "every"], is_flag=True, help=words("eds.all")),
+            format_option(words, "eds"),
+            *output_options(words),
+        ],
+    )
+
+
+class NodeId(click.ParamType[int]):
+    """A node-ID in decimal, or in hexadecimal with 0x."""
+
+    name = "node"
+
+    def __init__(self, words: Words) -> None:
+        """Take the words for what is none."""
+        self._words = words
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Give the number if it can be a node."""
+        from canalyze.dictionary import NODES
+        from canalyze.dictionary.values import integer
+
+        number = integer(str(value).strip())
+        if number is None or number.value not in NODES:
+            option = param.opts[-1] if param else ""
+            problem = self._words("usage.node", option=option, value=value or '""')
+            raise click.UsageError(problem, ctx)
+        return number.value
+
+
+def _jsonl(out: Output) -> "Callable[[Dictionary], None]":
+    from canalyze.reports.dictionary_jsonl import lines
+
+    return lambda found: out.text("".join(line + "\n" for line in lines(found)))
+
+
+def _text(out: Output, words: Words, every: bool) -> "Callable[[Dictionary], None]":
+    from canalyze.reports.dictionary_text import show
+
+    return lambda found: show(found, out, words, every=every)

@@ -1,0 +1,303 @@
+"""The sections of objects -> the same objects in the one form that python-canopen reads without loss.
+
+That form: an index section before its sub-sections, every key present and spelled as it wants them, no CompactSubObj,
+no CompactPDO, plain numbers, data types that it knows. What it cannot hold goes beside it, as `Beside`.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+from canalyze.dictionary.ini import Ini, Key, Section
+from canalyze.dictionary.model import ARRAY, DEFSTRUCT, DEFTYPE, DOMAIN, NULL, RECORD, VAR
+from canalyze.dictionary.pdo import implied
+from canalyze.dictionary.values import KNOWN, OPAQUE, UNSIGNED8, Values, guarded, integer
+
+_MOST_ENTRIES: Final = 50_000
+"""CompactSubObj lets a small file claim millions."""
+_FIRST_OBJECT: Final = 0x1000
+_LISTS: Final = ("MandatoryObjects", "OptionalObjects", "ManufacturerObjects")
+_SECTION: Final = re.compile(
+    r"(?P<index>(?:0x)?[0-9a-f]{1,4})"
+    r"(?:\s*sub\s*0*(?P<sub>[0-9a-f]{1,2})|\s*(?P<part>name|value|denotation|objectlinks))?",
+    re.IGNORECASE,
+)
+_CLEAN: Final = re.compile(r"[0-9a-f]{1,4}(sub[0-9a-f]+|name|value|denotation|objectlinks)?", re.IGNORECASE)
+_ACCESSES: Final = frozenset({"ro", "wo", "rw", "rwr", "rww", "const"})
+_ALMOST: Final = {"r": "ro", "w": "wo", "r/w": "rw", "wr": "rw", "read": "ro", "write": "wo", "readonly": "ro"}
+
+
+@dataclass(slots=True)
+class Beside:
+    """What python-canopen does not hold of an entry."""
+
+    type: int
+    low: int | float | None
+    high: int | float | None
+    line: int
+
+
+@dataclass(slots=True)
+class Written:
+    """Sections for python-canopen, and what stands beside them."""
+
+    lines: list[str] = field(default_factory=list)
+    beside: dict[tuple[int, int], Beside] = field(default_factory=dict)
+    places: dict[int, int] = field(default_factory=dict)
+    """Line of each object's section."""
+    codes: dict[int, int] = field(default_factory=dict)
+    """Object code of each object."""
+
+    def put(self, section: str, **keys: object) -> None:
+        """Add a section."""
+        self.lines.append(f"[{section}]")
+        self.lines += (f"{key}={value}" for key, value in keys.items() if value is not None)
+
+
+@dataclass(slots=True)
+class _Parts:
+    """All sections of one index."""
+
+    head: Section | None = None
+    subs: dict[int, Section] = field(default_factory=dict)
+    names: Section | None = None
+    values: Section | None = None
+
+
+class Objects:
+    """All sections of objects of one file."""
+
+    def __init__(self, ini: Ini, values: Values, *, has_lists: bool) -> None:
+        """Find them among the sections. `has_lists`: the form of the file has lists of its objects."""
+        self._ini = ini
+        self._has_lists = has_lists
+        self._values = values
+        self._parts: dict[int, _Parts] = {}
+        self._types: dict[int, _Parts] = {}
+        self._written = Written()
+        for section in list(ini.sections.values()):
+            self._find(section)
+
+    def _find(self, section: Section) -> None:
+        match = _SECTION.fullmatch(section.name)
+        if match is None or (match["sub"] is None and match["part"] is None and len(match["index"]) < 4):
+            if re.match(r"[0-9a-f]{4}(?![0-9a-z])|[0-9a-f]{4}sub", section.name, re.IGNORECASE):
+                self._ini.complain(section.line, "section-unused", section=section.name[:60])
+            return
+        index = int(match["index"], 16)
+        if not _CLEAN.fullmatch(section.name):
+            read = f"{index:04X}" + (f"sub{int(match['sub'], 16):X}" if match["sub"] else match["part"] or "")
+            self._ini.complain(section.line, "section-name", section=section.name[:60], read=read)
+        table = self._parts if index >= _FIRST_OBJECT else self._types
+        parts = table.setdefault(index, _Parts())
+        if match["sub"] is not None:
+            sub = int(match["sub"], 16)
+            parts.subs[sub] = self._joined(parts.subs.get(sub), section)
+        elif match["part"] is None:
+            parts.head = self._joined(parts.head, section)
+        elif match["part"].lower() == "name":
+            parts.names = self._joined(parts.names, section)
+        elif match["part"].lower() == "value":
+            parts.values = self._joined(parts.values, section)
+
+    def _joined(self, earlier: Section | None, later: Section) -> Section:
+        """Join two spellings of one section, such as sub1 and sub01; of keys in both the later one counts."""
+        if earlier is None:
+            return later
+        self._ini.complain(later.line, "duplicate-section", section=later.name, first=earlier.line)
+        return Section(earlier.name, earlier.line, earlier.keys | later.keys)
+
+    def write(self, compact_pdo: int, pdos: tuple[int, int]) -> Written:
+        """Write all objects; `pdos` are the numbers of RPDOs and TPDOs that exist implicitly by CompactPDO."""
+        lists = self._listed()
+        for index in sorted(self._parts):
+            self._object(index, self._parts[index], lists)
+        for name, section, first in implied(compact_pdo, pdos, set(self._parts)):
+            written = Section(name, 0, {key.lower(): Key(key, value, 0) for key, value in section.items()})
+            if first:
+                self._written.put(name, ParameterName=section["ParameterName"], ObjectType=RECORD)
+                self._written.places[int(name, 16)] = 0
+            else:
+                self._entry(name, int(name[:4], 16), int(name[7:], 16), written)
+        return self._written
+
+    def _listed(self) -> set[int] | None:
+        """Give the indices in the lists, None if the file has no list; say which of them have no section."""
+        found: dict[int, tuple[str, Key]] = {}
+        lists = [section for name in _LISTS if (section := self._ini.section(name))]
+        for section in lists:
+            entries = [key for key in section.keys.values() if key.name.isdecimal()]
+            for key in entries:
+                index = self._values.whole(key)
+                if index is not None:
+                    found[index] = (section.name, key)
+            self._count(section.keys.get("supportedobjects"), section.name, len(entries))
+        for index, (name, key) in found.items():
+            if index not in self._parts:
+                self._ini.complain(key.line, "not-there", object=f"{index:04X}h", section=name)
+        if not lists and self._parts and self._has_lists:
+            self._ini.complain(0, "no-lists")
+        return set(found) if lists else None
+
+    def _count(self, key: Key | None, section: str, found: int) -> None:
+        said = self._values.whole(key)
+        if key and said is not None and said != found:
+            self._ini.complain(key.line, "count", section=section, key=key.name, said=said, found=found)
+
+    def _object(self, index: int, parts: _Parts, lists: set[int] | None) -> None:
+        head, ini = parts.head, self._ini
+        if head is None:
+            if not parts.subs:
+                return  # names or values of nothing; what lists it is said already
+            first = next(iter(parts.subs.values()))
+            ini.complain(first.line, "no-index-section", object=f"{index:04X}h")
+            head = Section(f"{index:04X}", first.line)
+            head.keys = {"parametername": Key("ParameterName", f"{index:04X}", 0), "objecttype": Key("", "9", 0)}
+        if lists is not None and index not in lists:
+            ini.complain(head.line, "unlisted", object=f"{index:04X}h")
+        compact = min(max(self._values.whole(head.get("CompactSubObj")) or 0, 0), 254)
+        code = self._code(index, head, bool(parts.subs or compact))
+        if code in (NULL, DEFTYPE, DEFSTRUCT):
+            return
+        name = f"{index:04X}"
+        self._written.places[index] = head.line
+        self._written.codes[index] = code
+        if code in (VAR, DOMAIN):
+            self._entry(name, index, 0, head, code)
+            return
+        self._written.put(name, ParameterName=self._name(head), ObjectType=code)
+        if not compact:
+            self._count(head.get("SubNumber"), name, len(parts.subs))
+        for sub in sorted({*parts.subs, *range(compact + 1 if compact else 0)}):
+            if len(self._written.beside) >= _MOST_ENTRIES:
+                ini.complain(head.line, "too-many", object=f"{index:04X}h", most=_MOST_ENTRIES)
+                return
+            section = parts.subs.get(sub) or self._compact(head, sub, compact)
+            self._entry(f"{name}sub{sub:X}", index, sub, self._with_lists(section, sub, parts))
+        self._say_strays(parts, {*parts.subs, *range(compact + 1)} if compact else set(parts.subs))
+
+    def _code(self, index: int, head: Section, has_subs: bool) -> int:
+        key = head.get("ObjectType")
+        code = self._values.whole(key)
+        read = code
+        if code is None:
+            read = RECORD if has_subs and head.get("SubNumber") else ARRAY if has_subs else VAR
+        elif code in (VAR, DOMAIN) and has_subs:
+            read = ARRAY if head.get("CompactSubObj") else RECORD
+        elif code not in (NULL, DOMAIN, DEFTYPE, DEFSTRUCT, VAR, ARRAY, RECORD):
+            read = RECORD if has_subs else VAR
+        if key and code is not None and read != code:
+            self._ini.complain(key.line, "object-type", object=f"{index:04X}h", value=code, read=read)
+        assert read is not None
+        return read
+
+    def _compact(self, head: Section, sub: int, last: int) -> Section:
+        """Give the section that CompactSubObj stands for; names as python-canopen forms them."""
+        if sub == 0:
+            fixed = {"ParameterName": "Number of entries", "DataType": "5", "AccessType": "ro"}
+            fixed["DefaultValue"] = str(last)
+            return Section(head.name, head.line, {key.lower(): Key(key, value, 0) for key, value in fixed.items()})
+        section = Section(head.name, head.line, dict(head.keys))
+        if sub > 1:
+            name = head.text("ParameterName") or ""
+            section.keys["parametername"] = Key("ParameterName", f"{name}_{sub:x}", head.line)
+            # What is odd about the section's keys is said once, of sub 1.
+            section = _silent(section)
+        return section
+
+    def _with_lists(self, section: Section, sub: int, parts: _Parts) -> Section:
+        """Put the entry of [xxxxName] and [xxxxValue] into a section."""
+        for place, key in ((parts.names, "ParameterName"), (parts.values, "ParameterValue")):
+            given = _numbered(place).get(sub)
+            if given and given.value:
+                section = Section(section.name, section.line, section.keys | {key.lower(): given})
+        return section
+
+    def _say_strays(self, parts: _Parts, subs: set[int]) -> None:
+        for place in (parts.names, parts.values):
+            for sub, key in _numbered(place).items():
+                if place and sub not in subs:
+                    self._ini.complain(key.line, "no-such-sub", section=place.name, sub=f"{sub:02X}h")
+
+    def _entry(self, section: str, index: int, sub: int, keys: Section, code: int = VAR) -> None:
+        values = self._values
+        where = f"{index:04X}h" if "sub" not in section else f"{index:04X}h:{sub:02X}"
+        given = self._type(where, sub, keys, code)
+        kind = self._resolved(where, given, keys)
+        # Of the values of a type that nobody knows nothing more is to be said.
+        filled = _silent(keys) if kind == OPAQUE != given else keys
+        low, high = (values.limit(filled.get(name), kind) for name in ("LowLimit", "HighLimit"))
+        self._written.beside[index, sub] = Beside(given, low, high, keys.line or self._written.places[index])
+        self._written.put(
+            section,
+            ParameterName=self._name(keys),
+            ObjectType=f"{code:#x}",
+            DataType=f"{kind:#06x}",
+            AccessType=self._access(where, keys),
+            DefaultValue=values.plain(filled.get("DefaultValue"), kind),
+            ParameterValue=values.plain(filled.get("ParameterValue"), kind),
+            PDOMapping=int(bool(values.whole(keys.get("PDOMapping")))),
+            Factor=values.plain(keys.get("Factor"), 0x11),
+            Unit=guarded(keys.text("Unit") or "") or None,
+        )
+
+    def _name(self, keys: Section) -> str:
+        """Give the name; without one, that of the section."""
+        name = keys.text("ParameterName")
+        if not name:
+            self._missing(keys, "ParameterName", keys.name)
+        return guarded(name or keys.name)
+
+    def _missing(self, keys: Section, key: str, read: str) -> None:
+        if keys.line:
+            self._ini.complain(keys.line, "missing-key", section=keys.name, key=key, read=read)
+
+    def _type(self, where: str, sub: int, keys: Section, code: int) -> int:
+        kind = self._values.whole(keys.get("DataType"))
+        if kind is not None and 0 <= kind <= 0xFFFF:
+            return kind
+        if code == DOMAIN:
+            return OPAQUE
+        guess = UNSIGNED8 if sub == 0 and where.count(":") else 0
+        if not keys.get("DataType"):
+            self._missing(keys, "DataType", f"{guess or OPAQUE:04X}h")
+        return guess
+
+    def _resolved(self, where: str, kind: int, keys: Section) -> int:
+        """Give a type that python-canopen knows: a type the file defines itself by what it is made of."""
+        if kind in KNOWN:
+            return kind
+        definition = (self._types.get(kind) or self._parts.get(kind) or _Parts()).subs.get(1)
+        made_of = definition and integer((definition.get("DefaultValue") or Key("", "", 0)).value)
+        if made_of and made_of.value in KNOWN:
+            return made_of.value
+        key = keys.get("DataType")
+        if key and key.line:
+            self._ini.complain(key.line, "unknown-type", object=where, type=f"{kind:04X}h")
+        return OPAQUE
+
+    def _access(self, where: str, keys: Section) -> str:
+        key = keys.get("AccessType")
+        if key is None:
+            self._missing(keys, "AccessType", "rw")
+            return "rw"
+        access = key.value.lower()
+        if access in _ACCESSES:
+            return access
+        bare = re.sub(r"\s*(?:;|#).*|[\s_-]", "", access)
+        read = bare if bare in _ACCESSES else _ALMOST.get(bare, "rw")
+        if key.line:
+            self._ini.complain(key.line, "access", object=where, value=key.value[:60], read=read)
+        return read
+
+
+def _silent(section: Section) -> Section:
+    """Give a copy whose keys have no line, so that nothing is said of them."""
+    return Section(section.name, 0, {name: Key(key.name, key.value, 0) for name, key in section.keys.items()})
+
+
+def _numbered(section: Section | None) -> dict[int, Key]:
+    """Give the entries of [xxxxName] and [xxxxValue], whose keys are sub-indices in decimal; gaps are allowed."""
+    keys: Iterator[Key] = iter(section.keys.values() if section else ())
+    return {int(key.name): key for key in keys if key.name.isdecimal() and len(key.name) <= 3 and int(key.name) <= 255}

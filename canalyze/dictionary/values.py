@@ -1,0 +1,230 @@
+"""Numbers and values as files write them -> the one spelling that python-canopen reads rightly.
+
+Numbers are decimal, hexadecimal (0x) or octal (leading 0); signed ones may be written as the two's complement of their
+width; `$NODEID` may be a summand (CiA 306 4.6 and 4.7). Whatever has to be changed is noted as a defect, and what
+cannot be understood has no value.
+"""
+
+import math
+import re
+import struct
+from dataclasses import dataclass
+from typing import Final
+
+from canalyze.dictionary.ini import Ini, Key
+
+BOOLEAN, UNSIGNED8, UNSIGNED32, OPAQUE = 0x01, 0x05, 0x07, 0x0F
+SIGNED: Final = {0x02: 8, 0x03: 16, 0x04: 32, 0x10: 24, 0x12: 40, 0x13: 48, 0x14: 56, 0x15: 64}
+UNSIGNED: Final = {
+    BOOLEAN: 1,
+    UNSIGNED8: 8,
+    0x06: 16,
+    UNSIGNED32: 32,
+    0x16: 24,
+    0x18: 40,
+    0x19: 48,
+    0x1A: 56,
+    0x1B: 64,
+    0x0C: 48,
+    0x0D: 48,  # TIME_OF_DAY and TIME_DIFFERENCE, as one number
+}
+REAL: Final = {0x08: 32, 0x11: 64}
+STRINGS: Final = frozenset({0x09, 0x0B})
+BYTES: Final = frozenset({0x0A, OPAQUE})
+WIDTHS: Final = SIGNED | UNSIGNED | REAL
+"""Bits of each type of fixed width (CiA 301 7.1.4)."""
+NAMES: Final = {
+    0x01: "BOOLEAN",
+    **{kind: f"INTEGER{bits}" for kind, bits in SIGNED.items()},
+    **{kind: f"UNSIGNED{bits}" for kind, bits in UNSIGNED.items() if kind not in (0x01, 0x0C, 0x0D)},
+    **{kind: f"REAL{bits}" for kind, bits in REAL.items()},
+    0x09: "VISIBLE_STRING",
+    0x0A: "OCTET_STRING",
+    0x0B: "UNICODE_STRING",
+    0x0F: "DOMAIN",
+    0x0C: "TIME_OF_DAY",
+    0x0D: "TIME_DIFFERENCE",
+}
+KNOWN: Final = frozenset(WIDTHS) | STRINGS | BYTES
+
+_NUMBER: Final = re.compile(r"([+-]?)(?:0x([0-9a-f]+)|([0-9]+))", re.IGNORECASE)
+_COMMENT: Final = re.compile(r"\s*(?:;|#|//).*")
+_NODE: Final = re.compile(r"\$?NODEID", re.IGNORECASE)
+_HELD_BACK: Final = "\ue03b"
+"""Stands for `;` in a text on its way through python-canopen, which takes it for a comment."""
+
+
+@dataclass(frozen=True, slots=True)
+class Whole:
+    """An integer as a file has it."""
+
+    value: int
+    odd: str = ""
+    """The defect of its spelling, if there is one."""
+    decimal: bool = True
+    relative: bool = False
+    """The node-ID is to be added."""
+
+
+def integer(text: str) -> Whole | None:
+    """Read an integer without `$NODEID`; None if it is none."""
+    bare = _COMMENT.sub("", text)
+    match = _NUMBER.fullmatch(bare)
+    if match is None or len(bare) > 40:
+        return None
+    sign, hexadecimal, digits = match.groups()
+    value, odd = int(hexadecimal or digits, 16 if hexadecimal else 10), ""
+    if digits and len(digits) > 1 and digits[0] == "0" and value > 7:
+        odd = "octal"
+        if not set(digits) & {"8", "9"}:
+            value = int(digits, 8)
+    if bare != text:
+        odd = "trailing-comment"
+    return Whole(-value if sign == "-" else value, odd, decimal=not hexadecimal)
+
+
+def with_node(text: str) -> Whole | None:
+    """Read an integer that may have `$NODEID` among its summands, in any order and case."""
+    if not _NODE.search(text):
+        return integer(text)
+    bare = _COMMENT.sub("", text)
+    odd = "trailing-comment" if bare != text else ""
+    joined = re.sub(r"\s", "", bare)
+    summands = re.findall(r"[+-]?[^+-]+", joined)
+    nodes, offset = 0, 0
+    for summand in summands:
+        if _NODE.fullmatch(summand.removeprefix("+")):
+            nodes += 1
+        elif (number := integer(summand)) is not None:
+            offset += number.value
+            odd = odd or number.odd
+        else:
+            return None
+    if nodes != 1 or "".join(summands) != joined:
+        return None
+    if len(summands) > 2 or "$" not in joined or "-" in joined:
+        odd = odd or "nodeid-form"
+    return Whole(offset, odd, relative=True)
+
+
+def guarded(text: str) -> str:
+    """Give a text that python-canopen's parser keeps whole; `unguarded` undoes it."""
+    return text.replace(";", _HELD_BACK)
+
+
+def unguarded(text: str) -> str:
+    """Give the text as the file has it."""
+    return text.replace(_HELD_BACK, ";")
+
+
+class Values:
+    """Reads the values of keys and notes what is wrong with them."""
+
+    def __init__(self, ini: Ini) -> None:
+        """Defects go to `ini`."""
+        self._ini = ini
+
+    def whole(self, key: Key | None) -> int | None:
+        """Read a count, a code, a flag: an integer of no particular type. None if there is none."""
+        if key is None or not key.value:
+            return None
+        number = integer(key.value)
+        if number is None:
+            self._odd(key, "not-a-number")
+            return None
+        if number.odd:
+            self._odd(key, number.odd, read=number.value)
+        return number.value
+
+    def plain(self, key: Key | None, kind: int) -> str | None:
+        """Give the value of a type in the spelling for python-canopen; None if it is empty or cannot be used."""
+        if key is None or not key.value:
+            return None
+        if kind in STRINGS:
+            return guarded(key.value)
+        if kind in BYTES:
+            return self._bytes(key)
+        if kind in REAL:
+            real = self._real(key, REAL[kind])
+            return None if real is None else repr(real)
+        number = self._number(key, kind)
+        if number is None:
+            return None
+        return f"$NODEID+{number.value:#x}" if number.relative else f"{number.value:#x}"
+
+    def limit(self, key: Key | None, kind: int) -> int | float | None:
+        """Read a LowLimit or HighLimit, which may not depend on the node-ID."""
+        if key is None or not key.value or kind in STRINGS or kind in BYTES:
+            return None
+        if kind in REAL:
+            return self._real(key, REAL[kind])
+        number = self._number(key, kind)
+        return None if number is None or number.relative else number.value
+
+    def _odd(self, key: Key, code: str, **facts: object) -> None:
+        if not key.line:  # a copy: it was said of the original
+            return
+        shown = key.value if len(key.value) <= 60 else key.value[:59] + "…"
+        self._ini.complain(key.line, code, key=key.name, value=shown, **facts)
+
+    def _number(self, key: Key, kind: int) -> Whole | None:
+        number = with_node(key.value)
+        if number is None:
+            self._odd(key, "not-a-number")
+            return None
+        fitted = _fitted(number, kind)
+        if fitted is None:
+            self._odd(key, "out-of-range", bits=WIDTHS[kind])
+        elif fitted.odd:
+            shown = f"$NODEID+{fitted.value:X}h" if fitted.relative else str(fitted.value)
+            self._odd(key, fitted.odd, read=shown)
+        return fitted
+
+    def _real(self, key: Key, bits: int) -> float | None:
+        bare = _COMMENT.sub("", key.value)
+        code = "trailing-comment" if bare != key.value else ""
+        try:
+            value = float(bare)
+        except ValueError:
+            number = integer(bare)
+            if number is None or not 0 <= number.value < 1 << bits:
+                self._odd(key, "not-a-number")
+                return None
+            code = code if number.value == 0 else "real-as-hex"
+            form = "f" if bits == 32 else "d"
+            value = struct.unpack(f"<{form}", number.value.to_bytes(bits // 8, "little"))[0]
+        if not math.isfinite(value) or "_" in bare:
+            self._odd(key, "not-a-number")
+            return None
+        if code:
+            self._odd(key, code, read=value)
+        return value
+
+    def _bytes(self, key: Key) -> str | None:
+        bare = _COMMENT.sub("", key.value)
+        try:
+            data = bytes.fromhex(bare)
+        except ValueError:
+            self._odd(key, "not-bytes")
+            return None
+        if bare != key.value:
+            self._odd(key, "trailing-comment", read=data.hex(" ").upper())
+        return data.hex()
+
+
+def _fitted(number: Whole, kind: int) -> Whole | None:
+    """Give the number as its type has it, None if it does not fit into its bits."""
+    value, odd = number.value, number.odd
+    if kind in SIGNED:
+        bits = SIGNED[kind]
+        if 1 << (bits - 1) <= value < 1 << bits:  # two's complement: the usual spelling if it is hexadecimal
+            value -= 1 << bits
+            odd = odd or ("wrapped" if number.decimal else "")
+        fits = -1 << (bits - 1) <= value < 1 << (bits - 1)
+    else:
+        bits = UNSIGNED[kind]
+        if -1 << (bits - 1) <= value < 0 and bits > 1 and not number.relative:
+            value += 1 << bits
+            odd = odd or "wrapped"
+        fits = 0 <= value < 1 << bits or (number.relative and abs(value) < 1 << bits)
+    return Whole(value, odd, number.decimal, number.relative) if fits else None

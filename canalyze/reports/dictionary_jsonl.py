@@ -1,0 +1,145 @@
+"""A device description as JSON lines. Keys are only ever added; a test freezes them.
+
+kind `dictionary`, one a file:
+    kind file form encoding node node_name bit_rate vendor vendor_number product product_number revision order_code
+    file_name file_version file_revision eds_version description created modified comments bit_rates lss dummies objects
+kind `object`, one a sub-object, in order:
+    kind file line index sub object name type type_name access default parameter value offset mappable low high unit
+    factor. `default`, `parameter` and `value` (what the device starts with) are null where they need a node-ID and none
+    is known; `offset` is what is added to the node-ID in `value`, null where it does not depend on it.
+kind `pdo`, one a PDO:
+    kind file line pdo direction number cob_id base relative valid rtr extended assumed transmission inhibit event_timer
+    sync_start multiplex bits mapped; inhibit in 100 us, event_timer in ms. `mapped` has objects with
+    index sub offset bits name type dummy; offset is a bit position in the payload.
+kind `defect`, one a defect:
+    kind file line code effect facts
+
+Indices, identifiers, type codes and bytes are hexadecimal strings, integers beyond 2^53 are decimal strings.
+"""
+
+import json
+import os
+from collections.abc import Iterator
+from typing import Final
+
+from canalyze.dictionary.model import Dictionary, Entry, NodeOffset, Object, Pdo, Value
+from canalyze.dictionary.values import NAMES
+
+_EXACT: Final = 1 << 53
+
+
+def lines(found: Dictionary) -> Iterator[str]:
+    """Give all lines of one description."""
+    file = os.fsencode(found.file).decode("utf-8", "backslashreplace")
+    yield _line("dictionary", file, _head(found))
+    for thing in found.objects:
+        for entry in thing.entries:
+            yield _line("object", file, _entry(thing, entry, found.node))
+    for pdo in found.pdos:
+        yield _line("pdo", file, _pdo(pdo, found.node))
+    for defect in found.defects:
+        facts = {name: fact if isinstance(fact, int | float) else str(fact) for name, fact in defect.facts.items()}
+        yield _line("defect", file, {"line": defect.line, "code": defect.code, "effect": defect.effect, "facts": facts})
+
+
+def _line(kind: str, file: str, rest: dict[str, object]) -> str:
+    return json.dumps({"kind": kind, "file": file} | rest, ensure_ascii=False, allow_nan=False)
+
+
+def _head(found: Dictionary) -> dict[str, object]:
+    device, info = found.device, found.info
+    return {
+        "form": found.form,
+        "encoding": found.encoding,
+        "node": found.node,
+        "node_name": found.node_name,
+        "bit_rate": _number(found.bit_rate),
+        "vendor": device.vendor_name,
+        "vendor_number": _number(device.vendor_number),
+        "product": device.product_name,
+        "product_number": _number(device.product_number),
+        "revision": _number(device.revision_number),
+        "order_code": device.order_code,
+        "file_name": info.name,
+        "file_version": info.version,
+        "file_revision": info.revision,
+        "eds_version": info.eds_version,
+        "description": info.description,
+        "created": info.created,
+        "modified": info.modified,
+        "comments": list(found.comments),
+        "bit_rates": list(device.bit_rates),
+        "lss": device.lss,
+        "dummies": [f"{kind:04X}" for kind in sorted(found.dummies)],
+        "objects": len(found.objects),
+    }
+
+
+def _entry(thing: Object, entry: Entry, node: int | None) -> dict[str, object]:
+    return {
+        "line": entry.line,
+        "index": f"{entry.index:04X}",
+        "sub": entry.sub,
+        "object": thing.name,
+        "name": entry.name,
+        "type": f"{entry.type:04X}",
+        "type_name": NAMES.get(entry.type),
+        "access": entry.access,
+        "default": _value(entry.default, node),
+        "parameter": _value(entry.parameter, node),
+        "value": _value(entry.value, node),
+        "offset": _number(entry.value.offset) if isinstance(entry.value, NodeOffset) else None,
+        "mappable": entry.mappable,
+        "low": _number(entry.low),
+        "high": _number(entry.high),
+        "unit": entry.unit,
+        "factor": entry.factor,
+    }
+
+
+def _pdo(pdo: Pdo, node: int | None) -> dict[str, object]:
+    cob = pdo.cob_id
+    identifier = cob.at(node)
+    return {
+        "line": pdo.line,
+        "pdo": f"{pdo.direction.upper()}{pdo.number}",
+        "direction": pdo.direction,
+        "number": pdo.number,
+        "cob_id": None if identifier is None else f"{identifier:X}",
+        "base": f"{cob.base:X}",
+        "relative": cob.relative,
+        "valid": cob.valid,
+        "rtr": cob.rtr_allowed,
+        "extended": cob.extended,
+        "assumed": cob.assumed,
+        "transmission": _number(pdo.transmission),
+        "inhibit": _number(pdo.inhibit),
+        "event_timer": _number(pdo.event_timer),
+        "sync_start": _number(pdo.sync_start),
+        "multiplex": pdo.multiplex,
+        "bits": pdo.bits,
+        "mapped": [
+            {
+                "index": f"{mapped.index:04X}",
+                "sub": mapped.sub,
+                "offset": mapped.offset,
+                "bits": mapped.bits,
+                "name": mapped.entry.name if mapped.entry else None,
+                "type": f"{mapped.entry.type:04X}" if mapped.entry else None,
+                "dummy": mapped.dummy,
+            }
+            for mapped in pdo.mapped
+        ],
+    }
+
+
+def _value(value: Value | None, node: int | None) -> object:
+    if isinstance(value, NodeOffset):
+        return None if node is None else _number(value.at(node))
+    if isinstance(value, bytes):
+        return value.hex().upper()
+    return value if isinstance(value, str) else _number(value)
+
+
+def _number(value: int | float | None) -> object:
+    return str(value) if isinstance(value, int) and abs(value) > _EXACT else value

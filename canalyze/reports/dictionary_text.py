@@ -1,0 +1,290 @@
+"""A device description for people: the device, its objects, its PDOs, its defects, one block each."""
+
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+from canalyze.dictionary.model import ARRAY, RECORD, CobId, Defect, Dictionary, Entry, NodeOffset, Object, Pdo, Value
+from canalyze.dictionary.values import NAMES
+from canalyze.help import pad, width
+from canalyze.output import Output, printable
+from canalyze.reports.table import Column, Table
+from canalyze.words import Words
+
+_SHOWN: Final = range(0x1000, 0x102A)
+"""Communication objects shown with their values."""
+_AREAS: Final = (
+    (range(0x1000, 0x2000), "communication"),
+    (range(0x2000, 0x6000), "manufacturer"),
+    (range(0x6000, 0xA000), "profile"),
+    (range(0xA000, 0xB000), "network"),
+    (range(0xB000, 0xC000), "system"),
+    (range(0xC000, 0x10000), "reserved"),
+)
+"""CiA 301 7.4.1."""
+_REPEATS: Final = 10
+"""Defects of one code that are shown before the rest is only counted."""
+_RUN: Final = 8
+"""Entries in a row with one value that share a line."""
+_PLAIN: Final = 10
+"""Integers below are the same in hexadecimal."""
+
+_TRANSMISSION: Final[dict[str, tuple[tuple[range, str], ...]]] = {
+    "tpdo": (
+        (range(1), "acyclic"),
+        (range(1, 2), "every"),
+        (range(2, 241), "cyclic"),
+        (range(252, 253), "rtr_sync"),
+        (range(253, 254), "rtr"),
+        (range(254, 255), "event_manufacturer"),
+        (range(255, 256), "event_profile"),
+    ),
+    "rpdo": (
+        (range(241), "at_sync"),
+        (range(254, 255), "at_once_manufacturer"),
+        (range(255, 256), "at_once_profile"),
+    ),
+}
+"""Transmission types, CiA 301 tables 66 and 72; all others are reserved."""
+
+
+def show(found: Dictionary, out: Output, words: Words, *, every: bool) -> None:
+    """Write one description; `every` lists all objects."""
+    _facts(found, out, words)
+    _objects(found, out, words, every=every)
+    _areas(found, out, words)
+    _pdos(found, out, words)
+    _defects(found, out, words)
+
+
+def _heading(out: Output, text: str) -> None:
+    out.text(f"\n{text}\n")
+
+
+def _facts(found: Dictionary, out: Output, words: Words) -> None:
+    device, info = found.device, found.info
+    out.text(printable(f"{found.file}: {found.form.upper()}, {found.encoding.upper()}") + "\n")
+    node = words("eds.no_node") if found.node is None else str(found.node)
+    version = ".".join(part for part in (info.version, info.revision) if part)
+    rows = [
+        ("vendor", _joined(device.vendor_name, device.vendor_number)),
+        ("product", _joined(device.product_name, device.product_number)),
+        ("revision", "" if device.revision_number is None else _integer(device.revision_number)),
+        ("order_code", device.order_code or ""),
+        ("node", f"{node} {found.node_name}".rstrip()),
+        ("bit_rate", _rates([found.bit_rate]) if found.bit_rate else ""),
+        ("bit_rates", _rates(device.bit_rates)),
+        ("lss", "" if device.lss is None else words("eds.yes" if device.lss else "eds.no")),
+        ("file_name", info.name),
+        ("file_version", version),
+        ("eds_version", info.eds_version),
+        ("description", info.description),
+        ("created", info.created),
+        ("modified", info.modified),
+        ("comments", found.comments[0] if found.comments else ""),
+    ]
+    rows += [("", line) for line in found.comments[1:]]
+    left = max(width(words(f"device.{key}")) for key, _ in rows if key)
+    for key, text in rows:
+        if text or not key:
+            term = words(f"device.{key}") if key else ""
+            out.text(printable(f"  {pad(term, left)}  {text}").rstrip() + "\n")
+
+
+def _joined(name: str | None, number: int | None) -> str:
+    return " ".join(part for part in (name or "", "" if number is None else _integer(number)) if part)
+
+
+def _rates(rates: Iterable[int | None]) -> str:
+    joined = " ".join(f"{(rate or 0) / 1000:g}" for rate in rates)
+    return f"{joined} kbit/s" if joined else ""
+
+
+def _objects(found: Dictionary, out: Output, words: Words, *, every: bool) -> None:
+    chosen = [thing for thing in found.objects if every or thing.index in _SHOWN]
+    rows: list[list[str]] = []
+    for thing in chosen:
+        for first, last in _telling(thing, every):
+            cells = _object(first, thing, found, words, every=every)
+            rows.append(cells if first is last else [f"{cells[0]}-{last.sub:02X}", *cells[1:]])
+    if not rows:
+        return
+    _heading(out, words("eds.objects" if every else "eds.communication_objects"))
+    keys = ["object", "name", "type", "access", *(("pdo_mapping", "limits", "unit") if every else ()), "value"]
+    _table(out, words, keys, rows, folds={"name", "value"})
+
+
+def _telling(thing: Object, every: bool) -> list[tuple[Entry, Entry]]:
+    """Give the entries worth a line, in an array those that hold something; long runs as their first and last."""
+    if every or len(thing.entries) <= 1:
+        return [(entry, entry) for entry in thing.entries]
+    runs: list[list[Entry]] = []
+    for entry in thing.entries:
+        if entry.value is None or (entry.sub != 0 and entry.value == 0):
+            continue
+        before = runs[-1][-1] if runs else None
+        if before and before.sub and before.value == entry.value and before.sub == entry.sub - 1:
+            runs[-1].append(entry)
+        else:
+            runs.append([entry])
+    pairs = []
+    for run in runs:
+        pairs += [(run[0], run[-1])] if len(run) >= _RUN else [(entry, entry) for entry in run]
+    return pairs
+
+
+def _object(entry: Entry, thing: Object, found: Dictionary, words: Words, *, every: bool) -> list[str]:
+    single = thing.code not in (ARRAY, RECORD)
+    place = f"{entry.index:04X}h" if single else f"{entry.index:04X}h:{entry.sub:02X}"
+    name = entry.name if single or entry.sub != 0 else thing.name
+    cells = [place, name, _type(entry), entry.access]
+    if every:
+        limits = [_shown(limit, None) for limit in (entry.low, entry.high)]
+        cells += [words("eds.yes") if entry.mappable else "", _limits(limits), _unit(entry)]
+    return [*cells, _shown(entry.value, found.node)]
+
+
+def _limits(limits: list[str]) -> str:
+    low, high = limits
+    return f"{low}..{high}" if low or high else ""
+
+
+def _unit(entry: Entry) -> str:
+    factor = "" if entry.factor == 1 else f"{entry.factor:g} "
+    return f"{factor}{entry.unit}".strip()
+
+
+def _type(entry: Entry) -> str:
+    return NAMES.get(entry.type) or f"{entry.type:04X}h"
+
+
+def _shown(value: Value | None, node: int | None) -> str:
+    """Give a value as people read it, numbers in both bases."""
+    if value is None:
+        return ""
+    if isinstance(value, NodeOffset):
+        formula = f"$NODEID{'-' if value.offset < 0 else '+'}{abs(value.offset):X}h"
+        return formula if node is None else f"{value.at(node):X}h ({formula})"
+    if isinstance(value, bytes):
+        return value.hex(" ").upper()
+    if isinstance(value, str):
+        return f'"{value}"'
+    return _integer(value) if isinstance(value, int) else f"{value:g}"
+
+
+def _integer(value: int) -> str:
+    return str(value) if value < _PLAIN else f"{value} ({value:X}h)"
+
+
+def _areas(found: Dictionary, out: Output, words: Words) -> None:
+    rows = []
+    for area, key in _AREAS:
+        things = [thing for thing in found.objects if thing.index in area]
+        if things:
+            span = f"{area[0]:04X}h-{area[-1]:04X}h"
+            entries = sum(len(thing.entries) for thing in things)
+            rows.append([span, words(f"area.{key}"), str(len(things)), str(entries)])
+    _heading(out, words("eds.areas"))
+    _table(out, words, ["range", "area", "objects", "entries"], rows, right={"objects", "entries"})
+
+
+def _pdos(found: Dictionary, out: Output, words: Words) -> None:
+    if not found.pdos:
+        return
+    keys = ["pdo", "cob_id", "state", "rtr", "transmission", "inhibit", "event_timer", "sync_start", "bits"]
+    right = {"inhibit", "event_timer", "sync_start", "bits"}
+    _heading(out, words("eds.pdos"))
+    _table(out, words, keys, [_pdo(pdo, found.node, words) for pdo in found.pdos], right=right, folds={"transmission"})
+    rows = [row for pdo in found.pdos for row in _mapped(pdo, words)]
+    if rows:
+        _heading(out, words("eds.mapping"))
+        _table(out, words, ["pdo", "bit", "object", "type", "signal"], rows, right={"bit"}, folds={"signal"})
+
+
+def _name(pdo: Pdo) -> str:
+    return f"{pdo.direction.upper()}{pdo.number}"
+
+
+def _pdo(pdo: Pdo, node: int | None, words: Words) -> list[str]:
+    rtr = ""
+    if pdo.direction == "tpdo":
+        rtr = words("eds.yes" if pdo.cob_id.rtr_allowed else "eds.no")
+    return [
+        _name(pdo),
+        _cob_id(pdo.cob_id, node, words),
+        words("eds.valid" if pdo.cob_id.valid else "eds.invalid"),
+        rtr,
+        _transmission(pdo, words),
+        f"{pdo.inhibit / 10:g} ms" if pdo.inhibit else "",
+        f"{pdo.event_timer} ms" if pdo.event_timer else "",
+        "" if pdo.sync_start is None else str(pdo.sync_start),
+        pdo.multiplex.upper() + "-MPDO" if pdo.multiplex else str(pdo.bits),
+    ]
+
+
+def _cob_id(cob: CobId, node: int | None, words: Words) -> str:
+    if cob.assumed and not cob.valid:
+        return ""
+    shown = f"$NODEID+{cob.base:X}h" if cob.relative else f"{cob.base:X}h"
+    if cob.relative and node is not None:
+        shown = f"{cob.at(node):X}h ({shown})"
+    if cob.extended:
+        shown += f" {words('eds.extended')}"
+    return f"{shown} {words('eds.assumed')}" if cob.assumed else shown
+
+
+def _transmission(pdo: Pdo, words: Words) -> str:
+    if pdo.transmission is None:
+        return ""
+    key = next((key for span, key in _TRANSMISSION[pdo.direction] if pdo.transmission in span), "reserved")
+    return f"{pdo.transmission} {words(f'transmission.{key}', n=pdo.transmission)}"
+
+
+def _mapped(pdo: Pdo, words: Words) -> Iterable[list[str]]:
+    name = _name(pdo)
+    for mapped in pdo.mapped:
+        last = mapped.offset + mapped.bits - 1
+        span = f"{mapped.offset}-{last}" if mapped.bits > 1 else str(mapped.offset)
+        place = f"{mapped.index:04X}h:{mapped.sub:02X}"
+        if mapped.entry:
+            yield [name, span, place, _type(mapped.entry), mapped.entry.name]
+        else:
+            kind = NAMES.get(mapped.index, "") if mapped.dummy else ""
+            yield [name, span, place, kind, words("eds.dummy" if mapped.dummy else "eds.unknown")]
+        name = ""
+
+
+def _defects(found: Dictionary, out: Output, words: Words) -> None:
+    if not found.defects:
+        out.text("\n" + words("eds.no_defects") + "\n")
+        return
+    _heading(out, words("eds.defects", count=len(found.defects)))
+    seen: dict[str, int] = {}
+    for defect in found.defects:
+        seen[defect.code] = seen.get(defect.code, 0) + 1
+        if seen[defect.code] <= _REPEATS:
+            out.text(printable(defect_line(defect, found.file, words)) + "\n")
+    for code, count in seen.items():
+        if count > _REPEATS:
+            out.text(words("eds.more_defects", code=code, count=count - _REPEATS) + "\n")
+
+
+def defect_line(defect: Defect, file: str, words: Words) -> str:
+    """Say one defect in one line: file, line, what became of it, what it is."""
+    place = f"{file}:{defect.line}" if defect.line else file
+    said = words(f"defect.{defect.code}", **defect.facts)
+    return f"{place}: {words(f'effect.{defect.effect}')}: {said} [{defect.code}]"
+
+
+def _table(
+    out: Output,
+    words: Words,
+    keys: Sequence[str],
+    rows: list[list[str]],
+    *,
+    right: Iterable[str] = (),
+    folds: Iterable[str] = (),
+) -> None:
+    columns = [Column(words(f"col.{key}"), right=key in set(right), folds=key in set(folds)) for key in keys]
+    table = Table(columns, out, live=False)
+    table.add(rows)
+    table.close()

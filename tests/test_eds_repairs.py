@@ -1,0 +1,682 @@
+"""Every repair of a device description: a small text of our own, and what it must say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from canalyze.dictionary import load as load_file
+from canalyze.dictionary import read
+from canalyze.dictionary.model import EFFECTS, Dictionary, NodeOffset, Value
+from canalyze.errors import SourceError
+from canalyze.words import LANGUAGES, ROWS, Words
+
+LISTS = "[OptionalObjects]\nSupportedObjects=1\n1=0x2000\n"
+"""Three lines before each text: the lists of a file whose only object is 2000h."""
+
+
+def load(text: str, node: int | None = None) -> Dictionary:
+    return read((LISTS + text).encode(), "x.eds", node)
+
+
+def variable(**keys: object) -> Dictionary:
+    """Read an object 2000h, an UNSIGNED32 unless the keys say otherwise; keys begin on line 5."""
+    given = {"ParameterName": "x", "DataType": "7", "AccessType": "rw"} | keys
+    return load("[2000]\n" + "".join(f"{key}={value}\n" for key, value in given.items()))
+
+
+def codes(found: Dictionary) -> list[tuple[int, str]]:
+    return [(defect.line, defect.code) for defect in found.defects]
+
+
+def default(found: Dictionary, index: int = 0x2000, sub: int = 0) -> Value | None:
+    entry = found.entry(index, sub)
+    assert entry is not None
+    return entry.default
+
+
+def name(found: Dictionary, index: int = 0x2000, sub: int = 0) -> str:
+    entry = found.entry(index, sub)
+    assert entry is not None
+    return entry.name
+
+
+# --- The text: encodings, line ends, lines, sections, keys. ---
+
+
+def encoded(text: str, encoding: str) -> Dictionary:
+    data = (LISTS + f"[2000]\nParameterName={text}\nDataType=7\nAccessType=rw\n").encode(encoding)
+    return read(data, "x.eds")
+
+
+@pytest.mark.parametrize(
+    ("encoding", "text"),
+    [
+        ("cp850", "Höhe in Köln"),
+        ("cp850", "Überlastgröße für Öl"),
+        ("cp850", "Temperatur in °C"),
+        ("cp437", "Widerstand 10 Ω"),
+        ("cp1252", "Höhe in Köln"),
+        ("cp1252", "Größe der Änderung"),
+        ("cp1252", "Durée de cycle à l’arrêt"),
+        ("cp1252", "Automação, medição"),
+        ("cp1252", "temperature 0.1 °C"),
+        ("cp1252", "delay in µs"),
+        ("cp1252", "Motor® \N{EN DASH} drive"),
+        ("gb18030", "伺服驱动器"),
+        ("gb18030", "位置 actual 值，单位：度"),
+        ("gb18030", "EYOU伺服"),
+        ("gb18030", "深圳市某某科技有限公司"),
+    ],
+)
+def test_encoding_is_told_by_its_letters(encoding: str, text: str) -> None:
+    found = encoded(text, encoding)
+    assert name(found) == text
+    assert found.encoding == encoding
+    assert [(d.line, d.code, d.facts["encoding"]) for d in found.defects] == [(5, "encoding", encoding)]
+
+
+def test_utf8_needs_no_repair() -> None:
+    found = encoded("伺服 Größe", "utf-8")
+    assert (name(found), found.encoding, found.defects) == ("伺服 Größe", "utf-8", ())
+
+
+@pytest.mark.parametrize(("encoding", "more"), [("utf-8-sig", []), ("utf-16", [(5, "encoding")])])
+def test_byte_order_mark(encoding: str, more: list[tuple[int, str]]) -> None:
+    found = encoded("Größe", encoding)
+    assert name(found) == "Größe"
+    assert codes(found) == [(1, "bom"), *more]
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r", "\r\r\n"])
+def test_line_ends(end: str) -> None:
+    text = LISTS + "[2000]\nParameterName=x\nDataType=7\nAccessType=rw\nDefaultValue=No\n"
+    found = read(text.replace("\n", end).encode(), "x.eds")
+    assert codes(found) == [(8, "not-a-number")]
+
+
+def test_mixed_line_ends_and_end_of_file_mark() -> None:
+    found = load("[2000]\r\nParameterName=x\nDataType=7\r\nAccessType=rw\n\nDefaultValue=5\r\n\x1a")
+    assert (default(found), found.defects) == (5, ())
+
+
+def test_case_of_sections_and_keys() -> None:
+    found = load("[2000]\nPARAMETERNAME=x\ndatatype=0X0007\nAccesstype=RW\nDEFAULTVALUE=0XfF\npdomapping=1\n")
+    entry = found.entry(0x2000, 0)
+    assert entry is not None
+    assert (entry.name, entry.access, entry.default, entry.mappable, found.defects) == ("x", "rw", 255, True, ())
+
+
+def test_indented_lines_and_blanks() -> None:
+    found = load(
+        "  [2000]  \n  ParameterName = x\n\tDataType =7\n  AccessType= rw \n ; a comment\n  DefaultValue = 3\n"
+    )
+    assert (name(found), default(found), found.defects) == ("x", 3, ())
+
+
+def test_line_without_equals() -> None:
+    found = load("[2000]\nParameterName=x\nDataType=7\nAccessType=rw\nthis is no key\nDefaultValue=1\n")
+    assert (default(found), codes(found)) == (1, [(8, "no-equals")])
+
+
+def test_line_before_any_section() -> None:
+    found = read(b"FileName=x\n" + LISTS.encode() + b"[2000]\nParameterName=x\nDataType=7\nAccessType=rw\n", "x.eds")
+    assert codes(found) == [(1, "no-section")]
+
+
+def test_section_without_its_bracket() -> None:
+    found = load("[2000\nParameterName=x\nDataType=7\nAccessType=rw\n")
+    assert (name(found), codes(found)) == ("x", [(4, "section-bracket")])
+
+
+def test_duplicate_key_the_later_counts() -> None:
+    found = load("[2000]\nParameterName=x\nDataType=7\nAccessType=rw\nDefaultValue=1\nDefaultValue=2\n")
+    assert (default(found), codes(found)) == (2, [(9, "duplicate-key")])
+    facts = found.defects[0].facts
+    assert (facts["first"], facts["used"], facts["other"]) == (8, "2", "1")
+
+
+def test_duplicate_section_is_joined() -> None:
+    found = load("[2000]\nParameterName=x\nDataType=7\n[2000]\nAccessType=ro\nDefaultValue=2\n")
+    entry = found.entry(0x2000, 0)
+    assert entry is not None
+    assert (entry.name, entry.access, entry.default) == ("x", "ro", 2)
+    assert codes(found) == [(7, "duplicate-section")]
+
+
+def test_percent_and_semicolon_in_names() -> None:
+    found = variable(ParameterName="Level 90 % of tank %(x)s ; spare # 2")
+    assert (name(found), found.defects) == ("Level 90 % of tank %(x)s ; spare # 2", ())
+
+
+def test_odd_section_names() -> None:
+    found = load(
+        "[0x2000]\nParameterName=x\nObjectType=9\nSubNumber=1\n"
+        "[2000 SUB 1]\nParameterName=y\nDataType=5\nAccessType=rw\n"
+    )
+    assert (name(found, sub=1), codes(found)) == ("y", [(4, "section-name"), (8, "section-name")])
+
+
+def test_section_names_that_cannot_be() -> None:
+    found = load("[2000]\nParameterName=x\nDataType=7\nAccessType=rw\n[2000subXY]\nParameterName=y\n")
+    assert codes(found) == [(8, "section-unused")]
+
+
+def test_modules_are_said() -> None:
+    found = load("[2000]\nParameterName=x\nDataType=7\nAccessType=rw\n[SupportedModules]\nNrOfEntries=2\n")
+    assert codes(found) == [(8, "modules")]
+
+
+# --- Numbers. ---
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "defects"),
+    [
+        ("0x3EF", 0x3EF, []),
+        ("0X3ef", 0x3EF, []),
+        ("1005", 1005, []),
+        ("", None, []),
+        ("001", 1, []),
+        ("010", 8, ["octal"]),
+        ("0777", 511, ["octal"]),
+        ("089", 89, ["octal"]),
+        ("0x3EF ; not yet", 0x3EF, ["trailing-comment"]),
+        ("0x07 # VAR", 7, ["trailing-comment"]),
+        ("12//twelve", 12, ["trailing-comment"]),
+        ("No", None, ["not-a-number"]),
+        ("1_000", None, ["not-a-number"]),
+        ("1.5", None, ["not-a-number"]),
+        ("0x", None, ["not-a-number"]),
+        ("0x100000000", None, ["out-of-range"]),
+        ("-1", 0xFFFFFFFF, ["wrapped"]),
+        ("-0x80000001", None, ["out-of-range"]),
+    ],
+)
+def test_numbers(text: str, value: int | None, defects: list[str]) -> None:
+    found = variable(DefaultValue=text)
+    assert default(found) == value
+    assert codes(found) == [(8, code) for code in defects]
+
+
+@pytest.mark.parametrize(
+    ("text", "offset", "defects"),
+    [
+        ("$NODEID+0x180", 0x180, []),
+        ("$NODEID+384", 384, []),
+        ("0x180+$NODEID", 0x180, []),
+        ("1280+$NODEID", 1280, []),
+        ("$NodeID + 0x200", 0x200, []),
+        ("0x180  +  $nodeid", 0x180, []),
+        ("$NODEID", 0, []),
+        ("$NODEID+0x40000180", 0x40000180, []),
+        ("0x80+$NODEID+0x100", 0x180, ["nodeid-form"]),
+        ("$NODEID+0x80+256", 0x180, ["nodeid-form"]),
+        ("NODEID+0x180", 0x180, ["nodeid-form"]),
+        ("$NODEID+0x180 ; default", 0x180, ["trailing-comment"]),
+        ("$NODEID+0600", 0x180, ["octal"]),
+    ],
+)
+def test_node_id_in_all_forms(text: str, offset: int, defects: list[str]) -> None:
+    found = variable(DefaultValue=text)
+    assert default(found) == NodeOffset(offset)
+    assert NodeOffset(offset).at(5) == offset + 5
+    assert codes(found) == [(8, code) for code in defects]
+
+
+@pytest.mark.parametrize("text", ["$NODEID+$NODEID", "$NODEID+x", "2*$NODEID", "$NODEID 5", "$NODEID++5", "+$NODEID+"])
+def test_node_id_that_makes_no_sum(text: str) -> None:
+    found = variable(DefaultValue=text)
+    assert (default(found), codes(found)) == (None, [(8, "not-a-number")])
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "value", "defects"),
+    [
+        (2, "0xFF", -1, []),
+        (3, "0xFFFF", -1, []),
+        (3, "-5", -5, []),
+        (3, "0x7FFF", 32767, []),
+        (3, "65535", -1, ["wrapped"]),
+        (3, "0x10000", None, ["out-of-range"]),
+        (4, "0x80000000", -(1 << 31), []),
+        (0x10, "0xFFFFFE", -2, []),
+        (0x15, "0xFFFFFFFFFFFFFFF6", -10, []),
+        (0x1B, "0xFFFFFFFFFFFFFFFF", (1 << 64) - 1, []),
+        (1, "1", 1, []),
+        (1, "2", None, ["out-of-range"]),
+        (5, "256", None, ["out-of-range"]),
+        (8, "1.5", 1.5, []),
+        (8, "5.200000", 5.2, []),
+        (8, "-2", -2.0, []),
+        (8, "0x0", 0.0, []),
+        (8, "0x3FC00000", 1.5, ["real-as-hex"]),
+        (0x11, "1e3 ; thousand", 1000.0, ["trailing-comment"]),
+        (8, "nan", None, ["not-a-number"]),
+        (8, "1e999", None, ["not-a-number"]),
+        (8, "one", None, ["not-a-number"]),
+        (9, "text ; all of it", "text ; all of it", []),
+        (0x0B, "Zé", "Zé", []),
+        (0x0A, "00 01 fe", b"\0\1\xfe", []),
+        (0x0F, "0001FE", b"\0\1\xfe", []),
+        (0x0A, "no bytes", None, ["not-bytes"]),
+        (0x0C, "12345", 12345, []),
+    ],
+)
+def test_values_by_type(kind: int, text: str, value: Value | None, defects: list[str]) -> None:
+    found = variable(DataType=f"{kind:#06x}", DefaultValue=text)
+    assert default(found) == value
+    assert codes(found) == [(8, code) for code in defects]
+
+
+@pytest.mark.parametrize(
+    ("kind", "low", "high", "limits"),
+    [
+        (4, "0x80000000", "0xFFFFFFFF", (-(1 << 31), -1)),
+        (0x15, "0xFFFFFFFFFFFFFFF6", "0x0A", (-10, 10)),
+        (0x10, "0xFFFFFE", "2", (-2, 2)),
+        (8, "-1.5", "1.5", (-1.5, 1.5)),
+        (5, "", "010", (None, 8)),
+    ],
+)
+def test_limits(kind: int, low: str, high: str, limits: tuple[float | None, float | None]) -> None:
+    entry = variable(DataType=kind, LowLimit=low, HighLimit=high).entry(0x2000, 0)
+    assert entry is not None
+    assert (entry.low, entry.high) == limits
+
+
+def test_numbers_of_the_device() -> None:
+    head = "[DeviceInfo]\nVendorname=v\nVendorNumber=001\nProductNumber=free text\nNrOfRxPDO=0x2\nnroftxpdo=03\n"
+    found = load(head + "BaudRate_125=1\nBaudRate_500=0x1\n[2000]\nParameterName=x\nDataType=7\nAccessType=rw\n")
+    device = found.device
+    assert (device.vendor_name, device.vendor_number, device.product_number) == ("v", 1, None)
+    assert (device.rpdos, device.tpdos, device.bit_rates) == (2, 3, (125_000, 500_000))
+    assert codes(found) == [(7, "not-a-number")]
+
+
+# --- Objects. ---
+
+
+def test_missing_keys() -> None:
+    found = load("[2000]\nObjectType=7\n")
+    entry = found.entry(0x2000, 0)
+    assert entry is not None
+    assert (entry.name, entry.type, entry.access) == ("2000", 0, "rw")
+    keys = [defect.facts["key"] for defect in found.defects if defect.code == "missing-key"]
+    assert sorted(map(str, keys)) == ["AccessType", "DataType", "ParameterName"]
+
+
+def test_sub_zero_without_type_is_a_count() -> None:
+    found = load("[2000]\nParameterName=x\nObjectType=8\n[2000sub0]\nParameterName=n\nAccessType=ro\nDefaultValue=2\n")
+    entry = found.entry(0x2000, 0)
+    assert entry is not None
+    assert (entry.type, entry.default, codes(found)) == (5, 2, [(7, "missing-key")])
+
+
+@pytest.mark.parametrize(
+    ("text", "access", "defects"),
+    [
+        ("Const", "const", []),
+        ("rwr", "rwr", []),
+        ("R", "ro", ["access"]),
+        ("read/write", "rw", ["access"]),
+        ("ro ; fixed", "ro", ["access"]),
+    ],
+)
+def test_access(text: str, access: str, defects: list[str]) -> None:
+    found = variable(AccessType=text)
+    entry = found.entry(0x2000, 0)
+    assert entry is not None
+    assert (entry.access, codes(found)) == (access, [(7, code) for code in defects])
+
+
+def test_unknown_type_is_bytes() -> None:
+    found = variable(DataType="0x40", DefaultValue="0x0")
+    entry = found.entry(0x2000, 0)
+    assert entry is not None
+    assert (entry.type, entry.default, codes(found)) == (0x40, None, [(6, "unknown-type")])
+    assert default(variable(DataType="0x40", DefaultValue="0A0B")) == b"\x0a\x0b"
+
+
+def test_type_that_the_file_defines() -> None:
+    text = (
+        "[A0]\nParameterName=t\nObjectType=6\n[A0sub1]\nParameterName=t\nDataType=5\nAccessType=ro\nDefaultValue=0x3\n"
+    )
+    found = load(text + "[2000]\nParameterName=x\nDataType=0xA0\nAccessType=rw\nDefaultValue=0xFFFF\n")
+    assert (default(found), codes(found)) == (-1, [])
+    assert [thing.index for thing in found.objects] == [0x2000]
+
+
+def test_variable_with_subs_is_a_record() -> None:
+    found = load("[2000]\nParameterName=x\nObjectType=7\n[2000sub1]\nParameterName=y\nDataType=5\nAccessType=rw\n")
+    thing = found.object(0x2000)
+    assert thing is not None
+    assert (thing.code, name(found, sub=1), codes(found)) == (9, "y", [(6, "object-type")])
+
+
+def test_object_type_may_be_missing() -> None:
+    found = load("[2000]\nParameterName=x\nSubNumber=1\n[2000sub1]\nParameterName=y\nDataType=5\nAccessType=rw\n")
+    thing = found.object(0x2000)
+    assert thing is not None
+    assert (thing.code, found.defects) == (9, ())
+
+
+def test_subs_before_their_index() -> None:
+    found = load(
+        "[2000sub1]\nParameterName=y\nDataType=5\nAccessType=rw\nDefaultValue=7\n"
+        "[2000]\nParameterName=x\nObjectType=9\nSubNumber=1\n"
+    )
+    assert (default(found, sub=1), found.defects) == (7, ())
+
+
+def test_subs_without_their_index() -> None:
+    found = load("[2000sub1]\nParameterName=y\nDataType=5\nAccessType=rw\nDefaultValue=7\n")
+    assert (default(found, sub=1), codes(found)) == (7, [(4, "no-index-section")])
+
+
+@pytest.mark.parametrize(
+    ("section", "sub"), [("2000Sub0", 0), ("2000sub01", 1), ("2000SUB1", 1), ("2000subA", 10), ("2000sub10", 16)]
+)
+def test_spellings_of_subs(section: str, sub: int) -> None:
+    head = "[2000]\nParameterName=x\nObjectType=9\nSubNumber=1\n"
+    found = load(head + f"[{section}]\nParameterName=y\nDataType=5\nAccessType=rw\nDefaultValue=3\n")
+    assert (default(found, sub=sub), found.defects) == (3, ())
+
+
+def test_two_spellings_of_one_sub() -> None:
+    head = "[2000]\nParameterName=x\nObjectType=9\nSubNumber=1\n"
+    found = load(
+        head + "[2000sub1]\nParameterName=y\nDataType=5\nAccessType=rw\nDefaultValue=3\n[2000sub01]\nDefaultValue=4\n"
+    )
+    assert (default(found, sub=1), codes(found)) == (4, [(13, "duplicate-section")])
+
+
+def test_counts_that_do_not_agree() -> None:
+    text = "[OptionalObjects]\nSupportedObjects=3\n1=0x2000\n[2000]\nParameterName=x\nObjectType=9\nSubNumber=2\n"
+    found = read(f"{text}[2000sub1]\nParameterName=y\nDataType=5\nAccessType=rw\n".encode(), "x.eds")
+    assert codes(found) == [(2, "count"), (7, "count")]
+    assert [(d.facts["said"], d.facts["found"]) for d in found.defects] == [(3, 1), (2, 1)]
+
+
+def test_unlisted_and_listed_without_section() -> None:
+    found = load("[2001]\nParameterName=x\nDataType=7\nAccessType=rw\n")
+    assert name(found, 0x2001) == "x"
+    assert codes(found) == [(3, "not-there"), (4, "unlisted")]
+
+
+def test_a_fragment_without_lists() -> None:
+    found = read(b"[2000]\nParameterName=x\nDataType=7\nAccessType=rw\n", "x.eds")
+    assert (name(found), codes(found)) == ("x", [(0, "no-lists")])
+
+
+# --- CompactSubObj. ---
+
+COMPACT = "[2000]\nParameterName=x\nObjectType=8\nDataType=6\nAccessType=ro\nDefaultValue=3\nCompactSubObj=12\n"
+
+
+def test_compact_subs() -> None:
+    found = load(COMPACT)
+    thing = found.object(0x2000)
+    assert thing is not None
+    assert [entry.sub for entry in thing.entries] == list(range(13))
+    assert [entry.type for entry in thing.entries] == [5] + [6] * 12
+    assert (default(found, sub=0), default(found, sub=12)) == (12, 3)
+    assert (name(found, sub=1), name(found, sub=2), name(found, sub=12), found.defects) == ("x", "x_2", "x_c", ())
+
+
+def test_compact_names_and_values_may_be_sparse() -> None:
+    names = "[2000Name]\nNrOfEntries=2\n2=second\n12=twelfth\n"
+    found = load(COMPACT + names + "[2000value]\nNrOfEntries=1\n12=0x10\n")
+    assert (name(found, sub=2), name(found, sub=3), name(found, sub=12)) == ("second", "x_3", "twelfth")
+    entry = found.entry(0x2000, 12)
+    assert entry is not None
+    assert (entry.default, entry.parameter, entry.value, found.defects) == (3, 16, 16, ())
+
+
+def test_compact_names_of_what_is_not_there() -> None:
+    found = load(COMPACT + "[2000Name]\nNrOfEntries=1\n13=x\n[2000Value]\nNrOfEntries=1\n200=1\n")
+    assert codes(found) == [(13, "no-such-sub"), (16, "no-such-sub")]
+
+
+def test_compact_says_what_is_odd_once() -> None:
+    found = load(COMPACT.replace("DefaultValue=3", "DefaultValue=No"))
+    assert codes(found) == [(9, "not-a-number")]
+
+
+def test_compact_beside_an_explicit_sub() -> None:
+    found = load(COMPACT + "[2000sub3]\nParameterName=own\nDataType=6\nAccessType=rw\nDefaultValue=9\n")
+    assert (name(found, sub=3), default(found, sub=3), default(found, sub=4)) == ("own", 9, 3)
+
+
+def test_compact_cannot_blow_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("canalyze.dictionary.objects._MOST_ENTRIES", 300)
+    keys = "ParameterName=x\nObjectType=8\nDataType=5\nAccessType=ro\nCompactSubObj=254\n"
+    found = load(f"[2000]\n{keys}[2001]\n{keys}[2002]\n{keys}")
+    assert [len(thing.entries) for thing in found.objects] == [255, 45, 0]
+    assert [code for _, code in codes(found)] == ["unlisted", "too-many", "unlisted", "too-many"]
+
+
+# --- Dummies and commissioning. ---
+
+SIMPLE = "[2000]\nParameterName=x\nDataType=7\nAccessType=rw\nDefaultValue=1\nParameterValue=2\n"
+
+
+def test_dummies() -> None:
+    full = "[dummyusage]\n" + "".join(f"Dummy{kind:04d}={kind % 2}\n" for kind in range(1, 8))
+    assert load(SIMPLE + full).dummies == {1, 3, 5, 7}
+    assert load(SIMPLE + full + "Dummy0010=1\n").dummies == {1, 3, 5, 7, 16}
+    found = load(SIMPLE + "[DummyUsage]\nDummy0005=0x1\nDummy0006=yes\nDummy0007=0x0\n")
+    assert found.dummies == {5}
+    assert codes(found) == [(10, "dummy-missing"), (12, "not-a-number")]
+    assert load(SIMPLE).dummies == frozenset()
+
+
+@pytest.mark.parametrize(
+    ("text", "node", "defects"),
+    [
+        ("[DeviceComissioning]\nNodeID=0x38\n", 0x38, []),
+        ("[DeviceComissioning]\nNODEID=7\n", 7, []),
+        ("[devicecommissioning]\nNodeId=010\n", 8, ["commissioning", "octal"]),
+        ("[DeviceComissioning]\nNodeID=255\n", None, []),
+        ("[DeviceComissioning]\nNodeID=\n", None, []),
+        ("[DeviceComissioning]\nNodeID=128\n", None, ["node-id"]),
+        ("[DeviceComissioning]\nNodeID=five\n", None, ["not-a-number"]),
+    ],
+)
+def test_node_of_a_dcf(text: str, node: int | None, defects: list[str]) -> None:
+    found = load(SIMPLE + text)
+    assert (found.form, found.node) == ("dcf", node)
+    assert [code for _, code in codes(found)] == defects
+    assert load(SIMPLE + text, 3).node == 3
+
+
+def test_parameter_value_before_default() -> None:
+    entry = load(SIMPLE).entry(0x2000, 0)
+    assert entry is not None
+    assert (entry.default, entry.parameter, entry.value) == (1, 2, 2)
+    entry = load(SIMPLE.replace("=2\n", "=0\n")).entry(0x2000, 0)
+    assert entry is not None
+    assert entry.value == 0
+
+
+# --- PDOs. ---
+
+
+def pdo_text(cob_id: str, mapping: list[str], first: int = 0x1800, count: str | None = None) -> str:
+    def sub(index: int, number: int, kind: int, value: str) -> str:
+        return f"[{index:04X}sub{number}]\nParameterName=s\nDataType={kind}\nAccessType=rw\nDefaultValue={value}\n"
+
+    text = f"[{first:04X}]\nParameterName=c\nObjectType=9\n" + sub(first, 0, 5, "6") + sub(first, 1, 7, cob_id)
+    text += sub(first, 2, 5, "0xF0") + sub(first, 3, 6, "100") + sub(first, 5, 6, "20") + sub(first, 6, 5, "7")
+    second = first + 0x200
+    text += f"[{second:04X}]\nParameterName=m\nObjectType=9\n" + sub(second, 0, 5, count or str(len(mapping)))
+    text += "".join(sub(second, number, 7, value) for number, value in enumerate(mapping, 1))
+    text += "[2000]\nParameterName=word\nDataType=6\nAccessType=ro\nPDOMapping=1\n"
+    return text + "[2001]\nParameterName=long\nDataType=4\nAccessType=ro\nPDOMapping=1\n"
+
+
+def pdo_codes(found: Dictionary) -> list[str]:
+    return [defect.code for defect in found.defects if defect.code != "no-lists"]
+
+
+def test_pdo() -> None:
+    found = read(pdo_text("$NODEID+0x40000180", ["0x20000010", "0x20010020"]).encode(), "x.eds")
+    (pdo,) = found.pdos
+    cob = pdo.cob_id
+    assert (pdo.number, pdo.direction, pdo.transmission, pdo.inhibit) == (1, "tpdo", 240, 100)
+    assert (pdo.event_timer, pdo.sync_start, pdo.bits, pdo.multiplex) == (20, 7, 48, None)
+    assert (cob.valid, cob.rtr_allowed, cob.extended, cob.assumed) == (True, False, False, False)
+    assert (cob.base, cob.at(5), cob.at(None)) == (0x180, 0x185, None)
+    assert [(m.index, m.sub, m.offset, m.bits, m.dummy) for m in pdo.mapped] == [
+        (0x2000, 0, 0, 16, False),
+        (0x2001, 0, 16, 32, False),
+    ]
+    assert [m.entry.name for m in pdo.mapped if m.entry] == ["word", "long"]
+    assert pdo_codes(found) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "valid", "extended", "identifier", "assumed"),
+    [
+        ("0x181", True, False, 0x181, False),
+        ("0x80000181", False, False, 0x181, False),
+        ("0x20012345", True, True, 0x12345, False),
+        ("$NODEID+0x80000000", False, False, 5, False),
+        ("", True, False, 0x185, True),
+    ],
+)
+def test_cob_ids(text: str, valid: bool, extended: bool, identifier: int, assumed: bool) -> None:
+    (pdo,) = read(pdo_text(text, []).encode(), "x.eds").pdos
+    cob = pdo.cob_id
+    assert (cob.valid, cob.extended, cob.at(5), cob.assumed) == (valid, extended, identifier, assumed)
+
+
+def test_pdo_beyond_the_fourth_without_cob_id_is_none() -> None:
+    (pdo,) = read(pdo_text("", [], first=0x1404).encode(), "x.eds").pdos
+    assert (pdo.number, pdo.direction, pdo.cob_id.valid, pdo.cob_id.assumed) == (5, "rpdo", False, True)
+
+
+@pytest.mark.parametrize(
+    ("mapping", "count", "bits", "defects"),
+    [
+        (["0x20000010", "0x20010020"], "1", 16, []),
+        (["0x20000010", "0x20010020"], "0", 0, []),
+        (["0x20000010"], "3", 16, ["mapping-count"]),
+        (["0x20000010", "0x20030020"], None, 48, ["mapped-unknown"]),
+        (["0x20000008"], None, 8, ["mapped-size"]),
+        (["0x00050008", "0x00000000", "0x20000010"], None, 24, []),
+        (["0x00090008"], None, 8, ["mapped-unknown"]),
+        (["0x20010020", "0x20010020", "0x20000010"], None, 80, ["mapping-length"]),
+    ],
+)
+def test_mappings(mapping: list[str], count: str | None, bits: int, defects: list[str]) -> None:
+    found = read(pdo_text("0x181", mapping, count=count).encode(), "x.eds")
+    assert (found.pdos[0].bits, pdo_codes(found)) == (bits, defects)
+
+
+@pytest.mark.parametrize(("count", "kind"), [("254", "sam"), ("255", "dam")])
+def test_multiplex_pdos(count: str, kind: str) -> None:
+    (pdo,) = read(pdo_text("0x181", [], count=count).encode(), "x.eds").pdos
+    assert (pdo.multiplex, pdo.mapped) == (kind, ())
+
+
+def test_pdo_without_mapping_and_odd_cob_id() -> None:
+    text = pdo_text("0x1181", []).replace("[1A00]", "[3A00]").replace("[1A00sub", "[3A00sub")
+    assert pdo_codes(read(text.encode(), "x.eds")) == ["mapping-missing", "cob-id"]
+
+
+def test_compact_pdo() -> None:
+    head = "[DeviceInfo]\nNrOfRxPDO=5\nNrOfTxPDO=1\nCompactPDO=0x13\n"
+    found = load(head + "[2000]\nParameterName=x\nDataType=7\nAccessType=rw\n")
+    assert [(pdo.direction, pdo.number) for pdo in found.pdos] == [*(("rpdo", n) for n in range(1, 6)), ("tpdo", 1)]
+    assert [pdo.cob_id.at(5) for pdo in found.pdos if pdo.cob_id.valid] == [0x205, 0x305, 0x405, 0x505, 0x185]
+    thing = found.object(0x1400)
+    assert thing is not None
+    assert [entry.sub for entry in thing.entries] == [0, 1, 2, 5]
+    assert found.defects == ()
+
+
+# --- Files that cannot be used. ---
+
+
+def test_defects_are_bounded() -> None:
+    found = load("[2000]\nParameterName=x\nDataType=7\nAccessType=rw\n" + "no key\n" * 3000)
+    assert len(found.defects) == 1001
+    assert (found.defects[0].code, found.defects[0].facts) == ("more", {"code": "no-equals", "count": 2000})
+
+
+def test_a_file_too_large(tmp_path: Path) -> None:
+    (tmp_path / "large.eds").write_bytes(b"; nothing\n" * (1 << 20))
+    with pytest.raises(SourceError) as raised:
+        load_file(str(tmp_path / "large.eds"))
+    assert raised.value.key == "eds.large"
+
+
+@pytest.mark.parametrize(
+    ("data", "key"),
+    [
+        (b"", "source.empty"),
+        (b" \r\n ", "source.empty"),
+        (b"[FileInfo]\nFileName=x\n", "eds.nothing"),
+        (b"\x7fELF\x02\x01\x01\0\0\0", "eds.nothing"),
+        (b"can0  60A   [8]  40 08 10 00 00 00 00 00\n", "eds.nothing"),
+        (b"<?xml version='1.0'?><a><b></a>", "eds.xml"),
+        (b"<?xml version='1.0'?><a/>", "eds.nothing"),
+        (b"<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>", "eds.doctype"),
+    ],
+)
+def test_file_that_cannot_be_used(data: bytes, key: str) -> None:
+    with pytest.raises(SourceError) as raised:
+        read(data, "x.eds")
+    assert raised.value.key == key
+    for lang in LANGUAGES:
+        assert "\n" not in raised.value.in_words(Words(lang))
+
+
+# --- XDD. ---
+
+XDD = """<?xml version="1.0" encoding="utf-8"?>
+<C><ProfileBody fileName="d.xdd" fileVersion="1">
+<vendorName>Firma &#220;</vendorName><vendorID>0x12</vendorID>
+<parameterList>
+<parameter uniqueID="A" access="readWrite"><USINT/><defaultValue value="7"/></parameter>
+<parameter uniqueID="B"><BOOL/><defaultValue value="true"/></parameter>
+</parameterList>
+<CANopenObjectList>
+<CANopenObject index="2000" name="x" objectType="7" PDOmapping="TPDO" uniqueIDRef="A"/>
+<CANopenObject index="2001" name="r" objectType="9" subNumber="1">
+<CANopenSubObject subIndex="0A" name="y" objectType="7" uniqueIDRef="B"/>
+</CANopenObject>
+<CANopenObject index="2002" name="z" objectType="7" dataType="0003" accessType="ro" defaultValue="-5" lowLimit="-9"/>
+</CANopenObjectList>
+<dummyUsage><dummy entry="Dummy0001=0"/><dummy entry="Dummy0005=1"/></dummyUsage>
+<supportedBaudRate value="500 Kbps"/>
+<CANopenGeneralFeatures nrOfRxPDO="2" nrOfTxPDO="3" layerSettingServiceSlave="true"/>
+</ProfileBody></C>
+"""
+
+
+def test_xdd() -> None:
+    found = read(XDD.encode(), "x.xdd")
+    assert (found.form, found.device.vendor_name, found.device.vendor_number) == ("xdd", "Firma Ü", 18)
+    assert (found.device.bit_rates, found.device.rpdos, found.device.tpdos) == ((500_000,), 2, 3)
+    assert (found.device.lss, found.info.name, sorted(found.dummies)) == (True, "d.xdd", [5])
+    entries = [(e.index, e.sub, e.name, e.type, e.access, e.default) for o in found.objects for e in o.entries]
+    assert entries == [
+        (0x2000, 0, "x", 5, "rw", 7),
+        (0x2001, 10, "y", 1, "ro", 1),
+        (0x2002, 0, "z", 3, "ro", -5),
+    ]
+    entry = found.entry(0x2002, 0)
+    assert entry is not None
+    assert (entry.low, entry.line) == (-9, 13)
+
+
+# --- Words. ---
+
+
+def test_every_defect_has_words() -> None:
+    keys = {row[0] for row in ROWS}
+    for code, effect in EFFECTS.items():
+        assert {f"defect.{code}", f"effect.{effect}"} <= keys
