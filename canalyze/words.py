@@ -221,7 +221,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("col.frames", "帧", "frames"),
     ("direction.upload", "上传(读)", "upload"),
     ("direction.download", "下载(写)", "download"),
-    ("col.access", "读写", "access"),
+    ("col.read_write", "读写", "access"),
     ("access.upload", "读", "read"),
     ("access.download", "写", "write"),
     ("mode.expedited", "加速", "expedited"),

@@ -117,7 +117,7 @@ def columns(words: Words) -> list[Column]:
     made["time"] = made["time"]._replace(short_heading=words("col.relative"), shorten=_relative, short_leaves=SPARE + 2)
     briefly = {words(f"direction.{value}"): words(f"access.{value}") for value in ("upload", "download")}
     made["direction"] = made["direction"]._replace(
-        short_heading=words("col.access"), shorten=lambda _: lambda cell: briefly.get(cell, cell)
+        short_heading=words("col.read_write"), shorten=lambda _: lambda cell: briefly.get(cell, cell)
     )
     return list(made.values())
 

@@ -7,7 +7,7 @@ from canalyze.dictionary.model import ARRAY, RECORD, CobId, Defect, Dictionary, 
 from canalyze.dictionary.values import NAMES
 from canalyze.help import pad, width
 from canalyze.output import Output, printable
-from canalyze.reports.table import Column, Table
+from canalyze.reports.table import Column, Row, Table
 from canalyze.words import Words
 
 _SHOWN: Final = range(0x1000, 0x102A)
@@ -286,5 +286,5 @@ def _table(
 ) -> None:
     columns = [Column(words(f"col.{key}"), right=key in set(right), folds=key in set(folds)) for key in keys]
     table = Table(columns, out, live=False)
-    table.add(rows)
+    table.add([Row(row, number) for number, row in enumerate(rows)])
     table.close()
