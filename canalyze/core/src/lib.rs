@@ -19,7 +19,7 @@
 //!
 //! Dependency runs one way: `frame`, `od` <- `message` <- `event`, `finding` <- `services` <- `bus` <-
 //! `session` <- `python`. `readers` sees only `frame`; `text` sees `message`, `event`, `finding`, `od`;
-//! `render` sees `text`.
+//! `render` sees `text`. The whole table stands in `tests/layers.rs`, which keeps it.
 
 pub mod bus;
 pub mod cob_id;

@@ -237,7 +237,8 @@ impl Channel {
         }
     }
 
-    pub(super) fn settle_ack_at_end(&mut self, cx: &mut Context<'_>) {
+    /// The capture ends while an acknowledgement is held.
+    pub(super) fn settle_ack_at_end(&mut self) {
         if let Some(ack) = self.held_ack.take()
             && let Command::BlockAck { ackseq, blksize } = ack.command
             && let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer)
@@ -245,7 +246,6 @@ impl Channel {
             // The segment it speaks of may lie beyond the capture's edge: nothing to judge.
             let _: Acked = block.ack(transfer, ackseq, blksize);
         }
-        let _ = cx;
     }
 
     fn acknowledge(&mut self, half: &Half, cx: &mut Context<'_>) {

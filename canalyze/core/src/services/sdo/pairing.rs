@@ -436,7 +436,7 @@ impl Channel {
 
     /// The capture ends while a response is held: its request may lie beyond the edge.
     pub(super) fn settle_held_at_end(&mut self, cx: &mut Context<'_>) {
-        self.settle_ack_at_end(cx);
+        self.settle_ack_at_end();
         match self.pairing.held.take() {
             Some(held) if held.rival => {
                 self.pairing.held = Some(held);
