@@ -158,7 +158,7 @@ fn rules(lang: &str) -> PyResult<Vec<Rule>> {
     Ok(RULES
         .iter()
         .map(|rule| {
-            let RuleText { message, meaning, cause } = words(rule.code);
+            let RuleText { message, meaning, cause, faces: _ } = words(rule.code);
             let severity = rule.severity.name();
             Rule { code: rule.id, name: rule.name, severity, clause: rule.clause, message, meaning, cause }
         })

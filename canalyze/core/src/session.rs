@@ -4,17 +4,20 @@
 //! on standard error. It does no I/O and reads no clock; it must not know a service or a format by name.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::bus::Bus;
+use crate::context::{Chunk, Context};
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::{Code, Facts, Finding};
 use crate::frame::{BusId, Buses, Frame, FrameRef};
+use crate::network::Network;
 use crate::readers::candump::{Candump, Stamps};
 use crate::readers::{Item, Marker};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
-use crate::services::sdo::channel::{Chunk, Context};
+
 use crate::services::sdo::transfer::Status;
 use crate::services::sdo::wire::Mux;
 use crate::text::{Depth, Lang, complaints};
@@ -57,6 +60,8 @@ pub struct Options {
     pub filter: Filter,
     /// Whether the bytes of SDO transfers are handed out.
     pub extract: bool,
+    /// What is known of the network beforehand.
+    pub network: Arc<Network>,
 }
 
 /// Bytes of a transfer for a file of its own.
@@ -233,10 +238,11 @@ impl Stream {
         frame.no = self.frames;
         self.decimals = frame.stamp.map_or(9, |stamp| stamp.decimals);
         self.last = frame.reference();
-        self.on_bus(frame.bus, |bus, cx| bus.step(&frame, cx));
+        self.on_bus(frame.bus, buses, |bus, cx| bus.step(&frame, cx));
         self.fold();
         let (service, node) = self.events.first().map_or(("foreign", None), |event| match &event.what {
             What::Message(message) => (message.service(), event.node),
+            What::Pdo(_) => ("pdo", event.node),
             _ => ("sdo", event.node),
         });
         let start_ns = *self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
@@ -256,7 +262,7 @@ impl Stream {
     fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
         let (code, line, facts, bus) = match marker {
             Marker::Dropped { bus, count, total, line } => {
-                self.on_bus(bus, |bus, cx| bus.lost(None, false, cx));
+                self.on_bus(bus, buses, |bus, cx| bus.lost(None, false, cx));
                 (Some(Code::Cap002), line, Facts::Dropped { count, total }, bus)
             }
             Marker::Backward { line } => (Some(Code::Cap003), line, Facts::None, BusId(0)),
@@ -298,7 +304,7 @@ impl Stream {
 
     fn finish(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         for index in 0..self.state.len() {
-            self.on_bus(BusId(index as u8), Bus::finish);
+            self.on_bus(BusId(index as u8), buses, Bus::finish);
         }
         self.fold();
         let at = self.last;
@@ -327,10 +333,11 @@ impl Stream {
         self.events.clear();
     }
 
-    fn on_bus(&mut self, bus: BusId, act: impl FnOnce(&mut Bus, &mut Context<'_>)) {
-        let index = usize::from(bus.0);
-        if self.state.len() <= index {
-            self.state.resize_with(index + 1, Bus::default);
+    fn on_bus(&mut self, id: BusId, buses: &Buses, act: impl FnOnce(&mut Bus, &mut Context<'_>)) {
+        let index = usize::from(id.0);
+        while self.state.len() <= index {
+            let name = buses.name(BusId(self.state.len() as u8));
+            self.state.push(Bus::new(Arc::clone(&self.options.network), name));
         }
         let Some(bus) = self.state.get_mut(index) else { return };
         let mut cx = Context {
@@ -338,6 +345,7 @@ impl Stream {
             next_transfer: &mut self.next_transfer,
             extract: self.options.extract,
             chunks: &mut self.chunks,
+            bus: id,
             at: self.last,
         };
         act(bus, &mut cx);

@@ -13,6 +13,9 @@
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
 //! raised at the frame, each of which has its own `finding` line after it.
 
+mod facts;
+mod object;
+pub mod pdo;
 pub mod sdo;
 pub mod services;
 
@@ -82,6 +85,18 @@ pub fn frame(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[E
                 put!(out; ",\"", service, "\":");
                 services::fields(out, setting.lang, message, frame);
             }
+            What::Pdo(data) => {
+                put!(out; ",\"service\":\"pdo\",\"node\":");
+                number_or_null(out, event.node.map(u64::from));
+                put!(out; ",\"text\":");
+                quoted(out, |text| match setting.lang {
+                    Lang::Zh => zh::pdo::process_data(text, Depth::Default, data, frame),
+                    Lang::En => en::pdo::process_data(text, Depth::Default, data, frame),
+                });
+                codes(out, events);
+                put!(out; ",\"pdo\":");
+                pdo::fields(out, setting.lang, data, frame);
+            }
             What::Sdo(step) => {
                 put!(out; ",\"service\":\"sdo\",\"node\":");
                 number_or_null(out, event.node.map(u64::from));
@@ -108,7 +123,7 @@ pub fn asides(out: &mut Vec<u8>, setting: Setting<'_>, events: &[Event]) {
             What::Note(what) => note(out, setting, event, *what),
             What::Finding(what) => finding(out, setting, what),
             What::Transfer(what) => transfer(out, setting, what),
-            What::Message(_) | What::Sdo(_) => {}
+            What::Message(_) | What::Pdo(_) | What::Sdo(_) => {}
         }
     }
 }
