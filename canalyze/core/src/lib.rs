@@ -23,6 +23,7 @@
 
 pub mod bus;
 pub mod cob_id;
+pub mod drive;
 pub mod event;
 pub mod filter;
 pub mod finding;

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 const MAY_USE: &[(&str, &[&str])] = &[
     ("frame", &[]),
     ("od", &[]),
+    ("drive", &["od"]),
     ("cob_id", &["frame"]),
     ("services::sdo::wire", &[]),
     ("finding", &["frame", "services::sdo::wire"]),
@@ -20,7 +21,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("bus", &["frame", "cob_id", "message", "event", "services"]),
     ("readers", &["frame"]),
     ("filter", &["frame", "services::sdo::transfer"]),
-    ("text", &["frame", "cob_id", "od", "message", "finding", "event", "services", "readers", "filter"]),
+    ("text", &["frame", "cob_id", "od", "drive", "message", "finding", "event", "services", "readers", "filter"]),
     ("render", &["frame", "cob_id", "od", "message", "finding", "event", "services", "readers", "text"]),
     ("session", &["frame", "finding", "event", "services", "bus", "readers", "filter", "text", "render"]),
     ("python", &["frame", "finding", "services", "readers", "filter", "text", "render", "session"]),

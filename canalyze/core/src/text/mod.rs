@@ -9,6 +9,7 @@ pub mod digits;
 pub mod en;
 pub mod escape;
 pub mod explain;
+pub mod signal;
 pub mod terms;
 pub mod value;
 pub mod zh;
