@@ -27,6 +27,7 @@ pub mod cob_id;
 pub mod configuration;
 pub mod context;
 pub mod dictionary;
+pub mod drive;
 pub mod event;
 pub mod filter;
 pub mod finding;

@@ -11,6 +11,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("frame", &[]),
     ("od", &[]),
     ("dictionary", &[]),
+    ("drive", &["od"]),
     ("cob_id", &["frame"]),
     ("network", &["frame", "dictionary"]),
     ("services::sdo::wire", &[]),
@@ -45,6 +46,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "event",
             "context",
             "dictionary",
+            "drive",
             "configuration",
             "network",
             "node",
@@ -85,6 +87,13 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "python",
         &["frame", "finding", "dictionary", "network", "services", "readers", "filter", "text", "render", "session"],
     ),
+    (
+        "text",
+        &["frame", "cob_id", "drive", "od", "drive", "message", "finding", "event", "services", "readers", "filter"],
+    ),
+    ("render", &["frame", "cob_id", "drive", "od", "message", "finding", "event", "services", "readers", "text"]),
+    ("session", &["frame", "finding", "event", "services", "bus", "readers", "filter", "text", "render"]),
+    ("python", &["frame", "finding", "services", "readers", "filter", "text", "render", "session"]),
 ];
 
 fn sources() -> Vec<(String, String)> {
