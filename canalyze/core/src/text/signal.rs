@@ -35,7 +35,8 @@ pub fn name(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped) {
         put!(out; dummy(lang));
     } else if let Some(word) = standard_name(lang, mapped) {
         put!(out; word);
-        if sub > 0 && Some(word) == terms::object_name(lang, index, 0) {
+        // A sub-index without a name of its own has the object's, as one that never has any.
+        if sub > 0 && Some(word) == terms::object_name(lang, index, 0xFF) {
             put!(out; ":", Hex::<2>(u64::from(sub)));
         }
         match (lang, drive::axis(index)) {
@@ -208,7 +209,7 @@ fn real32(out: &mut Vec<u8>, read: f32) {
 }
 
 /// The same for double precision.
-fn real64(out: &mut Vec<u8>, read: f64) {
+pub(crate) fn real64(out: &mut Vec<u8>, read: f64) {
     let _ = match read.abs() {
         0.0 | 1e-5..1e16 => write!(out, "{read}"),
         _ if read.is_finite() => write!(out, "{read:e}"),

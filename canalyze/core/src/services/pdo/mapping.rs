@@ -86,7 +86,7 @@ impl Mapping {
     /// The bytes of an entry that is made of whole ones, for strings and what is longer than 64 bits; `None`
     /// where it is not, or the payload does not reach.
     pub fn octets<'a>(&self, entry: &Mapped, payload: &'a [u8]) -> Option<&'a [u8]> {
-        if entry.bits == 0 || entry.offset % 8 != 0 || entry.bits % 8 != 0 {
+        if entry.bits == 0 || !entry.offset.is_multiple_of(8) || !entry.bits.is_multiple_of(8) {
             return None;
         }
         let start = usize::from(entry.offset / 8);
