@@ -115,6 +115,10 @@ pub fn extract(payload: &[u8], offset: usize, bits: usize) -> Option<u64> {
     if let Ok(whole) = <[u8; 8]>::try_from(payload) {
         return Some(u64::from_le_bytes(whole) >> offset & mask);
     }
+    if payload.len() < 8 {
+        let whole = payload.iter().rev().fold(0, |whole, byte| whole << 8 | u64::from(*byte));
+        return Some(whole >> offset & mask);
+    }
     // 64 bits at any bit position touch nine bytes at most.
     let from = payload.get(offset / 8..)?;
     let mut window = [0; 16];
