@@ -3,18 +3,21 @@
 //! Every call that works on a capture releases the GIL. Nothing here raises on the content of a capture. The
 //! signatures are documented in `canalyze/_core.pyi`.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
 use crate::filter::Filter;
 use crate::finding::RULES;
-use crate::frame::Buses;
+use crate::frame::{Buses, CanId};
+use crate::network::{Cob, Description, Network as Known, Sdo};
 use crate::readers::candump::{self, Stamps};
 use crate::render;
 use crate::render::text::Time;
+use crate::select::Select;
 use crate::session::{Format, Options, Session as Core};
 use crate::text::{Depth, Lang, RuleText, complaints, en, zh};
 
@@ -164,7 +167,6 @@ impl Session {
             ("transfers", Format::Transfers),
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),
-            ("summary", Format::Summary),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =
@@ -221,6 +223,11 @@ impl Session {
     #[getter]
     fn frames(&self, py: Python<'_>) -> u64 {
         self.run(py, |core| core.frames().0)
+    }
+
+    #[getter]
+    fn rows(&self, py: Python<'_>) -> u64 {
+        self.run(py, |core| core.rows())
     }
 
     #[getter]

@@ -53,7 +53,8 @@ pub fn name(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped) {
         put!(out; dummy(lang));
     } else if let Some(word) = standard_name(lang, mapped) {
         put!(out; word);
-        if sub > 0 && Some(word) == terms::object_name(lang, index, 0) {
+        // A sub-index without a name of its own has the object's, as one that never has any.
+        if sub > 0 && Some(word) == terms::object_name(lang, index, 0xFF) {
             put!(out; ":", Hex::<2>(u64::from(sub)));
         }
         match (lang, drive::axis(index)) {
@@ -209,9 +210,17 @@ fn octets(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
     bytes::value(out, lang, mapped.data_type, whole, whole.len() as u64);
 }
 
-/// A whole number in its unit: 15 digits, which is what two factors of a few digits need; 3 x 0.1 is 0.3.
+/// A whole number in its unit: 3 x 0.1 is 0.3. The usual factors are whole or, like 0.01, one divided by a whole
+/// number, and a division is exact to the last digit; else 15 digits are what two factors of a few digits need.
 fn product(read: f64, factor: f64) -> f64 {
     let exact = read * factor;
+    let inverse = (1.0 / factor).round();
+    if factor == factor.trunc() {
+        return exact;
+    }
+    if 1.0 / inverse == factor {
+        return read / inverse;
+    }
     format!("{exact:.14e}").parse().unwrap_or(exact)
 }
 
@@ -226,7 +235,7 @@ fn real32(out: &mut Vec<u8>, read: f32) {
 }
 
 /// The same for double precision.
-fn real64(out: &mut Vec<u8>, read: f64) {
+pub(crate) fn real64(out: &mut Vec<u8>, read: f64) {
     let _ = match read.abs() {
         0.0 | 1e-5..1e16 => write!(out, "{read}"),
         _ if read.is_finite() => write!(out, "{read:e}"),
@@ -366,7 +375,7 @@ mod tests {
         assert_eq!(value(DataType::Integer16, 16, 0.01, 0xFFFF), "-0.01");
         assert_eq!(value(DataType::Unsigned16, 16, 0.07, 3), "0.21");
         assert_eq!(value(DataType::Unsigned16, 16, 10.0, 12), "120");
-        assert_eq!(value(DataType::Unsigned32, 32, 1.0 / 3.0, 2), "0.666666666666667");
+        assert_eq!(value(DataType::Unsigned32, 32, 1.0 / 3.0, 2), "0.6666666666666666");
         assert_eq!(value(DataType::Real32, 32, 1.0, u64::from(0.1_f32.to_bits())), "0.1");
         assert_eq!(value(DataType::Real32, 32, 10.0, u64::from(0.1_f32.to_bits())), "1");
         assert_eq!(value(DataType::Real32, 32, 1.0, u64::from(f32::MAX.to_bits())), "3.4028235e38");

@@ -35,16 +35,22 @@ pub(super) fn fields(out: &mut Vec<u8>, lang: Lang, data: &ProcessData, frame: &
         Signals::None(_) => (None, None, None),
     };
     object.optional("provenance", from.map(Provenance::name));
-    object.maybe("mapped_at", match from {
-        Some(Provenance::Observed(frame)) => Some(frame),
-        _ => None,
-    });
-    object.optional("unmapped", match &data.content {
-        Signals::None(Unmapped::Unknown) => Some("unknown"),
-        Signals::None(Unmapped::Disabled) => Some("disabled"),
-        Signals::None(Unmapped::Multiplex) => Some("multiplex"),
-        Signals::Mapped(..) | Signals::ByConsumer(..) => None,
-    });
+    object.maybe(
+        "mapped_at",
+        match from {
+            Some(Provenance::Observed(frame)) => Some(frame),
+            _ => None,
+        },
+    );
+    object.optional(
+        "unmapped",
+        match &data.content {
+            Signals::None(Unmapped::Unknown) => Some("unknown"),
+            Signals::None(Unmapped::Disabled) => Some("disabled"),
+            Signals::None(Unmapped::Multiplex) => Some("multiplex"),
+            Signals::Mapped(..) | Signals::ByConsumer(..) => None,
+        },
+    );
     match consumer {
         Some((node, number)) => put!(object.key("consumer"); "{\"node\":", node, ",\"number\":", number, "}"),
         None => put!(object.key("consumer"); "null"),

@@ -86,7 +86,7 @@ impl Mapping {
     /// The bytes of an entry that is made of whole ones, for strings and what is longer than 64 bits; `None`
     /// where it is not, or the payload does not reach.
     pub fn octets<'a>(&self, entry: &Mapped, payload: &'a [u8]) -> Option<&'a [u8]> {
-        if entry.bits == 0 || entry.offset % 8 != 0 || entry.bits % 8 != 0 {
+        if entry.bits == 0 || !entry.offset.is_multiple_of(8) || !entry.bits.is_multiple_of(8) {
             return None;
         }
         let start = usize::from(entry.offset / 8);
@@ -114,6 +114,10 @@ pub fn extract(payload: &[u8], offset: usize, bits: usize) -> Option<u64> {
     // Classic frames of eight bytes are nearly all there are.
     if let Ok(whole) = <[u8; 8]>::try_from(payload) {
         return Some(u64::from_le_bytes(whole) >> offset & mask);
+    }
+    if payload.len() < 8 {
+        let whole = payload.iter().rev().fold(0, |whole, byte| whole << 8 | u64::from(*byte));
+        return Some(whole >> offset & mask);
     }
     // 64 bits at any bit position touch nine bytes at most.
     let from = payload.get(offset / 8..)?;
