@@ -180,10 +180,10 @@ class _File:
         self._headings = [(number, match[1]) for number, match in headings if match]
 
     def at(self, table: str, place: int, key: str = "") -> str:
-        """Give FILE:LINE of a key, or of its table, of which it is number `place`; FILE if that is not seen."""
+        """Give FILE:LINE of a key, or of its table, of which it is number `place`; FILE if neither is seen."""
         starts = [0] if table == "" else [number for number, name in self._headings if name == table]
-        if place >= len(starts):
-            return str(self._path)
+        if place >= len(starts):  # not under a heading of its own: sync.period_us = 1, eds = [{...}]
+            return self.at("", 0, table)
         start = starts[place]
         end = next((number for number, _ in self._headings if number > start), len(self._lines) + 1)
         pattern = re.compile(rf"""\s*["']?{re.escape(key)}["']?\s*[=.]""")

@@ -50,7 +50,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "opt.eds",
-        "节点的设备描述（EDS、DCF、XDD），用来译出PDO里的信号和对象的名称；可重复。如 5=drive.eds；"
+        "节点的设备描述（EDS、DCF、XDD），用来解析PDO里的信号和对象的名称；可重复。如 5=drive.eds；"
         "1-4,7=io.eds 由几个节点共用；can1:0x10=drive.eds 只用于一条总线；DCF写明了节点号时，只给文件即可。",
         "Device description (EDS, DCF, XDD) of a node, for the signals in its PDOs and the names of its objects; "
         "repeatable. E.g. 5=drive.eds; 1-4,7=io.eds is shared by several nodes; can1:0x10=drive.eds holds on one bus; "
@@ -71,7 +71,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "opt.sync_period",
-        "SYNC的周期（1006h），单位是微秒，也可写成 10ms、0.01s；不给则由记录得出。",
+        "同步周期（1006h），单位是微秒，也可写成 10ms、0.01s；不给则由记录得出。",
         "Period of SYNC (1006h) in microseconds, or as 10ms, 0.01s; without it the capture tells.",
     ),
     (
@@ -100,7 +100,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "candump can0 | canalyze decode -            实时注释\n"
         "canalyze explain '60A#4008100000000000'     逐字段解释一帧\n"
         "canalyze sdo capture.log --extract out/     列出SDO传输并取出数据\n"
-        "canalyze signals --eds 5=drive.eds a.log    译出PDO里的信号\n"
+        "canalyze signals --eds 5=drive.eds a.log    解析PDO里的信号\n"
         "canalyze --lang en decode --help            英文说明",
         "canalyze decode samples/zephyr-sdo.log      annotate a capture frame by frame\n"
         "candump can0 | canalyze decode -            annotate live\n"
@@ -251,7 +251,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("signals.usage", "[选项] [文件]...", "[OPTIONS] [FILE]..."),
     (
         "signals.help",
-        "译出PDO里的信号，每个值一行：时间、帧、总线、节点、PDO、信号、值、原始值、单位、来源。"
+        "解析PDO里的信号，每个值一行：时间、帧、总线、节点、PDO、信号、值、原始值、单位、来源。"
         "映射来自记录里的SDO配置，其次是 --eds 或 canalyze.toml 给出的设备描述；来源说明是哪一个。"
         "文件的给法与decode相同。",
         "Decode the signals in PDOs, one value a line: t, frame, bus, node, pdo, signal, value, raw, unit, provenance. "
@@ -284,7 +284,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "signals.none",
-        "{frames}帧中没有译出任何信号：没有已知映射的PDO；"
+        "{frames}帧中没有解析任何信号：没有已知映射的PDO；"
         "用 --eds 5=drive.eds 给出设备描述，或把配置过程（SDO）也录下来",
         "no signal decoded in {frames} frames: no PDO whose mapping is known; give a device description, as "
         "--eds 5=drive.eds, or capture the configuration by SDO too",
