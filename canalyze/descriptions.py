@@ -32,7 +32,7 @@ def network(filed: Known, given: Known, words: Words) -> "_core.Network | None":
     from canalyze import _core
 
     read: dict[str, Dictionary] = {}
-    carried = carriers(filed, given, read)
+    carried = carriers(filed, given, read) if known.descriptions else {}
     tables = {}
     if carried:
         from canalyze.dictionary.rows import flat
