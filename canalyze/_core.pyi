@@ -19,7 +19,6 @@ class Dictionary:
         form: str,
         device: str,
         rows: Sequence[tuple[int, int, str, int, str, int | None, bool, bool, bool, str, float]],
-        dummies: Sequence[int],
     ) -> None:
         """Take over a description.
 
@@ -33,7 +32,6 @@ class Dictionary:
             relative: the value is this plus the node-ID, modulo the type's width;
             configured: it is a DCF's ParameterValue, else the DefaultValue;
             mappable into a PDO; unit, "" if there is none; factor: physical value = value * factor, 1.0 if none.
-        dummies: data type codes that a mapping may name to skip bits (CiA 306 DummyUsage).
         ValueError for a form, an access or a number that is none of these.
         """
 

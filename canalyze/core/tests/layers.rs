@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MAY_USE: &[(&str, &[&str])] = &[
     ("frame", &[]),
     ("od", &[]),
-    ("dictionary", &[]),
+    ("dictionary", &["od"]),
     ("drive", &["od"]),
     ("cob_id", &["frame"]),
     ("network", &["frame", "dictionary"]),
