@@ -246,7 +246,7 @@ impl Node {
             entries.push(self.mapped(index, sub, bits, offset));
             offset += u16::from(bits);
         }
-        Content::Mapped(Arc::new(Mapping { entries, bits: offset }), least)
+        Content::Mapped(Arc::new(Mapping::new(entries, offset)), least)
     }
 
     /// The type of a standard object. What stands in 6000h-9FFFh is known here for drives only.
