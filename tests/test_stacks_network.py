@@ -147,6 +147,7 @@ def test_process_data(name: str) -> None:
         assert (len(own), own[0]["line"]) == (wanted["frames"], wanted["first_frame_line"])
         seen += len(own)
         for frame in own:
-            mapped = [{key: signal[key] for key in ("index", "sub", "bits")} for signal in frame["pdo"]["signals"]]
-            assert (frame["len"], mapped, frame["pdo"]["provenance"]) == (wanted["bytes"], wanted["mapping"], "observed")
+            pdo = frame["pdo"]
+            mapped = [{key: signal[key] for key in ("index", "sub", "bits")} for signal in pdo["signals"]]
+            assert (frame["len"], mapped, pdo["provenance"]) == (wanted["bytes"], wanted["mapping"], "observed")
     assert seen == len(frames)
