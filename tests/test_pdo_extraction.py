@@ -110,7 +110,7 @@ def test_python_canopen_reads_the_same() -> None:
             code = source.choice(fitting)
             fields.append(Field(0x2000 + len(fields), code, TYPES[code][0] if code in TYPES else REALS[code][0]))
         payload = source.randbytes(sum(one.bits for one in fields) // 8)
-        dictionary = canopen.ObjectDictionary()
+        dictionary = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
         for one in fields:
             variable = canopen.objectdictionary.ODVariable(f"v{one.index:X}", one.index)
             variable.data_type = one.code
@@ -128,7 +128,7 @@ def test_python_canopen_reads_the_same() -> None:
         text = core.feed(session(fields, payload)) + core.finish()
         rows = [json.loads(line) for line in text.splitlines()]
         node = canopen.RemoteNode(NODE, dictionary)
-        mapping = canopen.pdo.base.PdoMap(node.tpdo, None, None)
+        mapping = canopen.pdo.base.PdoMap(node.tpdo, None, None)  # type: ignore[no-untyped-call]
         for one in fields:
             mapping.add_variable(one.index, 0, one.bits)
         mapping.data = bytearray(payload)
