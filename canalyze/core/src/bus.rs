@@ -83,7 +83,12 @@ impl Bus {
         if self.channels.len() >= CHANNELS && !self.channels.contains_key(&key) {
             return self.message(Role::Foreign, frame, cx);
         }
-        let channel = self.channels.entry(key).or_insert_with(|| Box::new(Channel::new(frame.bus, node)));
+        let nodes = &self.nodes;
+        let channel = self.channels.entry(key).or_insert_with(|| {
+            let mut channel = Box::new(Channel::new(frame.bus, node));
+            channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
+            channel
+        });
         let before = cx.events.len();
         channel.step(side, frame, cx);
         self.due(frame, cx);
