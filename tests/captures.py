@@ -35,11 +35,13 @@ class CanFrame:
     data: bytes
     t_us: int = 0
     extended: bool = False
+    remote: bool = False
 
     def log_line(self) -> str:
         """The frame as `candump -l` writes it."""
         can_id = f"{self.can_id:08X}" if self.extended else f"{self.can_id:03X}"
-        return f"({self.t_us // 1_000_000}.{self.t_us % 1_000_000:06d}) {self.bus} {can_id}#{self.data.hex().upper()}\n"
+        shown = "R" if self.remote else self.data.hex().upper()
+        return f"({self.t_us // 1_000_000}.{self.t_us % 1_000_000:06d}) {self.bus} {can_id}#{shown}\n"
 
 
 def log_text(frames: Iterable[CanFrame]) -> bytes:
@@ -53,6 +55,7 @@ def console_text(frames: Iterable[CanFrame]) -> bytes:
     for frame in frames:
         can_id = f"{frame.can_id:08X}" if frame.extended else f"{frame.can_id:03X}"
         shown = f"[{len(frame.data)}]  {frame.data.hex(' ').upper()}" if frame.data else "[0] "
+        shown = "[0]  remote request" if frame.remote else shown
         lines.append(f"  {frame.bus}  {can_id}   {shown}\n")
     return "".join(lines).encode()
 
