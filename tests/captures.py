@@ -61,11 +61,11 @@ def console_text(frames: Iterable[CanFrame]) -> bytes:
 
 
 def read_log(text: bytes) -> list[CanFrame]:
-    """The plain data frames of `candump -l` text; `#` lines and blank lines are passed over, all else is an error."""
+    """The data and remote frames of `candump -l` text; `#` lines and blank lines are passed over, all else is an error."""
     return list(_read_log(text))
 
 
-_LOG_LINE = re.compile(r"\((\d+)\.(\d{6})\) (\S+) ([0-9A-F]{3}|[0-9A-F]{8})#((?:[0-9A-F]{2})*)")
+_LOG_LINE = re.compile(r"\((\d+)\.(\d{6})\) (\S+) ([0-9A-F]{3}|[0-9A-F]{8})#(R|(?:[0-9A-F]{2})*)")
 
 
 def examples(path: Path) -> dict[str, list[CanFrame]]:
@@ -89,7 +89,8 @@ def _read_log(text: bytes) -> Iterator[CanFrame]:
             raise ValueError(f"not a plain data frame: {line!r}")
         seconds, micros, bus, can_id, data = match.groups()
         stamp = int(seconds) * 1_000_000 + int(micros)
-        yield CanFrame(bus, int(can_id, 16), bytes.fromhex(data), stamp, extended=len(can_id) == 8)
+        payload = b"" if data == "R" else bytes.fromhex(data)
+        yield CanFrame(bus, int(can_id, 16), payload, stamp, extended=len(can_id) == 8, remote=data == "R")
 
 
 def spaced(frames: Iterable[CanFrame], *, start_us: int = 1_700_000_000_000_000, step_us: int = 400) -> list[CanFrame]:

@@ -257,13 +257,14 @@ def find(frames: Sequence[CanFrame], can_id: int, number: int) -> int:
 
 
 def drop(can_id: int, number: int, count: int = 1) -> Fault:
-    """Frames missing: so many on this CAN-ID, from the n-th on. Place: the frame before, and all that come after."""
+    """Frames missing: so many on this CAN-ID, from the n-th on. Place: from the one before to the one after on it."""
 
     def fault(frames: Frames) -> Changed:
         first = find(frames, can_id, number)
         missing = [at for at, frame in enumerate(frames) if at >= first and frame.can_id == can_id][:count]
         left = [frame for at, frame in enumerate(frames) if at not in missing]
-        return left, list(range(_before(left, first, can_id), len(left)))
+        after = [at for at in range(missing[-1] - len(missing) + 1, len(left)) if left[at].can_id == can_id]
+        return left, list(range(_before(left, first, can_id), after[0] + 1 if after else len(left)))
 
     return fault
 
