@@ -61,7 +61,7 @@ def console_text(frames: Iterable[CanFrame]) -> bytes:
 
 
 def read_log(text: bytes) -> list[CanFrame]:
-    """The data and remote frames of `candump -l` text; `#` lines and blank lines are passed over, all else is an error."""
+    """The data and remote frames of `candump -l` text; `#` lines and blank ones are passed over, others are errors."""
     return list(_read_log(text))
 
 

@@ -61,6 +61,18 @@ def stopped() -> Network:
     return net
 
 
+def in_flight() -> Network:
+    """A stop reaches a node that has a TPDO and an EMCY in its transmit queue: they come 1 and 2 ms after it."""
+    net = Network().boot(NODE).write(NODE, 0x1017, 0, 100, 2)
+    net.set_pdo(NODE, 1, [(0x2001, 0, 16)])
+    net.now = 0.05
+    net.live(NODE, period=0.1, seconds=1.0, states=[(0, PRE_OPERATIONAL), (0.05, OPERATIONAL), (0.55, STOPPED)])
+    net.nmt(START, NODE).wait(0.01)
+    net.cyclic(0x185, period=0.05, payloads=[struct.pack("<H", k) for k in range(11)])
+    net.now = 0.561
+    return net.send(0x000, bytes([STOP, NODE])).send(0x085, b"\x10\x32\x05\0\0\0\0\0", after=0.002)
+
+
 def guarding() -> Network:
     """Guarding of 100 ms, start at 0.55."""
     net = Network().boot(NODE).write(NODE, 0x100C, 0, 100, 2).write(NODE, 0x100D, 0, 3, 1)
@@ -245,6 +257,7 @@ SESSIONS: dict[str, Callable[[], Network]] = {
     for session in (
         states,
         stopped,
+        in_flight,
         guarding,
         emergencies,
         times,

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from captures import SAMPLES, Row, decoded, read_log, run_canalyze, sort_rows
+from captures import SAMPLES, Row, analyze, decoded, log_text, read_log, run_canalyze, sort_rows
+from network_sessions import BITS, event_driven
 
 EDS = Path(__file__).resolve().parent.parent / "eds"
 CAPTURES = sorted((SAMPLES / "network").glob("*.log"))
@@ -173,6 +174,24 @@ def test_signals_with_descriptions(log: Path) -> None:
 def test_signals_without_descriptions(log: Path) -> None:
     """What the capture itself shows is enough for the PDOs whose mapping it shows."""
     compare_signals(log, False, known_without_description(log))
+
+
+def test_bit_fields() -> None:
+    """Fields of 32, 16, 3 and 13 bits in one PDO, by the mapping that the capture shows."""
+    frames = event_driven().frames()
+    said = {row["line"]: row for row in analyze(log_text(frames)).frames}
+    compared = 0
+    for line, frame in enumerate(frames, 1):
+        if frame.can_id == 0x285:
+            whole, offset = int.from_bytes(frame.data, "little"), 0
+            signals = said[line]["pdo"]["signals"]
+            assert len(signals) == len(BITS)
+            for signal, (index, sub, bits) in zip(signals, BITS, strict=True):
+                assert (signal["index"], signal["sub"]) == (f"{index:04X}", sub)
+                assert raw_of(signal) % (1 << bits) == whole >> offset & ((1 << bits) - 1), (line, signal)
+                offset += bits
+                compared += 1
+    assert compared == 80
 
 
 @every_capture
