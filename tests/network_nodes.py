@@ -70,7 +70,7 @@ PLAIN_OBJECTS = [
 
 def plain_dictionary() -> Any:
     """The dictionary of the node without an EDS: guarding, second SDO channel, SRDO, RTR, TPDO5 and MPDO."""
-    od = canopen.ObjectDictionary()
+    od: Any = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
     for index, sub, kind, access, value in PLAIN_OBJECTS:
         variable = canopen.objectdictionary.ODVariable(f"{index:04X}:{sub}", index, sub)
         variable.data_type, variable.access_type, variable.default = kind, access, value
@@ -154,7 +154,7 @@ class Timers:
                 call()
 
 
-class _Dictionary(canopen.LocalNode):  # type: ignore[misc]
+class _Dictionary(canopen.LocalNode):
     """A LocalNode that remembers which objects the present request wrote."""
 
     def __init__(self, node: int, od: Any) -> None:
@@ -196,14 +196,14 @@ class Device:
         od = canopen.import_od(str(EDS / self._od), self.id) if isinstance(self._od, str) else self._od
         self.local = _Dictionary(self.id, od)
         self.local._write_callbacks.clear()  # LocalNode's own heartbeat
-        self.local.add_read_callback(self._process_value)
+        self.local.add_read_callback(self._process_value)  # type: ignore[no-untyped-call]
         self.local.sdo.network = self.network
 
     # -- the bus
 
     def connect(self) -> None:
         """Opens a socket of its own, so that nodes see each other's frames."""
-        self.network.listeners = [self._on_frame]
+        self.network.listeners = [self._on_frame]  # type: ignore[list-item]
         self.network.connect(interface="socketcan", channel=INTERFACE)
 
     def disconnect(self) -> None:
@@ -393,7 +393,7 @@ class Device:
         if generation == self._event_generation[tpdo]:
             self.transmit(tpdo)
 
-    def set(self, values: Values) -> None:
+    def show(self, values: Values) -> None:
         """New process data; event-driven TPDOs that carry any of them go out."""
         with self.account.lock:
             changed = {thing for thing, value in values.items() if self.values.get(thing) != value}
@@ -530,7 +530,7 @@ class Drive(Device):
 
     def on_output(self, things: set[Object]) -> None:
         if MODE in things:
-            self.timers.after(0.002, lambda: self.set({MODE_DISPLAY: self.values[MODE]}))
+            self.timers.after(0.002, lambda: self.show({MODE_DISPLAY: self.values[MODE]}))
         if CONTROLWORD not in things:
             return
         controlword, before = self.values[CONTROLWORD], self.last_controlword
@@ -545,7 +545,7 @@ class Drive(Device):
         """Takes the state and shows it."""
         with self.account.lock:
             self.drive_state = state
-            self.set({STATUSWORD: STATUSWORDS[state]})
+            self.show({STATUSWORD: STATUSWORDS[state]})
 
     def fault(self, code: int, register: int) -> None:
         """An error: EMCY, fault reaction, fault."""

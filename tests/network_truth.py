@@ -93,7 +93,7 @@ def describe(name: str, text: str, sent: Sent, session: Recorded) -> tuple[str, 
             truth["lss"].append({"line": line} | _lss(data, request=can_id == 0x7E5))
         elif "nmt" in meaning:
             command = meaning["nmt"]
-            row = {"command": COMMANDS[command], "cs": f"{command:02X}", "node": meaning["node"]}
+            row: dict[str, Any] = {"command": COMMANDS[command], "cs": f"{command:02X}", "node": meaning["node"]}
             truth["nmt"].append(at | row)
         elif "emcy" in meaning:
             assert data is not None

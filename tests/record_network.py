@@ -246,10 +246,10 @@ def sync_and_pdos(s: Session) -> None:
     for step in range(8):
         time.sleep(0.04)
         s.rpdo(IO, 1, {(0x6200, 1): 1 << step, (0x6200, 2): 0xFF >> step})
-        io.set({(0x6000, 1): 0xF0 | step})
+        io.show({(0x6000, 1): 0xF0 | step})
         if step % 3 == 0:
             s.rpdo(IO, 2, {(0x6411, 1): -step, (0x6411, 2): 1000 * step})
-            io.set({(0x6401, 1): -step, (0x6401, 4): 32_000 + step})
+            io.show({(0x6401, 1): -step, (0x6401, 4): 32_000 + step})
     running = False
     time.sleep(0.01)
     s.nmt(PRE_OP, 0)
@@ -307,22 +307,22 @@ def remapping(s: Session) -> None:
     s.heartbeats(100, IO, ENCODER)
     s.nmt(START, 0)
     time.sleep(0.02)
-    io.set({(0x6000, 1): 1})
+    io.show({(0x6000, 1): 1})
     time.sleep(0.05)
     # from inputs to analogue values, in the running network
     s.set_tpdo(IO, 1, mapping=[(0x6401, 1), (0x6000, 2), (0x6401, 3)])
     for step in range(5):
         time.sleep(0.02)
-        io.set({(0x6401, 1): -30_000 + step, (0x6000, 2): step, (0x6401, 3): 500 * step})
+        io.show({(0x6401, 1): -30_000 + step, (0x6000, 2): step, (0x6401, 3): 500 * step})
     # the same moved to another CAN-ID, and back to one object
     s.set_tpdo(IO, 1, cob_id=0x1C6)
     for step in range(5):
         time.sleep(0.02)
-        io.set({(0x6401, 3): -500 * step - 1})
+        io.show({(0x6401, 3): -500 * step - 1})
     s.set_tpdo(IO, 1, cob_id=0x1C6, mapping=[(0x6000, 2)])
     for step in range(3):
         time.sleep(0.02)
-        io.set({(0x6000, 2): 0x80 + step})
+        io.show({(0x6000, 2): 0x80 + step})
     # TPDO5 of the node without EDS: nothing is known of it but what is written
     s.write(PLAIN, 0x1804, 2, 255, U8)
     s.write(PLAIN, 0x1804, 3, 20, U16)
@@ -333,7 +333,7 @@ def remapping(s: Session) -> None:
     s.write(PLAIN, 0x1804, 1, 0x4000_01C4, U32)
     for step in range(5):
         time.sleep(0.02)
-        plain.set({(0x2000, 4): 0xBEE0 + step, (0x2000, 1): step, (0x2000, 3): 0x8000 + step})
+        plain.show({(0x2000, 4): 0xBEE0 + step, (0x2000, 1): step, (0x2000, 3): 0x8000 + step})
     # kept over a reset
     s.set_tpdo(ENCODER, 1, mapping=[(0x6030, 1), (0x6004, 0)], event_timer=30)
     s.keep(0x187, 0.039)
@@ -349,7 +349,7 @@ def remapping(s: Session) -> None:
         time.sleep(0.03)
         encoder.values[0x6004, 0] = 100_000 * step
         encoder.values[0x6030, 1] = -step
-        io.set({(0x6000, 2): 0x10 + step})
+        io.show({(0x6000, 2): 0x10 + step})
     s.nmt(PRE_OP, 0)
     s.release(0x187)
     # back to the device's own values
@@ -412,7 +412,7 @@ def guarding(s: Session) -> None:
     s.nmt(START, PLAIN)
     for step in range(8):
         time.sleep(0.05)
-        plain.set({(0x2000, 1): 40 * step, (0x2000, 2): 0xFFFF - step})
+        plain.show({(0x2000, 1): 40 * step, (0x2000, 2): 0xFFFF - step})
         s.master.send_message(0x184, b"", remote=True)
     time.sleep(0.02)
     s.nmt(STOP, PLAIN)
