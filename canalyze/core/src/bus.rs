@@ -1,58 +1,204 @@
-//! One bus: the owner of its channels' state, and the way of a frame through it.
+//! One bus: the owner of its nodes and channels, and the way of a frame through it.
 //!
 //! It asks what an identifier carries, hands SDO frames to their channel and everything else to the service's
-//! decoder, and passes on what one service means for another: a reset ends the node's transfers.
+//! decoder, passes on what one service means for another (a reset ends the node's transfers), and tells the checks.
+//! `learn` is the one place where what the capture shows changes a COB-ID, a mapping or a time.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use crate::cob_id::{Role, predefined};
-use crate::event::{Event, What};
-use crate::frame::{BusId, Frame, Kind};
+use crate::cob_id::Role;
+use crate::configuration;
+use crate::context::Context;
+use crate::event::{Event, ProcessData, Signals, Unmapped, What};
+use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
+use crate::network::Network;
+use crate::node::{Content, Node, PerNode};
+use crate::roles::Roles;
 use crate::services;
-use crate::services::sdo::channel::{Channel, Context};
-use crate::services::sdo::wire::Side;
+use crate::services::pdo;
+use crate::services::sdo::channel::Channel;
+use crate::services::sdo::transfer::{Direction, Status, Transfer};
+use crate::services::sdo::wire::{Mux, Side};
 
 /// NMT commands that reset the node: reset node, reset communication (CiA 301, 7.2.8.3.1).
 const RESETS: [u8; 2] = [0x81, 0x82];
+/// Further SDO channels kept apart at most (invariant 6).
+const CHANNELS: usize = 1024;
 
 /// The state of one bus.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Bus {
-    /// Channels of the pre-defined connection set, by the server's node-ID.
-    channels: BTreeMap<u8, Box<Channel>>,
+    network: Arc<Network>,
+    name: Box<[u8]>,
+    roles: Roles,
+    nodes: PerNode<Node>,
+    /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
+    channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
 }
 
 impl Bus {
-    /// Takes one frame: appends its events, the frame's own first.
-    pub fn step(&mut self, frame: &Frame, cx: &mut Context<'_>) {
-        let role = predefined(frame.id);
-        if frame.kind == Kind::Data {
-            match role {
-                Role::SdoRequest(node) => return self.channel(frame.bus, node).step(Side::Client, frame, cx),
-                Role::SdoResponse(node) => return self.channel(frame.bus, node).step(Side::Server, frame, cx),
-                _ => {}
+    /// A bus of which nothing was seen.
+    pub fn new(network: Arc<Network>, name: &[u8]) -> Self {
+        let mut nodes = PerNode::<Node>::default();
+        // What is said of this bus by name counts more than what is said of every bus: it comes last.
+        let mut descriptions: Vec<_> = network.descriptions.iter().collect();
+        descriptions.sort_by_key(|one| one.bus.is_some());
+        for one in descriptions {
+            if Network::holds(one.bus.as_ref(), name) {
+                known(&mut nodes, one.node).configuration.describe(Arc::clone(&one.dictionary));
             }
         }
-        let message = services::decode(role, frame);
-        cx.events.push(Event {
-            at: cx.at,
-            about: None,
-            bus: frame.bus,
-            node: message.node(),
-            transfer: None,
-            what: What::Message(message),
+        for one in &network.cobs {
+            if Network::holds(one.bus.as_ref(), name) {
+                let frame = if one.id.is_extended() { 1 << 29 } else { 0 };
+                let index = pdo::communication_parameter(one.transmit, one.number);
+                known(&mut nodes, one.node).configuration.set_option(index, 1, u64::from(one.id.raw()) | frame);
+            }
+        }
+        for (_, node) in nodes.iter_mut() {
+            node.compile();
+        }
+        let roles = Roles::compile(&network, name, &nodes);
+        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new() }
+    }
+
+    /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
+    /// from it.
+    pub fn step(&mut self, frame: &Frame, cx: &mut Context<'_>) {
+        let role = self.roles.of(frame.id);
+        let data = frame.kind != Kind::Remote && frame.kind != Kind::Error;
+        match role {
+            Role::SdoRequest(node) if frame.kind == Kind::Data => self.sdo(Side::Client, node, frame, cx),
+            Role::SdoResponse(node) if frame.kind == Kind::Data => self.sdo(Side::Server, node, frame, cx),
+            Role::Tpdo { number, node } if data => self.process_data(true, number, node, frame, cx),
+            Role::Rpdo { number, node } if data => self.process_data(false, number, node, frame, cx),
+            _ => self.message(role, frame, cx),
+        }
+    }
+
+    fn sdo(&mut self, side: Side, node: u8, frame: &Frame, cx: &mut Context<'_>) {
+        let key = (node, self.roles.channel(frame.id));
+        if self.channels.len() >= CHANNELS && !self.channels.contains_key(&key) {
+            return self.message(Role::Foreign, frame, cx);
+        }
+        let channel = self.channels.entry(key).or_insert_with(|| Box::new(Channel::new(frame.bus, node)));
+        let before = cx.events.len();
+        channel.step(side, frame, cx);
+        self.due(frame, cx);
+        for place in before..cx.events.len() {
+            if let Some(Event { what: What::Transfer(transfer), .. }) = cx.events.get(place) {
+                let transfer = Arc::clone(transfer);
+                self.learn(&transfer, cx);
+            }
+        }
+    }
+
+    fn process_data(&mut self, transmit: bool, number: u16, node: u8, frame: &Frame, cx: &mut Context<'_>) {
+        let role = if transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } };
+        let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
+        let content = match known.map(|pdo| &pdo.content) {
+            Some(Content::Multiplex { .. }) => {
+                let message = pdo::decode_multiplexed(role, transmit, number, node, frame);
+                return cx.push(None, Some(node), What::Message(message));
+            }
+            Some(Content::Mapped(mapping, from)) => Signals::Mapped(Arc::clone(mapping), *from),
+            Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
+            Some(Content::Unknown) | None => self.by_consumer(frame.id),
+        };
+        let data = ProcessData { transmit, number, node, content, state: None, sync: None };
+        cx.push(None, Some(node), What::Pdo(data));
+        self.due(frame, cx);
+    }
+
+    /// The signals of a PDO by the mapping of a node that receives it.
+    fn by_consumer(&self, id: CanId) -> Signals {
+        let consumed = self.roles.consumer(id).and_then(|(node, number)| {
+            match &self.nodes.get(node)?.pdo(false, number)?.content {
+                Content::Mapped(mapping, from) => Some(Signals::ByConsumer(Arc::clone(mapping), *from, node, number)),
+                _ => None,
+            }
         });
+        consumed.unwrap_or(Signals::None(Unmapped::Unknown))
+    }
+
+    fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
+        let message = services::decode(role, frame);
+        cx.push(None, message.node(), What::Message(message));
+        self.due(frame, cx);
         match message {
-            Message::BootUp { node } => self.lost(Some(node), true, cx),
-            Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.lost(None, true, cx),
-            Message::Nmt { command, node } if RESETS.contains(&command) => self.lost(Some(node), true, cx),
+            Message::BootUp { node } => self.reset(Some(node), cx),
+            Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
+            Message::Nmt { command, node } if RESETS.contains(&command) => self.reset(Some(node), cx),
             _ => {}
         }
     }
 
-    fn channel(&mut self, bus: BusId, node: u8) -> &mut Channel {
-        self.channels.entry(node).or_insert_with(|| Box::new(Channel::new(bus, node)))
+    /// What the time of a frame makes due, before the frame itself is followed.
+    fn due(&mut self, frame: &Frame, cx: &mut Context<'_>) {
+        if let Some(now_ns) = frame.t_ns {
+            self.advance(now_ns, cx);
+        }
+    }
+
+    /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
+    pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        let _ = (now_ns, cx);
+    }
+
+    /// Takes what an SDO transfer has shown of the server's configuration.
+    fn learn(&mut self, transfer: &Transfer, cx: &mut Context<'_>) {
+        let Some(mux) = transfer.mux else { return };
+        if transfer.status != Status::Ok || transfer.bad || transfer.hole {
+            return;
+        }
+        if mux.index == 0x1F22 && transfer.direction == Direction::Download {
+            return self.learn_concise(mux.sub, &transfer.kept);
+        }
+        let concerned = configuration::concerns(mux.index) || matches!(mux.index, 0x1010 | 0x1011);
+        if !concerned || transfer.size > 8 {
+            return;
+        }
+        let node = known(&mut self.nodes, transfer.node);
+        if node.configuration.learn(transfer.direction, mux, &transfer.kept, cx.at.no) {
+            node.compile();
+            if moves(mux) {
+                self.assign();
+            }
+        }
+    }
+
+    /// A concise DCF that a configuration manager was given for a node (CiA 302-3).
+    fn learn_concise(&mut self, node: u8, bytes: &[u8]) {
+        if !(1..=127).contains(&node) {
+            return;
+        }
+        let target = known(&mut self.nodes, node);
+        for (mux, value) in concise(bytes) {
+            target.configuration.configure(mux.index, mux.sub, value);
+        }
+        target.compile();
+        self.assign();
+    }
+
+    fn assign(&mut self) {
+        self.roles = Roles::compile(&self.network, &self.name, &self.nodes);
+    }
+
+    /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
+    fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
+        self.lost(node, true, cx);
+        let mut changed = false;
+        for (id, one) in self.nodes.iter_mut() {
+            if node.is_none_or(|node| node == id) && one.configuration.reset() {
+                one.compile();
+                changed = true;
+            }
+        }
+        if changed {
+            self.assign();
+        }
     }
 
     /// What was open is over: one node (or all) was reset, or frames of the bus were lost.
@@ -70,4 +216,34 @@ impl Bus {
             channel.finish(cx);
         }
     }
+}
+
+/// A node, made where nothing was known of it.
+fn known(nodes: &mut PerNode<Node>, id: u8) -> &mut Node {
+    if nodes.get(id).is_none() {
+        nodes.put(id, Box::new(Node::new(id)));
+    }
+    nodes.entry(id)
+}
+
+/// Whether an object holds a COB-ID.
+fn moves(mux: Mux) -> bool {
+    match mux.index {
+        0x1005 | 0x1012 | 0x1014 => true,
+        0x1200..=0x12FF => matches!(mux.sub, 1..=3),
+        0x1400..=0x15FF | 0x1800..=0x19FF => mux.sub == 1,
+        _ => false,
+    }
+}
+
+/// The entries of a concise DCF: a count, then index, sub-index, size and data of each (CiA 302-3).
+fn concise(bytes: &[u8]) -> impl Iterator<Item = (Mux, &[u8])> {
+    let mut rest = bytes.get(4..).unwrap_or(&[]);
+    std::iter::from_fn(move || {
+        let ([low, high, sub, a, b, c, d], after) = rest.split_first_chunk::<7>()?;
+        let size = u32::from_le_bytes([*a, *b, *c, *d]) as usize;
+        let value = after.get(..size)?;
+        rest = after.get(size..)?;
+        Some((Mux { index: u16::from_le_bytes([*low, *high]), sub: *sub }, value))
+    })
 }

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use crate::configuration::Provenance;
 use crate::finding::Finding;
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
+use crate::services::pdo::mapping::Mapping;
 use crate::services::sdo::transfer::{Transfer, TransferId};
 use crate::services::sdo::wire::{Command, Mux, Side, decode_frame};
 
@@ -28,8 +30,10 @@ pub struct Event {
 /// The kinds of event.
 #[derive(Clone, Debug)]
 pub enum What {
-    /// A frame of a service other than SDO: every such frame has exactly one.
+    /// A frame of a service other than SDO and PDO: every such frame has exactly one.
     Message(Message),
+    /// A PDO with data: every such frame has exactly one.
+    Pdo(ProcessData),
     /// A frame of an SDO channel: every such frame has exactly one.
     Sdo(Step),
     /// An SDO transfer has ended.
@@ -38,6 +42,54 @@ pub enum What {
     Note(Note),
     /// A rule has been raised.
     Finding(Finding),
+}
+
+/// A PDO and what its bytes are, as far as that is known.
+#[derive(Clone, Debug)]
+pub struct ProcessData {
+    /// Transmit or receive, seen from the node.
+    pub transmit: bool,
+    /// PDO number, from 1.
+    pub number: u16,
+    /// The node whose PDO it is.
+    pub node: u8,
+    /// What the bytes are.
+    pub content: Signals,
+    /// The NMT state of the node, where known: 04, 05, 7F.
+    pub state: Option<u8>,
+    /// The SYNC cycle it belongs to, where it is a synchronous PDO.
+    pub sync: Option<Placement>,
+}
+
+/// What the bytes of a PDO are.
+#[derive(Clone, Debug)]
+pub enum Signals {
+    /// Mapped objects, by a mapping known from there.
+    Mapped(Arc<Mapping>, Provenance),
+    /// The node's own mapping is not known, but that of a node that receives the PDO: its node-ID and RPDO.
+    ByConsumer(Arc<Mapping>, Provenance, u8, u16),
+    /// No signals.
+    None(Unmapped),
+}
+
+/// Why a PDO shows no signals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unmapped {
+    /// No mapping is known, or not all of it.
+    Unknown,
+    /// Sub-index 0 of the mapping is 0.
+    Disabled,
+    /// A multiplex PDO without its address.
+    Multiplex,
+}
+
+/// Where a synchronous PDO stands in its SYNC cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placement {
+    /// Number of the cycle in the capture, from 1: the number of SYNCs seen.
+    pub cycle: u64,
+    /// Time since the SYNC in ns, negative where its late echo came after the PDO; `None` without stamps.
+    pub delay_ns: Option<i64>,
 }
 
 /// An SDO frame and its place in its transfer.

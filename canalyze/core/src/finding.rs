@@ -3,7 +3,7 @@
 //! A rule has a code, a name, a default severity and the clause it rests on; its words stand in `text`. A rule
 //! is added here and in `text/{zh,en}/findings.rs`, and gets a sample that raises it.
 
-use crate::frame::{BusId, FrameRef};
+use crate::frame::{BusId, CanId, FrameRef};
 use crate::services::sdo::wire::{Mux, Side};
 
 /// How bad it is.
@@ -228,11 +228,76 @@ pub enum Facts {
         /// How many.
         count: u64,
     },
+    /// One of the rule's sentences (`text::{zh,en}::findings`), filled with what was measured.
+    Told {
+        /// Which of the rule's sentences, from 0.
+        face: u8,
+        /// What was measured, by the names that stand in the sentence and in JSON. Unused places are [`NOTHING`].
+        measured: [(&'static str, Quantity); MEASURED],
+    },
     /// The finding stands for this many more of its kind on the same object.
     Repeated {
         /// How many were not shown.
         count: u64,
     },
+}
+
+/// Most quantities of one finding.
+pub const MEASURED: usize = 4;
+
+/// An unused place of [`Facts::Told`].
+pub const NOTHING: (&str, Quantity) = ("", Quantity::Nothing);
+
+impl Facts {
+    /// A sentence of the rule with up to [`MEASURED`] quantities; further ones are cut off.
+    pub fn told(face: u8, quantities: &[(&'static str, Quantity)]) -> Self {
+        let mut measured = [NOTHING; MEASURED];
+        for (slot, quantity) in measured.iter_mut().zip(quantities) {
+            *slot = *quantity;
+        }
+        Self::Told { face, measured }
+    }
+}
+
+/// Something measured or expected. Its kind says how it is printed and what it is in JSON.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Quantity {
+    /// Unused.
+    Nothing,
+    /// A number.
+    Count(u64),
+    /// A number with sign.
+    Signed(i64),
+    /// A time or a difference of times in ns; words choose a unit, JSON has ns.
+    Ns(i64),
+    /// Two hexadecimal digits.
+    Hex2(u8),
+    /// Four hexadecimal digits.
+    Hex4(u16),
+    /// Eight hexadecimal digits.
+    Hex8(u32),
+    /// An object: `1800h:01`.
+    Object(Mux),
+    /// A CAN identifier.
+    Id(CanId),
+    /// An NMT state as error control carries it: 00, 04, 05, 7F.
+    State(u8),
+    /// An NMT command specifier: 01, 02, 80, 81, 82.
+    Command(u8),
+    /// A PDO: whether it is a TPDO, and its number.
+    Pdo(bool, u16),
+    /// A CiA 402 statusword: words name its state.
+    Statusword(u16),
+    /// A CiA 402 controlword: words name its command.
+    Controlword(u16),
+    /// A CiA 402 mode of operation.
+    Mode(i8),
+    /// An LSS command specifier.
+    Lss(u8),
+    /// An emergency error code.
+    Emcy(u16),
+    /// A data type code (CiA 301, 7.4.7).
+    Type(u16),
 }
 
 /// What a wrong CRC would be right for: it tells an engineer where the fault is.

@@ -17,22 +17,31 @@
 //!
 //! # Modules
 //!
-//! Dependency runs one way: `frame`, `od` <- `message` <- `event`, `finding` <- `services` <- `bus` <-
-//! `session` <- `python`. `readers` sees only `frame`; `text` sees `message`, `event`, `finding`, `od`;
+//! Dependency runs one way: `frame`, `od`, `dictionary` <- `message` <- `event`, `finding` <- `services` <-
+//! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. `readers` sees only `frame`; `text` sees `message`, `event`, `finding`, `od`;
 //! `render` sees `text`. The whole table stands in `tests/layers.rs`, which keeps it.
 
 pub mod bus;
+pub mod checks;
 pub mod cob_id;
+pub mod configuration;
+pub mod context;
+pub mod dictionary;
+pub mod drive;
 pub mod event;
 pub mod filter;
 pub mod finding;
 pub mod frame;
 pub mod message;
+pub mod network;
+pub mod node;
 pub mod od;
 #[cfg(feature = "python")]
 mod python;
 pub mod readers;
 pub mod render;
+pub mod roles;
+pub mod select;
 pub mod services;
 pub mod session;
 pub mod text;

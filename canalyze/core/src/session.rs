@@ -4,17 +4,22 @@
 //! on standard error. It does no I/O and reads no clock; it must not know a service or a format by name.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::bus::Bus;
+use crate::context::{Chunk, Context};
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::{Code, Facts, Finding};
 use crate::frame::{BusId, Buses, Frame, FrameRef};
+use crate::network::Network;
 use crate::readers::candump::{Candump, Stamps};
 use crate::readers::{Item, Marker};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
-use crate::services::sdo::channel::{Chunk, Context};
+
+use crate::render::signals::Signals;
+use crate::select::Select;
 use crate::services::sdo::transfer::Status;
 use crate::services::sdo::wire::Mux;
 use crate::text::{Depth, Lang, complaints};
@@ -38,6 +43,10 @@ pub enum Format {
     Jsonl,
     /// JSON lines of SDO transfers only.
     Transfers,
+    /// JSON lines of decoded signals only.
+    Signals,
+    /// CSV of decoded signals.
+    SignalsCsv,
 }
 
 /// How a capture is read and shown.
@@ -57,6 +66,10 @@ pub struct Options {
     pub filter: Filter,
     /// Whether the bytes of SDO transfers are handed out.
     pub extract: bool,
+    /// What is known of the network beforehand.
+    pub network: Arc<Network>,
+    /// Which signals are listed.
+    pub select: Select,
 }
 
 /// Bytes of a transfer for a file of its own.
@@ -86,12 +99,15 @@ type Kind = (Code, BusId, Option<u8>, Option<Mux>);
 struct Stream {
     options: Options,
     lines: Lines,
+    signals: Signals,
     state: Vec<Bus>,
     file: Vec<u8>,
     frames: u64,
     file_frames: u64,
     /// Frames or transfers that passed the filter.
     shown: u64,
+    /// Rows of signals.
+    rows: u64,
     /// Time of the first frame.
     start_ns: Option<i64>,
     /// Digits after the point of the last stamp.
@@ -137,6 +153,7 @@ impl Session {
             reader: None,
             buses: Buses::default(),
             stream: Stream {
+                signals: Signals::new(options.lang, options.format == Format::SignalsCsv, options.select.clone()),
                 options,
                 lines,
                 state: Vec::new(),
@@ -144,6 +161,7 @@ impl Session {
                 frames: 0,
                 file_frames: 0,
                 shown: 0,
+                rows: 0,
                 start_ns: None,
                 decimals: 9,
                 last: FrameRef::default(),
@@ -207,6 +225,11 @@ impl Session {
         std::mem::take(&mut self.stream.extracted)
     }
 
+    /// Rows of decoded signals so far.
+    pub fn rows(&self) -> u64 {
+        self.stream.rows
+    }
+
     /// Frames read so far: in all files, in the current one.
     pub fn frames(&self) -> (u64, u64) {
         (self.stream.frames, self.stream.file_frames)
@@ -233,10 +256,11 @@ impl Stream {
         frame.no = self.frames;
         self.decimals = frame.stamp.map_or(9, |stamp| stamp.decimals);
         self.last = frame.reference();
-        self.on_bus(frame.bus, |bus, cx| bus.step(&frame, cx));
+        self.on_bus(frame.bus, buses, |bus, cx| bus.step(&frame, cx));
         self.fold();
         let (service, node) = self.events.first().map_or(("foreign", None), |event| match &event.what {
             What::Message(message) => (message.service(), event.node),
+            What::Pdo(_) => ("pdo", event.node),
             _ => ("sdo", event.node),
         });
         let start_ns = *self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
@@ -244,9 +268,13 @@ impl Stream {
             self.transfers(buses, out);
         } else if self.options.filter.shows(&frame, service, node, buses, start_ns) {
             self.shown += 1;
+            let setting = Setting { lang: self.options.lang, file: &self.file, buses, decimals: self.decimals };
             match self.options.format {
                 Format::Text => self.lines.frame(out, &frame, &self.events, buses),
-                _ => jsonl::frame(out, self.setting(buses), &frame, &self.events),
+                Format::Signals | Format::SignalsCsv => {
+                    self.rows += self.signals.frame(out, setting, &frame, &self.events);
+                }
+                Format::Jsonl | Format::Transfers => jsonl::frame(out, setting, &frame, &self.events),
             }
         }
         self.extract(buses);
@@ -256,7 +284,7 @@ impl Stream {
     fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
         let (code, line, facts, bus) = match marker {
             Marker::Dropped { bus, count, total, line } => {
-                self.on_bus(bus, |bus, cx| bus.lost(None, false, cx));
+                self.on_bus(bus, buses, |bus, cx| bus.lost(None, false, cx));
                 (Some(Code::Cap002), line, Facts::Dropped { count, total }, bus)
             }
             Marker::Backward { line } => (Some(Code::Cap003), line, Facts::None, BusId(0)),
@@ -298,7 +326,7 @@ impl Stream {
 
     fn finish(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         for index in 0..self.state.len() {
-            self.on_bus(BusId(index as u8), Bus::finish);
+            self.on_bus(BusId(index as u8), buses, Bus::finish);
         }
         self.fold();
         let at = self.last;
@@ -322,15 +350,17 @@ impl Stream {
             Format::Text => self.lines.end(out, &self.events),
             Format::Jsonl => jsonl::asides(out, self.setting(buses), &self.events),
             Format::Transfers => self.transfers(buses, out),
+            Format::Signals | Format::SignalsCsv => {}
         }
         self.extract(buses);
         self.events.clear();
     }
 
-    fn on_bus(&mut self, bus: BusId, act: impl FnOnce(&mut Bus, &mut Context<'_>)) {
-        let index = usize::from(bus.0);
-        if self.state.len() <= index {
-            self.state.resize_with(index + 1, Bus::default);
+    fn on_bus(&mut self, id: BusId, buses: &Buses, act: impl FnOnce(&mut Bus, &mut Context<'_>)) {
+        let index = usize::from(id.0);
+        while self.state.len() <= index {
+            let name = buses.name(BusId(self.state.len() as u8));
+            self.state.push(Bus::new(Arc::clone(&self.options.network), name));
         }
         let Some(bus) = self.state.get_mut(index) else { return };
         let mut cx = Context {
@@ -338,6 +368,7 @@ impl Stream {
             next_transfer: &mut self.next_transfer,
             extract: self.options.extract,
             chunks: &mut self.chunks,
+            bus: id,
             at: self.last,
         };
         act(bus, &mut cx);

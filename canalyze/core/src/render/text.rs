@@ -76,6 +76,17 @@ impl Lines {
                     }
                     said = true;
                 }
+                What::Pdo(data) => {
+                    match self.lang {
+                        Lang::Zh => zh::pdo::process_data(out, self.depth, data, frame),
+                        Lang::En => en::pdo::process_data(out, self.depth, data, frame),
+                    }
+                    out.push(b'\n');
+                    if self.depth == Depth::Explain {
+                        explain::pdo::process_data(out, self.lang, data, frame);
+                    }
+                    said = true;
+                }
                 What::Sdo(step) => {
                     match self.lang {
                         Lang::Zh => zh::sdo::step(out, self.depth, step, frame.len),
@@ -144,7 +155,7 @@ impl Lines {
                 }
                 out.push(b'\n');
             }
-            What::Transfer(_) | What::Message(_) | What::Sdo(_) => {}
+            What::Transfer(_) | What::Message(_) | What::Pdo(_) | What::Sdo(_) => {}
         }
     }
 

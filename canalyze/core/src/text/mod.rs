@@ -9,7 +9,9 @@ pub mod digits;
 pub mod en;
 pub mod escape;
 pub mod explain;
+pub mod signal;
 pub mod terms;
+pub mod told;
 pub mod value;
 pub mod zh;
 
@@ -44,6 +46,8 @@ pub struct RuleText {
     pub meaning: &'static str,
     /// What usually causes it.
     pub cause: &'static str,
+    /// Its sentences with what was measured, as `{name}`: one for each face of the rule.
+    pub faces: &'static [&'static str],
 }
 
 #[cfg(test)]

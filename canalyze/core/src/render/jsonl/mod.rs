@@ -13,6 +13,9 @@
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
 //! raised at the frame, each of which has its own `finding` line after it.
 
+mod facts;
+mod object;
+mod pdo;
 pub mod sdo;
 pub mod services;
 
@@ -22,6 +25,7 @@ use crate::frame::{Buses, Direction, Frame, Kind};
 use crate::text::digits::{Hex, Joined, Padded, put};
 use crate::text::{Depth, Lang, en, escape, zh};
 
+pub(super) use pdo::marked;
 pub use sdo::transfer;
 
 /// What JSON lines need to know beside the events.
@@ -82,6 +86,18 @@ pub fn frame(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[E
                 put!(out; ",\"", service, "\":");
                 services::fields(out, setting.lang, message, frame);
             }
+            What::Pdo(data) => {
+                put!(out; ",\"service\":\"pdo\",\"node\":");
+                number_or_null(out, event.node.map(u64::from));
+                put!(out; ",\"text\":");
+                quoted(out, |text| match setting.lang {
+                    Lang::Zh => zh::pdo::process_data(text, Depth::Default, data, frame),
+                    Lang::En => en::pdo::process_data(text, Depth::Default, data, frame),
+                });
+                codes(out, events);
+                put!(out; ",\"pdo\":");
+                pdo::fields(out, setting.lang, data, frame);
+            }
             What::Sdo(step) => {
                 put!(out; ",\"service\":\"sdo\",\"node\":");
                 number_or_null(out, event.node.map(u64::from));
@@ -108,7 +124,7 @@ pub fn asides(out: &mut Vec<u8>, setting: Setting<'_>, events: &[Event]) {
             What::Note(what) => note(out, setting, event, *what),
             What::Finding(what) => finding(out, setting, what),
             What::Transfer(what) => transfer(out, setting, what),
-            What::Message(_) | What::Sdo(_) => {}
+            What::Message(_) | What::Pdo(_) | What::Sdo(_) => {}
         }
     }
 }
@@ -189,12 +205,12 @@ fn bus_name(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
 }
 
 /// A bus name, or null where the capture names none.
-pub(super) fn name_or_null(out: &mut Vec<u8>, name: &[u8]) {
+pub(in crate::render) fn name_or_null(out: &mut Vec<u8>, name: &[u8]) {
     if name.is_empty() { put!(out; "null") } else { escape::json(out, name) }
 }
 
 /// A number, or null.
-pub(super) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
+pub(in crate::render) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
     match number {
         Some(number) => put!(out; number),
         None => put!(out; "null"),
@@ -202,7 +218,7 @@ pub(super) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
 }
 
 /// Seconds as a decimal string, or null.
-pub(super) fn seconds(out: &mut Vec<u8>, ns: Option<i64>, decimals: u8) {
+pub(in crate::render) fn seconds(out: &mut Vec<u8>, ns: Option<i64>, decimals: u8) {
     let Some(ns) = ns else { return put!(out; "null") };
     put!(out; if ns < 0 { "\"-" } else { "\"" });
     let ns = ns.unsigned_abs();
@@ -221,7 +237,7 @@ pub(super) fn truth(yes: bool) -> &'static str {
 }
 
 /// Text as a JSON string.
-pub(super) fn quoted(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
+pub(in crate::render) fn quoted(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     let start = out.len();
     write(out);
     let text = out.split_off(start);

@@ -2,12 +2,13 @@
 //!
 //! Keys are only ever added, never renamed. It must not decide anything.
 
+use super::object::Object;
 use crate::cob_id::Role;
 use crate::frame::Frame;
 use crate::message::{Flaw, Message};
 use crate::services::lss::{Bound, Command, Part, Setting, bit_rate};
 use crate::services::{error_frame, pdo, time, usdo};
-use crate::text::digits::{Hex, Joined, Padded, Put, put};
+use crate::text::digits::{Hex, Padded, Put, put};
 use crate::text::escape;
 use crate::text::{Lang, terms};
 
@@ -254,81 +255,4 @@ fn errors(object: &mut Object<'_>, lang: Lang, frame: &Frame) {
     let counters = error_frame::counters(frame);
     object.maybe("tx_errors", counters.map(|(tx, _)| tx));
     object.maybe("rx_errors", counters.map(|(_, rx)| rx));
-}
-
-/// A JSON object being written. Keys are the program's own and need no escaping.
-struct Object<'a> {
-    out: &'a mut Vec<u8>,
-    empty: bool,
-}
-
-impl<'a> Object<'a> {
-    fn open(out: &'a mut Vec<u8>) -> Self {
-        out.push(b'{');
-        Self { out, empty: true }
-    }
-
-    fn close(self) {
-        self.out.push(b'}');
-    }
-
-    fn key(&mut self, key: &'static str) -> &mut Vec<u8> {
-        put!(self.out; if self.empty { "\"" } else { ",\"" }, key, "\":");
-        self.empty = false;
-        self.out
-    }
-
-    fn number(&mut self, key: &'static str, value: impl Put) {
-        value.put(self.key(key));
-    }
-
-    fn maybe(&mut self, key: &'static str, value: Option<impl Put>) {
-        match value {
-            Some(value) => value.put(self.key(key)),
-            None => put!(self.key(key); "null"),
-        }
-    }
-
-    fn hex<const DIGITS: usize>(&mut self, key: &'static str, value: u64) {
-        put!(self.key(key); "\"", Hex::<DIGITS>(value), "\"");
-    }
-
-    fn maybe_hex(&mut self, key: &'static str, present: bool, value: u8) {
-        if present {
-            self.hex::<2>(key, u64::from(value));
-        } else {
-            put!(self.key(key); "null");
-        }
-    }
-
-    fn flag(&mut self, key: &'static str, value: bool) {
-        put!(self.key(key); if value { "true" } else { "false" });
-    }
-
-    fn word(&mut self, key: &'static str, value: &'static str) {
-        escape::json(self.key(key), value.as_bytes());
-    }
-
-    fn optional(&mut self, key: &'static str, value: Option<&'static str>) {
-        match value {
-            Some(value) => self.word(key, value),
-            None => put!(self.key(key); "null"),
-        }
-    }
-
-    fn bytes(&mut self, key: &'static str, value: &[u8]) {
-        put!(self.key(key); "\"", Joined(value), "\"");
-    }
-
-    fn list<T>(&mut self, key: &'static str, items: impl Iterator<Item = T>, write: impl Fn(&mut Vec<u8>, T)) {
-        let out = self.key(key);
-        out.push(b'[');
-        for (i, item) in items.enumerate() {
-            if i > 0 {
-                out.push(b',');
-            }
-            write(out, item);
-        }
-        out.push(b']');
-    }
 }

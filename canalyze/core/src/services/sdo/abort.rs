@@ -3,11 +3,12 @@
 //! The multiplexor of an abort is unreliable, so an abort belongs to its channel's transfer, not to an object. Its
 //! provoking request may be captured after it, and frames that were under way may follow it.
 
-use super::channel::{Channel, Context, Half, Outside, Phase, strict_initiate};
+use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
 use super::exchange::expedited;
 use super::pairing::{UnderWay, Unprovoked};
 use super::transfer::{Abort, Status};
 use super::wire::{self, Command, Segment, Side};
+use crate::context::Context;
 use crate::event::Note;
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;

@@ -6,9 +6,10 @@
 //! `pairing`.
 
 use super::block::{Acked, Block, End, Taken};
-use super::channel::{Channel, Context, Half, Phase};
+use super::channel::{Channel, Half, Phase};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
+use crate::context::Context;
 use crate::event::Place;
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;

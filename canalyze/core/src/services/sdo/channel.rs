@@ -8,6 +8,7 @@ use super::block::Block;
 use super::pairing::Pairing;
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Initiate, Mux, Side};
+use crate::context::{Chunk, Context};
 use crate::event::{Event, Note, Place, Step, What};
 use crate::finding::{Code, Facts, Finding};
 use crate::frame::{BusId, Frame, FrameRef};
@@ -24,35 +25,6 @@ pub(super) struct Half {
     pub(super) command: Command,
     pub(super) bytes: [u8; 8],
     pub(super) len: u8,
-}
-
-/// What the channel writes to while it takes a frame.
-pub struct Context<'a> {
-    /// Events of this frame.
-    pub events: &'a mut Vec<Event>,
-    /// The number the next transfer gets.
-    pub next_transfer: &'a mut u64,
-    /// Whether transferred bytes are handed out.
-    pub extract: bool,
-    /// Bytes handed out.
-    pub chunks: &'a mut Vec<Chunk>,
-    /// The frame at hand (or the last one, at the capture's end).
-    pub at: FrameRef,
-}
-
-/// Bytes of a transfer that are handed out while it runs.
-#[derive(Clone, Debug)]
-pub struct Chunk {
-    /// Number of the transfer.
-    pub id: TransferId,
-    /// The bus.
-    pub bus: BusId,
-    /// The server's node-ID.
-    pub node: u8,
-    /// The object, if known.
-    pub mux: Option<Mux>,
-    /// The next bytes.
-    pub bytes: Vec<u8>,
 }
 
 /// Where the transfer stands.

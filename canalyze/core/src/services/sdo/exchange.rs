@@ -5,9 +5,10 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, Context, Half, Phase};
+use super::channel::{Channel, Half, Phase};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
+use crate::context::Context;
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;
 use crate::od::{self, DataType};

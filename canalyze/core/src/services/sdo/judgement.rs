@@ -3,8 +3,9 @@
 //! Nothing is judged before the first request that can be one; findings are withheld until the channel has shown
 //! one valid request with its response. A channel that never does says so once.
 
-use super::channel::{Channel, Context, Half};
+use super::channel::{Channel, Half};
 use super::wire::{Command, Segment};
+use crate::context::Context;
 use crate::event::{Event, Note, Place, What};
 use crate::finding::{Code, Facts, Finding, Severity};
 use crate::frame::FrameRef;

@@ -4,10 +4,11 @@
 //! be: a block segment can look like any command. What was cut is incomplete.
 
 use super::block::{Block, MOST};
-use super::channel::{Channel, Context, Half, Outside, Phase, strict_initiate};
+use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
 use super::pairing::Held;
 use super::transfer::{Direction, Mode, Transfer};
 use super::wire::{self, Command, Side};
+use crate::context::Context;
 use crate::event::Place;
 use crate::frame::FrameRef;
 

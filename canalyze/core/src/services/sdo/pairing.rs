@@ -9,9 +9,10 @@
 //! This file decides who belongs to whom. What a pair does to the transfer stands in `channel`.
 
 use super::block::MOST;
-use super::channel::{Channel, Context, Half, Outside, Phase, UNANSWERED_NS, strict_initiate};
+use super::channel::{Channel, Half, Outside, Phase, UNANSWERED_NS, strict_initiate};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
+use crate::context::Context;
 use crate::event::{Note, Place};
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;

@@ -1,5 +1,6 @@
 //! The English sentences.
 
 pub mod findings;
+pub mod pdo;
 pub mod sdo;
 pub mod services;

@@ -192,7 +192,7 @@ fn error_control(out: &mut Vec<u8>, lang: Lang, state: u8, toggle: bool) {
     put!(out; "\n");
 }
 
-fn parameters(out: &mut Vec<u8>, lang: Lang, transmit: bool, number: u16) {
+pub(super) fn parameters(out: &mut Vec<u8>, lang: Lang, transmit: bool, number: u16) {
     put!(out; "#   ", say(lang, "通信参数 ", "communication parameter "));
     put!(out; Hex::<4>(u64::from(communication_parameter(transmit, number))));
     put!(out; say(lang, "h, 映射参数 ", "h, mapping parameter "));

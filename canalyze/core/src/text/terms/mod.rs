@@ -2,6 +2,7 @@
 //!
 //! The Chinese words follow the notes' vocabulary, the English ones CiA 301's. No sentence stands here.
 
+pub mod drive;
 pub mod emcy;
 pub mod error_frame;
 pub mod lss;

@@ -1,5 +1,6 @@
 //! The Chinese sentences.
 
 pub mod findings;
+pub mod pdo;
 pub mod sdo;
 pub mod services;

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use super::channel::{Channel, Chunk, Context};
+use super::channel::Channel;
 use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{Mux, Side};
+use crate::context::{Chunk, Context};
 use crate::event::What;
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{BusId, CanId, Frame};
@@ -65,10 +66,24 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
         frame.no = no as u64 + 1;
         frame.t_ns = time(no);
         at = frame.reference();
-        let mut cx = Context { events: &mut events, next_transfer: &mut next, extract: true, chunks: &mut chunks, at };
+        let mut cx = Context {
+            events: &mut events,
+            next_transfer: &mut next,
+            extract: true,
+            chunks: &mut chunks,
+            bus: BusId(0),
+            at,
+        };
         channel.step(*side, &frame, &mut cx);
     }
-    let mut cx = Context { events: &mut events, next_transfer: &mut next, extract: true, chunks: &mut chunks, at };
+    let mut cx = Context {
+        events: &mut events,
+        next_transfer: &mut next,
+        extract: true,
+        chunks: &mut chunks,
+        bus: BusId(0),
+        at,
+    };
     channel.finish(&mut cx);
     let mut outcome = Outcome::default();
     for event in events {

@@ -6,7 +6,7 @@ use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
 use crate::services::sdo::wire::Side;
 use crate::text::digits::{Hex, put};
-use crate::text::{Lang, RuleText, value};
+use crate::text::{Lang, RuleText, told, value};
 
 /// The word for a severity.
 pub fn severity(severity: Severity) -> &'static str {
@@ -94,6 +94,10 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
         Facts::Frames { count } => {
             put!(out; rule(finding.code).message, " (", count, if count == 1 { " frame)" } else { " frames)" });
         }
+        Facts::Told { face, measured } => match rule(finding.code).faces.get(usize::from(face)) {
+            Some(sentence) => told::fill(out, Lang::En, sentence, &measured),
+            None => put!(out; rule(finding.code).message),
+        },
         Facts::Repeated { count } => put!(out; count, " more of the same"),
     }
 }
@@ -115,7 +119,7 @@ pub fn note(out: &mut Vec<u8>, note: Note, about: u64) {
 
 /// The words of a rule.
 pub fn rule(code: Code) -> RuleText {
-    let text = |message, meaning, cause| RuleText { message, meaning, cause };
+    let text = |message, meaning, cause| RuleText { message, meaning, cause, faces: &[] };
     match code {
         Code::Cap001 => text(
             "lines that cannot be read",

@@ -11,6 +11,8 @@
 //! That a PDO is a multiplex one stands in its mapping parameter (sub-index 0 = 254 SAM, 255 DAM). A frame does
 //! not show it, so `services::decode` never yields an MPDO: the bus asks for one where it knows the mapping.
 
+pub mod mapping;
+
 use crate::frame::Frame;
 use crate::message::{Flaw, Message};
 

@@ -6,7 +6,7 @@ use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
 use crate::services::sdo::wire::Side;
 use crate::text::digits::{Hex, put};
-use crate::text::{Lang, RuleText, value};
+use crate::text::{Lang, RuleText, told, value};
 
 /// The word for a severity.
 pub fn severity(severity: Severity) -> &'static str {
@@ -94,6 +94,10 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
         }
         Facts::Command(command) => put!(out; "未定义的命令字节 ", Hex::<2>(u64::from(command)), "h"),
         Facts::Frames { count } => put!(out; rule(finding.code).message, " (", count, "帧)"),
+        Facts::Told { face, measured } => match rule(finding.code).faces.get(usize::from(face)) {
+            Some(sentence) => told::fill(out, Lang::Zh, sentence, &measured),
+            None => put!(out; rule(finding.code).message),
+        },
         Facts::Repeated { count } => put!(out; "同样的情况另有", count, "次"),
     }
 }
@@ -110,7 +114,7 @@ pub fn note(out: &mut Vec<u8>, note: Note, about: u64) {
 
 /// The words of a rule.
 pub fn rule(code: Code) -> RuleText {
-    let text = |message, meaning, cause| RuleText { message, meaning, cause };
+    let text = |message, meaning, cause| RuleText { message, meaning, cause, faces: &[] };
     match code {
         Code::Cap001 => text(
             "有无法读取的行",

@@ -1,0 +1,272 @@
+//! What one node's communication objects hold, and from where that is known.
+//!
+//! Values come from acknowledged SDO writes and successful reads, from options, from a DCF, from an EDS, in this
+//! order of trust. What was written does not survive a reset unless it was stored (1010h); what was read before any
+//! write is the stored value and does; restored defaults (1011h) hold from the next reset on (CiA 301, 7.5.2.13 and
+//! .14). It must not know what the values mean to a service.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use crate::dictionary::{Dictionary, Form, Object};
+use crate::services::sdo::transfer::Direction;
+use crate::services::sdo::wire::Mux;
+
+/// Objects kept for one node at most (invariant 6): more than the ranges below hold on any real device.
+const KEPT: usize = 4096;
+/// "save" and "load" as they stand in 1010h and 1011h.
+const SAVE: u64 = 0x6576_6173;
+const LOAD: u64 = 0x6461_6F6C;
+
+/// From where a value is known. The order is the order of trust.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Provenance {
+    /// The standard's default: the pre-defined connection set.
+    Default,
+    /// An EDS.
+    Eds,
+    /// A DCF, or a concise DCF seen in the capture.
+    Dcf,
+    /// An option of the command line or of canalyze.toml.
+    Option,
+    /// The capture itself: the frame with which it was known.
+    Observed(u64),
+}
+
+impl Provenance {
+    /// The word in machine output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Default => "default",
+            Self::Eds => "eds",
+            Self::Dcf => "dcf",
+            Self::Option => "option",
+            Self::Observed(_) => "observed",
+        }
+    }
+}
+
+/// A value and from where it is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Known {
+    /// The number, at most 64 bits.
+    pub value: u64,
+    /// Its provenance.
+    pub from: Provenance,
+}
+
+type Address = (u16, u8);
+
+/// The configuration of one node.
+#[derive(Debug, Default)]
+pub struct Configuration {
+    description: Option<Arc<Dictionary>>,
+    /// By option.
+    options: BTreeMap<Address, u64>,
+    /// From a concise DCF (1F22h) that a configuration manager was given for this node.
+    concise: BTreeMap<Address, u64>,
+    /// What the capture shows, with the frame that did.
+    observed: BTreeMap<Address, (u64, u64)>,
+    /// What the node comes up with after a reset, as far as the capture shows it.
+    stored: BTreeMap<Address, (u64, u64)>,
+    /// Written since the last reset or store.
+    written: BTreeSet<Address>,
+    restored: bool,
+}
+
+/// Whether an object is one that decoding depends on.
+pub fn concerns(index: u16) -> bool {
+    matches!(
+        index,
+        0x1000 | 0x1005..=0x1007 | 0x100C | 0x100D | 0x1012 | 0x1014..=0x1019 | 0x1200..=0x12FF | 0x1301..=0x13C0 | 0x1400..=0x1BFF
+    )
+}
+
+impl Configuration {
+    /// The node's description, where there is one.
+    pub fn description(&self) -> Option<&Arc<Dictionary>> {
+        self.description.as_ref()
+    }
+
+    /// Gives the node a description.
+    pub fn describe(&mut self, dictionary: Arc<Dictionary>) {
+        self.description = Some(dictionary);
+    }
+
+    /// Sets a value by option.
+    pub fn set_option(&mut self, index: u16, sub: u8, value: u64) {
+        self.options.insert((index, sub), value);
+    }
+
+    /// An object of the description.
+    pub fn object(&self, index: u16, sub: u8) -> Option<&Object> {
+        self.description.as_ref()?.get(index, sub)
+    }
+
+    /// What an object holds on node `node`, by the most trusted source.
+    pub fn get(&self, node: u8, index: u16, sub: u8) -> Option<Known> {
+        let address = (index, sub);
+        if let Some((value, frame)) = self.observed.get(&address) {
+            return Some(Known { value: *value, from: Provenance::Observed(*frame) });
+        }
+        if let Some(value) = self.options.get(&address) {
+            return Some(Known { value: *value, from: Provenance::Option });
+        }
+        if let Some(value) = self.concise.get(&address) {
+            return Some(Known { value: *value, from: Provenance::Dcf });
+        }
+        self.described(node, index, sub)
+    }
+
+    /// What the description says of an object, whatever else is known.
+    pub fn described(&self, node: u8, index: u16, sub: u8) -> Option<Known> {
+        let description = self.description.as_ref()?;
+        let object = description.get(index, sub)?;
+        let dcf = object.preset?.configured || description.form == Form::Dcf;
+        Some(Known { value: object.preset_at(node)?, from: if dcf { Provenance::Dcf } else { Provenance::Eds } })
+    }
+
+    /// Every index of `range` for which something is known, ascending.
+    pub fn indices(&self, range: std::ops::RangeInclusive<u16>) -> BTreeSet<u16> {
+        let span = (*range.start(), 0)..=(*range.end(), u8::MAX);
+        let mut found: BTreeSet<u16> = self.observed.range(span.clone()).map(|((index, _), _)| *index).collect();
+        found.extend(self.options.range(span.clone()).map(|((index, _), _)| *index));
+        found.extend(self.concise.range(span).map(|((index, _), _)| *index));
+        if let Some(description) = &self.description {
+            found.extend(description.objects().iter().map(|object| object.index).filter(|index| range.contains(index)));
+        }
+        found
+    }
+
+    /// Takes what an SDO transfer has shown. Says whether a value that decoding depends on is another one now.
+    pub fn learn(&mut self, direction: Direction, mux: Mux, bytes: &[u8], frame: u64) -> bool {
+        let Some(value) = number(bytes) else { return false };
+        let address = (mux.index, mux.sub);
+        match (direction, mux.index, value) {
+            // Sub-index 1 stores all parameters, 2 the communication parameters.
+            (Direction::Download, 0x1010, SAVE) if matches!(mux.sub, 1 | 2) => {
+                self.stored = self.observed.clone();
+                self.written.clear();
+                self.restored = false;
+                return false;
+            }
+            (Direction::Download, 0x1011, LOAD) if matches!(mux.sub, 1 | 2) => {
+                self.restored = true;
+                return false;
+            }
+            _ => {}
+        }
+        if !concerns(mux.index) || (self.observed.len() >= KEPT && !self.observed.contains_key(&address)) {
+            return false;
+        }
+        match direction {
+            Direction::Download => {
+                self.written.insert(address);
+            }
+            Direction::Upload if !self.written.contains(&address) => {
+                self.stored.insert(address, (value, frame));
+            }
+            Direction::Upload => {}
+        }
+        self.observed.insert(address, (value, frame)).is_none_or(|(before, _)| before != value)
+    }
+
+    /// A value of a concise DCF.
+    pub fn configure(&mut self, index: u16, sub: u8, bytes: &[u8]) {
+        if let Some(value) = number(bytes)
+            && concerns(index)
+            && self.concise.len() < KEPT
+        {
+            self.concise.insert((index, sub), value);
+        }
+    }
+
+    /// The node was reset: it comes up with what is stored. Says whether anything is another value now.
+    pub fn reset(&mut self) -> bool {
+        if std::mem::take(&mut self.restored) {
+            self.stored.clear();
+        }
+        self.written.clear();
+        let changed = self.observed != self.stored;
+        if changed {
+            self.observed = self.stored.clone();
+        }
+        changed
+    }
+}
+
+/// A value of one to eight bytes as a number.
+pub fn number(bytes: &[u8]) -> Option<u64> {
+    if !(1..=8).contains(&bytes.len()) {
+        return None;
+    }
+    Some(bytes.iter().rev().fold(0, |value, byte| value << 8 | u64::from(*byte)))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+    use super::*;
+
+    fn write(configuration: &mut Configuration, index: u16, sub: u8, value: u32) -> bool {
+        configuration.learn(Direction::Download, Mux { index, sub }, &value.to_le_bytes(), 7)
+    }
+
+    fn value(configuration: &Configuration, index: u16, sub: u8) -> Option<u64> {
+        configuration.get(5, index, sub).map(|known| known.value)
+    }
+
+    #[test]
+    fn what_was_written_does_not_survive_a_reset() {
+        let mut configuration = Configuration::default();
+        assert!(write(&mut configuration, 0x1800, 1, 0x185));
+        assert!(!write(&mut configuration, 0x1800, 1, 0x185), "the same again");
+        assert_eq!(value(&configuration, 0x1800, 1), Some(0x185));
+        assert!(configuration.reset());
+        assert_eq!(value(&configuration, 0x1800, 1), None);
+    }
+
+    #[test]
+    fn what_was_stored_or_read_does() {
+        let mut configuration = Configuration::default();
+        configuration.learn(Direction::Upload, Mux { index: 0x1017, sub: 0 }, &[0xE8, 3], 3);
+        write(&mut configuration, 0x1800, 1, 0x1A5);
+        write(&mut configuration, 0x1010, 1, SAVE as u32);
+        write(&mut configuration, 0x1006, 0, 10_000);
+        configuration.learn(Direction::Upload, Mux { index: 0x1006, sub: 0 }, &[0x10, 0x27, 0, 0], 9);
+        configuration.reset();
+        assert_eq!(value(&configuration, 0x1017, 0), Some(1000));
+        assert_eq!(value(&configuration, 0x1800, 1), Some(0x1A5));
+        assert_eq!(value(&configuration, 0x1006, 0), None, "read after it was written: not stored");
+        write(&mut configuration, 0x1011, 1, LOAD as u32);
+        configuration.reset();
+        assert_eq!(value(&configuration, 0x1800, 1), None);
+    }
+
+    #[test]
+    fn order_of_trust() {
+        let object = |value, configured| Object {
+            index: 0x1017,
+            sub: 0,
+            name: "Producer heartbeat time".into(),
+            data_type: 6,
+            access: Access::Rw,
+            preset: Some(Preset { value, relative: false, configured }),
+            mappable: false,
+            unit: None,
+            factor: 1.0,
+        };
+        let dictionary = |object| Arc::new(Dictionary::new(String::new(), Form::Eds, String::new(), vec![object]));
+        let mut configuration = Configuration::default();
+        configuration.describe(dictionary(object(100, false)));
+        assert_eq!(configuration.get(5, 0x1017, 0), Some(Known { value: 100, from: Provenance::Eds }));
+        configuration.describe(dictionary(object(200, true)));
+        assert_eq!(configuration.get(5, 0x1017, 0), Some(Known { value: 200, from: Provenance::Dcf }));
+        configuration.set_option(0x1017, 0, 300);
+        assert_eq!(configuration.get(5, 0x1017, 0), Some(Known { value: 300, from: Provenance::Option }));
+        write(&mut configuration, 0x1017, 0, 400);
+        assert_eq!(configuration.get(5, 0x1017, 0), Some(Known { value: 400, from: Provenance::Observed(7) }));
+    }
+
+    use crate::dictionary::{Access, Preset};
+}

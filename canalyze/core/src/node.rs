@@ -1,0 +1,284 @@
+//! One node: its configuration, and the PDOs that follow from it.
+//!
+//! PDOs are compiled when the configuration changes, so that a frame costs one look-up. It must not look at frames,
+//! and judges nothing.
+
+use std::sync::Arc;
+
+use crate::configuration::{Configuration, Provenance};
+use crate::drive;
+use crate::frame::CanId;
+use crate::od::{self, DataType};
+use crate::services::pdo::mapping::{Mapped, Mapping, decode_entry};
+use crate::services::pdo::{communication_parameter, mapping_parameter};
+
+/// PDOs of each direction that have pre-defined COB-IDs.
+pub const PREDEFINED: u16 = 4;
+/// Highest number of entries of a mapping; 254 and 255 mark multiplex PDOs.
+const MOST_ENTRIES: u64 = 64;
+
+/// Something kept for every node that needs it, by node-ID 1..=127: one array look-up.
+#[derive(Debug)]
+pub struct PerNode<T> {
+    slots: Vec<Option<Box<T>>>,
+    /// Stands in where no node can be (never: a node-ID is at most 127).
+    nowhere: T,
+}
+
+/// Node-IDs and 0.
+const SLOTS: usize = 128;
+
+impl<T: Default> Default for PerNode<T> {
+    fn default() -> Self {
+        Self { slots: (0..SLOTS).map(|_| None).collect(), nowhere: T::default() }
+    }
+}
+
+impl<T: Default> PerNode<T> {
+    /// What is kept for a node.
+    pub fn get(&self, node: u8) -> Option<&T> {
+        self.slots.get(usize::from(node)).and_then(Option::as_deref)
+    }
+
+    /// The same, to change it.
+    pub fn get_mut(&mut self, node: u8) -> Option<&mut T> {
+        self.slots.get_mut(usize::from(node)).and_then(Option::as_deref_mut)
+    }
+
+    /// What is kept for a node, made where there is nothing yet.
+    pub fn entry(&mut self, node: u8) -> &mut T {
+        match self.slots.get_mut(usize::from(node)) {
+            Some(slot) => slot.get_or_insert_default(),
+            None => &mut self.nowhere,
+        }
+    }
+
+    /// Takes it out.
+    pub fn take(&mut self, node: u8) -> Option<Box<T>> {
+        self.slots.get_mut(usize::from(node)).and_then(Option::take)
+    }
+
+    /// Puts it in.
+    pub fn put(&mut self, node: u8, value: Box<T>) {
+        if let Some(slot) = self.slots.get_mut(usize::from(node)) {
+            *slot = Some(value);
+        }
+    }
+
+    /// All nodes, ascending.
+    pub fn iter(&self) -> impl Iterator<Item = (u8, &T)> {
+        self.slots.iter().enumerate().filter_map(|(node, slot)| Some((node as u8, slot.as_deref()?)))
+    }
+
+    /// All nodes, ascending, to change them.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = (u8, &mut T)> {
+        self.slots.iter_mut().enumerate().filter_map(|(node, slot)| Some((node as u8, slot.as_deref_mut()?)))
+    }
+}
+
+/// A COB-ID entry (CiA 301, 7.5.2.35 and .37), taken apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CobId {
+    /// Bit 31 is 0: it is used.
+    pub valid: bool,
+    /// Bit 30 is 0: remote frames are answered. Only of a TPDO.
+    pub rtr_allowed: bool,
+    /// The identifier.
+    pub id: CanId,
+}
+
+impl CobId {
+    /// From the value of an entry. Bits that an 11-bit identifier has not are left out, as devices do.
+    pub fn from_entry(value: u64) -> Self {
+        let id = match value & 1 << 29 {
+            0 => CanId::standard((value & 0x7FF) as u16),
+            _ => CanId::extended((value & 0x1FFF_FFFF) as u32),
+        };
+        Self { valid: value & 1 << 31 == 0, rtr_allowed: value & 1 << 30 == 0, id }
+    }
+}
+
+/// One PDO of a node, as it is configured now.
+#[derive(Clone, Debug)]
+pub struct Pdo {
+    /// Transmit or receive, seen from the node.
+    pub transmit: bool,
+    /// PDO number, 1..=512.
+    pub number: u16,
+    /// Its COB-ID and from where it is known.
+    pub cob: (CobId, Provenance),
+    /// Transmission type.
+    pub transmission: Option<(u8, Provenance)>,
+    /// Inhibit time in 100 µs; 0 = none.
+    pub inhibit: Option<(u16, Provenance)>,
+    /// Event timer in ms; 0 = none.
+    pub event_timer: Option<(u16, Provenance)>,
+    /// SYNC start value; 0 = counter not used.
+    pub sync_start: Option<(u8, Provenance)>,
+    /// What its bytes are.
+    pub content: Content,
+}
+
+/// What a PDO's bytes are.
+#[derive(Clone, Debug)]
+pub enum Content {
+    /// Mapped objects; the provenance is that of the least trusted part.
+    Mapped(Arc<Mapping>, Provenance),
+    /// A multiplex PDO: sub-index 0 of the mapping is 254 (source) or 255 (destination address mode).
+    Multiplex {
+        /// Destination address mode.
+        destination: bool,
+    },
+    /// Sub-index 0 of the mapping is 0.
+    Disabled(Provenance),
+    /// Nothing is known, or not all of it.
+    Unknown,
+}
+
+impl Pdo {
+    /// The index of its communication parameter.
+    pub fn communication(&self) -> u16 {
+        communication_parameter(self.transmit, self.number)
+    }
+
+    /// The index of its mapping parameter.
+    pub fn mapping(&self) -> u16 {
+        mapping_parameter(self.transmit, self.number)
+    }
+}
+
+/// One node.
+#[derive(Debug, Default)]
+pub struct Node {
+    id: u8,
+    /// What its objects hold.
+    pub configuration: Configuration,
+    /// Receive first, by number.
+    pdos: Vec<Pdo>,
+}
+
+impl Node {
+    /// A node of which nothing is known.
+    pub fn new(id: u8) -> Self {
+        Self { id, ..Self::default() }
+    }
+
+    /// Its node-ID.
+    pub fn id(&self) -> u8 {
+        self.id
+    }
+
+    /// Its node-ID is another one now (LSS).
+    pub fn rename(&mut self, id: u8) {
+        self.id = id;
+        self.compile();
+    }
+
+    /// A number that one of its objects holds.
+    pub fn value(&self, index: u16, sub: u8) -> Option<(u64, Provenance)> {
+        self.configuration.get(self.id, index, sub).map(|known| (known.value, known.from))
+    }
+
+    /// Its PDOs, as far as known: receive first, by number.
+    pub fn pdos(&self) -> &[Pdo] {
+        &self.pdos
+    }
+
+    /// One PDO.
+    pub fn pdo(&self, transmit: bool, number: u16) -> Option<&Pdo> {
+        let found = self.pdos.binary_search_by_key(&(transmit, number), |pdo| (pdo.transmit, pdo.number));
+        found.ok().and_then(|place| self.pdos.get(place))
+    }
+
+    /// Makes the PDOs anew from the configuration.
+    pub fn compile(&mut self) {
+        let mut pdos = Vec::new();
+        for transmit in [false, true] {
+            let first = communication_parameter(transmit, 1);
+            let mapping = mapping_parameter(transmit, 1);
+            let mut numbers = self.configuration.indices(first..=first + 0x1FF);
+            numbers.extend(self.configuration.indices(mapping..=mapping + 0x1FF).iter().map(|index| index - 0x200));
+            pdos.extend(numbers.iter().filter_map(|index| self.compiled(transmit, index - first + 1)));
+        }
+        self.pdos = pdos;
+    }
+
+    fn compiled(&self, transmit: bool, number: u16) -> Option<Pdo> {
+        let communication = communication_parameter(transmit, number);
+        let cob = match self.value(communication, 1) {
+            Some((value, from)) => (CobId::from_entry(value), from),
+            None if number <= PREDEFINED => {
+                let base = if transmit { 0x80 } else { 0x100 } + 0x100 * number;
+                let id = CanId::standard(base + u16::from(self.id));
+                (CobId { valid: true, rtr_allowed: true, id }, Provenance::Default)
+            }
+            None => (CobId { valid: false, rtr_allowed: true, id: CanId::standard(0) }, Provenance::Default),
+        };
+        Some(Pdo {
+            transmit,
+            number,
+            cob,
+            transmission: self.value(communication, 2).map(|(value, from)| (value as u8, from)),
+            inhibit: self.value(communication, 3).map(|(value, from)| (value as u16, from)),
+            event_timer: self.value(communication, 5).map(|(value, from)| (value as u16, from)),
+            sync_start: self.value(communication, 6).map(|(value, from)| (value as u8, from)),
+            content: self.content(mapping_parameter(transmit, number)),
+        })
+    }
+
+    fn content(&self, index: u16) -> Content {
+        let Some((count, mut least)) = self.value(index, 0) else { return Content::Unknown };
+        match count {
+            0 => return Content::Disabled(least),
+            254 | 255 => return Content::Multiplex { destination: count == 255 },
+            1..=MOST_ENTRIES => {}
+            _ => return Content::Unknown,
+        }
+        let mut entries = Vec::new();
+        let mut offset = 0;
+        for sub in 1..=count as u8 {
+            let Some((word, from)) = self.value(index, sub) else { return Content::Unknown };
+            least = trusted_less(least, from);
+            let (index, sub, bits) = decode_entry(word as u32);
+            if bits == 0 {
+                continue;
+            }
+            entries.push(self.mapped(index, sub, bits, offset));
+            offset += u16::from(bits);
+        }
+        Content::Mapped(Arc::new(Mapping::new(entries, offset)), least)
+    }
+
+    /// The type of a standard object. What stands in 6000h-9FFFh is known here for drives only.
+    fn standard(&self, index: u16, sub: u8) -> Option<DataType> {
+        let profile = index >= 0x6000;
+        let other = self.value(0x1000, 0).is_some_and(|(device, _)| !drive::is_drive(device as u32));
+        od::data_type(index, sub).filter(|_| !(profile && other))
+    }
+
+    fn mapped(&self, index: u16, sub: u8, bits: u8, offset: u16) -> Mapped {
+        // Indices below 0020h are data types: bits that are skipped.
+        let dummy = index < 0x20;
+        let object = self.configuration.object(index, sub).filter(|_| !dummy);
+        let described = object.and_then(|object| DataType::from_code(object.data_type));
+        Mapped {
+            index,
+            sub,
+            bits,
+            offset,
+            data_type: if dummy { DataType::from_code(index) } else { described.or_else(|| self.standard(index, sub)) },
+            dummy,
+            name: object.map(|object| Arc::clone(&object.name)).filter(|name| !name.is_empty()),
+            unit: object.and_then(|object| object.unit.clone()),
+            factor: object.map_or(1.0, |object| object.factor),
+        }
+    }
+}
+
+/// The less trusted of two; of two observations the later one, with which the whole was known.
+fn trusted_less(one: Provenance, other: Provenance) -> Provenance {
+    match (one, other) {
+        (Provenance::Observed(one), Provenance::Observed(other)) => Provenance::Observed(one.max(other)),
+        _ => one.min(other),
+    }
+}

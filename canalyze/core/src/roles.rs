@@ -1,0 +1,177 @@
+//! What each CAN-ID of a bus carries: the pre-defined connection set, overruled by what is known of the nodes.
+//!
+//! One array look-up for 11-bit identifiers, a small bounded map for 29-bit ones. Made anew when a COB-ID changes.
+//! It must not look at frames.
+
+use std::collections::BTreeMap;
+
+use crate::cob_id::{Role, predefined};
+use crate::configuration::Provenance;
+use crate::frame::CanId;
+use crate::network::{Network, Sdo};
+use crate::node::{CobId, Node, PREDEFINED, PerNode};
+
+/// Distinct 29-bit identifiers with a role, at most (invariant 6).
+const EXTENDED: usize = 4096;
+/// Identifiers that no configuration moves (CiA 301, 7.3.5): NMT, and from the default SDO channels on.
+const FIXED: [u32; 2] = [0x000, 0x7E4];
+
+/// The roles of a bus.
+#[derive(Debug)]
+pub struct Roles {
+    standard: Vec<Role>,
+    extended: BTreeMap<u32, Role>,
+    /// PDOs that are received on an identifier which is another node's TPDO: consumer and number of its RPDO.
+    consumers: BTreeMap<CanId, (u8, u16)>,
+    /// Further SDO channels, by either of their identifiers.
+    channels: BTreeMap<CanId, CanId>,
+}
+
+impl Default for Roles {
+    fn default() -> Self {
+        Self {
+            standard: (0..0x800).map(|id| predefined(CanId::standard(id))).collect(),
+            extended: BTreeMap::new(),
+            consumers: BTreeMap::new(),
+            channels: BTreeMap::new(),
+        }
+    }
+}
+
+impl Roles {
+    /// What an identifier carries.
+    pub fn of(&self, id: CanId) -> Role {
+        let found = if id.is_extended() { self.extended.get(&id.raw()) } else { self.standard.get(id.raw() as usize) };
+        found.copied().unwrap_or(Role::Foreign)
+    }
+
+    /// The RPDO that receives an identifier whose role is a TPDO: consumer and number.
+    pub fn consumer(&self, id: CanId) -> Option<(u8, u16)> {
+        self.consumers.get(&id).copied()
+    }
+
+    /// The identifier (client to server) that names the channel of an SDO identifier, where it is not the default
+    /// channel of its server.
+    pub fn channel(&self, id: CanId) -> Option<CanId> {
+        self.channels.get(&id).copied()
+    }
+
+    /// Roles from what is known of a bus.
+    pub fn compile(network: &Network, bus: &[u8], nodes: &PerNode<Node>) -> Self {
+        let mut roles = Self::default();
+        let mut claims = BTreeMap::new();
+        for (_, node) in nodes.iter() {
+            roles.services(node, &mut claims);
+            roles.process_data(node, &mut claims);
+            roles.servers(node, &mut claims);
+        }
+        for Sdo { bus: of, client, server, node } in &network.sdos {
+            if Network::holds(of.as_ref(), bus) {
+                roles.further_channel(*client, *server, *node, Provenance::Option, &mut claims);
+            }
+        }
+        roles
+    }
+
+    /// SYNC, TIME and EMCY, where they are configured elsewhere (1005h, 1012h, 1014h).
+    fn services(&mut self, node: &Node, claims: &mut Claims) {
+        if let Some((value, from)) = node.value(0x1005, 0) {
+            self.claim(CobId::from_entry(value & !(3 << 30)).id, Role::Sync, from, claims);
+        }
+        if let Some((value, from)) = node.value(0x1012, 0) {
+            self.claim(CobId::from_entry(value & !(3 << 30)).id, Role::Time, from, claims);
+        }
+        if let Some((value, from)) = node.value(0x1014, 0) {
+            let cob = CobId::from_entry(value);
+            if cob.valid {
+                self.claim(cob.id, Role::Emcy(node.id()), from, claims);
+            }
+        }
+    }
+
+    fn process_data(&mut self, node: &Node, claims: &mut Claims) {
+        for pdo in node.pdos() {
+            let (cob, from) = pdo.cob;
+            let (number, node) = (pdo.number, node.id());
+            let role = if pdo.transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } };
+            // A PDO that is elsewhere has left its pre-defined identifier. An EDS only presets: what is sent there
+            // all the same is still best called by its pre-defined name.
+            if from > Provenance::Eds && number <= PREDEFINED {
+                self.leave(role);
+            }
+            if !cob.valid {
+                continue;
+            }
+            match (self.of(cob.id), role) {
+                (Role::Tpdo { .. }, Role::Rpdo { number, node }) if self.of(cob.id) != role => {
+                    self.consumers.insert(cob.id, (node, number));
+                }
+                (Role::Rpdo { number, node }, Role::Tpdo { .. }) if claims.contains_key(&cob.id) => {
+                    self.consumers.insert(cob.id, (node, number));
+                    self.set(cob.id, role);
+                }
+                _ => self.claim(cob.id, role, from, claims),
+            }
+        }
+    }
+
+    /// SDO servers beyond the default channel (1201h to 127Fh).
+    fn servers(&mut self, node: &Node, claims: &mut Claims) {
+        for index in node.configuration.indices(0x1201..=0x127F) {
+            let (Some((client, from)), Some((server, _))) = (node.value(index, 1), node.value(index, 2)) else {
+                continue;
+            };
+            let (client, server) = (CobId::from_entry(client), CobId::from_entry(server));
+            if client.valid && server.valid {
+                self.further_channel(client.id, server.id, node.id(), from, claims);
+            }
+        }
+    }
+
+    fn further_channel(&mut self, client: CanId, server: CanId, node: u8, from: Provenance, claims: &mut Claims) {
+        if self.of(client) == Role::SdoRequest(node) && self.of(server) == Role::SdoResponse(node) {
+            return;
+        }
+        self.claim(client, Role::SdoRequest(node), from, claims);
+        self.claim(server, Role::SdoResponse(node), from, claims);
+        if self.channels.len() < EXTENDED {
+            self.channels.insert(client, client);
+            self.channels.insert(server, client);
+        }
+    }
+
+    /// Gives an identifier to a role, unless a more trusted source has given it away.
+    fn claim(&mut self, id: CanId, role: Role, from: Provenance, claims: &mut Claims) {
+        let fixed = !id.is_extended() && (id.raw() == FIXED[0] || id.raw() >= FIXED[1]);
+        if fixed || claims.get(&id).is_some_and(|before| *before >= from) {
+            return;
+        }
+        self.set(id, role);
+        claims.insert(id, from);
+    }
+
+    fn set(&mut self, id: CanId, role: Role) {
+        if !id.is_extended() {
+            if let Some(slot) = self.standard.get_mut(id.raw() as usize) {
+                *slot = role;
+            }
+        } else if self.extended.len() < EXTENDED || self.extended.contains_key(&id.raw()) {
+            self.extended.insert(id.raw(), role);
+        }
+    }
+
+    fn leave(&mut self, role: Role) {
+        let id = match role {
+            Role::Tpdo { number, node } => 0x080 + 0x100 * number + u16::from(node),
+            Role::Rpdo { number, node } => 0x100 + 0x100 * number + u16::from(node),
+            _ => return,
+        };
+        if let Some(slot) = self.standard.get_mut(usize::from(id))
+            && *slot == role
+        {
+            *slot = Role::Unassigned;
+        }
+    }
+}
+
+type Claims = BTreeMap<CanId, Provenance>;

@@ -1,0 +1,338 @@
+//! What lies in a PDO (CiA 301, 7.5.2.36 and 7.5.2.38): the entries of its mapping, and the bits of each.
+//!
+//! | bits of an entry | field |
+//! |---|---|
+//! | 31-16 | index |
+//! | 15-8 | sub-index |
+//! | 7-0 | length in bits |
+//!
+//! Entries fill the payload from bit 0 of byte 0 upward, without gaps: of the payload read as one little-endian
+//! number, an entry of L bits at offset o is bits o to o+L-1. Every signal of every PDO comes through here, so
+//! nothing allocates but building a mapping. Which mapping is in force, and since when, is the bus's part.
+
+use std::sync::{Arc, OnceLock};
+
+use crate::od::{self, DataType};
+
+/// Dummy entries are data types, which stand below this index (CiA 301, 7.4.3, 7.4.7).
+const DUMMIES_END: u16 = 0x20;
+
+/// One entry of a mapping.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mapped {
+    /// Index of the object; of a dummy, the code of a data type.
+    pub index: u16,
+    /// Sub-index of the object.
+    pub sub: u8,
+    /// Length in bits, 0..=255 as the entry says. Beyond 64 only CANopen FD has room.
+    pub bits: u8,
+    /// Where it begins: bits from bit 0 of byte 0.
+    pub offset: u16,
+    /// The object's type, if known: from a description, else the standard's. It is not given where the device
+    /// is known to follow another profile than CiA 402 and the object stands in 6000h-9FFFh.
+    pub data_type: Option<DataType>,
+    /// Nothing is mapped here: the bits are skipped.
+    pub dummy: bool,
+    /// The name in the device's description. It comes from a file: escape it before it reaches a terminal.
+    pub name: Option<Arc<str>>,
+    /// The unit in the device's description or configuration; to be escaped too.
+    pub unit: Option<Arc<str>>,
+    /// What the number is multiplied with to be in `unit`; 1 where nothing says so.
+    pub factor: f64,
+}
+
+impl Mapped {
+    /// The entry as it stands in the mapping parameter: `60410010h`.
+    pub fn word(&self) -> u32 {
+        u32::from(self.index) << 16 | u32::from(self.sub) << 8 | u32::from(self.bits)
+    }
+}
+
+/// The mapping of a PDO: what each of its bits belongs to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mapping {
+    /// In the order of the payload. Empty entries (00000000h) are left out.
+    pub entries: Vec<Mapped>,
+    /// Length of all entries, in bits.
+    pub bits: u16,
+    /// How each entry is written, by language: found by `text` when it is first needed and kept with the mapping,
+    /// since these names and units stand in nine tenths of all lines.
+    pub written: [OnceLock<Vec<Written>>; 2],
+}
+
+/// How one entry is written: what does not change from frame to frame.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    /// Its name, safe on a terminal.
+    pub name: Vec<u8>,
+    /// Its unit, safe on a terminal; empty where it has none.
+    pub unit: Vec<u8>,
+    /// It is an object of CiA 402 whose value has words: the object's first-axis index, else 0.
+    pub words: u16,
+    /// Its value is read as bits.
+    pub bit_field: bool,
+}
+
+impl Mapping {
+    /// A mapping of these entries, `bits` long.
+    pub fn new(entries: Vec<Mapped>, bits: u16) -> Self {
+        Self { entries, bits, written: Default::default() }
+    }
+
+    /// A mapping from its entries, sub-indices 1 to n, with the types that the standards give: no name, no unit.
+    pub fn from_words(words: &[u32]) -> Self {
+        let mut mapping = Self::default();
+        for word in words.iter().filter(|word| **word != 0) {
+            let (index, sub, bits) = decode_entry(*word);
+            let dummy = is_dummy(index, sub);
+            let data_type = if dummy { DataType::from_code(index) } else { od::data_type(index, sub) };
+            let offset = mapping.bits;
+            mapping.bits = offset.saturating_add(u16::from(bits));
+            let (name, unit) = (None, None);
+            mapping.entries.push(Mapped { index, sub, bits, offset, data_type, dummy, name, unit, factor: 1.0 });
+        }
+        mapping
+    }
+
+    /// Bytes that a frame must have for all entries.
+    pub fn bytes(&self) -> usize {
+        usize::from(self.bits).div_ceil(8)
+    }
+
+    /// The bits of an entry of this mapping; `None` where the payload does not reach, and for 0 or over 64 bits.
+    pub fn raw(&self, entry: &Mapped, payload: &[u8]) -> Option<u64> {
+        extract(payload, usize::from(entry.offset), usize::from(entry.bits))
+    }
+
+    /// The bytes of an entry that is made of whole ones, for strings and what is longer than 64 bits; `None`
+    /// where it is not, or the payload does not reach.
+    pub fn octets<'a>(&self, entry: &Mapped, payload: &'a [u8]) -> Option<&'a [u8]> {
+        if entry.bits == 0 || !entry.offset.is_multiple_of(8) || !entry.bits.is_multiple_of(8) {
+            return None;
+        }
+        let start = usize::from(entry.offset / 8);
+        payload.get(start..start + usize::from(entry.bits / 8))
+    }
+}
+
+/// Index, sub-index and length in bits of an entry of a mapping parameter.
+pub fn decode_entry(word: u32) -> (u16, u8, u8) {
+    let [bits, sub, low, high] = word.to_le_bytes();
+    (u16::from_le_bytes([low, high]), sub, bits)
+}
+
+/// Whether an entry is a dummy: a data type in an object's place.
+pub fn is_dummy(index: u16, sub: u8) -> bool {
+    index < DUMMIES_END && sub == 0
+}
+
+/// `bits` bits of the payload from bit `offset` on, 1..=64 of them; `None` where the payload does not reach.
+pub fn extract(payload: &[u8], offset: usize, bits: usize) -> Option<u64> {
+    if bits == 0 || bits > 64 || offset.checked_add(bits)? > payload.len().checked_mul(8)? {
+        return None;
+    }
+    let mask = u64::MAX >> (64 - bits);
+    // Classic frames of eight bytes are nearly all there are.
+    if let Ok(whole) = <[u8; 8]>::try_from(payload) {
+        return Some(u64::from_le_bytes(whole) >> offset & mask);
+    }
+    if payload.len() < 8 {
+        let whole = payload.iter().rev().fold(0, |whole, byte| whole << 8 | u64::from(*byte));
+        return Some(whole >> offset & mask);
+    }
+    // 64 bits at any bit position touch nine bytes at most.
+    let from = payload.get(offset / 8..)?;
+    let mut window = [0; 16];
+    for (to, byte) in window.iter_mut().zip(from) {
+        *to = *byte;
+    }
+    Some((u128::from_le_bytes(window) >> (offset % 8)) as u64 & mask)
+}
+
+/// The value of an entry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Number {
+    /// UNSIGNEDn, an unknown type, and a real whose length is not its type's.
+    Unsigned(u64),
+    /// INTEGERn.
+    Signed(i64),
+    /// REAL32.
+    Real32(f32),
+    /// REAL64.
+    Real64(f64),
+    /// BOOLEAN.
+    Bool(bool),
+    /// No number: strings, DOMAIN, dates. The raw bits are its bytes, the first lowest.
+    Bytes,
+}
+
+/// The value of `raw`, of which `bits` bits count. The sign is that of the mapped length, which may be shorter
+/// than the type's.
+pub fn number(data_type: Option<DataType>, raw: u64, bits: u8) -> Number {
+    use DataType as T;
+    let unused = 64 - u32::from(bits.clamp(1, 64));
+    let raw = raw << unused >> unused;
+    match data_type {
+        Some(
+            T::Integer8
+            | T::Integer16
+            | T::Integer24
+            | T::Integer32
+            | T::Integer40
+            | T::Integer48
+            | T::Integer56
+            | T::Integer64,
+        ) => Number::Signed((raw << unused).cast_signed() >> unused),
+        // Of more than one bit, another value than 0 and 1 is not hidden behind "true".
+        Some(T::Boolean) if raw <= 1 => Number::Bool(raw == 1),
+        Some(T::Real32) if bits == 32 => Number::Real32(f32::from_bits(raw as u32)),
+        Some(T::Real64) if bits == 64 => Number::Real64(f64::from_bits(raw)),
+        Some(T::VisibleString | T::OctetString | T::UnicodeString | T::Domain | T::TimeOfDay | T::TimeDifference) => {
+            Number::Bytes
+        }
+        _ => Number::Unsigned(raw),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+    use super::*;
+    use proptest::prelude::*;
+
+    fn numbers(words: &[u32], types: &[DataType], payload: &[u8]) -> Vec<Option<Number>> {
+        let mapping = Mapping::from_words(words);
+        let read = |(entry, data_type): (&Mapped, &DataType)| {
+            mapping.raw(entry, payload).map(|raw| number(Some(*data_type), raw, entry.bits))
+        };
+        mapping.entries.iter().zip(types).map(read).collect()
+    }
+
+    #[test]
+    fn four_entries_two_of_them_within_bytes() {
+        let words = [0x2000_0120, 0x2001_0010, 0x2002_0003, 0x2003_000D];
+        let types = [DataType::Integer32, DataType::Unsigned16, DataType::Unsigned8, DataType::Integer16];
+        let payload = [0x9C, 0xFF, 0xFF, 0xFF, 0x34, 0x12, 0x15, 0xF8];
+        let read = [Number::Signed(-100), Number::Unsigned(0x1234), Number::Unsigned(5), Number::Signed(-254)];
+        assert_eq!(numbers(&words, &types, &payload), read.map(Some));
+        let mapping = Mapping::from_words(&words);
+        assert_eq!((mapping.bits, mapping.bytes()), (64, 8));
+        assert_eq!(mapping.entries.iter().map(|entry| entry.offset).collect::<Vec<_>>(), [0, 32, 48, 51]);
+        assert_eq!(mapping.entries.iter().map(Mapped::word).collect::<Vec<_>>(), words);
+        let mut short = read.map(Some);
+        short[3] = None;
+        assert_eq!(numbers(&words, &types, &payload[..7]), short);
+    }
+
+    #[test]
+    fn lengths_that_are_not_the_types() {
+        // An aligned entry shorter than its type takes its own bits only.
+        assert_eq!(extract(&[0xAA, 0xBB, 0xCC, 0xDD], 0, 16), Some(0xBBAA));
+        // The most negative value of a bit field has a sign too.
+        assert_eq!(number(Some(DataType::Integer8), 0b1000, 4), Number::Signed(-8));
+        assert_eq!(number(Some(DataType::Integer8), 0b1001, 4), Number::Signed(-7));
+        assert_eq!(number(Some(DataType::Integer8), 0b0111, 4), Number::Signed(7));
+        assert_eq!(number(Some(DataType::Integer64), u64::MAX, 64), Number::Signed(-1));
+        assert_eq!(number(Some(DataType::Integer16), 1, 1), Number::Signed(-1));
+        // A field may cross the storage size of its type.
+        assert_eq!(extract(&[0xE0, 0x03], 5, 5), Some(31));
+    }
+
+    #[test]
+    fn types() {
+        assert_eq!(number(Some(DataType::Real32), 0x3FC0_0000, 32), Number::Real32(1.5));
+        assert_eq!(number(Some(DataType::Real32), 0x3FC0, 16), Number::Unsigned(0x3FC0));
+        assert_eq!(number(Some(DataType::Real64), 0xC000_0000_0000_0000, 64), Number::Real64(-2.0));
+        assert_eq!(number(Some(DataType::Boolean), 1, 1), Number::Bool(true));
+        assert_eq!(number(Some(DataType::Boolean), 0, 8), Number::Bool(false));
+        assert_eq!(number(Some(DataType::Boolean), 2, 8), Number::Unsigned(2));
+        assert_eq!(number(Some(DataType::Unsigned8), 0xFFFF, 8), Number::Unsigned(0xFF));
+        assert_eq!(number(Some(DataType::VisibleString), 0x41, 8), Number::Bytes);
+        assert_eq!(number(Some(DataType::TimeOfDay), 0, 48), Number::Bytes);
+        assert_eq!(number(None, 0xFFFF_FF9C, 32), Number::Unsigned(4_294_967_196));
+        assert_eq!(number(Some(DataType::Integer8), 0, 0), Number::Signed(0));
+    }
+
+    #[test]
+    fn dummies_and_empty_entries() {
+        let mapping = Mapping::from_words(&[0x0005_0008, 0, 0x0001_0001, 0x6041_0010, 0x0005_0108]);
+        let seen: Vec<_> = mapping.entries.iter().map(|e| (e.index, e.offset, e.dummy, e.data_type)).collect();
+        assert_eq!(
+            seen,
+            [
+                (5, 0, true, Some(DataType::Unsigned8)),
+                (1, 8, true, Some(DataType::Boolean)),
+                (0x6041, 9, false, Some(DataType::Unsigned16)),
+                (5, 25, false, None),
+            ]
+        );
+        assert_eq!((mapping.bits, mapping.bytes()), (33, 5));
+        assert_eq!(Mapping::from_words(&[]), Mapping::default());
+        assert_eq!(decode_entry(0x6041_0010), (0x6041, 0, 16));
+        assert!(is_dummy(0x1F, 0) && !is_dummy(0x20, 0) && !is_dummy(7, 1));
+    }
+
+    #[test]
+    fn longer_than_a_number() {
+        let mapping = Mapping::from_words(&[0x2000_0008, 0x2001_0080, 0x2002_0004, 0x2003_0008]);
+        let payload: Vec<u8> = (0..19).collect();
+        let entry = |no: usize| &mapping.entries[no];
+        assert_eq!(mapping.raw(entry(1), &payload), None);
+        assert_eq!(mapping.octets(entry(1), &payload), Some(&payload[1..17]));
+        assert_eq!(mapping.octets(entry(1), &payload[..16]), None);
+        assert_eq!(mapping.octets(entry(2), &payload), None);
+        assert_eq!(mapping.octets(entry(3), &payload), None);
+        assert_eq!(mapping.raw(entry(3), &payload), Some(0x21));
+    }
+
+    #[test]
+    fn what_does_not_reach() {
+        assert_eq!(extract(&[], 0, 1), None);
+        assert_eq!(extract(&[0xFF], 8, 1), None);
+        assert_eq!(extract(&[0xFF], 7, 1), Some(1));
+        assert_eq!(extract(&[0xFF; 8], 0, 0), None);
+        assert_eq!(extract(&[0xFF; 64], 0, 65), None);
+        assert_eq!(extract(&[0xFF; 8], usize::MAX, 1), None);
+        assert_eq!(extract(&[0xFF; 64], 448, 64), Some(u64::MAX));
+        assert_eq!(Mapping::from_words(&[u32::MAX; 1000]).bits, u16::MAX);
+    }
+
+    /// The formula: the payload as one little-endian number, shifted and masked, here bit by bit.
+    fn formula(payload: &[u8], offset: usize, bits: usize) -> u64 {
+        (0..bits).fold(0, |value, bit| {
+            let at = offset + bit;
+            value | u64::from(payload[at / 8] >> (at % 8) & 1) << bit
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn bits_by_the_formula(payload in proptest::collection::vec(any::<u8>(), 0..=64), offset in 0..520_usize, bits in 0..70_usize) {
+            let reached = (1..=64).contains(&bits) && offset + bits <= 8 * payload.len();
+            let expected = reached.then(|| formula(&payload, offset, bits));
+            prop_assert_eq!(extract(&payload, offset, bits), expected);
+        }
+
+        #[test]
+        fn signs_by_the_formula(raw: u64, bits in 1..=64_u8) {
+            let masked = i128::from(raw) & ((1 << bits) - 1);
+            let expected = if masked >> (bits - 1) == 1 { masked - (1 << bits) } else { masked };
+            let read = number(Some(DataType::Integer32), raw, bits);
+            prop_assert_eq!(read, Number::Signed(i64::try_from(expected).unwrap()));
+        }
+
+        #[test]
+        fn entries_follow_each_other(words: Vec<u32>, payload in proptest::collection::vec(any::<u8>(), 0..=64)) {
+            let mapping = Mapping::from_words(&words);
+            let mut offset = 0_u16;
+            for entry in &mapping.entries {
+                prop_assert_eq!(entry.offset, offset);
+                offset = offset.saturating_add(u16::from(entry.bits));
+                prop_assert_eq!(entry.word() >> 16, u32::from(entry.index));
+                let _ = mapping.raw(entry, &payload).map(|raw| number(entry.data_type, raw, entry.bits));
+                let _ = mapping.octets(entry, &payload);
+            }
+            prop_assert_eq!(mapping.bits, offset);
+        }
+    }
+}

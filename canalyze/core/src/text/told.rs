@@ -1,0 +1,118 @@
+//! Sentences of rules, filled with what was measured: `SYNC 计数为{found}, 应为{expected}`.
+//!
+//! It must not choose a sentence; the finding says which one. Quantities are printed here, once for all rules.
+
+use super::digits::{Hex, put};
+use super::{Lang, terms, value};
+use crate::finding::Quantity;
+
+/// Appends a sentence; a name in braces is replaced by its quantity, in the unit that suits it.
+pub fn fill(out: &mut Vec<u8>, lang: Lang, sentence: &str, measured: &[(&'static str, Quantity)]) {
+    let mut rest = sentence;
+    while let Some((before, after)) = rest.split_once('{') {
+        put!(out; before);
+        let Some((name, after)) = after.split_once('}') else { return };
+        if let Some((_, quantity)) = measured.iter().find(|(known, _)| *known == name) {
+            print(out, lang, *quantity);
+        }
+        rest = after;
+    }
+    put!(out; rest);
+}
+
+/// Appends one quantity.
+pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
+    match quantity {
+        Quantity::Nothing => {}
+        Quantity::Count(number) => put!(out; number),
+        Quantity::Signed(number) => put!(out; number),
+        Quantity::Ns(ns) => duration(out, ns),
+        Quantity::Hex2(number) => put!(out; Hex::<2>(u64::from(number)), "h"),
+        Quantity::Hex4(number) => put!(out; Hex::<4>(u64::from(number)), "h"),
+        Quantity::Hex8(number) => put!(out; Hex::<8>(u64::from(number)), "h"),
+        Quantity::Object(mux) => value::object(out, mux),
+        Quantity::Id(id) if id.is_extended() => put!(out; Hex::<8>(u64::from(id.raw())), "h"),
+        Quantity::Id(id) => put!(out; Hex::<3>(u64::from(id.raw())), "h"),
+        Quantity::State(state) => match terms::nmt::state(lang, state) {
+            Some(word) => put!(out; word),
+            None => put!(out; Hex::<2>(u64::from(state)), "h"),
+        },
+        Quantity::Command(command) => match terms::nmt::command(lang, command) {
+            Some(word) => put!(out; word),
+            None => put!(out; Hex::<2>(u64::from(command)), "h"),
+        },
+        Quantity::Pdo(transmit, number) => put!(out; if transmit { "TPDO" } else { "RPDO" }, number),
+        Quantity::Statusword(word) | Quantity::Controlword(word) => put!(out; Hex::<4>(u64::from(word)), "h"),
+        Quantity::Mode(mode) => put!(out; i64::from(mode)),
+        Quantity::Lss(command) => put!(out; Hex::<2>(u64::from(command)), "h"),
+        Quantity::Emcy(code) => {
+            put!(out; Hex::<4>(u64::from(code)), "h");
+            if let Some(word) = terms::emcy::code(lang, code) {
+                put!(out; " ", word);
+            }
+        }
+        Quantity::Type(code) => match crate::od::DataType::from_code(code) {
+            Some(data_type) => put!(out; data_type.name()),
+            None => put!(out; Hex::<4>(u64::from(code)), "h"),
+        },
+    }
+}
+
+/// A duration in the unit in which an engineer would say it: `350µs`, `1.2ms`, `1.5s`. Three digits after the point at
+/// most, none that says nothing.
+pub fn duration(out: &mut Vec<u8>, ns: i64) {
+    let (unit, name) = match ns.unsigned_abs() {
+        0..1_000_000 => (1_000, "µs"),
+        1_000_000..1_000_000_000 => (1_000_000, "ms"),
+        _ => (1_000_000_000, "s"),
+    };
+    if ns < 0 {
+        out.push(b'-');
+    }
+    let thousandths = (u128::from(ns.unsigned_abs()) * 1000 + unit / 2) / unit;
+    put!(out; (thousandths / 1000) as u64);
+    let fraction = (thousandths % 1000) as u64;
+    if fraction != 0 {
+        let digits = [fraction / 100, fraction / 10 % 10, fraction % 10];
+        let shown = 3 - digits.iter().rev().take_while(|digit| **digit == 0).count();
+        out.push(b'.');
+        out.extend(digits.iter().take(shown).map(|digit| b'0' + *digit as u8));
+    }
+    put!(out; name);
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+    use super::*;
+
+    fn says(ns: i64) -> String {
+        let mut out = Vec::new();
+        duration(&mut out, ns);
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn durations() {
+        for (ns, text) in [
+            (0, "0µs"),
+            (350_000, "350µs"),
+            (1_500, "1.5µs"),
+            (1_200_000, "1.2ms"),
+            (-800_000, "-800µs"),
+            (10_000_000, "10ms"),
+            (1_500_000_000, "1.5s"),
+            (10_250_125_000, "10.25s"),
+        ] {
+            assert_eq!(says(ns), text);
+        }
+    }
+
+    #[test]
+    fn sentences() {
+        let mut out = Vec::new();
+        let measured = [("found", Quantity::Count(7)), ("expected", Quantity::Ns(1_000_000))];
+        fill(&mut out, Lang::En, "{found} instead of {expected}.", &measured);
+        assert_eq!(out, b"7 instead of 1ms.");
+    }
+}
