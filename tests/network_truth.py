@@ -74,7 +74,7 @@ def describe(name: str, text: str, sent: Sent, session: Recorded) -> tuple[str, 
     syncs: list[tuple[int, float]] = []
     counters: list[int | None] = []
     for line, (stamp, _, can_id, data) in enumerate(rows, 1):
-        at = {"line": line, "bus": bus}
+        at: dict[str, Any] = {"line": line, "bus": bus}
         queue = sent.get(can_id)
         meaning: dict[str, Any] = {}
         if data is not None and queue and queue[0][0] == data:
@@ -103,7 +103,7 @@ def describe(name: str, text: str, sent: Sent, session: Recorded) -> tuple[str, 
         elif "mpdo" in meaning:
             truth["mpdo"].append(at | meaning)
         elif "signals" in meaning:
-            row = at | meaning
+            row = {**at, **meaning}
             if (cycle := row.pop("cycle", None)) is not None:
                 before, after = syncs[cycle - 1], syncs[cycle] if cycle < len(syncs) else None
                 row |= {"sync_line": before[0], "cycle": cycle}
