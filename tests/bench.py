@@ -3,10 +3,11 @@
     python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR]
 
 Makes (once; kept in DIR, by default below the system's temporary directory) a capture in `candump -l` form that is
-the same on every machine: eight drives as `eds/drive.eds` presets them, SYNC every 10 ms, 88 % PDO, 7.6 % SDO (expedited, segmented, block, aborts),
-heartbeats and some EMCY; a million frames are about 45 MB. Then runs each program that is installed over it, output
-to /dev/null, and prints frames per second of CPU time (best of the repeats), the ratio to tshark's one-line
-summary, and the peak of memory. Slow programs get the beginning of the capture only, and the table says how much.
+the same on every machine: eight drives as `eds/drive.eds` presets them, SYNC every 10 ms, 88 % PDO, 7.6 % SDO
+(expedited, segmented, block, aborts), heartbeats and some EMCY; a million frames are about 45 MB. Then runs each
+program that is installed over it, output to /dev/null, and prints frames per second of CPU time (best of the
+repeats), the ratio to tshark's one-line summary, and the peak of memory. Slow programs get the beginning of the
+capture only, and the table says how much.
 Only ratios of one run mean anything: machines are shared. Peak memory cannot be measured below what this script
 itself takes, which is printed as the floor.
 
