@@ -10,15 +10,19 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from canalyze import _core
+from canalyze.dictionary import load
+from canalyze.dictionary.rows import flat
 
 TESTS = Path(__file__).resolve().parent
 SAMPLES = TESTS.parent / "samples"
+EDS = TESTS.parent / "eds"
 SHARED = TESTS.parent.parent / "shared"
 """Material that lies beside the checkout on some machines; tests that want it skip where it is missing."""
 
@@ -119,9 +123,28 @@ class Analysis:
         )
 
 
-def analyze(text: bytes, *, name: str = "capture.log", lang: str = "en", regular: bool = True) -> Analysis:
-    """What the program says about a capture, in process and at once."""
-    return sort_rows(session_output([text], regular, name=name, output_format="jsonl", lang=lang))
+def analyze(
+    text: bytes,
+    *,
+    name: str = "capture.log",
+    lang: str = "en",
+    regular: bool = True,
+    eds: Mapping[int, str] | None = None,
+) -> Analysis:
+    """What the program says about a capture, in process and at once.
+
+    eds: files of eds/ by the node-IDs that they describe.
+    """
+    network = described(tuple(sorted((eds or {}).items())))
+    return sort_rows(session_output([text], regular, name=name, output_format="jsonl", lang=lang, network=network))
+
+
+@cache
+def described(eds: tuple[tuple[int, str], ...]) -> _core.Network | None:
+    """What `--eds NODE=FILE` tells the core, for files of eds/."""
+    if not eds:
+        return None
+    return _core.Network(descriptions=[(None, node, flat(load(str(EDS / name)))) for node, name in eds])
 
 
 def sort_rows(output: bytes) -> Analysis:
@@ -143,9 +166,10 @@ def session_output(
     output_format: str = "text",
     lang: str = "zh",
     depth: str = "default",
+    network: _core.Network | None = None,
 ) -> bytes:
     """The output of one session over one file (or pipe: not regular) that came in these chunks."""
-    session = _core.Session(lang=lang, format=output_format, depth=depth)
+    session = _core.Session(lang=lang, format=output_format, depth=depth, network=network)
     session.begin(name, regular)
     output = [session.feed(chunk) for chunk in chunks]
     output.append(session.end())

@@ -73,7 +73,7 @@ def in_flight() -> Network:
     return net.send(0x000, bytes([STOP, NODE])).send(0x085, b"\x10\x32\x05\0\0\0\0\0", after=0.002)
 
 
-def guarding() -> Network:
+def guarded() -> Network:
     """Guarding of 100 ms, start at 0.55."""
     net = Network().boot(NODE).write(NODE, 0x100C, 0, 100, 2).write(NODE, 0x100D, 0, 3, 1)
     net.now = 0.05
@@ -258,7 +258,7 @@ SESSIONS: dict[str, Callable[[], Network]] = {
         states,
         stopped,
         in_flight,
-        guarding,
+        guarded,
         emergencies,
         times,
         lss_configured,

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
 
 import pytest
-from captures import Analysis, CanFrame, Row, analyze, log_text, run_canalyze, sort_rows
+from captures import Analysis, CanFrame, Row, analyze, log_text
 from network import (
     Fault,
     Frames,
@@ -28,7 +27,6 @@ from network import (
 )
 from network_sessions import DESCRIBED, SESSIONS
 
-EDS = Path(__file__).resolve().parent.parent / "eds"
 SEVERITIES = ("info", "warning", "error")
 SYNC, NODE_HEARTBEAT, MASTER, SLAVE = 0x080, 0x705, 0x7E5, 0x7E4
 
@@ -84,12 +82,12 @@ NMT = [
 
 # after the boot-up (0) come request, answer, request, answer
 GUARDING = [
-    Case("toggle not toggled", "GRD001", "guarding", change(NODE_HEARTBEAT, 6, 0, 0x7F)),
-    Case("an answer missing", "GRD002", "guarding", drop(NODE_HEARTBEAT, 6), beside="GRD001"),
+    Case("toggle not toggled", "GRD001", "guarded", change(NODE_HEARTBEAT, 6, 0, 0x7F)),
+    Case("an answer missing", "GRD002", "guarded", drop(NODE_HEARTBEAT, 6), beside="GRD001"),
     Case(
         "heartbeats of a guarded node",
         "GRD003",
-        "guarding",
+        "guarded",
         add(*many(0.78, 0.1, 8, NODE_HEARTBEAT, b"\x05"), later=True),
         beside="GRD001 HBT003 HBT004",
     ),
@@ -236,16 +234,6 @@ CASES = [*NMT, *GUARDING, *EMERGENCIES, *LSS, *SYNCS, *PDOS, *DRIVES]
 RULES = {code for case in CASES for code in case.codes.split()}
 
 
-def said_of(text: bytes, eds: dict[int, str], scratch: Path) -> Analysis:
-    """What the program says, with descriptions where there are any."""
-    if not eds:
-        return analyze(text)
-    capture = scratch / "capture.log"
-    capture.write_bytes(text)
-    options = [word for node, name in eds.items() for word in ("--eds", f"{node}={EDS / name}")]
-    return sort_rows(run_canalyze(["decode", *options, capture, "--format", "jsonl", "--lang", "en"]))
-
-
 @cache
 def clean_frames(session: str) -> tuple[CanFrame, ...]:
     return tuple(SESSIONS[session]().frames())
@@ -275,9 +263,9 @@ def answers(frames: Frames, places: list[int]) -> list[int]:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.codes.split()[0]}-{case.name.replace(' ', '-')}")
-def test_a_fault_is_named_where_it_is(case: Case, tmp_path: Path) -> None:
+def test_a_fault_is_named_where_it_is(case: Case) -> None:
     frames, places = case.fault(list(clean_frames(case.session)))
-    said = said_of(log_text(frames), case.eds, tmp_path)
+    said = analyze(log_text(frames), eds=case.eds)
     assert len(said.frames) == len(frames)
     right = named(case, said)
     assert right, f"no {case.codes}, but: {listed(said.findings)}"
@@ -291,10 +279,10 @@ def test_a_fault_is_named_where_it_is(case: Case, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("session", sorted(SESSIONS))
-def test_without_the_fault_none_is_named(session: str, tmp_path: Path) -> None:
+def test_without_the_fault_none_is_named(session: str) -> None:
     text = log_text(clean_frames(session))
     for eds in (DESCRIBED[session], {}) if session in DESCRIBED else ({},):
-        said = said_of(text, eds, tmp_path)
+        said = analyze(text, eds=eds)
         assert not said.above_info(), said.complaint()
         wrong = [f for f in said.findings if f["code"] in RULES]
         assert not wrong, listed(wrong)

@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from captures import SAMPLES, Row, analyze, decoded, log_text, read_log, run_canalyze, sort_rows
+from captures import SAMPLES, Row, analyze, decoded, log_text, read_log
 from network_sessions import BITS, event_driven
 
-EDS = Path(__file__).resolve().parent.parent / "eds"
 CAPTURES = sorted((SAMPLES / "network").glob("*.log"))
 STATES = {"00": "boot-up", "04": "stopped", "05": "operational", "7F": "pre-operational"}
 
@@ -33,10 +32,8 @@ def rows_of(log: Path, described: bool = False) -> dict[int, Row]:
     """The program's frames by line, with or without the descriptions of the nodes."""
     if not described:
         return {row["line"]: row for row in decoded(log).frames}
-    nodes = [(row["node"], row["eds"]) for row in truth_of(log)["nodes"] if row["eds"]]
-    options = [word for node, eds in nodes for word in ("--eds", f"{node}={EDS / eds}")]
-    output = run_canalyze(["decode", *options, log, "--format", "jsonl", "--lang", "en"])
-    return {row["line"]: row for row in sort_rows(output).frames}
+    eds = {row["node"]: row["eds"] for row in truth_of(log)["nodes"] if row["eds"]}
+    return {row["line"]: row for row in analyze(log.read_bytes(), name=log.name, eds=eds).frames}
 
 
 def of_service(log: Path, service: str) -> list[Row]:
