@@ -376,13 +376,16 @@ def jittered(frames: Frames, *, most_us: int = 300, seed: int = 1) -> Frames:
 
 
 def echoed_late(frames: Frames, can_ids: Iterable[int], *, within_us: int = 700, seed: int = 1) -> Frames:
-    """Frames that the capturing host sent, listed after the next frame where one follows soon; stamps in order."""
+    """Frames that the capturing host sent, and all requests of remote frames, one late; stamps in order.
+
+    Only where the next frame is another's and follows soon, and there by chance.
+    """
     chance, late = random.Random(seed), set(can_ids)
     new, at = list(frames), 0
     while at + 1 < len(new):
         here, following = new[at], new[at + 1]
         soon = following.t_us - here.t_us <= within_us and following.can_id not in late
-        if here.can_id in late and soon and chance.random() < 0.4:
+        if (here.can_id in late or here.remote) and soon and chance.random() < 0.4:
             new[at], new[at + 1] = replace(following, t_us=here.t_us), replace(here, t_us=following.t_us)
             at += 1
         at += 1

@@ -204,9 +204,15 @@ UP = [(0x0006, 0x0231), (0x0007, 0x0233), (0x000F, 0x0237)]
 DOWN = [(0x0007, 0x0233), (0x0006, 0x0231), (0x0000, 0x0250)]
 
 
+def drive_with_one_tpdo() -> Network:
+    """The drive of drive.eds, booted, with its heartbeats of 1000 ms, and its TPDO2 of 500 ms switched off."""
+    net = Network().boot(NODE).heartbeat(NODE, period=1.0, count=2, state=OPERATIONAL)
+    return net.write(NODE, 0x1801, 1, 0xC000_0285, 4)
+
+
 def drive() -> Network:
     """A drive (drive.eds) up, into quick stop, out of it and up and down again; its PDOs read by SDO first."""
-    net = Network().boot(NODE)
+    net = drive_with_one_tpdo()
     net.read_pdo(NODE, 1, [(0x6041, 0, 16)], can_id=0x185, kind=255)
     net.read_pdo(NODE, 1, [(0x6040, 0, 16)], can_id=0x205, kind=255, transmit=False)
     net.nmt(START, NODE).send(0x185, b"\x50\x02").wait(0.1)
@@ -215,13 +221,13 @@ def drive() -> Network:
 
 def drive_described() -> Network:
     """The same drive up and down; only its EDS says what its PDOs carry."""
-    net = Network().boot(NODE).nmt(START, NODE).send(0x185, b"\x50\x02").wait(0.1)
+    net = drive_with_one_tpdo().nmt(START, NODE).send(0x185, b"\x50\x02").wait(0.1)
     return net.drive(NODE, [*UP, *DOWN])
 
 
 def drive_cyclic() -> Network:
     """A drive that shows its statusword every 50 ms; controlword 6 at 0.3, 7 at 0.6, then 2 s as it is."""
-    net = Network().boot(NODE)
+    net = drive_with_one_tpdo()
     net.set_pdo(NODE, 1, [(0x6041, 0, 16)], event=50)
     net.read_pdo(NODE, 1, [(0x6040, 0, 16)], can_id=0x205, kind=255, transmit=False)
     net.now = 0.1
