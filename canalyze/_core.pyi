@@ -105,6 +105,8 @@ class Session:
         """
     def feed(self, data: bytes) -> bytes:
         """More bytes of the current file, in any chunking; what is known by now, ready for standard output."""
+    def advance(self, now_ns: int) -> bytes:
+        """It is `now_ns` on the clock of the stamps though no frame has come: what is overdue (live sources only)."""
     def end(self, interrupted: bool = False) -> bytes:
         """The current file is over: the rest of its output.
 
