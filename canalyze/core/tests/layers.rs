@@ -79,7 +79,19 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     (
         "render",
-        &["frame", "cob_id", "od", "message", "finding", "event", "configuration", "services", "readers", "text"],
+        &[
+            "select",
+            "frame",
+            "cob_id",
+            "od",
+            "message",
+            "finding",
+            "event",
+            "configuration",
+            "services",
+            "readers",
+            "text",
+        ],
     ),
     (
         "session",
@@ -104,16 +116,6 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "session",
         ],
     ),
-    (
-        "text",
-        &["frame", "cob_id", "drive", "od", "drive", "message", "finding", "event", "services", "readers", "filter"],
-    ),
-    (
-        "render",
-        &["frame", "select", "cob_id", "drive", "od", "message", "finding", "event", "services", "readers", "text"],
-    ),
-    ("session", &["frame", "finding", "event", "services", "bus", "readers", "filter", "text", "render"]),
-    ("python", &["frame", "finding", "services", "readers", "filter", "text", "render", "session"]),
 ];
 
 fn sources() -> Vec<(String, String)> {
