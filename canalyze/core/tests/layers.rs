@@ -75,7 +75,19 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("filter", &["frame", "services::sdo::transfer"]),
     (
         "text",
-        &["frame", "cob_id", "od", "message", "finding", "event", "configuration", "services", "readers", "filter"],
+        &[
+            "frame",
+            "cob_id",
+            "od",
+            "message",
+            "dictionary",
+            "finding",
+            "event",
+            "configuration",
+            "services",
+            "readers",
+            "filter",
+        ],
     ),
     (
         "render",
