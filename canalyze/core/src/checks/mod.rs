@@ -3,5 +3,13 @@
 //! One file a check, or a family of checks that shares its state. Each owns what it has to remember, is told of
 //! frames by the bus, and raises findings. None may change what a frame means.
 
+pub mod emcy;
+pub mod guarding;
+pub mod heartbeat;
+pub mod nmt;
+pub mod nodes;
+pub mod permitted;
+pub mod time;
+
 #[cfg(test)]
 mod tests;
