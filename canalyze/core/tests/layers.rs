@@ -76,6 +76,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "text",
         &[
+            "drive",
             "frame",
             "cob_id",
             "od",
@@ -92,6 +93,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "render",
         &[
+            "drive",
             "select",
             "frame",
             "cob_id",
