@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::checks::sync::{Sync, SyncStatistics};
 use crate::cob_id::Role;
 use crate::configuration;
 use crate::context::Context;
@@ -36,6 +37,7 @@ pub struct Bus {
     nodes: PerNode<Node>,
     /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
+    sync: Sync,
 }
 
 impl Bus {
@@ -58,7 +60,13 @@ impl Bus {
             node.compile();
         }
         let roles = Roles::compile(&network, name, &nodes);
-        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new() }
+        let sync = Sync::new(&network, &nodes);
+        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), sync }
+    }
+
+    /// What was measured of SYNC.
+    pub fn sync_statistics(&self) -> SyncStatistics {
+        self.sync.statistics()
     }
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
@@ -104,9 +112,12 @@ impl Bus {
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
-        let data = ProcessData { transmit, number, node, content, state: None, sync: None };
+        let sync = self.sync.place(node, known, frame);
+        let data = ProcessData { transmit, number, node, content, state: None, sync };
         cx.push(None, Some(node), What::Pdo(data));
         self.due(frame, cx);
+        let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
+        self.sync.process_data(node, known, frame, cx);
     }
 
     /// The signals of a PDO by the mapping of a node that receives it.
@@ -124,6 +135,7 @@ impl Bus {
         let message = services::decode(role, frame);
         cx.push(None, message.node(), What::Message(message));
         self.due(frame, cx);
+        self.sync.message(&message, frame, &self.nodes, cx);
         match message {
             Message::BootUp { node } => self.reset(Some(node), cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
@@ -163,6 +175,7 @@ impl Bus {
             if moves(mux) {
                 self.assign();
             }
+            self.sync.configured(transfer.node, mux, &self.network, &self.nodes, cx.at);
         }
     }
 
@@ -177,6 +190,7 @@ impl Bus {
         }
         target.compile();
         self.assign();
+        self.sync.reconfigure(&self.network, &self.nodes);
     }
 
     fn assign(&mut self) {
@@ -195,6 +209,7 @@ impl Bus {
         }
         if changed {
             self.assign();
+            self.sync.reconfigure(&self.network, &self.nodes);
         }
     }
 
@@ -205,6 +220,9 @@ impl Bus {
                 channel.lost(reset, cx);
             }
         }
+        if !reset {
+            self.sync.lost();
+        }
     }
 
     /// The capture is over.
@@ -212,6 +230,7 @@ impl Bus {
         for channel in self.channels.values_mut() {
             channel.finish(cx);
         }
+        self.sync.finish(&self.nodes, cx);
     }
 }
 

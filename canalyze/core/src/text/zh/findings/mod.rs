@@ -2,6 +2,8 @@
 //!
 //! It must carry the same facts as `en::findings`; a rule without words does not compile.
 
+mod sync;
+
 use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
 use crate::services::sdo::wire::Side;
@@ -225,5 +227,16 @@ pub fn rule(code: Code) -> RuleText {
             "捕获中该节点没有任何SDO响应。",
             "节点不存在或未上电(主站扫描), 或者只捕获到一个方向。",
         ),
+        Code::Syn001 => sync::SYN001,
+        Code::Syn002 => sync::SYN002,
+        Code::Syn003 => sync::SYN003,
+        Code::Syn004 => sync::SYN004,
+        Code::Syn005 => sync::SYN005,
+        Code::Syn006 => sync::SYN006,
+        Code::Syn007 => sync::SYN007,
+        Code::Syn008 => sync::SYN008,
+        Code::Syn009 => sync::SYN009,
+        Code::Syn010 => sync::SYN010,
+        Code::Syn011 => sync::SYN011,
     }
 }
