@@ -7,10 +7,15 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::checks::description::Descriptions;
+use crate::checks::pdo_configuration::PdoConfiguration;
+use crate::checks::pdo_length::{PdoLength, misfit};
+use crate::checks::pdo_timing::PdoTiming;
 use crate::cob_id::Role;
-use crate::configuration;
+use crate::configuration::{self, Provenance};
 use crate::context::Context;
 use crate::event::{Event, ProcessData, Signals, Unmapped, What};
+use crate::finding::{Code, Facts, Quantity};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
@@ -36,6 +41,10 @@ pub struct Bus {
     nodes: PerNode<Node>,
     /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
+    descriptions: Descriptions,
+    pdo_configuration: PdoConfiguration,
+    pdo_length: PdoLength,
+    pdo_timing: PdoTiming,
 }
 
 impl Bus {
@@ -58,7 +67,18 @@ impl Bus {
             node.compile();
         }
         let roles = Roles::compile(&network, name, &nodes);
-        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new() }
+        let pdo_timing = PdoTiming::new(network.jitter_ns);
+        Self {
+            network,
+            name: name.into(),
+            roles,
+            nodes,
+            channels: BTreeMap::new(),
+            descriptions: Descriptions::default(),
+            pdo_configuration: PdoConfiguration::default(),
+            pdo_length: PdoLength::default(),
+            pdo_timing,
+        }
     }
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
@@ -98,15 +118,48 @@ impl Bus {
         let content = match known.map(|pdo| &pdo.content) {
             Some(Content::Multiplex { .. }) => {
                 let message = pdo::decode_multiplexed(role, transmit, number, node, frame);
-                return cx.push(None, Some(node), What::Message(message));
+                cx.push(None, Some(node), What::Message(message));
+                self.due(frame, cx);
+                return self.judge_multiplexed(transmit, number, node, message, frame, cx);
             }
             Some(Content::Mapped(mapping, from)) => Signals::Mapped(Arc::clone(mapping), *from),
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
+        let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= Provenance::Eds);
+        let misfit = misfit(&content, frame).filter(|_| used);
         let data = ProcessData { transmit, number, node, content, state: None, sync: None };
         cx.push(None, Some(node), What::Pdo(data));
         self.due(frame, cx);
+        if let Some(misfit) = misfit {
+            self.pdo_length.judge(transmit, number, node, misfit, cx);
+        }
+        match self.nodes.get(node).and_then(|node| node.pdo(transmit, number)) {
+            Some(pdo) => {
+                self.pdo_configuration.used(node, pdo, frame, cx);
+                self.pdo_timing.sent(node, pdo, frame, cx);
+            }
+            None => self.pdo_configuration.sent(node, transmit, number, frame.id),
+        }
+    }
+
+    fn judge_multiplexed(
+        &mut self,
+        transmit: bool,
+        number: u16,
+        node: u8,
+        message: Message,
+        frame: &Frame,
+        cx: &mut Context<'_>,
+    ) {
+        if matches!(message, Message::Malformed { .. }) {
+            let object = Mux { index: pdo::communication_parameter(transmit, number), sub: 0 };
+            let facts = Facts::told(0, &[("found", Quantity::Count(u64::from(frame.len)))]);
+            cx.find(Code::Mpd001, Some(node), Some(object), None, facts);
+        }
+        if let Some(pdo) = self.nodes.get(node).and_then(|node| node.pdo(transmit, number)) {
+            self.pdo_timing.sent(node, pdo, frame, cx);
+        }
     }
 
     /// The signals of a PDO by the mapping of a node that receives it.
@@ -124,6 +177,7 @@ impl Bus {
         let message = services::decode(role, frame);
         cx.push(None, message.node(), What::Message(message));
         self.due(frame, cx);
+        self.judge_pdos(&message, frame, cx);
         match message {
             Message::BootUp { node } => self.reset(Some(node), cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
@@ -132,16 +186,35 @@ impl Bus {
         }
     }
 
+    /// What other services mean for PDOs.
+    fn judge_pdos(&mut self, message: &Message, frame: &Frame, cx: &mut Context<'_>) {
+        match *message {
+            Message::Nmt { command, node } if node <= 127 => {
+                self.pdo_timing.commanded((node != 0).then_some(node), command);
+            }
+            Message::BootUp { node } => self.pdo_timing.state(node, 0),
+            Message::Heartbeat { node, state, .. } => self.pdo_timing.state(node, state),
+            Message::PdoRequest { transmit: true, number, node } => {
+                if let Some(pdo) = self.nodes.get(node).and_then(|node| node.pdo(true, number)) {
+                    self.pdo_configuration.requested(node, pdo, frame, cx);
+                    self.pdo_timing.requested(node, number);
+                }
+            }
+            _ => {}
+        }
+    }
+
     /// What the time of a frame makes due, before the frame itself is followed.
     fn due(&mut self, frame: &Frame, cx: &mut Context<'_>) {
         if let Some(now_ns) = frame.t_ns {
             self.advance(now_ns, cx);
+            self.pdo_timing.seen(now_ns);
         }
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        let _ = (now_ns, cx);
+        self.pdo_timing.advance(now_ns, cx);
     }
 
     /// Takes what an SDO transfer has shown of the server's configuration.
@@ -150,6 +223,7 @@ impl Bus {
         if transfer.status != Status::Ok || transfer.bad || transfer.hole {
             return;
         }
+        self.judge_transfer(transfer, mux, cx);
         if mux.index == 0x1F22 && transfer.direction == Direction::Download {
             return self.learn_concise(mux.sub, &transfer.kept);
         }
@@ -162,6 +236,20 @@ impl Bus {
             node.compile();
             if moves(mux) {
                 self.assign();
+            }
+        }
+    }
+
+    /// What a transfer shows against what is known, before it is learnt.
+    fn judge_transfer(&mut self, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
+        let node = self.nodes.get(transfer.node);
+        self.descriptions.judge(node, transfer, mux, cx);
+        if transfer.direction == Direction::Download
+            && let Some(value) = configuration::number(&transfer.kept)
+        {
+            self.pdo_configuration.written(node, transfer, mux, value, cx);
+            if matches!(mux.index, 0x1400..=0x1BFF) {
+                self.pdo_timing.forget(Some(transfer.node));
             }
         }
     }
@@ -186,6 +274,7 @@ impl Bus {
     /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
     fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.lost(node, true, cx);
+        self.pdo_configuration.reset(node);
         let mut changed = false;
         for (id, one) in self.nodes.iter_mut() {
             if node.is_none_or(|node| node == id) && one.configuration.reset() {
@@ -200,6 +289,10 @@ impl Bus {
 
     /// What was open is over: one node (or all) was reset, or frames of the bus were lost.
     pub fn lost(&mut self, node: Option<u8>, reset: bool, cx: &mut Context<'_>) {
+        self.pdo_timing.forget(node);
+        if !reset {
+            self.pdo_length.lost(cx);
+        }
         for channel in self.channels.values_mut() {
             if node.is_none_or(|node| node == channel.node()) {
                 channel.lost(reset, cx);

@@ -59,6 +59,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "frame",
             "cob_id",
             "message",
+            "finding",
             "event",
             "context",
             "configuration",

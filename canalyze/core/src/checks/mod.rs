@@ -3,5 +3,9 @@
 //! One file a check, or a family of checks that shares its state. Each owns what it has to remember, is told of
 //! frames by the bus, and raises findings. None may change what a frame means.
 
+pub mod description;
+pub mod pdo_configuration;
+pub mod pdo_length;
+pub mod pdo_timing;
 #[cfg(test)]
 mod tests;
