@@ -26,6 +26,25 @@ RAISED: dict[str, list[Raised]] = {
     "CAP001": [("CAP001", 4, None)],
     "CAP002": [("CAP002", 4, None)],
     "CAP003": [("CAP003", 4, None)],
+    "MPD001": [("MPD001", 4, None)],
+    "PDO001": [("PDO001", 15, None)],
+    "PDO001-receiver": [("PDO001", 8, None)],
+    "PDO004": [("PDO004", 13, 12)],
+    "PDO005": [("PDO005", 16, 12)],
+    "PDO006": [("PDO006", 15, None)],
+    "PDO006-receiver": [("PDO006", 8, None)],
+    "PDO008": [("PDO008", 2, 1)],
+    "PDO008-rpdo": [("PDO008", 2, 1)],
+    "PDO009": [("PDO009", 4, 3)],
+    "PDO009-not-invalid": [("PDO009", 6, 5)],
+    "PDO010": [("PDO010", 4, 3)],
+    "PDO011": [("PDO011", 3, None)],
+    "PDO013": [("PDO013", 8, 5)],
+    "PDO014": [("PDO014", 2, 1)],
+    "PDO015": [("PDO015", 3, None)],
+    "PDO016": [("PDO016", 8, 7)],
+    "PDO018": [("PDO018", 5, None)],
+    "PDO019": [("PDO019", 3, None)],
     "SDO001": [("SDO001", 8, None)],
     "SDO001-request": [("SDO001", 6, 5)],
     "SDO001-refused": [("SDO001", 8, 7), ("SDO017", 8, None)],
@@ -95,8 +114,8 @@ def analysis(path: Path, lang: str = "en") -> Analysis:
 
 
 def raised(said: Analysis) -> list[Raised]:
-    places = {"CAP": "line", "SDO": "frame"}
-    return [(row["code"], row[places[row["code"][:3]]], row["cause_frame"]) for row in said.findings]
+    place = {True: "line", False: "frame"}
+    return [(row["code"], row[place[row["code"].startswith("CAP")]], row["cause_frame"]) for row in said.findings]
 
 
 def own_code(name: str) -> str:

@@ -14,6 +14,8 @@ use crate::services::sdo::wire::Mux;
 
 /// Lateness of a PC's stamps that is nothing special, in ns.
 const LATENESS: i64 = 2_000_000;
+/// Lateness of a node on a PC, whose programs wait for their turn, in ns: less is no missing PDO.
+const HELD_UP: i64 = 10_000_000;
 /// A bus that is silent for less than this may have been held up with its capture, in ns.
 const STALL: i64 = 100_000_000;
 /// Frames in a row that come too early before a moderate earliness counts.
@@ -91,7 +93,7 @@ impl PdoTiming {
             _ => 0,
         };
         let tolerance = self.tolerance(inhibit);
-        let lateness = self.tolerance(timer);
+        let lateness = self.jitter_ns.unwrap_or_else(|| HELD_UP.max(timer / 10));
         let quiet_ns = self.quiet_ns;
         let sending = self.nodes.entry(node);
         let due_ns = match pdo.transmit {
