@@ -39,7 +39,10 @@ pub(super) const SDO013: RuleText = RuleText {
     message: "length of a value differs from the object's type",
     meaning: "Both sides completed the transfer, but the value does not have the length of the number's type in the description.",
     cause: "A wrong data type in the EDS, another firmware, or a client with the wrong length and a server that does not check.",
-    faces: &["{found} bytes written, {type} has {length}", "{found} bytes read, {type} has {length}"],
+    faces: &[
+        "written with length {found}, {type} has {length} (in bytes)",
+        "read with length {found}, {type} has {length} (in bytes)",
+    ],
 };
 
 pub(super) const SDO014: RuleText = RuleText {

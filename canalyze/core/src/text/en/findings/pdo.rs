@@ -8,7 +8,7 @@ pub(super) const MPD001: RuleText = RuleText {
     message: "MPDO is not 8 bytes long",
     meaning: "An MPDO always has 8 bytes: one of address, three of index and sub-index, four of data. Another length has no meaning.",
     cause: "A fault of the sender, or something else on the same identifier.",
-    faces: &["MPDO of {found} bytes instead of 8"],
+    faces: &["MPDO length {found} instead of 8"],
 };
 
 pub(super) const PDO001: RuleText = RuleText {
@@ -16,8 +16,8 @@ pub(super) const PDO001: RuleText = RuleText {
     meaning: "A receiver does not process a PDO that is shorter than what is mapped, and may send emergency 8210h.",
     cause: "The sender's DLC or mapping is wrong, the mappings of both sides differ, or the sender keeps to an old mapping.",
     faces: &[
-        "PDO of {found} bytes, its mapping needs {mapped}",
-        "PDO of {found} bytes, the mapping of node {consumer}'s {pdo} needs {mapped}",
+        "PDO length {found}, its mapping needs {mapped} (in bytes)",
+        "PDO length {found}, the mapping of node {consumer}'s {pdo} needs {mapped} (in bytes)",
     ],
 };
 
@@ -40,8 +40,8 @@ pub(super) const PDO006: RuleText = RuleText {
     meaning: "Receivers ignore the bytes beyond the mapping; they may send emergency 8220h.",
     cause: "The sender always sends 8 bytes, or the mappings of both sides differ.",
     faces: &[
-        "PDO of {found} bytes, its mapping has only {mapped}",
-        "PDO of {found} bytes, the mapping of node {consumer}'s {pdo} has only {mapped}",
+        "PDO length {found}, its mapping has only {mapped} (in bytes)",
+        "PDO length {found}, the mapping of node {consumer}'s {pdo} has only {mapped} (in bytes)",
     ],
 };
 
@@ -84,7 +84,7 @@ pub(super) const PDO012: RuleText = RuleText {
     meaning: "Only an EDS tells the mapping of this PDO, and the frame is not as long: its signals are not to be trusted.",
     cause: "The device was configured before the capture began, or the EDS is not of this device. A DCF helps, or a capture that has the configuration.",
     faces: &[
-        "PDO of {found} bytes, the EDS's default mapping has {mapped}: the device may have been configured before the capture began",
+        "PDO length {found}, the EDS's default mapping has {mapped} (in bytes): the device may have been configured before the capture began",
     ],
 };
 
