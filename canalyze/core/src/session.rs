@@ -18,6 +18,8 @@ use crate::readers::{Item, Marker};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
 
+use crate::render::signals::Signals;
+use crate::select::Select;
 use crate::services::sdo::transfer::Status;
 use crate::services::sdo::wire::Mux;
 use crate::text::{Depth, Lang, complaints};
@@ -41,6 +43,10 @@ pub enum Format {
     Jsonl,
     /// JSON lines of SDO transfers only.
     Transfers,
+    /// JSON lines of decoded signals only.
+    Signals,
+    /// CSV of decoded signals.
+    SignalsCsv,
 }
 
 /// How a capture is read and shown.
@@ -62,6 +68,8 @@ pub struct Options {
     pub extract: bool,
     /// What is known of the network beforehand.
     pub network: Arc<Network>,
+    /// Which signals are listed.
+    pub select: Select,
 }
 
 /// Bytes of a transfer for a file of its own.
@@ -91,6 +99,7 @@ type Kind = (Code, BusId, Option<u8>, Option<Mux>);
 struct Stream {
     options: Options,
     lines: Lines,
+    signals: Signals,
     state: Vec<Bus>,
     file: Vec<u8>,
     frames: u64,
@@ -142,6 +151,7 @@ impl Session {
             reader: None,
             buses: Buses::default(),
             stream: Stream {
+                signals: Signals::new(options.lang, options.format == Format::SignalsCsv, options.select.clone()),
                 options,
                 lines,
                 state: Vec::new(),
@@ -202,6 +212,12 @@ impl Session {
         self.stream.item(Item::Frame(frame), &self.buses, out);
     }
 
+    /// It is `now_ns` on the clock of the frames' stamps, though no frame has come: what should have happened by now
+    /// and has not. For live sources; a file's frames say the time themselves.
+    pub fn advance(&mut self, now_ns: i64, out: &mut Vec<u8>) {
+        self.stream.advance(now_ns, &self.buses, out);
+    }
+
     /// Lines for standard error since the last call.
     pub fn take_complaints(&mut self) -> Vec<String> {
         std::mem::take(&mut self.stream.complaints)
@@ -250,9 +266,13 @@ impl Stream {
             self.transfers(buses, out);
         } else if self.options.filter.shows(&frame, service, node, buses, start_ns) {
             self.shown += 1;
+            let setting = Setting { lang: self.options.lang, file: &self.file, buses, decimals: self.decimals };
             match self.options.format {
                 Format::Text => self.lines.frame(out, &frame, &self.events, buses),
-                _ => jsonl::frame(out, self.setting(buses), &frame, &self.events),
+                Format::Signals | Format::SignalsCsv => {
+                    self.signals.frame(out, setting, &frame, &self.events);
+                }
+                Format::Jsonl | Format::Transfers => jsonl::frame(out, setting, &frame, &self.events),
             }
         }
         self.extract(buses);
@@ -302,6 +322,14 @@ impl Stream {
         }
     }
 
+    fn advance(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
+        for index in 0..self.state.len() {
+            self.on_bus(BusId(index as u8), buses, |bus, cx| bus.advance(now_ns, cx));
+        }
+        self.fold();
+        self.aside(buses, out);
+    }
+
     fn finish(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         for index in 0..self.state.len() {
             self.on_bus(BusId(index as u8), buses, Bus::finish);
@@ -328,6 +356,7 @@ impl Stream {
             Format::Text => self.lines.end(out, &self.events),
             Format::Jsonl => jsonl::asides(out, self.setting(buses), &self.events),
             Format::Transfers => self.transfers(buses, out),
+            Format::Signals | Format::SignalsCsv => {}
         }
         self.extract(buses);
         self.events.clear();
