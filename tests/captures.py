@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from canalyze import _core
+from canalyze.dictionary import load
+from canalyze.dictionary.rows import flat
 
 TESTS = Path(__file__).resolve().parent
 SAMPLES = TESTS.parent / "samples"
@@ -115,9 +117,25 @@ class Analysis:
         )
 
 
-def analyze(text: bytes, *, name: str = "capture.log", lang: str = "en", regular: bool = True) -> Analysis:
+def analyze(
+    text: bytes,
+    *,
+    name: str = "capture.log",
+    lang: str = "en",
+    regular: bool = True,
+    network: _core.Network | None = None,
+) -> Analysis:
     """What the program says about a capture, in process and at once."""
-    return sort_rows(session_output([text], regular, name=name, output_format="jsonl", lang=lang))
+    return sort_rows(session_output([text], regular, name=name, output_format="jsonl", lang=lang, network=network))
+
+
+def described(capture: Path) -> _core.Network | None:
+    """The description beside a sample, `NAME.eds` or `NAME.dcf`, as that of node 5; None where there is none."""
+    name = capture.name.split(".")[0]
+    for file in (capture.with_name(f"{name}.{form}") for form in ("eds", "dcf")):
+        if file.is_file():
+            return _core.Network(descriptions=[(None, 5, flat(load(str(file), 5)))])
+    return None
 
 
 def sort_rows(output: bytes) -> Analysis:
@@ -139,9 +157,10 @@ def session_output(
     output_format: str = "text",
     lang: str = "zh",
     depth: str = "default",
+    network: _core.Network | None = None,
 ) -> bytes:
     """The output of one session over one file (or pipe: not regular) that came in these chunks."""
-    session = _core.Session(lang=lang, format=output_format, depth=depth)
+    session = _core.Session(lang=lang, format=output_format, depth=depth, network=network)
     session.begin(name, regular)
     output = [session.feed(chunk) for chunk in chunks]
     output.append(session.end())
