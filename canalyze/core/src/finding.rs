@@ -121,6 +121,46 @@ rules! {
     Tim001 "TIM001" "invalid-time" Warning "CiA 301 7.2.6";
     /// TIME jumps against the clock of the capture.
     Tim002 "TIM002" "time-jump" Warning "CiA 301 7.2.6";
+    /// A value read before any write differs from the EDS's default.
+    Eds001 "EDS001" "differs-from-eds" Info "CiA 306";
+    /// A value read before any write differs from what a DCF configures.
+    Eds002 "EDS002" "differs-from-dcf" Warning "CiA 306";
+    /// An object was accessed that the description lacks.
+    Eds003 "EDS003" "not-in-description" Info "CiA 306";
+    /// Device type, vendor-ID or product code are not the description's.
+    Eds004 "EDS004" "identity-differs" Warning "CiA 306";
+    /// A multiplex PDO has another length than 8 bytes.
+    Mpd001 "MPD001" "mpdo-length" Warning "CiA 301 7.2.2.4";
+    /// A PDO is shorter than its mapping.
+    Pdo001 "PDO001" "pdo-too-short" Error "CiA 301 7.5.2.36, 7.5.2.38";
+    /// An event-driven TPDO within its inhibit time.
+    Pdo004 "PDO004" "inhibit-time" Warning "CiA 301 7.5.2.37";
+    /// An event-driven TPDO does not come though its event timer has run out.
+    Pdo005 "PDO005" "event-timer-late" Warning "CiA 301 7.5.2.37";
+    /// A PDO is longer than its mapping.
+    Pdo006 "PDO006" "pdo-too-long" Warning "CiA 301 7.5.2.36, 7.5.2.38";
+    /// A reserved transmission type was written and acknowledged.
+    Pdo008 "PDO008" "reserved-transmission-type" Warning "CiA 301 7.5.2.35, 7.5.2.37";
+    /// The mapping of a valid PDO was changed.
+    Pdo009 "PDO009" "mapping-changed-while-valid" Warning "CiA 301 7.5.2.36, 7.5.2.38";
+    /// The identifier of a valid PDO was changed.
+    Pdo010 "PDO010" "cob-id-changed-while-valid" Warning "CiA 301 7.5.2.35, 7.5.2.37";
+    /// A remote frame for a TPDO that allows none.
+    Pdo011 "PDO011" "rtr-not-allowed" Warning "CiA 301 7.5.2.37";
+    /// A PDO is not as long as the EDS's default mapping.
+    Pdo012 "PDO012" "pdo-length-differs-from-eds" Warning "CiA 301 7.5.2.36, 7.5.2.38";
+    /// An RPDO does not come within its deadline.
+    Pdo013 "PDO013" "rpdo-deadline" Info "CiA 301 7.5.2.35";
+    /// A restricted CAN-ID was configured.
+    Pdo014 "PDO014" "restricted-cob-id" Warning "CiA 301 7.3.5";
+    /// A PDO without mapped objects is sent.
+    Pdo015 "PDO015" "mapping-empty" Info "CiA 301 7.5.2.36, 7.5.2.38";
+    /// A mapping of more bits than a frame holds was acknowledged.
+    Pdo016 "PDO016" "mapping-too-long" Error "CiA 301 7.5.2.36, 7.5.2.38";
+    /// A TPDO is sent though it was made invalid.
+    Pdo018 "PDO018" "disabled-pdo-sent" Warning "CiA 301 7.5.2.37";
+    /// A PDO is on the bus that its receiver or its description has disabled.
+    Pdo019 "PDO019" "disabled-pdo-on-bus" Info "CiA 301 7.5.2.35, 7.5.2.37";
     /// Toggle bit not alternated, or not repeated in the answer.
     Sdo001 "SDO001" "toggle-bit" Error "CiA 301 7.2.4.3.5, 7.2.4.3.6";
     /// A request without response, or a response without request.
@@ -145,6 +185,10 @@ rules! {
     Sdo011 "SDO011" "sdo-in-wrong-state" Error "CiA 301 7.3.2.2";
     /// Block transfer: sequence number, acknowledgement, block size or end out of order.
     Sdo012 "SDO012" "block-sequence" Error "CiA 301 7.2.4.3.9 to 7.2.4.3.15";
+    /// The length of a value is not that of the object's type in the description.
+    Sdo013 "SDO013" "value-length" Warning "CiA 301 7.4.7, CiA 306";
+    /// An access succeeded that the description rules out.
+    Sdo014 "SDO014" "access" Warning "CiA 301 7.4.3, CiA 306";
     /// The same request twice without a response in between.
     Sdo015 "SDO015" "repeated-request" Info "CiA 301 7.2.4.1";
     /// A transfer was aborted.

@@ -2,7 +2,9 @@
 //!
 //! It must carry the same facts as `zh::findings`; a rule without words does not compile.
 
+mod description;
 mod nodes;
+mod pdo;
 mod sync;
 
 use crate::event::Note;
@@ -160,6 +162,26 @@ pub fn rule(code: Code) -> RuleText {
         Code::Emc005 => nodes::EMC005,
         Code::Tim001 => nodes::TIM001,
         Code::Tim002 => nodes::TIM002,
+        Code::Eds001 => description::EDS001,
+        Code::Eds002 => description::EDS002,
+        Code::Eds003 => description::EDS003,
+        Code::Eds004 => description::EDS004,
+        Code::Mpd001 => pdo::MPD001,
+        Code::Pdo001 => pdo::PDO001,
+        Code::Pdo004 => pdo::PDO004,
+        Code::Pdo005 => pdo::PDO005,
+        Code::Pdo006 => pdo::PDO006,
+        Code::Pdo008 => pdo::PDO008,
+        Code::Pdo009 => pdo::PDO009,
+        Code::Pdo010 => pdo::PDO010,
+        Code::Pdo011 => pdo::PDO011,
+        Code::Pdo012 => pdo::PDO012,
+        Code::Pdo013 => pdo::PDO013,
+        Code::Pdo014 => pdo::PDO014,
+        Code::Pdo015 => pdo::PDO015,
+        Code::Pdo016 => pdo::PDO016,
+        Code::Pdo018 => pdo::PDO018,
+        Code::Pdo019 => pdo::PDO019,
         Code::Sdo001 => text(
             "toggle bit error",
             "The toggle bit of a segmented transfer is 0 in the first segment and then alternates; a response repeats the bit of its request.",
@@ -216,6 +238,8 @@ pub fn rule(code: Code) -> RuleText {
             "Sequence numbers count from 1 in each sub-block; no more is acknowledged than was sent; the block size is 1 to 127; the end comes after the last segment was acknowledged, and is confirmed.",
             "A fault in one side's block transfer, or a segment missing from the capture.",
         ),
+        Code::Sdo013 => description::SDO013,
+        Code::Sdo014 => description::SDO014,
         Code::Sdo015 => text(
             "repeated request",
             "The same request was sent again without a response in between.",
