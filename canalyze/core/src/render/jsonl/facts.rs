@@ -23,7 +23,11 @@ pub(super) fn told(out: &mut Vec<u8>, measured: &[(&'static str, Quantity)]) {
             Quantity::Count(number) => put!(out; number),
             Quantity::Signed(number) => put!(out; number),
             Quantity::Ns(ns) => put!(out; ns),
-            Quantity::Hex2(number) | Quantity::State(number) | Quantity::Command(number) | Quantity::Lss(number) => {
+            Quantity::Hex2(number)
+            | Quantity::State(number)
+            | Quantity::Command(number)
+            | Quantity::Lss(number)
+            | Quantity::LssError(_, number) => {
                 put!(out; "\"", Hex::<2>(u64::from(number)), "\"");
             }
             Quantity::Hex4(number)
