@@ -3,9 +3,63 @@
 Words in the core's output are in the session's language; nothing here raises on the content of a capture.
 """
 
+from collections.abc import Sequence
 from typing import final
 
 __version__: str
+
+@final
+class Dictionary:
+    """The flat table of one device description, `$NODEID` unresolved, shared by every node that carries it."""
+
+    def __init__(
+        self,
+        *,
+        file: str,
+        form: str,
+        device: str,
+        rows: Sequence[tuple[int, int, str, int, str, int | None, bool, bool, bool, str, float]],
+    ) -> None:
+        """Take over a description.
+
+        file: its name, for provenance. form: eds | dcf | xdd. device: the product's name, "" where there is none.
+        rows: one a sub-object, in any order; of two with the same index and sub the later one counts:
+            index 1000h to FFFFh; sub 0 to 255; name;
+            data type code as the file has it (CiA 301 7.4.7), 0 where it has none;
+            access: ro | wo | rw | rwr | rww | const;
+            value: what the device starts with, of integers only, 0 to 2**64-1: a negative one is the two's complement
+            of its type's width; None for everything else and where there is none;
+            relative: the value is this plus the node-ID, modulo the type's width;
+            configured: it is a DCF's ParameterValue, else the DefaultValue;
+            mappable into a PDO; unit, "" if there is none; factor: physical value = value * factor, 1.0 if none.
+        ValueError for a form, an access or a number that is none of these.
+        """
+
+@final
+class Network:
+    """What is known of a network before its capture is read. What the capture itself shows overrules it."""
+
+    def __init__(
+        self,
+        *,
+        descriptions: Sequence[tuple[str | None, int, Dictionary]] = (),
+        cobs: Sequence[tuple[str | None, int, bool, int, str, int]] = (),
+        sdos: Sequence[tuple[str | None, int, bool, int, bool, int]] = (),
+        sync_period_ns: int | None = None,
+        sync_window_ns: int | None = None,
+        jitter_ns: int | None = None,
+        bitrate: int | None = None,
+    ) -> None:
+        """Take over what is known. A bus is the name in the capture, None every bus; the one that names a bus wins.
+
+        descriptions: bus, node-ID 1 to 127, what describes the node.
+        cobs: bus, CAN-ID, whether it has 29 bits, node-ID, tpdo | rpdo, number of the PDO 1 to 512.
+        sdos: bus, CAN-ID client to server, whether it has 29 bits, CAN-ID server to client, whether it has 29 bits,
+        node-ID of the server.
+        sync_period_ns, sync_window_ns: 1006h and 1007h, above 0. jitter_ns: error of the stamps to allow for, 0 or
+        more. bitrate: in bit/s. None: the capture tells.
+        ValueError for a number or word that is none of these.
+        """
 
 @final
 class Session:
@@ -25,15 +79,21 @@ class Session:
         time: str | None = None,
         filter: str | None = None,
         extract: bool = False,
+        network: Network | None = None,
+        select: str | None = None,
     ) -> None:
         """Start a capture.
 
         lang: zh | en.
-        format: text | jsonl (frame, note, finding, transfer) | transfers (JSON lines of transfers only).
+        format: text | jsonl (frame, note, finding, transfer) | transfers (JSON lines of transfers only) |
+        signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
+        summary (JSON lines, one object a record, all of them from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.
         time: None (as they came) or one of a d z A n.
         filter: the expression of --filter.
+        network: what is known of the network before its capture is read.
+        select: the globs of --select; signals and signals-csv only.
         ValueError (one line, in the session's language) for a value that is none of these or a filter that cannot be
         read.
         """

@@ -24,7 +24,7 @@ from canalyze.options import common_options
 from canalyze.output import Output, complain, shows_chinese
 from canalyze.words import Words
 
-COMMANDS: Final = ("decode", "explain", "sdo", "eds", "rules")
+COMMANDS: Final = ("decode", "explain", "sdo", "signals", "eds", "rules")
 """In the order of help; each stands in `commands/` under its name."""
 
 _SETTLED_FIRST: Final = ("--lang", "--config")
@@ -111,18 +111,20 @@ def _run(args: list[str]) -> int:
             problem = words("usage.needs_value", option=missing)
             complain(words("usage.line", command=_command(args), problem=problem))
             return 2
-        words = _words(settle(lang, options.get("--config")))
+        config = settle(lang, options.get("--config"))
+        words = _words(config)
     except ConfigError as error:
         if not _completes() and not (_explains(args) and error.key != "config.lang_option"):
             complain(f"canalyze: {error.in_words(_words(spoken(lang), notice=False))}")
             return error.exit_code
-        words = _words(spoken(lang), notice=not _completes())
+        config = spoken(lang)
+        words = _words(config, notice=not _completes())
     group = Group(words)
     try:
         if not args and not _completes():
             complain_page(group, words)
             return 2
-        return int(group.main(args, prog_name="canalyze", standalone_mode=False) or 0)
+        return int(group.main(args, prog_name="canalyze", standalone_mode=False, obj=config) or 0)
     except click.UsageError as error:
         complain(usage_line(error, words))
         return 2

@@ -3,11 +3,13 @@
 Descriptions stand in `words.py`. An option of one command only stands in that command's file.
 """
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import click
 
+from canalyze import network
+from canalyze.config import Config
 from canalyze.words import LANGUAGES, Words
 
 if TYPE_CHECKING:
@@ -33,6 +35,38 @@ class OneOf(click.Choice[str]):
         option = param.opts[-1] if param else ""
         choices = ", ".join(self.choices)
         raise click.UsageError(self._words("usage.choice", option=option, value=value or '""', choices=choices), ctx)
+
+
+class Spelled(click.ParamType[Any]):
+    """A value that is read from its text; one that cannot be is a usage error in the words `usage.FORM`."""
+
+    name = "text"
+
+    def __init__(self, read: Callable[[str], object], form: str, words: Words) -> None:
+        """`read` gives None for what cannot be."""
+        self._read = read
+        self._form = form
+        self._words = words
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Give what the text says."""
+        found = self._read(value)
+        if found is not None:
+            return found
+        option = param.opts[-1] if param else ""
+        raise click.UsageError(self._words(f"usage.{self._form}", option=option, value=value or '""'), ctx)
+
+
+class NetworkOptions(TypedDict, total=False):
+    """What `network_options` give a command, by the names of its parameters."""
+
+    eds: tuple[network.Description, ...]
+    cob: tuple[network.Cob, ...]
+    sdo: tuple[network.SdoChannel, ...]
+    sync_period: int | None
+    sync_window: int | None
+    jitter: int | None
+    bitrate: int | None
 
 
 def common_options(words: Words) -> list[click.Parameter]:
@@ -70,8 +104,35 @@ def capture_options(words: Words) -> list[click.Parameter]:
             default="auto",
             help=words("opt.stamps"),
         ),
+        *network_options(words),
         *output_options(words),
     ]
+
+
+def network_options(words: Words) -> list[click.Parameter]:
+    """Give what says which devices are on the bus; a command takes them as `**given: Unpack[NetworkOptions]`."""
+
+    def option(
+        name: str, read: Callable[[str], object], form: str, metavar: str, *, multiple: bool = False
+    ) -> click.Option:
+        key = name.lstrip("-").replace("-", "_")
+        kind = Spelled(read, form, words)
+        return click.Option([name], type=kind, metavar=metavar, multiple=multiple, help=words(f"opt.{key}"))
+
+    return [
+        option("--eds", network.description, "eds", "[[BUS:]NODE=]FILE", multiple=True),
+        option("--cob", network.cob, "cob", "[BUS:]ID=NODE.PDO", multiple=True),
+        option("--sdo", network.sdo_channel, "sdo", "[BUS:]ID,ID=NODE", multiple=True),
+        option("--sync-period", network.period, "period", "US"),
+        option("--sync-window", network.period, "period", "US"),
+        option("--jitter", network.tolerance, "tolerance", "US"),
+    ]
+
+
+def bitrate_option(words: Words) -> click.Option:
+    """Give --bitrate, for a command that says how much of the bus is used."""
+    kind = Spelled(network.bit_rate, "bit_rate", words)
+    return click.Option(["--bitrate"], type=kind, metavar="BPS", help=words("opt.bitrate"))
 
 
 def output_options(words: Words) -> list[click.Parameter]:
@@ -82,10 +143,10 @@ def output_options(words: Words) -> list[click.Parameter]:
     ]
 
 
-def format_option(words: Words, command: str) -> click.Option:
-    """Give --format text|jsonl with the command's own description."""
+def format_option(words: Words, command: str, forms: tuple[str, ...] = ("text", "jsonl")) -> click.Option:
+    """Give --format with the command's own description; the first form is the default."""
     return click.Option(
-        ["--format", "form"], type=OneOf(("text", "jsonl"), words), default="text", help=words(f"{command}.format")
+        ["--format", "form"], type=OneOf(forms, words), default=forms[0], help=words(f"{command}.format")
     )
 
 
@@ -93,14 +154,33 @@ class CoreUsageError(click.UsageError):
     """What the core cannot accept, in its own words."""
 
 
-def open_session(words: Words, **settings: Any) -> "Session":
-    """Start the core with these settings; what it cannot accept (a filter) is a usage error."""
-    from canalyze._core import Session
+def open_session(words: Words, given: NetworkOptions, **settings: Any) -> "Session":
+    """Start the core with these settings and what is known of the network.
 
+    What the core cannot accept (a filter) is a usage error; a setting that is None is left to the core.
+    """
+    from canalyze._core import Session
+    from canalyze.descriptions import network as known
+
+    context = click.get_current_context()
+    filed = (context.find_object(Config) or Config()).known
     try:
-        return Session(lang=words.lang, **settings)
+        settings["network"] = known(filed, _known(given), words)
+        return Session(lang=words.lang, **{name: value for name, value in settings.items() if value is not None})
     except ValueError as error:
-        raise CoreUsageError(str(error), click.get_current_context()) from error
+        raise CoreUsageError(str(error), context) from error
+
+
+def _known(given: NetworkOptions) -> network.Known:
+    return network.Known(
+        given.get("eds", ()),
+        given.get("cob", ()),
+        given.get("sdo", ()),
+        given.get("sync_period"),
+        given.get("sync_window"),
+        given.get("jitter"),
+        given.get("bitrate"),
+    )
 
 
 def inputs(files: tuple[str, ...], words: Words) -> tuple[str, ...]:

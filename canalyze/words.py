@@ -48,6 +48,44 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "文件里的时间戳是什么：绝对时间、从零开始、与上一帧之差；auto 由内容判断。",
         "What the stamps of the input are: absolute, zero-based or deltas; auto decides by content.",
     ),
+    (
+        "opt.eds",
+        "节点的设备描述（EDS、DCF、XDD），用来解析PDO里的信号和对象的名称；可重复。如 5=drive.eds；"
+        "1-4,7=io.eds 由几个节点共用；can1:0x10=drive.eds 只用于一条总线；DCF写明了节点号时，只给文件即可。",
+        "Device description (EDS, DCF, XDD) of a node, for the signals in its PDOs and the names of its objects; "
+        "repeatable. E.g. 5=drive.eds; 1-4,7=io.eds is shared by several nodes; can1:0x10=drive.eds holds on one bus; "
+        "the file alone where a DCF names its node.",
+    ),
+    (
+        "opt.cob",
+        "某个CAN-ID传的是哪个PDO；可重复。如 1A5=5.TPDO1；ID是十六进制，写满八位的是29位ID；"
+        "can1:1A5=5.TPDO1 只用于一条总线。",
+        "Which PDO a CAN-ID carries; repeatable. E.g. 1A5=5.TPDO1; the ID is hexadecimal, with eight digits it is a "
+        "29-bit one; can1:1A5=5.TPDO1 holds on one bus.",
+    ),
+    (
+        "opt.sdo",
+        "预定义之外的SDO通道：客户端到服务器和服务器到客户端的CAN-ID，以及服务器的节点号；可重复。如 640,5C0=5。",
+        "An SDO channel beyond the pre-defined ones: CAN-ID from client to server, from server to client, and the "
+        "server's node-ID; repeatable. E.g. 640,5C0=5.",
+    ),
+    (
+        "opt.sync_period",
+        "同步周期（1006h），单位是微秒，也可写成 10ms、0.01s；不给则由记录得出。",
+        "Period of SYNC (1006h) in microseconds, or as 10ms, 0.01s; without it the capture tells.",
+    ),
+    (
+        "opt.sync_window",
+        "同步窗口的长度（1007h），写法同 --sync-period。",
+        "Length of the synchronous window (1007h), written as for --sync-period.",
+    ),
+    (
+        "opt.jitter",
+        "判断时间时允许的时间戳误差，写法同 --sync-period，也可以是0；不给则由记录得出。",
+        "Error of the stamps that is allowed for where time is judged, written as for --sync-period, also 0; without "
+        "it the capture tells.",
+    ),
+    ("opt.bitrate", "总线的波特率，如 500000、125k、1M。", "Bit rate of the bus, e.g. 500000, 125k, 1M."),
     # canalyze
     ("canalyze.usage", "[选项] 命令 [参数]...", "[OPTIONS] COMMAND [ARGS]..."),
     (
@@ -62,11 +100,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "candump can0 | canalyze decode -            实时注释\n"
         "canalyze explain '60A#4008100000000000'     逐字段解释一帧\n"
         "canalyze sdo capture.log --extract out/     列出SDO传输并取出数据\n"
+        "canalyze signals --eds 5=drive.eds a.log    解析PDO里的信号\n"
         "canalyze --lang en decode --help            英文说明",
         "canalyze decode samples/zephyr-sdo.log      annotate a capture frame by frame\n"
         "candump can0 | canalyze decode -            annotate live\n"
         "canalyze explain '60A#4008100000000000'     explain one frame field by field\n"
         "canalyze sdo capture.log --extract out/     list SDO transfers, take out their data\n"
+        "canalyze signals --eds 5=drive.eds a.log    decode the signals in PDOs\n"
         "canalyze --lang zh decode --help            help in Chinese",
     ),
     (
@@ -111,11 +151,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "decode.examples",
         "canalyze decode capture.log\n"
         "canalyze decode --explain --filter 'service=sdo node=10' capture.log\n"
+        "canalyze decode --eds 5=drive.eds --eds 1-4=io.eds capture.log\n"
         "canalyze decode part1.log part2.log -o all.txt\n"
         "candump -ta can0 | canalyze decode -\n"
         "canalyze decode --format jsonl capture.log | jq -r .text",
         "canalyze decode capture.log\n"
         "canalyze decode --explain --filter 'service=sdo node=10' capture.log\n"
+        "canalyze decode --eds 5=drive.eds --eds 1-4=io.eds capture.log\n"
         "canalyze decode part1.log part2.log -o all.txt\n"
         "candump -ta can0 | canalyze decode -\n"
         "canalyze decode --format jsonl capture.log | jq -r .text",
@@ -203,6 +245,112 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "sdo.kept",
         "{name}：文件已存在，未覆盖；要覆盖请加 --force",
         "{name}: exists and is kept; --force overwrites it",
+    ),
+    # signals
+    ("signals.short", "列出PDO里的信号及其值", "List the signals in PDOs with their values"),
+    ("signals.usage", "[选项] [文件]...", "[OPTIONS] [FILE]..."),
+    (
+        "signals.help",
+        "解析PDO里的信号，每个值一行：时间、帧、总线、节点、PDO、信号、值、原始值、单位、来源。"
+        "映射来自记录里的SDO配置，其次是 --eds 或 canalyze.toml 给出的设备描述；来源说明是哪一个。"
+        "文件的给法与decode相同。",
+        "Decode the signals in PDOs, one value a line: t, frame, bus, node, pdo, signal, value, raw, unit, provenance. "
+        "Mappings come from the configuration by SDO that the capture shows, else from the device descriptions of "
+        "--eds or canalyze.toml; the provenance says which. Files are given as for decode.",
+    ),
+    (
+        "signals.select",
+        "只要这些信号：用逗号隔开的通配符，与“节点.信号”或信号的名称比较，如 '5.*,*velocity*'。",
+        "Only these signals: globs with commas between, compared with node.signal or with the name of the signal, e.g. "
+        "'5.*,*velocity*'.",
+    ),
+    (
+        "signals.format",
+        "csv 是带标题行的表格；jsonl 每行一个值。",
+        "csv is a table with a line of headings; jsonl is one value a line.",
+    ),
+    (
+        "signals.examples",
+        "canalyze signals --eds 5=drive.eds capture.log\n"
+        "canalyze signals --eds 5=drive.eds --select '5.*,*velocity*' capture.log -o velocity.csv\n"
+        "canalyze signals --eds 1-4,7=io.eds --filter 'node=1 t=1.0..2.5' capture.log\n"
+        "canalyze signals --format jsonl drive.log | jq -r '[.t, .signal, .value] | @tsv'\n"
+        "candump -ta can0 | canalyze signals --eds 5=drive.eds -",
+        "canalyze signals --eds 5=drive.eds capture.log\n"
+        "canalyze signals --eds 5=drive.eds --select '5.*,*velocity*' capture.log -o velocity.csv\n"
+        "canalyze signals --eds 1-4,7=io.eds --filter 'node=1 t=1.0..2.5' capture.log\n"
+        "canalyze signals --format jsonl drive.log | jq -r '[.t, .signal, .value] | @tsv'\n"
+        "candump -ta can0 | canalyze signals --eds 5=drive.eds -",
+    ),
+    (
+        "signals.none",
+        "{frames}帧中没有解析任何信号：没有已知映射的PDO；"
+        "用 --eds 5=drive.eds 给出设备描述，或把配置过程（SDO）也录下来",
+        "no signal decoded in {frames} frames: no PDO whose mapping is known; give a device description, as "
+        "--eds 5=drive.eds, or capture the configuration by SDO too",
+    ),
+    (
+        "signals.none_kept",
+        "{frames}帧中没有符合 {options} 的信号；不加此条件仍然没有，则是PDO的映射未知："
+        "用 --eds 5=drive.eds 给出设备描述",
+        "no signal in {frames} frames fits {options}; if there is none without it either, no mapping of a PDO is "
+        "known: give a device description, as --eds 5=drive.eds",
+    ),
+    # What is known of the network.
+    (
+        "network.no_node",
+        "{name}：没有写明节点号；请指定，如 --eds 5={name}，或在 canalyze.toml 里写 node = 5",
+        "{name}: names no node-ID; give one, as --eds 5={name} or as node = 5 in canalyze.toml",
+    ),
+    (
+        "network.twice",
+        "节点 {node} 有两个设备描述：{one} 和 {other}；只能用一个",
+        "node {node} has two device descriptions, {one} and {other}; give one",
+    ),
+    (
+        "network.other_node",
+        "{name}：是节点 {own} 的DCF，现用于节点 {nodes}，其中不含$NODEID的值不随节点号改变",
+        "{name}: the DCF of node {own}, used for {nodes}; values without $NODEID in it stay those of node {own}",
+    ),
+    (
+        "network.defects",
+        "{name}：已修复 {repaired} 处，未采用 {unused} 处；详见 {command}",
+        "{name}: defects repaired: {repaired}, not used: {unused}; {command} shows them",
+    ),
+    (
+        "usage.eds",
+        "选项 {option} 不能是 {value}，可以写成 5=drive.eds、1-4,7=io.eds、can1:0x10=drive.eds 或 drive.dcf；"
+        "节点号是1到127",
+        "option {option}: {value} is not of the form 5=drive.eds, 1-4,7=io.eds, can1:0x10=drive.eds or drive.dcf; "
+        "node-IDs are 1 to 127",
+    ),
+    (
+        "usage.cob",
+        "选项 {option} 不能是 {value}，可以写成 1A5=5.TPDO1、can1:1A5=5.RPDO2 或 000001A5=5.TPDO1（29位ID）；"
+        "ID是十六进制，节点号是1到127，PDO编号是1到512",
+        "option {option}: {value} is not of the form 1A5=5.TPDO1, can1:1A5=5.RPDO2 or 000001A5=5.TPDO1 (29-bit ID); "
+        "IDs are hexadecimal, node-IDs 1 to 127, PDOs 1 to 512",
+    ),
+    (
+        "usage.sdo",
+        "选项 {option} 不能是 {value}，可以写成 640,5C0=5 或 can1:640,5C0=5；两个ID是不同的十六进制数，节点号是1到127",
+        "option {option}: {value} is not of the form 640,5C0=5 or can1:640,5C0=5; the IDs are hexadecimal and two, "
+        "node-IDs are 1 to 127",
+    ),
+    (
+        "usage.period",
+        "选项 {option} 不能是 {value}，可以是大于0、不超过4294秒的时间，如 1000（微秒）、10ms、0.01s",
+        "option {option}: {value} is not a time above 0 and up to 4294 s, such as 1000 (microseconds), 10ms or 0.01s",
+    ),
+    (
+        "usage.tolerance",
+        "选项 {option} 不能是 {value}，可以是不超过4294秒的时间，如 200（微秒）、0.2ms、0",
+        "option {option}: {value} is not a time up to 4294 s, such as 200 (microseconds), 0.2ms or 0",
+    ),
+    (
+        "usage.bit_rate",
+        "选项 {option} 不能是 {value}，可以是1k到1M，如 500000、125k、1M",
+        "option {option}: {value} is not a bit rate from 1k to 1M, such as 500000, 125k or 1M",
     ),
     ("col.number", "#", "#"),
     ("col.time", "时间", "time"),
@@ -556,10 +704,58 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{file}：没有配置项 {key}，可以有的是 {allowed}",
         "{file}: unknown key {key}; allowed: {allowed}",
     ),
+    ("config.lacks", "{file}：缺少配置项 {key}", "{file}: key {key} is missing"),
+    ("config.table", "{file}：配置项 {key} 应写成表 {table}", "{file}: key {key} has to be a table, {table}"),
     (
-        "config.value",
-        "{file}：配置项 {key} 不能是 {value}，可以是 {allowed}",
-        "{file}: key {key}: {value} is not allowed; allowed: {allowed}",
+        "config.language",
+        '{file}：配置项 {key} 不能是 {value}，可以是 "zh", "en"',
+        '{file}: key {key}: {value} is not one of "zh", "en"',
+    ),
+    (
+        "config.text",
+        "{file}：配置项 {key} 不能是 {value}，应是引号里的文字",
+        "{file}: key {key}: {value} is not a text in quotes",
+    ),
+    (
+        "config.node",
+        "{file}：配置项 {key} 不能是 {value}，可以是1到127的节点号",
+        "{file}: key {key}: {value} is not a node-ID, 1 to 127",
+    ),
+    (
+        "config.nodes",
+        '{file}：配置项 {key} 不能是 {value}，可以是1到127的节点号，几个则写成 [1, 2] 或 "1-4,7"',
+        '{file}: key {key}: {value} is not a node-ID, 1 to 127, nor several of them, as [1, 2] or "1-4,7"',
+    ),
+    (
+        "config.can_id",
+        '{file}：配置项 {key} 不能是 {value}，应是引号里的十六进制数，如 "1A5"，29位ID写满八位，如 "000001A5"',
+        '{file}: key {key}: {value} is not a CAN-ID in hexadecimal and in quotes, such as "1A5", or "000001A5" for a '
+        "29-bit one",
+    ),
+    (
+        "config.one_id",
+        "{file}：配置项 {key} 不能是 {value}，这是同一通道的另一个ID",
+        "{file}: key {key}: {value} is the other ID of the same channel",
+    ),
+    (
+        "config.pdo",
+        '{file}：配置项 {key} 不能是 {value}，可以是 "TPDO1" 到 "TPDO512" 或 "RPDO1" 到 "RPDO512"',
+        '{file}: key {key}: {value} is not a PDO, "TPDO1" to "TPDO512" or "RPDO1" to "RPDO512"',
+    ),
+    (
+        "config.period",
+        "{file}：配置项 {key} 不能是 {value}，应是大于0、不超过4294967295的微秒数",
+        "{file}: key {key}: {value} is not a number of microseconds above 0 and up to 4294967295",
+    ),
+    (
+        "config.tolerance",
+        "{file}：配置项 {key} 不能是 {value}，应是0到4294967295的微秒数",
+        "{file}: key {key}: {value} is not a number of microseconds, 0 to 4294967295",
+    ),
+    (
+        "config.bit_rate",
+        '{file}：配置项 {key} 不能是 {value}，可以是1000到1000000，或如 "125k"、"1M"',
+        '{file}: key {key}: {value} is not a bit rate, 1000 to 1000000, or as "125k", "1M"',
     ),
     # Inputs and outputs.
     ("source.open", "{name}：不能打开：{error}", "{name}: cannot be opened: {error}"),

@@ -1,9 +1,11 @@
 """`canalyze decode`: the annotated listing. It only passes bytes on; every word of a line is the core's."""
 
+from typing import Unpack
+
 import click
 
 from canalyze.help import Command
-from canalyze.options import OneOf, capture_options, format_option, inputs, open_session
+from canalyze.options import NetworkOptions, OneOf, capture_options, format_option, inputs, open_session
 from canalyze.output import Progress, open_output
 from canalyze.run import Run
 from canalyze.sources.file import total_size
@@ -23,6 +25,7 @@ def command(words: Words) -> click.Command:
         expression: str | None,
         time: str | None,
         stamps: str,
+        **given: Unpack[NetworkOptions],
     ) -> int:
         context = click.get_current_context()
         if brief and explain:
@@ -32,7 +35,7 @@ def command(words: Words) -> click.Command:
             raise click.UsageError(words("usage.text_only", option=option), context)
         names = inputs(files, words)
         depth = "brief" if brief else "explain" if explain else "default"
-        session = open_session(words, format=form, depth=depth, stamps=stamps, time=time, filter=expression)
+        session = open_session(words, given, format=form, depth=depth, stamps=stamps, time=time, filter=expression)
         with open_output(output, force=force) as out:
             code = Run(session, words, Progress(words, out, total_size(names)), out.write).over(names)
             if session.frames == 0:

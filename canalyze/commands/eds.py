@@ -1,13 +1,14 @@
 """`canalyze eds`: what a device description says, and what is wrong with it."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
+from canalyze import network
 from canalyze.errors import CanalyzeError
 from canalyze.help import Command
-from canalyze.options import format_option, inputs, output_options
+from canalyze.options import Spelled, format_option, inputs, output_options
 from canalyze.output import Output, complain, open_output
 from canalyze.words import Words
 
@@ -46,34 +47,12 @@ def command(words: Words) -> click.Command:
         run,
         [
             click.Argument(["files"], nargs=-1, type=click.Path(allow_dash=True), metavar="FILE"),
-            click.Option(["--node"], type=NodeId(words), metavar="N", help=words("eds.node")),
+            click.Option(["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("eds.node")),
             click.Option(["--all", "every"], is_flag=True, help=words("eds.all")),
             format_option(words, "eds"),
             *output_options(words),
         ],
     )
-
-
-class NodeId(click.ParamType[int]):
-    """A node-ID in decimal, or in hexadecimal with 0x."""
-
-    name = "node"
-
-    def __init__(self, words: Words) -> None:
-        """Take the words for what is none."""
-        self._words = words
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Give the number if it can be a node."""
-        from canalyze.dictionary import NODES
-        from canalyze.dictionary.values import integer
-
-        number = integer(str(value).strip())
-        if number is None or number.value not in NODES:
-            option = param.opts[-1] if param else ""
-            problem = self._words("usage.node", option=option, value=value or '""')
-            raise click.UsageError(problem, ctx)
-        return number.value
 
 
 def _jsonl(out: Output) -> "Callable[[Dictionary], None]":

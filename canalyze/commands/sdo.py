@@ -2,12 +2,12 @@
 
 import json
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, Unpack
 
 import click
 
 from canalyze.help import Command
-from canalyze.options import capture_options, format_option, inputs, open_session
+from canalyze.options import NetworkOptions, capture_options, format_option, inputs, open_session
 from canalyze.output import Output, Progress, complain, open_output
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.run import Run
@@ -39,9 +39,12 @@ def command(words: Words) -> click.Command:
         force: bool,
         expression: str | None,
         stamps: str,
+        **given: Unpack[NetworkOptions],
     ) -> int:
         names = inputs(files, words)
-        session = open_session(words, format="transfers", stamps=stamps, filter=expression, extract=extract is not None)
+        session = open_session(
+            words, given, format="transfers", stamps=stamps, filter=expression, extract=extract is not None
+        )
         rows = 0
         with open_output(output, force=force) as out:
             total = total_size(names)

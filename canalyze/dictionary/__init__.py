@@ -14,10 +14,10 @@ from canalyze.dictionary.ini import Ini, Section, parse
 from canalyze.dictionary.model import Device, Dictionary, FileInfo
 from canalyze.dictionary.values import Values, integer
 from canalyze.errors import SourceError
+from canalyze.network import NODES
 
 _LARGEST: Final = 8 << 20
 _BIT_RATES: Final = (10, 20, 50, 125, 250, 500, 800, 1000)
-NODES: Final = range(1, 128)
 _UNCONFIGURED: Final = 255
 _DUMMIES: Final = range(1, 8)
 _FURTHER_DUMMIES: Final = range(8, 0x20)

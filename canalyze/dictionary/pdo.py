@@ -9,8 +9,8 @@ from typing import Final, Literal
 
 from canalyze.dictionary.model import CobId, Direction, Entry, Mapped, NodeOffset, Object, Pdo, Value
 from canalyze.dictionary.values import UNSIGNED, UNSIGNED8, UNSIGNED32, WIDTHS
+from canalyze.network import MOST_PDOS
 
-MOST_PDOS: Final = 512
 _PREDEFINED: Final = 4
 _COMMUNICATION: Final[dict[Direction, int]] = {"rpdo": 0x1400, "tpdo": 0x1800}
 _TO_MAPPING: Final = 0x200

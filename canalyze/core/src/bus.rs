@@ -42,7 +42,10 @@ impl Bus {
     /// A bus of which nothing was seen.
     pub fn new(network: Arc<Network>, name: &[u8]) -> Self {
         let mut nodes = PerNode::<Node>::default();
-        for one in &network.descriptions {
+        // What is said of this bus by name counts more than what is said of every bus: it comes last.
+        let mut descriptions: Vec<_> = network.descriptions.iter().collect();
+        descriptions.sort_by_key(|one| one.bus.is_some());
+        for one in descriptions {
             if Network::holds(one.bus.as_ref(), name) {
                 known(&mut nodes, one.node).configuration.describe(Arc::clone(&one.dictionary));
             }

@@ -78,7 +78,7 @@ pub struct Configuration {
 pub fn concerns(index: u16) -> bool {
     matches!(
         index,
-        0x1005..=0x1007 | 0x100C | 0x100D | 0x1012 | 0x1014..=0x1019 | 0x1200..=0x12FF | 0x1301..=0x13C0 | 0x1400..=0x1BFF
+        0x1000 | 0x1005..=0x1007 | 0x100C | 0x100D | 0x1012 | 0x1014..=0x1019 | 0x1200..=0x12FF | 0x1301..=0x13C0 | 0x1400..=0x1BFF
     )
 }
 
@@ -121,9 +121,9 @@ impl Configuration {
     /// What the description says of an object, whatever else is known.
     pub fn described(&self, node: u8, index: u16, sub: u8) -> Option<Known> {
         let description = self.description.as_ref()?;
-        let preset = description.get(index, sub)?.preset?;
-        let dcf = preset.configured || description.form == Form::Dcf;
-        Some(Known { value: preset.at(node), from: if dcf { Provenance::Dcf } else { Provenance::Eds } })
+        let object = description.get(index, sub)?;
+        let dcf = object.preset?.configured || description.form == Form::Dcf;
+        Some(Known { value: object.preset_at(node)?, from: if dcf { Provenance::Dcf } else { Provenance::Eds } })
     }
 
     /// Every index of `range` for which something is known, ascending.

@@ -5,6 +5,8 @@
 
 use std::sync::Arc;
 
+use crate::od::DataType;
+
 /// What kind of file it was: what a DCF configures counts more than what an EDS presets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
@@ -71,10 +73,15 @@ pub struct Preset {
     pub configured: bool,
 }
 
-impl Preset {
-    /// The number on one node.
-    pub fn at(self, node: u8) -> u64 {
-        if self.relative { self.value.wrapping_add(u64::from(node)) } else { self.value }
+impl Object {
+    /// The number that the object starts with on one node; relative ones wrap around at the type's width.
+    pub fn preset_at(&self, node: u8) -> Option<u64> {
+        let Preset { value, relative, .. } = self.preset?;
+        if !relative {
+            return Some(value);
+        }
+        let bits = DataType::from_code(self.data_type).and_then(DataType::size).map_or(64, |bytes| 8 * bytes as u32);
+        Some(value.wrapping_add(u64::from(node)) & u64::MAX >> (64 - bits.clamp(1, 64)))
     }
 }
 

@@ -304,7 +304,8 @@ pub fn explained(from: State, to: State, controlwords: impl IntoIterator<Item = 
     let mut any = false;
     for word in controlwords {
         any = true;
-        let asked = level(word);
+        // Drives obey the other bits beside a bit 7 that stays set, though the standard names no such command.
+        let asked = level(word & !0x80);
         // A word is in force until the next one: the drive may take several steps by it.
         loop {
             let further = step(reached, |row| row.4 || asked.is_some_and(|asked| row.3.contains(&asked)));
@@ -427,6 +428,7 @@ mod tests {
         assert!(explained(SwitchOnDisabled, OperationEnabled, way));
         assert!(explained(Fault, OperationEnabled, [0x0080, 0x0006, 0x000F]));
         assert!(explained(SwitchOnDisabled, OperationEnabled, [0x0006, 0x000F]));
+        assert!(explained(Fault, ReadyToSwitchOn, [0x0086]));
         for to in [ReadyToSwitchOn, SwitchedOn, OperationEnabled, Fault, QuickStopActive] {
             assert!(explained(SwitchOnDisabled, to, way), "{to:?}");
         }

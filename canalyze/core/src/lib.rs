@@ -41,6 +41,7 @@ mod python;
 pub mod readers;
 pub mod render;
 pub mod roles;
+pub mod select;
 pub mod services;
 pub mod session;
 pub mod text;

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use crate::configuration::{Configuration, Provenance};
+use crate::drive;
 use crate::frame::CanId;
 use crate::od::{self, DataType};
 use crate::services::pdo::mapping::{Mapped, Mapping, decode_entry};
@@ -245,7 +246,14 @@ impl Node {
             entries.push(self.mapped(index, sub, bits, offset));
             offset += u16::from(bits);
         }
-        Content::Mapped(Arc::new(Mapping { entries, bits: offset }), least)
+        Content::Mapped(Arc::new(Mapping::new(entries, offset)), least)
+    }
+
+    /// The type of a standard object. What stands in 6000h-9FFFh is known here for drives only.
+    fn standard(&self, index: u16, sub: u8) -> Option<DataType> {
+        let profile = index >= 0x6000;
+        let other = self.value(0x1000, 0).is_some_and(|(device, _)| !drive::is_drive(device as u32));
+        od::data_type(index, sub).filter(|_| !(profile && other))
     }
 
     fn mapped(&self, index: u16, sub: u8, bits: u8, offset: u16) -> Mapped {
@@ -258,7 +266,7 @@ impl Node {
             sub,
             bits,
             offset,
-            data_type: if dummy { DataType::from_code(index) } else { described.or(od::data_type(index, sub)) },
+            data_type: if dummy { DataType::from_code(index) } else { described.or_else(|| self.standard(index, sub)) },
             dummy,
             name: object.map(|object| Arc::clone(&object.name)).filter(|name| !name.is_empty()),
             unit: object.and_then(|object| object.unit.clone()),

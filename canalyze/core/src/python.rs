@@ -3,18 +3,21 @@
 //! Every call that works on a capture releases the GIL. Nothing here raises on the content of a capture. The
 //! signatures are documented in `canalyze/_core.pyi`.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
 use crate::filter::Filter;
 use crate::finding::RULES;
-use crate::frame::Buses;
+use crate::frame::{Buses, CanId};
+use crate::network::{Cob, Description, Network as Known, Sdo};
 use crate::readers::candump::{self, Stamps};
 use crate::render;
 use crate::render::text::Time;
+use crate::select::Select;
 use crate::session::{Format, Options, Session as Core};
 use crate::text::{Depth, Lang, RuleText, complaints, en, zh};
 
@@ -59,10 +62,92 @@ impl Session {
     }
 }
 
+/// A row of a description, as Python hands it over: index, sub-index, name, type, access, value, relative to the
+/// node-ID, configured by a DCF, mappable, unit, factor.
+type Row = (u16, u8, String, u16, String, Option<i128>, bool, bool, bool, String, f64);
+
+#[pyclass(module = "canalyze._core", frozen)]
+struct Dictionary {
+    table: Arc<Table>,
+}
+
+#[pymethods]
+impl Dictionary {
+    #[new]
+    #[pyo3(signature = (*, file, form, device, rows))]
+    fn new(file: String, form: &str, device: String, rows: Vec<Row>) -> PyResult<Self> {
+        let form = choose("form", form, &[("eds", Form::Eds), ("dcf", Form::Dcf), ("xdd", Form::Eds)])?;
+        let objects = rows.into_iter().map(object).collect::<PyResult<_>>()?;
+        Ok(Self { table: Arc::new(Table::new(file, form, device, objects)) })
+    }
+}
+
+fn object(row: Row) -> PyResult<Object> {
+    let (index, sub, name, data_type, access, value, relative, configured, mappable, unit, factor) = row;
+    let access = Access::from_name(&access).ok_or_else(|| PyValueError::new_err(format!("access={access:?}")))?;
+    // Two's complement: what an object holds is at most 64 bits.
+    let preset = value.map(|value| Preset { value: value as u64, relative, configured });
+    let unit = (!unit.is_empty()).then(|| Arc::from(unit));
+    Ok(Object { index, sub, name: Arc::from(name), data_type, access, preset, mappable, unit, factor })
+}
+
+fn identifier(id: u32, extended: bool) -> CanId {
+    if extended { CanId::extended(id) } else { CanId::standard((id & 0x7FF) as u16) }
+}
+
+#[pyclass(module = "canalyze._core", frozen)]
+struct Network {
+    known: Arc<Known>,
+}
+
+#[pymethods]
+impl Network {
+    #[new]
+    #[pyo3(signature = (*, descriptions = Vec::new(), cobs = Vec::new(), sdos = Vec::new(), sync_period_ns = None, sync_window_ns = None, jitter_ns = None, bitrate = None))]
+    #[allow(clippy::type_complexity, reason = "tuples of a Python call")]
+    fn new(
+        descriptions: Vec<(Option<String>, u8, PyRef<'_, Dictionary>)>,
+        cobs: Vec<(Option<String>, u32, bool, u8, String, u16)>,
+        sdos: Vec<(Option<String>, u32, bool, u32, bool, u8)>,
+        sync_period_ns: Option<i64>,
+        sync_window_ns: Option<i64>,
+        jitter_ns: Option<i64>,
+        bitrate: Option<u32>,
+    ) -> PyResult<Self> {
+        let describe = |(bus, node, dictionary): (_, _, PyRef<'_, Dictionary>)| Description {
+            bus,
+            node,
+            dictionary: Arc::clone(&dictionary.table),
+        };
+        let cob = |(bus, id, extended, node, direction, number): (_, _, _, _, String, _)| -> PyResult<Cob> {
+            let transmit = choose("direction", &direction, &[("tpdo", true), ("rpdo", false)])?;
+            Ok(Cob { bus, id: identifier(id, extended), node, transmit, number })
+        };
+        let known = Known {
+            descriptions: descriptions.into_iter().map(describe).collect(),
+            cobs: cobs.into_iter().map(cob).collect::<PyResult<_>>()?,
+            sdos: sdos
+                .into_iter()
+                .map(|(bus, client, client_extended, server, server_extended, node)| Sdo {
+                    bus,
+                    client: identifier(client, client_extended),
+                    server: identifier(server, server_extended),
+                    node,
+                })
+                .collect(),
+            sync_period_ns,
+            sync_window_ns,
+            jitter_ns,
+            bit_rate: bitrate,
+        };
+        Ok(Self { known: Arc::new(known) })
+    }
+}
+
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -72,9 +157,17 @@ impl Session {
         time: Option<&str>,
         filter: Option<&str>,
         extract: bool,
+        network: Option<&Network>,
+        select: Option<&str>,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
-        let formats = [("text", Format::Text), ("jsonl", Format::Jsonl), ("transfers", Format::Transfers)];
+        let formats = [
+            ("text", Format::Text),
+            ("jsonl", Format::Jsonl),
+            ("transfers", Format::Transfers),
+            ("signals", Format::Signals),
+            ("signals-csv", Format::SignalsCsv),
+        ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =
             [("auto", Stamps::Auto), ("absolute", Stamps::Absolute), ("zero", Stamps::Zero), ("delta", Stamps::Delta)];
@@ -89,6 +182,8 @@ impl Session {
             filter: Filter::parse(filter.unwrap_or(""))
                 .map_err(|mistake| PyValueError::new_err(complaints::filter(lang, &mistake)))?,
             extract,
+            network: network.map(|network| Arc::clone(&network.known)).unwrap_or_default(),
+            select: Select::parse(select.unwrap_or("")),
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
     }
@@ -128,6 +223,11 @@ impl Session {
     #[getter]
     fn frames(&self, py: Python<'_>) -> u64 {
         self.run(py, |core| core.frames().0)
+    }
+
+    #[getter]
+    fn rows(&self, py: Python<'_>) -> u64 {
+        self.run(py, |core| core.rows())
     }
 
     #[getter]
@@ -182,6 +282,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<Session>()?;
     module.add_class::<Rule>()?;
+    module.add_class::<Dictionary>()?;
+    module.add_class::<Network>()?;
     module.add_function(wrap_pyfunction!(rules, module)?)?;
     module.add_function(wrap_pyfunction!(explain, module)?)
 }

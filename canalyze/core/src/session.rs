@@ -18,6 +18,8 @@ use crate::readers::{Item, Marker};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
 
+use crate::render::signals::Signals;
+use crate::select::Select;
 use crate::services::sdo::transfer::Status;
 use crate::services::sdo::wire::Mux;
 use crate::text::{Depth, Lang, complaints};
@@ -41,6 +43,10 @@ pub enum Format {
     Jsonl,
     /// JSON lines of SDO transfers only.
     Transfers,
+    /// JSON lines of decoded signals only.
+    Signals,
+    /// CSV of decoded signals.
+    SignalsCsv,
 }
 
 /// How a capture is read and shown.
@@ -62,6 +68,8 @@ pub struct Options {
     pub extract: bool,
     /// What is known of the network beforehand.
     pub network: Arc<Network>,
+    /// Which signals are listed.
+    pub select: Select,
 }
 
 /// Bytes of a transfer for a file of its own.
@@ -91,12 +99,15 @@ type Kind = (Code, BusId, Option<u8>, Option<Mux>);
 struct Stream {
     options: Options,
     lines: Lines,
+    signals: Signals,
     state: Vec<Bus>,
     file: Vec<u8>,
     frames: u64,
     file_frames: u64,
     /// Frames or transfers that passed the filter.
     shown: u64,
+    /// Rows of signals.
+    rows: u64,
     /// Time of the first frame.
     start_ns: Option<i64>,
     /// Digits after the point of the last stamp.
@@ -142,6 +153,7 @@ impl Session {
             reader: None,
             buses: Buses::default(),
             stream: Stream {
+                signals: Signals::new(options.lang, options.format == Format::SignalsCsv, options.select.clone()),
                 options,
                 lines,
                 state: Vec::new(),
@@ -149,6 +161,7 @@ impl Session {
                 frames: 0,
                 file_frames: 0,
                 shown: 0,
+                rows: 0,
                 start_ns: None,
                 decimals: 9,
                 last: FrameRef::default(),
@@ -212,6 +225,11 @@ impl Session {
         std::mem::take(&mut self.stream.extracted)
     }
 
+    /// Rows of decoded signals so far.
+    pub fn rows(&self) -> u64 {
+        self.stream.rows
+    }
+
     /// Frames read so far: in all files, in the current one.
     pub fn frames(&self) -> (u64, u64) {
         (self.stream.frames, self.stream.file_frames)
@@ -250,9 +268,13 @@ impl Stream {
             self.transfers(buses, out);
         } else if self.options.filter.shows(&frame, service, node, buses, start_ns) {
             self.shown += 1;
+            let setting = Setting { lang: self.options.lang, file: &self.file, buses, decimals: self.decimals };
             match self.options.format {
                 Format::Text => self.lines.frame(out, &frame, &self.events, buses),
-                _ => jsonl::frame(out, self.setting(buses), &frame, &self.events),
+                Format::Signals | Format::SignalsCsv => {
+                    self.rows += self.signals.frame(out, setting, &frame, &self.events);
+                }
+                Format::Jsonl | Format::Transfers => jsonl::frame(out, setting, &frame, &self.events),
             }
         }
         self.extract(buses);
@@ -328,6 +350,7 @@ impl Stream {
             Format::Text => self.lines.end(out, &self.events),
             Format::Jsonl => jsonl::asides(out, self.setting(buses), &self.events),
             Format::Transfers => self.transfers(buses, out),
+            Format::Signals | Format::SignalsCsv => {}
         }
         self.extract(buses);
         self.events.clear();

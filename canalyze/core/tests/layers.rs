@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MAY_USE: &[(&str, &[&str])] = &[
     ("frame", &[]),
     ("od", &[]),
-    ("dictionary", &[]),
+    ("dictionary", &["od"]),
     ("drive", &["od"]),
     ("cob_id", &["frame"]),
     ("network", &["frame", "dictionary"]),
@@ -33,7 +33,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("context", &["frame", "finding", "event", "services::sdo::wire", "services::sdo::transfer"]),
     ("services", &["frame", "od", "cob_id", "message", "finding", "event", "context"]),
-    ("node", &["frame", "od", "configuration", "services::pdo"]),
+    ("node", &["frame", "od", "drive", "configuration", "services::pdo"]),
     ("roles", &["frame", "cob_id", "configuration", "network", "node"]),
     (
         "checks",
@@ -70,6 +70,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("readers", &["frame"]),
+    ("select", &[]),
     ("filter", &["frame", "services::sdo::transfer"]),
     (
         "text",
@@ -81,17 +82,35 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     (
         "session",
-        &["frame", "finding", "event", "context", "network", "services", "bus", "readers", "filter", "text", "render"],
+        &[
+            "frame", "finding", "event", "context", "network", "services", "bus", "readers", "filter", "select",
+            "text", "render",
+        ],
     ),
     (
         "python",
-        &["frame", "finding", "dictionary", "network", "services", "readers", "filter", "text", "render", "session"],
+        &[
+            "frame",
+            "finding",
+            "dictionary",
+            "network",
+            "services",
+            "readers",
+            "filter",
+            "select",
+            "text",
+            "render",
+            "session",
+        ],
     ),
     (
         "text",
         &["frame", "cob_id", "drive", "od", "drive", "message", "finding", "event", "services", "readers", "filter"],
     ),
-    ("render", &["frame", "cob_id", "drive", "od", "message", "finding", "event", "services", "readers", "text"]),
+    (
+        "render",
+        &["frame", "select", "cob_id", "drive", "od", "message", "finding", "event", "services", "readers", "text"],
+    ),
     ("session", &["frame", "finding", "event", "services", "bus", "readers", "filter", "text", "render"]),
     ("python", &["frame", "finding", "services", "readers", "filter", "text", "render", "session"]),
 ];

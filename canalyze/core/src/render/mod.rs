@@ -3,4 +3,6 @@
 //! It must not decide or count anything, and holds no words of its own: those come from `text`.
 
 pub mod jsonl;
+mod number;
+pub mod signals;
 pub mod text;

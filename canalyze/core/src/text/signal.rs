@@ -16,7 +16,7 @@ use std::io::Write;
 
 use crate::drive::{self, Object, State};
 use crate::od::{self, DataType};
-use crate::services::pdo::mapping::{Mapped, Mapping, Number, number};
+use crate::services::pdo::mapping::{Mapped, Mapping, Number, Written, number};
 use crate::text::digits::{Hex, hex, put};
 use crate::text::{Lang, escape, terms, value as bytes};
 
@@ -31,18 +31,40 @@ pub fn signal(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
 /// is `?`.
 pub fn all(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, payload: &[u8]) {
     let mut first = true;
-    for mapped in mapping.entries.iter().filter(|mapped| !mapped.dummy) {
+    for (mapped, how) in mapping.entries.iter().zip(written(mapping, lang)).filter(|(mapped, _)| !mapped.dummy) {
         if !std::mem::take(&mut first) {
             put!(out; ", ");
         }
+        out.extend_from_slice(&how.name);
         match mapping.raw(mapped, payload) {
-            Some(raw) => signal(out, lang, mapped, raw),
-            None => {
-                name(out, lang, mapped);
-                put!(out; "=?");
+            Some(raw) => {
+                put!(out; "=");
+                worded(out, lang, mapped, how, raw);
             }
+            None => put!(out; "=?"),
         }
     }
+}
+
+/// How the entries of a mapping are written, in their order.
+pub fn written(mapping: &Mapping, lang: Lang) -> &[Written] {
+    let [zh, en] = &mapping.written;
+    let kept = match lang {
+        Lang::Zh => zh,
+        Lang::En => en,
+    };
+    kept.get_or_init(|| mapping.entries.iter().map(|mapped| write(mapped, lang)).collect())
+}
+
+fn write(mapped: &Mapped, lang: Lang) -> Written {
+    let mut found = Written::default();
+    name(&mut found.name, lang, mapped);
+    escape::terminal(&mut found.unit, mapped.unit.as_deref().unwrap_or("").as_bytes());
+    if is_drives(mapped) && Object::at(mapped.index).is_some() {
+        found.words = od::first_axis(mapped.index);
+    }
+    found.bit_field = is_bit_field(mapped);
+    found
 }
 
 /// Appends the name of an entry, as the head of this file has it. The second and further axes of CiA 402 are
@@ -53,7 +75,8 @@ pub fn name(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped) {
         put!(out; dummy(lang));
     } else if let Some(word) = standard_name(lang, mapped) {
         put!(out; word);
-        if sub > 0 && Some(word) == terms::object_name(lang, index, 0) {
+        // A sub-index without a name of its own has the object's, as one that never has any.
+        if sub > 0 && Some(word) == terms::object_name(lang, index, 0xFF) {
             put!(out; ":", Hex::<2>(u64::from(sub)));
         }
         match (lang, drive::axis(index)) {
@@ -73,9 +96,13 @@ pub fn name(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped) {
 /// Bit fields are hexadecimal, as long as they are mapped; a number without a type has that form too, behind the
 /// decimal one. BOOLEAN is 0 or 1, as on the wire.
 pub fn value(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
+    worded(out, lang, mapped, &write(mapped, lang), raw);
+}
+
+fn worded(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, how: &Written, raw: u64) {
     let digits = usize::from(mapped.bits.clamp(1, 64)).div_ceil(4);
     let scaled = mapped.factor != 1.0;
-    if !scaled && is_bit_field(mapped) {
+    if !scaled && how.bit_field {
         hex(out, raw, digits);
         put!(out; "h");
     } else {
@@ -98,13 +125,13 @@ pub fn value(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
             }
         }
     }
-    if let Some(unit) = mapped.unit.as_deref().filter(|unit| !unit.is_empty()) {
+    if !how.unit.is_empty() {
         put!(out; " ");
-        escape::terminal(out, unit.as_bytes());
+        out.extend_from_slice(&how.unit);
     }
-    if is_drives(mapped) && Object::at(mapped.index).is_some() {
+    if how.words != 0 {
         put!(out; " ");
-        annotation(out, lang, mapped.index, raw);
+        annotation(out, lang, how.words, raw);
     }
 }
 
@@ -209,9 +236,17 @@ fn octets(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
     bytes::value(out, lang, mapped.data_type, whole, whole.len() as u64);
 }
 
-/// A whole number in its unit: 15 digits, which is what two factors of a few digits need; 3 x 0.1 is 0.3.
+/// A whole number in its unit: 3 x 0.1 is 0.3. The usual factors are whole or, like 0.01, one divided by a whole
+/// number, and a division is exact to the last digit; else 15 digits are what two factors of a few digits need.
 fn product(read: f64, factor: f64) -> f64 {
     let exact = read * factor;
+    let inverse = (1.0 / factor).round();
+    if factor == factor.trunc() {
+        return exact;
+    }
+    if 1.0 / inverse == factor {
+        return read / inverse;
+    }
     format!("{exact:.14e}").parse().unwrap_or(exact)
 }
 
@@ -226,7 +261,7 @@ fn real32(out: &mut Vec<u8>, read: f32) {
 }
 
 /// The same for double precision.
-fn real64(out: &mut Vec<u8>, read: f64) {
+pub(crate) fn real64(out: &mut Vec<u8>, read: f64) {
     let _ = match read.abs() {
         0.0 | 1e-5..1e16 => write!(out, "{read}"),
         _ if read.is_finite() => write!(out, "{read:e}"),
@@ -366,7 +401,7 @@ mod tests {
         assert_eq!(value(DataType::Integer16, 16, 0.01, 0xFFFF), "-0.01");
         assert_eq!(value(DataType::Unsigned16, 16, 0.07, 3), "0.21");
         assert_eq!(value(DataType::Unsigned16, 16, 10.0, 12), "120");
-        assert_eq!(value(DataType::Unsigned32, 32, 1.0 / 3.0, 2), "0.666666666666667");
+        assert_eq!(value(DataType::Unsigned32, 32, 1.0 / 3.0, 2), "0.6666666666666666");
         assert_eq!(value(DataType::Real32, 32, 1.0, u64::from(0.1_f32.to_bits())), "0.1");
         assert_eq!(value(DataType::Real32, 32, 10.0, u64::from(0.1_f32.to_bits())), "1");
         assert_eq!(value(DataType::Real32, 32, 1.0, u64::from(f32::MAX.to_bits())), "3.4028235e38");

@@ -15,7 +15,7 @@
 
 mod facts;
 mod object;
-pub mod pdo;
+mod pdo;
 pub mod sdo;
 pub mod services;
 
@@ -25,6 +25,7 @@ use crate::frame::{Buses, Direction, Frame, Kind};
 use crate::text::digits::{Hex, Joined, Padded, put};
 use crate::text::{Depth, Lang, en, escape, zh};
 
+pub(super) use pdo::marked;
 pub use sdo::transfer;
 
 /// What JSON lines need to know beside the events.
@@ -204,12 +205,12 @@ fn bus_name(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
 }
 
 /// A bus name, or null where the capture names none.
-pub(super) fn name_or_null(out: &mut Vec<u8>, name: &[u8]) {
+pub(in crate::render) fn name_or_null(out: &mut Vec<u8>, name: &[u8]) {
     if name.is_empty() { put!(out; "null") } else { escape::json(out, name) }
 }
 
 /// A number, or null.
-pub(super) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
+pub(in crate::render) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
     match number {
         Some(number) => put!(out; number),
         None => put!(out; "null"),
@@ -217,7 +218,7 @@ pub(super) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
 }
 
 /// Seconds as a decimal string, or null.
-pub(super) fn seconds(out: &mut Vec<u8>, ns: Option<i64>, decimals: u8) {
+pub(in crate::render) fn seconds(out: &mut Vec<u8>, ns: Option<i64>, decimals: u8) {
     let Some(ns) = ns else { return put!(out; "null") };
     put!(out; if ns < 0 { "\"-" } else { "\"" });
     let ns = ns.unsigned_abs();
@@ -236,7 +237,7 @@ pub(super) fn truth(yes: bool) -> &'static str {
 }
 
 /// Text as a JSON string.
-pub(super) fn quoted(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
+pub(in crate::render) fn quoted(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     let start = out.len();
     write(out);
     let text = out.split_off(start);

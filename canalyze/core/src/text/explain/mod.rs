@@ -4,6 +4,7 @@
 //! Both languages stand side by side here, since the layout is one and only the words differ. It must not decide
 //! anything.
 
+pub mod mapping;
 pub mod pdo;
 pub mod sdo;
 pub mod services;

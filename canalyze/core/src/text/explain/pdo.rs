@@ -1,10 +1,12 @@
 //! The breakdown of a PDO: COB-ID, parameters, and each mapped object bit by bit.
 
-use super::{cob_id, data};
+use super::{cob_id, data, say};
 use crate::cob_id::Role;
+use crate::configuration::Provenance;
 use crate::event::{ProcessData, Signals};
 use crate::frame::Frame;
 use crate::text::Lang;
+use crate::text::digits::put;
 
 /// Appends the breakdown of a PDO with data.
 pub fn process_data(out: &mut Vec<u8>, lang: Lang, pdo: &ProcessData, frame: &Frame) {
@@ -12,6 +14,25 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, pdo: &ProcessData, frame: &Fr
     cob_id(out, lang, if pdo.transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } }, frame);
     super::services::parameters(out, lang, pdo.transmit, number);
     match &pdo.content {
-        Signals::Mapped(..) | Signals::ByConsumer(..) | Signals::None(_) => data(out, lang, frame.payload()),
+        Signals::Mapped(mapping, from) | Signals::ByConsumer(mapping, from, ..) => {
+            provenance(out, lang, *from);
+            super::mapping::mapping(out, lang, mapping, frame.payload());
+        }
+        Signals::None(_) => data(out, lang, frame.payload()),
     }
+}
+
+/// From where the mapping is known.
+fn provenance(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
+    put!(out; say(lang, "#   映射来源: ", "#   mapping known from: "));
+    match (lang, from) {
+        (Lang::Zh, Provenance::Observed(frame)) => put!(out; "捕获中的SDO, 到第", frame, "帧为止"),
+        (Lang::En, Provenance::Observed(frame)) => put!(out; "SDO in the capture, up to frame ", frame),
+        (Lang::Zh, Provenance::Option) => put!(out; "选项"),
+        (Lang::En, Provenance::Option) => put!(out; "an option"),
+        (_, Provenance::Dcf) => put!(out; "DCF"),
+        (_, Provenance::Eds) => put!(out; say(lang, "EDS默认值", "the EDS's defaults")),
+        (_, Provenance::Default) => put!(out; say(lang, "预定义连接集", "the pre-defined connection set")),
+    }
+    put!(out; "\n");
 }

@@ -1,0 +1,62 @@
+"""`canalyze signals`: the signals in PDOs, one value a line. What a signal is and which are kept, the core says."""
+
+from typing import Final, Unpack
+
+import click
+
+from canalyze.help import Command
+from canalyze.options import NetworkOptions, capture_options, format_option, inputs, open_session
+from canalyze.output import Progress, complain, open_output
+from canalyze.run import Run
+from canalyze.sources.file import total_size
+from canalyze.words import Words
+
+FORMS: Final = {"csv": "signals-csv", "jsonl": "signals"}
+"""What --format is called in the core."""
+HEADINGS: Final = {"csv": 1, "jsonl": 0}
+"""Lines that are no value."""
+
+
+def command(words: Words) -> click.Command:
+    """Build the command in one language."""
+
+    def run(
+        files: tuple[str, ...],
+        select: str | None,
+        form: str,
+        output: str | None,
+        force: bool,
+        expression: str | None,
+        stamps: str,
+        **given: Unpack[NetworkOptions],
+    ) -> int:
+        names = inputs(files, words)
+        session = open_session(words, given, format=FORMS[form], stamps=stamps, filter=expression, select=select)
+        lines = 0
+        with open_output(output, force=force) as out:
+
+            def take(result: bytes) -> None:
+                nonlocal lines
+                lines += result.count(b"\n")
+                out.write(result)
+
+            code = Run(session, words, Progress(words, out, total_size(names)), take).over(names)
+            if session.frames == 0:
+                out.drop()
+        if session.frames and lines <= HEADINGS[form]:
+            asked = {"--select": select, "--filter": expression}
+            options = " ".join(option for option, value in asked.items() if value is not None)
+            key = "signals.none_kept" if options else "signals.none"
+            complain(f"canalyze: {words(key, frames=session.frames, options=options)}")
+        return code
+
+    return Command(
+        "signals",
+        words,
+        run,
+        [
+            click.Option(["--select"], metavar="GLOBS", help=words("signals.select")),
+            format_option(words, "signals", ("csv", "jsonl")),
+            *capture_options(words),
+        ],
+    )

@@ -1,0 +1,246 @@
+//! Decoded signals in long form: one row a signal of a PDO, as CSV or JSON lines.
+//!
+//! | column | |
+//! |---|---|
+//! | `t` | seconds, all digits of the stamp; empty or null without stamps |
+//! | `frame` | number in the capture, from 1 |
+//! | `bus` | name; empty or null where the capture has none |
+//! | `node` | node-ID |
+//! | `pdo` | `TPDO1` |
+//! | `signal` | name, as in a line of `decode`; `6041h:00` where there is none |
+//! | `value` | with sign, type and factor applied; bytes in hexadecimal |
+//! | `raw` | the unsigned number in the payload |
+//! | `unit` | empty or null where the description has none |
+//! | `provenance` | of the mapping: `observed`, `option`, `dcf`, `eds` |
+//!
+//! JSON lines have `kind` = `signal` and further `file`, `line`, `index`, `sub` and `text` (the value in words).
+
+use std::sync::Arc;
+
+use super::jsonl::{self, Setting};
+use super::number::{self, Shape};
+use crate::configuration::Provenance;
+use crate::event::{Event, ProcessData, Signals as Content, What};
+use crate::frame::Frame;
+use crate::select::Select;
+use crate::services::pdo::mapping::{Mapped, Mapping};
+use crate::text::digits::{Hex, put};
+use crate::text::{Lang, escape, signal};
+
+/// The columns of CSV.
+const HEAD: &str = "t,frame,bus,node,pdo,signal,value,raw,unit,provenance\n";
+/// Mappings whose selection is remembered at most.
+const REMEMBERED: usize = 4096;
+
+/// The renderer.
+#[derive(Debug)]
+pub struct Signals {
+    lang: Lang,
+    csv: bool,
+    select: Select,
+    headed: bool,
+    /// Which entries of a mapping are selected, and their names: found once a mapping, PDO and node.
+    chosen: Vec<Chosen>,
+}
+
+#[derive(Debug)]
+struct Chosen {
+    mapping: Arc<Mapping>,
+    node: u8,
+    transmit: bool,
+    number: u16,
+    /// Place of each selected entry, and its name as it is written.
+    entries: Vec<(usize, Vec<u8>)>,
+}
+
+impl Signals {
+    /// A renderer at the beginning of a capture.
+    pub fn new(lang: Lang, csv: bool, select: Select) -> Self {
+        Self { lang, csv, select, headed: false, chosen: Vec::new() }
+    }
+
+    /// Appends the rows of a frame; says how many.
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[Event]) -> u64 {
+        if self.csv && !std::mem::replace(&mut self.headed, true) {
+            put!(out; HEAD);
+        }
+        let mut rows = 0;
+        for event in events {
+            if let What::Pdo(data) = &event.what
+                && let Content::Mapped(mapping, from) | Content::ByConsumer(mapping, from, ..) = &data.content
+            {
+                rows += self.rows(out, setting, frame, data, mapping, *from);
+            }
+        }
+        rows
+    }
+
+    fn rows(
+        &mut self,
+        out: &mut Vec<u8>,
+        setting: Setting<'_>,
+        frame: &Frame,
+        data: &ProcessData,
+        mapping: &Arc<Mapping>,
+        from: Provenance,
+    ) -> u64 {
+        let (lang, csv) = (self.lang, self.csv);
+        let mut rows = 0;
+        for (place, name) in self.chosen(data, mapping) {
+            let Some(mapped) = mapping.entries.get(*place) else { continue };
+            if csv {
+                row(out, setting, frame, data, mapping, mapped, name, from);
+            } else {
+                line(out, lang, setting, frame, data, mapping, mapped, name, from);
+            }
+            rows += 1;
+        }
+        rows
+    }
+
+    fn chosen(&mut self, data: &ProcessData, mapping: &Arc<Mapping>) -> &[(usize, Vec<u8>)] {
+        let known = self.chosen.iter().position(|one| {
+            Arc::ptr_eq(&one.mapping, mapping)
+                && (one.node, one.transmit, one.number) == (data.node, data.transmit, data.number)
+        });
+        let place = known.unwrap_or_else(|| {
+            if self.chosen.len() >= REMEMBERED {
+                self.chosen.clear();
+            }
+            self.chosen.push(self.choose(data, mapping));
+            self.chosen.len() - 1
+        });
+        // The one just used is likely to be used again soon: frames of few PDOs make a capture.
+        self.chosen.swap(0, place);
+        self.chosen.first().map_or(&[], |one| &one.entries)
+    }
+
+    fn choose(&self, data: &ProcessData, mapping: &Arc<Mapping>) -> Chosen {
+        let mut entries = Vec::new();
+        for (place, mapped) in mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy) {
+            let mut shown = Vec::new();
+            signal::name(&mut shown, self.lang, mapped);
+            if self.select.is_everything() || self.select.takes(names(data, mapped).iter().map(String::as_str)) {
+                entries.push((place, shown));
+            }
+        }
+        let (node, transmit, number) = (data.node, data.transmit, data.number);
+        Chosen { mapping: Arc::clone(mapping), node, transmit, number, entries }
+    }
+}
+
+/// All names by which a signal may be selected.
+fn names(data: &ProcessData, mapped: &Mapped) -> Vec<String> {
+    let mut own = vec![format!("{:04X}", mapped.index), format!("{:04X}:{:02X}", mapped.index, mapped.sub)];
+    for lang in [Lang::Zh, Lang::En] {
+        let mut name = Vec::new();
+        signal::name(&mut name, lang, mapped);
+        own.push(String::from_utf8_lossy(&name).into_owned());
+    }
+    own.extend(mapped.name.as_deref().map(str::to_owned));
+    let pdo = format!("{}{}", if data.transmit { "TPDO" } else { "RPDO" }, data.number);
+    let mut all = Vec::new();
+    for name in own {
+        all.push(format!("{}.{name}", data.node));
+        all.push(format!("{}.{pdo}.{name}", data.node));
+        all.push(name);
+    }
+    all
+}
+
+#[allow(clippy::too_many_arguments, reason = "the columns of a row")]
+fn row(
+    out: &mut Vec<u8>,
+    setting: Setting<'_>,
+    frame: &Frame,
+    data: &ProcessData,
+    mapping: &Mapping,
+    mapped: &Mapped,
+    name: &[u8],
+    from: Provenance,
+) {
+    if frame.t_ns.is_some() {
+        let start = out.len();
+        jsonl::seconds(out, frame.t_ns, setting.decimals);
+        // The JSON string without its quotes.
+        out.pop();
+        out.remove(start);
+    }
+    put!(out; ",", frame.no, ",");
+    cell(out, setting.buses.name(frame.bus));
+    put!(out; ",", data.node, if data.transmit { ",TPDO" } else { ",RPDO" }, data.number, ",");
+    cell(out, name);
+    put!(out; ",");
+    bare(out, |out| number::value(out, mapping, mapped, frame.payload()));
+    put!(out; ",");
+    bare(out, |out| number::raw(out, mapping, mapped, frame.payload()));
+    put!(out; ",");
+    cell(out, mapped.unit.as_deref().unwrap_or("").as_bytes());
+    put!(out; ",", from.name(), "\n");
+}
+
+fn bare(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>) -> Shape) {
+    let _ = write(out);
+}
+
+/// A cell of CSV (RFC 4180): in quotes where it holds a comma, a quote or a line end. Control characters are escaped,
+/// and what a spreadsheet would take for a formula is quoted with an apostrophe.
+fn cell(out: &mut Vec<u8>, text: &[u8]) {
+    let mut safe = Vec::new();
+    if matches!(text.first(), Some(b'=' | b'+' | b'-' | b'@')) {
+        safe.push(b'\'');
+    }
+    escape::terminal(&mut safe, text);
+    if safe.iter().any(|byte| matches!(byte, b',' | b'"' | b'\n' | b'\r')) {
+        out.push(b'"');
+        for byte in safe {
+            if byte == b'"' {
+                out.push(b'"');
+            }
+            out.push(byte);
+        }
+        out.push(b'"');
+    } else {
+        out.extend_from_slice(&safe);
+    }
+}
+
+#[allow(clippy::too_many_arguments, reason = "the keys of an object")]
+fn line(
+    out: &mut Vec<u8>,
+    lang: Lang,
+    setting: Setting<'_>,
+    frame: &Frame,
+    data: &ProcessData,
+    mapping: &Mapping,
+    mapped: &Mapped,
+    name: &[u8],
+    from: Provenance,
+) {
+    put!(out; "{\"kind\":\"signal\",\"t\":");
+    jsonl::seconds(out, frame.t_ns, setting.decimals);
+    put!(out; ",\"frame\":", frame.no, ",\"line\":");
+    jsonl::number_or_null(out, frame.line);
+    put!(out; ",\"file\":");
+    escape::json(out, setting.file);
+    put!(out; ",\"bus\":");
+    jsonl::name_or_null(out, setting.buses.name(frame.bus));
+    put!(out; ",\"node\":", data.node, if data.transmit { ",\"pdo\":\"TPDO" } else { ",\"pdo\":\"RPDO" }, data.number);
+    put!(out; "\",\"index\":\"", Hex::<4>(u64::from(mapped.index)), "\",\"sub\":", mapped.sub, ",\"signal\":");
+    escape::json(out, name);
+    put!(out; ",\"value\":");
+    jsonl::marked(out, |out| number::value(out, mapping, mapped, frame.payload()));
+    put!(out; ",\"raw\":");
+    jsonl::marked(out, |out| number::raw(out, mapping, mapped, frame.payload()));
+    put!(out; ",\"unit\":");
+    match mapped.unit.as_deref() {
+        Some(unit) => escape::json(out, unit.as_bytes()),
+        None => put!(out; "null"),
+    }
+    put!(out; ",\"text\":");
+    match mapping.raw(mapped, frame.payload()) {
+        Some(raw) => jsonl::quoted(out, |text| signal::value(text, lang, mapped, raw)),
+        None => put!(out; "null"),
+    }
+    put!(out; ",\"provenance\":\"", from.name(), "\"}\n");
+}

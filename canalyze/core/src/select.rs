@@ -1,0 +1,86 @@
+//! The expression of `--select`: which signals are listed.
+//!
+//! A comma separates patterns; `*` is any run of characters, `?` any one; case does not count. A pattern is matched
+//! with a signal's name, with `NODE.NAME`, `NODE.PDO.NAME` and, in place of the name, its object `6041:00` or `6041`.
+
+/// Which signals are listed.
+#[derive(Clone, Debug, Default)]
+pub struct Select {
+    patterns: Vec<Vec<char>>,
+}
+
+impl Select {
+    /// Reads an expression; an empty one selects everything.
+    pub fn parse(expression: &str) -> Self {
+        let patterns = expression.split(',').map(str::trim).filter(|pattern| !pattern.is_empty());
+        Self { patterns: patterns.map(|pattern| pattern.to_lowercase().chars().collect()).collect() }
+    }
+
+    /// Whether it selects everything.
+    pub fn is_everything(&self) -> bool {
+        self.patterns.is_empty()
+    }
+
+    /// Whether any of the names of a signal is selected.
+    pub fn takes<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> bool {
+        self.is_everything()
+            || names.into_iter().any(|name| {
+                let name: Vec<char> = name.to_lowercase().chars().collect();
+                self.patterns.iter().any(|pattern| matches(pattern, &name))
+            })
+    }
+}
+
+/// Whether a pattern fits a whole name. Each `*` is tried from its shortest run on, going back only to the last one.
+fn matches(pattern: &[char], name: &[char]) -> bool {
+    let (mut at, mut of) = (0, 0);
+    let mut back: Option<(usize, usize)> = None;
+    loop {
+        match (pattern.get(at), name.get(of)) {
+            (Some('*'), _) => {
+                back = Some((at, of));
+                at += 1;
+            }
+            (Some(wanted), Some(found)) if *wanted == '?' || wanted == found => {
+                at += 1;
+                of += 1;
+            }
+            (None, None) => return true,
+            (_, found) => match back {
+                Some((star, from)) if found.is_some() || from < name.len() => {
+                    back = Some((star, from + 1));
+                    at = star + 1;
+                    of = from + 1;
+                    if of > name.len() {
+                        return false;
+                    }
+                }
+                _ => return false,
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns() {
+        for (expression, name, taken) in [
+            ("", "anything", true),
+            ("*", "", true),
+            ("5.*", "5.Statusword", true),
+            ("5.*", "15.Statusword", false),
+            ("*velocity*", "5.TPDO1.Velocity actual value", true),
+            ("*velocity", "5.Velocity actual value", false),
+            ("status?ord", "Statusword", true),
+            ("a*b*c", "a-b-b-c", true),
+            ("a*b*c", "a-b-b-d", false),
+            ("x, 6041*", "6041:00", true),
+            ("状态字", "状态字", true),
+        ] {
+            assert_eq!(Select::parse(expression).takes([name]), taken, "{expression} {name}");
+        }
+    }
+}

@@ -1,0 +1,381 @@
+"""From options, canalyze.toml and descriptions to what the core is told: rows of a description, who carries which."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from canalyze import _core, network
+from canalyze.config import Config, read
+from canalyze.descriptions import network as told
+from canalyze.dictionary import load
+from canalyze.dictionary import read as read_description
+from canalyze.dictionary.model import Dictionary
+from canalyze.dictionary.rows import flat, rows
+from canalyze.errors import ConfigError, SourceError
+from canalyze.network import Known
+from canalyze.words import Words
+
+OWN = Path(__file__).parent.parent / "eds"
+DCF = """\
+[FileInfo]
+FileName=five.dcf
+[DeviceInfo]
+ProductName=Five
+[DeviceComissioning]
+NodeID=5
+[DummyUsage]
+Dummy0001=0
+Dummy0002=1
+Dummy0003=1
+Dummy0004=0
+Dummy0005=1
+Dummy0006=0
+Dummy0007=0
+[MandatoryObjects]
+SupportedObjects=0
+[OptionalObjects]
+SupportedObjects=2
+1=0x1014
+2=0x1017
+[ManufacturerObjects]
+SupportedObjects=8
+1=0x2000
+2=0x2001
+3=0x2002
+4=0x2003
+5=0x2004
+6=0x2005
+7=0x2006
+8=0x2007
+[1014]
+ParameterName=COB-ID EMCY
+DataType=7
+AccessType=rw
+DefaultValue=$NODEID+0x80
+[1017]
+ParameterName=Heartbeat
+DataType=6
+AccessType=rw
+DefaultValue=0
+ParameterValue=500
+[2000]
+ParameterName=negative
+DataType=2
+AccessType=rww
+DefaultValue=-2
+PDOMapping=1
+[2001]
+ParameterName=text
+DataType=9
+AccessType=const
+DefaultValue=abc
+ParameterValue=def
+[2002]
+ParameterName=real
+DataType=8
+AccessType=ro
+DefaultValue=1.5
+[2003]
+ParameterName=wide
+DataType=0x1B
+AccessType=wo
+DefaultValue=0xFFFFFFFFFFFFFFFF
+[2004]
+ParameterName=named by its node
+DataType=7
+AccessType=rwr
+DefaultValue=0x185
+ParameterValue=$NODEID+0x40000180
+[2005]
+ParameterName=scaled
+DataType=3
+AccessType=ro
+Factor=0.1
+Unit=degC
+[2006]
+ParameterName=below
+DataType=4
+AccessType=ro
+DefaultValue=$NODEID-8
+Factor=0
+[2007]
+ParameterName=flag
+DataType=1
+AccessType=ro
+DefaultValue=1
+"""
+ROWS = [
+    (0x1014, 0, "COB-ID EMCY", 7, "rw", 0x80, True, False, False, "", 1.0),
+    (0x1017, 0, "Heartbeat", 6, "rw", 500, False, True, False, "", 1.0),
+    (0x2000, 0, "negative", 2, "rww", 0xFE, False, False, True, "", 1.0),
+    (0x2001, 0, "text", 9, "const", None, False, True, False, "", 1.0),
+    (0x2002, 0, "real", 8, "ro", None, False, False, False, "", 1.0),
+    (0x2003, 0, "wide", 0x1B, "wo", 0xFFFF_FFFF_FFFF_FFFF, False, False, False, "", 1.0),
+    (0x2004, 0, "named by its node", 7, "rwr", 0x4000_0180, True, True, False, "", 1.0),
+    (0x2005, 0, "scaled", 3, "ro", None, False, False, False, "degC", 0.1),
+    (0x2006, 0, "below", 4, "ro", 0xFFFF_FFF8, True, False, False, "", 1.0),
+    (0x2007, 0, "flag", 1, "ro", 1, False, False, False, "", 1.0),
+]
+
+
+class Recorder:
+    """Stands for a class of the core: keeps what it was made of."""
+
+    def __init__(self, **given: Any) -> None:
+        """Keep it."""
+        self.given = given
+
+
+@pytest.fixture
+def recorded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let what is told to the core be seen."""
+    for name in ("Dictionary", "Network"):
+        monkeypatch.setattr(_core, name, Recorder, raising=False)
+
+
+def tell(filed: Known = Known(), given: Known = Known()) -> dict[str, Any]:  # noqa: B008
+    """Give what the core is told."""
+    found: Any = told(filed, given, Words("en"))
+    return dict(found.given)
+
+
+def on(*texts: str) -> Known:
+    """Give what --eds says."""
+    return Known(descriptions=tuple(found for text in texts if (found := network.description(text))))
+
+
+def carried(said: dict[str, Any]) -> list[tuple[str | None, int, str]]:
+    """Give who carries which file."""
+    return [(bus, node, Path(table.given["file"]).name) for bus, node, table in said["descriptions"]]
+
+
+def test_rows_of_a_dcf() -> None:
+    assert list(rows(read_description(DCF.encode(), "five.dcf"))) == ROWS
+
+
+def test_node_that_is_asked_for_leaves_the_rows_alone() -> None:
+    assert list(rows(read_description(DCF.encode(), "five.dcf", 9))) == ROWS
+
+
+@pytest.mark.parametrize("name", ["drive.eds", "io.eds", "encoder.eds"])
+def test_rows_hold_every_entry(name: str) -> None:
+    found = load(str(OWN / name))
+    made = list(rows(found))
+    assert [row[:3] for row in made] == [(e.index, e.sub, e.name) for thing in found.objects for e in thing.entries]
+    assert all(row[5] is None or 0 <= row[5] < 1 << 64 for row in made)
+
+
+def test_core_takes_a_description() -> None:
+    """End to end: the rows are of the types that the core wants."""
+    for name in ("drive.eds", "io.eds", "encoder.eds"):
+        assert isinstance(flat(load(str(OWN / name))), _core.Dictionary)
+    assert isinstance(flat(read_description(DCF.encode(), "f\udcff.dcf")), _core.Dictionary)
+
+
+def test_table_of_a_description(recorded: None) -> None:
+    made: Any = flat(read_description(DCF.encode(), "f\udcff.dcf"))
+    assert {key: value for key, value in made.given.items() if key != "rows"} == {
+        "file": "f\\xff.dcf",
+        "form": "dcf",
+        "device": "Five",
+    }
+    assert made.given["rows"] == ROWS
+
+
+def test_nothing_known_is_nothing_told(recorded: None) -> None:
+    assert told(Known(), Known(), Words("en")) is None
+
+
+def test_one_file_for_many_nodes_is_read_once(recorded: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    loads: list[str] = []
+
+    def counted(name: str, node: int | None = None) -> Dictionary:
+        loads.append(name)
+        return load(name, node)
+
+    monkeypatch.setattr("canalyze.dictionary.load", counted)
+    name = str(OWN / "io.eds")
+    said = tell(on(f"20={name}"), on(f"1-3={name}", f"can1:9={name}"))
+    assert carried(said) == [(bus, node, "io.eds") for bus, node in ((None, 1), (None, 2), (None, 3), ("can1", 9))] + [
+        (None, 20, "io.eds")
+    ]
+    assert loads == [name]
+    assert len({id(table) for _, _, table in said["descriptions"]}) == 1
+
+
+def test_option_overrules_the_file_by_node_and_bus(recorded: None) -> None:
+    drive, io = str(OWN / "drive.eds"), str(OWN / "io.eds")
+    filed = on(f"5,6={drive}", f"can1:7={drive}", "8=missing.eds")
+    assert carried(tell(filed, on(f"5,7,8={io}", f"can1:6={io}"))) == [
+        (None, 5, "io.eds"),
+        (None, 7, "io.eds"),
+        (None, 8, "io.eds"),
+        ("can1", 6, "io.eds"),
+        (None, 6, "drive.eds"),
+    ]
+
+
+def test_node_of_a_dcf(recorded: None, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    dcf = tmp_path / "five.dcf"
+    dcf.write_text(DCF)
+    assert carried(tell(on(str(dcf)))) == [(None, 5, "five.dcf")]
+    assert carried(tell(on(str(dcf)), on(f"5={OWN / 'io.eds'}"))) == [(None, 5, "io.eds")]
+    assert "the DCF of" not in capfd.readouterr().err
+    assert carried(tell(on(f"5-7={dcf}"))) == [(None, node, "five.dcf") for node in (5, 6, 7)]
+    (line,) = [line for line in capfd.readouterr().err.splitlines() if "the DCF of" in line]
+    assert line.startswith(f"canalyze: {dcf}: the DCF of node 5, used for 6, 7;")
+
+
+def test_description_without_a_node(recorded: None) -> None:
+    with pytest.raises(SourceError, match=r"drive\.eds: names no node-ID; give one, as --eds 5="):
+        tell(on(str(OWN / "drive.eds")))
+
+
+def test_two_descriptions_of_one_node(recorded: None) -> None:
+    with pytest.raises(ConfigError, match=r"node 5 has two device descriptions, .*drive\.eds and .*io\.eds"):
+        tell(on(f"5={OWN / 'drive.eds'}", f"1-9={OWN / 'io.eds'}"))
+    with pytest.raises(ConfigError):
+        tell(Known(), on(f"can1:5={OWN / 'drive.eds'}", f"can1:5={OWN / 'io.eds'}"))
+
+
+def test_everything_else_as_the_core_wants_it(recorded: None) -> None:
+    cob, sdo = network.cob("can1:000001A5=5.RPDO2"), network.sdo_channel("640,5C0=5")
+    assert cob and sdo
+    known = Known((), (cob,), (sdo,), 1_000_000, 500_000, 0, 125_000)
+    assert tell(given=known) == {
+        "descriptions": [],
+        "cobs": [("can1", 0x1A5, True, 5, "rpdo", 2)],
+        "sdos": [(None, 0x640, False, 0x5C0, False, 5)],
+        "sync_period_ns": 1_000_000,
+        "sync_window_ns": 500_000,
+        "jitter_ns": 0,
+        "bitrate": 125_000,
+    }
+
+
+def test_defects_are_one_line_a_file(recorded: None, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    odd = tmp_path / "odd one.eds"
+    odd.write_text("[1017]\nParameterName=a\nObjectType=7\nDataType=6\nAccessType=read\nDefaultValue=x\n" * 3)
+    tell(on(f"1-9={odd}", f"20={OWN / 'drive.eds'}"))
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line.startswith(f"canalyze: {odd}: defects repaired: ")
+    assert line.endswith(f"not used: 1; canalyze eds '{odd}' shows them")
+
+
+def test_defects_beyond_those_kept_are_counted(
+    recorded: None, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    odd = tmp_path / "odd.eds"
+    odd.write_text("[1017]\nParameterName=a\nObjectType=7\nDataType=6\nAccessType=rw\n" + "no equals\n" * 1500)
+    tell(on(f"1={odd}"))
+    assert "not used: 1500;" in capfd.readouterr().err
+
+
+TOML = """\
+lang = "en"
+jitter_us = 200
+bitrate = "500k"
+
+[[eds]]
+node = [5, 0x10]
+file = "eds/drive.eds"
+bus = "can1"
+
+[[eds]]
+node = "1-3,7"
+file = "/io.eds"
+
+[[eds]]
+file = "own.dcf"
+
+[[cob]]
+id = "1A5"
+node = 5
+pdo = "TPDO1"
+
+[[sdo]]
+client = "00000640"
+server = "5C0"
+node = 5
+bus = "can0"
+
+[sync]
+period_us = 1000
+window_us = 0.5
+"""
+
+
+def test_canalyze_toml(tmp_path: Path) -> None:
+    file = tmp_path / "canalyze.toml"
+    file.write_text(TOML)
+    cob = network.cob("1A5=5.TPDO1")
+    sdo = network.sdo_channel("can0:00000640,5C0=5")
+    assert cob and sdo
+    known = Known(
+        (
+            network.Description("can1", (5, 16), str(tmp_path / "eds/drive.eds")),
+            network.Description(None, (1, 2, 3, 7), "/io.eds"),
+            network.Description(None, (), str(tmp_path / "own.dcf")),
+        ),
+        (cob,),
+        (sdo,),
+        1_000_000,
+        500,
+        200_000,
+        500_000,
+    )
+    assert read(str(file)) == Config("en", True, known)
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "said"),
+    [
+        ("[[eds]]\nnode = 5\n", ":1", "eds.file is missing"),
+        ("[[eds]]\nnode = 0\nfile = 'a'\n", ":2", "eds.node: 0 is not a node-ID, 1 to 127, nor several"),
+        ("[[eds]]\nfile = 'a'\nnode = [1, 'x']\n", ":3", "eds.node"),
+        ("[[eds]]\nfile = 'a'\nnode = []\n", ":3", "eds.node"),
+        ("[[eds]]\nfile = 'a'\nnode = true\n", ":3", "eds.node: true"),
+        ("[[eds]]\nfile = 'a'\nnode = '4-1'\n", ":3", 'eds.node: "4-1"'),
+        ("[[eds]]\nfile = 5\n", ":2", "eds.file: 5 is not a text"),
+        ("[[eds]]\nfile = 'a'\nbus = ''\n", ":3", "eds.bus"),
+        (
+            "[[eds]]\nfile = 'a'\n\n[[eds]]\nfile = 'b'\nnod = 5\n",
+            ":6",
+            "unknown key eds.nod; allowed: file, node, bus",
+        ),
+        ("eds = 'a.eds'\n", ":1", "eds has to be a table, [[eds]]"),
+        ("eds = [{ file = 'a', node = 200 }]\n", ":1", "eds.node: 200"),
+        ("[eds]\nfile = 'a'\n", ":1", "[[eds]]"),
+        ("[[cob]]\nid = 0x1A5\nnode = 5\npdo = 'TPDO1'\n", ":2", "cob.id: 421 is not a CAN-ID in hexadecimal"),
+        ("[[cob]]\nid = '1A5'\nnode = '5'\npdo = 'TPDO1'\n", ":3", 'cob.node: "5"'),
+        ("[[cob]]\nid = '1A5'\nnode = 5\npdo = 'PDO1'\n", ":4", "cob.pdo"),
+        ("[[cob]]\nid = '1A5'\nnode = 5\n", ":1", "cob.pdo is missing"),
+        ("[[sdo]]\nclient = '640'\nserver = '640'\nnode = 5\n", ":3", "the other ID of the same channel"),
+        ("[[sdo]]\nclient = '640'\nnode = 5\n", ":1", "sdo.server is missing"),
+        ("# one\n[sync] # two\nperiod_us = 0\n", ":3", "sync.period_us: 0"),
+        ("[sync]\nwindow_us = '1ms'\n", ":2", "sync.window_us"),
+        ("[sync]\nwindow_us = nan\n", ":2", "sync.window_us"),
+        ("[sync]\nwindow = 1\n", ":2", "unknown key sync.window; allowed: period_us, window_us"),
+        ("sync = 1000\n", ":1", "[sync]"),
+        ("sync.period_us = -1\n", ":1", "sync.period_us"),
+        ("jitter_us = -1\n", ":1", "jitter_us: -1"),
+        ("bitrate = 125\n", ":1", "bitrate: 125"),
+        (
+            "lang = 'en'\njiter_us = 1\n",
+            ":2",
+            "unknown key jiter_us; allowed: lang, jitter_us, bitrate, [sync], [[eds]]",
+        ),
+        ("[[ed]]\nfile = 'a'\n", ":1", "unknown key ed;"),
+    ],
+)
+def test_what_cannot_be_in_canalyze_toml(tmp_path: Path, text: str, where: str, said: str) -> None:
+    file = tmp_path / "canalyze.toml"
+    file.write_text(text)
+    with pytest.raises(ConfigError) as raised:
+        read(str(file))
+    assert str(raised.value).startswith(f"{file}{where}: ")
+    assert said in str(raised.value)
+    assert f"{file}{where}：" in raised.value.in_words(Words("zh"))
