@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::checks::lss::Lss;
 use crate::cob_id::Role;
 use crate::configuration;
 use crate::context::Context;
@@ -36,6 +37,7 @@ pub struct Bus {
     nodes: PerNode<Node>,
     /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
+    lss: Lss,
 }
 
 impl Bus {
@@ -61,7 +63,7 @@ impl Bus {
             node.compile();
         }
         let roles = Roles::compile(&network, name, &nodes);
-        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new() }
+        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), lss: Lss::default() }
     }
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
@@ -127,6 +129,9 @@ impl Bus {
         let message = services::decode(role, frame);
         cx.push(None, message.node(), What::Message(message));
         self.due(frame, cx);
+        if let Some((from, to)) = self.lss.follow(&message, frame, &self.nodes, cx) {
+            self.moved(from, to);
+        }
         match message {
             Message::BootUp { node } => self.reset(Some(node), cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
@@ -144,7 +149,7 @@ impl Bus {
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        let _ = (now_ns, cx);
+        self.lss.advance(now_ns, cx);
     }
 
     /// Takes what an SDO transfer has shown of the server's configuration.
@@ -186,6 +191,18 @@ impl Bus {
         self.roles = Roles::compile(&self.network, &self.name, &self.nodes);
     }
 
+    /// A node has another node-ID now (LSS): what is known of it goes with it, unless something is known of the new one.
+    fn moved(&mut self, from: u8, to: u8) {
+        if self.nodes.get(to).is_some() {
+            return;
+        }
+        let Some(mut node) = self.nodes.take(from) else { return };
+        node.configuration.leave(from);
+        node.rename(to);
+        self.nodes.put(to, node);
+        self.assign();
+    }
+
     /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
     fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.lost(node, true, cx);
@@ -203,6 +220,9 @@ impl Bus {
 
     /// What was open is over: one node (or all) was reset, or frames of the bus were lost.
     pub fn lost(&mut self, node: Option<u8>, reset: bool, cx: &mut Context<'_>) {
+        if !reset {
+            self.lss.lost();
+        }
         for channel in self.channels.values_mut() {
             if node.is_none_or(|node| node == channel.node()) {
                 channel.lost(reset, cx);
@@ -215,6 +235,7 @@ impl Bus {
         for channel in self.channels.values_mut() {
             channel.finish(cx);
         }
+        self.lss.finish(cx);
     }
 }
 

@@ -3,5 +3,10 @@
 //! One file a check, or a family of checks that shares its state. Each owns what it has to remember, is told of
 //! frames by the bus, and raises findings. None may change what a frame means.
 
+pub mod exchange;
+pub mod fastscan;
+pub mod lss;
+pub mod node_id;
 #[cfg(test)]
 mod tests;
+pub mod withheld;
