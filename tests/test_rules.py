@@ -26,6 +26,26 @@ RAISED: dict[str, list[Raised]] = {
     "CAP001": [("CAP001", 4, None)],
     "CAP002": [("CAP002", 4, None)],
     "CAP003": [("CAP003", 4, None)],
+    "LSS001": [("LSS001", 9, None)],
+    "LSS001-length": [("LSS001", 9, None)],
+    "LSS001-slave": [("LSS001", 9, None)],
+    "LSS002": [("LSS002", 10, 9)],
+    "LSS003": [("LSS003", 12, None)],
+    "LSS004": [("LSS004", 10, 9)],
+    "LSS004-specific": [("LSS004", 10, 9)],
+    "LSS005": [("LSS005", 14, 13)],
+    "LSS005-old": [("LSS005", 15, 14)],
+    "LSS006": [("LSS006", 12, 10)],
+    "LSS007": [("LSS007", 7, 6)],
+    "LSS007-selective": [("LSS007", 10, 9)],
+    "LSS008": [("LSS008", 12, 11)],
+    "LSS009": [("LSS009", 12, 11)],
+    "LSS010": [("LSS010", 12, None)],
+    "LSS010-part": [("LSS010", 12, None)],
+    "LSS011": [("LSS011", 13, None)],
+    "LSS012": [("LSS012", 11, 10)],
+    "LSS012-global": [("LSS012", 5, 4)],
+    "LSS030": [("LSS030", 3, None)],
     "SDO001": [("SDO001", 8, None)],
     "SDO001-request": [("SDO001", 6, 5)],
     "SDO001-refused": [("SDO001", 8, 7), ("SDO017", 8, None)],
@@ -95,8 +115,8 @@ def analysis(path: Path, lang: str = "en") -> Analysis:
 
 
 def raised(said: Analysis) -> list[Raised]:
-    places = {"CAP": "line", "SDO": "frame"}
-    return [(row["code"], row[places[row["code"][:3]]], row["cause_frame"]) for row in said.findings]
+    places = {"CAP": "line"}
+    return [(row["code"], row[places.get(row["code"][:3], "frame")], row["cause_frame"]) for row in said.findings]
 
 
 def own_code(name: str) -> str:

@@ -6,7 +6,7 @@
 //! | kind | keys |
 //! |---|---|
 //! | `frame` | `frame line file t bus dir id ext rtr fd err len data service node text findings`, then an object named after the service with its fields |
-//! | `note` | `note frame line about_frame about_line bus node transfer text`, and `facts` where the note has any |
+//! | `note` | `note frame line about_frame about_line bus node transfer text facts` |
 //! | `finding` | `code name severity file frame line t cause_frame cause_line bus node index sub message facts` |
 //! | `transfer` | see [`transfer`] |
 //!
