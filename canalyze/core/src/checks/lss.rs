@@ -148,7 +148,11 @@ impl Lss {
                     moved = Some((from, node));
                 }
             }
-            Message::Heartbeat { node, .. } => self.node_ids.alive(node),
+            Message::Heartbeat { node, .. } => {
+                // What is due too early only costs a look.
+                self.node_ids.alive(node);
+                return None;
+            }
             _ => return None,
         }
         self.schedule();
