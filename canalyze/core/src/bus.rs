@@ -161,7 +161,9 @@ impl Bus {
         let message = self.checks.complete(services::decode(role, frame), frame);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
-        self.checks.message(&message, &self.nodes, frame, cx);
+        if let Some((from, to)) = self.checks.message(&message, &self.nodes, frame, cx) {
+            self.moved(from, to);
+        }
         match message {
             Message::BootUp { node } => self.reset(Some(node), cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
@@ -216,6 +218,19 @@ impl Bus {
 
     fn assign(&mut self) {
         self.roles = Roles::compile(&self.network, &self.name, &self.nodes);
+    }
+
+    /// A node has another node-ID now (LSS): what is known of it goes with it, unless something is known of the new one.
+    fn moved(&mut self, from: u8, to: u8) {
+        if self.nodes.get(to).is_some() {
+            return;
+        }
+        let Some(mut node) = self.nodes.take(from) else { return };
+        node.configuration.leave(from);
+        node.rename(to);
+        self.nodes.put(to, node);
+        self.assign();
+        self.checks.reconfigured(&self.nodes);
     }
 
     /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.

@@ -161,6 +161,32 @@ rules! {
     Pdo018 "PDO018" "disabled-pdo-sent" Warning "CiA 301 7.5.2.37";
     /// A PDO is on the bus that its receiver or its description has disabled.
     Pdo019 "PDO019" "disabled-pdo-on-bus" Info "CiA 301 7.5.2.35, 7.5.2.37";
+    /// A command specifier that CiA 305 does not define for this side, or a frame of another length than 8 bytes.
+    Lss001 "LSS001" "unknown-command" Warning "CiA 305";
+    /// A slave's frame that no request explains.
+    Lss002 "LSS002" "answer-without-request" Warning "CiA 305";
+    /// A configuration command while no slave is in the configuration state.
+    Lss003 "LSS003" "configuration-without-selection" Warning "CiA 305";
+    /// A slave refuses a node-ID, a bit timing, or to store them.
+    Lss004 "LSS004" "error-code" Warning "CiA 305";
+    /// A node-ID was given and should be in effect, and no node has booted up with it.
+    Lss005 "LSS005" "no-boot-up-after-node-id" Info "CiA 305";
+    /// A bit timing was configured and neither activated nor stored.
+    Lss006 "LSS006" "bit-timing-not-activated" Info "CiA 305";
+    /// More than one slave answers what only one should.
+    Lss007 "LSS007" "several-answers" Warning "CiA 305";
+    /// A frame while the bus should be silent for the change of the bit rate.
+    Lss008 "LSS008" "frame-during-switch-delay" Warning "CiA 305";
+    /// The selected slave does not answer.
+    Lss009 "LSS009" "request-unanswered" Warning "CiA 305";
+    /// A Fastscan step that no slave answers.
+    Lss010 "LSS010" "invalid-fastscan" Info "CiA 305";
+    /// The parts of a selective switch are not in their order.
+    Lss011 "LSS011" "selective-order" Warning "CiA 305";
+    /// No slave answers.
+    Lss012 "LSS012" "no-slave-answers" Info "CiA 305";
+    /// The traffic on these identifiers does not look like LSS.
+    Lss030 "LSS030" "not-lss" Info "-";
     /// Toggle bit not alternated, or not repeated in the answer.
     Sdo001 "SDO001" "toggle-bit" Error "CiA 301 7.2.4.3.5, 7.2.4.3.6";
     /// A request without response, or a response without request.
@@ -406,8 +432,10 @@ pub enum Quantity {
     Controlword(u16),
     /// A CiA 402 mode of operation.
     Mode(i8),
-    /// An LSS command specifier.
+    /// An LSS command specifier: words name it.
     Lss(u8),
+    /// An error code of an LSS slave, with the command specifier that it answers: words name it.
+    LssError(u8, u8),
     /// An emergency error code.
     Emcy(u16),
     /// A data type code (CiA 301, 7.4.7).

@@ -7,10 +7,14 @@
 pub mod beat;
 pub mod description;
 pub mod emcy;
+pub mod exchange;
+pub mod fastscan;
 pub mod guarding;
 pub mod heartbeat;
 pub mod jitter;
+pub mod lss;
 pub mod nmt;
+pub mod node_id;
 pub mod nodes;
 pub mod pdo_configuration;
 pub mod pdo_length;
@@ -21,6 +25,7 @@ pub mod sync_counter;
 pub mod sync_settings;
 pub mod sync_window;
 pub mod time;
+pub mod withheld;
 
 #[cfg(test)]
 mod tests;
@@ -40,6 +45,7 @@ use crate::services::sdo::transfer::{Direction, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
 
 use description::Descriptions;
+use lss::Lss;
 use nodes::Nodes;
 use pdo_configuration::PdoConfiguration;
 use pdo_length::{PdoLength, misfit};
@@ -73,6 +79,7 @@ pub struct Checks {
     pdo_configuration: PdoConfiguration,
     pdo_length: PdoLength,
     pdo_timing: PdoTiming,
+    lss: Lss,
 }
 
 impl Checks {
@@ -88,6 +95,7 @@ impl Checks {
             pdo_configuration: PdoConfiguration::default(),
             pdo_length: PdoLength::default(),
             pdo_timing: PdoTiming::new(network.jitter_ns),
+            lss: Lss::default(),
         }
     }
 
@@ -125,6 +133,7 @@ impl Checks {
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         self.nodes.advance(now_ns, cx);
         self.pdo_timing.advance(now_ns, cx);
+        self.lss.advance(now_ns, cx);
     }
 
     /// An SDO frame of a default channel, with the object it is about.
@@ -179,8 +188,15 @@ impl Checks {
         }
     }
 
-    /// A message of another service, before what it resets is reset.
-    pub fn message(&mut self, message: &Message, nodes: &PerNode<Node>, frame: &Frame, cx: &mut Context<'_>) {
+    /// A message of another service, before what it resets is reset. Gives the old and the new node-ID of a node
+    /// that LSS has moved.
+    pub fn message(
+        &mut self,
+        message: &Message,
+        nodes: &PerNode<Node>,
+        frame: &Frame,
+        cx: &mut Context<'_>,
+    ) -> Option<(u8, u8)> {
         self.sync.message(message, frame, nodes, cx);
         match *message {
             Message::Nmt { command, node } if node <= 127 => {
@@ -196,6 +212,7 @@ impl Checks {
             }
             _ => {}
         }
+        self.lss.follow(message, frame, nodes, cx)
     }
 
     /// The same message, after what it resets was reset.
@@ -243,11 +260,13 @@ impl Checks {
         self.pdo_timing.forget(None);
         self.pdo_length.lost(cx);
         self.sync.lost();
+        self.lss.lost();
     }
 
     /// The capture is over.
     pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         self.nodes.finish(cx);
         self.sync.finish(nodes, cx);
+        self.lss.finish(cx);
     }
 }

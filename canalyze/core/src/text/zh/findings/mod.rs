@@ -3,6 +3,7 @@
 //! It must carry the same facts as `en::findings`; a rule without words does not compile.
 
 mod description;
+mod lss;
 mod nodes;
 mod pdo;
 mod sync;
@@ -109,12 +110,15 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
 
 /// Appends a note of what has become known of an earlier frame.
 pub fn note(out: &mut Vec<u8>, note: Note, about: u64) {
-    put!(out; "第", about, "帧");
-    put!(out; match note {
-        Note::RequestNotCaptured => "所应答的请求不在捕获中",
-        Note::AnsweredByAbort => "的请求已由在它之前捕获到的中止应答",
-        Note::LostByReset => "开始的SDO传输因节点复位而终止",
-    });
+    match note {
+        Note::RequestNotCaptured => put!(out; "第", about, "帧所应答的请求不在捕获中"),
+        Note::AnsweredByAbort => put!(out; "第", about, "帧的请求已由在它之前捕获到的中止应答"),
+        Note::LostByReset => put!(out; "第", about, "帧开始的SDO传输因节点复位而终止"),
+        Note::LssSelected { address } => lss::selected(out, address),
+        Note::Fastscan(scanned) => lss::scanned(out, scanned, about),
+        Note::BitTimingActivated { delay, rate } => lss::activated(out, delay, rate),
+        Note::NodeIdChanged { from, to } => lss::changed(out, from, to, about),
+    }
 }
 
 /// The words of a rule.
@@ -177,6 +181,19 @@ pub fn rule(code: Code) -> RuleText {
         Code::Pdo016 => pdo::PDO016,
         Code::Pdo018 => pdo::PDO018,
         Code::Pdo019 => pdo::PDO019,
+        Code::Lss001 => lss::LSS001,
+        Code::Lss002 => lss::LSS002,
+        Code::Lss003 => lss::LSS003,
+        Code::Lss004 => lss::LSS004,
+        Code::Lss005 => lss::LSS005,
+        Code::Lss006 => lss::LSS006,
+        Code::Lss007 => lss::LSS007,
+        Code::Lss008 => lss::LSS008,
+        Code::Lss009 => lss::LSS009,
+        Code::Lss010 => lss::LSS010,
+        Code::Lss011 => lss::LSS011,
+        Code::Lss012 => lss::LSS012,
+        Code::Lss030 => lss::LSS030,
         Code::Sdo001 => text(
             "toggle位错误",
             "分段传输中toggle位第一段为0, 以后逐段交替; 响应必须重复请求的toggle位。",
