@@ -188,9 +188,12 @@ impl Exchanges {
         self.get(exchange).is_some_and(|asked| asked.owed > 0 || exchange.is_shared())
     }
 
-    /// Whether a request of this kind was seen.
-    pub fn is_known(&self, exchange: Exchange) -> bool {
-        self.get(exchange).is_some()
+    /// Whether a request of this kind was seen so shortly before `at` that answers to it may still come.
+    pub fn is_recent(&self, exchange: Exchange, at: FrameRef) -> bool {
+        self.get(exchange).is_some_and(|asked| match (asked.at.t_ns, at.t_ns) {
+            (Some(asked), Some(at)) => at.saturating_sub(asked) <= exchange.limit_ns(),
+            _ => true,
+        })
     }
 
     /// The request that an answer belongs to; it owes one less.

@@ -21,9 +21,10 @@ use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, 
 
 /// NMT commands that reset nodes.
 const RESETS: [u8; 2] = [0x81, 0x82];
-/// How long after its last step a Fastscan is under way, and after the return to waiting a bit timing may still be
-/// activated. Masters wait for 1 s at most between steps.
+/// How long after its last step a Fastscan is under way, in ns.
 const PATIENCE_NS: i64 = 5_000_000_000;
+/// How long after the return to waiting a bit timing may still be activated, in ns: masters do it at once.
+const ACTIVATION_NS: i64 = 500_000_000;
 /// Frames that were already under way, and clocks that differ, at either end of the silence: at least 10 ms.
 const GRACE_NS: i64 = 10_000_000;
 
@@ -274,7 +275,7 @@ impl Lss {
         if mode == 0 {
             self.node_ids.waiting(cx.at);
             if let Some(timing) = &mut self.timing {
-                timing.until_ns = cx.at.t_ns.map(|now| now.saturating_add(PATIENCE_NS));
+                timing.until_ns = cx.at.t_ns.map(|now| now.saturating_add(ACTIVATION_NS));
             }
         }
     }
@@ -475,7 +476,7 @@ impl Lss {
     fn unexplained(&mut self, early: Early, cx: &mut Context<'_>) {
         let cause = (early.at.no != cx.at.no).then_some(early.at);
         let command = [("command", Quantity::Lss(early.exchange.answer()))];
-        if !self.exchanges.is_known(early.exchange) {
+        if !self.exchanges.is_recent(early.exchange, early.at) {
             self.selected = Selected::Unknown;
             self.findings.find(Code::Lss002, None, cause, Facts::told(0, &command), cx);
             return;
