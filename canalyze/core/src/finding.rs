@@ -79,34 +79,6 @@ rules! {
     Cap002 "CAP002" "dropped-frames" Warning "-";
     /// Stamps of a pipe go backwards.
     Cap003 "CAP003" "stamps-backward" Warning "-";
-    /// NMT node control: unknown command, invalid node-ID or wrong length.
-    Nmt001 "NMT001" "invalid-node-control" Warning "CiA 301 7.2.8.3.1";
-    /// A node does not do what it was commanded.
-    Nmt002 "NMT002" "command-without-effect" Warning "CiA 301 7.2.8.3.1";
-    /// A boot-up that no reset command explains.
-    Nmt003 "NMT003" "spontaneous-reset" Warning "CiA 301 7.3.2.1";
-    /// A change of state that no command explains.
-    Nmt004 "NMT004" "state-change-without-command" Warning "CiA 301 7.3.2.1";
-    /// A change of state that an error explains (1029h).
-    Nmt005 "NMT005" "state-change-on-error" Info "CiA 301 7.5.2.32";
-    /// A heartbeat came late.
-    Hbt001 "HBT001" "heartbeat-late" Warning "CiA 301 7.2.8.3.2.2";
-    /// No heartbeat for longer than a consumer waits, or than three periods.
-    Hbt002 "HBT002" "heartbeat-lost" Error "CiA 301 7.2.8.3.2.2";
-    /// Error control with a state that the standard does not define.
-    Hbt003 "HBT003" "unknown-state" Warning "CiA 301 7.2.8.3.2";
-    /// Two nodes use one node-ID.
-    Hbt004 "HBT004" "duplicate-node-id" Warning "CiA 301 7.3.5";
-    /// The whole bus was silent: no heartbeat could be seen.
-    Hbt005 "HBT005" "silent-bus" Info "-";
-    /// The toggle bit of guarding answers does not alternate.
-    Grd001 "GRD001" "guarding-toggle" Error "CiA 301 7.2.8.3.2.1";
-    /// A guarding request was not answered.
-    Grd002 "GRD002" "guarding-unanswered" Warning "CiA 301 7.2.8.3.2.1";
-    /// One node is guarded and sends heartbeats.
-    Grd003 "GRD003" "heartbeat-and-guarding" Warning "CiA 301 7.2.8.3.2";
-    /// A node that is guarded was never seen.
-    Grd004 "GRD004" "guarded-node-absent" Info "-";
     /// An emergency error code with error register 0.
     Emc001 "EMC001" "code-without-register" Warning "CiA 301 7.2.7.3.1";
     /// Error reset while other errors remain.
@@ -117,10 +89,38 @@ rules! {
     Emc004 "EMC004" "emcy-in-wrong-state" Warning "CiA 301 7.3.2.2";
     /// Two emergencies closer than the inhibit time.
     Emc005 "EMC005" "emcy-inhibit-time" Warning "CiA 301 7.5.2.18";
-    /// A time of day that cannot be, or reserved bits that are set.
-    Tim001 "TIM001" "invalid-time" Warning "CiA 301 7.2.6";
-    /// TIME jumps against the clock of the capture.
-    Tim002 "TIM002" "time-jump" Warning "CiA 301 7.2.6";
+    /// The toggle bit of guarding answers does not alternate.
+    Grd001 "GRD001" "guarding-toggle" Error "CiA 301 7.2.8.3.2.1";
+    /// A guarding request was not answered.
+    Grd002 "GRD002" "guarding-unanswered" Warning "CiA 301 7.2.8.3.2.1";
+    /// One node is guarded and sends heartbeats.
+    Grd003 "GRD003" "heartbeat-and-guarding" Warning "CiA 301 7.2.8.3.2";
+    /// A node that is guarded was never seen.
+    Grd004 "GRD004" "guarded-node-absent" Info "-";
+    /// A heartbeat came late.
+    Hbt001 "HBT001" "heartbeat-late" Warning "CiA 301 7.2.8.3.2.2";
+    /// No heartbeat for longer than a consumer waits, or than three periods.
+    Hbt002 "HBT002" "heartbeat-lost" Error "CiA 301 7.2.8.3.2.2";
+    /// Error control with a state that the standard does not define.
+    Hbt003 "HBT003" "unknown-state" Warning "CiA 301 7.2.8.3.2";
+    /// Two nodes use one node-ID.
+    Hbt004 "HBT004" "duplicate-node-id" Warning "CiA 301 7.3.5";
+    /// The whole bus was silent: no heartbeat could be seen.
+    Hbt005 "HBT005" "silent-bus" Info "-";
+    /// NMT node control: unknown command, invalid node-ID or wrong length.
+    Nmt001 "NMT001" "invalid-node-control" Warning "CiA 301 7.2.8.3.1";
+    /// A node does not do what it was commanded.
+    Nmt002 "NMT002" "command-without-effect" Warning "CiA 301 7.2.8.3.1";
+    /// A boot-up that no reset command explains.
+    Nmt003 "NMT003" "spontaneous-reset" Warning "CiA 301 7.3.2.1";
+    /// A change of state that no command explains.
+    Nmt004 "NMT004" "state-change-without-command" Warning "CiA 301 7.3.2.1";
+    /// A change of state that an error explains (1029h).
+    Nmt005 "NMT005" "state-change-on-error" Info "CiA 301 7.5.2.32";
+    /// A TPDO of a node that is not Operational.
+    Pdo002 "PDO002" "tpdo-when-not-operational" Error "CiA 301 7.3.2.2";
+    /// An RPDO to a node that is not Operational.
+    Pdo003 "PDO003" "rpdo-to-not-operational" Info "CiA 301 7.3.2.2";
     /// Toggle bit not alternated, or not repeated in the answer.
     Sdo001 "SDO001" "toggle-bit" Error "CiA 301 7.2.4.3.5, 7.2.4.3.6";
     /// A request without response, or a response without request.
@@ -163,10 +163,10 @@ rules! {
     Sdo030 "SDO030" "not-sdo" Info "-";
     /// Requests of which none was answered in the capture.
     Sdo031 "SDO031" "no-server" Info "-";
-    /// A TPDO of a node that is not Operational.
-    Pdo002 "PDO002" "tpdo-when-not-operational" Error "CiA 301 7.3.2.2";
-    /// An RPDO to a node that is not Operational.
-    Pdo003 "PDO003" "rpdo-to-not-operational" Info "CiA 301 7.3.2.2";
+    /// A time of day that cannot be, or reserved bits that are set.
+    Tim001 "TIM001" "invalid-time" Warning "CiA 301 7.2.6";
+    /// TIME jumps against the clock of the capture.
+    Tim002 "TIM002" "time-jump" Warning "CiA 301 7.2.6";
 }
 
 impl Code {
