@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::checks::nodes::Nodes;
+use crate::checks::sync::{Sync, SyncStatistics};
 use crate::cob_id::Role;
 use crate::configuration;
 use crate::context::Context;
@@ -38,13 +39,17 @@ pub struct Bus {
     /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
     watched: Nodes,
+    sync: Sync,
 }
 
 impl Bus {
     /// A bus of which nothing was seen.
     pub fn new(network: Arc<Network>, name: &[u8]) -> Self {
         let mut nodes = PerNode::<Node>::default();
-        for one in &network.descriptions {
+        // What is said of this bus by name counts more than what is said of every bus: it comes last.
+        let mut descriptions: Vec<_> = network.descriptions.iter().collect();
+        descriptions.sort_by_key(|one| one.bus.is_some());
+        for one in descriptions {
             if Network::holds(one.bus.as_ref(), name) {
                 known(&mut nodes, one.node).configuration.describe(Arc::clone(&one.dictionary));
             }
@@ -62,7 +67,13 @@ impl Bus {
         let roles = Roles::compile(&network, name, &nodes);
         let mut watched = Nodes::new(&network);
         watched.configure(&nodes);
-        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), watched }
+        let sync = Sync::new(&network, &nodes);
+        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), watched, sync }
+    }
+
+    /// What was measured of SYNC.
+    pub fn sync_statistics(&self) -> SyncStatistics {
+        self.sync.statistics()
     }
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
@@ -84,7 +95,12 @@ impl Bus {
         if self.channels.len() >= CHANNELS && !self.channels.contains_key(&key) {
             return self.message(Role::Foreign, frame, cx);
         }
-        let channel = self.channels.entry(key).or_insert_with(|| Box::new(Channel::new(frame.bus, node)));
+        let nodes = &self.nodes;
+        let channel = self.channels.entry(key).or_insert_with(|| {
+            let mut channel = Box::new(Channel::new(frame.bus, node));
+            channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
+            channel
+        });
         let before = cx.events.len();
         channel.step(side, frame, cx);
         self.due(frame, cx);
@@ -115,10 +131,13 @@ impl Bus {
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
-        let data = ProcessData { transmit, number, node, content, state: self.watched.state(node), sync: None };
+        let sync = self.sync.place(node, known, frame);
+        let data = ProcessData { transmit, number, node, content, state: self.watched.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
         self.due(frame, cx);
         self.watched.pdo(transmit, number, node, cx);
+        let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
+        self.sync.process_data(node, known, frame, cx);
     }
 
     /// The signals of a PDO by the mapping of a node that receives it.
@@ -136,6 +155,7 @@ impl Bus {
         let message = self.watched.complete(services::decode(role, frame), frame);
         cx.push(None, message.node(), What::Message(message));
         self.due(frame, cx);
+        self.sync.message(&message, frame, &self.nodes, cx);
         match message {
             Message::BootUp { node } => self.reset(Some(node), cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
@@ -181,6 +201,7 @@ impl Bus {
             if matches!(mux.index, 0x1016 | 0x1017) {
                 self.watched.configure(&self.nodes);
             }
+            self.sync.configured(transfer.node, mux, &self.network, &self.nodes, cx.at);
         }
     }
 
@@ -196,6 +217,7 @@ impl Bus {
         target.compile();
         self.assign();
         self.watched.configure(&self.nodes);
+        self.sync.reconfigure(&self.network, &self.nodes);
     }
 
     fn assign(&mut self) {
@@ -215,6 +237,7 @@ impl Bus {
         if changed {
             self.assign();
             self.watched.configure(&self.nodes);
+            self.sync.reconfigure(&self.network, &self.nodes);
         }
     }
 
@@ -228,6 +251,9 @@ impl Bus {
                 channel.lost(reset, cx);
             }
         }
+        if !reset {
+            self.sync.lost();
+        }
     }
 
     /// The capture is over.
@@ -236,6 +262,7 @@ impl Bus {
             channel.finish(cx);
         }
         self.watched.finish(cx);
+        self.sync.finish(&self.nodes, cx);
     }
 }
 

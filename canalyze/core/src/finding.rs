@@ -163,6 +163,28 @@ rules! {
     Sdo030 "SDO030" "not-sdo" Info "-";
     /// Requests of which none was answered in the capture.
     Sdo031 "SDO031" "no-server" Info "-";
+    /// A SYNC has another length than 1019h asks for, or than the SYNCs before.
+    Syn001 "SYN001" "sync-length" Error "CiA 301 7.2.5.3.1, 7.5.2.22";
+    /// The synchronous counter does not go on as it should.
+    Syn002 "SYN002" "sync-counter" Error "CiA 301 7.2.5.3.1, 7.5.2.22";
+    /// A SYNC is missing, late or one too many, or the period is not the configured one.
+    Syn003 "SYN003" "sync-period" Warning "CiA 301 7.2.5, 7.5.2.6";
+    /// A synchronous TPDO came after the synchronous window.
+    Syn004 "SYN004" "outside-window" Warning "CiA 301 7.2.5, 7.5.2.7";
+    /// Synchronous TPDOs without any SYNC before.
+    Syn005 "SYN005" "before-first-sync" Info "CiA 301 7.2.2.2";
+    /// Two nodes produce SYNC.
+    Syn006 "SYN006" "two-producers" Error "CiA 301 7.2.5";
+    /// The synchronous window is not shorter than the communication cycle.
+    Syn007 "SYN007" "window-not-below-period" Warning "CiA 301 7.5.2.6, 7.5.2.7";
+    /// A cyclic synchronous TPDO did not come in its cycle.
+    Syn008 "SYN008" "missing-synchronous-pdo" Warning "CiA 301 7.2.2.2, 7.5.2.37";
+    /// A synchronous TPDO came more than once in a cycle.
+    Syn009 "SYN009" "twice-in-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37";
+    /// A cyclic synchronous TPDO came in another cycle than it should.
+    Syn010 "SYN010" "wrong-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37";
+    /// Times of SYNC cannot be judged.
+    Syn011 "SYN011" "sync-not-judged" Info "-";
     /// A time of day that cannot be, or reserved bits that are set.
     Tim001 "TIM001" "invalid-time" Warning "CiA 301 7.2.6";
     /// TIME jumps against the clock of the capture.

@@ -122,9 +122,9 @@ impl Nodes {
             Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),
             Message::BootUp { node } => {
                 self.permitted.boot_up(node, cx);
+                self.guarding.restart(node, &self.nmt, cx);
                 self.nmt.boot_up(node, self.silence_ns, cx);
                 self.heartbeats.pause(node);
-                self.guarding.restart(node, &self.nmt, cx);
                 self.emergencies.boot_up(node);
             }
             Message::Heartbeat { node, state, toggle, guarding, .. } => {

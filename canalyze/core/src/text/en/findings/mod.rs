@@ -3,6 +3,7 @@
 //! It must carry the same facts as `zh::findings`; a rule without words does not compile.
 
 mod nodes;
+mod sync;
 
 use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
@@ -262,5 +263,16 @@ pub fn rule(code: Code) -> RuleText {
         ),
         Code::Pdo002 => nodes::PDO002,
         Code::Pdo003 => nodes::PDO003,
+        Code::Syn001 => sync::SYN001,
+        Code::Syn002 => sync::SYN002,
+        Code::Syn003 => sync::SYN003,
+        Code::Syn004 => sync::SYN004,
+        Code::Syn005 => sync::SYN005,
+        Code::Syn006 => sync::SYN006,
+        Code::Syn007 => sync::SYN007,
+        Code::Syn008 => sync::SYN008,
+        Code::Syn009 => sync::SYN009,
+        Code::Syn010 => sync::SYN010,
+        Code::Syn011 => sync::SYN011,
     }
 }
