@@ -52,6 +52,8 @@ struct Standing {
     allowed: u8,
     /// Its last boot-up.
     boot_up: Option<FrameRef>,
+    /// Its last boot-up that nothing explains, other than its first.
+    again: Option<FrameRef>,
     /// Resets that no boot-up has answered yet, and the last of them.
     resets: u8,
     reset: Option<FrameRef>,
@@ -258,6 +260,7 @@ impl Nmt {
             (None, _) => return,
         };
         self.suspects += u32::from(standing.suspect.is_none());
+        standing.again = Some(cx.at);
         standing.suspect = Some(Suspect { at: cx.at, what });
     }
 
@@ -371,12 +374,12 @@ impl Nmt {
         }
     }
 
-    /// Whether all nodes, if several, have just booted: somebody has switched the network on again.
+    /// Whether all nodes, if several, have just booted unasked: somebody has switched the network on again.
     fn switched_on(&self, at: FrameRef) -> bool {
         let mut count = 0;
         self.nodes.iter().filter(|(_, standing)| standing.present).all(|(_, standing)| {
             count += 1;
-            standing.boot_up.is_some_and(|boot| {
+            standing.again.is_some_and(|boot| {
                 since(Some(boot), at).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS)
             })
         }) && count > 1

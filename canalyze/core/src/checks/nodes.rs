@@ -150,7 +150,7 @@ impl Nodes {
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
         if toggle && !self.guarding.toggles(node) {
             if self.heartbeats.is_producer(node) && !self.guarding.is_asked(node, cx.at) {
-                return self.heartbeats.bit_7(state | 0x80, node, cx);
+                return self.heartbeats.bit_7(state | 0x80, node, self.before, cx);
             }
             self.heartbeats.pause(node);
         }
