@@ -26,9 +26,41 @@ RAISED: dict[str, list[Raised]] = {
     "CAP001": [("CAP001", 4, None)],
     "CAP002": [("CAP002", 4, None)],
     "CAP003": [("CAP003", 4, None)],
+    "EMC001": [("EMC001", 3, None)],
+    "EMC002": [("EMC002", 3, None)],
+    "EMC003": [("EMC003", 3, None)],
+    "EMC004": [("EMC004", 7, 6)],
+    "EMC004-reset": [("EMC004", 6, 5)],
+    "EMC005": [("EMC005", 4, 3)],
+    "GRD001": [("GRD001", 8, 6)],
+    "GRD002": [("GRD002", 8, 7)],
+    "GRD003": [("GRD003", 14, 13)],
+    "GRD003-producer": [("GRD003", 10, 8)],
+    "GRD004": [("GRD004", 4, None)],
+    "HBT001": [("HBT001", 8, 7)],
+    "HBT002": [("HBT002", 8, 7)],
+    "HBT002-consumer": [("HBT002", 8, 7)],
+    "HBT003": [("HBT003", 4, None)],
+    "HBT003-bit-7": [("HBT003", 8, None)],
+    "HBT004": [("HBT004", 6, 5)],
+    "HBT004-gaps": [("HBT004", 9, 8)],
+    "HBT004-rate": [("HBT004", 10, 9)],
+    "HBT004-states": [("NMT004", 5, 4), ("HBT004", 7, 6)],
+    "HBT005": [("HBT005", 11, None)],
+    "NMT001": [("NMT001", 3, None)],
+    "NMT001-length": [("NMT001", 3, None)],
+    "NMT001-node": [("NMT001", 3, None)],
+    "NMT002": [("NMT002", 11, 8)],
+    "NMT002-reset": [("NMT002", 20, 9)],
+    "NMT003": [("NMT003", 5, 4)],
+    "NMT003-running": [("NMT003", 8, 7)],
+    "NMT004": [("NMT004", 8, 7)],
+    "NMT005": [("NMT005", 9, 8)],
+    "PDO002": [("PDO002", 5, 4)],
+    "PDO003": [("PDO003", 5, 4)],
     "SDO001": [("SDO001", 8, None)],
-    "SDO001-request": [("SDO001", 6, 5)],
     "SDO001-refused": [("SDO001", 8, 7), ("SDO017", 8, None)],
+    "SDO001-request": [("SDO001", 6, 5)],
     "SDO002": [("SDO002", 4, 3)],
     "SDO002-acknowledgement": [("SDO002", 7, 6)],
     "SDO002-duplicate": [("SDO002", 4, 3)],
@@ -53,6 +85,8 @@ RAISED: dict[str, list[Raised]] = {
     "SDO010": [("SDO010", 3, None)],
     "SDO010-empty": [("SDO010", 3, None)],
     "SDO010-response": [("SDO010", 4, None)],
+    "SDO011": [("SDO011", 9, 7)],
+    "SDO011-reset": [("SDO011", 5, 4)],
     "SDO012": [("SDO012", 8, 7)],
     "SDO012-acknowledged": [("SDO012", 8, None)],
     "SDO012-block-size": [("SDO012", 3, None)],
@@ -75,6 +109,9 @@ RAISED: dict[str, list[Raised]] = {
     "SDO030": [("SDO030", 1, None)],
     "SDO030-foreign": [("SDO030", 1, None)],
     "SDO031": [("SDO031", 1, None)],
+    "TIM001": [("TIM001", 3, None)],
+    "TIM001-reserved": [("TIM001", 3, None)],
+    "TIM002": [("TIM002", 4, 3)],
 }
 """All that a capture raises, in order: its own rule and what goes with it (an abort is said whatever its reason)."""
 
@@ -95,8 +132,8 @@ def analysis(path: Path, lang: str = "en") -> Analysis:
 
 
 def raised(said: Analysis) -> list[Raised]:
-    places = {"CAP": "line", "SDO": "frame"}
-    return [(row["code"], row[places[row["code"][:3]]], row["cause_frame"]) for row in said.findings]
+    place = ("frame", "line")
+    return [(row["code"], row[place[row["code"].startswith("CAP")]], row["cause_frame"]) for row in said.findings]
 
 
 def own_code(name: str) -> str:
