@@ -18,6 +18,8 @@ const ANSWER_NS: i64 = 500_000_000;
 const ECHO_NS: i64 = 10_000_000;
 /// A request this old was not answered, in ns.
 const UNANSWERED_NS: i64 = 1_000_000_000;
+/// A request this old before a reset was not answered, in ns.
+const SLOW_NS: i64 = 50_000_000;
 /// Two frames closer than this may be one that was captured twice, in ns.
 const TWICE_NS: i64 = 5_000_000;
 /// So many frames that nobody asked for are heartbeats of a guarded node.
@@ -79,16 +81,16 @@ impl Guarding {
     pub fn request(&mut self, node: u8, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
         let guarded = self.nodes.entry(node);
         guarded.requests += 1;
-        if let Some((frame, toggle, counted)) = guarded.ahead.take()
-            && close(frame, cx.at)
-        {
+        if let Some((frame, toggle, counted)) = guarded.ahead.filter(|(frame, ..)| close(*frame, cx.at)) {
             // Its answer was captured before it.
+            guarded.ahead = None;
             if !counted {
-                guarded.answered(node, toggle, cx);
+                guarded.answer_at(node, toggle, frame, cx);
             }
             guarded.request = None;
             return;
         }
+        guarded.expire(node, cx);
         if let Some(before) = guarded.request.replace(cx.at) {
             if heartbeats.is_producer(node) && !guarded.toggles {
                 if !guarded.both {
@@ -106,9 +108,7 @@ impl Guarding {
 
     /// A node's answer, or a heartbeat of a node that may be guarded.
     pub fn frame(&mut self, node: u8, toggle: bool, answer: bool, cx: &mut Context<'_>) {
-        let Some(guarded) = (if toggle { Some(self.nodes.entry(node)) } else { self.nodes.get_mut(node) }) else {
-            return;
-        };
+        let guarded = self.nodes.entry(node);
         guarded.toggles |= toggle;
         if guarded.is_asked(cx.at) && answer {
             guarded.request = None;
@@ -117,22 +117,32 @@ impl Guarding {
             return guarded.answered(node, toggle, cx);
         }
         guarded.expire(node, cx);
-        if guarded.toggles {
-            let counts = toggle || guarded.requests == 0;
-            guarded.ahead = Some((cx.at, toggle, counts));
-            if counts {
-                guarded.answered(node, toggle, cx);
-            }
+        let counts = toggle || guarded.toggles && guarded.requests == 0;
+        guarded.ahead = Some((cx.at, toggle, counts));
+        if counts {
+            guarded.answered(node, toggle, cx);
         }
     }
 
     /// The node is reset, or has booted: its toggle bit starts anew.
-    pub fn restart(&mut self, node: u8) {
+    pub fn restart(&mut self, node: u8, nmt: &Nmt, cx: &mut Context<'_>) {
         for (id, guarded) in self.nodes.iter_mut() {
             if node == 0 || node == id {
+                let request =
+                    guarded.request.filter(|request| since(Some(*request), cx.at).is_some_and(|age| age > SLOW_NS));
+                if let Some(request) = request {
+                    guarded.unanswered(id, request, nmt, cx);
+                }
                 (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
                 (guarded.silent, guarded.unasked) = (false, 0);
             }
+        }
+    }
+
+    /// Frames were lost, requests and answers among them.
+    pub fn forget(&mut self) {
+        for (_, guarded) in self.nodes.iter_mut() {
+            (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
         }
     }
 
@@ -172,8 +182,12 @@ impl Guarded {
     }
 
     fn answered(&mut self, node: u8, toggle: bool, cx: &mut Context<'_>) {
-        let twice = since(self.answer, cx.at).is_some_and(|gap| gap < TWICE_NS);
-        let last = self.answer.replace(cx.at);
+        self.answer_at(node, toggle, cx.at, cx);
+    }
+
+    fn answer_at(&mut self, node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
+        let twice = since(self.answer, at).is_some_and(|gap| gap < TWICE_NS);
+        let last = self.answer.replace(at);
         if self.toggle == Some(toggle) && !twice {
             // The node may go on either way: the next answer is free.
             self.toggle = None;
@@ -200,7 +214,7 @@ impl Guarded {
     /// A frame that nobody had asked for, and no request came just after it.
     fn expire(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some((frame, toggle, _)) = self.ahead.take() else { return };
-        if toggle || self.requests == 0 {
+        if toggle || self.requests == 0 || !self.toggles {
             return;
         }
         self.unasked = self.unasked.saturating_add(1);

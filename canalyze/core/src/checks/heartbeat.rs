@@ -187,8 +187,12 @@ impl Heartbeats {
     }
 
     /// A frame with bit 7 from a node that sends heartbeats: no guarding answer where nobody asks.
-    pub fn bit_7(&self, byte: u8, node: u8, cx: &mut Context<'_>) {
+    /// It is a heartbeat all the same, but its state counts for nothing.
+    pub fn bit_7(&mut self, byte: u8, node: u8, pulse: Pulse, cx: &mut Context<'_>) {
         cx.find(Code::Hbt003, Some(node), None, None, Facts::told(1, &[("found", Quantity::Hex2(byte))]));
+        if let Some(state) = self.producers.get(node).and_then(|producer| producer.state) {
+            self.beat(node, state, pulse, cx);
+        }
     }
 
     /// A command: a change of state says nothing of a second node.

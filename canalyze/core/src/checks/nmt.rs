@@ -17,10 +17,12 @@ use crate::services::nmt;
 const SETTLED_NS: i64 = 10_000_000;
 /// An emergency within this time before a change of state explains it (1029h), in ns.
 const EMERGENCY_NS: i64 = 1_000_000_000;
-/// A node that starts itself does so within this time after its boot-up, in ns.
+/// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most once.
 const SELF_START_NS: i64 = 5_000_000_000;
 /// After a bus was silent for this long, boot-ups are those of a network that was switched on, in ns.
 const SWITCHED_ON_NS: i64 = 2_000_000_000;
+/// Nodes that boot within so many frames, where there are no stamps, boot together.
+const TOGETHER: u64 = 10;
 /// Several resets in a row may yield as many boot-ups within this time, in ns.
 const RESETS_NS: i64 = 1_000_000_000;
 /// How long after LSS sends its slaves back to waiting a boot-up is due to that, in ns.
@@ -50,6 +52,8 @@ struct Standing {
     allowed: u8,
     /// Its last boot-up.
     boot_up: Option<FrameRef>,
+    /// Its last boot-up that nothing explains, other than its first.
+    again: Option<FrameRef>,
     /// Resets that no boot-up has answered yet, and the last of them.
     resets: u8,
     reset: Option<FrameRef>,
@@ -124,6 +128,9 @@ pub struct Nmt {
     nodes: PerNode<Standing>,
     suspects: u32,
     activated: Option<i64>,
+    /// Commands came before their effects, and never after: the capture is in causal order.
+    causal: bool,
+    late: bool,
 }
 
 impl Nmt {
@@ -197,12 +204,14 @@ impl Nmt {
             0 => {
                 for (_, standing) in self.nodes.iter_mut() {
                     let explained = standing.commanded(state, specifier, false, cx.at);
+                    self.late |= explained;
                     self.suspects = self.suspects.saturating_sub(u32::from(explained));
                 }
             }
             1..=127 => {
                 let standing = self.nodes.entry(node);
                 let explained = standing.commanded(state, specifier, true, cx.at);
+                self.late |= explained;
                 self.suspects = self.suspects.saturating_sub(u32::from(explained));
             }
             _ => {
@@ -226,6 +235,7 @@ impl Nmt {
         if answered && since(standing.reset, cx.at).is_some_and(|age| age > RESETS_NS) {
             standing.resets = 0;
         }
+        self.causal |= standing.resets > 0;
         let explained = standing.resets > 0 || standing.given || activated || silence_ns >= SWITCHED_ON_NS;
         let (last, beat) = (standing.boot_up, standing.beat.filter(|_| standing.beats >= RUNNING));
         *standing = Standing {
@@ -250,6 +260,7 @@ impl Nmt {
             (None, _) => return,
         };
         self.suspects += u32::from(standing.suspect.is_none());
+        standing.again = Some(cx.at);
         standing.suspect = Some(Suspect { at: cx.at, what });
     }
 
@@ -264,6 +275,7 @@ impl Nmt {
         let allowed = standing.allowed & bit(state) != 0 || standing.resetting;
         standing.allowed &= !bit(state);
         let before = standing.shown.map(|(before, _)| before);
+        self.causal |= before.is_some_and(|before| before != state) && allowed;
         let starts_itself = before.is_some_and(|before| standing.starts_itself(before, state, cx.at));
         standing.obeys(node, state, period_ns, cx);
         if before == Some(state) {
@@ -304,22 +316,33 @@ impl Nmt {
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {
         if self.suspects > 0 {
-            self.resolve(cx);
+            self.resolve(false, cx);
         }
     }
 
-    fn resolve(&mut self, cx: &mut Context<'_>) {
+    /// The capture is over: no command can follow any more, where commands have come before their effects.
+    pub fn finish(&mut self, cx: &mut Context<'_>) {
+        if self.suspects > 0 && self.causal && !self.late {
+            self.resolve(true, cx);
+        }
+    }
+
+    fn resolve(&mut self, over: bool, cx: &mut Context<'_>) {
+        let switched_on = self.switched_on(cx.at);
         for (node, standing) in self.nodes.iter_mut() {
             let Some(suspect) = standing.suspect else { continue };
             let settled = match since(Some(suspect.at), cx.at) {
                 Some(age) => !(0..SETTLED_NS).contains(&age) && cx.at.no > suspect.at.no,
                 None => cx.at.no > suspect.at.no + 1,
             };
-            if !settled {
+            if !settled && !over {
                 continue;
             }
             standing.suspect = None;
             self.suspects = self.suspects.saturating_sub(1);
+            if switched_on && matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. }) {
+                continue;
+            }
             let emergency = standing.emergency.filter(|at| {
                 since(Some(*at), suspect.at).map_or(at.no + 10 >= suspect.at.no, |age| age <= EMERGENCY_NS)
             });
@@ -349,6 +372,17 @@ impl Nmt {
                 }
             }
         }
+    }
+
+    /// Whether all nodes, if several, have just booted unasked: somebody has switched the network on again.
+    fn switched_on(&self, at: FrameRef) -> bool {
+        let mut count = 0;
+        self.nodes.iter().filter(|(_, standing)| standing.present).all(|(_, standing)| {
+            count += 1;
+            standing.again.is_some_and(|boot| {
+                since(Some(boot), at).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS)
+            })
+        }) && count > 1
     }
 
     /// Frames were lost: commands and boot-ups may be among them.
@@ -433,8 +467,9 @@ impl Standing {
             return false;
         }
         !self.managed
-            || since(self.boot_up, at)
-                .map_or(self.boot_up.is_some_and(|boot| boot.no + 50 > at.no), |age| age < SELF_START_NS)
+            || self.beats <= 2
+                && since(self.boot_up, at)
+                    .map_or(self.boot_up.is_some_and(|boot| boot.no + 50 > at.no), |age| age < SELF_START_NS)
     }
 }
 

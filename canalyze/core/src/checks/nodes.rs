@@ -108,24 +108,23 @@ impl Nodes {
     pub fn follow(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         match *message {
             Message::Nmt { command, node } => {
+                if matches!(command, RESET_NODE | RESET_COMMUNICATION) && node <= 127 {
+                    self.heartbeats.pause(node);
+                    self.guarding.restart(node, &self.nmt, cx);
+                }
                 self.nmt.command(command, node, cx);
                 if node > 127 {
                     return;
                 }
                 self.permitted.command(node);
-                if matches!(command, RESET_NODE | RESET_COMMUNICATION) {
-                    self.heartbeats.pause(node);
-                    self.guarding.restart(node);
-                } else {
-                    self.heartbeats.commanded(node);
-                }
+                self.heartbeats.commanded(node);
             }
             Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),
             Message::BootUp { node } => {
                 self.permitted.boot_up(node, cx);
+                self.guarding.restart(node, &self.nmt, cx);
                 self.nmt.boot_up(node, self.silence_ns, cx);
                 self.heartbeats.pause(node);
-                self.guarding.restart(node);
                 self.emergencies.boot_up(node);
             }
             Message::Heartbeat { node, state, toggle, guarding, .. } => {
@@ -151,7 +150,7 @@ impl Nodes {
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
         if toggle && !self.guarding.toggles(node) {
             if self.heartbeats.is_producer(node) && !self.guarding.is_asked(node, cx.at) {
-                return self.heartbeats.bit_7(state | 0x80, node, cx);
+                return self.heartbeats.bit_7(state | 0x80, node, self.before, cx);
             }
             self.heartbeats.pause(node);
         }
@@ -191,11 +190,12 @@ impl Nodes {
         self.nmt.forget();
         self.permitted.forget();
         self.heartbeats.forget();
-        self.guarding.restart(0);
+        self.guarding.forget();
     }
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        self.nmt.finish(cx);
         self.guarding.finish(&self.nmt, cx);
     }
 }

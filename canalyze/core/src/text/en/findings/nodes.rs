@@ -11,7 +11,7 @@ pub(super) const NMT001: RuleText = RuleText {
     faces: &[
         "unknown NMT command {found}",
         "NMT command to node-ID {found}, which should be 0 to 127",
-        "NMT command of {found} bytes, which should be 2",
+        "length of the NMT command {found}, which should be 2 bytes",
     ],
 };
 
@@ -154,7 +154,7 @@ pub(super) const EMC004: RuleText = RuleText {
 
 pub(super) const EMC005: RuleText = RuleText {
     message: "inhibit time of emergencies",
-    meaning: "Emergencies are at least the time of 1015h (in 100 µs) apart.",
+    meaning: "Emergencies are at least the time of 1015h (in tenths of a millisecond) apart.",
     cause: "The firmware does not obey 1015h.",
     faces: &["{found} apart, the inhibit time is {expected}"],
 };
@@ -163,7 +163,7 @@ pub(super) const TIM001: RuleText = RuleText {
     message: "invalid time",
     meaning: "TIME has fewer than 86400000 milliseconds (a day), and its four reserved bits are 0.",
     cause: "The producer fills the fields wrongly, such as with another epoch or unit.",
-    faces: &["{found} milliseconds; a day has 86400000", "the reserved bits are {found} and should be 0"],
+    faces: &["{found} milliseconds; a day ends with 86399999", "the reserved bits are {found} and should be 0"],
 };
 
 pub(super) const TIM002: RuleText = RuleText {

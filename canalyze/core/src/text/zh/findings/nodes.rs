@@ -144,7 +144,7 @@ pub(super) const EMC004: RuleText = RuleText {
 
 pub(super) const EMC005: RuleText = RuleText {
     message: "违反紧急报文的抑制时间",
-    meaning: "两个紧急报文的间隔不得短于1015h (100µs为单位)。",
+    meaning: "两个紧急报文的间隔不得短于1015h (以0.1ms为单位)。",
     cause: "固件不遵守1015h。",
     faces: &["间隔{found}, 抑制时间为{expected}"],
 };
@@ -153,7 +153,7 @@ pub(super) const TIM001: RuleText = RuleText {
     message: "时间无效",
     meaning: "时间戳的毫秒数小于86400000 (一天), 保留的四位为0。",
     cause: "时间戳的生产者填错了字段, 例如使用了其他的起点或单位。",
-    faces: &["毫秒数为{found}, 一天只有86400000毫秒", "保留位为{found}, 应为0"],
+    faces: &["毫秒数为{found}, 一天最多到86399999", "保留位为{found}, 应为0"],
 };
 
 pub(super) const TIM002: RuleText = RuleText {
