@@ -135,6 +135,11 @@ impl Beat {
         self.calm_from = self.cycle + 2;
     }
 
+    /// The cycle that has begun, and the one before, say nothing of what nodes do.
+    pub fn disturbed(&mut self) {
+        self.calm_from = self.cycle + 1;
+    }
+
     /// The period is another one by configuration: it is learnt anew.
     pub fn forget_period(&mut self) {
         self.period_ns = None;
@@ -162,13 +167,13 @@ impl Beat {
         let pace = match gap {
             Some(gap) if gap > 0 => self.pace(gap, restarted, configured_ns),
             Some(_) => {
-                self.calm_from = self.cycle + 1;
+                self.disturbed();
                 Pace::Unknown
             }
             None => Pace::Unknown,
         };
         if !matches!(pace, Pace::Unknown | Pace::Steady) {
-            self.calm_from = self.cycle + 1;
+            self.disturbed();
         }
         if let Some(gap) = gap.filter(|gap| *gap > 0 && pace != Pace::Resumed) {
             self.intervals.record(gap);

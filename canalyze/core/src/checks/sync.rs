@@ -87,14 +87,12 @@ impl Sync {
         self.window.place(&self.beat, node, pdo, frame.reference())
     }
 
-    /// Takes a PDO: of node `node`, known to be configured as `pdo`.
+    /// Takes a PDO of a node, known to be configured as `pdo`.
     pub fn process_data(&mut self, node: u8, pdo: Option<&Pdo>, frame: &Frame, cx: &mut Context<'_>) {
-        match pdo {
-            Some(pdo) if pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind)) => {
-                let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
-                self.window.arrived(&self.beat, node, (pdo, frame.reference()), window_ns, cx);
-            }
-            _ => self.window.passed(frame.reference()),
+        let followed = |pdo: &&Pdo| pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind));
+        if let Some(pdo) = pdo.filter(followed) {
+            let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
+            self.window.arrived(&self.beat, node, (pdo, frame.reference()), window_ns, cx);
         }
     }
 
@@ -119,7 +117,6 @@ impl Sync {
             Message::PdoRequest { transmit: true, number, node } => self.window.asked(node, number),
             _ => {}
         }
-        self.window.passed(frame.reference());
     }
 
     /// An object of a node is known to hold another value.
@@ -200,6 +197,9 @@ impl Sync {
                 }
             }
             None => self.counter.forget(),
+        }
+        if self.window.stood_still() && at.t_ns.is_none() {
+            self.beat.disturbed();
         }
         self.window.cycle_over(&self.beat, &self.settings.windows, cx);
         self.compare_periods(cx);
