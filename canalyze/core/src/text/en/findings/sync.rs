@@ -55,6 +55,7 @@ pub(super) const SYN006: RuleText = RuleText {
     faces: &[
         "two SYNC counters run beside each other: {found}, while {expected} is due in the other",
         "two trains of SYNCs: {short} and {long} apart in turn, period {period}",
+        "configured as SYNC producer, and so is node {other}",
     ],
 };
 

@@ -55,6 +55,7 @@ pub(super) const SYN006: RuleText = RuleText {
     faces: &[
         "两列同步计数器交错: {found}, 而另一列应为{expected}",
         "两列同步报文交错: 间隔{short}与{long}交替, 周期{period}",
+        "该节点和节点{other}都配置为同步生产者",
     ],
 };
 
