@@ -31,7 +31,8 @@ pub enum Pace {
     Late,
     /// Less than half a period after the one before, and not because that one was late.
     Early,
-    /// Less than half a period after one that was late: the producer catches up.
+    /// Less than half a period after one that was late: the producer catches up. Or the second of a pair that is the
+    /// period together, where one was told of before.
     CaughtUp,
     /// After a pause.
     Resumed,
@@ -52,7 +53,6 @@ pub struct Beat {
     before_ns: i64,
     misses: u8,
     pairs: u8,
-    two: bool,
     /// By how much SYNCs were late, less what has been caught up.
     owed_ns: i64,
     resumed: bool,
@@ -149,7 +149,6 @@ impl Beat {
         self.pairs = 0;
         self.steady = 0;
         self.owed_ns = 0;
-        self.two = false;
     }
 
     /// Takes a SYNC. `restarted`: there was reason for the producer to begin anew. `configured_ns`: the period that
@@ -193,12 +192,17 @@ impl Beat {
             self.learn(gap, configured_ns);
             return Pace::Unknown;
         }
+        let paired = gap < period - period / 10
+            && self.before_ns < period - period / 10
+            && gap.saturating_add(self.before_ns).abs_diff(period) <= period.unsigned_abs() / 10
+            && (gap - self.before_ns).abs() > period / 10;
+        self.pairs = if paired { self.pairs + 1 } else { 0 };
         let pace = match gap {
             _ if steady => Pace::Steady,
             _ if gap / PAUSE > period || (restarted && gap > period) => Pace::Resumed,
             _ if gap > period.saturating_add(period / 2) => Pace::Late,
             _ if gap >= period / 2 => Pace::Steady,
-            _ if self.owed_ns >= (period - gap) / 2 => Pace::CaughtUp,
+            _ if self.owed_ns >= (period - gap) / 2 || self.pairs >= 2 => Pace::CaughtUp,
             _ => Pace::Early,
         };
         self.owed_ns = match pace {
@@ -218,25 +222,14 @@ impl Beat {
         if pace == Pace::Steady {
             self.deviate(gap - period);
         }
-        let paired = gap < period - period / 10
-            && self.before_ns < period - period / 10
-            && (gap + self.before_ns - period).abs() <= period / 10
-            && (gap - self.before_ns).abs() > period / 7;
-        self.pairs = if paired { self.pairs + 1 } else { 0 };
         if self.pairs == PAIRS {
             self.forget_period();
-            self.two = true;
             return Pace::TwoTrains(gap.min(self.before_ns), gap.max(self.before_ns));
         }
         if self.misses >= MISSES {
             self.forget_period();
         }
         pace
-    }
-
-    /// Two trains were told of, and no one train has shown since.
-    pub fn two_trains(&self) -> bool {
-        self.two
     }
 
     fn learn(&mut self, gap: i64, configured_ns: Option<i64>) {
@@ -248,7 +241,6 @@ impl Beat {
             || (self.gaps.len() >= ENOUGH_CONFIGURED && configured)
         {
             self.period_ns = Some(median);
-            self.two = false;
             for place in 0..self.gaps.len() {
                 if let Some(gap) = self.gaps.get(place).filter(|gap| close(**gap, median)) {
                     self.deviate(gap - median);

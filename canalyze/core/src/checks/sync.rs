@@ -41,6 +41,8 @@ pub struct Sync {
     length: Option<Length>,
     /// The producer may have begun anew since the last SYNC.
     restarted: bool,
+    /// Two producers were told of.
+    two: bool,
     /// Configured periods were held against the traffic.
     compared: bool,
     /// Nodes whose 1005h, 1006h or 1007h is another one, by which frame, in which cycle.
@@ -159,6 +161,7 @@ impl Sync {
             self.length = None;
         }
         self.id = None;
+        self.two = false;
     }
 
     /// Frames of the bus were lost.
@@ -202,6 +205,9 @@ impl Sync {
                 let exact = self.settings.overflow.filter(|value| *value > 0);
                 let bound = self.settings.any_overflow.map(|(value, _)| value).filter(|value| *value > 0);
                 for miscount in self.counter.step(value, at, exact, bound, again).into_iter().flatten() {
+                    if matches!(miscount, Miscount::Two { .. }) && std::mem::replace(&mut self.two, true) {
+                        continue;
+                    }
                     tell(miscount, cx);
                 }
             }
@@ -261,18 +267,18 @@ impl Sync {
             [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", Quantity::Ns(tolerance))];
         match pace {
             Pace::Late
-                if gap > (period + period / 2).saturating_add(tolerance.min(period)) || near_multiple(gap, period) =>
+                if gap > period.saturating_add(period / 2).saturating_add(tolerance.min(period)) || near_multiple(gap, period) =>
             {
-                let missing = (gap + period / 2) / period.max(1) - 1;
+                let missing = gap.saturating_add(period / 2) / period.max(1) - 1;
                 let face = u8::from(!near_multiple(gap, period));
                 let [gap, period, tolerance] = measured;
                 let missing = ("missing", Quantity::Count(missing.max(1).unsigned_abs()));
                 cx.find(Code::Syn003, None, None, before, Facts::told(face, &[gap, period, tolerance, missing]));
             }
-            Pace::Early if !self.beat.two_trains() => {
+            Pace::Early if !self.two => {
                 cx.find(Code::Syn003, None, None, before, Facts::told(2, &measured));
             }
-            Pace::TwoTrains(short, long) => {
+            Pace::TwoTrains(short, long) if !std::mem::replace(&mut self.two, true) => {
                 let [_, period, _] = measured;
                 let facts = [("short", Quantity::Ns(short)), ("long", Quantity::Ns(long)), period];
                 cx.find(Code::Syn006, None, None, before, Facts::told(1, &facts));
@@ -362,5 +368,5 @@ fn tell(miscount: Miscount, cx: &mut Context<'_>) {
 /// Whether a gap is two periods or more, to a quarter of one: SYNCs are missing, not late.
 fn near_multiple(gap: i64, period: i64) -> bool {
     let off = gap % period.max(1);
-    gap > period + period / 2 && off.min(period - off) <= period / 4
+    gap > period.saturating_add(period / 2) && off.min(period - off) <= period / 4
 }
