@@ -267,7 +267,8 @@ impl Sync {
             [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", Quantity::Ns(tolerance))];
         match pace {
             Pace::Late
-                if gap > period.saturating_add(period / 2).saturating_add(tolerance.min(period)) || near_multiple(gap, period) =>
+                if gap > period.saturating_add(period / 2).saturating_add(tolerance.min(period))
+                    || near_multiple(gap, period) =>
             {
                 let missing = gap.saturating_add(period / 2) / period.max(1) - 1;
                 let face = u8::from(!near_multiple(gap, period));

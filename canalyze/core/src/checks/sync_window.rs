@@ -40,8 +40,8 @@ pub struct SyncWindow {
     waiting: Vec<(u8, u16)>,
     /// It was said that windows cannot be judged.
     told: bool,
-    /// A synchronous TPDO of any node came since the last SYNC.
-    any: bool,
+    /// Cycles in a row, up to the running one, in which no synchronous TPDO of any node came.
+    empty: u8,
 }
 
 /// The synchronous TPDOs of a node.
@@ -119,7 +119,7 @@ impl SyncWindow {
     ) {
         let Some((kind, from)) = pdo.transmission else { return };
         self.tell_unjudged(beat, at, window_ns, cx);
-        self.any = true;
+        self.empty = 0;
         let tracks = self.nodes.entry(node);
         let place = match tracks.list.iter().position(|track| track.number == pdo.number) {
             Some(place) => place,
@@ -177,12 +177,14 @@ impl SyncWindow {
         }
     }
 
-    /// A SYNC came, and nothing since the one before, though several TPDOs were due: without stamps the only sign that
-    /// the machine stood still.
+    /// A SYNC came, and nothing since the one before, though several TPDOs were due, or nothing for longer: without
+    /// stamps the only sign that the machine stood still.
     pub fn stood_still(&mut self) -> bool {
         let due = |track: &&Track| track.kind == 1 && track.established();
-        let tracks = self.nodes.iter().flat_map(|(_, tracks)| &tracks.list);
-        !std::mem::take(&mut self.any) && tracks.filter(due).count() >= 2
+        let tracks = || self.nodes.iter().flat_map(|(_, tracks)| &tracks.list);
+        let still = self.empty > 1 || (self.empty == 1 && tracks().filter(due).count() >= 2);
+        self.empty = self.empty.saturating_add(1);
+        still
     }
 
     /// A SYNC came: `beat` has taken it. What waited for it is judged.
