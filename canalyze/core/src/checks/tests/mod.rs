@@ -4,6 +4,7 @@
 
 mod lss;
 mod pdo;
+mod sync;
 
 use std::sync::Arc;
 
