@@ -7,10 +7,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::checks::drive::{Drives, Pdo};
+use crate::checks::srdo::Srdos;
 use crate::cob_id::Role;
 use crate::configuration;
 use crate::context::Context;
-use crate::event::{Event, ProcessData, Signals, Unmapped, What};
+use crate::event::{ProcessData, Signals, Step, Unmapped, What};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
@@ -20,7 +22,7 @@ use crate::services;
 use crate::services::pdo;
 use crate::services::sdo::channel::Channel;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
-use crate::services::sdo::wire::{Mux, Side};
+use crate::services::sdo::wire::{Command, Mux, Side};
 
 /// NMT commands that reset the node: reset node, reset communication (CiA 301, 7.2.8.3.1).
 const RESETS: [u8; 2] = [0x81, 0x82];
@@ -36,6 +38,10 @@ pub struct Bus {
     nodes: PerNode<Node>,
     /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
+    /// The NMT state of each node, by its error control and the commands it was given.
+    states: PerNode<Option<u8>>,
+    drives: Drives,
+    srdos: Srdos,
 }
 
 impl Bus {
@@ -58,7 +64,16 @@ impl Bus {
             node.compile();
         }
         let roles = Roles::compile(&network, name, &nodes);
-        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new() }
+        Self {
+            network,
+            name: name.into(),
+            roles,
+            nodes,
+            channels: BTreeMap::new(),
+            states: PerNode::default(),
+            drives: Drives::default(),
+            srdos: Srdos::default(),
+        }
     }
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
@@ -71,6 +86,7 @@ impl Bus {
             Role::SdoResponse(node) if frame.kind == Kind::Data => self.sdo(Side::Server, node, frame, cx),
             Role::Tpdo { number, node } if data => self.process_data(true, number, node, frame, cx),
             Role::Rpdo { number, node } if data => self.process_data(false, number, node, frame, cx),
+            Role::Srdo { number, inverted } if frame.kind == Kind::Data => self.srdo(number, inverted, frame, cx),
             _ => self.message(role, frame, cx),
         }
     }
@@ -85,9 +101,18 @@ impl Bus {
         channel.step(side, frame, cx);
         self.due(frame, cx);
         for place in before..cx.events.len() {
-            if let Some(Event { what: What::Transfer(transfer), .. }) = cx.events.get(place) {
-                let transfer = Arc::clone(transfer);
-                self.learn(&transfer, cx);
+            match cx.events.get(place).map(|event| &event.what) {
+                Some(What::Transfer(transfer)) => {
+                    let transfer = Arc::clone(transfer);
+                    self.learn(&transfer, cx);
+                    let state = state(&self.states, node);
+                    self.drives.transfer(&transfer, self.nodes.get(node), state, cx);
+                }
+                Some(What::Sdo(Step { command: Command::InitiateDownload(mux, i), .. })) if i.expedited => {
+                    let bytes = i.data.get(..i.expedited_len(frame.len)).unwrap_or(&i.data);
+                    self.drives.request(node, *mux, bytes, cx.at);
+                }
+                _ => {}
             }
         }
     }
@@ -97,6 +122,7 @@ impl Bus {
         let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
         let content = match known.map(|pdo| &pdo.content) {
             Some(Content::Multiplex { .. }) => {
+                self.drives.blind(node);
                 let message = pdo::decode_multiplexed(role, transmit, number, node, frame);
                 return cx.push(None, Some(node), What::Message(message));
             }
@@ -104,9 +130,12 @@ impl Bus {
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
+        let pdo = Pdo { transmit, number, node, known: !matches!(content, Signals::None(Unmapped::Unknown)) };
         let data = ProcessData { transmit, number, node, content, state: None, sync: None };
         cx.push(None, Some(node), What::Pdo(data));
         self.due(frame, cx);
+        let states = &self.states;
+        self.drives.process_data(pdo, frame, &self.nodes, |node| state(states, node), cx);
     }
 
     /// The signals of a PDO by the mapping of a node that receives it.
@@ -120,14 +149,54 @@ impl Bus {
         consumed.unwrap_or(Signals::None(Unmapped::Unknown))
     }
 
+    fn srdo(&mut self, number: u8, inverted: bool, frame: &Frame, cx: &mut Context<'_>) {
+        let states = &self.states;
+        let seen = self.srdos.follow(number, inverted, frame, &self.nodes, |node| state(states, node));
+        let mut message = services::decode(Role::Srdo { number, inverted }, frame);
+        if let Message::Srdo { valid, .. } = &mut message {
+            *valid = seen.valid;
+        }
+        cx.push(None, message.node(), What::Message(message));
+        self.due(frame, cx);
+        self.srdos.judge(&seen, cx);
+    }
+
     fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
         let message = services::decode(role, frame);
         cx.push(None, message.node(), What::Message(message));
         self.due(frame, cx);
+        self.state(message);
         match message {
+            Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx.at),
             Message::BootUp { node } => self.reset(Some(node), cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
             Message::Nmt { command, node } if RESETS.contains(&command) => self.reset(Some(node), cx),
+            _ => {}
+        }
+    }
+
+    /// What a message says of NMT states.
+    fn state(&mut self, message: Message) {
+        match message {
+            Message::Heartbeat { node, state, .. } => {
+                *self.states.entry(node) = Some(state);
+                if state != 0x05 {
+                    self.srdos.not_operational(node);
+                }
+            }
+            Message::BootUp { node } => *self.states.entry(node) = None,
+            Message::Nmt { command, node } => {
+                self.srdos.interrupt(false);
+                let state = match command {
+                    0x01 => Some(0x05),
+                    0x02 => Some(0x04),
+                    0x80 => Some(0x7F),
+                    _ => None,
+                };
+                for node in if node == 0 { 1..=127 } else { node..=node } {
+                    *self.states.entry(node) = state;
+                }
+            }
             _ => {}
         }
     }
@@ -141,7 +210,7 @@ impl Bus {
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        let _ = (now_ns, cx);
+        self.drives.advance(now_ns, cx);
     }
 
     /// Takes what an SDO transfer has shown of the server's configuration.
@@ -160,6 +229,8 @@ impl Bus {
         let node = known(&mut self.nodes, transfer.node);
         if node.configuration.learn(transfer.direction, mux, &transfer.kept, cx.at.no) {
             node.compile();
+            self.drives.reconfigured();
+            self.srdos.reconfigured();
             if moves(mux) {
                 self.assign();
             }
@@ -181,6 +252,8 @@ impl Bus {
 
     fn assign(&mut self) {
         self.roles = Roles::compile(&self.network, &self.name, &self.nodes);
+        self.drives.reconfigured();
+        self.srdos.reconfigured();
     }
 
     /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
@@ -205,6 +278,8 @@ impl Bus {
                 channel.lost(reset, cx);
             }
         }
+        self.drives.forget(node);
+        self.srdos.interrupt(!reset);
     }
 
     /// The capture is over.
@@ -223,11 +298,17 @@ fn known(nodes: &mut PerNode<Node>, id: u8) -> &mut Node {
     nodes.entry(id)
 }
 
+/// The NMT state of a node, where known.
+fn state(states: &PerNode<Option<u8>>, node: u8) -> Option<u8> {
+    states.get(node).copied().flatten()
+}
+
 /// Whether an object holds a COB-ID.
 fn moves(mux: Mux) -> bool {
     match mux.index {
         0x1005 | 0x1012 | 0x1014 => true,
         0x1200..=0x12FF => matches!(mux.sub, 1..=3),
+        0x1301..=0x1340 => matches!(mux.sub, 1 | 5 | 6),
         0x1400..=0x15FF | 0x1800..=0x19FF => mux.sub == 1,
         _ => false,
     }

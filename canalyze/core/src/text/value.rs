@@ -3,7 +3,8 @@
 //! The same in both languages but for units. It must not decide which object the bytes belong to.
 
 use super::digits::{Hex, Padded, Spaced, decimal, put};
-use super::{Lang, escape};
+use super::{Lang, escape, signal};
+use crate::drive;
 use crate::od::{self, DataType, Value};
 use crate::services::sdo::transfer::{Status, Transfer};
 use crate::services::sdo::wire::Mux;
@@ -67,6 +68,12 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, bytes: &[u8]) {
         put!(out; "h");
     } else {
         value(out, lang, data_type, bytes, bytes.len() as u64);
+    }
+    // What has words of its own on a drive. The names of 6000h to 9FFFh are CiA 402's here too.
+    if drive::Object::at(mux.index).is_some() && data_type.and_then(DataType::size) == Some(bytes.len()) {
+        let raw = bytes.iter().rev().fold(0, |raw, byte| raw << 8 | u64::from(*byte));
+        put!(out; " ");
+        signal::annotation(out, lang, mux.index, raw);
     }
     // Store and restore parameters are written as a word: "save", "load" (CiA 301, 7.5.2.13).
     if matches!(mux.index, 0x1010 | 0x1011) && matches!(bytes, b"save" | b"load") {

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, dead_code)]
 
+mod drive;
+mod srdo;
+
 use std::sync::Arc;
 
 use crate::network::Network;
@@ -22,7 +25,7 @@ pub(super) fn raised_with(log: &str, network: Network, severities: &[&str]) -> V
     let wanted = findings.filter(|line| severities.contains(&line["severity"].as_str().unwrap()));
     wanted
         .map(|line| {
-            (line["code"].as_str().unwrap().into(), line["frame"].as_u64().unwrap(), line["cause_frame"].as_u64())
+            (line["code"].as_str().unwrap().into(), line["frame"].as_u64().unwrap_or(0), line["cause_frame"].as_u64())
         })
         .collect()
 }
@@ -47,4 +50,14 @@ pub(super) fn log(lines: &str) -> String {
         format!("({}.{:06}) can0 {}\n", 1_700_000_000 + us / 1_000_000, us % 1_000_000, frame.trim())
     });
     written.collect()
+}
+
+/// A log as candump prints it without stamps.
+pub(super) fn without_stamps(log: &str) -> String {
+    let bare = |line: &str| {
+        let (id, data) = line.rsplit(' ').next()?.split_once('#')?;
+        let bytes: Vec<&str> = (0..data.len() / 2).map(|no| &data[2 * no..2 * no + 2]).collect();
+        Some(format!("  can0  {id}   [{}]  {}\n", bytes.len(), bytes.join(" ")))
+    };
+    log.lines().filter_map(bare).collect()
 }

@@ -2,6 +2,9 @@
 //!
 //! It must carry the same facts as `zh::findings`; a rule without words does not compile.
 
+mod drive;
+mod srdo;
+
 use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
 use crate::services::sdo::wire::Side;
@@ -136,6 +139,10 @@ pub fn rule(code: Code) -> RuleText {
             "The stamps of a pipe were taken as counted from zero, but one goes backwards: they are probably differences to the frame before.",
             "candump ran with -t d; add --stamps delta.",
         ),
+        Code::Drv001 => drive::DRV001,
+        Code::Drv002 => drive::DRV002,
+        Code::Drv003 => drive::DRV003,
+        Code::Drv004 => drive::DRV004,
         Code::Sdo001 => text(
             "toggle bit error",
             "The toggle bit of a segmented transfer is 0 in the first segment and then alternates; a response repeats the bit of its request.",
@@ -236,5 +243,10 @@ pub fn rule(code: Code) -> RuleText {
             "The capture has no SDO response of this node.",
             "The node does not exist or has no power (a master scans), or only one direction was captured.",
         ),
+        Code::Srd001 => srdo::SRD001,
+        Code::Srd002 => srdo::SRD002,
+        Code::Srd003 => srdo::SRD003,
+        Code::Srd004 => srdo::SRD004,
+        Code::Srd005 => srdo::SRD005,
     }
 }

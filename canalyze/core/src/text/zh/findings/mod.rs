@@ -2,6 +2,9 @@
 //!
 //! It must carry the same facts as `en::findings`; a rule without words does not compile.
 
+mod drive;
+mod srdo;
+
 use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
 use crate::services::sdo::wire::Side;
@@ -131,6 +134,10 @@ pub fn rule(code: Code) -> RuleText {
             "管道中的时间戳按从零开始解释, 但出现了倒退: 它们很可能是与前一帧的差值。",
             "candump使用了 -t d; 请加上 --stamps delta。",
         ),
+        Code::Drv001 => drive::DRV001,
+        Code::Drv002 => drive::DRV002,
+        Code::Drv003 => drive::DRV003,
+        Code::Drv004 => drive::DRV004,
         Code::Sdo001 => text(
             "toggle位错误",
             "分段传输中toggle位第一段为0, 以后逐段交替; 响应必须重复请求的toggle位。",
@@ -225,5 +232,10 @@ pub fn rule(code: Code) -> RuleText {
             "捕获中该节点没有任何SDO响应。",
             "节点不存在或未上电(主站扫描), 或者只捕获到一个方向。",
         ),
+        Code::Srd001 => srdo::SRD001,
+        Code::Srd002 => srdo::SRD002,
+        Code::Srd003 => srdo::SRD003,
+        Code::Srd004 => srdo::SRD004,
+        Code::Srd005 => srdo::SRD005,
     }
 }
