@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
+from typing import Any
 
 import pytest
 from captures import SAMPLES, Analysis, analyze
@@ -26,6 +27,10 @@ RAISED: dict[str, list[Raised]] = {
     "CAP001": [("CAP001", 4, None)],
     "CAP002": [("CAP002", 4, None)],
     "CAP003": [("CAP003", 4, None)],
+    "DRV001": [("DRV001", 18, 17)],
+    "DRV002": [("DRV002", 20, 14)],
+    "DRV003": [("DRV003", 15, 13)],
+    "DRV004": [("DRV004", 21, 18)],
     "SDO001": [("SDO001", 8, None)],
     "SDO001-request": [("SDO001", 6, 5)],
     "SDO001-refused": [("SDO001", 8, 7), ("SDO017", 8, None)],
@@ -75,6 +80,14 @@ RAISED: dict[str, list[Raised]] = {
     "SDO030": [("SDO030", 1, None)],
     "SDO030-foreign": [("SDO030", 1, None)],
     "SDO031": [("SDO031", 1, None)],
+    "SRD001": [("SRD001", 12, 11)],
+    "SRD001-length": [("SRD001", 12, 11)],
+    "SRD002": [("SRD002", 12, 11)],
+    "SRD003": [("SRD003", 12, None)],
+    "SRD004": [("SRD004", 14, 11)],
+    "SRD004-normal": [("SRD004", 13, 11)],
+    "SRD004-order": [("SRD004", 13, 12), ("SRD004", 15, 14)],
+    "SRD005": [("SRD005", 14, None)],
 }
 """All that a capture raises, in order: its own rule and what goes with it (an abort is said whatever its reason)."""
 
@@ -95,8 +108,10 @@ def analysis(path: Path, lang: str = "en") -> Analysis:
 
 
 def raised(said: Analysis) -> list[Raised]:
-    places = {"CAP": "line", "SDO": "frame"}
-    return [(row["code"], row[places[row["code"][:3]]], row["cause_frame"]) for row in said.findings]
+    def place(row: dict[str, Any]) -> int:
+        return row["line" if row["code"].startswith("CAP") else "frame"]
+
+    return [(row["code"], place(row), row["cause_frame"]) for row in said.findings]
 
 
 def own_code(name: str) -> str:

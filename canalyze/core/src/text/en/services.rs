@@ -74,8 +74,8 @@ pub fn message(out: &mut Vec<u8>, depth: Depth, message: &Message, frame: &Frame
                 put!(out; ": ");
                 bytes(out, frame.len);
                 put!(out; match valid {
-                    Some(true) => ", they match the normal data",
-                    Some(false) => ", they do not match the normal data",
+                    Some(true) => ", the inverse of the normal data",
+                    Some(false) => ", not the inverse of the normal data",
                     None => "",
                 });
             }
