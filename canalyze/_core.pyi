@@ -19,12 +19,11 @@ class Dictionary:
         form: str,
         device: str,
         rows: Sequence[tuple[int, int, str, int, str, int | None, bool, bool, bool, str, float]],
-        dummies: Sequence[int],
     ) -> None:
         """Take over a description.
 
         file: its name, for provenance. form: eds | dcf | xdd. device: the product's name, "" where there is none.
-        rows: one a sub-object, in any order; of two with the same index and sub the later one counts:
+        rows: one a sub-object, in any order; of two with the same index and sub the first one counts:
             index 1000h to FFFFh; sub 0 to 255; name;
             data type code as the file has it (CiA 301 7.4.7), 0 where it has none;
             access: ro | wo | rw | rwr | rww | const;
@@ -33,7 +32,6 @@ class Dictionary:
             relative: the value is this plus the node-ID, modulo the type's width;
             configured: it is a DCF's ParameterValue, else the DefaultValue;
             mappable into a PDO; unit, "" if there is none; factor: physical value = value * factor, 1.0 if none.
-        dummies: data type codes that a mapping may name to skip bits (CiA 306 DummyUsage).
         ValueError for a form, an access or a number that is none of these.
         """
 
@@ -107,6 +105,8 @@ class Session:
         """
     def feed(self, data: bytes) -> bytes:
         """More bytes of the current file, in any chunking; what is known by now, ready for standard output."""
+    def advance(self, now_ns: int) -> bytes:
+        """It is `now_ns` on the clock of the stamps though no frame has come: what is overdue (live sources only)."""
     def end(self, interrupted: bool = False) -> bytes:
         """The current file is over: the rest of its output.
 

@@ -3,10 +3,11 @@
     python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR]
 
 Makes (once; kept in DIR, by default below the system's temporary directory) a capture in `candump -l` form that is
-the same on every machine: eight nodes, SYNC every 10 ms, 88 % PDO, 7.6 % SDO (expedited, segmented, block, aborts),
-heartbeats and some EMCY; a million frames are about 45 MB. Then runs each program that is installed over it, output
-to /dev/null, and prints frames per second of CPU time (best of the repeats), the ratio to tshark's one-line
-summary, and the peak of memory. Slow programs get the beginning of the capture only, and the table says how much.
+the same on every machine: eight drives as `eds/drive.eds` presets them, SYNC every 10 ms, 88 % PDO, 7.6 % SDO
+(expedited, segmented, block, aborts), heartbeats and some EMCY; a million frames are about 45 MB. Then runs each
+program that is installed over it, output to /dev/null, and prints frames per second of CPU time (best of the
+repeats), the ratio to tshark's one-line summary, and the peak of memory. Slow programs get the beginning of the
+capture only, and the table says how much.
 Only ratios of one run mean anything: machines are shared. Peak memory cannot be measured below what this script
 itself takes, which is printed as the floor.
 
@@ -30,6 +31,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 TESTS = Path(__file__).resolve().parent
+DRIVE = TESTS.parent / "eds" / "drive.eds"
 SAMPLE = TESTS.parent / "samples" / "zephyr-sdo.log"
 NODES = range(1, 9)
 BUS = "can0"
@@ -77,9 +79,9 @@ def traffic(source: random.Random) -> Iterator[str]:
         yield "080#"
         for node in NODES:
             position = (cycle * 37 * node) & 0xFFFFFFFF
-            yield f"{0x180 + node:03X}#3706{position.to_bytes(4, 'little').hex().upper()}"
-            yield f"{0x280 + node:03X}#{source.getrandbits(64):016X}"
-            yield f"{0x200 + node:03X}#0F00{(position + 37 & 0xFFFFFFFF).to_bytes(4, 'little').hex().upper()}"
+            yield f"{0x380 + node:03X}#3706{position.to_bytes(4, 'little').hex().upper()}"
+            yield f"{0x480 + node:03X}#3706{source.getrandbits(48):012X}"
+            yield f"{0x400 + node:03X}#0F00{(position + 37 & 0xFFFFFFFF).to_bytes(4, 'little').hex().upper()}"
         yield next(sdo)
         yield next(sdo)
         if cycle % 12 == 0:
@@ -145,6 +147,8 @@ TSHARK = ["tshark", "-n", "-d", "can.subdissector,canopen"]
 
 CONTESTANTS = [
     Contestant("canalyze decode", [*CANALYZE, "decode"]),
+    Contestant("canalyze decode --eds, 8 nodes", [*CANALYZE, "decode", "--eds", f"1-8={DRIVE}"]),
+    Contestant("canalyze signals --eds, 8 nodes", [*CANALYZE, "signals", "--eds", f"1-8={DRIVE}"]),
     Contestant("canalyze decode --lang en", [*CANALYZE, "decode", "--lang", "en"]),
     Contestant("canalyze decode --format jsonl", [*CANALYZE, "decode", "--format", "jsonl"]),
     Contestant("canalyze sdo --format jsonl", [*CANALYZE, "sdo", "--format", "jsonl"]),

@@ -181,7 +181,6 @@ def test_table_of_a_description(recorded: None) -> None:
         "file": "f\\xff.dcf",
         "form": "dcf",
         "device": "Five",
-        "dummies": [2, 3, 5],
     }
     assert made.given["rows"] == ROWS
 

@@ -28,7 +28,6 @@ def flat(found: Dictionary) -> "_core.Dictionary":
         form=found.form,
         device=found.device.product_name or "",
         rows=list(rows(found)),
-        dummies=sorted(found.dummies),
     )
 
 

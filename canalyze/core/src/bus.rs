@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::checks::drive::{Drives, Pdo};
-use crate::checks::srdo::Srdos;
+use crate::checks::sync::SyncStatistics;
+use crate::checks::{Checks, PdoName};
 use crate::cob_id::Role;
 use crate::configuration;
 use crate::context::Context;
@@ -38,17 +38,17 @@ pub struct Bus {
     nodes: PerNode<Node>,
     /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
-    /// The NMT state of each node, by its error control and the commands it was given.
-    states: PerNode<Option<u8>>,
-    drives: Drives,
-    srdos: Srdos,
+    checks: Checks,
 }
 
 impl Bus {
     /// A bus of which nothing was seen.
     pub fn new(network: Arc<Network>, name: &[u8]) -> Self {
         let mut nodes = PerNode::<Node>::default();
-        for one in &network.descriptions {
+        // What is said of this bus by name counts more than what is said of every bus: it comes last.
+        let mut descriptions: Vec<_> = network.descriptions.iter().collect();
+        descriptions.sort_by_key(|one| one.bus.is_some());
+        for one in descriptions {
             if Network::holds(one.bus.as_ref(), name) {
                 known(&mut nodes, one.node).configuration.describe(Arc::clone(&one.dictionary));
             }
@@ -64,16 +64,13 @@ impl Bus {
             node.compile();
         }
         let roles = Roles::compile(&network, name, &nodes);
-        Self {
-            network,
-            name: name.into(),
-            roles,
-            nodes,
-            channels: BTreeMap::new(),
-            states: PerNode::default(),
-            drives: Drives::default(),
-            srdos: Srdos::default(),
-        }
+        let checks = Checks::new(&network, &nodes);
+        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), checks }
+    }
+
+    /// What was measured of SYNC.
+    pub fn sync_statistics(&self) -> SyncStatistics {
+        self.checks.sync_statistics()
     }
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
@@ -84,8 +81,12 @@ impl Bus {
         match role {
             Role::SdoRequest(node) if frame.kind == Kind::Data => self.sdo(Side::Client, node, frame, cx),
             Role::SdoResponse(node) if frame.kind == Kind::Data => self.sdo(Side::Server, node, frame, cx),
-            Role::Tpdo { number, node } if data => self.process_data(true, number, node, frame, cx),
-            Role::Rpdo { number, node } if data => self.process_data(false, number, node, frame, cx),
+            Role::Tpdo { number, node } if data => {
+                self.process_data(PdoName { transmit: true, number, node }, frame, cx);
+            }
+            Role::Rpdo { number, node } if data => {
+                self.process_data(PdoName { transmit: false, number, node }, frame, cx);
+            }
             Role::Srdo { number, inverted } if frame.kind == Kind::Data => self.srdo(number, inverted, frame, cx),
             _ => self.message(role, frame, cx),
         }
@@ -96,46 +97,62 @@ impl Bus {
         if self.channels.len() >= CHANNELS && !self.channels.contains_key(&key) {
             return self.message(Role::Foreign, frame, cx);
         }
-        let channel = self.channels.entry(key).or_insert_with(|| Box::new(Channel::new(frame.bus, node)));
+        let nodes = &self.nodes;
+        let channel = self.channels.entry(key).or_insert_with(|| {
+            let mut channel = Box::new(Channel::new(frame.bus, node));
+            channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
+            channel
+        });
         let before = cx.events.len();
         channel.step(side, frame, cx);
-        self.due(frame, cx);
+        self.checks.due(frame, cx);
+        if key.1.is_none() {
+            let object = match cx.events.get(before).map(|event| &event.what) {
+                Some(What::Sdo(step)) => step.mux,
+                _ => None,
+            };
+            self.checks.sdo(side, node, object, cx);
+        }
         for place in before..cx.events.len() {
             match cx.events.get(place).map(|event| &event.what) {
                 Some(What::Transfer(transfer)) => {
                     let transfer = Arc::clone(transfer);
                     self.learn(&transfer, cx);
-                    let state = state(&self.states, node);
-                    self.drives.transfer(&transfer, self.nodes.get(node), state, cx);
+                    self.checks.ended(&transfer, &self.nodes, cx);
                 }
                 Some(What::Sdo(Step { command: Command::InitiateDownload(mux, i), .. })) if i.expedited => {
                     let bytes = i.data.get(..i.expedited_len(frame.len)).unwrap_or(&i.data);
-                    self.drives.request(node, *mux, bytes, cx.at);
+                    self.checks.requested(node, *mux, bytes, cx);
                 }
                 _ => {}
             }
         }
     }
 
-    fn process_data(&mut self, transmit: bool, number: u16, node: u8, frame: &Frame, cx: &mut Context<'_>) {
-        let role = if transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } };
+    fn process_data(&mut self, name: PdoName, frame: &Frame, cx: &mut Context<'_>) {
+        let PdoName { transmit, number, node } = name;
         let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
         let content = match known.map(|pdo| &pdo.content) {
-            Some(Content::Multiplex { .. }) => {
-                self.drives.blind(node);
-                let message = pdo::decode_multiplexed(role, transmit, number, node, frame);
-                return cx.push(None, Some(node), What::Message(message));
-            }
+            Some(Content::Multiplex { .. }) => return self.multiplexed(name, frame, cx),
             Some(Content::Mapped(mapping, from)) => Signals::Mapped(Arc::clone(mapping), *from),
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
-        let pdo = Pdo { transmit, number, node, known: !matches!(content, Signals::None(Unmapped::Unknown)) };
-        let data = ProcessData { transmit, number, node, content, state: None, sync: None };
+        let sync = self.checks.place(name, &self.nodes, frame);
+        let data =
+            ProcessData { transmit, number, node, content: content.clone(), state: self.checks.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
-        self.due(frame, cx);
-        let states = &self.states;
-        self.drives.process_data(pdo, frame, &self.nodes, |node| state(states, node), cx);
+        self.checks.due(frame, cx);
+        self.checks.process_data(name, &content, &self.nodes, frame, cx);
+    }
+
+    fn multiplexed(&mut self, name: PdoName, frame: &Frame, cx: &mut Context<'_>) {
+        let PdoName { transmit, number, node } = name;
+        let role = if transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } };
+        let message = pdo::decode_multiplexed(role, transmit, number, node, frame);
+        cx.push(None, Some(node), What::Message(message));
+        self.checks.due(frame, cx);
+        self.checks.multiplexed(name, &message, &self.nodes, frame, cx);
     }
 
     /// The signals of a PDO by the mapping of a node that receives it.
@@ -150,67 +167,33 @@ impl Bus {
     }
 
     fn srdo(&mut self, number: u8, inverted: bool, frame: &Frame, cx: &mut Context<'_>) {
-        let states = &self.states;
-        let seen = self.srdos.follow(number, inverted, frame, &self.nodes, |node| state(states, node));
+        let seen = self.checks.safety(number, inverted, frame, &self.nodes);
         let mut message = services::decode(Role::Srdo { number, inverted }, frame);
         if let Message::Srdo { valid, .. } = &mut message {
             *valid = seen.valid;
         }
         cx.push(None, message.node(), What::Message(message));
-        self.due(frame, cx);
-        self.srdos.judge(&seen, cx);
+        self.checks.due(frame, cx);
+        self.checks.shown(&seen, cx);
     }
 
     fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
-        let message = services::decode(role, frame);
+        let message = self.checks.complete(services::decode(role, frame), frame);
         cx.push(None, message.node(), What::Message(message));
-        self.due(frame, cx);
-        self.state(message);
+        self.checks.due(frame, cx);
+        self.checks.message(&message, &self.nodes, frame, cx);
         match message {
-            Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx.at),
             Message::BootUp { node } => self.reset(Some(node), cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
             Message::Nmt { command, node } if RESETS.contains(&command) => self.reset(Some(node), cx),
             _ => {}
         }
-    }
-
-    /// What a message says of NMT states.
-    fn state(&mut self, message: Message) {
-        match message {
-            Message::Heartbeat { node, state, .. } => {
-                *self.states.entry(node) = Some(state);
-                if state != 0x05 {
-                    self.srdos.not_operational(node);
-                }
-            }
-            Message::BootUp { node } => *self.states.entry(node) = None,
-            Message::Nmt { command, node } => {
-                self.srdos.interrupt(false);
-                let state = match command {
-                    0x01 => Some(0x05),
-                    0x02 => Some(0x04),
-                    0x80 => Some(0x7F),
-                    _ => None,
-                };
-                for node in if node == 0 { 1..=127 } else { node..=node } {
-                    *self.states.entry(node) = state;
-                }
-            }
-            _ => {}
-        }
-    }
-
-    /// What the time of a frame makes due, before the frame itself is followed.
-    fn due(&mut self, frame: &Frame, cx: &mut Context<'_>) {
-        if let Some(now_ns) = frame.t_ns {
-            self.advance(now_ns, cx);
-        }
+        self.checks.follow(&message, &self.nodes, frame, cx);
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        self.drives.advance(now_ns, cx);
+        self.checks.advance(now_ns, cx);
     }
 
     /// Takes what an SDO transfer has shown of the server's configuration.
@@ -219,6 +202,7 @@ impl Bus {
         if transfer.status != Status::Ok || transfer.bad || transfer.hole {
             return;
         }
+        self.checks.transferred(transfer, mux, &self.nodes, cx);
         if mux.index == 0x1F22 && transfer.direction == Direction::Download {
             return self.learn_concise(mux.sub, &transfer.kept);
         }
@@ -229,11 +213,10 @@ impl Bus {
         let node = known(&mut self.nodes, transfer.node);
         if node.configuration.learn(transfer.direction, mux, &transfer.kept, cx.at.no) {
             node.compile();
-            self.drives.reconfigured();
-            self.srdos.reconfigured();
             if moves(mux) {
                 self.assign();
             }
+            self.checks.learnt(transfer.node, mux, &self.nodes, cx);
         }
     }
 
@@ -248,17 +231,17 @@ impl Bus {
         }
         target.compile();
         self.assign();
+        self.checks.reconfigured(&self.nodes);
     }
 
     fn assign(&mut self) {
         self.roles = Roles::compile(&self.network, &self.name, &self.nodes);
-        self.drives.reconfigured();
-        self.srdos.reconfigured();
     }
 
     /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
     fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.lost(node, true, cx);
+        self.checks.reset(node);
         let mut changed = false;
         for (id, one) in self.nodes.iter_mut() {
             if node.is_none_or(|node| node == id) && one.configuration.reset() {
@@ -268,18 +251,20 @@ impl Bus {
         }
         if changed {
             self.assign();
+            self.checks.reconfigured(&self.nodes);
         }
     }
 
     /// What was open is over: one node (or all) was reset, or frames of the bus were lost.
     pub fn lost(&mut self, node: Option<u8>, reset: bool, cx: &mut Context<'_>) {
+        if !reset {
+            self.checks.lost(cx);
+        }
         for channel in self.channels.values_mut() {
             if node.is_none_or(|node| node == channel.node()) {
                 channel.lost(reset, cx);
             }
         }
-        self.drives.forget(node);
-        self.srdos.interrupt(!reset);
     }
 
     /// The capture is over.
@@ -287,6 +272,7 @@ impl Bus {
         for channel in self.channels.values_mut() {
             channel.finish(cx);
         }
+        self.checks.finish(&self.nodes, cx);
     }
 }
 
@@ -296,11 +282,6 @@ fn known(nodes: &mut PerNode<Node>, id: u8) -> &mut Node {
         nodes.put(id, Box::new(Node::new(id)));
     }
     nodes.entry(id)
-}
-
-/// The NMT state of a node, where known.
-fn state(states: &PerNode<Option<u8>>, node: u8) -> Option<u8> {
-    states.get(node).copied().flatten()
 }
 
 /// Whether an object holds a COB-ID.

@@ -99,7 +99,7 @@ impl Configuration {
     }
 
     /// An object of the description.
-    pub fn object(&self, index: u16, sub: u8) -> Option<&Object> {
+    pub fn object(&self, index: u16, sub: u8) -> Option<&Arc<Object>> {
         self.description.as_ref()?.get(index, sub)
     }
 
@@ -121,9 +121,9 @@ impl Configuration {
     /// What the description says of an object, whatever else is known.
     pub fn described(&self, node: u8, index: u16, sub: u8) -> Option<Known> {
         let description = self.description.as_ref()?;
-        let preset = description.get(index, sub)?.preset?;
-        let dcf = preset.configured || description.form == Form::Dcf;
-        Some(Known { value: preset.at(node), from: if dcf { Provenance::Dcf } else { Provenance::Eds } })
+        let object = description.get(index, sub)?;
+        let dcf = object.preset?.configured || description.form == Form::Dcf;
+        Some(Known { value: object.preset_at(node)?, from: if dcf { Provenance::Dcf } else { Provenance::Eds } })
     }
 
     /// Every index of `range` for which something is known, ascending.

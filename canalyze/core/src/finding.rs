@@ -87,6 +87,88 @@ rules! {
     Drv003 "DRV003" "fault-without-emcy" Info "CiA 402-2, EMCY";
     /// Another mode of operation is displayed than the one asked for.
     Drv004 "DRV004" "mode-not-taken" Info "CiA 402-2, 6060h, 6061h";
+    /// NMT node control: unknown command, invalid node-ID or wrong length.
+    Nmt001 "NMT001" "invalid-node-control" Warning "CiA 301 7.2.8.3.1";
+    /// A node does not do what it was commanded.
+    Nmt002 "NMT002" "command-without-effect" Warning "CiA 301 7.2.8.3.1";
+    /// A boot-up that no reset command explains.
+    Nmt003 "NMT003" "spontaneous-reset" Warning "CiA 301 7.3.2.1";
+    /// A change of state that no command explains.
+    Nmt004 "NMT004" "state-change-without-command" Warning "CiA 301 7.3.2.1";
+    /// A change of state that an error explains (1029h).
+    Nmt005 "NMT005" "state-change-on-error" Info "CiA 301 7.5.2.32";
+    /// A heartbeat came late.
+    Hbt001 "HBT001" "heartbeat-late" Warning "CiA 301 7.2.8.3.2.2";
+    /// No heartbeat for longer than a consumer waits, or than three periods.
+    Hbt002 "HBT002" "heartbeat-lost" Error "CiA 301 7.2.8.3.2.2";
+    /// Error control with a state that the standard does not define.
+    Hbt003 "HBT003" "unknown-state" Warning "CiA 301 7.2.8.3.2";
+    /// Two nodes use one node-ID.
+    Hbt004 "HBT004" "duplicate-node-id" Warning "CiA 301 7.3.5";
+    /// The whole bus was silent: no heartbeat could be seen.
+    Hbt005 "HBT005" "silent-bus" Info "-";
+    /// The toggle bit of guarding answers does not alternate.
+    Grd001 "GRD001" "guarding-toggle" Error "CiA 301 7.2.8.3.2.1";
+    /// A guarding request was not answered.
+    Grd002 "GRD002" "guarding-unanswered" Warning "CiA 301 7.2.8.3.2.1";
+    /// One node is guarded and sends heartbeats.
+    Grd003 "GRD003" "heartbeat-and-guarding" Warning "CiA 301 7.2.8.3.2";
+    /// A node that is guarded was never seen.
+    Grd004 "GRD004" "guarded-node-absent" Info "-";
+    /// An emergency error code with error register 0.
+    Emc001 "EMC001" "code-without-register" Warning "CiA 301 7.2.7.3.1";
+    /// Error reset while other errors remain.
+    Emc002 "EMC002" "partial-reset" Info "CiA 301 7.2.7.1";
+    /// Bit 6 of the error register is set.
+    Emc003 "EMC003" "reserved-register-bit" Warning "CiA 301 7.5.2.2";
+    /// An emergency in Stopped or before the boot-up.
+    Emc004 "EMC004" "emcy-in-wrong-state" Warning "CiA 301 7.3.2.2";
+    /// Two emergencies closer than the inhibit time.
+    Emc005 "EMC005" "emcy-inhibit-time" Warning "CiA 301 7.5.2.18";
+    /// A time of day that cannot be, or reserved bits that are set.
+    Tim001 "TIM001" "invalid-time" Warning "CiA 301 7.2.6";
+    /// TIME jumps against the clock of the capture.
+    Tim002 "TIM002" "time-jump" Warning "CiA 301 7.2.6";
+    /// A value read before any write differs from the EDS's default.
+    Eds001 "EDS001" "differs-from-eds" Info "CiA 306";
+    /// A value read before any write differs from what a DCF configures.
+    Eds002 "EDS002" "differs-from-dcf" Warning "CiA 306";
+    /// An object was accessed that the description lacks.
+    Eds003 "EDS003" "not-in-description" Info "CiA 306";
+    /// Device type, vendor-ID or product code are not the description's.
+    Eds004 "EDS004" "identity-differs" Warning "CiA 306";
+    /// A multiplex PDO has another length than 8 bytes.
+    Mpd001 "MPD001" "mpdo-length" Warning "CiA 301 7.2.2.4";
+    /// A PDO is shorter than its mapping.
+    Pdo001 "PDO001" "pdo-too-short" Error "CiA 301 7.5.2.36, 7.5.2.38";
+    /// An event-driven TPDO within its inhibit time.
+    Pdo004 "PDO004" "inhibit-time" Warning "CiA 301 7.5.2.37";
+    /// An event-driven TPDO does not come though its event timer has run out.
+    Pdo005 "PDO005" "event-timer-late" Warning "CiA 301 7.5.2.37";
+    /// A PDO is longer than its mapping.
+    Pdo006 "PDO006" "pdo-too-long" Warning "CiA 301 7.5.2.36, 7.5.2.38";
+    /// A reserved transmission type was written and acknowledged.
+    Pdo008 "PDO008" "reserved-transmission-type" Warning "CiA 301 7.5.2.35, 7.5.2.37";
+    /// The mapping of a valid PDO was changed.
+    Pdo009 "PDO009" "mapping-changed-while-valid" Warning "CiA 301 7.5.2.36, 7.5.2.38";
+    /// The identifier of a valid PDO was changed.
+    Pdo010 "PDO010" "cob-id-changed-while-valid" Warning "CiA 301 7.5.2.35, 7.5.2.37";
+    /// A remote frame for a TPDO that allows none.
+    Pdo011 "PDO011" "rtr-not-allowed" Warning "CiA 301 7.5.2.37";
+    /// A PDO is not as long as the EDS's default mapping.
+    Pdo012 "PDO012" "pdo-length-differs-from-eds" Warning "CiA 301 7.5.2.36, 7.5.2.38";
+    /// An RPDO does not come within its deadline.
+    Pdo013 "PDO013" "rpdo-deadline" Info "CiA 301 7.5.2.35";
+    /// A restricted CAN-ID was configured.
+    Pdo014 "PDO014" "restricted-cob-id" Warning "CiA 301 7.3.5";
+    /// A PDO without mapped objects is sent.
+    Pdo015 "PDO015" "mapping-empty" Info "CiA 301 7.5.2.36, 7.5.2.38";
+    /// A mapping of more bits than a frame holds was acknowledged.
+    Pdo016 "PDO016" "mapping-too-long" Error "CiA 301 7.5.2.36, 7.5.2.38";
+    /// A TPDO is sent though it was made invalid.
+    Pdo018 "PDO018" "disabled-pdo-sent" Warning "CiA 301 7.5.2.37";
+    /// A PDO is on the bus that its receiver or its description has disabled.
+    Pdo019 "PDO019" "disabled-pdo-on-bus" Info "CiA 301 7.5.2.35, 7.5.2.37";
     /// Toggle bit not alternated, or not repeated in the answer.
     Sdo001 "SDO001" "toggle-bit" Error "CiA 301 7.2.4.3.5, 7.2.4.3.6";
     /// A request without response, or a response without request.
@@ -107,8 +189,14 @@ rules! {
     Sdo009 "SDO009" "reserved-not-zero" Info "CiA 301 7.2.4.3";
     /// An SDO frame has another length than 8 bytes.
     Sdo010 "SDO010" "frame-length" Warning "CiA 301 7.2.4.3";
+    /// SDO with a node that is Stopped or has not booted.
+    Sdo011 "SDO011" "sdo-in-wrong-state" Error "CiA 301 7.3.2.2";
     /// Block transfer: sequence number, acknowledgement, block size or end out of order.
     Sdo012 "SDO012" "block-sequence" Error "CiA 301 7.2.4.3.9 to 7.2.4.3.15";
+    /// The length of a value is not that of the object's type in the description.
+    Sdo013 "SDO013" "value-length" Warning "CiA 301 7.4.7, CiA 306";
+    /// An access succeeded that the description rules out.
+    Sdo014 "SDO014" "access" Warning "CiA 301 7.4.3, CiA 306";
     /// The same request twice without a response in between.
     Sdo015 "SDO015" "repeated-request" Info "CiA 301 7.2.4.1";
     /// A transfer was aborted.
@@ -137,6 +225,32 @@ rules! {
     Srd004 "SRD004" "pair-order" Warning "CiA 304, EN 50325-5";
     /// SRDOs of a node that is not Operational.
     Srd005 "SRD005" "not-operational" Warning "CiA 304, CiA 301 7.3.2.2";
+    /// A TPDO of a node that is not Operational.
+    Pdo002 "PDO002" "tpdo-when-not-operational" Error "CiA 301 7.3.2.2";
+    /// An RPDO to a node that is not Operational.
+    Pdo003 "PDO003" "rpdo-to-not-operational" Info "CiA 301 7.3.2.2";
+    /// A SYNC has another length than 1019h asks for, or than the SYNCs before.
+    Syn001 "SYN001" "sync-length" Error "CiA 301 7.2.5.3.1, 7.5.2.22";
+    /// The synchronous counter does not go on as it should.
+    Syn002 "SYN002" "sync-counter" Error "CiA 301 7.2.5.3.1, 7.5.2.22";
+    /// A SYNC is missing, late or one too many, or the period is not the configured one.
+    Syn003 "SYN003" "sync-period" Warning "CiA 301 7.2.5, 7.5.2.6";
+    /// A synchronous TPDO came after the synchronous window.
+    Syn004 "SYN004" "outside-window" Warning "CiA 301 7.2.5, 7.5.2.7";
+    /// Synchronous TPDOs without any SYNC before.
+    Syn005 "SYN005" "before-first-sync" Info "CiA 301 7.2.2.2";
+    /// Two nodes produce SYNC.
+    Syn006 "SYN006" "two-producers" Error "CiA 301 7.2.5";
+    /// The synchronous window is not shorter than the communication cycle.
+    Syn007 "SYN007" "window-not-below-period" Warning "CiA 301 7.5.2.6, 7.5.2.7";
+    /// A cyclic synchronous TPDO did not come in its cycle.
+    Syn008 "SYN008" "missing-synchronous-pdo" Warning "CiA 301 7.2.2.2, 7.5.2.37";
+    /// A synchronous TPDO came more than once in a cycle.
+    Syn009 "SYN009" "twice-in-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37";
+    /// A cyclic synchronous TPDO came in another cycle than it should.
+    Syn010 "SYN010" "wrong-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37";
+    /// Times of SYNC cannot be judged.
+    Syn011 "SYN011" "sync-not-judged" Info "-";
 }
 
 impl Code {

@@ -196,6 +196,10 @@ impl Session {
         self.output(py, |core, out| core.feed(data, out))
     }
 
+    fn advance<'py>(&self, py: Python<'py>, now_ns: i64) -> Bound<'py, PyBytes> {
+        self.output(py, |core, out| core.advance(now_ns, out))
+    }
+
     #[pyo3(signature = (interrupted = false))]
     fn end<'py>(&self, py: Python<'py>, interrupted: bool) -> Bound<'py, PyBytes> {
         self.output(py, |core, out| core.end(interrupted, out))
@@ -223,11 +227,6 @@ impl Session {
     #[getter]
     fn frames(&self, py: Python<'_>) -> u64 {
         self.run(py, |core| core.frames().0)
-    }
-
-    #[getter]
-    fn rows(&self, py: Python<'_>) -> u64 {
-        self.run(py, |core| core.rows())
     }
 
     #[getter]

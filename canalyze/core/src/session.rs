@@ -106,8 +106,6 @@ struct Stream {
     file_frames: u64,
     /// Frames or transfers that passed the filter.
     shown: u64,
-    /// Rows of signals.
-    rows: u64,
     /// Time of the first frame.
     start_ns: Option<i64>,
     /// Digits after the point of the last stamp.
@@ -161,7 +159,6 @@ impl Session {
                 frames: 0,
                 file_frames: 0,
                 shown: 0,
-                rows: 0,
                 start_ns: None,
                 decimals: 9,
                 last: FrameRef::default(),
@@ -215,6 +212,12 @@ impl Session {
         self.stream.item(Item::Frame(frame), &self.buses, out);
     }
 
+    /// It is `now_ns` on the clock of the frames' stamps, though no frame has come: what should have happened by now
+    /// and has not. For live sources; a file's frames say the time themselves.
+    pub fn advance(&mut self, now_ns: i64, out: &mut Vec<u8>) {
+        self.stream.advance(now_ns, &self.buses, out);
+    }
+
     /// Lines for standard error since the last call.
     pub fn take_complaints(&mut self) -> Vec<String> {
         std::mem::take(&mut self.stream.complaints)
@@ -223,11 +226,6 @@ impl Session {
     /// Bytes of transfers since the last call.
     pub fn take_extracted(&mut self) -> Vec<Extracted> {
         std::mem::take(&mut self.stream.extracted)
-    }
-
-    /// Rows of decoded signals so far.
-    pub fn rows(&self) -> u64 {
-        self.stream.rows
     }
 
     /// Frames read so far: in all files, in the current one.
@@ -272,7 +270,7 @@ impl Stream {
             match self.options.format {
                 Format::Text => self.lines.frame(out, &frame, &self.events, buses),
                 Format::Signals | Format::SignalsCsv => {
-                    self.rows += self.signals.frame(out, setting, &frame, &self.events);
+                    self.signals.frame(out, setting, &frame, &self.events);
                 }
                 Format::Jsonl | Format::Transfers => jsonl::frame(out, setting, &frame, &self.events),
             }
@@ -322,6 +320,14 @@ impl Stream {
         if self.options.format == Format::Jsonl {
             jsonl::finding(out, self.setting(buses), &finding);
         }
+    }
+
+    fn advance(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
+        for index in 0..self.state.len() {
+            self.on_bus(BusId(index as u8), buses, |bus, cx| bus.advance(now_ns, cx));
+        }
+        self.fold();
+        self.aside(buses, out);
     }
 
     fn finish(&mut self, buses: &Buses, out: &mut Vec<u8>) {

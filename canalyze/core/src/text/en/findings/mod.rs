@@ -2,8 +2,12 @@
 //!
 //! It must carry the same facts as `zh::findings`; a rule without words does not compile.
 
+mod description;
 mod drive;
+mod nodes;
+mod pdo;
 mod srdo;
+mod sync;
 
 use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
@@ -143,6 +147,47 @@ pub fn rule(code: Code) -> RuleText {
         Code::Drv002 => drive::DRV002,
         Code::Drv003 => drive::DRV003,
         Code::Drv004 => drive::DRV004,
+        Code::Nmt001 => nodes::NMT001,
+        Code::Nmt002 => nodes::NMT002,
+        Code::Nmt003 => nodes::NMT003,
+        Code::Nmt004 => nodes::NMT004,
+        Code::Nmt005 => nodes::NMT005,
+        Code::Hbt001 => nodes::HBT001,
+        Code::Hbt002 => nodes::HBT002,
+        Code::Hbt003 => nodes::HBT003,
+        Code::Hbt004 => nodes::HBT004,
+        Code::Hbt005 => nodes::HBT005,
+        Code::Grd001 => nodes::GRD001,
+        Code::Grd002 => nodes::GRD002,
+        Code::Grd003 => nodes::GRD003,
+        Code::Grd004 => nodes::GRD004,
+        Code::Emc001 => nodes::EMC001,
+        Code::Emc002 => nodes::EMC002,
+        Code::Emc003 => nodes::EMC003,
+        Code::Emc004 => nodes::EMC004,
+        Code::Emc005 => nodes::EMC005,
+        Code::Tim001 => nodes::TIM001,
+        Code::Tim002 => nodes::TIM002,
+        Code::Eds001 => description::EDS001,
+        Code::Eds002 => description::EDS002,
+        Code::Eds003 => description::EDS003,
+        Code::Eds004 => description::EDS004,
+        Code::Mpd001 => pdo::MPD001,
+        Code::Pdo001 => pdo::PDO001,
+        Code::Pdo004 => pdo::PDO004,
+        Code::Pdo005 => pdo::PDO005,
+        Code::Pdo006 => pdo::PDO006,
+        Code::Pdo008 => pdo::PDO008,
+        Code::Pdo009 => pdo::PDO009,
+        Code::Pdo010 => pdo::PDO010,
+        Code::Pdo011 => pdo::PDO011,
+        Code::Pdo012 => pdo::PDO012,
+        Code::Pdo013 => pdo::PDO013,
+        Code::Pdo014 => pdo::PDO014,
+        Code::Pdo015 => pdo::PDO015,
+        Code::Pdo016 => pdo::PDO016,
+        Code::Pdo018 => pdo::PDO018,
+        Code::Pdo019 => pdo::PDO019,
         Code::Sdo001 => text(
             "toggle bit error",
             "The toggle bit of a segmented transfer is 0 in the first segment and then alternates; a response repeats the bit of its request.",
@@ -193,11 +238,14 @@ pub fn rule(code: Code) -> RuleText {
             "SDO frames always have 8 bytes; many servers drop shorter ones without a word.",
             "The sender sets the DLC to the length of its data.",
         ),
+        Code::Sdo011 => nodes::SDO011,
         Code::Sdo012 => text(
             "sequence, acknowledgement or end of a block transfer",
             "Sequence numbers count from 1 in each sub-block; no more is acknowledged than was sent; the block size is 1 to 127; the end comes after the last segment was acknowledged, and is confirmed.",
             "A fault in one side's block transfer, or a segment missing from the capture.",
         ),
+        Code::Sdo013 => description::SDO013,
+        Code::Sdo014 => description::SDO014,
         Code::Sdo015 => text(
             "repeated request",
             "The same request was sent again without a response in between.",
@@ -248,5 +296,18 @@ pub fn rule(code: Code) -> RuleText {
         Code::Srd003 => srdo::SRD003,
         Code::Srd004 => srdo::SRD004,
         Code::Srd005 => srdo::SRD005,
+        Code::Pdo002 => nodes::PDO002,
+        Code::Pdo003 => nodes::PDO003,
+        Code::Syn001 => sync::SYN001,
+        Code::Syn002 => sync::SYN002,
+        Code::Syn003 => sync::SYN003,
+        Code::Syn004 => sync::SYN004,
+        Code::Syn005 => sync::SYN005,
+        Code::Syn006 => sync::SYN006,
+        Code::Syn007 => sync::SYN007,
+        Code::Syn008 => sync::SYN008,
+        Code::Syn009 => sync::SYN009,
+        Code::Syn010 => sync::SYN010,
+        Code::Syn011 => sync::SYN011,
     }
 }
