@@ -12,7 +12,7 @@ import difflib
 from pathlib import Path
 
 import pytest
-from captures import SAMPLES, Analysis, analyze, described
+from captures import SAMPLES, Analysis, analyze, beside
 from regenerate import PIPED
 
 from canalyze import _core
@@ -121,7 +121,7 @@ CLEAN = sorted(path.name.removesuffix(".clean.log") for path in RULES.glob("*.cl
 
 def analysis(path: Path, lang: str = "en") -> Analysis:
     piped = path.name.split(".")[0] in PIPED
-    return analyze(path.read_bytes(), name=path.name, lang=lang, regular=not piped, network=described(path))
+    return analyze(path.read_bytes(), name=path.name, lang=lang, regular=not piped, network=beside(path))
 
 
 def raised(said: Analysis) -> list[Raised]:

@@ -8,9 +8,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::checks::description::Descriptions;
+use crate::checks::nodes::Nodes;
 use crate::checks::pdo_configuration::PdoConfiguration;
 use crate::checks::pdo_length::{PdoLength, misfit};
 use crate::checks::pdo_timing::PdoTiming;
+use crate::checks::sync::{Sync, SyncStatistics};
 use crate::cob_id::Role;
 use crate::configuration::{self, Provenance};
 use crate::context::Context;
@@ -45,6 +47,8 @@ pub struct Bus {
     pdo_configuration: PdoConfiguration,
     pdo_length: PdoLength,
     pdo_timing: PdoTiming,
+    watched: Nodes,
+    sync: Sync,
 }
 
 impl Bus {
@@ -70,6 +74,9 @@ impl Bus {
             node.compile();
         }
         let roles = Roles::compile(&network, name, &nodes);
+        let mut watched = Nodes::new(&network);
+        watched.configure(&nodes);
+        let sync = Sync::new(&network, &nodes);
         let pdo_timing = PdoTiming::new(network.jitter_ns);
         Self {
             network,
@@ -81,7 +88,14 @@ impl Bus {
             pdo_configuration: PdoConfiguration::default(),
             pdo_length: PdoLength::default(),
             pdo_timing,
+            watched,
+            sync,
         }
+    }
+
+    /// What was measured of SYNC.
+    pub fn sync_statistics(&self) -> SyncStatistics {
+        self.sync.statistics()
     }
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
@@ -103,10 +117,20 @@ impl Bus {
         if self.channels.len() >= CHANNELS && !self.channels.contains_key(&key) {
             return self.message(Role::Foreign, frame, cx);
         }
-        let channel = self.channels.entry(key).or_insert_with(|| Box::new(Channel::new(frame.bus, node)));
+        let nodes = &self.nodes;
+        let channel = self.channels.entry(key).or_insert_with(|| {
+            let mut channel = Box::new(Channel::new(frame.bus, node));
+            channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
+            channel
+        });
         let before = cx.events.len();
         channel.step(side, frame, cx);
         self.due(frame, cx);
+        if key.1.is_none() {
+            let mux =
+                cx.events.get(before).and_then(|event| if let What::Sdo(step) = &event.what { step.mux } else { None });
+            self.watched.sdo(side, node, mux.map(|mux| mux.index), cx);
+        }
         for place in before..cx.events.len() {
             if let Some(Event { what: What::Transfer(transfer), .. }) = cx.events.get(place) {
                 let transfer = Arc::clone(transfer);
@@ -123,7 +147,8 @@ impl Bus {
                 let message = pdo::decode_multiplexed(role, transmit, number, node, frame);
                 cx.push(None, Some(node), What::Message(message));
                 self.due(frame, cx);
-                return self.judge_multiplexed(transmit, number, node, message, frame, cx);
+                self.judge_multiplexed(transmit, number, node, message, frame, cx);
+                return self.watched.pdo(transmit, number, node, cx);
             }
             Some(Content::Mapped(mapping, from)) => Signals::Mapped(Arc::clone(mapping), *from),
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
@@ -131,13 +156,17 @@ impl Bus {
         };
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= Provenance::Eds);
         let misfit = misfit(&content, frame).filter(|_| used);
-        let data = ProcessData { transmit, number, node, content, state: None, sync: None };
+        let sync = self.sync.place(node, known, frame);
+        let data = ProcessData { transmit, number, node, content, state: self.watched.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
         self.due(frame, cx);
+        self.watched.pdo(transmit, number, node, cx);
+        let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
+        self.sync.process_data(node, known, frame, cx);
         if let Some(misfit) = misfit {
             self.pdo_length.judge(transmit, number, node, misfit, cx);
         }
-        match self.nodes.get(node).and_then(|node| node.pdo(transmit, number)) {
+        match known {
             Some(pdo) => {
                 self.pdo_configuration.used(node, pdo, frame, cx);
                 self.pdo_timing.sent(node, pdo, frame, cx);
@@ -177,16 +206,18 @@ impl Bus {
     }
 
     fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
-        let message = services::decode(role, frame);
+        let message = self.watched.complete(services::decode(role, frame), frame);
         cx.push(None, message.node(), What::Message(message));
         self.due(frame, cx);
         self.judge_pdos(&message, frame, cx);
+        self.sync.message(&message, frame, &self.nodes, cx);
         match message {
             Message::BootUp { node } => self.reset(Some(node), cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
             Message::Nmt { command, node } if RESETS.contains(&command) => self.reset(Some(node), cx),
             _ => {}
         }
+        self.watched.follow(&message, frame, &self.nodes, cx);
     }
 
     /// What other services mean for PDOs.
@@ -209,15 +240,18 @@ impl Bus {
 
     /// What the time of a frame makes due, before the frame itself is followed.
     fn due(&mut self, frame: &Frame, cx: &mut Context<'_>) {
+        self.watched.settle(cx);
         if let Some(now_ns) = frame.t_ns {
             self.advance(now_ns, cx);
             self.pdo_timing.seen(now_ns);
         }
+        self.watched.heard(frame);
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         self.pdo_timing.advance(now_ns, cx);
+        self.watched.advance(now_ns, cx);
     }
 
     /// Takes what an SDO transfer has shown of the server's configuration.
@@ -240,6 +274,10 @@ impl Bus {
             if moves(mux) {
                 self.assign();
             }
+            if matches!(mux.index, 0x1016 | 0x1017) {
+                self.watched.configure(&self.nodes);
+            }
+            self.sync.configured(transfer.node, mux, &self.network, &self.nodes, cx.at);
         }
     }
 
@@ -268,6 +306,8 @@ impl Bus {
         }
         target.compile();
         self.assign();
+        self.watched.configure(&self.nodes);
+        self.sync.reconfigure(&self.network, &self.nodes);
     }
 
     fn assign(&mut self) {
@@ -287,6 +327,8 @@ impl Bus {
         }
         if changed {
             self.assign();
+            self.watched.configure(&self.nodes);
+            self.sync.reconfigure(&self.network, &self.nodes);
         }
     }
 
@@ -295,11 +337,15 @@ impl Bus {
         self.pdo_timing.forget(node);
         if !reset {
             self.pdo_length.lost(cx);
+            self.watched.lost();
         }
         for channel in self.channels.values_mut() {
             if node.is_none_or(|node| node == channel.node()) {
                 channel.lost(reset, cx);
             }
+        }
+        if !reset {
+            self.sync.lost();
         }
     }
 
@@ -308,6 +354,8 @@ impl Bus {
         for channel in self.channels.values_mut() {
             channel.finish(cx);
         }
+        self.watched.finish(cx);
+        self.sync.finish(&self.nodes, cx);
     }
 }
 

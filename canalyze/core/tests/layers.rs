@@ -16,7 +16,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("network", &["frame", "dictionary"]),
     ("services::sdo::wire", &[]),
     ("finding", &["frame", "services::sdo::wire"]),
-    ("services::sdo::transfer", &["frame", "finding", "services::sdo::wire"]),
+    ("services::sdo::transfer", &["frame", "dictionary", "finding", "services::sdo::wire"]),
     ("configuration", &["dictionary", "services::sdo::wire", "services::sdo::transfer"]),
     ("message", &["frame", "cob_id", "services::lss", "services::pdo"]),
     (
@@ -25,6 +25,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "frame",
             "message",
             "finding",
+            "dictionary",
             "configuration",
             "services::pdo::mapping",
             "services::sdo::wire",
@@ -32,7 +33,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("context", &["frame", "finding", "event", "services::sdo::wire", "services::sdo::transfer"]),
-    ("services", &["frame", "od", "cob_id", "message", "finding", "event", "context"]),
+    ("services", &["frame", "dictionary", "od", "cob_id", "message", "finding", "event", "context"]),
     ("node", &["frame", "od", "drive", "configuration", "services::pdo"]),
     ("roles", &["frame", "cob_id", "configuration", "network", "node"]),
     (
@@ -75,11 +76,37 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("filter", &["frame", "services::sdo::transfer"]),
     (
         "text",
-        &["frame", "cob_id", "od", "message", "finding", "event", "configuration", "services", "readers", "filter"],
+        &[
+            "drive",
+            "frame",
+            "cob_id",
+            "od",
+            "message",
+            "dictionary",
+            "finding",
+            "event",
+            "configuration",
+            "services",
+            "readers",
+            "filter",
+        ],
     ),
     (
         "render",
-        &["frame", "cob_id", "od", "message", "finding", "event", "configuration", "services", "readers", "text"],
+        &[
+            "drive",
+            "select",
+            "frame",
+            "cob_id",
+            "od",
+            "message",
+            "finding",
+            "event",
+            "configuration",
+            "services",
+            "readers",
+            "text",
+        ],
     ),
     (
         "session",
@@ -104,16 +131,6 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "session",
         ],
     ),
-    (
-        "text",
-        &["frame", "cob_id", "drive", "od", "drive", "message", "finding", "event", "services", "readers", "filter"],
-    ),
-    (
-        "render",
-        &["frame", "select", "cob_id", "drive", "od", "message", "finding", "event", "services", "readers", "text"],
-    ),
-    ("session", &["frame", "finding", "event", "services", "bus", "readers", "filter", "text", "render"]),
-    ("python", &["frame", "finding", "services", "readers", "filter", "text", "render", "session"]),
 ];
 
 fn sources() -> Vec<(String, String)> {

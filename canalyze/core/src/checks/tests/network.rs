@@ -242,8 +242,7 @@ fn a_concise_dcf() {
 fn multiplex_pdos() {
     let text = |frame: &str| format!("{} 50 185#{frame}", writes(0.0, "1A00:00 u8 FE"));
     let mpdo = |frame: &str| {
-        let line =
-            lines(&log(&text(frame)), Network::default()).into_iter().filter(|line| line["kind"] == "frame").last();
+        let line = lines(&log(&text(frame)), Network::default()).into_iter().rfind(|line| line["kind"] == "frame");
         let found = line.unwrap()["pdo"]["mpdo"].clone();
         (
             found["mode"].as_str().unwrap().to_owned(),

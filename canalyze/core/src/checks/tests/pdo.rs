@@ -52,8 +52,10 @@ fn codes(text: &str) -> Vec<String> {
     codes_with(text, Network::default(), ABOVE)
 }
 
+/// All that is raised, but for heartbeats that are no more than other traffic here.
 fn codes_with(text: &str, network: Network, severities: &[&str]) -> Vec<String> {
-    raised_with(&log(text), network, severities).into_iter().map(|(code, frame, _)| format!("{code} {frame}")).collect()
+    let found = raised_with(&log(text), network, severities).into_iter();
+    found.filter(|(code, ..)| !code.starts_with("HBT")).map(|(code, frame, _)| format!("{code} {frame}")).collect()
 }
 
 fn object(index: u16, sub: u8, data_type: u16, access: Access, preset: Option<u64>) -> Object {
