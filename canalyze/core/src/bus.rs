@@ -16,7 +16,7 @@ use crate::checks::sync::{Sync, SyncStatistics};
 use crate::cob_id::Role;
 use crate::configuration::{self, Provenance};
 use crate::context::Context;
-use crate::event::{Event, ProcessData, Signals, Unmapped, What};
+use crate::event::{Event, ProcessData, Signals, Step, Unmapped, What};
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
@@ -27,7 +27,7 @@ use crate::services;
 use crate::services::pdo;
 use crate::services::sdo::channel::Channel;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
-use crate::services::sdo::wire::{Mux, Side};
+use crate::services::sdo::wire::{Command, Mux, Side};
 
 /// NMT commands that reset the node: reset node, reset communication (CiA 301, 7.2.8.3.1).
 const RESETS: [u8; 2] = [0x81, 0x82];
@@ -131,6 +131,11 @@ impl Bus {
                 cx.events.get(before).and_then(|event| if let What::Sdo(step) = &event.what { step.mux } else { None });
             self.watched.sdo(side, node, mux.map(|mux| mux.index), cx);
         }
+        if let Some(Event { what: What::Sdo(Step { command: Command::DownloadInitiated(mux), .. }), .. }) =
+            cx.events.get(before)
+        {
+            self.pdo_configuration.acknowledged(node, *mux, frame);
+        }
         for place in before..cx.events.len() {
             if let Some(Event { what: What::Transfer(transfer), .. }) = cx.events.get(place) {
                 let transfer = Arc::clone(transfer);
@@ -156,6 +161,7 @@ impl Bus {
         };
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= Provenance::Eds);
         let misfit = misfit(&content, frame).filter(|_| used);
+        let fits = misfit.is_none() && matches!(content, Signals::Mapped(_, Provenance::Eds));
         let sync = self.sync.place(node, known, frame);
         let data = ProcessData { transmit, number, node, content, state: self.watched.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
@@ -165,6 +171,8 @@ impl Bus {
         self.sync.process_data(node, known, frame, cx);
         if let Some(misfit) = misfit {
             self.pdo_length.judge(transmit, number, node, misfit, cx);
+        } else if fits {
+            self.pdo_length.fitted(transmit, number, node);
         }
         match known {
             Some(pdo) => {
@@ -318,6 +326,7 @@ impl Bus {
     fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.lost(node, true, cx);
         self.pdo_configuration.reset(node);
+        self.pdo_length.reset(node, cx);
         let mut changed = false;
         for (id, one) in self.nodes.iter_mut() {
             if node.is_none_or(|node| node == id) && one.configuration.reset() {
