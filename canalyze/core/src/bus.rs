@@ -170,7 +170,8 @@ impl Bus {
         let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
         self.sync.process_data(node, known, frame, cx);
         if let Some(misfit) = misfit {
-            self.pdo_length.judge(transmit, number, node, misfit, cx);
+            let known = self.nodes.get(node);
+            self.pdo_length.judge(transmit, number, node, known, misfit, cx);
         } else if fits {
             self.pdo_length.fitted(transmit, number, node);
         }

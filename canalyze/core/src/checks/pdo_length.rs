@@ -9,8 +9,8 @@ use crate::context::Context;
 use crate::event::Signals;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::{Frame, Kind};
-use crate::node::PerNode;
-use crate::services::pdo::communication_parameter;
+use crate::node::{Node, PerNode};
+use crate::services::pdo::{communication_parameter, mapping_parameter};
 use crate::services::sdo::wire::Mux;
 
 /// Lengths of a CAN FD frame beyond eight bytes: what lies between is filled up.
@@ -31,7 +31,7 @@ pub struct PdoLength {
 /// What is known of the PDOs of a node.
 #[derive(Debug, Default)]
 struct Lengths {
-    /// Its last reset or boot-up: it began with its defaults, or with what it had stored.
+    /// Its last reset or boot-up.
     reset: Option<u64>,
     /// TPDOs and RPDOs 1 to 64 that were as long as their mapping, one bit each.
     fitted: [u64; 2],
@@ -68,7 +68,15 @@ pub fn misfit(content: &Signals, frame: &Frame) -> Option<Misfit> {
 
 impl PdoLength {
     /// Raises what a frame of a node's PDO showed.
-    pub fn judge(&self, transmit: bool, number: u16, node: u8, misfit: Misfit, cx: &mut Context<'_>) {
+    pub fn judge(
+        &self,
+        transmit: bool,
+        number: u16,
+        node: u8,
+        known: Option<&Node>,
+        misfit: Misfit,
+        cx: &mut Context<'_>,
+    ) {
         let Misfit { found, mapped, from, consumer } = misfit;
         let lengths = self.nodes.get(consumer.map_or(node, |(consumer, _)| consumer));
         // What was only read before a reset may have been written before the capture, and be gone since.
@@ -80,13 +88,12 @@ impl PdoLength {
             return;
         }
         let trusted = from > Provenance::Eds;
-        if !trusted && consumer.is_some() {
+        if !trusted && (consumer.is_some() || known.is_none_or(|known| mixed(known, transmit, number))) {
             return;
         }
-        // An EDS's default is what the device began with, or what it was seen to keep to.
+        // A device may have stored another mapping than the EDS's default, unless it was seen to keep to that.
         let (place, bit) = bit(transmit, number);
-        let kept = lengths
-            .is_some_and(|known| known.reset.is_some() || known.fitted.get(place).is_some_and(|set| set & bit != 0));
+        let kept = lengths.is_some_and(|known| known.fitted.get(place).is_some_and(|set| set & bit != 0));
         let code = match (trusted, found < mapped) {
             (false, _) if kept => Code::Pdo012,
             (false, _) => Code::Eds001,
@@ -126,6 +133,12 @@ impl PdoLength {
     pub fn lost(&mut self, cx: &Context<'_>) {
         self.lost = Some(cx.at.no);
     }
+}
+
+/// Whether some of the mapping is known from elsewhere than the EDS: then nobody knows the whole of it.
+fn mixed(node: &Node, transmit: bool, number: u16) -> bool {
+    let index = mapping_parameter(transmit, number);
+    (0..=64).any(|sub| node.value(index, sub).is_some_and(|(_, from)| from > Provenance::Eds))
 }
 
 /// The place of a PDO in [`Lengths::fitted`]; none beyond 64.

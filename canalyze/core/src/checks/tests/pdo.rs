@@ -100,10 +100,10 @@ fn lengths() {
     for (text, form, expected) in [
         ("0 185#010203", Form::Dcf, "PDO001 1"),
         ("0 185#01020304", Form::Dcf, ""),
-        // Against an EDS: after it was right once, or after the boot-up; before, the device may have been configured.
+        // Against an EDS: after it was right once; before, the device may have stored another mapping.
         ("0 185#010203", Form::Eds, "EDS001 1"),
         ("0 185#01020304\n 1 185#010203", Form::Eds, "PDO012 2"),
-        ("0 705#00\n 1 185#010203", Form::Eds, "PDO012 2"),
+        ("0 705#00\n 1 185#010203", Form::Eds, "EDS001 2"),
         ("0 185#01020304\n 1 185#01020304", Form::Eds, ""),
     ] {
         assert_eq!(codes_with(text, mapping(form), ALL).concat(), expected, "{text}");
