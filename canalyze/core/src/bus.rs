@@ -124,6 +124,9 @@ impl Bus {
                     let bytes = i.data.get(..i.expedited_len(frame.len)).unwrap_or(&i.data);
                     self.checks.requested(node, *mux, bytes, cx);
                 }
+                Some(What::Sdo(Step { command: Command::DownloadInitiated(mux), .. })) => {
+                    self.checks.acknowledged(node, *mux, frame);
+                }
                 _ => {}
             }
         }
@@ -256,7 +259,7 @@ impl Bus {
     /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
     fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.lost(node, true, cx);
-        self.checks.reset(node);
+        self.checks.reset(node, cx);
         let mut changed = false;
         for (id, one) in self.nodes.iter_mut() {
             if node.is_none_or(|node| node == id) && one.configuration.reset() {

@@ -187,7 +187,9 @@ impl Checks {
         self.sync.process_data(node, known, frame, cx);
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= configuration::Provenance::Eds);
         if let Some(misfit) = misfit(content, frame).filter(|_| used) {
-            self.pdo_length.judge(transmit, number, node, misfit, cx);
+            self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
+        } else if matches!(content, Signals::Mapped(_, configuration::Provenance::Eds)) {
+            self.pdo_length.fitted(transmit, number, node);
         }
         let states = &self.nodes;
         let read = !matches!(content, Signals::None(Unmapped::Unknown));
@@ -261,6 +263,11 @@ impl Checks {
         self.nodes.follow(message, frame, nodes, cx);
     }
 
+    /// A server has acknowledged a write, whether or not its request was captured.
+    pub fn acknowledged(&mut self, node: u8, mux: Mux, frame: &Frame) {
+        self.pdo_configuration.acknowledged(node, mux, frame);
+    }
+
     /// A successful transfer, before what it shows is learnt.
     pub fn transferred(&mut self, transfer: &Transfer, mux: Mux, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         let node = nodes.get(transfer.node);
@@ -294,8 +301,9 @@ impl Checks {
     }
 
     /// One node (or all) was reset.
-    pub fn reset(&mut self, node: Option<u8>) {
+    pub fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.pdo_configuration.reset(node);
+        self.pdo_length.reset(node, cx);
         self.pdo_timing.forget(node);
         self.drives.forget(node);
         self.srdos.interrupt(false);

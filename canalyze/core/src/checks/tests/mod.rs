@@ -4,7 +4,7 @@
 
 mod drive;
 mod lss;
-mod pdo;
+mod network;
 mod pdo;
 mod srdo;
 mod sync;
