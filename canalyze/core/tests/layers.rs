@@ -71,20 +71,60 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("readers", &["frame"]),
     ("select", &[]),
+    (
+        "summary",
+        &[
+            "frame",
+            "cob_id",
+            "message",
+            "finding",
+            "event",
+            "network",
+            "readers",
+            "services::sdo::wire",
+            "services::sdo::transfer",
+        ],
+    ),
     ("filter", &["frame", "services::sdo::transfer"]),
     (
         "text",
-        &["frame", "cob_id", "od", "message", "finding", "event", "configuration", "services", "readers", "filter"],
+        &[
+            "frame",
+            "cob_id",
+            "drive",
+            "od",
+            "message",
+            "finding",
+            "event",
+            "configuration",
+            "services",
+            "readers",
+            "filter",
+        ],
     ),
     (
         "render",
-        &["frame", "cob_id", "od", "message", "finding", "event", "configuration", "services", "readers", "text"],
+        &[
+            "frame",
+            "cob_id",
+            "drive",
+            "od",
+            "select",
+            "summary",
+            "message",
+            "finding",
+            "event",
+            "configuration",
+            "services",
+            "readers",
+            "text",
+        ],
     ),
     (
         "session",
         &[
             "frame", "finding", "event", "context", "network", "services", "bus", "readers", "filter", "select",
-            "text", "render",
+            "summary", "text", "render",
         ],
     ),
     (
@@ -103,16 +143,6 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "session",
         ],
     ),
-    (
-        "text",
-        &["frame", "cob_id", "drive", "od", "drive", "message", "finding", "event", "services", "readers", "filter"],
-    ),
-    (
-        "render",
-        &["frame", "select", "cob_id", "drive", "od", "message", "finding", "event", "services", "readers", "text"],
-    ),
-    ("session", &["frame", "finding", "event", "services", "bus", "readers", "filter", "text", "render"]),
-    ("python", &["frame", "finding", "services", "readers", "filter", "text", "render", "session"]),
 ];
 
 fn sources() -> Vec<(String, String)> {
