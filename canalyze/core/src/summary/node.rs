@@ -15,7 +15,7 @@ pub const CHANGES: usize = 64;
 pub const CODES: usize = 32;
 /// SDO requests that await their response at a time: one a channel.
 const PENDING: usize = 8;
-/// Bytes of the manufacturer device name (1008h) that are kept.
+/// Characters of the manufacturer device name (1008h) that are kept.
 const NAME: usize = 64;
 /// The manufacturer device name.
 const DEVICE_NAME: Mux = Mux { index: 0x1008, sub: 0 };
@@ -104,8 +104,8 @@ pub struct Node {
     pub response: Ranked,
     /// Aborts by abort code and by who sent them.
     pub aborts: Vec<Counted<(u32, Side)>>,
-    /// What an upload of 1008h said.
-    pub device_name: Option<Vec<u8>>,
+    /// What an upload of 1008h said, where it is text.
+    pub device_name: Option<String>,
     /// States by boot-ups and heartbeats.
     shown: Track,
     /// States by boot-ups and NMT commands.
@@ -215,10 +215,12 @@ impl Node {
         }
         let read = transfer.direction == Direction::Upload && transfer.status == Status::Ok;
         if read && transfer.mux == Some(DEVICE_NAME) && !transfer.hole {
-            let name = transfer.kept.get(..NAME).unwrap_or(&transfer.kept);
-            let name = name.split(|byte| *byte == 0).next().unwrap_or(&[]).trim_ascii();
-            if !name.is_empty() {
-                self.device_name = Some(name.to_vec());
+            let text = transfer.kept.split(|byte| *byte == 0).next().unwrap_or(&[]).trim_ascii();
+            if let Ok(name) = std::str::from_utf8(text)
+                && !name.is_empty()
+                && !name.contains(char::is_control)
+            {
+                self.device_name = Some(name.chars().take(NAME).collect());
             }
         }
     }

@@ -161,7 +161,7 @@ fn node(
             put!(out; ",\"name_from\":\"description\"");
         }
         (None, Some(read)) => {
-            escape::json(out, read);
+            escape::json(out, read.as_bytes());
             put!(out; ",\"name_from\":\"1008\"");
         }
         (None, None) => put!(out; "null,\"name_from\":null"),
