@@ -7,6 +7,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::checks::nodes::Nodes;
+use crate::checks::sync::{Sync, SyncStatistics};
 use crate::cob_id::Role;
 use crate::configuration;
 use crate::context::Context;
@@ -36,6 +38,8 @@ pub struct Bus {
     nodes: PerNode<Node>,
     /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
+    watched: Nodes,
+    sync: Sync,
 }
 
 impl Bus {
@@ -61,7 +65,15 @@ impl Bus {
             node.compile();
         }
         let roles = Roles::compile(&network, name, &nodes);
-        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new() }
+        let mut watched = Nodes::new(&network);
+        watched.configure(&nodes);
+        let sync = Sync::new(&network, &nodes);
+        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), watched, sync }
+    }
+
+    /// What was measured of SYNC.
+    pub fn sync_statistics(&self) -> SyncStatistics {
+        self.sync.statistics()
     }
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
@@ -83,10 +95,20 @@ impl Bus {
         if self.channels.len() >= CHANNELS && !self.channels.contains_key(&key) {
             return self.message(Role::Foreign, frame, cx);
         }
-        let channel = self.channels.entry(key).or_insert_with(|| Box::new(Channel::new(frame.bus, node)));
+        let nodes = &self.nodes;
+        let channel = self.channels.entry(key).or_insert_with(|| {
+            let mut channel = Box::new(Channel::new(frame.bus, node));
+            channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
+            channel
+        });
         let before = cx.events.len();
         channel.step(side, frame, cx);
         self.due(frame, cx);
+        if key.1.is_none() {
+            let mux =
+                cx.events.get(before).and_then(|event| if let What::Sdo(step) = &event.what { step.mux } else { None });
+            self.watched.sdo(side, node, mux.map(|mux| mux.index), cx);
+        }
         for place in before..cx.events.len() {
             if let Some(Event { what: What::Transfer(transfer), .. }) = cx.events.get(place) {
                 let transfer = Arc::clone(transfer);
@@ -101,15 +123,21 @@ impl Bus {
         let content = match known.map(|pdo| &pdo.content) {
             Some(Content::Multiplex { .. }) => {
                 let message = pdo::decode_multiplexed(role, transmit, number, node, frame);
-                return cx.push(None, Some(node), What::Message(message));
+                cx.push(None, Some(node), What::Message(message));
+                self.due(frame, cx);
+                return self.watched.pdo(transmit, number, node, cx);
             }
             Some(Content::Mapped(mapping, from)) => Signals::Mapped(Arc::clone(mapping), *from),
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
-        let data = ProcessData { transmit, number, node, content, state: None, sync: None };
+        let sync = self.sync.place(node, known, frame);
+        let data = ProcessData { transmit, number, node, content, state: self.watched.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
         self.due(frame, cx);
+        self.watched.pdo(transmit, number, node, cx);
+        let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
+        self.sync.process_data(node, known, frame, cx);
     }
 
     /// The signals of a PDO by the mapping of a node that receives it.
@@ -124,27 +152,31 @@ impl Bus {
     }
 
     fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
-        let message = services::decode(role, frame);
+        let message = self.watched.complete(services::decode(role, frame), frame);
         cx.push(None, message.node(), What::Message(message));
         self.due(frame, cx);
+        self.sync.message(&message, frame, &self.nodes, cx);
         match message {
             Message::BootUp { node } => self.reset(Some(node), cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
             Message::Nmt { command, node } if RESETS.contains(&command) => self.reset(Some(node), cx),
             _ => {}
         }
+        self.watched.follow(&message, frame, &self.nodes, cx);
     }
 
     /// What the time of a frame makes due, before the frame itself is followed.
     fn due(&mut self, frame: &Frame, cx: &mut Context<'_>) {
+        self.watched.settle(cx);
         if let Some(now_ns) = frame.t_ns {
             self.advance(now_ns, cx);
         }
+        self.watched.heard(frame);
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        let _ = (now_ns, cx);
+        self.watched.advance(now_ns, cx);
     }
 
     /// Takes what an SDO transfer has shown of the server's configuration.
@@ -166,6 +198,10 @@ impl Bus {
             if moves(mux) {
                 self.assign();
             }
+            if matches!(mux.index, 0x1016 | 0x1017) {
+                self.watched.configure(&self.nodes);
+            }
+            self.sync.configured(transfer.node, mux, &self.network, &self.nodes, cx.at);
         }
     }
 
@@ -180,6 +216,8 @@ impl Bus {
         }
         target.compile();
         self.assign();
+        self.watched.configure(&self.nodes);
+        self.sync.reconfigure(&self.network, &self.nodes);
     }
 
     fn assign(&mut self) {
@@ -198,15 +236,23 @@ impl Bus {
         }
         if changed {
             self.assign();
+            self.watched.configure(&self.nodes);
+            self.sync.reconfigure(&self.network, &self.nodes);
         }
     }
 
     /// What was open is over: one node (or all) was reset, or frames of the bus were lost.
     pub fn lost(&mut self, node: Option<u8>, reset: bool, cx: &mut Context<'_>) {
+        if !reset {
+            self.watched.lost();
+        }
         for channel in self.channels.values_mut() {
             if node.is_none_or(|node| node == channel.node()) {
                 channel.lost(reset, cx);
             }
+        }
+        if !reset {
+            self.sync.lost();
         }
     }
 
@@ -215,6 +261,8 @@ impl Bus {
         for channel in self.channels.values_mut() {
             channel.finish(cx);
         }
+        self.watched.finish(cx);
+        self.sync.finish(&self.nodes, cx);
     }
 }
 

@@ -99,7 +99,7 @@ impl Configuration {
     }
 
     /// An object of the description.
-    pub fn object(&self, index: u16, sub: u8) -> Option<&Object> {
+    pub fn object(&self, index: u16, sub: u8) -> Option<&Arc<Object>> {
         self.description.as_ref()?.get(index, sub)
     }
 

@@ -79,6 +79,48 @@ rules! {
     Cap002 "CAP002" "dropped-frames" Warning "-";
     /// Stamps of a pipe go backwards.
     Cap003 "CAP003" "stamps-backward" Warning "-";
+    /// NMT node control: unknown command, invalid node-ID or wrong length.
+    Nmt001 "NMT001" "invalid-node-control" Warning "CiA 301 7.2.8.3.1";
+    /// A node does not do what it was commanded.
+    Nmt002 "NMT002" "command-without-effect" Warning "CiA 301 7.2.8.3.1";
+    /// A boot-up that no reset command explains.
+    Nmt003 "NMT003" "spontaneous-reset" Warning "CiA 301 7.3.2.1";
+    /// A change of state that no command explains.
+    Nmt004 "NMT004" "state-change-without-command" Warning "CiA 301 7.3.2.1";
+    /// A change of state that an error explains (1029h).
+    Nmt005 "NMT005" "state-change-on-error" Info "CiA 301 7.5.2.32";
+    /// A heartbeat came late.
+    Hbt001 "HBT001" "heartbeat-late" Warning "CiA 301 7.2.8.3.2.2";
+    /// No heartbeat for longer than a consumer waits, or than three periods.
+    Hbt002 "HBT002" "heartbeat-lost" Error "CiA 301 7.2.8.3.2.2";
+    /// Error control with a state that the standard does not define.
+    Hbt003 "HBT003" "unknown-state" Warning "CiA 301 7.2.8.3.2";
+    /// Two nodes use one node-ID.
+    Hbt004 "HBT004" "duplicate-node-id" Warning "CiA 301 7.3.5";
+    /// The whole bus was silent: no heartbeat could be seen.
+    Hbt005 "HBT005" "silent-bus" Info "-";
+    /// The toggle bit of guarding answers does not alternate.
+    Grd001 "GRD001" "guarding-toggle" Error "CiA 301 7.2.8.3.2.1";
+    /// A guarding request was not answered.
+    Grd002 "GRD002" "guarding-unanswered" Warning "CiA 301 7.2.8.3.2.1";
+    /// One node is guarded and sends heartbeats.
+    Grd003 "GRD003" "heartbeat-and-guarding" Warning "CiA 301 7.2.8.3.2";
+    /// A node that is guarded was never seen.
+    Grd004 "GRD004" "guarded-node-absent" Info "-";
+    /// An emergency error code with error register 0.
+    Emc001 "EMC001" "code-without-register" Warning "CiA 301 7.2.7.3.1";
+    /// Error reset while other errors remain.
+    Emc002 "EMC002" "partial-reset" Info "CiA 301 7.2.7.1";
+    /// Bit 6 of the error register is set.
+    Emc003 "EMC003" "reserved-register-bit" Warning "CiA 301 7.5.2.2";
+    /// An emergency in Stopped or before the boot-up.
+    Emc004 "EMC004" "emcy-in-wrong-state" Warning "CiA 301 7.3.2.2";
+    /// Two emergencies closer than the inhibit time.
+    Emc005 "EMC005" "emcy-inhibit-time" Warning "CiA 301 7.5.2.18";
+    /// A time of day that cannot be, or reserved bits that are set.
+    Tim001 "TIM001" "invalid-time" Warning "CiA 301 7.2.6";
+    /// TIME jumps against the clock of the capture.
+    Tim002 "TIM002" "time-jump" Warning "CiA 301 7.2.6";
     /// Toggle bit not alternated, or not repeated in the answer.
     Sdo001 "SDO001" "toggle-bit" Error "CiA 301 7.2.4.3.5, 7.2.4.3.6";
     /// A request without response, or a response without request.
@@ -99,6 +141,8 @@ rules! {
     Sdo009 "SDO009" "reserved-not-zero" Info "CiA 301 7.2.4.3";
     /// An SDO frame has another length than 8 bytes.
     Sdo010 "SDO010" "frame-length" Warning "CiA 301 7.2.4.3";
+    /// SDO with a node that is Stopped or has not booted.
+    Sdo011 "SDO011" "sdo-in-wrong-state" Error "CiA 301 7.3.2.2";
     /// Block transfer: sequence number, acknowledgement, block size or end out of order.
     Sdo012 "SDO012" "block-sequence" Error "CiA 301 7.2.4.3.9 to 7.2.4.3.15";
     /// The same request twice without a response in between.
@@ -119,6 +163,32 @@ rules! {
     Sdo030 "SDO030" "not-sdo" Info "-";
     /// Requests of which none was answered in the capture.
     Sdo031 "SDO031" "no-server" Info "-";
+    /// A TPDO of a node that is not Operational.
+    Pdo002 "PDO002" "tpdo-when-not-operational" Error "CiA 301 7.3.2.2";
+    /// An RPDO to a node that is not Operational.
+    Pdo003 "PDO003" "rpdo-to-not-operational" Info "CiA 301 7.3.2.2";
+    /// A SYNC has another length than 1019h asks for, or than the SYNCs before.
+    Syn001 "SYN001" "sync-length" Error "CiA 301 7.2.5.3.1, 7.5.2.22";
+    /// The synchronous counter does not go on as it should.
+    Syn002 "SYN002" "sync-counter" Error "CiA 301 7.2.5.3.1, 7.5.2.22";
+    /// A SYNC is missing, late or one too many, or the period is not the configured one.
+    Syn003 "SYN003" "sync-period" Warning "CiA 301 7.2.5, 7.5.2.6";
+    /// A synchronous TPDO came after the synchronous window.
+    Syn004 "SYN004" "outside-window" Warning "CiA 301 7.2.5, 7.5.2.7";
+    /// Synchronous TPDOs without any SYNC before.
+    Syn005 "SYN005" "before-first-sync" Info "CiA 301 7.2.2.2";
+    /// Two nodes produce SYNC.
+    Syn006 "SYN006" "two-producers" Error "CiA 301 7.2.5";
+    /// The synchronous window is not shorter than the communication cycle.
+    Syn007 "SYN007" "window-not-below-period" Warning "CiA 301 7.5.2.6, 7.5.2.7";
+    /// A cyclic synchronous TPDO did not come in its cycle.
+    Syn008 "SYN008" "missing-synchronous-pdo" Warning "CiA 301 7.2.2.2, 7.5.2.37";
+    /// A synchronous TPDO came more than once in a cycle.
+    Syn009 "SYN009" "twice-in-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37";
+    /// A cyclic synchronous TPDO came in another cycle than it should.
+    Syn010 "SYN010" "wrong-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37";
+    /// Times of SYNC cannot be judged.
+    Syn011 "SYN011" "sync-not-judged" Info "-";
 }
 
 impl Code {

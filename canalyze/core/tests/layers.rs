@@ -16,7 +16,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("network", &["frame", "dictionary"]),
     ("services::sdo::wire", &[]),
     ("finding", &["frame", "services::sdo::wire"]),
-    ("services::sdo::transfer", &["frame", "finding", "services::sdo::wire"]),
+    ("services::sdo::transfer", &["frame", "dictionary", "finding", "services::sdo::wire"]),
     ("configuration", &["dictionary", "services::sdo::wire", "services::sdo::transfer"]),
     ("message", &["frame", "cob_id", "services::lss", "services::pdo"]),
     (
@@ -25,6 +25,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "frame",
             "message",
             "finding",
+            "dictionary",
             "configuration",
             "services::pdo::mapping",
             "services::sdo::wire",
@@ -32,7 +33,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("context", &["frame", "finding", "event", "services::sdo::wire", "services::sdo::transfer"]),
-    ("services", &["frame", "od", "cob_id", "message", "finding", "event", "context"]),
+    ("services", &["frame", "dictionary", "od", "cob_id", "message", "finding", "event", "context"]),
     ("node", &["frame", "od", "drive", "configuration", "services::pdo"]),
     ("roles", &["frame", "cob_id", "configuration", "network", "node"]),
     (
@@ -89,11 +90,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "text",
         &[
+            "drive",
             "frame",
             "cob_id",
-            "drive",
             "od",
             "message",
+            "dictionary",
             "finding",
             "event",
             "configuration",
@@ -105,12 +107,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "render",
         &[
-            "frame",
-            "cob_id",
             "drive",
-            "od",
             "select",
             "summary",
+            "frame",
+            "cob_id",
+            "od",
             "message",
             "finding",
             "event",

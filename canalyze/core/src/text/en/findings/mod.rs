@@ -2,6 +2,9 @@
 //!
 //! It must carry the same facts as `zh::findings`; a rule without words does not compile.
 
+mod nodes;
+mod sync;
+
 use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
 use crate::services::sdo::wire::Side;
@@ -136,6 +139,27 @@ pub fn rule(code: Code) -> RuleText {
             "The stamps of a pipe were taken as counted from zero, but one goes backwards: they are probably differences to the frame before.",
             "candump ran with -t d; add --stamps delta.",
         ),
+        Code::Nmt001 => nodes::NMT001,
+        Code::Nmt002 => nodes::NMT002,
+        Code::Nmt003 => nodes::NMT003,
+        Code::Nmt004 => nodes::NMT004,
+        Code::Nmt005 => nodes::NMT005,
+        Code::Hbt001 => nodes::HBT001,
+        Code::Hbt002 => nodes::HBT002,
+        Code::Hbt003 => nodes::HBT003,
+        Code::Hbt004 => nodes::HBT004,
+        Code::Hbt005 => nodes::HBT005,
+        Code::Grd001 => nodes::GRD001,
+        Code::Grd002 => nodes::GRD002,
+        Code::Grd003 => nodes::GRD003,
+        Code::Grd004 => nodes::GRD004,
+        Code::Emc001 => nodes::EMC001,
+        Code::Emc002 => nodes::EMC002,
+        Code::Emc003 => nodes::EMC003,
+        Code::Emc004 => nodes::EMC004,
+        Code::Emc005 => nodes::EMC005,
+        Code::Tim001 => nodes::TIM001,
+        Code::Tim002 => nodes::TIM002,
         Code::Sdo001 => text(
             "toggle bit error",
             "The toggle bit of a segmented transfer is 0 in the first segment and then alternates; a response repeats the bit of its request.",
@@ -186,6 +210,7 @@ pub fn rule(code: Code) -> RuleText {
             "SDO frames always have 8 bytes; many servers drop shorter ones without a word.",
             "The sender sets the DLC to the length of its data.",
         ),
+        Code::Sdo011 => nodes::SDO011,
         Code::Sdo012 => text(
             "sequence, acknowledgement or end of a block transfer",
             "Sequence numbers count from 1 in each sub-block; no more is acknowledged than was sent; the block size is 1 to 127; the end comes after the last segment was acknowledged, and is confirmed.",
@@ -236,5 +261,18 @@ pub fn rule(code: Code) -> RuleText {
             "The capture has no SDO response of this node.",
             "The node does not exist or has no power (a master scans), or only one direction was captured.",
         ),
+        Code::Pdo002 => nodes::PDO002,
+        Code::Pdo003 => nodes::PDO003,
+        Code::Syn001 => sync::SYN001,
+        Code::Syn002 => sync::SYN002,
+        Code::Syn003 => sync::SYN003,
+        Code::Syn004 => sync::SYN004,
+        Code::Syn005 => sync::SYN005,
+        Code::Syn006 => sync::SYN006,
+        Code::Syn007 => sync::SYN007,
+        Code::Syn008 => sync::SYN008,
+        Code::Syn009 => sync::SYN009,
+        Code::Syn010 => sync::SYN010,
+        Code::Syn011 => sync::SYN011,
     }
 }

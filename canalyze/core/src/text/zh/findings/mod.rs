@@ -2,6 +2,9 @@
 //!
 //! It must carry the same facts as `en::findings`; a rule without words does not compile.
 
+mod nodes;
+mod sync;
+
 use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
 use crate::services::sdo::wire::Side;
@@ -131,6 +134,27 @@ pub fn rule(code: Code) -> RuleText {
             "管道中的时间戳按从零开始解释, 但出现了倒退: 它们很可能是与前一帧的差值。",
             "candump使用了 -t d; 请加上 --stamps delta。",
         ),
+        Code::Nmt001 => nodes::NMT001,
+        Code::Nmt002 => nodes::NMT002,
+        Code::Nmt003 => nodes::NMT003,
+        Code::Nmt004 => nodes::NMT004,
+        Code::Nmt005 => nodes::NMT005,
+        Code::Hbt001 => nodes::HBT001,
+        Code::Hbt002 => nodes::HBT002,
+        Code::Hbt003 => nodes::HBT003,
+        Code::Hbt004 => nodes::HBT004,
+        Code::Hbt005 => nodes::HBT005,
+        Code::Grd001 => nodes::GRD001,
+        Code::Grd002 => nodes::GRD002,
+        Code::Grd003 => nodes::GRD003,
+        Code::Grd004 => nodes::GRD004,
+        Code::Emc001 => nodes::EMC001,
+        Code::Emc002 => nodes::EMC002,
+        Code::Emc003 => nodes::EMC003,
+        Code::Emc004 => nodes::EMC004,
+        Code::Emc005 => nodes::EMC005,
+        Code::Tim001 => nodes::TIM001,
+        Code::Tim002 => nodes::TIM002,
         Code::Sdo001 => text(
             "toggle位错误",
             "分段传输中toggle位第一段为0, 以后逐段交替; 响应必须重复请求的toggle位。",
@@ -179,6 +203,7 @@ pub fn rule(code: Code) -> RuleText {
             "SDO帧总是8字节; 不少服务器会不声不响地丢弃较短的帧。",
             "发送方按实际数据长度设置了DLC。",
         ),
+        Code::Sdo011 => nodes::SDO011,
         Code::Sdo012 => text(
             "块传输的序列号、确认或结束有误",
             "子块内序列号从1起连续; 确认不能超过已发送的段; 块大小为1到127; 最后一段被确认后才能结束, 结束须得到确认。",
@@ -225,5 +250,18 @@ pub fn rule(code: Code) -> RuleText {
             "捕获中该节点没有任何SDO响应。",
             "节点不存在或未上电(主站扫描), 或者只捕获到一个方向。",
         ),
+        Code::Pdo002 => nodes::PDO002,
+        Code::Pdo003 => nodes::PDO003,
+        Code::Syn001 => sync::SYN001,
+        Code::Syn002 => sync::SYN002,
+        Code::Syn003 => sync::SYN003,
+        Code::Syn004 => sync::SYN004,
+        Code::Syn005 => sync::SYN005,
+        Code::Syn006 => sync::SYN006,
+        Code::Syn007 => sync::SYN007,
+        Code::Syn008 => sync::SYN008,
+        Code::Syn009 => sync::SYN009,
+        Code::Syn010 => sync::SYN010,
+        Code::Syn011 => sync::SYN011,
     }
 }

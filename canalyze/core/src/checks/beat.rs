@@ -1,0 +1,284 @@
+//! The beat of a bus: its SYNCs counted, their period learnt, and how steadily they come.
+//!
+//! The period is the median of recent gaps between SYNCs, once these agree; a SYNC that is asked for by a person has
+//! none. It knows stamps only, and raises nothing: a gap gets a word (`Pace`), the judgement is `sync`'s.
+
+use crate::checks::jitter::{Figures, Spread};
+use crate::frame::FrameRef;
+
+/// SYNCs remembered: as many as the longest cycle of a synchronous PDO (transmission type 240).
+const SYNCS: usize = 256;
+/// Gaps of which the period is the median.
+const GAPS: usize = 16;
+/// Gaps that must agree before there is a period; fewer where a configured period agrees with them.
+const ENOUGH: usize = 4;
+const ENOUGH_CONFIGURED: usize = 2;
+/// Gaps in a row beside the period after which it is learnt anew.
+const MISSES: u8 = 8;
+/// A gap of more periods than this is a pause: the producer was stopped.
+const PAUSE: i64 = 10;
+/// Gaps in a row that add up in pairs to the period: two producers.
+const PAIRS: u8 = 6;
+
+/// How a SYNC came after the one before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// No period is known, or the stamps do not tell.
+    Unknown,
+    /// As it should, or a little off.
+    Steady,
+    /// More than one and a half periods after the one before.
+    Late,
+    /// Less than half a period after the one before, and not because that one was late.
+    Early,
+    /// Less than half a period after one that was late: the producer catches up.
+    CaughtUp,
+    /// After a pause.
+    Resumed,
+    /// Two trains of SYNCs have shown: the gaps before and after.
+    TwoTrains(i64, i64),
+}
+
+/// The beat.
+#[derive(Debug, Default)]
+pub struct Beat {
+    cycle: u64,
+    syncs: Vec<FrameRef>,
+    /// Recent gaps, a ring.
+    gaps: Vec<i64>,
+    place: usize,
+    period_ns: Option<i64>,
+    /// The gap before the last one.
+    before_ns: i64,
+    misses: u8,
+    pairs: u8,
+    two: bool,
+    /// By how much SYNCs were late, less what has been caught up.
+    owed_ns: i64,
+    resumed: bool,
+    /// Steady gaps since the period was learnt.
+    steady: u32,
+    calm_from: u64,
+    unbroken: bool,
+    intervals: Spread,
+    deviation: Spread,
+    p99_ns: i64,
+    resolution_ns: i64,
+    /// By option.
+    jitter_ns: Option<i64>,
+}
+
+impl Beat {
+    /// A beat whose tolerance is given, or measured.
+    pub fn new(jitter_ns: Option<i64>) -> Self {
+        Self { jitter_ns, ..Self::default() }
+    }
+
+    /// Number of SYNCs seen.
+    pub fn cycle(&self) -> u64 {
+        self.cycle
+    }
+
+    /// The SYNC of a cycle, as far back as is remembered.
+    pub fn sync(&self, cycle: u64) -> Option<FrameRef> {
+        if cycle == 0 || cycle > self.cycle || self.cycle - cycle >= SYNCS as u64 {
+            return None;
+        }
+        self.syncs.get((cycle - 1) as usize % SYNCS).copied()
+    }
+
+    /// Time since the last SYNC.
+    pub fn delay_ns(&self, at: FrameRef) -> Option<i64> {
+        Some(at.t_ns?.saturating_sub(self.sync(self.cycle)?.t_ns?))
+    }
+
+    /// The period, where there is one.
+    pub fn period_ns(&self) -> Option<i64> {
+        self.period_ns
+    }
+
+    /// Steady gaps since the period was learnt.
+    pub fn steady(&self) -> u32 {
+        self.steady
+    }
+
+    /// The first cycle since which the beat is undisturbed.
+    pub fn calm_from(&self) -> u64 {
+        self.calm_from
+    }
+
+    /// What a verdict on times has to allow for: as given, or the larger of the stamps' resolution and the 99th
+    /// percentile of the period's deviation. `None` before that can be said.
+    pub fn tolerance_ns(&self) -> Option<i64> {
+        let measured = || (self.deviation.count() >= 2).then(|| self.p99_ns.max(self.resolution_ns));
+        self.jitter_ns.or_else(measured)
+    }
+
+    /// How long before a SYNC a PDO may stand that belongs to it: the capturing host sees its own SYNC late.
+    pub fn early_ns(&self) -> i64 {
+        self.period_ns.map_or(1_000_000, |period| (period / 4).min(1_000_000))
+    }
+
+    /// Gaps between SYNCs, without pauses.
+    pub fn intervals(&self) -> Figures {
+        self.intervals.figures()
+    }
+
+    /// How far gaps were off the period.
+    pub fn deviation(&self) -> Figures {
+        self.deviation.figures()
+    }
+
+    /// Frames were lost, or the SYNC was moved: the next gap says nothing.
+    pub fn broken(&mut self) {
+        self.unbroken = false;
+        self.calm_from = self.cycle + 2;
+    }
+
+    /// The period is another one by configuration: it is learnt anew.
+    pub fn forget_period(&mut self) {
+        self.period_ns = None;
+        self.gaps.clear();
+        self.place = 0;
+        self.misses = 0;
+        self.pairs = 0;
+        self.steady = 0;
+        self.owed_ns = 0;
+        self.two = false;
+    }
+
+    /// Takes a SYNC. `restarted`: there was reason for the producer to begin anew. `configured_ns`: the period that
+    /// it should have.
+    pub fn step(&mut self, at: FrameRef, resolution_ns: i64, restarted: bool, configured_ns: Option<i64>) -> Pace {
+        let gap = self.delay_ns(at).filter(|_| self.unbroken);
+        self.unbroken = true;
+        self.resolution_ns = self.resolution_ns.max(resolution_ns);
+        let place = self.cycle as usize % SYNCS;
+        match self.syncs.get_mut(place) {
+            Some(slot) => *slot = at,
+            None => self.syncs.push(at),
+        }
+        self.cycle += 1;
+        let pace = match gap {
+            Some(gap) if gap > 0 => self.pace(gap, restarted, configured_ns),
+            Some(_) => {
+                self.calm_from = self.cycle + 1;
+                Pace::Unknown
+            }
+            None => Pace::Unknown,
+        };
+        if !matches!(pace, Pace::Unknown | Pace::Steady) {
+            self.calm_from = self.cycle + 1;
+        }
+        if let Some(gap) = gap.filter(|gap| *gap > 0 && pace != Pace::Resumed) {
+            self.intervals.record(gap);
+        }
+        self.before_ns = gap.unwrap_or(0);
+        pace
+    }
+
+    fn pace(&mut self, gap: i64, restarted: bool, configured_ns: Option<i64>) -> Pace {
+        let Some(period) = self.period_ns else {
+            self.learn(gap, configured_ns);
+            return Pace::Unknown;
+        };
+        let steady = close(gap, period);
+        if std::mem::take(&mut self.resumed) && !steady {
+            self.forget_period();
+            self.learn(gap, configured_ns);
+            return Pace::Unknown;
+        }
+        let pace = match gap {
+            _ if steady => Pace::Steady,
+            _ if gap / PAUSE > period || (restarted && gap > period) => Pace::Resumed,
+            _ if gap > period.saturating_add(period / 2) => Pace::Late,
+            _ if gap >= period / 2 => Pace::Steady,
+            _ if self.owed_ns >= (period - gap) / 2 => Pace::CaughtUp,
+            _ => Pace::Early,
+        };
+        self.owed_ns = match pace {
+            Pace::Late | Pace::CaughtUp => self.owed_ns.saturating_add(gap - period),
+            Pace::Steady if gap > period && !steady => gap - period,
+            _ => 0,
+        };
+        self.resumed = pace == Pace::Resumed;
+        if steady {
+            self.misses = 0;
+            self.steady = self.steady.saturating_add(1);
+            self.remember(gap);
+            self.period_ns = Some(median(&self.gaps));
+        } else if pace != Pace::Resumed {
+            self.misses += 1;
+        }
+        if pace == Pace::Steady {
+            self.deviate(gap - period);
+        }
+        let paired = gap < period - period / 10
+            && self.before_ns < period - period / 10
+            && (gap + self.before_ns - period).abs() <= period / 10
+            && (gap - self.before_ns).abs() > period / 7;
+        self.pairs = if paired { self.pairs + 1 } else { 0 };
+        if self.pairs == PAIRS {
+            self.forget_period();
+            self.two = true;
+            return Pace::TwoTrains(gap.min(self.before_ns), gap.max(self.before_ns));
+        }
+        if self.misses >= MISSES {
+            self.forget_period();
+        }
+        pace
+    }
+
+    /// Two trains were told of, and no one train has shown since.
+    pub fn two_trains(&self) -> bool {
+        self.two
+    }
+
+    fn learn(&mut self, gap: i64, configured_ns: Option<i64>) {
+        self.remember(gap);
+        let median = median(&self.gaps);
+        let agreeing = self.gaps.iter().filter(|gap| close(**gap, median)).count();
+        let configured = configured_ns.is_some_and(|period| close(median, period)) && agreeing == self.gaps.len();
+        if (self.gaps.len() >= ENOUGH && agreeing * 4 >= self.gaps.len() * 3)
+            || (self.gaps.len() >= ENOUGH_CONFIGURED && configured)
+        {
+            self.period_ns = Some(median);
+            self.two = false;
+            for place in 0..self.gaps.len() {
+                if let Some(gap) = self.gaps.get(place).filter(|gap| close(**gap, median)) {
+                    self.deviate(gap - median);
+                }
+            }
+        }
+    }
+
+    fn remember(&mut self, gap: i64) {
+        match self.gaps.get_mut(self.place) {
+            Some(slot) => *slot = gap,
+            None => self.gaps.push(gap),
+        }
+        self.place = (self.place + 1) % GAPS;
+    }
+
+    fn deviate(&mut self, by_ns: i64) {
+        self.deviation.record(by_ns.abs());
+        let count = self.deviation.count();
+        if count < 128 || count.is_multiple_of(16) {
+            self.p99_ns = self.deviation.p99_ns();
+        }
+    }
+}
+
+/// Within a quarter.
+fn close(gap: i64, period: i64) -> bool {
+    gap.abs_diff(period) <= period.unsigned_abs() / 4
+}
+
+fn median(gaps: &[i64]) -> i64 {
+    let mut sorted = [i64::MAX; GAPS];
+    for (slot, gap) in sorted.iter_mut().zip(gaps) {
+        *slot = *gap;
+    }
+    sorted.sort_unstable();
+    sorted.get(gaps.len().min(GAPS) / 2).copied().unwrap_or(0)
+}

@@ -1,0 +1,335 @@
+//! SYNC (CiA 301, 7.2.5): its length and counter, its period, and how many producers there are.
+//!
+//! The gaps between SYNCs are `beat`'s, the counter's values `sync_counter`'s, synchronous PDOs `sync_window`'s, what
+//! is configured `sync_settings`'; here frames are handed on to them, and what they say is told. It must not change
+//! what a frame means.
+
+use crate::checks::beat::{Beat, Pace};
+use crate::checks::jitter::Figures;
+use crate::checks::sync_counter::{Counter, Miscount};
+use crate::checks::sync_settings::{Settings, ns};
+use crate::checks::sync_window::{SyncWindow, synchronous};
+use crate::cob_id::Role;
+use crate::configuration::Provenance;
+use crate::context::Context;
+use crate::event::Placement;
+use crate::finding::{Code, Facts, Quantity};
+use crate::frame::{CanId, Frame, FrameRef};
+use crate::message::{Flaw, Message};
+use crate::network::Network;
+use crate::node::{Node, Pdo, PerNode};
+use crate::services::sdo::wire::Mux;
+
+/// SYNCs in a row of another length before that is the length.
+const LENGTHS: u8 = 3;
+/// Steady gaps before a configured period is held against them.
+const AGREED: u32 = 8;
+/// SYNCs after which the configuration is taken as complete: a configurator writes one object after the other.
+const SETTLED: u64 = 2;
+/// Heartbeat state Operational.
+const OPERATIONAL: u8 = 5;
+
+/// SYNC on one bus.
+#[derive(Debug, Default)]
+pub struct Sync {
+    settings: Settings,
+    beat: Beat,
+    counter: Counter,
+    window: SyncWindow,
+    /// The identifier of the SYNCs that are followed: the first one seen.
+    id: Option<CanId>,
+    /// Bytes of the SYNCs before, and how many since had another number of bytes.
+    length: Option<(u8, u8)>,
+    /// The producer may have begun anew since the last SYNC.
+    restarted: bool,
+    /// Configured periods were held against the traffic.
+    compared: bool,
+    /// Nodes whose window or period was written, by which frame, in which cycle.
+    written: Vec<(u8, FrameRef, u64)>,
+}
+
+/// What was measured of SYNC on a bus, and of its synchronous TPDOs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SyncStatistics {
+    /// SYNCs seen.
+    pub cycles: u64,
+    /// The period as learnt last, in ns, where SYNC is periodic.
+    pub period_ns: Option<i64>,
+    /// Gaps between SYNCs, without pauses.
+    pub intervals: Figures,
+    /// How far gaps were off the period.
+    pub deviation: Figures,
+    /// How long after SYNC each synchronous TPDO came: node-ID, PDO number, figures.
+    pub delays: Vec<(u8, u16, Figures)>,
+}
+
+impl Sync {
+    /// SYNC on a bus of which nothing was seen.
+    pub fn new(network: &Network, nodes: &PerNode<Node>) -> Self {
+        let settings = Settings::compile(network, nodes);
+        Self { settings, beat: Beat::new(network.jitter_ns), ..Self::default() }
+    }
+
+    /// What was measured.
+    pub fn statistics(&self) -> SyncStatistics {
+        SyncStatistics {
+            cycles: self.beat.cycle(),
+            period_ns: self.beat.period_ns(),
+            intervals: self.beat.intervals(),
+            deviation: self.beat.deviation(),
+            delays: self.window.delays().collect(),
+        }
+    }
+
+    /// Where a PDO stands in its SYNC cycle, if it is a synchronous one.
+    pub fn place(&self, node: u8, pdo: Option<&Pdo>, frame: &Frame) -> Option<Placement> {
+        let pdo = pdo.filter(|pdo| pdo.transmission.is_some_and(|(kind, _)| synchronous(kind)))?;
+        self.window.place(&self.beat, node, pdo, frame.reference())
+    }
+
+    /// Takes a PDO: of node `node`, known to be configured as `pdo`.
+    pub fn process_data(&mut self, node: u8, pdo: Option<&Pdo>, frame: &Frame, cx: &mut Context<'_>) {
+        match pdo {
+            Some(pdo) if pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind)) => {
+                let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
+                self.window.arrived(&self.beat, node, (pdo, frame.reference()), window_ns, cx);
+            }
+            _ => self.window.passed(frame.reference()),
+        }
+    }
+
+    /// Takes a frame of any other service than SDO.
+    pub fn message(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        match *message {
+            Message::Sync { counter } => self.sync(counter, frame, nodes, cx),
+            Message::Malformed { role: Role::Sync, flaw: Flaw::Length { .. } } => {
+                cx.find(
+                    Code::Syn001,
+                    None,
+                    None,
+                    None,
+                    Facts::told(2, &[("found", Quantity::Count(frame.len.into()))]),
+                );
+                self.sync(frame.payload().first().copied(), frame, nodes, cx);
+            }
+            Message::Nmt { node, .. } => self.restart((node != 0).then_some(node)),
+            Message::BootUp { node } => self.restart(Some(node)),
+            Message::Heartbeat { node, state: OPERATIONAL, .. } => self.window.alive(node, &self.beat, cx),
+            Message::Heartbeat { node, .. } => self.window.restart(Some(node)),
+            Message::PdoRequest { transmit: true, number, node } => self.window.asked(node, number),
+            _ => {}
+        }
+        self.window.passed(frame.reference());
+    }
+
+    /// An object of a node is known to hold another value.
+    pub fn configured(&mut self, node: u8, mux: Mux, network: &Network, nodes: &PerNode<Node>, at: FrameRef) {
+        match mux.index {
+            0x1005 | 0x1006 | 0x1007 | 0x1019 => {
+                if matches!(mux.index, 0x1006 | 0x1007) && !self.written.iter().any(|(one, ..)| *one == node) {
+                    self.written.push((node, at, 0));
+                }
+                if let Some(entry) = self.written.iter_mut().find(|(one, ..)| *one == node) {
+                    *entry = (node, at, self.beat.cycle());
+                }
+                self.reconfigure(network, nodes);
+                self.restarted = true;
+            }
+            0x1800..=0x19FF => self.window.reconfigured(node, mux.index - 0x17FF),
+            0x1A00..=0x1BFF => self.window.reconfigured(node, mux.index - 0x19FF),
+            _ => {}
+        }
+    }
+
+    /// The configuration of nodes is another one: after a reset, or by a concise DCF.
+    pub fn reconfigure(&mut self, network: &Network, nodes: &PerNode<Node>) {
+        let before = std::mem::replace(&mut self.settings, Settings::compile(network, nodes));
+        if before.period_ns != self.settings.period_ns {
+            self.beat.forget_period();
+            self.compared = false;
+        }
+        if before.overflow != self.settings.overflow || before.any_overflow != self.settings.any_overflow {
+            self.counter.reconfigured();
+            self.length = None;
+        }
+        self.id = None;
+    }
+
+    /// Frames of the bus were lost.
+    pub fn lost(&mut self) {
+        self.beat.broken();
+        self.counter.forget();
+        self.window.restart(None);
+    }
+
+    /// The capture is over.
+    pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        if let Some(miscount) = self.counter.finish() {
+            tell(miscount, cx);
+        }
+        self.window.finish(&self.beat, &self.settings.windows, cx);
+        self.judge_windows(u64::MAX, nodes, cx);
+    }
+
+    /// A node, or all, got an NMT command or has booted.
+    fn restart(&mut self, node: Option<u8>) {
+        self.window.restart(node);
+        self.restarted |= node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
+    }
+
+    fn sync(&mut self, counter: Option<u8>, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        if *self.id.get_or_insert(frame.id) != frame.id {
+            return;
+        }
+        let at = frame.reference();
+        let before = self.beat.sync(self.beat.cycle());
+        let restarted = std::mem::take(&mut self.restarted);
+        self.judge_length(frame.len, restarted, cx);
+        let resolution = frame.stamp.map_or(0, |stamp| 10_i64.pow(9 - u32::from(stamp.decimals.min(9))));
+        let period = self.beat.period_ns();
+        let gap = self.beat.delay_ns(at);
+        let pace = self.beat.step(at, resolution, restarted, self.settings.period_ns);
+        self.judge_pace(pace, before, (gap, period), cx);
+        let again = restarted || matches!(pace, Pace::Late | Pace::Resumed);
+        match counter {
+            Some(value) => {
+                let exact = self.settings.overflow.filter(|value| *value > 0);
+                let bound = self.settings.any_overflow.map(|(value, _)| value).filter(|value| *value > 0);
+                for miscount in self.counter.step(value, at, exact, bound, again).into_iter().flatten() {
+                    tell(miscount, cx);
+                }
+            }
+            None => self.counter.forget(),
+        }
+        self.window.cycle_over(&self.beat, &self.settings.windows, cx);
+        self.compare_periods(cx);
+        if at.t_ns.is_none() && self.settings.period_ns.is_some() && !self.window.set_told() {
+            cx.find(Code::Syn011, None, None, None, Facts::told(0, &[]));
+        }
+        self.judge_windows(self.beat.cycle(), nodes, cx);
+    }
+
+    /// The length against 1019h, and against the SYNCs before.
+    fn judge_length(&mut self, found: u8, restarted: bool, cx: &mut Context<'_>) {
+        if found > 1 {
+            return;
+        }
+        let measured = Quantity::Count(found.into());
+        if let Some((overflow, node)) = self.settings.any_overflow
+            && (overflow > 0) != (found == 1)
+        {
+            let facts = [("found", measured), ("overflow", Quantity::Count(overflow.into()))];
+            let object = Some(Mux { index: 0x1019, sub: 0 });
+            return cx.find(Code::Syn001, Some(node), object, None, Facts::told(0, &facts));
+        }
+        let (length, others) = self.length.filter(|_| !restarted).unwrap_or((found, 0));
+        self.length = Some(match others {
+            _ if found == length => (length, 0),
+            others if others + 1 >= LENGTHS => (found, 0),
+            others => (length, others + 1),
+        });
+        if found != length && others == 0 {
+            let facts = [("found", measured), ("expected", Quantity::Count(length.into()))];
+            cx.find(Code::Syn001, None, None, None, Facts::told(1, &facts));
+        }
+    }
+
+    fn judge_pace(
+        &mut self,
+        pace: Pace,
+        before: Option<FrameRef>,
+        (gap, period): (Option<i64>, Option<i64>),
+        cx: &mut Context<'_>,
+    ) {
+        let (gap, period) = (gap.unwrap_or(0), period.unwrap_or(0));
+        let tolerance = self.beat.tolerance_ns().unwrap_or(0);
+        let measured =
+            [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", Quantity::Ns(tolerance))];
+        match pace {
+            Pace::Late
+                if gap > (period + period / 2).saturating_add(tolerance.min(period)) || near_multiple(gap, period) =>
+            {
+                let missing = (gap + period / 2) / period.max(1) - 1;
+                let face = u8::from(!near_multiple(gap, period));
+                let [gap, period, tolerance] = measured;
+                let missing = ("missing", Quantity::Count(missing.max(1).unsigned_abs()));
+                cx.find(Code::Syn003, None, None, before, Facts::told(face, &[gap, period, tolerance, missing]));
+            }
+            Pace::Early if !self.beat.two_trains() => {
+                cx.find(Code::Syn003, None, None, before, Facts::told(2, &measured));
+            }
+            Pace::TwoTrains(short, long) => {
+                let [_, period, _] = measured;
+                let facts = [("short", Quantity::Ns(short)), ("long", Quantity::Ns(long)), period];
+                cx.find(Code::Syn006, None, None, before, Facts::told(1, &facts));
+            }
+            _ => {}
+        }
+    }
+
+    /// Configured periods against the one that shows.
+    fn compare_periods(&mut self, cx: &mut Context<'_>) {
+        let Some(period) = self.beat.period_ns().filter(|_| !self.compared && self.beat.steady() >= AGREED) else {
+            return;
+        };
+        self.compared = true;
+        for (node, configured) in &self.settings.periods {
+            if configured.abs_diff(period) > configured.unsigned_abs() / 5 {
+                let facts = [("period", Quantity::Ns(period)), ("expected", Quantity::Ns(*configured))];
+                let object = node.map(|_| Mux { index: 0x1006, sub: 0 });
+                cx.find(Code::Syn003, *node, object, None, Facts::told(3, &facts));
+            }
+        }
+    }
+
+    /// Windows that were written, once the configuration has settled.
+    fn judge_windows(&mut self, cycle: u64, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        if self.written.is_empty() {
+            return;
+        }
+        let mut written = std::mem::take(&mut self.written);
+        written.retain(|(node, at, since)| {
+            if cycle < since.saturating_add(SETTLED) {
+                return true;
+            }
+            let observed = |index| {
+                let value = nodes.get(*node)?.value(index, 0);
+                value.filter(|(us, from)| *us > 0 && *from > Provenance::Option).map(|(us, _)| ns(us))
+            };
+            let period = observed(0x1006).or(self.settings.period_ns);
+            if let (Some(window), Some(period)) = (observed(0x1007), period)
+                && window >= period
+            {
+                let facts = [("window", Quantity::Ns(window)), ("period", Quantity::Ns(period))];
+                let cause = Some(*at).filter(|at| at.no != cx.at.no);
+                let object = Some(Mux { index: 0x1007, sub: 0 });
+                cx.find(Code::Syn007, Some(*node), object, cause, Facts::told(0, &facts));
+            }
+            false
+        });
+        self.written = written;
+    }
+}
+
+fn tell(miscount: Miscount, cx: &mut Context<'_>) {
+    let count = |value: u8| Quantity::Count(value.into());
+    let earlier = |at: FrameRef| Some(at).filter(|at| at.no != cx.at.no);
+    let (code, cause, facts) = match miscount {
+        Miscount::Gap { found, expected, at } => {
+            (Code::Syn002, earlier(at), Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
+        }
+        Miscount::Outside { found, limit } => {
+            (Code::Syn002, None, Facts::told(1, &[("found", count(found)), ("limit", count(limit))]))
+        }
+        Miscount::Two { found, expected, at } => {
+            (Code::Syn006, earlier(at), Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
+        }
+    };
+    cx.find(code, None, None, cause, facts);
+}
+
+/// Whether a gap is two periods or more, to a quarter of one: SYNCs are missing, not late.
+fn near_multiple(gap: i64, period: i64) -> bool {
+    let off = gap % period.max(1);
+    gap > period + period / 2 && off.min(period - off) <= period / 4
+}

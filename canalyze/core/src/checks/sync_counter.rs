@@ -1,0 +1,219 @@
+//! The synchronous counter (CiA 301, 7.2.5.3.1): 1 with the first SYNC, one more with each, after the overflow value
+//! (1019h) back to 1.
+//!
+//! A value that does not fit is held until the next one tells what it was: a gap, one wrong byte, or a SYNC of another
+//! producer. It must not know time, nor what may restart a producer.
+
+use crate::frame::FrameRef;
+
+/// The highest counter value.
+const HIGHEST: u8 = 240;
+
+/// What a counter shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Miscount {
+    /// Another value than the one that was due. The frame, where it is not the one at hand.
+    Gap {
+        /// The value.
+        found: u8,
+        /// What was due.
+        expected: u8,
+        /// Its frame.
+        at: FrameRef,
+    },
+    /// 0, or above the overflow value.
+    Outside {
+        /// The value.
+        found: u8,
+        /// The highest value allowed.
+        limit: u8,
+    },
+    /// Two counters run beside each other: a value of each.
+    Two {
+        /// Of the SYNC that is not in the first sequence.
+        found: u8,
+        /// What was due in the first sequence.
+        expected: u8,
+        /// The frame of `found`.
+        at: FrameRef,
+    },
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    value: u8,
+    expected: u8,
+    at: FrameRef,
+}
+
+/// What is known of the counter.
+#[derive(Debug, Default)]
+pub struct Counter {
+    /// The value that is due.
+    expected: Option<u8>,
+    last: u8,
+    /// The overflow value as traffic shows it.
+    learnt: Option<u8>,
+    held: Option<Held>,
+    /// The first run over is only believed when the next value goes on from it.
+    run_over: Option<Held>,
+    /// The value with which a second sequence would go on.
+    second: Option<u8>,
+    two: bool,
+}
+
+impl Counter {
+    /// Nothing is known of what comes next: frames were lost, or a SYNC had no counter.
+    pub fn forget(&mut self) {
+        *self = Self { learnt: self.learnt, ..Self::default() };
+    }
+
+    /// The overflow value is another one by configuration.
+    pub fn reconfigured(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Takes a value. `exact`: the overflow value of the producer; `bound`: the least one that a consumer has.
+    /// `restarted`: the producer may begin anew with 1.
+    pub fn step(
+        &mut self,
+        value: u8,
+        at: FrameRef,
+        exact: Option<u8>,
+        bound: Option<u8>,
+        restarted: bool,
+    ) -> [Option<Miscount>; 2] {
+        let overflow = exact.or(self.learnt);
+        let limit = exact.or(bound).unwrap_or(HIGHEST);
+        if value == 0 || value > limit {
+            let held = self.held.take().map(gap);
+            self.run_over = None;
+            self.expected = self.expected.map(|expected| next(expected, overflow));
+            return [held, Some(Miscount::Outside { found: value, limit })];
+        }
+        let Some(expected) = self.expected else {
+            self.accept(value, overflow);
+            return [None, None];
+        };
+        if restarted && value == 1 {
+            let held = self.held.take().map(gap);
+            self.accept(value, overflow);
+            return [held, None];
+        }
+        if let Some(held) = self.held.take() {
+            return [self.settle(held, value, overflow), None];
+        }
+        if let Some(doubt) = self.run_over.take()
+            && value == next(doubt.expected, None)
+            && value != 2
+        {
+            // It was one wrong byte that read 1.
+            self.learnt = None;
+            self.accept(value, exact);
+            return [Some(gap(doubt)), None];
+        }
+        if value == expected {
+            self.accept(value, overflow);
+        } else if exact.is_none() && self.learnt.is_none() && value == 1 && self.last >= 2 {
+            self.run_over = Some(Held { value, expected: next(self.last, None), at });
+            self.learnt = Some(self.last);
+            self.accept(value, self.learnt);
+        } else if exact.is_none() && self.learnt == Some(self.last) && value == next(self.last, None) {
+            // What had been taken for the overflow value was a restart.
+            self.learnt = None;
+            self.accept(value, None);
+        } else if self.two && self.second == Some(value) {
+            self.second = Some(next(value, overflow));
+        } else {
+            self.held = Some(Held { value, expected, at });
+        }
+        [None, None]
+    }
+
+    /// The capture is over: what was held.
+    pub fn finish(&mut self) -> Option<Miscount> {
+        self.held.take().map(gap)
+    }
+
+    fn settle(&mut self, held: Held, value: u8, overflow: Option<u8>) -> Option<Miscount> {
+        // The sequence goes on where it was: `held` came beside it.
+        if value == held.expected {
+            let second = self.second == Some(held.value);
+            self.second = Some(next(held.value, overflow));
+            self.accept(value, overflow);
+            if second && self.two {
+                return None;
+            }
+            self.two = second;
+            let Held { value: found, expected, at } = held;
+            return Some(if second { Miscount::Two { found, expected, at } } else { gap(held) });
+        }
+        self.accept(value, overflow);
+        Some(gap(held))
+    }
+
+    fn accept(&mut self, value: u8, overflow: Option<u8>) {
+        self.last = value;
+        self.expected = Some(next(value, overflow));
+    }
+}
+
+fn gap(held: Held) -> Miscount {
+    Miscount::Gap { found: held.value, expected: held.expected, at: held.at }
+}
+
+fn next(value: u8, overflow: Option<u8>) -> u8 {
+    if overflow == Some(value) || value >= HIGHEST { 1 } else { value + 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::indexing_slicing)]
+    use super::*;
+
+    /// What a sequence shows: `(number of the frame with which it is known, what, frame it is about)`.
+    fn shown(values: &[u8], exact: Option<u8>, bound: Option<u8>) -> Vec<(usize, char, u64)> {
+        let mut counter = Counter::default();
+        let mut out = Vec::new();
+        let mut say = |number: usize, miscount: Option<Miscount>| match miscount {
+            Some(Miscount::Gap { at, .. }) => out.push((number, 'g', at.no)),
+            Some(Miscount::Outside { .. }) => out.push((number, 'o', number as u64)),
+            Some(Miscount::Two { at, .. }) => out.push((number, '2', at.no)),
+            None => {}
+        };
+        for (number, value) in values.iter().enumerate() {
+            let at = FrameRef { no: number as u64, ..FrameRef::default() };
+            for miscount in counter.step(*value, at, exact, bound, false) {
+                say(number, miscount);
+            }
+        }
+        say(values.len(), counter.finish());
+        out
+    }
+
+    #[test]
+    fn what_counters_show() {
+        let none: Vec<(usize, char, u64)> = Vec::new();
+        for (values, exact, bound, want) in [
+            (&[7, 8, 9, 1, 2, 3][..], None, None, none.clone()),
+            (&[1, 2, 3, 4, 1, 2], Some(4), None, none.clone()),
+            (&[239, 240, 1, 2], None, None, none.clone()),
+            (&[8, 9, 1, 2, 8, 9, 1, 2], None, None, vec![(5, 'g', 4)]),
+            // A restart that was taken for the overflow value.
+            (&[4, 5, 1, 2, 3, 4, 5, 6, 7, 8, 1, 2], None, None, none.clone()),
+            (&[1, 2, 3, 5, 6, 7], None, None, vec![(4, 'g', 3)]),
+            (&[1, 2, 3, 99, 5, 6], None, None, vec![(4, 'g', 3)]),
+            (&[1, 2, 3, 1, 5, 6], None, None, vec![(4, 'g', 3)]),
+            (&[1, 2, 3, 0, 5, 6], None, None, vec![(3, 'o', 3)]),
+            (&[1, 2, 3, 9, 1, 2], Some(4), None, vec![(3, 'o', 3)]),
+            (&[1, 2, 3, 9, 5, 6], None, Some(8), vec![(3, 'o', 3)]),
+            (&[1, 2, 3, 3, 4, 5], None, None, vec![(4, 'g', 3)]),
+            (&[1, 2, 3, 4, 1, 2, 1, 2, 3], Some(4), None, vec![(7, 'g', 6)]),
+            (&[1, 2, 3, 7], None, None, vec![(4, 'g', 3)]),
+            (&[5, 12, 6, 13, 7, 14, 8, 15], None, None, vec![(2, 'g', 1), (4, '2', 3)]),
+            (&[3, 9, 40, 41], None, None, vec![(2, 'g', 1)]),
+        ] {
+            assert_eq!(shown(values, exact, bound), want, "{values:?}");
+        }
+    }
+}

@@ -1,0 +1,470 @@
+//! Synchronous PDOs in their SYNC cycles (CiA 301, 7.2.2.2 and 7.2.5): where each stands, and whether it came once, in
+//! its cycle, within the synchronous window.
+//!
+//! Where a PDO stands is said at once; it is judged when its cycle is over, since only the next SYNC shows whether it
+//! belongs to that one (whose echo came late), and whether the machine stood still. What is due is learnt from the
+//! traffic: a TPDO of type n is judged once it has come every n-th cycle. RPDOs are placed and not judged: they are
+//! actuated with the next SYNC, whenever they come. It must not judge the SYNCs themselves.
+
+use crate::checks::beat::Beat;
+use crate::checks::jitter::{Figures, Spread};
+use crate::configuration::Provenance;
+use crate::context::Context;
+use crate::event::Placement;
+use crate::finding::{Code, Facts, Quantity};
+use crate::frame::{CanId, FrameRef};
+use crate::node::{Pdo, PerNode};
+use crate::services::pdo::communication_parameter;
+use crate::services::sdo::wire::Mux;
+
+/// Synchronous TPDOs followed at most (invariant 6).
+const TRACKS: usize = 512;
+/// Times that a PDO must have come as it should before its absence is remarkable; more where its transmission type is
+/// only preset by an EDS, which the device need not have kept to.
+const ESTABLISHED: u8 = 2;
+const ESTABLISHED_BY_EDS: u8 = 8;
+/// Gaps measured before the tolerance is said to be too large.
+const MEASURED: u32 = 8;
+
+/// Whether a transmission type is synchronous: 0, 1..=240, 252 (CiA 301, table 71).
+pub fn synchronous(kind: u8) -> bool {
+    kind <= 240 || kind == 252
+}
+
+/// The synchronous TPDOs of a bus.
+#[derive(Debug, Default)]
+pub struct SyncWindow {
+    nodes: PerNode<Tracks>,
+    count: usize,
+    /// TPDOs that wait for the next SYNC: of each at most once.
+    waiting: Vec<(u8, u16)>,
+    /// The last frame of the bus that was told of.
+    last: u64,
+    /// It was said that windows cannot be judged.
+    told: bool,
+}
+
+/// The synchronous TPDOs of a node.
+#[derive(Debug, Default)]
+struct Tracks {
+    list: Vec<Track>,
+    /// The cycle in which the node was last seen to be Operational.
+    alive: u64,
+}
+
+/// A PDO that came.
+#[derive(Clone, Copy, Debug)]
+struct Arrival {
+    at: FrameRef,
+    cycle: u64,
+    delay_ns: Option<i64>,
+}
+
+/// One synchronous TPDO.
+#[derive(Debug)]
+struct Track {
+    number: u16,
+    kind: u8,
+    id: CanId,
+    /// Times it must have come before it is judged.
+    needed: u8,
+    /// What came last and is settled: its cycle, its frame, and whether it stood before its SYNC.
+    last: Option<(u64, FrameRef)>,
+    early: bool,
+    /// A cycle in which it was due and came.
+    phase: u64,
+    /// Times that it came as it should, in a row.
+    steady: u8,
+    /// It came and waits for the next SYNC.
+    open: Option<Arrival>,
+    /// It did not come in this cycle, nor in so many; held while it may come late.
+    absent: Option<(u64, u64)>,
+    /// Its absence, or one too many, has been said: what follows from it is not said again.
+    said: bool,
+    /// A remote frame asked for it.
+    asked: bool,
+    /// It came before any SYNC.
+    before: u8,
+    listed: bool,
+    delays: Spread,
+}
+
+impl SyncWindow {
+    /// Where a PDO stands, as far as that can be said when it comes.
+    pub fn place(&self, beat: &Beat, node: u8, pdo: &Pdo, at: FrameRef) -> Option<Placement> {
+        let cycle = beat.cycle();
+        if cycle == 0 {
+            return None;
+        }
+        let delay_ns = beat.delay_ns(at);
+        if let (Some(delay), Some(period), true) = (delay_ns, beat.period_ns(), pdo.transmit)
+            && (period - beat.early_ns()..=period).contains(&delay)
+            && self.track(node, pdo.number).is_some_and(|track| track.early || track.came(cycle))
+        {
+            return Some(Placement { cycle: cycle + 1, delay_ns: Some(delay - period) });
+        }
+        Some(Placement { cycle, delay_ns })
+    }
+
+    /// Takes a synchronous TPDO. `window_ns`: its window, where there is one.
+    pub fn arrived(
+        &mut self,
+        beat: &Beat,
+        node: u8,
+        (pdo, at): (&Pdo, FrameRef),
+        window_ns: Option<i64>,
+        cx: &mut Context<'_>,
+    ) {
+        let Some((kind, from)) = pdo.transmission else { return };
+        self.tell_unjudged(beat, at, window_ns, cx);
+        let tracks = self.nodes.entry(node);
+        let place = match tracks.list.iter().position(|track| track.number == pdo.number) {
+            Some(place) => place,
+            None if self.count >= TRACKS => return,
+            None => {
+                self.count += 1;
+                tracks.list.push(Track::new(pdo.number));
+                tracks.list.len() - 1
+            }
+        };
+        let Some(track) = tracks.list.get_mut(place) else { return };
+        if (track.kind, track.id) != (kind, pdo.cob.0.id) {
+            track.restart();
+            (track.kind, track.id) = (kind, pdo.cob.0.id);
+        }
+        track.needed = if from > Provenance::Eds { ESTABLISHED } else { ESTABLISHED_BY_EDS };
+        if let Some(open) = track.open.take() {
+            track.settle(open, beat, window_ns, node, cx);
+        }
+        let arrival = Arrival { at, cycle: beat.cycle(), delay_ns: beat.delay_ns(at) };
+        if arrival.cycle == 0 {
+            track.before = track.before.saturating_add(1);
+            if track.before == 2 {
+                cx.find(Code::Syn005, Some(node), Some(track.object()), None, Facts::None);
+            }
+        }
+        if track.waits(arrival, beat, window_ns) {
+            track.open = Some(arrival);
+        } else {
+            track.settle(arrival, beat, window_ns, node, cx);
+        }
+        if (track.open.is_some() || track.absent.is_some()) && !std::mem::replace(&mut track.listed, true) {
+            self.waiting.push((node, pdo.number));
+        }
+        self.last = at.no;
+        self.alive(node, beat, cx);
+    }
+
+    /// A frame of the bus came that is no PDO.
+    pub fn passed(&mut self, at: FrameRef) {
+        self.last = at.no;
+    }
+
+    /// A node has shown that it is Operational: what it should have sent is missing.
+    pub fn alive(&mut self, node: u8, beat: &Beat, cx: &mut Context<'_>) {
+        let Some(tracks) = self.nodes.get_mut(node) else { return };
+        if std::mem::replace(&mut tracks.alive, beat.cycle()) == beat.cycle() {
+            return;
+        }
+        for track in &mut tracks.list {
+            let due = track.phase + u64::from(track.kind);
+            let judged = track.cyclic() && track.established() && !track.said && track.absent.is_none();
+            // It should have come once more since: what is missing once is told when it comes again.
+            let twice_due = beat.cycle() > due + u64::from(track.kind);
+            if judged && track.open.is_none() && twice_due && track.phase >= beat.calm_from() {
+                track.said = true;
+                let facts = [("cycle", Quantity::Count(due)), ("since", Quantity::Count(beat.cycle() - due))];
+                let facts = Facts::told(1, &facts);
+                cx.find(Code::Syn008, Some(node), Some(track.object()), beat.sync(due), facts);
+            }
+        }
+    }
+
+    /// A SYNC came: `beat` has taken it. What waited for it is judged.
+    pub fn cycle_over(&mut self, beat: &Beat, windows: &[Option<i64>], cx: &mut Context<'_>) {
+        let mut waiting = std::mem::take(&mut self.waiting);
+        waiting.retain(|(node, number)| {
+            let window_ns = windows.get(usize::from(*node)).copied().flatten();
+            let Some(track) = self.nodes.get_mut(*node).and_then(|tracks| tracks.find(*number)) else { return false };
+            if let Some(open) = track.open.take() {
+                let settled = track.before_sync(open, beat, self.last);
+                track.settle(settled, beat, window_ns, *node, cx);
+            }
+            if !track.came(beat.cycle()) {
+                track.miss(beat, *node, cx);
+            }
+            track.listed = track.absent.is_some();
+            track.listed
+        });
+        self.waiting = waiting;
+    }
+
+    /// A node (or all) was started, stopped or reset, or frames were lost: what it sends is learnt anew.
+    pub fn restart(&mut self, node: Option<u8>) {
+        for (id, tracks) in self.nodes.iter_mut() {
+            if node.is_none_or(|node| node == id) {
+                tracks.list.iter_mut().for_each(Track::restart);
+            }
+        }
+    }
+
+    /// One TPDO of a node is another one by configuration.
+    pub fn reconfigured(&mut self, node: u8, number: u16) {
+        if let Some(track) = self.nodes.get_mut(node).and_then(|tracks| tracks.find(number)) {
+            track.restart();
+        }
+    }
+
+    /// A remote frame asks for a TPDO.
+    pub fn asked(&mut self, node: u8, number: u16) {
+        if let Some(track) = self.nodes.get_mut(node).and_then(|tracks| tracks.find(number)) {
+            track.asked = true;
+        }
+    }
+
+    /// The capture is over: what was open, as far as it needs no further SYNC.
+    pub fn finish(&mut self, beat: &Beat, windows: &[Option<i64>], cx: &mut Context<'_>) {
+        for (node, number) in std::mem::take(&mut self.waiting) {
+            let window_ns = windows.get(usize::from(node)).copied().flatten();
+            let Some(track) = self.nodes.get_mut(node).and_then(|tracks| tracks.find(number)) else { continue };
+            let due = |delay: i64| beat.period_ns().is_none_or(|period| delay > period - beat.early_ns());
+            if let Some(open) = track.open.take()
+                && !open.delay_ns.is_none_or(due)
+            {
+                track.settle(open, beat, window_ns, node, cx);
+            }
+            track.miss(beat, node, cx);
+        }
+    }
+
+    /// How long after their SYNC the synchronous TPDOs came: node, number, figures.
+    pub fn delays(&self) -> impl Iterator<Item = (u8, u16, Figures)> {
+        let of = |node| move |track: &Track| (node, track.number, track.delays.figures());
+        self.nodes.iter().flat_map(move |(node, tracks)| tracks.list.iter().map(of(node)))
+    }
+
+    fn track(&self, node: u8, number: u16) -> Option<&Track> {
+        self.nodes.get(node)?.list.iter().find(|track| track.number == number)
+    }
+
+    /// Says once that windows cannot be judged: without stamps, or because the tolerance is larger than they are.
+    fn tell_unjudged(&mut self, beat: &Beat, at: FrameRef, window_ns: Option<i64>, cx: &mut Context<'_>) {
+        let Some(window) = window_ns.filter(|_| !self.told && beat.cycle() > 0) else { return };
+        let facts = match beat.tolerance_ns() {
+            _ if at.t_ns.is_none() => Facts::told(0, &[]),
+            Some(tolerance) if tolerance >= window && beat.steady() >= MEASURED => {
+                Facts::told(1, &[("tolerance", Quantity::Ns(tolerance)), ("window", Quantity::Ns(window))])
+            }
+            _ => return,
+        };
+        self.told = true;
+        cx.find(Code::Syn011, None, None, None, facts);
+    }
+
+    /// It was said elsewhere that times cannot be judged.
+    pub fn set_told(&mut self) -> bool {
+        std::mem::replace(&mut self.told, true)
+    }
+}
+
+impl Tracks {
+    fn find(&mut self, number: u16) -> Option<&mut Track> {
+        self.list.iter_mut().find(|track| track.number == number)
+    }
+}
+
+impl Track {
+    fn new(number: u16) -> Self {
+        Self {
+            number,
+            kind: u8::MAX,
+            id: CanId::standard(0),
+            needed: ESTABLISHED,
+            last: None,
+            early: false,
+            phase: 0,
+            steady: 0,
+            open: None,
+            absent: None,
+            said: false,
+            asked: false,
+            before: 0,
+            listed: false,
+            delays: Spread::default(),
+        }
+    }
+
+    /// What it does is learnt anew; its figures stay.
+    fn restart(&mut self) {
+        (self.last, self.open, self.absent) = (None, None, None);
+        (self.early, self.steady, self.said, self.asked) = (false, 0, false, false);
+    }
+
+    fn object(&self) -> Mux {
+        Mux { index: communication_parameter(true, self.number), sub: 2 }
+    }
+
+    fn cyclic(&self) -> bool {
+        (1..=240).contains(&self.kind)
+    }
+
+    fn established(&self) -> bool {
+        self.steady >= self.needed
+    }
+
+    fn came(&self, cycle: u64) -> bool {
+        self.last.is_some_and(|(last, _)| last >= cycle)
+    }
+
+    fn due(&self, cycle: u64) -> bool {
+        cycle > self.phase && (cycle - self.phase).is_multiple_of(u64::from(self.kind.max(1)))
+    }
+
+    /// Whether a PDO may be the next SYNC's, or is to be judged with its cycle.
+    fn waits(&self, arrival: Arrival, beat: &Beat, window_ns: Option<i64>) -> bool {
+        let (Some(delay), Some(period)) = (arrival.delay_ns, beat.period_ns()) else { return true };
+        delay > period / 2 || window_ns.is_some_and(|window| delay > window) || self.came(arrival.cycle)
+    }
+
+    /// The SYNC after a PDO came: whose it is.
+    fn before_sync(&self, open: Arrival, beat: &Beat, previous: u64) -> Arrival {
+        let next = open.cycle + 1;
+        let ahead = match (beat.sync(next).and_then(|sync| sync.t_ns), open.at.t_ns) {
+            (Some(sync), Some(at)) => Some(sync.saturating_sub(at)).filter(|gap| (0..=beat.early_ns()).contains(gap)),
+            _ => (open.at.no == previous).then_some(0),
+        };
+        let Some(ahead) = ahead else { return open };
+        let nexts = match self.last {
+            None => true,
+            Some(_) if self.came(open.cycle) => true,
+            Some(_) if self.cyclic() && self.due(open.cycle) != self.due(next) => self.due(next),
+            Some(_) => self.early,
+        };
+        if !nexts {
+            return open;
+        }
+        Arrival { cycle: next, delay_ns: open.at.t_ns.map(|_| -ahead), ..open }
+    }
+
+    /// Judges a PDO whose cycle is known.
+    fn settle(&mut self, it: Arrival, beat: &Beat, window_ns: Option<i64>, node: u8, cx: &mut Context<'_>) {
+        let asked = std::mem::take(&mut self.asked);
+        if let Some(delay) = it.delay_ns.filter(|_| it.cycle > 0) {
+            self.delays.record(delay);
+        }
+        let before = self.last.replace((it.cycle, it.at));
+        let early = std::mem::replace(&mut self.early, it.cycle > 0 && it.delay_ns.is_some_and(|delay| delay < 0));
+        if self.kind == 252 || it.cycle == 0 || asked {
+            self.last = before.or(self.last);
+            return;
+        }
+        self.judge_delay(it, beat, window_ns, node, cx);
+        let Some((last, last_at)) = before.filter(|(last, _)| *last > 0) else {
+            self.phase = it.cycle;
+            return;
+        };
+        if last < beat.calm_from() || it.cycle < last {
+            (self.phase, self.absent, self.said) = (it.cycle, None, false);
+            return;
+        }
+        if it.cycle == last {
+            self.judge_second(it, (last_at, early), beat, node, cx);
+        } else {
+            self.judge_cycle(it, last, node, cx);
+        }
+    }
+
+    fn judge_delay(&self, it: Arrival, beat: &Beat, window_ns: Option<i64>, node: u8, cx: &mut Context<'_>) {
+        let known = self.needed == ESTABLISHED || self.established();
+        if let (Some(delay), Some(window), Some(tolerance)) = (it.delay_ns, window_ns, beat.tolerance_ns())
+            && known
+            && tolerance < window
+            && delay > window.saturating_add(tolerance)
+            && it.cycle >= beat.calm_from()
+        {
+            let facts = [
+                ("delay", Quantity::Ns(delay)),
+                ("window", Quantity::Ns(window)),
+                ("tolerance", Quantity::Ns(tolerance)),
+                ("cycle", Quantity::Count(it.cycle)),
+            ];
+            cx.find(Code::Syn004, Some(node), Some(self.object()), earlier(it.at, cx), Facts::told(0, &facts));
+        }
+    }
+
+    /// It came in the cycle in which it had come.
+    fn judge_second(
+        &mut self,
+        it: Arrival,
+        (last_at, early): (FrameRef, bool),
+        beat: &Beat,
+        node: u8,
+        cx: &mut Context<'_>,
+    ) {
+        let object = Some(self.object());
+        if let Some((missing, _)) = self.absent.take() {
+            // The one of the cycle before came late, and now the one of this cycle.
+            self.phase = it.cycle;
+            let late = last_at
+                .t_ns
+                .zip(beat.sync(it.cycle).and_then(|sync| sync.t_ns))
+                .map(|(at, sync)| at.saturating_sub(sync));
+            if late.zip(beat.tolerance_ns()).is_some_and(|(late, tolerance)| late <= tolerance) {
+                return;
+            }
+            let facts = [("expected", Quantity::Count(missing)), ("found", Quantity::Count(it.cycle))];
+            cx.find(Code::Syn010, Some(node), object, Some(last_at), Facts::told(1, &facts));
+        } else if self.established() || (self.kind == 0 && self.needed == ESTABLISHED) {
+            // What stood before the SYNC was one too many of the cycle before.
+            let cycle = if early { it.cycle - 1 } else { it.cycle };
+            self.said = true;
+            let facts = Facts::told(0, &[("cycle", Quantity::Count(cycle))]);
+            let cause = if early || it.at.no == cx.at.no { Some(last_at) } else { Some(it.at) };
+            cx.find(Code::Syn009, Some(node), object, cause, facts);
+        }
+    }
+
+    /// It came in a cycle of its own: whether in the one in which it was due.
+    fn judge_cycle(&mut self, it: Arrival, last: u64, node: u8, cx: &mut Context<'_>) {
+        let n = u64::from(self.kind);
+        let said = std::mem::take(&mut self.said);
+        if n == 0 {
+            return;
+        }
+        let passed = it.cycle - last;
+        let on_phase = (it.cycle - self.phase.min(it.cycle)).is_multiple_of(n);
+        if passed == n || (on_phase && last != self.phase) {
+            self.steady = self.steady.saturating_add(u8::from(passed == n));
+            self.phase = it.cycle;
+            return;
+        }
+        if !self.established() {
+            self.steady = 0;
+            self.phase = it.cycle;
+            return;
+        }
+        if on_phase {
+            let first = self.phase + n;
+            self.absent = (!said).then_some((first, (it.cycle - first) / n));
+            self.phase = it.cycle;
+        } else if !said {
+            let facts = [("found", Quantity::Count(passed)), ("expected", Quantity::Count(n))];
+            cx.find(Code::Syn010, Some(node), Some(self.object()), earlier(it.at, cx), Facts::told(0, &facts));
+        }
+    }
+
+    /// The cycle is over, and what was missing has not come late.
+    fn miss(&mut self, beat: &Beat, node: u8, cx: &mut Context<'_>) {
+        let Some((cycle, count)) = self.absent.take() else { return };
+        if cycle < beat.calm_from() {
+            return;
+        }
+        let facts = Facts::told(0, &[("cycle", Quantity::Count(cycle)), ("count", Quantity::Count(count))]);
+        cx.find(Code::Syn008, Some(node), Some(self.object()), beat.sync(cycle), facts);
+    }
+}
+
+/// A frame, where it is not the one at hand.
+fn earlier(at: FrameRef, cx: &Context<'_>) -> Option<FrameRef> {
+    (at.no != cx.at.no).then_some(at)
+}
