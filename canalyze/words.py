@@ -314,9 +314,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "delay of synchronous PDOs; findings by rule; and the quality of the capture itself. Files are given as for "
         "decode; of a live input the figures come after Ctrl-C. Load counts the bits of every frame on the wire: stuff "
         "bits are computed from its identifier, data and CRC, with 3 bits between frames; error frames count no bits, "
-        "and of CAN FD frames with bit rate switch only the part at the nominal rate counts. p99 comes from logarithmic "
-        "buckets and is at most 3.2 % too high. With --filter only what fits is counted; a finding counts with its "
-        "frame.",
+        "and of CAN FD frames with bit rate switch only the part at the nominal rate counts. p99 comes from "
+        "logarithmic buckets and is at most 3.2 % too high. With --filter only what fits is counted; a finding counts "
+        "with its frame.",
     ),
     (
         "summary.format",
@@ -349,7 +349,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "summary.gaps",
         "丢帧：抓包程序报告 {count} 次，共 {frames} 帧；间隔时间不跨越丢帧处",
-        "dropped: {frames} frames, reported {count} times; no interval is measured across a gap",
+        "dropped: {frames} frames, in {count} reports; no interval is measured across a gap",
     ),
     ("summary.unreadable", "无法读取的行：{count}", "lines that cannot be read: {count}"),
     (
@@ -368,7 +368,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "最长的无帧时间：{ms} ms，到第{frame}帧为止",
         "longest time without a frame: {ms} ms, ended by frame {frame}",
     ),
-    ("summary.buses", "总线（速率：帧/秒；峰值：1秒和100毫秒窗口）", "Buses (rates in frames/s; peaks in 1 s and 100 ms)"),
+    (
+        "summary.buses",
+        "总线（速率：帧/秒；峰值：1秒和100毫秒窗口）",
+        "Buses (rates in frames/s; peaks in windows of 1 s and 100 ms)",
+    ),
     (
         "summary.no_bit_rate",
         "要看总线负载，请给出波特率，如 --bitrate 500k 或 canalyze.toml 中的 bitrate = 500000",
@@ -377,13 +381,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "summary.load",
         "负载：按 {rate} kbit/s，填充位逐帧算出，含帧间隔；不含错误帧",
-        "load at {rate} kbit/s, with the exact stuff bits of each frame and the space between frames; without error frames",
+        "load at {rate} kbit/s, with the exact stuff bits of each frame and the space between frames, without error "
+        "frames",
     ),
     (
         "summary.fd",
         "带BRS的CAN FD帧：{count}；数据段的波特率未知，其位数不计，实际负载更高",
-        "CAN FD frames with bit rate switch: {count}; the rate of their data is not known and its bits are not counted: "
-        "the true load is higher",
+        "CAN FD frames with bit rate switch: {count}; the rate of their data is not known and its bits are not "
+        "counted: the true load is higher",
     ),
     ("summary.burst", "{frames}帧/{ms} ms", "{frames} in {ms} ms"),
     ("summary.services", "服务", "Services"),
@@ -392,7 +397,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "节点（心跳：最小/平均/最大 ms；应答：最小/平均/p99/最大 ms；PDO：帧/秒）",
         "Nodes (heartbeat: min/mean/max in ms; response: min/mean/p99/max in ms; PDOs: frames/s)",
     ),
-    ("summary.silent", "{bus}只被访问、没有发过任何帧的节点：{nodes}", "{bus}addressed, nothing came from them: {nodes}"),
+    (
+        "summary.silent",
+        "{bus}只被访问、没有发过任何帧的节点：{nodes}",
+        "{bus}addressed, nothing came from them: {nodes}",
+    ),
     ("summary.commanded", "{state}（命令）", "{state} (commanded)"),
     ("summary.states", "状态的变化（从记录的第一帧算起，秒）", "States over time (seconds since the first frame)"),
     ("summary.at", "{seconds} {state}", "{seconds} {state}"),
@@ -437,7 +446,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("col.first", "首次", "first"),
     ("col.last", "末次", "last"),
     ("col.period", "周期", "period"),
-    ("col.sigma", "σ(ms)", "sigma (ms)"),
+    ("col.sigma", "标准差(ms)", "sigma (ms)"),
     ("col.counter", "计数器", "counter"),
     ("col.jumps", "跳变", "jumps"),
     ("col.id", "CAN-ID", "CAN-ID"),

@@ -15,11 +15,25 @@ from canalyze.words import Words
 Record = Mapping[str, Any]
 """A line of the core."""
 
-_RIGHT: Final = frozenset(
-    {"frames", "sent", "share", "rate", "rate_1s", "rate_100ms", "load", "load_1s", "load_100ms", "errors", "node", "boot_ups"}
-    | {"heartbeat", "transfers", "response", "aborts", "emcys", "tpdo_rate", "rpdo_rate", "period", "sigma", "count"}
-    | {"interval", "synchronous", "before_sync", "delay", "counter", "burst", "jumps", "first", "last"}
+_LEFT: Final = frozenset(
+    {
+        "bus",
+        "name",
+        "node_state",
+        "service",
+        "states",
+        "code",
+        "by",
+        "meaning",
+        "pdo",
+        "id",
+        "severity",
+        "buses",
+        "nodes",
+    }
+    | {"message"}
 )
+"""Columns of words; all others hold numbers."""
 _FOLDS: Final = frozenset({"name", "states", "meaning", "message", "nodes", "buses"})
 _LEAVING: Final = {
     "name": SPARE,
@@ -311,7 +325,7 @@ class _Report:
         columns = [
             Column(
                 self._words(f"col.{keys[place]}"),
-                right=keys[place] in _RIGHT,
+                right=keys[place] not in _LEFT,
                 folds=keys[place] in _FOLDS,
                 leaves=_LEAVING.get(keys[place], 0),
             )

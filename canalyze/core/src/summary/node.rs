@@ -136,9 +136,9 @@ impl Node {
                 self.shown.enters(0, at, false);
                 self.commanded.enters(0, at, false);
             }
-            Message::Heartbeat { state, toggle, .. } => {
+            Message::Heartbeat { state, guarding, .. } => {
                 self.heartbeats += 1;
-                self.guarded |= toggle;
+                self.guarded |= guarding;
                 if let (Some(now), Some(before)) = (at.t_ns, self.last_heartbeat_ns)
                     && now >= before
                 {
