@@ -16,22 +16,8 @@ Record = Mapping[str, Any]
 """A line of the core."""
 
 _LEFT: Final = frozenset(
-    {
-        "bus",
-        "name",
-        "node_state",
-        "service",
-        "states",
-        "code",
-        "by",
-        "meaning",
-        "pdo",
-        "id",
-        "severity",
-        "buses",
-        "nodes",
-    }
-    | {"message"}
+    {"bus", "name", "node_state", "service", "states", "code", "by", "meaning", "pdo", "id", "severity", "buses"}
+    | {"nodes", "message"}
 )
 """Columns of words; all others hold numbers."""
 _FOLDS: Final = frozenset({"name", "states", "meaning", "message", "nodes", "buses"})
@@ -209,10 +195,14 @@ class _Report:
     def _state(self, node: Record) -> str:
         if node["state"] is None:
             return EMPTY
-        state = node["state_text"] or f"{node['state']}h"
+        state = self._word(node["state"], node["state_text"])
         if node["states"] and node["states"][-1]["commanded"]:
             state = self._words("summary.commanded", state=state)
         return state
+
+    def _word(self, state: str, text: str | None) -> str:
+        """Give the word for a state. After a boot-up nothing has told the state yet: initialisation is over then."""
+        return self._words("summary.boot_up") if state == "00" else text or f"{state}h"
 
     def _states(self, nodes: Sequence[Record]) -> None:
         """Show the states of the nodes that have had more than one."""
@@ -227,7 +217,7 @@ class _Report:
         start = self._capture["first_t"]
         said = []
         for change in node["states"][:_STATES]:
-            state = change["text"] or f"{change['state']}h"
+            state = self._word(change["state"], change["text"])
             if change["t"] is None or start is None:
                 said.append(self._words("summary.at_frame", state=state, frame=change["frame"]))
             else:

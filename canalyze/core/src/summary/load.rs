@@ -155,9 +155,9 @@ impl Load {
         WINDOWS.into_iter().zip(&self.windows).map(|(length, window)| (length, window.bits, window.frames))
     }
 
-    /// The longest burst, where the bit rate is known and there are stamps.
+    /// The longest burst of two frames or more, where the bit rate is known and there are stamps.
     pub fn longest_burst(&self) -> Option<Burst> {
-        (self.longest.frames > 0).then_some(self.longest)
+        (self.longest.frames > 1).then_some(self.longest)
     }
 }
 
