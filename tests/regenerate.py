@@ -13,7 +13,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from captures import SAMPLES, run_canalyze, session_output
+from captures import SAMPLES, described_beside, run_canalyze, session_output
 
 BRIEF = {"zephyr-sdo", "zephyr-sdo-causal", "string-5-bytes", "string-100-bytes", "sdo-block", "two-nodes-interleaved"}
 EXPLAIN = {"zephyr-sdo", "sdo-block", "services"}
@@ -51,7 +51,9 @@ def output(capture: Path, arguments: dict[str, str]) -> bytes:
     if "command" in arguments:
         return run_canalyze([arguments["command"], capture, "--bitrate", "500k", "--lang", arguments["lang"]])
     regular = capture.stem not in PIPED
-    return session_output([capture.read_bytes()], regular, name=capture.name, **arguments)
+    return session_output(
+        [capture.read_bytes()], regular, name=capture.name, network=described_beside(capture), **arguments
+    )
 
 
 def main() -> None:

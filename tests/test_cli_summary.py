@@ -188,7 +188,9 @@ def test_the_counts_of_real_stacks_are_true(path: Path) -> None:
 
 def test_the_delay_of_a_synchronous_pdo() -> None:
     """It is the time since the last SYNC, for the PDOs whose transmission type the capture shows."""
-    text = (SAMPLES / "stacks" / "c3-pdo-remap-master-sync.log").read_bytes()
+    path = SAMPLES / "stacks" / "c3-pdo-remap-master-sync.log"
+    text = path.read_bytes()
+    names = {pdo["cob"]: pdo["pdo"] for pdo in json.loads(path.with_suffix(".json").read_text())["pdo"]}
     sync_us = 0
     delays: dict[str, list[int]] = {}
     for line in text.decode().splitlines():
@@ -197,12 +199,12 @@ def test_the_delay_of_a_synchronous_pdo() -> None:
         can_id = frame.split("#")[0]
         if can_id == "080":
             sync_us = now_us
-        elif sync_us:
-            delays.setdefault(can_id, []).append(now_us - sync_us)
+        elif can_id in names:
+            delays.setdefault(names[can_id], []).append(now_us - sync_us)
     synchronous = [pdo for pdo in of(records(text), "pdo") if pdo["synchronous"]]
     assert len(synchronous) == 2
     for pdo in synchronous:
-        own, delay = delays[pdo["id"]], pdo["delay"]
+        own, delay = delays[pdo["pdo"]], pdo["delay"]
         assert (pdo["synchronous"], pdo["before_sync"], delay["count"]) == (len(own), 0, len(own))
         assert (delay["min_us"], delay["max_us"], delay["p99_us"]) == (min(own), max(own), max(own))
         assert delay["mean_us"] == pytest.approx(sum(own) / len(own), abs=0.001)
