@@ -6,11 +6,34 @@
 //! of its CRC; with bit rate switch only the part at the nominal rate is counted, since the capture does not tell the
 //! other rate. An error frame in a capture stands for an unknown number of bits: none are counted.
 
-use crc::{CRC_15_CAN, Crc, Table};
-
 use crate::frame::{Frame, Kind};
 
-static CRC15: Crc<u16, Table<1>> = Crc::<u16, Table<1>>::new(&CRC_15_CAN);
+/// Generator polynomial of the CRC-15 of classic frames, without its highest term.
+const POLYNOMIAL: u16 = 0x4599;
+/// What eight bits do to the CRC; here and not by a library's digest, so that a byte goes through CRC and stuffing in
+/// one turn.
+static CRC15: [u16; 256] = crc15();
+
+#[allow(clippy::indexing_slicing, reason = "evaluated by the compiler, which refuses what is out of bounds")]
+const fn crc15() -> [u16; 256] {
+    let mut table = [0; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let (mut crc, mut bit) = ((byte as u16) << 7, 0);
+        while bit < 8 {
+            crc = if crc & 0x4000 == 0 { crc << 1 } else { crc << 1 ^ POLYNOMIAL };
+            bit += 1;
+        }
+        table[byte] = crc & 0x7FFF;
+        byte += 1;
+    }
+    table
+}
+
+fn crc_step(crc: u16, byte: u8) -> u16 {
+    let place = usize::from((crc >> 7) as u8 ^ byte);
+    (crc << 8 ^ CRC15.get(place).copied().unwrap_or(0)) & 0x7FFF
+}
 
 /// CRC delimiter, acknowledgement slot and delimiter, end of frame (7), intermission (3).
 const TAIL: u32 = 1 + 2 + 7 + 3;
@@ -81,6 +104,15 @@ impl Stuffed {
         self.rest &= 0xFF;
     }
 
+    /// Eight bits: the row stays as far from the end of a byte as it is.
+    fn octet(&mut self, byte: u8) {
+        self.rest = self.rest << 8 | u64::from(byte);
+        self.bits += 8;
+        self.last = u64::from(byte & 1);
+        self.byte((self.rest >> self.waiting) as u8);
+        self.rest &= 0xFF;
+    }
+
     fn byte(&mut self, byte: u8) {
         let row = STEPS.get(usize::from(self.state));
         let step = row.and_then(|row| row.get(usize::from(byte))).copied().unwrap_or(0);
@@ -130,16 +162,16 @@ fn classic(frame: &Frame) -> u32 {
     let reserved = if frame.id.is_extended() { 2 } else { 1 };
     let (header, count) = (value << (reserved + 4) | dlc, count + reserved + 4);
     let data = frame.payload().get(..usize::from(frame.len.min(8))).unwrap_or(&[]);
-    let mut crc = CRC15.digest();
     // Leading zeros change nothing in a CRC that begins with 0.
-    crc.update(header.to_be_bytes().get(3..).unwrap_or(&[]));
-    crc.update(data);
+    let [_, _, _, a, b, c, d, e] = header.to_be_bytes();
+    let mut crc = [a, b, c, d, e].into_iter().fold(0, crc_step);
     let mut row = Stuffed::default();
     row.push(header, count);
     for byte in data {
-        row.push(u64::from(*byte), 8);
+        crc = crc_step(crc, *byte);
+        row.octet(*byte);
     }
-    row.push(u64::from(crc.finalize()), 15);
+    row.push(u64::from(crc), 15);
     row.total() + TAIL
 }
 
@@ -153,7 +185,7 @@ fn fd(frame: &Frame, brs: bool, esi: bool) -> u32 {
     }
     row.push(u64::from(esi) << 4 | fd_dlc(frame.len), 5);
     for byte in frame.payload() {
-        row.push(u64::from(*byte), 8);
+        row.octet(*byte);
     }
     // Stuff count and parity (4), CRC-17 or CRC-21, and a fixed stuff bit before them and after every four bits.
     let check = if frame.len <= 16 { 4 + 17 } else { 4 + 21 };

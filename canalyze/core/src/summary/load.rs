@@ -12,6 +12,22 @@ const STEPS: usize = 10;
 /// Bit times between two frames, beyond the three of the intermission, that still count as back to back: stamps err.
 const SLACK: i64 = 20;
 
+/// How long a bit takes, in ns / 65536: a product costs less a frame than a division.
+#[derive(Clone, Copy, Debug)]
+pub struct BitTime(i64);
+
+impl BitTime {
+    /// At so many bit/s.
+    pub fn at(bit_rate: u32) -> Self {
+        Self((1_000_000_000 << 16) / i64::from(bit_rate.max(1)))
+    }
+
+    /// What so many bits take, in ns.
+    fn of(self, bits: i64) -> i64 {
+        bits.saturating_mul(self.0) >> 16
+    }
+}
+
 /// What a window holds at most.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Peak {
@@ -120,7 +136,7 @@ impl Default for Load {
 
 impl Load {
     /// Takes a frame of so many bits, at so many ns since the capture's first frame; `None` without stamps.
-    pub fn add(&mut self, bits: u32, at_ns: Option<i64>, bit_rate: Option<u32>, frame: FrameRef) {
+    pub fn add(&mut self, bits: u32, at_ns: Option<i64>, bit_time: Option<BitTime>, frame: FrameRef) {
         self.bits += u64::from(bits);
         let Some(at_ns) = at_ns else { return };
         if at_ns > 0 {
@@ -130,14 +146,12 @@ impl Load {
         for window in &mut self.windows {
             window.add(at_ns, u64::from(bits), frame);
         }
-        if let Some(rate) = bit_rate {
-            self.follow(i64::from(bits), at_ns, i64::from(rate.max(1)), frame);
+        if let Some(bit_time) = bit_time {
+            self.follow(bit_time.of(i64::from(bits)), bit_time.of(SLACK), at_ns, frame);
         }
     }
 
-    fn follow(&mut self, bits: i64, at_ns: i64, rate: i64, frame: FrameRef) {
-        let took_ns = bits * 1_000_000_000 / rate;
-        let slack_ns = SLACK * 1_000_000_000 / rate;
+    fn follow(&mut self, took_ns: i64, slack_ns: i64, at_ns: i64, frame: FrameRef) {
         if self.burst.frames > 0 && at_ns - self.last_ns <= took_ns + slack_ns {
             self.burst.frames += 1;
             self.burst.length_ns += at_ns - self.last_ns;
@@ -200,7 +214,7 @@ mod tests {
         let mut now = 0;
         for (no, gap) in [1_000, 200, 240, 241, 200, 5_000, 200, 200, 220, 900].into_iter().enumerate() {
             now += gap * 1_000;
-            load.add(100, Some(now), Some(500_000), at(no as u64 + 1));
+            load.add(100, Some(now), Some(BitTime::at(500_000)), at(no as u64 + 1));
         }
         let burst = load.longest_burst().unwrap();
         assert_eq!((burst.frames, burst.length_ns, burst.first.no), (4, 820_000, 6));

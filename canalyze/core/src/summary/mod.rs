@@ -12,7 +12,7 @@ pub mod traffic;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use load::Load;
+use load::{BitTime, Load};
 use node::Node;
 use traffic::{Pdos, Sync};
 
@@ -182,7 +182,7 @@ impl Bus {
         }))
     }
 
-    fn take(&mut self, frame: &Frame, at_ns: Option<i64>, bit_rate: Option<u32>) {
+    fn take(&mut self, frame: &Frame, at_ns: Option<i64>, bit_time: Option<BitTime>) {
         self.frames += 1;
         match frame.kind {
             Kind::Data => {}
@@ -197,7 +197,7 @@ impl Bus {
         if let Some(direction) = frame.dir {
             *self.sent_by_host.get_or_insert(0) += u64::from(direction == Direction::Tx);
         }
-        self.load.add(bits::on_the_wire(frame), at_ns, bit_rate, frame.reference());
+        self.load.add(bits::on_the_wire(frame), at_ns, bit_time, frame.reference());
     }
 
     /// The capturing program lost so many frames: no time may be measured across the gap.
@@ -307,6 +307,18 @@ pub struct Raised {
     pub buses: u64,
 }
 
+fn raise(findings: &mut BTreeMap<Code, Raised>, finding: &Finding) {
+    let more = if let Facts::Repeated { count } = finding.facts { count } else { 1 };
+    let nothing = Raised { count: 0, first: finding.at, last: finding.at, nodes: 0, buses: 0 };
+    let raised = findings.entry(finding.code).or_insert(nothing);
+    raised.count += more;
+    raised.last = finding.at;
+    raised.nodes |= finding.node.map_or(0, |node| 1 << (node & 0x7F));
+    if finding.at.no > 0 || finding.code == Code::Cap002 {
+        raised.buses |= 1 << (finding.bus.0 & 0x3F);
+    }
+}
+
 /// The figures of a capture.
 #[derive(Debug)]
 pub struct Summary {
@@ -318,12 +330,14 @@ pub struct Summary {
     pub buses: BTreeMap<BusId, Box<Bus>>,
     /// Findings by rule.
     pub findings: BTreeMap<Code, Raised>,
+    bit_time: Option<BitTime>,
 }
 
 impl Summary {
     /// Nothing counted yet.
     pub fn new(network: Arc<Network>) -> Self {
-        Self { network, capture: Capture::default(), buses: BTreeMap::new(), findings: BTreeMap::new() }
+        let bit_time = network.bit_rate.map(BitTime::at);
+        Self { network, capture: Capture::default(), buses: BTreeMap::new(), findings: BTreeMap::new(), bit_time }
     }
 
     /// A file with frames in it is over; so many of its lines could not be read.
@@ -336,16 +350,15 @@ impl Summary {
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         self.capture.take(frame);
         let at_ns = frame.t_ns.and(self.capture.elapsed_ns);
-        let bit_rate = self.network.bit_rate;
-        self.bus(frame.bus).take(frame, at_ns, bit_rate);
+        let bus = self.buses.entry(frame.bus).or_default();
+        bus.take(frame, at_ns, self.bit_time);
         for event in events {
             match &event.what {
-                What::Finding(finding) => self.finding(finding),
-                What::Sdo(step) if step.answered_by.is_some() => {
-                    self.capture.reordered += 1;
-                    self.bus(frame.bus).event(event, Some(frame));
-                }
-                _ => self.bus(frame.bus).event(event, Some(frame)),
+                What::Finding(finding) => raise(&mut self.findings, finding),
+                _ => bus.event(event, Some(frame)),
+            }
+            if let What::Sdo(step) = &event.what {
+                self.capture.reordered += u64::from(step.answered_by.is_some());
             }
         }
     }
@@ -371,20 +384,7 @@ impl Summary {
 
     /// A rule was raised.
     pub fn finding(&mut self, finding: &Finding) {
-        let more = if let Facts::Repeated { count } = finding.facts { count } else { 1 };
-        let raised = self.findings.entry(finding.code).or_insert(Raised {
-            count: 0,
-            first: finding.at,
-            last: finding.at,
-            nodes: 0,
-            buses: 0,
-        });
-        raised.count += more;
-        raised.last = finding.at;
-        raised.nodes |= finding.node.map_or(0, |node| 1 << (node & 0x7F));
-        if finding.at.no > 0 || finding.code == Code::Cap002 {
-            raised.buses |= 1 << (finding.bus.0 & 0x3F);
-        }
+        raise(&mut self.findings, finding);
     }
 
     /// The product's name in the description of a node; what is said of this bus by name counts more.

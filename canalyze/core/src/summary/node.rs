@@ -142,7 +142,7 @@ impl Node {
                 if let (Some(now), Some(before)) = (at.t_ns, self.last_heartbeat_ns)
                     && now >= before
                 {
-                    self.heartbeat.add(now - before);
+                    self.heartbeat.add(now.saturating_sub(before));
                 }
                 self.last_heartbeat_ns = at.t_ns;
                 if self.shown.state != Some(state) {
@@ -192,7 +192,7 @@ impl Node {
                     && step.place == Place::Due
                     && now_ns >= requested_ns
                 {
-                    self.response.add(now_ns - requested_ns);
+                    self.response.add(now_ns.saturating_sub(requested_ns));
                 }
             }
         }

@@ -38,7 +38,7 @@ impl Sync {
         if let (Some(now), Some(before)) = (t_ns, self.last_ns)
             && now >= before
         {
-            self.period.add(now - before);
+            self.period.add(now.saturating_sub(before));
         }
         self.last_ns = t_ns;
         if let Some(counter) = counter {
@@ -106,7 +106,7 @@ impl Pdos {
         if let (Some(now), Some(before)) = (frame.t_ns, pdo.last_ns)
             && now >= before
         {
-            pdo.interval.add(now - before);
+            pdo.interval.add(now.saturating_sub(before));
         }
         pdo.last_ns = frame.t_ns;
         if let Some(placement) = placement {
