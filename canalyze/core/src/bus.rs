@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::checks::sync::SyncStatistics;
-use crate::checks::{Checks, PdoName};
+use crate::checks::{Checks, Fit, PdoName};
 use crate::cob_id::Role;
 use crate::configuration;
 use crate::context::Context;
@@ -142,11 +142,11 @@ impl Bus {
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
         let sync = self.checks.place(name, &self.nodes, frame);
-        let data =
-            ProcessData { transmit, number, node, content: content.clone(), state: self.checks.state(node), sync };
+        let fit = Fit::of(&content, frame);
+        let data = ProcessData { transmit, number, node, content, state: self.checks.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
         self.checks.due(frame, cx);
-        self.checks.process_data(name, &content, &self.nodes, frame, cx);
+        self.checks.process_data(name, fit, &self.nodes, frame, cx);
     }
 
     fn multiplexed(&mut self, name: PdoName, frame: &Frame, cx: &mut Context<'_>) {

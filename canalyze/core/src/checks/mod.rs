@@ -51,7 +51,7 @@ use drive::Drives;
 use lss::Lss;
 use nodes::Nodes;
 use pdo_configuration::PdoConfiguration;
-use pdo_length::{PdoLength, misfit};
+use pdo_length::{Misfit, PdoLength, misfit};
 use pdo_timing::PdoTiming;
 use srdo::{Seen, Srdos};
 use sync::{Sync, SyncStatistics};
@@ -70,6 +70,28 @@ pub struct PdoName {
 impl PdoName {
     fn of(self, nodes: &PerNode<Node>) -> Option<&crate::node::Pdo> {
         nodes.get(self.node)?.pdo(self.transmit, self.number)
+    }
+}
+
+/// How the bytes of a PDO's frame stand to its mapping.
+#[derive(Clone, Copy, Debug)]
+pub struct Fit {
+    /// They are not as many as it says.
+    misfit: Option<Misfit>,
+    /// It is only what an EDS presets.
+    preset: bool,
+    /// There is one, or it is known that there is none.
+    read: bool,
+}
+
+impl Fit {
+    /// Of a frame and what its bytes are.
+    pub fn of(content: &Signals, frame: &Frame) -> Self {
+        Self {
+            misfit: misfit(content, frame),
+            preset: matches!(content, Signals::Mapped(_, configuration::Provenance::Eds)),
+            read: !matches!(content, Signals::None(Unmapped::Unknown)),
+        }
     }
 }
 
@@ -176,7 +198,7 @@ impl Checks {
     pub fn process_data(
         &mut self,
         name: PdoName,
-        content: &Signals,
+        fit: Fit,
         nodes: &PerNode<Node>,
         frame: &Frame,
         cx: &mut Context<'_>,
@@ -186,14 +208,13 @@ impl Checks {
         let known = name.of(nodes);
         self.sync.process_data(node, known, frame, cx);
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= configuration::Provenance::Eds);
-        if let Some(misfit) = misfit(content, frame).filter(|_| used) {
+        if let Some(misfit) = fit.misfit.filter(|_| used) {
             self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
-        } else if matches!(content, Signals::Mapped(_, configuration::Provenance::Eds)) {
+        } else if fit.preset {
             self.pdo_length.fitted(transmit, number, node);
         }
         let states = &self.nodes;
-        let read = !matches!(content, Signals::None(Unmapped::Unknown));
-        self.drives.process_data(name, read, frame, nodes, |node| states.state(node), cx);
+        self.drives.process_data(name, fit.read, frame, nodes, |node| states.state(node), cx);
         match known {
             Some(pdo) => {
                 self.pdo_configuration.used(node, pdo, frame, cx);

@@ -64,6 +64,7 @@ fn write(mapped: &Mapped, lang: Lang) -> Written {
         found.words = od::first_axis(mapped.index);
     }
     found.bit_field = is_bit_field(mapped);
+    found.decimals = (1..=9).find(|digits| mapped.factor == 1.0 / 10f64.powi(i32::from(*digits))).unwrap_or(0);
     found
 }
 
@@ -112,6 +113,8 @@ fn worded(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, how: &Written, raw: u6
             Number::Real32(read) if scaled => real32(out, (f64::from(read) * mapped.factor) as f32),
             Number::Real32(read) => real32(out, read),
             Number::Real64(read) => real64(out, read * mapped.factor),
+            Number::Signed(read) if how.decimals > 0 => fixed(out, read < 0, read.unsigned_abs(), how.decimals),
+            Number::Unsigned(read) if how.decimals > 0 => fixed(out, false, read, how.decimals),
             Number::Signed(read) if scaled => real64(out, product(read as f64, mapped.factor)),
             Number::Unsigned(read) if scaled => real64(out, product(read as f64, mapped.factor)),
             Number::Signed(read) => put!(out; read),
@@ -234,6 +237,31 @@ fn octets(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
     let count = usize::from(mapped.bits).div_ceil(8);
     let whole = all.get(..count).unwrap_or(&all);
     bytes::value(out, lang, mapped.data_type, whole, whole.len() as u64);
+}
+
+/// A whole number times a power of ten below 1, by hand: such factors are the rule. `-7534` with one digit is `-753.4`.
+fn fixed(out: &mut Vec<u8>, negative: bool, magnitude: u64, digits: u8) {
+    if negative {
+        out.push(b'-');
+    }
+    let one = 10u64.pow(u32::from(digits));
+    put!(out; magnitude / one);
+    let mut fraction = magnitude % one;
+    if fraction == 0 {
+        return;
+    }
+    let mut shown = usize::from(digits);
+    while fraction.is_multiple_of(10) {
+        fraction /= 10;
+        shown -= 1;
+    }
+    out.push(b'.');
+    let start = out.len();
+    out.resize(start + shown, b'0');
+    for slot in out.iter_mut().skip(start).rev() {
+        *slot = b'0' + (fraction % 10) as u8;
+        fraction /= 10;
+    }
 }
 
 /// A whole number in its unit: 3 x 0.1 is 0.3. The usual factors are whole or, like 0.01, one divided by a whole

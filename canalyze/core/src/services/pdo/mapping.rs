@@ -71,6 +71,8 @@ pub struct Written {
     pub words: u16,
     /// Its value is read as bits.
     pub bit_field: bool,
+    /// The factor is 10 to the power of minus this; 0 where it is not such a one.
+    pub decimals: u8,
 }
 
 impl Mapping {
