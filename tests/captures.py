@@ -130,13 +130,14 @@ def analyze(
     lang: str = "en",
     regular: bool = True,
     eds: Mapping[int, str] | None = None,
+    network: _core.Network | None = None,
 ) -> Analysis:
     """What the program says about a capture, in process and at once.
 
     eds: files of eds/ by the node-IDs that they describe.
     """
-    network = described(tuple(sorted((eds or {}).items())))
-    return sort_rows(session_output([text], regular, name=name, output_format="jsonl", lang=lang, network=network))
+    known = network or described(tuple(sorted((eds or {}).items())))
+    return sort_rows(session_output([text], regular, name=name, output_format="jsonl", lang=lang, network=known))
 
 
 @cache
@@ -145,6 +146,15 @@ def described(eds: tuple[tuple[int, str], ...]) -> _core.Network | None:
     if not eds:
         return None
     return _core.Network(descriptions=[(None, node, flat(load(str(EDS / name)))) for node, name in eds])
+
+
+def described_beside(capture: Path) -> _core.Network | None:
+    """The description beside a sample, `NAME.eds` or `NAME.dcf`, as that of node 5; None where there is none."""
+    name = capture.name.split(".")[0]
+    for file in (capture.with_name(f"{name}.{form}") for form in ("eds", "dcf")):
+        if file.is_file():
+            return _core.Network(descriptions=[(None, 5, flat(load(str(file), 5)))])
+    return None
 
 
 def sort_rows(output: bytes) -> Analysis:

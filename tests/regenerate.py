@@ -13,7 +13,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from captures import SAMPLES, session_output
+from captures import SAMPLES, described_beside, session_output
 
 BRIEF = {"zephyr-sdo", "zephyr-sdo-causal", "string-5-bytes", "string-100-bytes", "sdo-block", "two-nodes-interleaved"}
 EXPLAIN = {"zephyr-sdo", "sdo-block", "services"}
@@ -46,7 +46,7 @@ def goldens(capture: Path) -> dict[Path, dict[str, str]]:
 def output(capture: Path, arguments: dict[str, str]) -> bytes:
     """What the program says now."""
     regular = capture.stem not in PIPED
-    return session_output([capture.read_bytes()], regular, name=capture.name, **arguments)
+    return session_output([capture.read_bytes()], regular, name=capture.name, network=described_beside(capture), **arguments)
 
 
 def main() -> None:

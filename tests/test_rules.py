@@ -1,7 +1,7 @@
 """Every rule has a capture that raises it and a clean one beside it, one change away, that does not.
 
 `samples/rules/CODE.log` raises exactly what stands in the table, at that frame and no other; `CODE-FACE.log` are the
-rule's other faces. A clean neighbour, `NAME.clean.log`, has nothing above info. A new rule without these fails here.
+rule's other faces; `CODE.eds` or `CODE.dcf` describes their node. A clean neighbour, `NAME.clean.log`, has nothing above info. A new rule without these fails here.
 What it must not do: look at the wording; the goldens beside the captures freeze that.
 """
 
@@ -11,7 +11,7 @@ import difflib
 from pathlib import Path
 
 import pytest
-from captures import SAMPLES, Analysis, analyze
+from captures import SAMPLES, Analysis, analyze, described_beside
 from regenerate import PIPED
 
 from canalyze import _core
@@ -26,18 +26,23 @@ RAISED: dict[str, list[Raised]] = {
     "CAP001": [("CAP001", 4, None)],
     "CAP002": [("CAP002", 4, None)],
     "CAP003": [("CAP003", 4, None)],
+    "EDS001": [("EDS001", 2, None)],
+    "EDS002": [("EDS002", 2, None)],
+    "EDS003": [("EDS003", 4, None)],
+    "EDS003-sub": [("EDS003", 4, None)],
+    "EDS004": [("EDS004", 2, None)],
     "EMC001": [("EMC001", 3, None)],
     "EMC002": [("EMC002", 3, None)],
     "EMC003": [("EMC003", 3, None)],
     "EMC004": [("EMC004", 7, 6)],
     "EMC004-reset": [("EMC004", 6, 5)],
-    "EMC005": [("EMC005", 4, 3)],
-    "GRD001": [("GRD001", 8, 6)],
+    "EMC005": [("EMC005", 4, None)],
+    "GRD001": [("GRD001", 8, None)],
     "GRD002": [("GRD002", 8, 7)],
     "GRD003": [("GRD003", 14, 13)],
     "GRD003-producer": [("GRD003", 10, 8)],
     "GRD004": [("GRD004", 4, None)],
-    "HBT001": [("HBT001", 8, 7)],
+    "HBT001": [("HBT001", 8, None)],
     "HBT002": [("HBT002", 8, 7)],
     "HBT002-consumer": [("HBT002", 8, 7)],
     "HBT003": [("HBT003", 4, None)],
@@ -47,6 +52,27 @@ RAISED: dict[str, list[Raised]] = {
     "HBT004-rate": [("HBT004", 10, 9)],
     "HBT004-states": [("NMT004", 5, 4), ("HBT004", 7, 6)],
     "HBT005": [("HBT005", 11, None)],
+    "LSS001": [("LSS001", 9, None)],
+    "LSS001-length": [("LSS001", 9, None)],
+    "LSS001-slave": [("LSS001", 9, None)],
+    "LSS002": [("LSS002", 10, 9)],
+    "LSS003": [("LSS003", 12, None)],
+    "LSS004": [("LSS004", 10, 9)],
+    "LSS004-specific": [("LSS004", 10, 9)],
+    "LSS005": [("LSS005", 14, 13)],
+    "LSS005-old": [("LSS005", 15, 14)],
+    "LSS006": [("LSS006", 12, 10)],
+    "LSS007": [("LSS007", 7, 6)],
+    "LSS007-selective": [("LSS007", 10, 9)],
+    "LSS008": [("LSS008", 12, 11)],
+    "LSS009": [("LSS009", 12, 11)],
+    "LSS010": [("LSS010", 12, None)],
+    "LSS010-part": [("LSS010", 12, None)],
+    "LSS011": [("LSS011", 13, None)],
+    "LSS012": [("LSS012", 11, 10)],
+    "LSS012-global": [("LSS012", 5, 4)],
+    "LSS030": [("LSS030", 3, None)],
+    "MPD001": [("MPD001", 4, None)],
     "NMT001": [("NMT001", 3, None)],
     "NMT001-length": [("NMT001", 3, None)],
     "NMT001-node": [("NMT001", 3, None)],
@@ -56,8 +82,27 @@ RAISED: dict[str, list[Raised]] = {
     "NMT003-running": [("NMT003", 8, 7)],
     "NMT004": [("NMT004", 8, 7)],
     "NMT005": [("NMT005", 9, 8)],
+    "PDO001": [("PDO001", 15, None)],
+    "PDO001-receiver": [("PDO001", 8, None)],
     "PDO002": [("PDO002", 5, 4)],
     "PDO003": [("PDO003", 5, 4)],
+    "PDO004": [("PDO004", 13, 12)],
+    "PDO005": [("PDO005", 16, 12)],
+    "PDO006": [("PDO006", 15, None)],
+    "PDO006-receiver": [("PDO006", 8, None)],
+    "PDO008": [("PDO008", 2, 1)],
+    "PDO008-rpdo": [("PDO008", 2, 1)],
+    "PDO009": [("PDO009", 4, 3)],
+    "PDO009-not-invalid": [("PDO009", 6, 5)],
+    "PDO010": [("PDO010", 4, 3)],
+    "PDO011": [("PDO011", 3, None)],
+    "PDO012": [("PDO012", 4, None)],
+    "PDO013": [("PDO013", 8, 5)],
+    "PDO014": [("PDO014", 2, 1)],
+    "PDO015": [("PDO015", 3, None)],
+    "PDO016": [("PDO016", 8, 7)],
+    "PDO018": [("PDO018", 5, None)],
+    "PDO019": [("PDO019", 3, None)],
     "SDO001": [("SDO001", 8, None)],
     "SDO001-refused": [("SDO001", 8, 7), ("SDO017", 8, None)],
     "SDO001-request": [("SDO001", 6, 5)],
@@ -93,6 +138,10 @@ RAISED: dict[str, list[Raised]] = {
     "SDO012-early-end": [("SDO012", 8, None)],
     "SDO012-next-block-size": [("SDO012", 6, None)],
     "SDO012-not-confirmed": [("SDO012", 10, 9)],
+    "SDO013": [("SDO013", 2, None)],
+    "SDO013-write": [("SDO013", 2, 1)],
+    "SDO014": [("SDO014", 4, 3)],
+    "SDO014-read": [("SDO014", 4, 3)],
     "SDO015": [("SDO015", 4, 3)],
     "SDO017": [("SDO017", 4, None)],
     "SDO017-client": [("SDO017", 5, None)],
@@ -128,11 +177,11 @@ CLEAN = sorted(path.name.removesuffix(".clean.log") for path in RULES.glob("*.cl
 
 def analysis(path: Path, lang: str = "en") -> Analysis:
     piped = path.name.split(".")[0] in PIPED
-    return analyze(path.read_bytes(), name=path.name, lang=lang, regular=not piped)
+    return analyze(path.read_bytes(), name=path.name, lang=lang, regular=not piped, network=described_beside(path))
 
 
 def raised(said: Analysis) -> list[Raised]:
-    place = ("frame", "line")
+    place = {True: "line", False: "frame"}
     return [(row["code"], row[place[row["code"].startswith("CAP")]], row["cause_frame"]) for row in said.findings]
 
 

@@ -158,4 +158,38 @@ pub enum Note {
     AnsweredByAbort,
     /// A reset or boot-up of the server ended the transfer.
     LostByReset,
+    /// LSS: the slave with this address has entered the configuration state.
+    LssSelected {
+        /// Vendor-ID, product code, revision number, serial number.
+        address: [u32; 4],
+    },
+    /// LSS: a Fastscan is over.
+    Fastscan(Scanned),
+    /// LSS: bit timing is activated.
+    BitTimingActivated {
+        /// The switch delay in ms: twice as long the bus is silent.
+        delay: u16,
+        /// The new bit rate in kbit/s, where known.
+        rate: Option<u16>,
+    },
+    /// LSS: a node has another node-ID now.
+    NodeIdChanged {
+        /// The one it had.
+        from: u8,
+        /// The one it has.
+        to: u8,
+    },
+}
+
+/// What a Fastscan has found (CiA 305).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scanned {
+    /// Whether its last confirmation was answered: the slave is in the configuration state.
+    pub found: bool,
+    /// Vendor-ID, product code, revision number, serial number, as far as confirmed in the capture.
+    pub address: [Option<u32>; 4],
+    /// Fastscan frames of the master.
+    pub frames: u32,
+    /// From its first frame to its last one or the last answer, in ns; `None` without stamps.
+    pub duration_ns: Option<i64>,
 }

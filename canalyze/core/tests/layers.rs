@@ -60,6 +60,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "frame",
             "cob_id",
             "message",
+            "finding",
             "event",
             "context",
             "configuration",

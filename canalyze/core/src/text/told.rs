@@ -44,7 +44,18 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         Quantity::Pdo(transmit, number) => put!(out; if transmit { "TPDO" } else { "RPDO" }, number),
         Quantity::Statusword(word) | Quantity::Controlword(word) => put!(out; Hex::<4>(u64::from(word)), "h"),
         Quantity::Mode(mode) => put!(out; i64::from(mode)),
-        Quantity::Lss(command) => put!(out; Hex::<2>(u64::from(command)), "h"),
+        Quantity::Lss(command) => {
+            put!(out; Hex::<2>(u64::from(command)), "h");
+            if let Some(word) = terms::lss::command(lang, command) {
+                put!(out; " ", word);
+            }
+        }
+        Quantity::LssError(command, code) => {
+            put!(out; Hex::<2>(u64::from(code)), "h");
+            if let Some(word) = terms::lss::error_of(lang, command, code) {
+                put!(out; " ", word);
+            }
+        }
         Quantity::Emcy(code) => {
             put!(out; Hex::<4>(u64::from(code)), "h");
             if let Some(word) = terms::emcy::code(lang, code) {

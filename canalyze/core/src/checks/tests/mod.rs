@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, dead_code)]
 
+mod lss;
 mod nodes;
+mod pdo;
 
 use std::sync::Arc;
 
@@ -46,7 +48,12 @@ pub(super) fn log(lines: &str) -> String {
     let written = lines.lines().map(str::trim).filter(|line| !line.is_empty()).map(|line| {
         let (ms, frame) = line.split_once(' ').unwrap();
         let us = (ms.parse::<f64>().unwrap() * 1000.0).round() as i64;
-        format!("({}.{:06}) can0 {}\n", 1_700_000_000 + us / 1_000_000, us % 1_000_000, frame.trim())
+        format!(
+            "({}.{:06}) can0 {}\n",
+            1_700_000_000 + us.div_euclid(1_000_000),
+            us.rem_euclid(1_000_000),
+            frame.trim()
+        )
     });
     written.collect()
 }

@@ -2,7 +2,10 @@
 //!
 //! It must carry the same facts as `zh::findings`; a rule without words does not compile.
 
+mod description;
+mod lss;
 mod nodes;
+mod pdo;
 mod sync;
 
 use crate::event::Note;
@@ -107,17 +110,19 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
 
 /// Appends a note of what has become known of an earlier frame.
 pub fn note(out: &mut Vec<u8>, note: Note, about: u64) {
-    put!(out; match note {
-        Note::RequestNotCaptured => "the request that frame ",
-        Note::AnsweredByAbort => "the request in frame ",
-        Note::LostByReset => "the SDO transfer that began in frame ",
-    });
-    put!(out; about);
-    put!(out; match note {
-        Note::RequestNotCaptured => " answers is not in the capture",
-        Note::AnsweredByAbort => " was answered by the abort captured before it",
-        Note::LostByReset => " was ended by a reset of the node",
-    });
+    match note {
+        Note::RequestNotCaptured => put!(out; "the request that frame ", about, " answers is not in the capture"),
+        Note::AnsweredByAbort => {
+            put!(out; "the request in frame ", about, " was answered by the abort captured before it");
+        }
+        Note::LostByReset => {
+            put!(out; "the SDO transfer that began in frame ", about, " was ended by a reset of the node");
+        }
+        Note::LssSelected { address } => lss::selected(out, address),
+        Note::Fastscan(scanned) => lss::scanned(out, scanned, about),
+        Note::BitTimingActivated { delay, rate } => lss::activated(out, delay, rate),
+        Note::NodeIdChanged { from, to } => lss::changed(out, from, to, about),
+    }
 }
 
 /// The words of a rule.
@@ -160,6 +165,39 @@ pub fn rule(code: Code) -> RuleText {
         Code::Emc005 => nodes::EMC005,
         Code::Tim001 => nodes::TIM001,
         Code::Tim002 => nodes::TIM002,
+        Code::Eds001 => description::EDS001,
+        Code::Eds002 => description::EDS002,
+        Code::Eds003 => description::EDS003,
+        Code::Eds004 => description::EDS004,
+        Code::Mpd001 => pdo::MPD001,
+        Code::Pdo001 => pdo::PDO001,
+        Code::Pdo004 => pdo::PDO004,
+        Code::Pdo005 => pdo::PDO005,
+        Code::Pdo006 => pdo::PDO006,
+        Code::Pdo008 => pdo::PDO008,
+        Code::Pdo009 => pdo::PDO009,
+        Code::Pdo010 => pdo::PDO010,
+        Code::Pdo011 => pdo::PDO011,
+        Code::Pdo012 => pdo::PDO012,
+        Code::Pdo013 => pdo::PDO013,
+        Code::Pdo014 => pdo::PDO014,
+        Code::Pdo015 => pdo::PDO015,
+        Code::Pdo016 => pdo::PDO016,
+        Code::Pdo018 => pdo::PDO018,
+        Code::Pdo019 => pdo::PDO019,
+        Code::Lss001 => lss::LSS001,
+        Code::Lss002 => lss::LSS002,
+        Code::Lss003 => lss::LSS003,
+        Code::Lss004 => lss::LSS004,
+        Code::Lss005 => lss::LSS005,
+        Code::Lss006 => lss::LSS006,
+        Code::Lss007 => lss::LSS007,
+        Code::Lss008 => lss::LSS008,
+        Code::Lss009 => lss::LSS009,
+        Code::Lss010 => lss::LSS010,
+        Code::Lss011 => lss::LSS011,
+        Code::Lss012 => lss::LSS012,
+        Code::Lss030 => lss::LSS030,
         Code::Sdo001 => text(
             "toggle bit error",
             "The toggle bit of a segmented transfer is 0 in the first segment and then alternates; a response repeats the bit of its request.",
@@ -216,6 +254,8 @@ pub fn rule(code: Code) -> RuleText {
             "Sequence numbers count from 1 in each sub-block; no more is acknowledged than was sent; the block size is 1 to 127; the end comes after the last segment was acknowledged, and is confirmed.",
             "A fault in one side's block transfer, or a segment missing from the capture.",
         ),
+        Code::Sdo013 => description::SDO013,
+        Code::Sdo014 => description::SDO014,
         Code::Sdo015 => text(
             "repeated request",
             "The same request was sent again without a response in between.",
