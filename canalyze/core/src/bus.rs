@@ -12,7 +12,7 @@ use crate::checks::{Checks, PdoName};
 use crate::cob_id::Role;
 use crate::configuration;
 use crate::context::Context;
-use crate::event::{Event, ProcessData, Signals, Unmapped, What};
+use crate::event::{ProcessData, Signals, Step, Unmapped, What};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
@@ -22,7 +22,7 @@ use crate::services;
 use crate::services::pdo;
 use crate::services::sdo::channel::Channel;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
-use crate::services::sdo::wire::{Mux, Side};
+use crate::services::sdo::wire::{Command, Mux, Side};
 
 /// NMT commands that reset the node: reset node, reset communication (CiA 301, 7.2.8.3.1).
 const RESETS: [u8; 2] = [0x81, 0x82];
@@ -87,6 +87,7 @@ impl Bus {
             Role::Rpdo { number, node } if data => {
                 self.process_data(PdoName { transmit: false, number, node }, frame, cx);
             }
+            Role::Srdo { number, inverted } if frame.kind == Kind::Data => self.srdo(number, inverted, frame, cx),
             _ => self.message(role, frame, cx),
         }
     }
@@ -113,9 +114,20 @@ impl Bus {
             self.checks.sdo(side, node, object, cx);
         }
         for place in before..cx.events.len() {
-            if let Some(Event { what: What::Transfer(transfer), .. }) = cx.events.get(place) {
-                let transfer = Arc::clone(transfer);
-                self.learn(&transfer, cx);
+            match cx.events.get(place).map(|event| &event.what) {
+                Some(What::Transfer(transfer)) => {
+                    let transfer = Arc::clone(transfer);
+                    self.learn(&transfer, cx);
+                    self.checks.ended(&transfer, &self.nodes, cx);
+                }
+                Some(What::Sdo(Step { command: Command::InitiateDownload(mux, i), .. })) if i.expedited => {
+                    let bytes = i.data.get(..i.expedited_len(frame.len)).unwrap_or(&i.data);
+                    self.checks.requested(node, *mux, bytes, cx);
+                }
+                Some(What::Sdo(Step { command: Command::DownloadInitiated(mux), .. })) => {
+                    self.checks.acknowledged(node, *mux, frame);
+                }
+                _ => {}
             }
         }
     }
@@ -155,6 +167,17 @@ impl Bus {
             }
         });
         consumed.unwrap_or(Signals::None(Unmapped::Unknown))
+    }
+
+    fn srdo(&mut self, number: u8, inverted: bool, frame: &Frame, cx: &mut Context<'_>) {
+        let seen = self.checks.safety(number, inverted, frame, &self.nodes);
+        let mut message = services::decode(Role::Srdo { number, inverted }, frame);
+        if let Message::Srdo { valid, .. } = &mut message {
+            *valid = seen.valid;
+        }
+        cx.push(None, message.node(), What::Message(message));
+        self.checks.due(frame, cx);
+        self.checks.shown(&seen, cx);
     }
 
     fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
@@ -236,7 +259,7 @@ impl Bus {
     /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
     fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.lost(node, true, cx);
-        self.checks.reset(node);
+        self.checks.reset(node, cx);
         let mut changed = false;
         for (id, one) in self.nodes.iter_mut() {
             if node.is_none_or(|node| node == id) && one.configuration.reset() {
@@ -284,6 +307,7 @@ fn moves(mux: Mux) -> bool {
     match mux.index {
         0x1005 | 0x1012 | 0x1014 => true,
         0x1200..=0x12FF => matches!(mux.sub, 1..=3),
+        0x1301..=0x1340 => matches!(mux.sub, 1 | 5 | 6),
         0x1400..=0x15FF | 0x1800..=0x19FF => mux.sub == 1,
         _ => false,
     }

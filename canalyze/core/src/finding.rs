@@ -79,6 +79,14 @@ rules! {
     Cap002 "CAP002" "dropped-frames" Warning "-";
     /// Stamps of a pipe go backwards.
     Cap003 "CAP003" "stamps-backward" Warning "-";
+    /// A state that no command led to.
+    Drv001 "DRV001" "illegal-transition" Warning "CiA 402-2, power drive system";
+    /// A command that the drive has not followed.
+    Drv002 "DRV002" "command-without-effect" Warning "CiA 402-2, power drive system";
+    /// A fault that no EMCY has announced.
+    Drv003 "DRV003" "fault-without-emcy" Info "CiA 402-2, EMCY";
+    /// Another mode of operation is displayed than the one asked for.
+    Drv004 "DRV004" "mode-not-taken" Info "CiA 402-2, 6060h, 6061h";
     /// A value read before any write differs from the EDS's default.
     Eds001 "EDS001" "differs-from-eds" Info "CiA 306";
     /// A value read before any write differs from what a DCF configures.
@@ -233,6 +241,16 @@ rules! {
     Sdo030 "SDO030" "not-sdo" Info "-";
     /// Requests of which none was answered in the capture.
     Sdo031 "SDO031" "no-server" Info "-";
+    /// The two frames of an SRDO are not each other's inverse.
+    Srd001 "SRD001" "not-inverse" Error "CiA 304, EN 50325-5";
+    /// The inverted frame of an SRDO comes later than the validation time allows.
+    Srd002 "SRD002" "validation-time" Error "CiA 304, 1301h:03";
+    /// Two SRDOs are further apart than the safeguard cycle time allows.
+    Srd003 "SRD003" "cycle-time" Error "CiA 304, 1301h:02";
+    /// The inverted frame comes first, or one of the two frames is not there.
+    Srd004 "SRD004" "pair-order" Warning "CiA 304, EN 50325-5";
+    /// SRDOs of a node that is not Operational.
+    Srd005 "SRD005" "not-operational" Warning "CiA 304, CiA 301 7.3.2.2";
     /// A SYNC has another length than 1019h asks for, or than the SYNCs before.
     Syn001 "SYN001" "sync-length" Error "CiA 301 7.2.5.3.1, 7.5.2.22";
     /// The synchronous counter does not go on as it should.

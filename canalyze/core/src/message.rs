@@ -88,6 +88,9 @@ pub enum Message {
         number: u8,
         /// Whether the data are the bitwise inverted ones.
         inverted: bool,
+        /// Whether these are the inverse of the normal data before them: what the bus knows, `None` for a frame by
+        /// itself.
+        valid: Option<bool>,
     },
     /// Boot-up (CiA 301, 7.2.8.3.3): error control with state 00.
     BootUp {

@@ -67,6 +67,7 @@ impl Roles {
             roles.services(node, &mut claims);
             roles.process_data(node, &mut claims);
             roles.servers(node, &mut claims);
+            roles.safety(node, &mut claims);
             roles.clients(node, &mut claims);
         }
         for Sdo { bus: of, client, server, node } in &network.sdos {
@@ -150,6 +151,22 @@ impl Roles {
             let (client, server) = (CobId::from_entry(client), CobId::from_entry(server));
             if client.valid && server.valid {
                 self.further_channel(client.id, server.id, node.id(), from, claims);
+            }
+        }
+    }
+
+    /// SRDO pairs (1301h to 1340h) where both identifiers are known. They keep to 101h to 180h (CiA 304), and the
+    /// normal one says the number, as in the default assignment.
+    fn safety(&mut self, node: &Node, claims: &mut Claims) {
+        let allowed = |id: &CanId| !id.is_extended() && (0x101..=0x180).contains(&id.raw());
+        for index in node.configuration.indices(0x1301..=0x1340) {
+            let id = |sub| node.value(index, sub).map(|(value, from)| (CobId::from_entry(value).id, from));
+            let used = node.value(index, 1).is_some_and(|(direction, _)| direction != 0);
+            let (true, Some((normal, from)), Some((inverted, _))) = (used, id(5), id(6)) else { continue };
+            if normal != inverted && allowed(&normal) && allowed(&inverted) {
+                let number = ((normal.raw() - 0xFF) / 2) as u8;
+                self.claim(normal, Role::Srdo { number, inverted: false }, from, claims);
+                self.claim(inverted, Role::Srdo { number, inverted: true }, from, claims);
             }
         }
     }

@@ -73,6 +73,20 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("readers", &["frame"]),
     ("select", &[]),
+    (
+        "summary",
+        &[
+            "frame",
+            "cob_id",
+            "message",
+            "finding",
+            "event",
+            "network",
+            "readers",
+            "services::sdo::wire",
+            "services::sdo::transfer",
+        ],
+    ),
     ("filter", &["frame", "services::sdo::transfer"]),
     (
         "text",
@@ -96,6 +110,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &[
             "drive",
             "select",
+            "summary",
             "frame",
             "cob_id",
             "od",
@@ -112,7 +127,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "session",
         &[
             "frame", "finding", "event", "context", "network", "services", "bus", "readers", "filter", "select",
-            "text", "render",
+            "summary", "text", "render",
         ],
     ),
     (

@@ -31,7 +31,8 @@ pub enum Pace {
     Late,
     /// Less than half a period after the one before, and not because that one was late.
     Early,
-    /// Less than half a period after one that was late: the producer catches up.
+    /// Less than half a period after one that was late: the producer catches up. Or the second of a pair that is the
+    /// period together, where one was told of before.
     CaughtUp,
     /// After a pause.
     Resumed,
@@ -52,7 +53,6 @@ pub struct Beat {
     before_ns: i64,
     misses: u8,
     pairs: u8,
-    two: bool,
     /// By how much SYNCs were late, less what has been caught up.
     owed_ns: i64,
     resumed: bool,
@@ -135,6 +135,11 @@ impl Beat {
         self.calm_from = self.cycle + 2;
     }
 
+    /// The cycle that has begun, and the one before, say nothing of what nodes do.
+    pub fn disturbed(&mut self) {
+        self.calm_from = self.cycle + 1;
+    }
+
     /// The period is another one by configuration: it is learnt anew.
     pub fn forget_period(&mut self) {
         self.period_ns = None;
@@ -144,7 +149,6 @@ impl Beat {
         self.pairs = 0;
         self.steady = 0;
         self.owed_ns = 0;
-        self.two = false;
     }
 
     /// Takes a SYNC. `restarted`: there was reason for the producer to begin anew. `configured_ns`: the period that
@@ -162,13 +166,13 @@ impl Beat {
         let pace = match gap {
             Some(gap) if gap > 0 => self.pace(gap, restarted, configured_ns),
             Some(_) => {
-                self.calm_from = self.cycle + 1;
+                self.disturbed();
                 Pace::Unknown
             }
             None => Pace::Unknown,
         };
         if !matches!(pace, Pace::Unknown | Pace::Steady) {
-            self.calm_from = self.cycle + 1;
+            self.disturbed();
         }
         if let Some(gap) = gap.filter(|gap| *gap > 0 && pace != Pace::Resumed) {
             self.intervals.record(gap);
@@ -188,12 +192,17 @@ impl Beat {
             self.learn(gap, configured_ns);
             return Pace::Unknown;
         }
+        let paired = gap < period - period / 10
+            && self.before_ns < period - period / 10
+            && gap.saturating_add(self.before_ns).abs_diff(period) <= period.unsigned_abs() / 10
+            && (gap - self.before_ns).abs() > period / 10;
+        self.pairs = if paired { self.pairs + 1 } else { 0 };
         let pace = match gap {
             _ if steady => Pace::Steady,
             _ if gap / PAUSE > period || (restarted && gap > period) => Pace::Resumed,
             _ if gap > period.saturating_add(period / 2) => Pace::Late,
             _ if gap >= period / 2 => Pace::Steady,
-            _ if self.owed_ns >= (period - gap) / 2 => Pace::CaughtUp,
+            _ if self.owed_ns >= (period - gap) / 2 || self.pairs >= 2 => Pace::CaughtUp,
             _ => Pace::Early,
         };
         self.owed_ns = match pace {
@@ -213,25 +222,14 @@ impl Beat {
         if pace == Pace::Steady {
             self.deviate(gap - period);
         }
-        let paired = gap < period - period / 10
-            && self.before_ns < period - period / 10
-            && (gap + self.before_ns - period).abs() <= period / 10
-            && (gap - self.before_ns).abs() > period / 7;
-        self.pairs = if paired { self.pairs + 1 } else { 0 };
         if self.pairs == PAIRS {
             self.forget_period();
-            self.two = true;
             return Pace::TwoTrains(gap.min(self.before_ns), gap.max(self.before_ns));
         }
         if self.misses >= MISSES {
             self.forget_period();
         }
         pace
-    }
-
-    /// Two trains were told of, and no one train has shown since.
-    pub fn two_trains(&self) -> bool {
-        self.two
     }
 
     fn learn(&mut self, gap: i64, configured_ns: Option<i64>) {
@@ -243,7 +241,6 @@ impl Beat {
             || (self.gaps.len() >= ENOUGH_CONFIGURED && configured)
         {
             self.period_ns = Some(median);
-            self.two = false;
             for place in 0..self.gaps.len() {
                 if let Some(gap) = self.gaps.get(place).filter(|gap| close(**gap, median)) {
                     self.deviate(gap - median);

@@ -6,6 +6,7 @@
 
 pub mod beat;
 pub mod description;
+pub mod drive;
 pub mod emcy;
 pub mod exchange;
 pub mod fastscan;
@@ -20,6 +21,7 @@ pub mod pdo_configuration;
 pub mod pdo_length;
 pub mod pdo_timing;
 pub mod permitted;
+pub mod srdo;
 pub mod sync;
 pub mod sync_counter;
 pub mod sync_settings;
@@ -34,7 +36,7 @@ use std::sync::Arc;
 
 use crate::configuration;
 use crate::context::Context;
-use crate::event::{Placement, Signals};
+use crate::event::{Placement, Signals, Unmapped};
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::Frame;
 use crate::message::Message;
@@ -45,11 +47,13 @@ use crate::services::sdo::transfer::{Direction, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
 
 use description::Descriptions;
+use drive::Drives;
 use lss::Lss;
 use nodes::Nodes;
 use pdo_configuration::PdoConfiguration;
 use pdo_length::{PdoLength, misfit};
 use pdo_timing::PdoTiming;
+use srdo::{Seen, Srdos};
 use sync::{Sync, SyncStatistics};
 
 /// Which PDO of which node.
@@ -80,6 +84,8 @@ pub struct Checks {
     pdo_length: PdoLength,
     pdo_timing: PdoTiming,
     lss: Lss,
+    drives: Drives,
+    srdos: Srdos,
 }
 
 impl Checks {
@@ -96,6 +102,8 @@ impl Checks {
             pdo_length: PdoLength::default(),
             pdo_timing: PdoTiming::new(network.jitter_ns),
             lss: Lss::default(),
+            drives: Drives::default(),
+            srdos: Srdos::default(),
         }
     }
 
@@ -134,6 +142,29 @@ impl Checks {
         self.nodes.advance(now_ns, cx);
         self.pdo_timing.advance(now_ns, cx);
         self.lss.advance(now_ns, cx);
+        self.drives.advance(now_ns, cx);
+    }
+
+    /// A write request of SDO whose data are in it: its server may obey before it answers.
+    pub fn requested(&mut self, node: u8, mux: Mux, bytes: &[u8], cx: &Context<'_>) {
+        self.drives.request(node, mux, bytes, cx.at);
+    }
+
+    /// An SDO transfer has ended, however.
+    pub fn ended(&mut self, transfer: &Transfer, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        let node = transfer.node;
+        self.drives.transfer(transfer, nodes.get(node), self.nodes.state(node), cx);
+    }
+
+    /// A frame of an SRDO, before its own event is there.
+    pub fn safety(&mut self, number: u8, inverted: bool, frame: &Frame, nodes: &PerNode<Node>) -> Seen {
+        let states = &self.nodes;
+        self.srdos.follow(number, inverted, frame, nodes, |node| states.state(node))
+    }
+
+    /// What the same frame has shown.
+    pub fn shown(&self, seen: &Seen, cx: &mut Context<'_>) {
+        self.srdos.judge(seen, cx);
     }
 
     /// An SDO frame of a default channel, with the object it is about.
@@ -156,8 +187,13 @@ impl Checks {
         self.sync.process_data(node, known, frame, cx);
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= configuration::Provenance::Eds);
         if let Some(misfit) = misfit(content, frame).filter(|_| used) {
-            self.pdo_length.judge(transmit, number, node, misfit, cx);
+            self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
+        } else if matches!(content, Signals::Mapped(_, configuration::Provenance::Eds)) {
+            self.pdo_length.fitted(transmit, number, node);
         }
+        let states = &self.nodes;
+        let read = !matches!(content, Signals::None(Unmapped::Unknown));
+        self.drives.process_data(name, read, frame, nodes, |node| states.state(node), cx);
         match known {
             Some(pdo) => {
                 self.pdo_configuration.used(node, pdo, frame, cx);
@@ -178,6 +214,7 @@ impl Checks {
     ) {
         let PdoName { transmit, number, node } = name;
         self.nodes.pdo(transmit, number, node, cx);
+        self.drives.blind(node);
         if matches!(message, Message::Malformed { .. }) {
             let object = Mux { index: pdo::communication_parameter(transmit, number), sub: 0 };
             let facts = Facts::told(0, &[("found", Quantity::Count(u64::from(frame.len)))]);
@@ -198,6 +235,12 @@ impl Checks {
         cx: &mut Context<'_>,
     ) -> Option<(u8, u8)> {
         self.sync.message(message, frame, nodes, cx);
+        match *message {
+            Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx.at),
+            Message::Heartbeat { node, state, .. } if state != 0x05 => self.srdos.not_operational(node),
+            Message::Nmt { .. } => self.srdos.interrupt(false),
+            _ => {}
+        }
         match *message {
             Message::Nmt { command, node } if node <= 127 => {
                 self.pdo_timing.commanded((node != 0).then_some(node), command);
@@ -220,6 +263,11 @@ impl Checks {
         self.nodes.follow(message, frame, nodes, cx);
     }
 
+    /// A server has acknowledged a write, whether or not its request was captured.
+    pub fn acknowledged(&mut self, node: u8, mux: Mux, frame: &Frame) {
+        self.pdo_configuration.acknowledged(node, mux, frame);
+    }
+
     /// A successful transfer, before what it shows is learnt.
     pub fn transferred(&mut self, transfer: &Transfer, mux: Mux, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         let node = nodes.get(transfer.node);
@@ -239,25 +287,34 @@ impl Checks {
         if matches!(mux.index, 0x1016 | 0x1017) {
             self.nodes.configure(nodes);
         }
+        self.drives.reconfigured();
+        self.srdos.reconfigured();
         self.sync.configured(node, mux, &self.network, nodes, cx.at);
     }
 
     /// Many objects may hold other values now.
     pub fn reconfigured(&mut self, nodes: &PerNode<Node>) {
         self.nodes.configure(nodes);
+        self.drives.reconfigured();
+        self.srdos.reconfigured();
         self.sync.reconfigure(&self.network, nodes);
     }
 
     /// One node (or all) was reset.
-    pub fn reset(&mut self, node: Option<u8>) {
+    pub fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.pdo_configuration.reset(node);
+        self.pdo_length.reset(node, cx);
         self.pdo_timing.forget(node);
+        self.drives.forget(node);
+        self.srdos.interrupt(false);
     }
 
     /// Frames of the bus were lost: nothing that was open can be judged.
     pub fn lost(&mut self, cx: &mut Context<'_>) {
         self.nodes.lost();
         self.pdo_timing.forget(None);
+        self.drives.forget(None);
+        self.srdos.interrupt(true);
         self.pdo_length.lost(cx);
         self.sync.lost();
         self.lss.lost();

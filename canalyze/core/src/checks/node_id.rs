@@ -9,7 +9,7 @@ use crate::context::Context;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
 
-/// How long a node may take to boot up: 5 s. CiA 305 and CiA 301 give no limit; real nodes take well below 2 s.
+/// How long a node may take to boot up: 3 s. CiA 305 and CiA 301 give no limit; real nodes take well below 2 s.
 const BOOT_NS: i64 = 3_000_000_000;
 /// NMT reset communication; reset node is 81h.
 const RESET_COMMUNICATION: u8 = 0x82;

@@ -4,7 +4,7 @@
 //! are judged, with what was known before them: the bus tells of a write before it takes the value. It must not judge
 //! what was never seen: whether a PDO was valid before the first write is not assumed.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::configuration::Provenance;
 use crate::context::Context;
@@ -37,6 +37,8 @@ struct Seen {
     sent: [Option<CanId>; 8],
     /// What is said once of a PDO.
     told: BTreeSet<(Code, bool, u16)>,
+    /// When a server last acknowledged a write of a COB-ID, whether or not its request is in the capture.
+    acknowledged: BTreeMap<(bool, u16), u64>,
     /// PDOs whose mapping is being changed though they are valid.
     live: BTreeSet<(bool, u16)>,
 }
@@ -59,6 +61,13 @@ fn restricted(id: CanId) -> bool {
 }
 
 impl PdoConfiguration {
+    /// A server acknowledges a write. Where its request is not in the capture, or comes late, the value is not known.
+    pub fn acknowledged(&mut self, node: u8, mux: Mux, frame: &Frame) {
+        if let (Some((false, transmit, number)), 1) = (pdo_parameter(mux.index), mux.sub) {
+            self.nodes.entry(node).acknowledged.insert((transmit, number), frame.no);
+        }
+    }
+
     /// An acknowledged write, before it is taken.
     pub fn written(&mut self, node: Option<&Node>, transfer: &Transfer, mux: Mux, value: u64, cx: &mut Context<'_>) {
         let cause = (transfer.first.no != cx.at.no).then_some(transfer.first);
@@ -104,7 +113,9 @@ impl PdoConfiguration {
         let (cob, from) = pdo.cob;
         let (code, face) = match (cob.valid, from, &pdo.content) {
             (false, Provenance::Observed(known), _) if pdo.transmit => {
-                if cx.at.no > known.saturating_add(UNDER_WAY) {
+                let acknowledged = self.nodes.get(node).and_then(|seen| seen.acknowledged.get(&(true, pdo.number)));
+                let superseded = acknowledged.is_some_and(|acknowledged| *acknowledged > known);
+                if cx.at.no > known.saturating_add(UNDER_WAY) && !superseded {
                     let object = Mux { index: pdo.communication(), sub: 1 };
                     let measured = [("pdo", Quantity::Pdo(true, pdo.number)), ("id", Quantity::Id(frame.id))];
                     cx.find(Code::Pdo018, Some(node), Some(object), None, Facts::told(0, &measured));

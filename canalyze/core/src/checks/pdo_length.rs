@@ -9,7 +9,8 @@ use crate::context::Context;
 use crate::event::Signals;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::{Frame, Kind};
-use crate::services::pdo::communication_parameter;
+use crate::node::{Node, PerNode};
+use crate::services::pdo::{communication_parameter, mapping_parameter};
 use crate::services::sdo::wire::Mux;
 
 /// Lengths of a CAN FD frame beyond eight bytes: what lies between is filled up.
@@ -19,11 +20,21 @@ const CLASSIC_BITS: u16 = 64;
 /// Frames after that with which a mapping was known that may have been under way before it.
 const UNDER_WAY: u64 = 1;
 
-/// What is known of lost frames.
+/// What bears on how far a mapping is trusted.
 #[derive(Debug, Default)]
 pub struct PdoLength {
     /// Frames were lost after this one: what was observed before may no longer hold.
     lost: Option<u64>,
+    nodes: PerNode<Lengths>,
+}
+
+/// What is known of the PDOs of a node.
+#[derive(Debug, Default)]
+struct Lengths {
+    /// Its last reset or boot-up.
+    reset: Option<u64>,
+    /// TPDOs and RPDOs 1 to 64 that were as long as their mapping, one bit each.
+    fitted: [u64; 2],
 }
 
 /// A PDO that is not as long as its mapping.
@@ -57,19 +68,35 @@ pub fn misfit(content: &Signals, frame: &Frame) -> Option<Misfit> {
 
 impl PdoLength {
     /// Raises what a frame of a node's PDO showed.
-    pub fn judge(&self, transmit: bool, number: u16, node: u8, misfit: Misfit, cx: &mut Context<'_>) {
+    pub fn judge(
+        &self,
+        transmit: bool,
+        number: u16,
+        node: u8,
+        known: Option<&Node>,
+        misfit: Misfit,
+        cx: &mut Context<'_>,
+    ) {
         let Misfit { found, mapped, from, consumer } = misfit;
+        let lengths = self.nodes.get(consumer.map_or(node, |(consumer, _)| consumer));
+        // What was only read before a reset may have been written before the capture, and be gone since.
+        let reset = lengths.and_then(|lengths| lengths.reset);
+        let doubted = |known| self.lost.is_some_and(|lost| known <= lost) || reset.is_some_and(|reset| known <= reset);
         if let Provenance::Observed(known) = from
-            && (cx.at.no <= known.saturating_add(UNDER_WAY) || self.lost.is_some_and(|lost| known <= lost))
+            && (cx.at.no <= known.saturating_add(UNDER_WAY) || doubted(known))
         {
             return;
         }
         let trusted = from > Provenance::Eds;
-        if !trusted && consumer.is_some() {
+        if !trusted && (consumer.is_some() || known.is_none_or(|known| mixed(known, transmit, number))) {
             return;
         }
+        // A device may have stored another mapping than the EDS's default, unless it was seen to keep to that.
+        let (place, bit) = bit(transmit, number);
+        let kept = lengths.is_some_and(|known| known.fitted.get(place).is_some_and(|set| set & bit != 0));
         let code = match (trusted, found < mapped) {
-            (false, _) => Code::Pdo012,
+            (false, _) if kept => Code::Pdo012,
+            (false, _) => Code::Eds001,
             (true, true) => Code::Pdo001,
             (true, false) => Code::Pdo006,
         };
@@ -79,12 +106,42 @@ impl PdoLength {
         if consumer != 0 {
             facts.extend([("consumer", Quantity::Count(u64::from(consumer))), ("pdo", Quantity::Pdo(false, pdo))]);
         }
-        let facts = Facts::told(u8::from(consumer != 0), &facts);
+        let facts = Facts::told(u8::from(consumer != 0 || code == Code::Eds001), &facts);
         cx.find(code, Some(node), Some(object), None, facts);
+    }
+
+    /// A frame of a node's PDO is as long as the EDS's default mapping.
+    pub fn fitted(&mut self, transmit: bool, number: u16, node: u8) {
+        let (place, bit) = bit(transmit, number);
+        if let Some(set) = self.nodes.entry(node).fitted.get_mut(place) {
+            *set |= bit;
+        }
+    }
+
+    /// A node (or all) was reset.
+    pub fn reset(&mut self, node: Option<u8>, cx: &Context<'_>) {
+        let nodes = match node {
+            Some(node) => node..=node,
+            None => 1..=127,
+        };
+        for node in nodes {
+            *self.nodes.entry(node) = Lengths { reset: Some(cx.at.no), fitted: [0; 2] };
+        }
     }
 
     /// Frames of the bus were lost.
     pub fn lost(&mut self, cx: &Context<'_>) {
         self.lost = Some(cx.at.no);
     }
+}
+
+/// Whether some of the mapping is known from elsewhere than the EDS: then nobody knows the whole of it.
+fn mixed(node: &Node, transmit: bool, number: u16) -> bool {
+    let index = mapping_parameter(transmit, number);
+    (0..=64).any(|sub| node.value(index, sub).is_some_and(|(_, from)| from > Provenance::Eds))
+}
+
+/// The place of a PDO in [`Lengths::fitted`]; none beyond 64.
+fn bit(transmit: bool, number: u16) -> (usize, u64) {
+    (usize::from(transmit), 1_u64.checked_shl(u32::from(number.saturating_sub(1))).unwrap_or(0))
 }

@@ -20,7 +20,7 @@ use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
 use crate::services::sdo::wire::Mux;
 
-/// SYNCs in a row of another length before that is the length.
+/// SYNCs of one length before it is taken for theirs.
 const LENGTHS: u8 = 3;
 /// Steady gaps before a configured period is held against them.
 const AGREED: u32 = 8;
@@ -38,14 +38,25 @@ pub struct Sync {
     window: SyncWindow,
     /// The identifier of the SYNCs that are followed: the first one seen.
     id: Option<CanId>,
-    /// Bytes of the SYNCs before, and how many since had another number of bytes.
-    length: Option<(u8, u8)>,
+    length: Option<Length>,
     /// The producer may have begun anew since the last SYNC.
     restarted: bool,
+    /// Two producers were told of.
+    two: bool,
     /// Configured periods were held against the traffic.
     compared: bool,
-    /// Nodes whose window or period was written, by which frame, in which cycle.
+    /// Nodes whose 1005h, 1006h or 1007h is another one, by which frame, in which cycle.
     written: Vec<(u8, FrameRef, u64)>,
+}
+
+/// The number of bytes that SYNCs have.
+#[derive(Clone, Copy, Debug)]
+struct Length {
+    bytes: u8,
+    /// SYNCs that had it, counted up to [`LENGTHS`].
+    had: u8,
+    /// SYNCs in a row since that had another.
+    others: u8,
 }
 
 /// What was measured of SYNC on a bus, and of its synchronous TPDOs.
@@ -87,14 +98,12 @@ impl Sync {
         self.window.place(&self.beat, node, pdo, frame.reference())
     }
 
-    /// Takes a PDO: of node `node`, known to be configured as `pdo`.
+    /// Takes a PDO of a node, known to be configured as `pdo`.
     pub fn process_data(&mut self, node: u8, pdo: Option<&Pdo>, frame: &Frame, cx: &mut Context<'_>) {
-        match pdo {
-            Some(pdo) if pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind)) => {
-                let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
-                self.window.arrived(&self.beat, node, (pdo, frame.reference()), window_ns, cx);
-            }
-            _ => self.window.passed(frame.reference()),
+        let followed = |pdo: &&Pdo| pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind));
+        if let Some(pdo) = pdo.filter(followed) {
+            let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
+            self.window.arrived(&self.beat, node, (pdo, frame.reference()), window_ns, cx);
         }
     }
 
@@ -119,14 +128,13 @@ impl Sync {
             Message::PdoRequest { transmit: true, number, node } => self.window.asked(node, number),
             _ => {}
         }
-        self.window.passed(frame.reference());
     }
 
     /// An object of a node is known to hold another value.
     pub fn configured(&mut self, node: u8, mux: Mux, network: &Network, nodes: &PerNode<Node>, at: FrameRef) {
         match mux.index {
             0x1005 | 0x1006 | 0x1007 | 0x1019 => {
-                if matches!(mux.index, 0x1006 | 0x1007) && !self.written.iter().any(|(one, ..)| *one == node) {
+                if mux.index != 0x1019 && !self.written.iter().any(|(one, ..)| *one == node) {
                     self.written.push((node, at, 0));
                 }
                 if let Some(entry) = self.written.iter_mut().find(|(one, ..)| *one == node) {
@@ -153,6 +161,7 @@ impl Sync {
             self.length = None;
         }
         self.id = None;
+        self.two = false;
     }
 
     /// Frames of the bus were lost.
@@ -168,7 +177,7 @@ impl Sync {
             tell(miscount, cx);
         }
         self.window.finish(&self.beat, &self.settings.windows, cx);
-        self.judge_windows(u64::MAX, nodes, cx);
+        self.judge_settings(u64::MAX, nodes, cx);
     }
 
     /// A node, or all, got an NMT command or has booted.
@@ -196,17 +205,23 @@ impl Sync {
                 let exact = self.settings.overflow.filter(|value| *value > 0);
                 let bound = self.settings.any_overflow.map(|(value, _)| value).filter(|value| *value > 0);
                 for miscount in self.counter.step(value, at, exact, bound, again).into_iter().flatten() {
+                    if matches!(miscount, Miscount::Two { .. }) && std::mem::replace(&mut self.two, true) {
+                        continue;
+                    }
                     tell(miscount, cx);
                 }
             }
             None => self.counter.forget(),
+        }
+        if self.window.stood_still() && at.t_ns.is_none() {
+            self.beat.disturbed();
         }
         self.window.cycle_over(&self.beat, &self.settings.windows, cx);
         self.compare_periods(cx);
         if at.t_ns.is_none() && self.settings.period_ns.is_some() && !self.window.set_told() {
             cx.find(Code::Syn011, None, None, None, Facts::told(0, &[]));
         }
-        self.judge_windows(self.beat.cycle(), nodes, cx);
+        self.judge_settings(self.beat.cycle(), nodes, cx);
     }
 
     /// The length against 1019h, and against the SYNCs before.
@@ -222,14 +237,19 @@ impl Sync {
             let object = Some(Mux { index: 0x1019, sub: 0 });
             return cx.find(Code::Syn001, Some(node), object, None, Facts::told(0, &facts));
         }
-        let (length, others) = self.length.filter(|_| !restarted).unwrap_or((found, 0));
-        self.length = Some(match others {
-            _ if found == length => (length, 0),
-            others if others + 1 >= LENGTHS => (found, 0),
-            others => (length, others + 1),
-        });
-        if found != length && others == 0 {
-            let facts = [("found", measured), ("expected", Quantity::Count(length.into()))];
+        let fresh = Length { bytes: found, had: 1, others: 0 };
+        let Some(known) = self.length.filter(|_| !restarted) else {
+            self.length = Some(fresh);
+            return;
+        };
+        if found == known.bytes {
+            self.length = Some(Length { had: (known.had + 1).min(LENGTHS), others: 0, ..known });
+            return;
+        }
+        let gives_way = known.had < LENGTHS || known.others + 1 >= LENGTHS;
+        self.length = Some(if gives_way { fresh } else { Length { others: known.others + 1, ..known } });
+        if known.had >= LENGTHS && known.others == 0 {
+            let facts = [("found", measured), ("expected", Quantity::Count(known.bytes.into()))];
             cx.find(Code::Syn001, None, None, None, Facts::told(1, &facts));
         }
     }
@@ -247,18 +267,19 @@ impl Sync {
             [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", Quantity::Ns(tolerance))];
         match pace {
             Pace::Late
-                if gap > (period + period / 2).saturating_add(tolerance.min(period)) || near_multiple(gap, period) =>
+                if gap > period.saturating_add(period / 2).saturating_add(tolerance.min(period))
+                    || near_multiple(gap, period) =>
             {
-                let missing = (gap + period / 2) / period.max(1) - 1;
+                let missing = gap.saturating_add(period / 2) / period.max(1) - 1;
                 let face = u8::from(!near_multiple(gap, period));
                 let [gap, period, tolerance] = measured;
                 let missing = ("missing", Quantity::Count(missing.max(1).unsigned_abs()));
                 cx.find(Code::Syn003, None, None, before, Facts::told(face, &[gap, period, tolerance, missing]));
             }
-            Pace::Early if !self.beat.two_trains() => {
+            Pace::Early if !self.two => {
                 cx.find(Code::Syn003, None, None, before, Facts::told(2, &measured));
             }
-            Pace::TwoTrains(short, long) => {
+            Pace::TwoTrains(short, long) if !std::mem::replace(&mut self.two, true) => {
                 let [_, period, _] = measured;
                 let facts = [("short", Quantity::Ns(short)), ("long", Quantity::Ns(long)), period];
                 cx.find(Code::Syn006, None, None, before, Facts::told(1, &facts));
@@ -282,12 +303,13 @@ impl Sync {
         }
     }
 
-    /// Windows that were written, once the configuration has settled.
-    fn judge_windows(&mut self, cycle: u64, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+    /// What was written, once the configuration has settled.
+    fn judge_settings(&mut self, cycle: u64, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if self.written.is_empty() {
             return;
         }
         let mut written = std::mem::take(&mut self.written);
+        let mut two: Option<(FrameRef, u8, u8)> = None;
         written.retain(|(node, at, since)| {
             if cycle < since.saturating_add(SETTLED) {
                 return true;
@@ -296,19 +318,35 @@ impl Sync {
                 let value = nodes.get(*node)?.value(index, 0);
                 value.filter(|(us, from)| *us > 0 && *from > Provenance::Option).map(|(us, _)| ns(us))
             };
+            let cause = Some(*at).filter(|at| at.no != cx.at.no);
             let period = observed(0x1006).or(self.settings.period_ns);
             if let (Some(window), Some(period)) = (observed(0x1007), period)
                 && window >= period
             {
                 let facts = [("window", Quantity::Ns(window)), ("period", Quantity::Ns(period))];
-                let cause = Some(*at).filter(|at| at.no != cx.at.no);
                 let object = Some(Mux { index: 0x1007, sub: 0 });
                 cx.find(Code::Syn007, Some(*node), object, cause, Facts::told(0, &facts));
+            }
+            let producers = &self.settings.producers;
+            let other = producers.iter().find(|other| *other != node && active(nodes, **other));
+            if let Some(other) = other.filter(|_| producers.contains(node) && active(nodes, *node)) {
+                // Of two that were written, the later one.
+                two = two.filter(|(before, ..)| before.no > at.no).or(Some((*at, *node, *other)));
             }
             false
         });
         self.written = written;
+        if let Some((at, node, other)) = two {
+            let object = Some(Mux { index: 0x1005, sub: 0 });
+            let facts = Facts::told(2, &[("other", Quantity::Count(other.into()))]);
+            cx.find(Code::Syn006, Some(node), object, Some(at).filter(|at| at.no != cx.at.no), facts);
+        }
     }
+}
+
+/// Whether a producer has a period: without one it sends nothing.
+fn active(nodes: &PerNode<Node>, node: u8) -> bool {
+    nodes.get(node).and_then(|node| node.value(0x1006, 0)).is_some_and(|(us, from)| us > 0 && from > Provenance::Eds)
 }
 
 fn tell(miscount: Miscount, cx: &mut Context<'_>) {
@@ -331,5 +369,5 @@ fn tell(miscount: Miscount, cx: &mut Context<'_>) {
 /// Whether a gap is two periods or more, to a quarter of one: SYNCs are missing, not late.
 fn near_multiple(gap: i64, period: i64) -> bool {
     let off = gap % period.max(1);
-    gap > period + period / 2 && off.min(period - off) <= period / 4
+    gap > period.saturating_add(period / 2) && off.min(period - off) <= period / 4
 }

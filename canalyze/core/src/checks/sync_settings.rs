@@ -13,8 +13,10 @@ const PRODUCES: u64 = 1 << 30;
 /// What is configured.
 #[derive(Debug, Default)]
 pub struct Settings {
-    /// The node that produces SYNC, where one says so.
+    /// The node that produces SYNC, where one says so, and no other.
     pub producer: Option<u8>,
+    /// All that say so.
+    pub producers: Vec<u8>,
     /// Communication cycle period in ns.
     pub period_ns: Option<i64>,
     /// Periods that should agree with the traffic: of which node (none: an option), in ns.
@@ -30,11 +32,9 @@ pub struct Settings {
 impl Settings {
     /// What is configured now.
     pub fn compile(network: &Network, nodes: &PerNode<Node>) -> Self {
-        let trusted = |node: &Node, index| node.value(index, 0).filter(|(_, from)| *from > Provenance::Eds);
-        let producers =
-            || nodes.iter().filter(|(_, node)| trusted(node, 0x1005).is_some_and(|(value, _)| value & PRODUCES != 0));
-        let producer = producers().map(|(id, _)| id).next().filter(|_| producers().count() == 1);
-        let mut made = Self { producer, ..Self::default() };
+        let producers: Vec<u8> = nodes.iter().filter(|(_, node)| produces(node)).map(|(id, _)| id).collect();
+        let producer = producers.first().copied().filter(|_| producers.len() == 1);
+        let mut made = Self { producer, producers, ..Self::default() };
         made.periods(network, nodes);
         made.counters(nodes);
         made.windows(network, nodes);
@@ -102,6 +102,11 @@ impl Settings {
             }
         }
     }
+}
+
+/// Whether a node is configured to produce SYNC, by more than an EDS.
+fn produces(node: &Node) -> bool {
+    node.value(0x1005, 0).is_some_and(|(value, from)| from > Provenance::Eds && value & PRODUCES != 0)
 }
 
 /// Later observations are not trusted more than earlier ones.

@@ -38,10 +38,10 @@ pub struct SyncWindow {
     count: usize,
     /// TPDOs that wait for the next SYNC: of each at most once.
     waiting: Vec<(u8, u16)>,
-    /// The last frame of the bus that was told of.
-    last: u64,
     /// It was said that windows cannot be judged.
     told: bool,
+    /// Cycles in a row, up to the running one, in which no synchronous TPDO of any node came.
+    empty: u8,
 }
 
 /// The synchronous TPDOs of a node.
@@ -58,6 +58,8 @@ struct Arrival {
     at: FrameRef,
     cycle: u64,
     delay_ns: Option<i64>,
+    /// It stood before the SYNC to whose cycle it belongs.
+    early: bool,
 }
 
 /// One synchronous TPDO.
@@ -117,6 +119,7 @@ impl SyncWindow {
     ) {
         let Some((kind, from)) = pdo.transmission else { return };
         self.tell_unjudged(beat, at, window_ns, cx);
+        self.empty = 0;
         let tracks = self.nodes.entry(node);
         let place = match tracks.list.iter().position(|track| track.number == pdo.number) {
             Some(place) => place,
@@ -136,7 +139,7 @@ impl SyncWindow {
         if let Some(open) = track.open.take() {
             track.settle(open, beat, window_ns, node, cx);
         }
-        let arrival = Arrival { at, cycle: beat.cycle(), delay_ns: beat.delay_ns(at) };
+        let arrival = Arrival { at, cycle: beat.cycle(), delay_ns: beat.delay_ns(at), early: false };
         if arrival.cycle == 0 {
             track.before = track.before.saturating_add(1);
             if track.before == 2 {
@@ -151,13 +154,7 @@ impl SyncWindow {
         if (track.open.is_some() || track.absent.is_some()) && !std::mem::replace(&mut track.listed, true) {
             self.waiting.push((node, pdo.number));
         }
-        self.last = at.no;
         self.alive(node, beat, cx);
-    }
-
-    /// A frame of the bus came that is no PDO.
-    pub fn passed(&mut self, at: FrameRef) {
-        self.last = at.no;
     }
 
     /// A node has shown that it is Operational: what it should have sent is missing.
@@ -180,6 +177,16 @@ impl SyncWindow {
         }
     }
 
+    /// A SYNC came, and nothing since the one before, though several TPDOs were due, or nothing for longer: without
+    /// stamps the only sign that the machine stood still.
+    pub fn stood_still(&mut self) -> bool {
+        let due = |track: &&Track| track.kind == 1 && track.established();
+        let tracks = || self.nodes.iter().flat_map(|(_, tracks)| &tracks.list);
+        let still = self.empty > 1 || (self.empty == 1 && tracks().filter(due).count() >= 2);
+        self.empty = self.empty.saturating_add(1);
+        still
+    }
+
     /// A SYNC came: `beat` has taken it. What waited for it is judged.
     pub fn cycle_over(&mut self, beat: &Beat, windows: &[Option<i64>], cx: &mut Context<'_>) {
         let mut waiting = std::mem::take(&mut self.waiting);
@@ -187,7 +194,7 @@ impl SyncWindow {
             let window_ns = windows.get(usize::from(*node)).copied().flatten();
             let Some(track) = self.nodes.get_mut(*node).and_then(|tracks| tracks.find(*number)) else { return false };
             if let Some(open) = track.open.take() {
-                let settled = track.before_sync(open, beat, self.last);
+                let settled = track.before_sync(open, beat);
                 track.settle(settled, beat, window_ns, *node, cx);
             }
             if !track.came(beat.cycle()) {
@@ -323,27 +330,26 @@ impl Track {
     /// Whether a PDO may be the next SYNC's, or is to be judged with its cycle.
     fn waits(&self, arrival: Arrival, beat: &Beat, window_ns: Option<i64>) -> bool {
         let (Some(delay), Some(period)) = (arrival.delay_ns, beat.period_ns()) else { return true };
-        delay > period / 2 || window_ns.is_some_and(|window| delay > window) || self.came(arrival.cycle)
+        delay > period / 2 || window_ns.is_some_and(|window| delay > window)
     }
 
-    /// The SYNC after a PDO came: whose it is.
-    fn before_sync(&self, open: Arrival, beat: &Beat, previous: u64) -> Arrival {
+    /// The SYNC after a PDO came: whose it is. Without stamps nothing tells how far before the SYNC it stood, so it is
+    /// that one's wherever it is one too many otherwise.
+    fn before_sync(&self, open: Arrival, beat: &Beat) -> Arrival {
         let next = open.cycle + 1;
-        let ahead = match (beat.sync(next).and_then(|sync| sync.t_ns), open.at.t_ns) {
-            (Some(sync), Some(at)) => Some(sync.saturating_sub(at)).filter(|gap| (0..=beat.early_ns()).contains(gap)),
-            _ => (open.at.no == previous).then_some(0),
-        };
-        let Some(ahead) = ahead else { return open };
+        let sync = beat.sync(next).and_then(|sync| sync.t_ns);
+        let ahead = sync.zip(open.at.t_ns).map(|(sync, at)| sync.saturating_sub(at));
         let nexts = match self.last {
-            None => true,
+            _ if ahead.is_some_and(|ahead| !(0..=beat.early_ns()).contains(&ahead)) => false,
+            None => ahead.is_some(),
             Some(_) if self.came(open.cycle) => true,
             Some(_) if self.cyclic() && self.due(open.cycle) != self.due(next) => self.due(next),
-            Some(_) => self.early,
+            Some(_) => self.early && ahead.is_some(),
         };
         if !nexts {
             return open;
         }
-        Arrival { cycle: next, delay_ns: open.at.t_ns.map(|_| -ahead), ..open }
+        Arrival { cycle: next, delay_ns: ahead.map(|ahead| -ahead), early: true, ..open }
     }
 
     /// Judges a PDO whose cycle is known.
@@ -353,7 +359,7 @@ impl Track {
             self.delays.record(delay);
         }
         let before = self.last.replace((it.cycle, it.at));
-        let early = std::mem::replace(&mut self.early, it.cycle > 0 && it.delay_ns.is_some_and(|delay| delay < 0));
+        let early = std::mem::replace(&mut self.early, it.early);
         if self.kind == 252 || it.cycle == 0 || asked {
             self.last = before.or(self.last);
             return;
@@ -405,11 +411,10 @@ impl Track {
         if let Some((missing, _)) = self.absent.take() {
             // The one of the cycle before came late, and now the one of this cycle.
             self.phase = it.cycle;
-            let late = last_at
-                .t_ns
-                .zip(beat.sync(it.cycle).and_then(|sync| sync.t_ns))
-                .map(|(at, sync)| at.saturating_sub(sync));
-            if late.zip(beat.tolerance_ns()).is_some_and(|(late, tolerance)| late <= tolerance) {
+            // Without stamps the SYNC between may as well have come early; and what always comes near the next SYNC
+            // comes after it now and then.
+            let usual = self.delays.p99_ns();
+            if it.at.t_ns.is_none() || beat.period_ns().is_some_and(|period| usual > period / 2) {
                 return;
             }
             let facts = [("expected", Quantity::Count(missing)), ("found", Quantity::Count(it.cycle))];

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::digits::{Hex, Padded, Spaced, decimal, put};
 use super::{Lang, escape, signal, terms};
 use crate::dictionary::Object;
+use crate::drive;
 use crate::od::{self, DataType, Value};
 use crate::services::pdo::mapping::{Mapped, extract};
 use crate::services::sdo::transfer::{Status, Transfer};
@@ -115,6 +116,13 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Obj
         put!(out; "h");
     } else {
         value(out, lang, data_type, bytes, bytes.len() as u64);
+    }
+    // What has words of its own on a drive. The names of 6000h to 9FFFh are CiA 402's here too.
+    let drives = described.is_none_or(|object| signal::is_drives(&as_mapped(object)));
+    if drives && drive::Object::at(mux.index).is_some() && standard.and_then(DataType::size) == Some(bytes.len()) {
+        let raw = bytes.iter().rev().fold(0, |raw, byte| raw << 8 | u64::from(*byte));
+        put!(out; " ");
+        signal::annotation(out, lang, mux.index, raw);
     }
     // Store and restore parameters are written as a word: "save", "load" (CiA 301, 7.5.2.13).
     if matches!(mux.index, 0x1010 | 0x1011) && matches!(bytes, b"save" | b"load") {

@@ -2,9 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, dead_code)]
 
+mod drive;
 mod lss;
+mod network;
 mod nodes;
 mod pdo;
+mod srdo;
+mod sync;
 
 use std::sync::Arc;
 
@@ -26,7 +30,7 @@ pub(super) fn raised_with(log: &str, network: Network, severities: &[&str]) -> V
     let wanted = findings.filter(|line| severities.contains(&line["severity"].as_str().unwrap()));
     wanted
         .map(|line| {
-            (line["code"].as_str().unwrap().into(), line["frame"].as_u64().unwrap(), line["cause_frame"].as_u64())
+            (line["code"].as_str().unwrap().into(), line["frame"].as_u64().unwrap_or(0), line["cause_frame"].as_u64())
         })
         .collect()
 }
@@ -56,4 +60,14 @@ pub(super) fn log(lines: &str) -> String {
         )
     });
     written.collect()
+}
+
+/// A log as candump prints it without stamps.
+pub(super) fn without_stamps(log: &str) -> String {
+    let bare = |line: &str| {
+        let (id, data) = line.rsplit(' ').next()?.split_once('#')?;
+        let bytes: Vec<&str> = (0..data.len() / 2).map(|no| &data[2 * no..2 * no + 2]).collect();
+        Some(format!("  can0  {id}   [{}]  {}\n", bytes.len(), bytes.join(" ")))
+    };
+    log.lines().filter_map(bare).collect()
 }

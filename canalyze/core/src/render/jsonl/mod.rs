@@ -9,6 +9,7 @@
 //! | `note` | `note frame line about_frame about_line bus node transfer text facts` |
 //! | `finding` | `code name severity file frame line t cause_frame cause_line bus node index sub message facts` |
 //! | `transfer` | see [`transfer`] |
+//! | `summary_...` | see [`summary`] |
 //!
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
 //! raised at the frame, each of which has its own `finding` line after it.
@@ -18,6 +19,7 @@ mod object;
 mod pdo;
 pub mod sdo;
 pub mod services;
+pub mod summary;
 
 use crate::event::{Event, Note, Scanned, What};
 use crate::finding::Finding;

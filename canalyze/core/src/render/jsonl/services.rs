@@ -26,7 +26,7 @@ use crate::text::{Lang, terms};
 /// | `time` | `ms`, `days`, `reserved` hex, `date` YYYY-MM-DD, `time_of_day` HH:MM:SS.mmm or null beyond a day |
 /// | `emcy` | `code` hex, `name` (w) or null, `register` hex, `register_bits` list of bit numbers, `manufacturer` bytes, `active` list of the node's error codes (hex) after it as far as the capture shows them, `cleared` list of those that it takes back |
 /// | `pdo` | `direction` transmit/receive, `number`, `remote`, `communication_parameter` and `mapping_parameter` hex, and for a multiplex PDO `mpdo`: `mode` dam/sam, `node`, `index` hex, `sub`, `data` bytes |
-/// | `srdo` | `number`, `inverted` |
+/// | `srdo` | `number`, `inverted`, `valid`: whether it is the inverse of the normal data before it, null where that is not known |
 /// | `heartbeat` | `state` hex, `name` (w) or null, `boot_up`, and unless it is one `previous` state (hex) shown since the last boot-up or null, `changed` |
 /// | `guarding` | `request`, and for an answer `state` hex, `name` (w) or null, `toggle` 0/1, `previous`, `changed` |
 /// | `lss` | `from` master/slave, `command` hex, and by command: `mode`, `part`, `bound`, `value` hex, `new_node`, `node`, `selector`, `index`, `kbit_s`, `delay_ms`, `confirms`, `error`, `error_name` (w), `specific`, `id_number` hex, `bit_check` hex, `lss_sub`, `lss_next` |
@@ -77,9 +77,13 @@ pub fn fields(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
             inner.bytes("data", &content.data);
             inner.close();
         }
-        Message::Srdo { number, inverted } => {
+        Message::Srdo { number, inverted, valid } => {
             object.number("number", number);
             object.flag("inverted", inverted);
+            match valid {
+                Some(valid) => object.flag("valid", valid),
+                None => object.maybe("valid", None::<u8>),
+            }
         }
         Message::BootUp { .. } => {
             object.hex::<2>("state", 0);

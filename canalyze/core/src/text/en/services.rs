@@ -74,11 +74,16 @@ pub fn message(out: &mut Vec<u8>, depth: Depth, message: &Message, frame: &Frame
             }
         }
         Message::Lss { from_master, command } => lss(out, full, from_master, command),
-        Message::Srdo { number, inverted } => {
+        Message::Srdo { number, inverted, valid } => {
             put!(out; if inverted { "inverted data of SRDO" } else { "normal data of SRDO" }, number);
             if full {
                 put!(out; ": ");
                 bytes(out, frame.len);
+                put!(out; match valid {
+                    Some(true) => ", the inverse of the normal data",
+                    Some(false) => ", not the inverse of the normal data",
+                    None => "",
+                });
             }
         }
         Message::Gfc => put!(out; "global fail-safe command (GFC)"),

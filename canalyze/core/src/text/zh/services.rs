@@ -73,10 +73,14 @@ pub fn message(out: &mut Vec<u8>, depth: Depth, message: &Message, frame: &Frame
             }
         }
         Message::Lss { from_master, command } => lss(out, full, from_master, command),
-        Message::Srdo { number, inverted } => {
+        Message::Srdo { number, inverted, valid } => {
             put!(out; "SRDO", number, if inverted { "的取反数据" } else { "的正常数据" });
             if full {
-                put!(out; ": ", frame.len, "字节");
+                put!(out; ": ", frame.len, "字节", match valid {
+                    Some(true) => ", 与正常数据一致",
+                    Some(false) => ", 与正常数据不一致",
+                    None => "",
+                });
             }
         }
         Message::Gfc => put!(out; "全局故障安全命令(GFC)"),

@@ -3,9 +3,11 @@
 //! It must carry the same facts as `zh::findings`; a rule without words does not compile.
 
 mod description;
+mod drive;
 mod lss;
 mod nodes;
 mod pdo;
+mod srdo;
 mod sync;
 
 use crate::event::Note;
@@ -144,6 +146,10 @@ pub fn rule(code: Code) -> RuleText {
             "The stamps of a pipe were taken as counted from zero, but one goes backwards: they are probably differences to the frame before.",
             "candump ran with -t d; add --stamps delta.",
         ),
+        Code::Drv001 => drive::DRV001,
+        Code::Drv002 => drive::DRV002,
+        Code::Drv003 => drive::DRV003,
+        Code::Drv004 => drive::DRV004,
         Code::Nmt001 => nodes::NMT001,
         Code::Nmt002 => nodes::NMT002,
         Code::Nmt003 => nodes::NMT003,
@@ -301,6 +307,11 @@ pub fn rule(code: Code) -> RuleText {
             "The capture has no SDO response of this node.",
             "The node does not exist or has no power (a master scans), or only one direction was captured.",
         ),
+        Code::Srd001 => srdo::SRD001,
+        Code::Srd002 => srdo::SRD002,
+        Code::Srd003 => srdo::SRD003,
+        Code::Srd004 => srdo::SRD004,
+        Code::Srd005 => srdo::SRD005,
         Code::Pdo002 => nodes::PDO002,
         Code::Pdo003 => nodes::PDO003,
         Code::Syn001 => sync::SYN001,

@@ -81,11 +81,9 @@ pub(super) const PDO011: RuleText = RuleText {
 
 pub(super) const PDO012: RuleText = RuleText {
     message: "PDO length differs from the EDS's default mapping",
-    meaning: "Only an EDS tells the mapping of this PDO, and the frame is not as long: its signals are not to be trusted.",
-    cause: "The device was configured before the capture began, or the EDS is not of this device. A DCF helps, or a capture that has the configuration.",
-    faces: &[
-        "PDO length {found}, the EDS's default mapping has {mapped} (in bytes): the device may have been configured before the capture began",
-    ],
+    meaning: "Only an EDS tells the mapping of this PDO; it kept to that before, but this frame is not as long: its signals are not to be trusted.",
+    cause: "The sender's DLC is wrong, the device has stored another mapping, or the EDS is not of this device. A DCF helps, or a capture that has the configuration.",
+    faces: &["PDO length {found}, the EDS's default mapping has {mapped} (in bytes), which the PDO kept to before"],
 };
 
 pub(super) const PDO013: RuleText = RuleText {

@@ -9,9 +9,9 @@ pub(super) const SYN001: RuleText = RuleText {
     meaning: "A SYNC has no data where 1019h is 0, else one byte with the counter. Consumers may ignore a SYNC of another length, and report 8240h.",
     cause: "Producer and consumers disagree about 1019h, or there is another SYNC producer on the bus.",
     faces: &[
-        "SYNC with {found} bytes though 1019h is {overflow}",
-        "SYNC with {found} bytes, those before had {expected}",
-        "SYNC with {found} bytes instead of 0 or 1",
+        "SYNC of length {found} though 1019h is {overflow}",
+        "SYNC of length {found}, those before had length {expected}",
+        "SYNC of length {found} instead of 0 or 1",
     ],
 };
 
@@ -27,9 +27,9 @@ pub(super) const SYN003: RuleText = RuleText {
     meaning: "SYNCs should come with the communication cycle period (1006h); consumers call one missing after one and a half periods. Where 1006h is not known the period is taken from the traffic.",
     cause: "The producer stalled or is overloaded, a SYNC was lost, one too many was sent, or 1006h is not what the producer does.",
     faces: &[
-        "{gap} after the SYNC before, period {period} (tolerance {tolerance}): {missing} missing",
-        "{gap} after the SYNC before, period {period} (tolerance {tolerance}): late",
-        "only {gap} after the SYNC before, period {period} (tolerance {tolerance})",
+        "the next SYNC came {gap} after this one, period {period} (tolerance {tolerance}): {missing} missing",
+        "the next SYNC came {gap} after this one, period {period} (tolerance {tolerance}): late",
+        "the next SYNC came only {gap} after this one, period {period} (tolerance {tolerance})",
         "the SYNC period is {period}, configured is {expected}",
     ],
 };
@@ -55,6 +55,7 @@ pub(super) const SYN006: RuleText = RuleText {
     faces: &[
         "two SYNC counters run beside each other: {found}, while {expected} is due in the other",
         "two trains of SYNCs: {short} and {long} apart in turn, period {period}",
+        "configured as SYNC producer, and so is node {other}",
     ],
 };
 
@@ -87,7 +88,7 @@ pub(super) const SYN010: RuleText = RuleText {
     meaning: "A TPDO of transmission type n (1 to 240) is sent with every n-th SYNC; this one came in another cycle.",
     cause: "The node missed or miscounted a SYNC, was so slow that it came a cycle late, or the SYNC start value is wrong.",
     faces: &[
-        "{found} SYNCs after it was sent last, {expected} by its transmission type",
+        "sent with SYNC number {found} after the last time, due is number {expected}",
         "belongs to SYNC cycle {expected} and came in cycle {found}",
     ],
 };

@@ -6,9 +6,12 @@ use crate::text::RuleText;
 
 pub(super) const EDS001: RuleText = RuleText {
     message: "读到的值与EDS的默认值不同",
-    meaning: "在捕获中还没有写过该参数, 读到的值就与EDS的默认值不同。",
+    meaning: "在捕获中还没有写过该参数, 读到的值就与EDS的默认值不同, 或者PDO从一开始就与EDS的默认映射长度不同。",
     cause: "设备在捕获开始之前已被配置或存储过参数, 或者EDS与固件版本不符。",
-    faces: &["读到{found}, EDS的默认值为{described}"],
+    faces: &[
+        "读到{found}, EDS的默认值为{described}",
+        "PDO为{found}字节, EDS的默认映射为{mapped}字节: 设备大概在捕获开始前已被配置",
+    ],
 };
 
 pub(super) const EDS002: RuleText = RuleText {

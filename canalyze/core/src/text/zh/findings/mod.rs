@@ -3,9 +3,11 @@
 //! It must carry the same facts as `en::findings`; a rule without words does not compile.
 
 mod description;
+mod drive;
 mod lss;
 mod nodes;
 mod pdo;
+mod srdo;
 mod sync;
 
 use crate::event::Note;
@@ -140,6 +142,10 @@ pub fn rule(code: Code) -> RuleText {
             "管道中的时间戳按从零开始解释, 但出现了倒退: 它们很可能是与前一帧的差值。",
             "candump使用了 -t d; 请加上 --stamps delta。",
         ),
+        Code::Drv001 => drive::DRV001,
+        Code::Drv002 => drive::DRV002,
+        Code::Drv003 => drive::DRV003,
+        Code::Drv004 => drive::DRV004,
         Code::Nmt001 => nodes::NMT001,
         Code::Nmt002 => nodes::NMT002,
         Code::Nmt003 => nodes::NMT003,
@@ -291,6 +297,11 @@ pub fn rule(code: Code) -> RuleText {
             "捕获中该节点没有任何SDO响应。",
             "节点不存在或未上电(主站扫描), 或者只捕获到一个方向。",
         ),
+        Code::Srd001 => srdo::SRD001,
+        Code::Srd002 => srdo::SRD002,
+        Code::Srd003 => srdo::SRD003,
+        Code::Srd004 => srdo::SRD004,
+        Code::Srd005 => srdo::SRD005,
         Code::Pdo002 => nodes::PDO002,
         Code::Pdo003 => nodes::PDO003,
         Code::Syn001 => sync::SYN001,

@@ -72,9 +72,9 @@ pub(super) const PDO011: RuleText = RuleText {
 
 pub(super) const PDO012: RuleText = RuleText {
     message: "PDO长度与EDS的默认映射不符",
-    meaning: "只有EDS给出了该PDO的映射, 而帧的长度与它不符: 信号的解释不可信。",
-    cause: "设备在捕获开始之前已被重新配置, 或者EDS不是这台设备的。可用DCF, 或把配置过程也捕获下来。",
-    faces: &["PDO为{found}字节, EDS的默认映射为{mapped}字节: 设备可能在捕获开始前已重新配置"],
+    meaning: "只有EDS给出了该PDO的映射, 此前的帧与它相符, 而这一帧的长度不符: 信号的解释不可信。",
+    cause: "发送方的DLC有误, 设备存有另外的映射, 或者EDS不是这台设备的。可用DCF, 或把配置过程也捕获下来。",
+    faces: &["PDO为{found}字节, EDS的默认映射为{mapped}字节: 此前该PDO与它相符"],
 };
 
 pub(super) const PDO013: RuleText = RuleText {

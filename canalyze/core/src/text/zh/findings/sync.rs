@@ -27,9 +27,9 @@ pub(super) const SYN003: RuleText = RuleText {
     meaning: "同步报文应按同步周期(1006h)到来; 间隔超过1.5个周期时, 消费者视为超时。1006h未知时, 周期按报文测得。",
     cause: "生产者停顿或过载, 同步报文丢失, 发出了多余的同步报文, 或者1006h与实际周期不一致。",
     faces: &[
-        "距前一个同步报文{gap}, 周期{period} (容差{tolerance}): 缺少{missing}个同步报文",
-        "距前一个同步报文{gap}, 周期{period} (容差{tolerance}): 来迟了",
-        "距前一个同步报文仅{gap}, 周期{period} (容差{tolerance})",
+        "下一个同步报文在{gap}后才到来, 周期{period} (容差{tolerance}): 缺少{missing}个同步报文",
+        "下一个同步报文在{gap}后才到来, 周期{period} (容差{tolerance}): 迟到",
+        "下一个同步报文仅{gap}后就到来, 周期{period} (容差{tolerance})",
         "同步周期实际为{period}, 配置为{expected}",
     ],
 };
@@ -55,6 +55,7 @@ pub(super) const SYN006: RuleText = RuleText {
     faces: &[
         "两列同步计数器交错: {found}, 而另一列应为{expected}",
         "两列同步报文交错: 间隔{short}与{long}交替, 周期{period}",
+        "该节点和节点{other}都配置为同步生产者",
     ],
 };
 
@@ -87,7 +88,7 @@ pub(super) const SYN010: RuleText = RuleText {
     meaning: "传输类型为n (1到240)的TPDO应每n个同步报文发送一次; 它在别的周期到来。",
     cause: "节点漏收或多算了一个同步报文, 处理太慢而拖到下一周期, 或者同步起始值设置有误。",
     faces: &[
-        "距上次发送{found}个同步报文, 按传输类型应为{expected}个",
+        "距上次发送隔了{found}个同步报文, 按传输类型应隔{expected}个",
         "属于第{expected}个同步周期, 到第{found}个周期才到来",
     ],
 };
