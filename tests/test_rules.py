@@ -40,13 +40,13 @@ RAISED: dict[str, list[Raised]] = {
     "EMC003": [("EMC003", 3, None)],
     "EMC004": [("EMC004", 7, 6)],
     "EMC004-reset": [("EMC004", 6, 5)],
-    "EMC005": [("EMC005", 4, 3)],
-    "GRD001": [("GRD001", 8, 6)],
+    "EMC005": [("EMC005", 4, None)],
+    "GRD001": [("GRD001", 8, None)],
     "GRD002": [("GRD002", 8, 7)],
     "GRD003": [("GRD003", 14, 13)],
     "GRD003-producer": [("GRD003", 10, 8)],
     "GRD004": [("GRD004", 4, None)],
-    "HBT001": [("HBT001", 8, 7)],
+    "HBT001": [("HBT001", 8, None)],
     "HBT002": [("HBT002", 8, 7)],
     "HBT002-consumer": [("HBT002", 8, 7)],
     "HBT003": [("HBT003", 4, None)],
@@ -216,7 +216,6 @@ def analysis(path: Path, lang: str = "en") -> Analysis:
 
 def raised(said: Analysis) -> list[Raised]:
     place = {True: "line", False: "frame"}
-    place = ("frame", "line")
     return [(row["code"], row[place[row["code"].startswith("CAP")]], row["cause_frame"]) for row in said.findings]
 
 

@@ -31,6 +31,8 @@ struct Guarded {
     requests: u64,
     /// The last request, until its answer.
     request: Option<FrameRef>,
+    /// An answer came just before it, which may have been its own.
+    doubtful: bool,
     /// The toggle bit of the last answer, where it tells what the next one must be.
     toggle: Option<bool>,
     /// The last answer.
@@ -91,7 +93,9 @@ impl Guarding {
             return;
         }
         guarded.expire(node, cx);
-        if let Some(before) = guarded.request.replace(cx.at) {
+        let just_answered = since(guarded.answer, cx.at).is_some_and(|age| age <= ECHO_NS);
+        let doubtful = std::mem::replace(&mut guarded.doubtful, just_answered);
+        if let Some(before) = guarded.request.replace(cx.at).filter(|_| !doubtful) {
             if heartbeats.is_producer(node) && !guarded.toggles {
                 if !guarded.both {
                     guarded.both = true;
@@ -128,8 +132,9 @@ impl Guarding {
     pub fn restart(&mut self, node: u8, nmt: &Nmt, cx: &mut Context<'_>) {
         for (id, guarded) in self.nodes.iter_mut() {
             if node == 0 || node == id {
-                let request =
-                    guarded.request.filter(|request| since(Some(*request), cx.at).is_some_and(|age| age > SLOW_NS));
+                let request = guarded.request.filter(|request| {
+                    since(Some(*request), cx.at).is_some_and(|age| age > SLOW_NS) && !guarded.doubtful
+                });
                 if let Some(request) = request {
                     guarded.unanswered(id, request, nmt, cx);
                 }
@@ -158,6 +163,8 @@ impl Guarding {
             let due = request.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
             if due > now_ns {
                 self.next = self.next.min(due);
+            } else if guarded.doubtful {
+                guarded.request = None;
             } else if guarded.toggles || !heartbeats.is_producer(node) {
                 guarded.request = None;
                 guarded.unanswered(node, request, nmt, cx);
@@ -187,13 +194,14 @@ impl Guarded {
 
     fn answer_at(&mut self, node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
         let twice = since(self.answer, at).is_some_and(|gap| gap < TWICE_NS);
-        let last = self.answer.replace(at);
+        self.answer = Some(at);
         if self.toggle == Some(toggle) && !twice {
             // The node may go on either way: the next answer is free.
             self.toggle = None;
             let facts =
                 [("found", Quantity::Count(u64::from(toggle))), ("expected", Quantity::Count(u64::from(!toggle)))];
-            return cx.find(Code::Grd001, Some(node), None, last, Facts::told(0, &facts));
+            let cause = Some(at).filter(|at| at.no != cx.at.no);
+            return cx.find(Code::Grd001, Some(node), None, cause, Facts::told(0, &facts));
         }
         self.toggle = Some(toggle);
     }

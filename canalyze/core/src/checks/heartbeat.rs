@@ -241,7 +241,7 @@ impl Heartbeats {
             let stalled = silence >= gap - period && silence > pulse.gap_ns.saturating_mul(UNUSUAL);
             if !excused && !stalled && !producer.doubled {
                 let facts = [("found", Quantity::Ns(gap)), ("expected", Quantity::Ns(period))];
-                cx.find(Code::Hbt001, Some(node), None, Some(last), Facts::told(0, &facts));
+                cx.find(Code::Hbt001, Some(node), None, None, Facts::told(0, &facts));
             }
             // Gaps that stay long are another period, learnt in time.
             if !excused {

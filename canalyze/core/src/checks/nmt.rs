@@ -15,6 +15,8 @@ use crate::services::nmt;
 
 /// How long what looks spontaneous may still be explained by a command whose echo is captured late, in ns.
 const SETTLED_NS: i64 = 10_000_000;
+/// The same in frames, where there are no stamps.
+const LATE: u64 = 2;
 /// An emergency within this time before a change of state explains it (1029h), in ns.
 const EMERGENCY_NS: i64 = 1_000_000_000;
 /// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most once.
@@ -333,7 +335,7 @@ impl Nmt {
             let Some(suspect) = standing.suspect else { continue };
             let settled = match since(Some(suspect.at), cx.at) {
                 Some(age) => !(0..SETTLED_NS).contains(&age) && cx.at.no > suspect.at.no,
-                None => cx.at.no > suspect.at.no + 1,
+                None => cx.at.no > suspect.at.no + LATE,
             };
             if !settled && !over {
                 continue;

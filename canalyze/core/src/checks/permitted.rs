@@ -19,6 +19,8 @@ const QUEUED_NS: i64 = 5_000_000;
 const OBEYED_NS: i64 = 50_000_000;
 /// How long the command that permits something may be captured after it, in ns.
 const SETTLED_NS: i64 = 10_000_000;
+/// The same in frames, where there are no stamps.
+const LATE: u64 = 2;
 /// Faults of one node that wait at a time, at most.
 const HELD: usize = 8;
 
@@ -179,7 +181,7 @@ impl Permitted {
             let at = cx.at;
             let settled = |held: &Held| match since(Some(held.at), at) {
                 Some(age) => !(0..SETTLED_NS).contains(&age) && at.no > held.at.no,
-                None => at.no > held.at.no + 1,
+                None => at.no > held.at.no + LATE,
             };
             while let Some(held) = stay.held.first().copied().filter(settled) {
                 stay.held.remove(0);

@@ -5,6 +5,7 @@
 mod drive;
 mod lss;
 mod network;
+mod nodes;
 mod pdo;
 mod srdo;
 mod sync;

@@ -62,8 +62,8 @@ pub(super) const HBT002: RuleText = RuleText {
     meaning: "No heartbeat within the consumer heartbeat time (1016h) or, where none is known, within three periods and a tolerance. It is said once.",
     cause: "The node is gone, off or hung, a cable is open, or its controller is in bus-off.",
     faces: &[
-        "no heartbeat for {silence}, the consumer heartbeat time is {limit}",
-        "no heartbeat for {silence}, the limit is {limit}",
+        "no heartbeat for {silence} after it, the consumer heartbeat time is {limit}",
+        "no heartbeat for {silence} after it, the limit is {limit}",
     ],
 };
 

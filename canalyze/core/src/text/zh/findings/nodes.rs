@@ -57,7 +57,7 @@ pub(super) const HBT002: RuleText = RuleText {
     message: "心跳丢失",
     meaning: "消费者时间 (1016h) 内没有心跳; 没有已知的消费者时间时, 以三个周期加容差为限。只说一次。",
     cause: "节点掉线、断电或死机, 电缆断开, 或者节点总线关闭(bus off)。",
-    faces: &["{silence}没有心跳, 消费者时间为{limit}", "{silence}没有心跳, 限值为{limit}"],
+    faces: &["此后{silence}没有心跳, 消费者时间为{limit}", "此后{silence}没有心跳, 限值为{limit}"],
 };
 
 pub(super) const HBT003: RuleText = RuleText {
