@@ -115,12 +115,14 @@ impl Bus {
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
-        let sync = self.sync.place(node, known, frame);
+        let followed = known.is_some_and(Sync::follows);
+        let sync = known.and_then(|pdo| self.sync.place(node, pdo, frame));
         let data = ProcessData { transmit, number, node, content, state: None, sync };
         cx.push(None, Some(node), What::Pdo(data));
         self.due(frame, cx);
-        let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
-        self.sync.process_data(node, known, frame, cx);
+        if followed && let Some(pdo) = self.nodes.get(node).and_then(|node| node.pdo(transmit, number)) {
+            self.sync.process_data(node, pdo, frame, cx);
+        }
     }
 
     /// The signals of a PDO by the mapping of a node that receives it.
