@@ -23,7 +23,7 @@ class Dictionary:
         """Take over a description.
 
         file: its name, for provenance. form: eds | dcf | xdd. device: the product's name, "" where there is none.
-        rows: one a sub-object, in any order; of two with the same index and sub the later one counts:
+        rows: one a sub-object, in any order; of two with the same index and sub the first one counts:
             index 1000h to FFFFh; sub 0 to 255; name;
             data type code as the file has it (CiA 301 7.4.7), 0 where it has none;
             access: ro | wo | rw | rwr | rww | const;

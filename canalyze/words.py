@@ -101,12 +101,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze explain '60A#4008100000000000'     逐字段解释一帧\n"
         "canalyze sdo capture.log --extract out/     列出SDO传输并取出数据\n"
         "canalyze signals --eds 5=drive.eds a.log    解析PDO里的信号\n"
+        "canalyze summary --bitrate 500k capture.log 统计节点和总线负载\n"
         "canalyze --lang en decode --help            英文说明",
         "canalyze decode samples/zephyr-sdo.log      annotate a capture frame by frame\n"
         "candump can0 | canalyze decode -            annotate live\n"
         "canalyze explain '60A#4008100000000000'     explain one frame field by field\n"
         "canalyze sdo capture.log --extract out/     list SDO transfers, take out their data\n"
         "canalyze signals --eds 5=drive.eds a.log    decode the signals in PDOs\n"
+        "canalyze summary --bitrate 500k capture.log figures of nodes and bus load\n"
         "canalyze --lang zh decode --help            help in Chinese",
     ),
     (
@@ -296,6 +298,165 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "no signal in {frames} frames fits {options}; if there is none without it either, no mapping of a PDO is "
         "known: give a device description, as --eds 5=drive.eds",
     ),
+    # summary
+    ("summary.short", "统计节点、总线负载、SYNC和发现", "Figures of nodes, bus load, SYNC and findings"),
+    ("summary.usage", "[选项] [文件]...", "[OPTIONS] [FILE]..."),
+    (
+        "summary.help",
+        "统计一个记录：每个节点的名称、状态、启动报文、心跳间隔、SDO应答时间、中止、紧急报文和PDO速率；"
+        "每条总线的帧数、负载、最长突发和错误帧；SYNC周期和同步PDO的延迟；按规则列出发现；以及记录本身的质量。"
+        "文件的给法与decode相同；实时输入在Ctrl-C后给出统计。"
+        "负载按每帧在总线上的实际位数计算：填充位由ID、数据和CRC逐帧算出，含3位帧间隔；错误帧不计位数，"
+        "带BRS的CAN FD帧只计标称波特率的部分。"
+        "p99取自对数分桶，最多偏大3.2%。--filter 只统计符合条件的帧；发现随其所在的帧计数。",
+        "Figures of a capture: of each node its name, states, boot-ups, heartbeat interval, SDO response time, aborts, "
+        "EMCYs and PDO rates; of each bus its frames, load, longest burst and error frames; the period of SYNC and the "
+        "delay of synchronous PDOs; findings by rule; and the quality of the capture itself. Files are given as for "
+        "decode; of a live input the figures come after Ctrl-C. Load counts the bits of every frame on the wire: stuff "
+        "bits are computed from its identifier, data and CRC, with 3 bits between frames; error frames count no bits, "
+        "and of CAN FD frames with bit rate switch only the part at the nominal rate counts. p99 comes from "
+        "logarithmic buckets and is at most 3.2 % too high. With --filter only what fits is counted; a finding counts "
+        "with its frame.",
+    ),
+    (
+        "summary.format",
+        "text 是表格；jsonl 每行一个JSON对象：记录、每条总线、SYNC、每个节点、每个PDO、每条规则。",
+        "text is tables; jsonl is one JSON object a line: the capture, every bus, SYNC, node, PDO and rule.",
+    ),
+    (
+        "summary.examples",
+        "canalyze summary capture.log\n"
+        "canalyze summary --bitrate 500k capture.log\n"
+        "canalyze summary --eds 5=drive.eds part1.log part2.log\n"
+        "canalyze summary --filter 't=10..20' --bitrate 1M capture.log\n"
+        "canalyze summary --format jsonl capture.log | jq 'select(.kind == \"summary_node\")'\n"
+        "candump -ta can0 | canalyze summary -",
+        "canalyze summary capture.log\n"
+        "canalyze summary --bitrate 500k capture.log\n"
+        "canalyze summary --eds 5=drive.eds part1.log part2.log\n"
+        "canalyze summary --filter 't=10..20' --bitrate 1M capture.log\n"
+        "canalyze summary --format jsonl capture.log | jq 'select(.kind == \"summary_node\")'\n"
+        "candump -ta can0 | canalyze summary -",
+    ),
+    ("summary.capture", "记录", "Capture"),
+    ("summary.row_frames", "帧数", "frames"),
+    ("summary.row_time", "时间", "time"),
+    ("summary.row_quality", "质量", "quality"),
+    ("summary.frames", "{frames}，文件数 {files}", "{frames}, files: {files}"),
+    ("summary.time", "{first_t} 到 {last_t}，共 {seconds} s", "{first_t} to {last_t}, {seconds} s"),
+    ("summary.no_stamps", "没有时间戳：没有时间、速率和负载", "no stamps: no times, rates and loads"),
+    ("summary.unstamped", "没有时间戳的帧：{count}", "frames without a stamp: {count}"),
+    (
+        "summary.gaps",
+        "丢帧：抓包程序报告 {count} 次，共 {frames} 帧；间隔时间不跨越丢帧处",
+        "dropped: {frames} frames, in {count} reports; no interval is measured across a gap",
+    ),
+    ("summary.unreadable", "无法读取的行：{count}", "lines that cannot be read: {count}"),
+    (
+        "summary.backward",
+        "时间戳倒退：{count} 次，最多 {most}",
+        "stamps earlier than the one before: {count}, by {most} at most",
+    ),
+    (
+        "summary.reordered",
+        "乱序：{count} 个SDO请求记录在其应答之后；其应答时间不计",
+        "out of order: {count} SDO requests captured after their response; such responses are not timed",
+    ),
+    ("summary.good", "无丢帧，无乱序，每行都能读取", "nothing dropped or out of order, every line read"),
+    (
+        "summary.pause",
+        "最长的无帧时间：{ms} ms，到第{frame}帧为止",
+        "longest time without a frame: {ms} ms, ended by frame {frame}",
+    ),
+    (
+        "summary.buses",
+        "总线（速率：帧/秒；峰值：1秒和100毫秒窗口）",
+        "Buses (rates in frames/s; peaks in windows of 1 s and 100 ms)",
+    ),
+    (
+        "summary.no_bit_rate",
+        "要看总线负载，请给出波特率，如 --bitrate 500k 或 canalyze.toml 中的 bitrate = 500000",
+        "for the bus load give the bit rate, as --bitrate 500k or bitrate = 500000 in canalyze.toml",
+    ),
+    (
+        "summary.load",
+        "负载：按 {rate} kbit/s，填充位逐帧算出，含帧间隔；不含错误帧",
+        "load at {rate} kbit/s, with the exact stuff bits of each frame and the space between frames, without error "
+        "frames",
+    ),
+    (
+        "summary.fd",
+        "带BRS的CAN FD帧：{count}；数据段的波特率未知，其位数不计，实际负载更高",
+        "CAN FD frames with bit rate switch: {count}; the rate of their data is not known and its bits are not "
+        "counted: the true load is higher",
+    ),
+    ("summary.burst", "{frames}帧/{ms} ms", "{frames} in {ms} ms"),
+    ("summary.services", "服务", "Services"),
+    (
+        "summary.nodes",
+        "节点（心跳：最小/平均/最大 ms；应答：最小/平均/p99/最大 ms；PDO：帧/秒）",
+        "Nodes (heartbeat: min/mean/max in ms; response: min/mean/p99/max in ms; PDOs: frames/s)",
+    ),
+    (
+        "summary.silent",
+        "{bus}只被访问、没有发过任何帧的节点：{nodes}",
+        "{bus}addressed, nothing came from them: {nodes}",
+    ),
+    ("summary.boot_up", "启动报文", "boot-up"),
+    ("summary.commanded", "{state}（命令）", "{state} (commanded)"),
+    ("summary.states", "状态的变化（从记录的第一帧算起，秒）", "States over time (seconds since the first frame)"),
+    ("summary.at", "{seconds} {state}", "{seconds} {state}"),
+    ("summary.at_frame", "第{frame}帧 {state}", "frame {frame} {state}"),
+    ("summary.then", "，", ", "),
+    ("summary.more_changes", "…共 {count} 次", "... {count} in all"),
+    ("summary.aborts", "SDO中止", "SDO aborts"),
+    ("summary.emcy", "紧急报文", "EMCYs"),
+    ("summary.sync", "SYNC（周期：最小/平均/p99/最大 ms）", "SYNC (period: min/mean/p99/max in ms)"),
+    (
+        "summary.pdos",
+        "PDO（间隔：最小/平均/最大 ms；SYNC之后的延迟：最小/平均/p99/最大 ms）",
+        "PDOs (interval: min/mean/max in ms; delay after SYNC: min/mean/p99/max in ms)",
+    ),
+    ("summary.findings", "发现（首次和末次的帧号）", "Findings (first and last frame)"),
+    ("summary.no_findings", "没有发现", "No findings"),
+    ("summary.line", "第{line}行", "line {line}"),
+    ("col.rate", "帧/秒", "frames/s"),
+    ("col.rate_1s", "峰值/1s", "peak/1s"),
+    ("col.rate_100ms", "峰值/100ms", "peak/100ms"),
+    ("col.load", "负载", "load"),
+    ("col.load_1s", "负载/1s", "load/1s"),
+    ("col.load_100ms", "负载/100ms", "load/100ms"),
+    ("col.burst", "最长突发", "longest burst"),
+    ("col.errors", "错误帧", "error frames"),
+    ("col.service", "服务", "service"),
+    ("col.share", "占比", "share"),
+    ("col.node_state", "状态", "state"),
+    ("col.sent", "发出", "sent"),
+    ("col.boot_ups", "启动", "boot-ups"),
+    ("col.heartbeat", "心跳", "heartbeat"),
+    ("col.transfers", "SDO", "SDO"),
+    ("col.response", "应答", "response"),
+    ("col.aborts", "中止", "aborts"),
+    ("col.emcys", "EMCY", "EMCY"),
+    ("col.tpdo_rate", "TPDO/秒", "TPDO/s"),
+    ("col.rpdo_rate", "RPDO/秒", "RPDO/s"),
+    ("col.states", "状态", "states"),
+    ("col.by", "由", "by"),
+    ("col.meaning", "含义", "meaning"),
+    ("col.count", "次数", "count"),
+    ("col.first", "首次", "first"),
+    ("col.last", "末次", "last"),
+    ("col.period", "周期", "period"),
+    ("col.sigma", "标准差(ms)", "sigma (ms)"),
+    ("col.counter", "计数器", "counter"),
+    ("col.jumps", "跳变", "jumps"),
+    ("col.id", "CAN-ID", "CAN-ID"),
+    ("col.interval", "间隔", "interval"),
+    ("col.synchronous", "同步", "synchronous"),
+    ("col.delay", "延迟", "delay"),
+    ("col.before_sync", "早于SYNC", "before SYNC"),
+    ("col.buses", "总线", "buses"),
+    ("col.nodes", "节点", "nodes"),
     # What is known of the network.
     (
         "network.no_node",

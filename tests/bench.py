@@ -152,6 +152,7 @@ CONTESTANTS = [
     Contestant("canalyze decode --lang en", [*CANALYZE, "decode", "--lang", "en"]),
     Contestant("canalyze decode --format jsonl", [*CANALYZE, "decode", "--format", "jsonl"]),
     Contestant("canalyze sdo --format jsonl", [*CANALYZE, "sdo", "--format", "jsonl"]),
+    Contestant("canalyze summary --bitrate 500k", [*CANALYZE, "summary", "--bitrate", "500k"]),
     Contestant("tshark (one line a frame)", [*TSHARK, "-r"], 1_000_000),
     Contestant("tshark -T json", [*TSHARK, "-T", "json", "-r"], 100_000),
     Contestant("log2long", ["log2long"], on_stdin=True),

@@ -10,15 +10,19 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from canalyze import _core
+from canalyze.dictionary import load
+from canalyze.dictionary.rows import flat
 
 TESTS = Path(__file__).resolve().parent
 SAMPLES = TESTS.parent / "samples"
+EDS = TESTS.parent / "eds"
 SHARED = TESTS.parent.parent / "shared"
 """Material that lies beside the checkout on some machines; tests that want it skip where it is missing."""
 
@@ -35,11 +39,13 @@ class CanFrame:
     data: bytes
     t_us: int = 0
     extended: bool = False
+    remote: bool = False
 
     def log_line(self) -> str:
         """The frame as `candump -l` writes it."""
         can_id = f"{self.can_id:08X}" if self.extended else f"{self.can_id:03X}"
-        return f"({self.t_us // 1_000_000}.{self.t_us % 1_000_000:06d}) {self.bus} {can_id}#{self.data.hex().upper()}\n"
+        shown = "R" if self.remote else self.data.hex().upper()
+        return f"({self.t_us // 1_000_000}.{self.t_us % 1_000_000:06d}) {self.bus} {can_id}#{shown}\n"
 
 
 def log_text(frames: Iterable[CanFrame]) -> bytes:
@@ -53,16 +59,17 @@ def console_text(frames: Iterable[CanFrame]) -> bytes:
     for frame in frames:
         can_id = f"{frame.can_id:08X}" if frame.extended else f"{frame.can_id:03X}"
         shown = f"[{len(frame.data)}]  {frame.data.hex(' ').upper()}" if frame.data else "[0] "
+        shown = "[0]  remote request" if frame.remote else shown
         lines.append(f"  {frame.bus}  {can_id}   {shown}\n")
     return "".join(lines).encode()
 
 
 def read_log(text: bytes) -> list[CanFrame]:
-    """The plain data frames of `candump -l` text; `#` lines and blank lines are passed over, all else is an error."""
+    """The data and remote frames of `candump -l` text; `#` lines and blank ones are passed over, others are errors."""
     return list(_read_log(text))
 
 
-_LOG_LINE = re.compile(r"\((\d+)\.(\d{6})\) (\S+) ([0-9A-F]{3}|[0-9A-F]{8})#((?:[0-9A-F]{2})*)")
+_LOG_LINE = re.compile(r"\((\d+)\.(\d{6})\) (\S+) ([0-9A-F]{3}|[0-9A-F]{8})#(R|(?:[0-9A-F]{2})*)")
 
 
 def examples(path: Path) -> dict[str, list[CanFrame]]:
@@ -86,7 +93,8 @@ def _read_log(text: bytes) -> Iterator[CanFrame]:
             raise ValueError(f"not a plain data frame: {line!r}")
         seconds, micros, bus, can_id, data = match.groups()
         stamp = int(seconds) * 1_000_000 + int(micros)
-        yield CanFrame(bus, int(can_id, 16), bytes.fromhex(data), stamp, extended=len(can_id) == 8)
+        payload = b"" if data == "R" else bytes.fromhex(data)
+        yield CanFrame(bus, int(can_id, 16), payload, stamp, extended=len(can_id) == 8, remote=data == "R")
 
 
 def spaced(frames: Iterable[CanFrame], *, start_us: int = 1_700_000_000_000_000, step_us: int = 400) -> list[CanFrame]:
@@ -115,9 +123,38 @@ class Analysis:
         )
 
 
-def analyze(text: bytes, *, name: str = "capture.log", lang: str = "en", regular: bool = True) -> Analysis:
-    """What the program says about a capture, in process and at once."""
-    return sort_rows(session_output([text], regular, name=name, output_format="jsonl", lang=lang))
+def analyze(
+    text: bytes,
+    *,
+    name: str = "capture.log",
+    lang: str = "en",
+    regular: bool = True,
+    eds: Mapping[int, str] | None = None,
+    network: _core.Network | None = None,
+) -> Analysis:
+    """What the program says about a capture, in process and at once.
+
+    eds: files of eds/ by the node-IDs that they describe.
+    """
+    known = network or described(tuple(sorted((eds or {}).items())))
+    return sort_rows(session_output([text], regular, name=name, output_format="jsonl", lang=lang, network=known))
+
+
+@cache
+def described(eds: tuple[tuple[int, str], ...]) -> _core.Network | None:
+    """What `--eds NODE=FILE` tells the core, for files of eds/."""
+    if not eds:
+        return None
+    return _core.Network(descriptions=[(None, node, flat(load(str(EDS / name)))) for node, name in eds])
+
+
+def described_beside(capture: Path) -> _core.Network | None:
+    """The description beside a sample, `NAME.eds` or `NAME.dcf`, as that of node 5; None where there is none."""
+    name = capture.name.split(".")[0]
+    for file in (capture.with_name(f"{name}.{form}") for form in ("eds", "dcf")):
+        if file.is_file():
+            return _core.Network(descriptions=[(None, 5, flat(load(str(file), 5)))])
+    return None
 
 
 def sort_rows(output: bytes) -> Analysis:
@@ -139,9 +176,10 @@ def session_output(
     output_format: str = "text",
     lang: str = "zh",
     depth: str = "default",
+    network: _core.Network | None = None,
 ) -> bytes:
     """The output of one session over one file (or pipe: not regular) that came in these chunks."""
-    session = _core.Session(lang=lang, format=output_format, depth=depth)
+    session = _core.Session(lang=lang, format=output_format, depth=depth, network=network)
     session.begin(name, regular)
     output = [session.feed(chunk) for chunk in chunks]
     output.append(session.end())

@@ -13,10 +13,11 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from captures import SAMPLES, session_output
+from captures import SAMPLES, described_beside, run_canalyze, session_output
 
 BRIEF = {"zephyr-sdo", "zephyr-sdo-causal", "string-5-bytes", "string-100-bytes", "sdo-block", "two-nodes-interleaved"}
 EXPLAIN = {"zephyr-sdo", "sdo-block", "services"}
+SUMMARY = {"services", "two-nodes-interleaved"}
 GIVEN = {"zephyr-sdo.brief.zh.txt"}
 PIPED = {"CAP003"}
 """Captures whose goldens are those of a pipe."""
@@ -29,7 +30,7 @@ def samples() -> list[Path]:
 
 
 def goldens(capture: Path) -> dict[Path, dict[str, str]]:
-    """The golden files of a capture, and the session's arguments that make each."""
+    """The golden files of a capture, and the session's arguments (or the command) that make each."""
     name = capture.stem
     made: dict[str, dict[str, str]] = {
         f"{name}.zh.txt": {"lang": "zh"},
@@ -40,13 +41,19 @@ def goldens(capture: Path) -> dict[Path, dict[str, str]]:
         made[f"{name}.brief.zh.txt"] = {"lang": "zh", "depth": "brief"}
     if name in EXPLAIN:
         made |= {f"{name}.explain.{lang}.txt": {"lang": lang, "depth": "explain"} for lang in ("zh", "en")}
+    if name in SUMMARY:
+        made |= {f"{name}.summary.{lang}.txt": {"lang": lang, "command": "summary"} for lang in ("zh", "en")}
     return {capture.parent / file: arguments for file, arguments in made.items()}
 
 
 def output(capture: Path, arguments: dict[str, str]) -> bytes:
     """What the program says now."""
+    if "command" in arguments:
+        return run_canalyze([arguments["command"], capture, "--bitrate", "500k", "--lang", arguments["lang"]])
     regular = capture.stem not in PIPED
-    return session_output([capture.read_bytes()], regular, name=capture.name, **arguments)
+    return session_output(
+        [capture.read_bytes()], regular, name=capture.name, network=described_beside(capture), **arguments
+    )
 
 
 def main() -> None:

@@ -29,6 +29,7 @@ FORMATS = [
     {"output_format": "text", "lang": "zh", "depth": "brief"},
     {"output_format": "jsonl", "lang": "en"},
     {"output_format": "transfers", "lang": "en"},
+    {"output_format": "summary", "lang": "en"},
 ]
 
 

@@ -16,7 +16,7 @@ KEYS = {
         *("kind", "code", "name", "severity", "file", "frame", "line", "t", "cause_frame", "cause_line", "bus", "node"),
         *("index", "sub", "message", "facts"),
     },
-    "note": {"kind", "note", "frame", "line", "about_frame", "about_line", "bus", "node", "transfer", "text"},
+    "note": {"kind", "note", "frame", "line", "about_frame", "about_line", "bus", "node", "transfer", "text", "facts"},
     "transfer": {
         *("kind", "transfer", "bus", "node", "direction", "mode", "index", "sub", "name", "type", "size_indicated"),
         *("size", "data", "value", "text", "status", "abort", "first_frame", "last_frame", "t", "duration"),

@@ -1,7 +1,7 @@
 """Every rule has a capture that raises it and a clean one beside it, one change away, that does not.
 
 `samples/rules/CODE.log` raises exactly what stands in the table, at that frame and no other; `CODE-FACE.log` are the
-rule's other faces. A clean neighbour, `NAME.clean.log`, has nothing above info. A new rule without these fails here.
+rule's other faces; `CODE.eds` or `CODE.dcf` describes their node. A clean neighbour, `NAME.clean.log`, has nothing above info. A new rule without these fails here.
 What it must not do: look at the wording; the goldens beside the captures freeze that.
 """
 
@@ -11,7 +11,7 @@ import difflib
 from pathlib import Path
 
 import pytest
-from captures import SAMPLES, Analysis, analyze
+from captures import SAMPLES, Analysis, analyze, described_beside
 from regenerate import PIPED
 
 from canalyze import _core
@@ -26,9 +26,90 @@ RAISED: dict[str, list[Raised]] = {
     "CAP001": [("CAP001", 4, None)],
     "CAP002": [("CAP002", 4, None)],
     "CAP003": [("CAP003", 4, None)],
+    "DRV001": [("DRV001", 18, 17)],
+    "DRV002": [("DRV002", 20, 14)],
+    "DRV003": [("DRV003", 15, 13)],
+    "DRV004": [("DRV004", 21, 18)],
+    "EDS001": [("EDS001", 2, None)],
+    "EDS002": [("EDS002", 2, None)],
+    "EDS003": [("EDS003", 4, None)],
+    "EDS003-sub": [("EDS003", 4, None)],
+    "EDS004": [("EDS004", 2, None)],
+    "EMC001": [("EMC001", 3, None)],
+    "EMC002": [("EMC002", 3, None)],
+    "EMC003": [("EMC003", 3, None)],
+    "EMC004": [("EMC004", 7, 6)],
+    "EMC004-reset": [("EMC004", 6, 5)],
+    "EMC005": [("EMC005", 4, 3)],
+    "GRD001": [("GRD001", 8, 6)],
+    "GRD002": [("GRD002", 8, 7)],
+    "GRD003": [("GRD003", 14, 13)],
+    "GRD003-producer": [("GRD003", 10, 8)],
+    "GRD004": [("GRD004", 4, None)],
+    "HBT001": [("HBT001", 8, 7)],
+    "HBT002": [("HBT002", 8, 7)],
+    "HBT002-consumer": [("HBT002", 8, 7)],
+    "HBT003": [("HBT003", 4, None)],
+    "HBT003-bit-7": [("HBT003", 8, None)],
+    "HBT004": [("HBT004", 6, 5)],
+    "HBT004-gaps": [("HBT004", 9, 8)],
+    "HBT004-rate": [("HBT004", 10, 9)],
+    "HBT004-states": [("NMT004", 5, 4), ("HBT004", 7, 6)],
+    "HBT005": [("HBT005", 11, None)],
+    "LSS001": [("LSS001", 9, None)],
+    "LSS001-length": [("LSS001", 9, None)],
+    "LSS001-slave": [("LSS001", 9, None)],
+    "LSS002": [("LSS002", 10, 9)],
+    "LSS003": [("LSS003", 12, None)],
+    "LSS004": [("LSS004", 10, 9)],
+    "LSS004-specific": [("LSS004", 10, 9)],
+    "LSS005": [("LSS005", 14, 13)],
+    "LSS005-old": [("LSS005", 15, 14)],
+    "LSS006": [("LSS006", 12, 10)],
+    "LSS007": [("LSS007", 7, 6)],
+    "LSS007-selective": [("LSS007", 10, 9)],
+    "LSS008": [("LSS008", 12, 11)],
+    "LSS009": [("LSS009", 12, 11)],
+    "LSS010": [("LSS010", 12, None)],
+    "LSS010-part": [("LSS010", 12, None)],
+    "LSS011": [("LSS011", 13, None)],
+    "LSS012": [("LSS012", 11, 10)],
+    "LSS012-global": [("LSS012", 5, 4)],
+    "LSS030": [("LSS030", 3, None)],
+    "MPD001": [("MPD001", 4, None)],
+    "NMT001": [("NMT001", 3, None)],
+    "NMT001-length": [("NMT001", 3, None)],
+    "NMT001-node": [("NMT001", 3, None)],
+    "NMT002": [("NMT002", 11, 8)],
+    "NMT002-reset": [("NMT002", 20, 9)],
+    "NMT003": [("NMT003", 5, 4)],
+    "NMT003-running": [("NMT003", 8, 7)],
+    "NMT004": [("NMT004", 8, 7)],
+    "NMT005": [("NMT005", 9, 8)],
+    "PDO001": [("PDO001", 15, None)],
+    "PDO001-receiver": [("PDO001", 8, None)],
+    "PDO002": [("PDO002", 5, 4)],
+    "PDO003": [("PDO003", 5, 4)],
+    "PDO004": [("PDO004", 13, 12)],
+    "PDO005": [("PDO005", 16, 12)],
+    "PDO006": [("PDO006", 15, None)],
+    "PDO006-receiver": [("PDO006", 8, None)],
+    "PDO008": [("PDO008", 2, 1)],
+    "PDO008-rpdo": [("PDO008", 2, 1)],
+    "PDO009": [("PDO009", 4, 3)],
+    "PDO009-not-invalid": [("PDO009", 6, 5)],
+    "PDO010": [("PDO010", 4, 3)],
+    "PDO011": [("PDO011", 3, None)],
+    "PDO012": [("PDO012", 4, None)],
+    "PDO013": [("PDO013", 8, 5)],
+    "PDO014": [("PDO014", 2, 1)],
+    "PDO015": [("PDO015", 3, None)],
+    "PDO016": [("PDO016", 8, 7)],
+    "PDO018": [("PDO018", 5, None)],
+    "PDO019": [("PDO019", 3, None)],
     "SDO001": [("SDO001", 8, None)],
-    "SDO001-request": [("SDO001", 6, 5)],
     "SDO001-refused": [("SDO001", 8, 7), ("SDO017", 8, None)],
+    "SDO001-request": [("SDO001", 6, 5)],
     "SDO002": [("SDO002", 4, 3)],
     "SDO002-acknowledgement": [("SDO002", 7, 6)],
     "SDO002-duplicate": [("SDO002", 4, 3)],
@@ -53,12 +134,18 @@ RAISED: dict[str, list[Raised]] = {
     "SDO010": [("SDO010", 3, None)],
     "SDO010-empty": [("SDO010", 3, None)],
     "SDO010-response": [("SDO010", 4, None)],
+    "SDO011": [("SDO011", 9, 7)],
+    "SDO011-reset": [("SDO011", 5, 4)],
     "SDO012": [("SDO012", 8, 7)],
     "SDO012-acknowledged": [("SDO012", 8, None)],
     "SDO012-block-size": [("SDO012", 3, None)],
     "SDO012-early-end": [("SDO012", 8, None)],
     "SDO012-next-block-size": [("SDO012", 6, None)],
     "SDO012-not-confirmed": [("SDO012", 10, 9)],
+    "SDO013": [("SDO013", 2, None)],
+    "SDO013-write": [("SDO013", 2, 1)],
+    "SDO014": [("SDO014", 4, 3)],
+    "SDO014-read": [("SDO014", 4, 3)],
     "SDO015": [("SDO015", 4, 3)],
     "SDO017": [("SDO017", 4, None)],
     "SDO017-client": [("SDO017", 5, None)],
@@ -75,15 +162,23 @@ RAISED: dict[str, list[Raised]] = {
     "SDO030": [("SDO030", 1, None)],
     "SDO030-foreign": [("SDO030", 1, None)],
     "SDO031": [("SDO031", 1, None)],
+    "SRD001": [("SRD001", 12, 11)],
+    "SRD001-length": [("SRD001", 12, 11)],
+    "SRD002": [("SRD002", 12, 11)],
+    "SRD003": [("SRD003", 12, None)],
+    "SRD004": [("SRD004", 14, 11)],
+    "SRD004-normal": [("SRD004", 13, 11)],
+    "SRD004-order": [("SRD004", 13, 12), ("SRD004", 15, 14)],
+    "SRD005": [("SRD005", 14, None)],
     "SYN001": [("SYN001", 4, None)],
-    "SYN001-changed": [("SYN001", 5, None)],
-    "SYN001-long": [("SYN001", 3, None)],
-    "SYN002": [("SYN002", 6, 5)],
-    "SYN002-outside": [("SYN002", 5, None)],
-    "SYN003": [("SYN003", 7, 6)],
+    "SYN001-changed": [("SYN001", 7, None)],
+    "SYN001-long": [("SYN001", 5, None)],
+    "SYN002": [("SYN002", 8, 7)],
+    "SYN002-outside": [("SYN002", 7, None)],
+    "SYN003": [("SYN003", 9, 8)],
     "SYN003-configured": [("SYN003", 15, None)],
-    "SYN003-early": [("SYN003", 8, 7)],
-    "SYN003-late": [("SYN003", 7, 6)],
+    "SYN003-early": [("SYN003", 10, 9)],
+    "SYN003-late": [("SYN003", 9, 8)],
     "SYN004": [("SYN004", 17, 16)],
     "SYN005": [("SYN005", 4, None)],
     "SYN006": [("SYN006", 10, 8)],
@@ -97,6 +192,9 @@ RAISED: dict[str, list[Raised]] = {
     "SYN010-late": [("SYN010", 16, 15)],
     "SYN011": [("SYN011", 32, None)],
     "SYN011-no-stamps": [("SYN011", 6, None)],
+    "TIM001": [("TIM001", 3, None)],
+    "TIM001-reserved": [("TIM001", 3, None)],
+    "TIM002": [("TIM002", 4, 3)],
 }
 """All that a capture raises, in order: its own rule and what goes with it (an abort is said whatever its reason)."""
 
@@ -113,11 +211,12 @@ CLEAN = sorted(path.name.removesuffix(".clean.log") for path in RULES.glob("*.cl
 
 def analysis(path: Path, lang: str = "en") -> Analysis:
     piped = path.name.split(".")[0] in PIPED
-    return analyze(path.read_bytes(), name=path.name, lang=lang, regular=not piped)
+    return analyze(path.read_bytes(), name=path.name, lang=lang, regular=not piped, network=described_beside(path))
 
 
 def raised(said: Analysis) -> list[Raised]:
     place = {True: "line", False: "frame"}
+    place = ("frame", "line")
     return [(row["code"], row[place[row["code"].startswith("CAP")]], row["cause_frame"]) for row in said.findings]
 
 

@@ -7,11 +7,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::checks::sync::{Sync, SyncStatistics};
+use crate::checks::sync::SyncStatistics;
+use crate::checks::{Checks, PdoName};
 use crate::cob_id::Role;
 use crate::configuration;
 use crate::context::Context;
-use crate::event::{Event, ProcessData, Signals, Unmapped, What};
+use crate::event::{ProcessData, Signals, Step, Unmapped, What};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
@@ -21,7 +22,7 @@ use crate::services;
 use crate::services::pdo;
 use crate::services::sdo::channel::Channel;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
-use crate::services::sdo::wire::{Mux, Side};
+use crate::services::sdo::wire::{Command, Mux, Side};
 
 /// NMT commands that reset the node: reset node, reset communication (CiA 301, 7.2.8.3.1).
 const RESETS: [u8; 2] = [0x81, 0x82];
@@ -37,7 +38,7 @@ pub struct Bus {
     nodes: PerNode<Node>,
     /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
-    sync: Sync,
+    checks: Checks,
 }
 
 impl Bus {
@@ -63,13 +64,13 @@ impl Bus {
             node.compile();
         }
         let roles = Roles::compile(&network, name, &nodes);
-        let sync = Sync::new(&network, &nodes);
-        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), sync }
+        let checks = Checks::new(&network, &nodes);
+        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), checks }
     }
 
     /// What was measured of SYNC.
     pub fn sync_statistics(&self) -> SyncStatistics {
-        self.sync.statistics()
+        self.checks.sync_statistics()
     }
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
@@ -80,8 +81,13 @@ impl Bus {
         match role {
             Role::SdoRequest(node) if frame.kind == Kind::Data => self.sdo(Side::Client, node, frame, cx),
             Role::SdoResponse(node) if frame.kind == Kind::Data => self.sdo(Side::Server, node, frame, cx),
-            Role::Tpdo { number, node } if data => self.process_data(true, number, node, frame, cx),
-            Role::Rpdo { number, node } if data => self.process_data(false, number, node, frame, cx),
+            Role::Tpdo { number, node } if data => {
+                self.process_data(PdoName { transmit: true, number, node }, frame, cx);
+            }
+            Role::Rpdo { number, node } if data => {
+                self.process_data(PdoName { transmit: false, number, node }, frame, cx);
+            }
+            Role::Srdo { number, inverted } if frame.kind == Kind::Data => self.srdo(number, inverted, frame, cx),
             _ => self.message(role, frame, cx),
         }
     }
@@ -91,38 +97,65 @@ impl Bus {
         if self.channels.len() >= CHANNELS && !self.channels.contains_key(&key) {
             return self.message(Role::Foreign, frame, cx);
         }
-        let channel = self.channels.entry(key).or_insert_with(|| Box::new(Channel::new(frame.bus, node)));
+        let nodes = &self.nodes;
+        let channel = self.channels.entry(key).or_insert_with(|| {
+            let mut channel = Box::new(Channel::new(frame.bus, node));
+            channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
+            channel
+        });
         let before = cx.events.len();
         channel.step(side, frame, cx);
-        self.due(frame, cx);
+        self.checks.due(frame, cx);
+        if key.1.is_none() {
+            let object = match cx.events.get(before).map(|event| &event.what) {
+                Some(What::Sdo(step)) => step.mux,
+                _ => None,
+            };
+            self.checks.sdo(side, node, object, cx);
+        }
         for place in before..cx.events.len() {
-            if let Some(Event { what: What::Transfer(transfer), .. }) = cx.events.get(place) {
-                let transfer = Arc::clone(transfer);
-                self.learn(&transfer, cx);
+            match cx.events.get(place).map(|event| &event.what) {
+                Some(What::Transfer(transfer)) => {
+                    let transfer = Arc::clone(transfer);
+                    self.learn(&transfer, cx);
+                    self.checks.ended(&transfer, &self.nodes, cx);
+                }
+                Some(What::Sdo(Step { command: Command::InitiateDownload(mux, i), .. })) if i.expedited => {
+                    let bytes = i.data.get(..i.expedited_len(frame.len)).unwrap_or(&i.data);
+                    self.checks.requested(node, *mux, bytes, cx);
+                }
+                Some(What::Sdo(Step { command: Command::DownloadInitiated(mux), .. })) => {
+                    self.checks.acknowledged(node, *mux, frame);
+                }
+                _ => {}
             }
         }
     }
 
-    fn process_data(&mut self, transmit: bool, number: u16, node: u8, frame: &Frame, cx: &mut Context<'_>) {
-        let role = if transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } };
+    fn process_data(&mut self, name: PdoName, frame: &Frame, cx: &mut Context<'_>) {
+        let PdoName { transmit, number, node } = name;
         let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
         let content = match known.map(|pdo| &pdo.content) {
-            Some(Content::Multiplex { .. }) => {
-                let message = pdo::decode_multiplexed(role, transmit, number, node, frame);
-                return cx.push(None, Some(node), What::Message(message));
-            }
+            Some(Content::Multiplex { .. }) => return self.multiplexed(name, frame, cx),
             Some(Content::Mapped(mapping, from)) => Signals::Mapped(Arc::clone(mapping), *from),
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
-        let followed = known.is_some_and(Sync::follows);
-        let sync = known.and_then(|pdo| self.sync.place(node, pdo, frame));
-        let data = ProcessData { transmit, number, node, content, state: None, sync };
+        let sync = self.checks.place(name, &self.nodes, frame);
+        let data =
+            ProcessData { transmit, number, node, content: content.clone(), state: self.checks.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
-        self.due(frame, cx);
-        if followed && let Some(pdo) = self.nodes.get(node).and_then(|node| node.pdo(transmit, number)) {
-            self.sync.process_data(node, pdo, frame, cx);
-        }
+        self.checks.due(frame, cx);
+        self.checks.process_data(name, &content, &self.nodes, frame, cx);
+    }
+
+    fn multiplexed(&mut self, name: PdoName, frame: &Frame, cx: &mut Context<'_>) {
+        let PdoName { transmit, number, node } = name;
+        let role = if transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } };
+        let message = pdo::decode_multiplexed(role, transmit, number, node, frame);
+        cx.push(None, Some(node), What::Message(message));
+        self.checks.due(frame, cx);
+        self.checks.multiplexed(name, &message, &self.nodes, frame, cx);
     }
 
     /// The signals of a PDO by the mapping of a node that receives it.
@@ -136,29 +169,36 @@ impl Bus {
         consumed.unwrap_or(Signals::None(Unmapped::Unknown))
     }
 
-    fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
-        let message = services::decode(role, frame);
+    fn srdo(&mut self, number: u8, inverted: bool, frame: &Frame, cx: &mut Context<'_>) {
+        let seen = self.checks.safety(number, inverted, frame, &self.nodes);
+        let mut message = services::decode(Role::Srdo { number, inverted }, frame);
+        if let Message::Srdo { valid, .. } = &mut message {
+            *valid = seen.valid;
+        }
         cx.push(None, message.node(), What::Message(message));
-        self.due(frame, cx);
-        self.sync.message(&message, frame, &self.nodes, cx);
+        self.checks.due(frame, cx);
+        self.checks.shown(&seen, cx);
+    }
+
+    fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
+        let message = self.checks.complete(services::decode(role, frame), frame);
+        cx.push(None, message.node(), What::Message(message));
+        self.checks.due(frame, cx);
+        if let Some((from, to)) = self.checks.message(&message, &self.nodes, frame, cx) {
+            self.moved(from, to);
+        }
         match message {
             Message::BootUp { node } => self.reset(Some(node), cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
             Message::Nmt { command, node } if RESETS.contains(&command) => self.reset(Some(node), cx),
             _ => {}
         }
-    }
-
-    /// What the time of a frame makes due, before the frame itself is followed.
-    fn due(&mut self, frame: &Frame, cx: &mut Context<'_>) {
-        if let Some(now_ns) = frame.t_ns {
-            self.advance(now_ns, cx);
-        }
+        self.checks.follow(&message, &self.nodes, frame, cx);
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        let _ = (now_ns, cx);
+        self.checks.advance(now_ns, cx);
     }
 
     /// Takes what an SDO transfer has shown of the server's configuration.
@@ -167,6 +207,7 @@ impl Bus {
         if transfer.status != Status::Ok || transfer.bad || transfer.hole {
             return;
         }
+        self.checks.transferred(transfer, mux, &self.nodes, cx);
         if mux.index == 0x1F22 && transfer.direction == Direction::Download {
             return self.learn_concise(mux.sub, &transfer.kept);
         }
@@ -180,7 +221,7 @@ impl Bus {
             if moves(mux) {
                 self.assign();
             }
-            self.sync.configured(transfer.node, mux, &self.network, &self.nodes, cx.at);
+            self.checks.learnt(transfer.node, mux, &self.nodes, cx);
         }
     }
 
@@ -195,16 +236,30 @@ impl Bus {
         }
         target.compile();
         self.assign();
-        self.sync.reconfigure(&self.network, &self.nodes);
+        self.checks.reconfigured(&self.nodes);
     }
 
     fn assign(&mut self) {
         self.roles = Roles::compile(&self.network, &self.name, &self.nodes);
     }
 
+    /// A node has another node-ID now (LSS): what is known of it goes with it, unless something is known of the new one.
+    fn moved(&mut self, from: u8, to: u8) {
+        if self.nodes.get(to).is_some() {
+            return;
+        }
+        let Some(mut node) = self.nodes.take(from) else { return };
+        node.configuration.leave(from);
+        node.rename(to);
+        self.nodes.put(to, node);
+        self.assign();
+        self.checks.reconfigured(&self.nodes);
+    }
+
     /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
     fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.lost(node, true, cx);
+        self.checks.reset(node, cx);
         let mut changed = false;
         for (id, one) in self.nodes.iter_mut() {
             if node.is_none_or(|node| node == id) && one.configuration.reset() {
@@ -214,19 +269,19 @@ impl Bus {
         }
         if changed {
             self.assign();
-            self.sync.reconfigure(&self.network, &self.nodes);
+            self.checks.reconfigured(&self.nodes);
         }
     }
 
     /// What was open is over: one node (or all) was reset, or frames of the bus were lost.
     pub fn lost(&mut self, node: Option<u8>, reset: bool, cx: &mut Context<'_>) {
+        if !reset {
+            self.checks.lost(cx);
+        }
         for channel in self.channels.values_mut() {
             if node.is_none_or(|node| node == channel.node()) {
                 channel.lost(reset, cx);
             }
-        }
-        if !reset {
-            self.sync.lost();
         }
     }
 
@@ -235,7 +290,7 @@ impl Bus {
         for channel in self.channels.values_mut() {
             channel.finish(cx);
         }
-        self.sync.finish(&self.nodes, cx);
+        self.checks.finish(&self.nodes, cx);
     }
 }
 
@@ -252,6 +307,7 @@ fn moves(mux: Mux) -> bool {
     match mux.index {
         0x1005 | 0x1012 | 0x1014 => true,
         0x1200..=0x12FF => matches!(mux.sub, 1..=3),
+        0x1301..=0x1340 => matches!(mux.sub, 1 | 5 | 6),
         0x1400..=0x15FF | 0x1800..=0x19FF => mux.sub == 1,
         _ => false,
     }

@@ -99,7 +99,7 @@ impl Configuration {
     }
 
     /// An object of the description.
-    pub fn object(&self, index: u16, sub: u8) -> Option<&Object> {
+    pub fn object(&self, index: u16, sub: u8) -> Option<&Arc<Object>> {
         self.description.as_ref()?.get(index, sub)
     }
 
@@ -179,6 +179,17 @@ impl Configuration {
         {
             self.concise.insert((index, sub), value);
         }
+    }
+
+    /// The node is no longer `node`: COB-IDs of the pre-defined connection set follow its new node-ID, so those that were
+    /// seen with the old one hold no more.
+    pub fn leave(&mut self, node: u8) {
+        let follows = |(index, sub): &Address, (value, _): &mut (u64, u64)| {
+            let cob = matches!((index, sub), (0x1014, 0) | (0x1200, 1 | 2) | (0x1400..=0x15FF | 0x1800..=0x19FF, 1));
+            !(cob && *value & 0x7F == u64::from(node))
+        };
+        self.observed.retain(follows);
+        self.stored.retain(follows);
     }
 
     /// The node was reset: it comes up with what is stored. Says whether anything is another value now.

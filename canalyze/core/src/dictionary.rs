@@ -74,13 +74,18 @@ pub struct Preset {
 }
 
 impl Object {
+    /// Its data type, where it is a static one.
+    pub fn data_type(&self) -> Option<DataType> {
+        DataType::from_code(self.data_type)
+    }
+
     /// The number that the object starts with on one node; relative ones wrap around at the type's width.
     pub fn preset_at(&self, node: u8) -> Option<u64> {
         let Preset { value, relative, .. } = self.preset?;
         if !relative {
             return Some(value);
         }
-        let bits = DataType::from_code(self.data_type).and_then(DataType::size).map_or(64, |bytes| 8 * bytes as u32);
+        let bits = self.data_type().and_then(DataType::size).map_or(64, |bytes| 8 * bytes as u32);
         Some(value.wrapping_add(u64::from(node)) & u64::MAX >> (64 - bits.clamp(1, 64)))
     }
 }
@@ -117,7 +122,7 @@ pub struct Dictionary {
     pub form: Form,
     /// The product's name; empty where the file has none.
     pub device: String,
-    objects: Vec<Object>,
+    objects: Vec<Arc<Object>>,
 }
 
 impl Dictionary {
@@ -125,11 +130,11 @@ impl Dictionary {
     pub fn new(file: String, form: Form, device: String, mut objects: Vec<Object>) -> Self {
         objects.sort_by_key(|object| (object.index, object.sub));
         objects.dedup_by_key(|object| (object.index, object.sub));
-        Self { file, form, device, objects }
+        Self { file, form, device, objects: objects.into_iter().map(Arc::new).collect() }
     }
 
     /// One object.
-    pub fn get(&self, index: u16, sub: u8) -> Option<&Object> {
+    pub fn get(&self, index: u16, sub: u8) -> Option<&Arc<Object>> {
         let found = self.objects.binary_search_by_key(&(index, sub), |object| (object.index, object.sub));
         found.ok().and_then(|place| self.objects.get(place))
     }
@@ -141,7 +146,7 @@ impl Dictionary {
     }
 
     /// All objects, ascending.
-    pub fn objects(&self) -> &[Object] {
+    pub fn objects(&self) -> &[Arc<Object>] {
         &self.objects
     }
 }

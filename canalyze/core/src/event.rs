@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::configuration::Provenance;
+use crate::dictionary::Object;
 use crate::finding::Finding;
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
@@ -101,6 +102,8 @@ pub struct Step {
     pub command: Command,
     /// The object of the transfer it belongs to.
     pub mux: Option<Mux>,
+    /// What the server's description says of that object.
+    pub described: Option<Arc<Object>>,
     /// Which segment of the transfer it is, from 1; 0 when it is none.
     pub ordinal: u32,
     /// The answer that was captured before this request.
@@ -118,6 +121,7 @@ impl Step {
             side,
             command: decode_frame(side, frame.head(), frame.len),
             mux: None,
+            described: None,
             ordinal: 0,
             answered_by: None,
             place: Place::Due,
@@ -154,4 +158,38 @@ pub enum Note {
     AnsweredByAbort,
     /// A reset or boot-up of the server ended the transfer.
     LostByReset,
+    /// LSS: the slave with this address has entered the configuration state.
+    LssSelected {
+        /// Vendor-ID, product code, revision number, serial number.
+        address: [u32; 4],
+    },
+    /// LSS: a Fastscan is over.
+    Fastscan(Scanned),
+    /// LSS: bit timing is activated.
+    BitTimingActivated {
+        /// The switch delay in ms: twice as long the bus is silent.
+        delay: u16,
+        /// The new bit rate in kbit/s, where known.
+        rate: Option<u16>,
+    },
+    /// LSS: a node has another node-ID now.
+    NodeIdChanged {
+        /// The one it had.
+        from: u8,
+        /// The one it has.
+        to: u8,
+    },
+}
+
+/// What a Fastscan has found (CiA 305).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scanned {
+    /// Whether its last confirmation was answered: the slave is in the configuration state.
+    pub found: bool,
+    /// Vendor-ID, product code, revision number, serial number, as far as confirmed in the capture.
+    pub address: [Option<u32>; 4],
+    /// Fastscan frames of the master.
+    pub frames: u32,
+    /// From its first frame to its last one or the last answer, in ns; `None` without stamps.
+    pub duration_ns: Option<i64>,
 }

@@ -19,7 +19,7 @@
 //!
 //! Dependency runs one way: `frame`, `od`, `dictionary` <- `message` <- `event`, `finding` <- `services` <-
 //! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. `readers` sees only `frame`; `text` sees `message`, `event`, `finding`, `od`;
-//! `render` sees `text`. The whole table stands in `tests/layers.rs`, which keeps it.
+//! `summary` sees `event`; `render` sees `text` and `summary`. The whole table stands in `tests/layers.rs`, which keeps it.
 
 pub mod bus;
 pub mod checks;
@@ -44,4 +44,5 @@ pub mod roles;
 pub mod select;
 pub mod services;
 pub mod session;
+pub mod summary;
 pub mod text;

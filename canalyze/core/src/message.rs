@@ -48,6 +48,10 @@ pub enum Message {
         register: u8,
         /// Manufacturer-specific bytes.
         manufacturer: [u8; 5],
+        /// The node's errors after it, as far as the capture shows them. Empty from one frame alone.
+        active: Errors,
+        /// The errors that it takes back: those before it, where it says that none is left.
+        cleared: Errors,
     },
     /// A PDO of the pre-defined connection set; its content needs a mapping.
     Pdo {
@@ -84,6 +88,9 @@ pub enum Message {
         number: u8,
         /// Whether the data are the bitwise inverted ones.
         inverted: bool,
+        /// Whether these are the inverse of the normal data before them: what the bus knows, `None` for a frame by
+        /// itself.
+        valid: Option<bool>,
     },
     /// Boot-up (CiA 301, 7.2.8.3.3): error control with state 00.
     BootUp {
@@ -98,6 +105,10 @@ pub enum Message {
         state: u8,
         /// Bit 7: the toggle bit of node guarding; 0 in a heartbeat.
         toggle: bool,
+        /// An answer to node guarding. From one frame alone only where the toggle bit is set.
+        guarding: bool,
+        /// The state that the node has shown before, since its last boot-up. `None` from one frame alone.
+        previous: Option<u8>,
     },
     /// Remote frame of node guarding, from the NMT master.
     GuardingRequest {
@@ -140,7 +151,7 @@ pub enum Message {
 
 impl Message {
     /// The service's one word: the name in filters, in JSON, and of the file that decodes it. Boot-up counts as
-    /// heartbeat; an answer with the toggle bit set can only be node guarding.
+    /// heartbeat.
     pub fn service(&self) -> &'static str {
         match self {
             Self::Nmt { .. } => "nmt",
@@ -151,7 +162,7 @@ impl Message {
             Self::Emcy { .. } => "emcy",
             Self::Pdo { .. } | Self::PdoRequest { .. } | Self::Mpdo { .. } => "pdo",
             Self::Srdo { .. } => "srdo",
-            Self::Heartbeat { toggle: true, .. } | Self::GuardingRequest { .. } => "guarding",
+            Self::Heartbeat { guarding: true, .. } | Self::GuardingRequest { .. } => "guarding",
             Self::BootUp { .. } | Self::Heartbeat { .. } => "heartbeat",
             Self::Lss { .. } => "lss",
             Self::Usdo { .. } => "usdo",
@@ -207,6 +218,33 @@ impl Message {
             },
         };
         (1..=127).contains(&node).then_some(node)
+    }
+}
+
+/// Emergency error codes that a node has reported, oldest first. Further ones than [`ERRORS`] are not kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Errors {
+    codes: [u16; ERRORS],
+    count: u8,
+}
+
+/// Error codes that are kept of one node.
+pub const ERRORS: usize = 8;
+
+impl Errors {
+    /// Adds a code, where it is not there yet.
+    pub fn add(&mut self, code: u16) {
+        if !self.iter().any(|known| known == code)
+            && let Some(slot) = self.codes.get_mut(usize::from(self.count))
+        {
+            *slot = code;
+            self.count += 1;
+        }
+    }
+
+    /// The codes.
+    pub fn iter(&self) -> impl Iterator<Item = u16> {
+        self.codes.into_iter().take(usize::from(self.count))
     }
 }
 

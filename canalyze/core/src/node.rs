@@ -260,7 +260,7 @@ impl Node {
         // Indices below 0020h are data types: bits that are skipped.
         let dummy = index < 0x20;
         let object = self.configuration.object(index, sub).filter(|_| !dummy);
-        let described = object.and_then(|object| DataType::from_code(object.data_type));
+        let described = object.and_then(|object| object.data_type());
         Mapped {
             index,
             sub,

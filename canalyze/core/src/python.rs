@@ -167,6 +167,7 @@ impl Session {
             ("transfers", Format::Transfers),
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),
+            ("summary", Format::Summary),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =

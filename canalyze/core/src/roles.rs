@@ -9,7 +9,7 @@ use crate::cob_id::{Role, predefined};
 use crate::configuration::Provenance;
 use crate::frame::CanId;
 use crate::network::{Network, Sdo};
-use crate::node::{CobId, Node, PREDEFINED, PerNode};
+use crate::node::{CobId, Node, PREDEFINED, Pdo, PerNode};
 
 /// Distinct 29-bit identifiers with a role, at most (invariant 6).
 const EXTENDED: usize = 4096;
@@ -61,14 +61,22 @@ impl Roles {
         let mut roles = Self::default();
         let mut claims = BTreeMap::new();
         for (_, node) in nodes.iter() {
+            roles.moved(node);
+        }
+        for (_, node) in nodes.iter() {
             roles.services(node, &mut claims);
             roles.process_data(node, &mut claims);
             roles.servers(node, &mut claims);
+            roles.safety(node, &mut claims);
+            roles.clients(node, &mut claims);
         }
         for Sdo { bus: of, client, server, node } in &network.sdos {
             if Network::holds(of.as_ref(), bus) {
                 roles.further_channel(*client, *server, *node, Provenance::Option, &mut claims);
             }
+        }
+        for (_, node) in nodes.iter() {
+            roles.disabled(node, &claims);
         }
         roles
     }
@@ -89,28 +97,47 @@ impl Roles {
         }
     }
 
+    /// PDOs that are elsewhere have left their pre-defined identifiers. An EDS only presets: what is sent there all
+    /// the same is still best called by its pre-defined name.
+    fn moved(&mut self, node: &Node) {
+        let elsewhere = |pdo: &&Pdo| pdo.cob.1 > Provenance::Eds && pdo.number <= PREDEFINED;
+        for pdo in node.pdos().iter().filter(elsewhere) {
+            self.leave(role(node, pdo));
+        }
+    }
+
     fn process_data(&mut self, node: &Node, claims: &mut Claims) {
-        for pdo in node.pdos() {
+        for pdo in node.pdos().iter().filter(|pdo| pdo.cob.0.valid) {
             let (cob, from) = pdo.cob;
-            let (number, node) = (pdo.number, node.id());
-            let role = if pdo.transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } };
-            // A PDO that is elsewhere has left its pre-defined identifier. An EDS only presets: what is sent there
-            // all the same is still best called by its pre-defined name.
-            if from > Provenance::Eds && number <= PREDEFINED {
-                self.leave(role);
-            }
-            if !cob.valid {
-                continue;
-            }
+            let role = role(node, pdo);
             match (self.of(cob.id), role) {
-                (Role::Tpdo { .. }, Role::Rpdo { number, node }) if self.of(cob.id) != role => {
-                    self.consumers.insert(cob.id, (node, number));
+                (Role::Tpdo { .. }, Role::Rpdo { number, node }) => {
+                    self.consume(cob.id, node, number);
                 }
-                (Role::Rpdo { number, node }, Role::Tpdo { .. }) if claims.contains_key(&cob.id) => {
-                    self.consumers.insert(cob.id, (node, number));
+                (Role::Rpdo { number, node: other }, Role::Tpdo { .. }) if self.may(cob.id, role, from) => {
+                    let before = claims.get(&cob.id).copied().unwrap_or(Provenance::Default);
+                    self.consume(cob.id, other, number);
                     self.set(cob.id, role);
+                    claims.insert(cob.id, before.max(from));
                 }
                 _ => self.claim(cob.id, role, from, claims),
+            }
+        }
+    }
+
+    fn consume(&mut self, id: CanId, node: u8, number: u16) {
+        if self.consumers.len() < EXTENDED {
+            self.consumers.insert(id, (node, number));
+        }
+    }
+
+    /// A PDO that was made invalid keeps the identifier that stands in its COB-ID, unless that is anything else's: what
+    /// comes there is best called by it.
+    fn disabled(&mut self, node: &Node, claims: &Claims) {
+        for pdo in node.pdos().iter().filter(|pdo| !pdo.cob.0.valid && pdo.cob.1 > Provenance::Eds) {
+            let id = pdo.cob.0.id;
+            if matches!(self.of(id), Role::Unassigned | Role::Foreign) && !claims.contains_key(&id) {
+                self.set(id, role(node, pdo));
             }
         }
     }
@@ -124,6 +151,37 @@ impl Roles {
             let (client, server) = (CobId::from_entry(client), CobId::from_entry(server));
             if client.valid && server.valid {
                 self.further_channel(client.id, server.id, node.id(), from, claims);
+            }
+        }
+    }
+
+    /// SRDO pairs (1301h to 1340h) where both identifiers are known. They keep to 101h to 180h (CiA 304), and the
+    /// normal one says the number, as in the default assignment.
+    fn safety(&mut self, node: &Node, claims: &mut Claims) {
+        let allowed = |id: &CanId| !id.is_extended() && (0x101..=0x180).contains(&id.raw());
+        for index in node.configuration.indices(0x1301..=0x1340) {
+            let id = |sub| node.value(index, sub).map(|(value, from)| (CobId::from_entry(value).id, from));
+            let used = node.value(index, 1).is_some_and(|(direction, _)| direction != 0);
+            let (true, Some((normal, from)), Some((inverted, _))) = (used, id(5), id(6)) else { continue };
+            if normal != inverted && allowed(&normal) && allowed(&inverted) {
+                let number = ((normal.raw() - 0xFF) / 2) as u8;
+                self.claim(normal, Role::Srdo { number, inverted: false }, from, claims);
+                self.claim(inverted, Role::Srdo { number, inverted: true }, from, claims);
+            }
+        }
+    }
+
+    /// SDO channels by what a client knows of them (1280h to 12FFh): sub-index 3 is the server's node-ID.
+    fn clients(&mut self, node: &Node, claims: &mut Claims) {
+        for index in node.configuration.indices(0x1280..=0x12FF) {
+            let known = |sub| node.value(index, sub).filter(|(_, from)| *from > Provenance::Eds);
+            let (Some((client, from)), Some((server, _)), Some((id @ 1..=127, _))) = (known(1), known(2), known(3))
+            else {
+                continue;
+            };
+            let (client, server) = (CobId::from_entry(client), CobId::from_entry(server));
+            if client.valid && server.valid {
+                self.further_channel(client.id, server.id, id as u8, from, claims);
             }
         }
     }
@@ -143,11 +201,27 @@ impl Roles {
     /// Gives an identifier to a role, unless a more trusted source has given it away.
     fn claim(&mut self, id: CanId, role: Role, from: Provenance, claims: &mut Claims) {
         let fixed = !id.is_extended() && (id.raw() == FIXED[0] || id.raw() >= FIXED[1]);
-        if fixed || claims.get(&id).is_some_and(|before| *before >= from) {
+        if fixed || !self.may(id, role, from) || claims.get(&id).is_some_and(|before| *before >= from) {
             return;
         }
         self.set(id, role);
         claims.insert(id, from);
+    }
+
+    /// Whether a role may have an identifier. An EDS may lack `$NODEID`, and serve several nodes: what it presets does
+    /// not take another node's place of the same kind, nor that of another service.
+    fn may(&self, id: CanId, role: Role, from: Provenance) -> bool {
+        let place = predefined(id);
+        if from > Provenance::Eds || place == role {
+            return true;
+        }
+        match (place, role) {
+            (Role::Unassigned | Role::Foreign, _) => true,
+            (Role::Tpdo { number: one, .. }, Role::Tpdo { number: other, .. })
+            | (Role::Rpdo { number: one, .. }, Role::Rpdo { number: other, .. }) => one != other,
+            (Role::Tpdo { .. } | Role::Rpdo { .. }, Role::Tpdo { .. } | Role::Rpdo { .. }) => true,
+            _ => false,
+        }
     }
 
     fn set(&mut self, id: CanId, role: Role) {
@@ -172,6 +246,11 @@ impl Roles {
             *slot = Role::Unassigned;
         }
     }
+}
+
+fn role(node: &Node, pdo: &Pdo) -> Role {
+    let (number, node) = (pdo.number, node.id());
+    if pdo.transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } }
 }
 
 type Claims = BTreeMap<CanId, Provenance>;

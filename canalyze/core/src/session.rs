@@ -22,6 +22,7 @@ use crate::render::signals::Signals;
 use crate::select::Select;
 use crate::services::sdo::transfer::Status;
 use crate::services::sdo::wire::Mux;
+use crate::summary::Summary;
 use crate::text::{Depth, Lang, complaints};
 
 /// Findings of one rule on one object that are shown before the rest is only counted.
@@ -47,6 +48,8 @@ pub enum Format {
     Signals,
     /// CSV of decoded signals.
     SignalsCsv,
+    /// JSON lines of figures, all at the end.
+    Summary,
 }
 
 /// How a capture is read and shown.
@@ -100,6 +103,7 @@ struct Stream {
     options: Options,
     lines: Lines,
     signals: Signals,
+    summary: Summary,
     state: Vec<Bus>,
     file: Vec<u8>,
     frames: u64,
@@ -152,6 +156,7 @@ impl Session {
             buses: Buses::default(),
             stream: Stream {
                 signals: Signals::new(options.lang, options.format == Format::SignalsCsv, options.select.clone()),
+                summary: Summary::new(Arc::clone(&options.network)),
                 options,
                 lines,
                 state: Vec::new(),
@@ -272,6 +277,7 @@ impl Stream {
                 Format::Signals | Format::SignalsCsv => {
                     self.signals.frame(out, setting, &frame, &self.events);
                 }
+                Format::Summary => self.summary.frame(&frame, &self.events),
                 Format::Jsonl | Format::Transfers => jsonl::frame(out, setting, &frame, &self.events),
             }
         }
@@ -291,12 +297,13 @@ impl Stream {
         if self.options.format == Format::Text {
             self.lines.marker(out, &marker, buses);
         }
+        if self.options.format == Format::Summary {
+            self.summary.marker(&marker);
+        }
         let finding = code.map(|code| self.capture_finding(code, line, facts, bus));
         self.complaints.push(complaints::marker(self.options.lang, &self.file, &marker, finding.as_ref()));
-        if let Some(finding) = finding
-            && self.options.format == Format::Jsonl
-        {
-            jsonl::finding(out, self.setting(buses), &finding);
+        if let Some(finding) = finding {
+            self.tell(&finding, buses, out);
         }
         self.aside(buses, out);
     }
@@ -306,8 +313,20 @@ impl Stream {
         Finding { code, at, cause: None, bus, node: None, object: None, facts }
     }
 
+    /// A finding about the capture, which belongs to no frame.
+    fn tell(&mut self, finding: &Finding, buses: &Buses, out: &mut Vec<u8>) {
+        match self.options.format {
+            Format::Jsonl => jsonl::finding(out, self.setting(buses), finding),
+            Format::Summary => self.summary.finding(finding),
+            Format::Text | Format::Transfers | Format::Signals | Format::SignalsCsv => {}
+        }
+    }
+
     fn end_of_file(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         let unreadable = std::mem::take(&mut self.unreadable);
+        if self.file_frames > 0 {
+            self.summary.file(unreadable.count);
+        }
         if unreadable.count == 0 || self.file_frames == 0 {
             return;
         }
@@ -317,9 +336,7 @@ impl Stream {
             let Unreadable { count, ranges, .. } = &unreadable;
             self.complaints.push(complaints::unreadable_lines(self.options.lang, &self.file, *count, ranges));
         }
-        if self.options.format == Format::Jsonl {
-            jsonl::finding(out, self.setting(buses), &finding);
-        }
+        self.tell(&finding, buses, out);
     }
 
     fn advance(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
@@ -348,6 +365,9 @@ impl Stream {
         if self.shown == 0 && self.frames > 0 && !self.options.filter.is_empty() {
             self.complaints.push(complaints::nothing_shown(self.options.lang, self.frames));
         }
+        if self.options.format == Format::Summary && self.shown > 0 {
+            jsonl::summary::write(out, self.setting(buses), &self.summary);
+        }
     }
 
     /// What belongs to no frame at hand.
@@ -356,6 +376,7 @@ impl Stream {
             Format::Text => self.lines.end(out, &self.events),
             Format::Jsonl => jsonl::asides(out, self.setting(buses), &self.events),
             Format::Transfers => self.transfers(buses, out),
+            Format::Summary => self.summary.asides(&self.events),
             Format::Signals | Format::SignalsCsv => {}
         }
         self.extract(buses);
@@ -382,6 +403,9 @@ impl Stream {
 
     /// Repeats of one finding on one object are counted instead of shown.
     fn fold(&mut self) {
+        if self.options.format == Format::Summary {
+            return; // it counts by itself
+        }
         if self.events.len() < 2 && !matches!(self.events.first(), Some(Event { what: What::Finding(_), .. })) {
             return;
         }

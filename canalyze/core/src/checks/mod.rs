@@ -1,14 +1,329 @@
 //! What needs more than one frame, or more than one service: states, timing, and verdicts on them.
 //!
-//! One file a check, or a family of checks that shares its state. Each owns what it has to remember, is told of
-//! frames by the bus, and raises findings. None may change what a frame means.
+//! One file a check, or a family of checks that shares its state. Each owns what it has to remember and raises
+//! findings. [`Checks`] owns them all, and is told by the bus of every frame and of what it means: where a check
+//! stands in the way of a frame is to be read here and nowhere else. None may change a node's configuration.
 
 pub mod beat;
+pub mod description;
+pub mod drive;
+pub mod emcy;
+pub mod exchange;
+pub mod fastscan;
+pub mod guarding;
+pub mod heartbeat;
 pub mod jitter;
+pub mod lss;
+pub mod nmt;
+pub mod node_id;
+pub mod nodes;
+pub mod pdo_configuration;
+pub mod pdo_length;
+pub mod pdo_timing;
+pub mod permitted;
+pub mod srdo;
 pub mod sync;
 pub mod sync_counter;
 pub mod sync_settings;
 pub mod sync_window;
+pub mod time;
+pub mod withheld;
 
 #[cfg(test)]
 mod tests;
+
+use std::sync::Arc;
+
+use crate::configuration;
+use crate::context::Context;
+use crate::event::{Placement, Signals, Unmapped};
+use crate::finding::{Code, Facts, Quantity};
+use crate::frame::Frame;
+use crate::message::Message;
+use crate::network::Network;
+use crate::node::{Node, PerNode};
+use crate::services::pdo;
+use crate::services::sdo::transfer::{Direction, Transfer};
+use crate::services::sdo::wire::{Mux, Side};
+
+use description::Descriptions;
+use drive::Drives;
+use lss::Lss;
+use nodes::Nodes;
+use pdo_configuration::PdoConfiguration;
+use pdo_length::{PdoLength, misfit};
+use pdo_timing::PdoTiming;
+use srdo::{Seen, Srdos};
+use sync::{Sync, SyncStatistics};
+
+/// Which PDO of which node.
+#[derive(Clone, Copy, Debug)]
+pub struct PdoName {
+    /// Transmit or receive, seen from the node.
+    pub transmit: bool,
+    /// PDO number, from 1.
+    pub number: u16,
+    /// The node whose PDO it is.
+    pub node: u8,
+}
+
+impl PdoName {
+    fn of(self, nodes: &PerNode<Node>) -> Option<&crate::node::Pdo> {
+        nodes.get(self.node)?.pdo(self.transmit, self.number)
+    }
+}
+
+/// All checks of one bus.
+#[derive(Debug)]
+pub struct Checks {
+    network: Arc<Network>,
+    nodes: Nodes,
+    sync: Sync,
+    descriptions: Descriptions,
+    pdo_configuration: PdoConfiguration,
+    pdo_length: PdoLength,
+    pdo_timing: PdoTiming,
+    lss: Lss,
+    drives: Drives,
+    srdos: Srdos,
+}
+
+impl Checks {
+    /// Checks of a bus of which nothing was seen.
+    pub fn new(network: &Arc<Network>, nodes: &PerNode<Node>) -> Self {
+        let mut watched = Nodes::new(network);
+        watched.configure(nodes);
+        Self {
+            network: Arc::clone(network),
+            nodes: watched,
+            sync: Sync::new(network, nodes),
+            descriptions: Descriptions::default(),
+            pdo_configuration: PdoConfiguration::default(),
+            pdo_length: PdoLength::default(),
+            pdo_timing: PdoTiming::new(network.jitter_ns),
+            lss: Lss::default(),
+            drives: Drives::default(),
+            srdos: Srdos::default(),
+        }
+    }
+
+    /// What was measured of SYNC.
+    pub fn sync_statistics(&self) -> SyncStatistics {
+        self.sync.statistics()
+    }
+
+    /// The NMT state of a node, where it is known.
+    pub fn state(&self, node: u8) -> Option<u8> {
+        self.nodes.state(node)
+    }
+
+    /// The SYNC cycle of a PDO, before it is followed.
+    pub fn place(&self, pdo: PdoName, nodes: &PerNode<Node>, frame: &Frame) -> Option<Placement> {
+        self.sync.place(pdo.node, pdo.of(nodes), frame)
+    }
+
+    /// What history adds to a message: a guarding answer, the state before.
+    pub fn complete(&mut self, message: Message, frame: &Frame) -> Message {
+        self.nodes.complete(message, frame)
+    }
+
+    /// A frame has come, and its own event is there: what became due before it.
+    pub fn due(&mut self, frame: &Frame, cx: &mut Context<'_>) {
+        self.nodes.settle(cx);
+        if let Some(now_ns) = frame.t_ns {
+            self.advance(now_ns, cx);
+            self.pdo_timing.seen(now_ns);
+        }
+        self.nodes.heard(frame);
+    }
+
+    /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
+    pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        self.nodes.advance(now_ns, cx);
+        self.pdo_timing.advance(now_ns, cx);
+        self.lss.advance(now_ns, cx);
+        self.drives.advance(now_ns, cx);
+    }
+
+    /// A write request of SDO whose data are in it: its server may obey before it answers.
+    pub fn requested(&mut self, node: u8, mux: Mux, bytes: &[u8], cx: &Context<'_>) {
+        self.drives.request(node, mux, bytes, cx.at);
+    }
+
+    /// An SDO transfer has ended, however.
+    pub fn ended(&mut self, transfer: &Transfer, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        let node = transfer.node;
+        self.drives.transfer(transfer, nodes.get(node), self.nodes.state(node), cx);
+    }
+
+    /// A frame of an SRDO, before its own event is there.
+    pub fn safety(&mut self, number: u8, inverted: bool, frame: &Frame, nodes: &PerNode<Node>) -> Seen {
+        let states = &self.nodes;
+        self.srdos.follow(number, inverted, frame, nodes, |node| states.state(node))
+    }
+
+    /// What the same frame has shown.
+    pub fn shown(&self, seen: &Seen, cx: &mut Context<'_>) {
+        self.srdos.judge(seen, cx);
+    }
+
+    /// An SDO frame of a default channel, with the object it is about.
+    pub fn sdo(&mut self, side: Side, node: u8, object: Option<Mux>, cx: &Context<'_>) {
+        self.nodes.sdo(side, node, object.map(|mux| mux.index), cx);
+    }
+
+    /// A PDO with data.
+    pub fn process_data(
+        &mut self,
+        name: PdoName,
+        content: &Signals,
+        nodes: &PerNode<Node>,
+        frame: &Frame,
+        cx: &mut Context<'_>,
+    ) {
+        let PdoName { transmit, number, node } = name;
+        self.nodes.pdo(transmit, number, node, cx);
+        let known = name.of(nodes);
+        self.sync.process_data(node, known, frame, cx);
+        let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= configuration::Provenance::Eds);
+        if let Some(misfit) = misfit(content, frame).filter(|_| used) {
+            self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
+        } else if matches!(content, Signals::Mapped(_, configuration::Provenance::Eds)) {
+            self.pdo_length.fitted(transmit, number, node);
+        }
+        let states = &self.nodes;
+        let read = !matches!(content, Signals::None(Unmapped::Unknown));
+        self.drives.process_data(name, read, frame, nodes, |node| states.state(node), cx);
+        match known {
+            Some(pdo) => {
+                self.pdo_configuration.used(node, pdo, frame, cx);
+                self.pdo_timing.sent(node, pdo, frame, cx);
+            }
+            None => self.pdo_configuration.sent(node, transmit, number, frame.id),
+        }
+    }
+
+    /// A multiplex PDO.
+    pub fn multiplexed(
+        &mut self,
+        name: PdoName,
+        message: &Message,
+        nodes: &PerNode<Node>,
+        frame: &Frame,
+        cx: &mut Context<'_>,
+    ) {
+        let PdoName { transmit, number, node } = name;
+        self.nodes.pdo(transmit, number, node, cx);
+        self.drives.blind(node);
+        if matches!(message, Message::Malformed { .. }) {
+            let object = Mux { index: pdo::communication_parameter(transmit, number), sub: 0 };
+            let facts = Facts::told(0, &[("found", Quantity::Count(u64::from(frame.len)))]);
+            cx.find(Code::Mpd001, Some(node), Some(object), None, facts);
+        }
+        if let Some(pdo) = name.of(nodes) {
+            self.pdo_timing.sent(node, pdo, frame, cx);
+        }
+    }
+
+    /// A message of another service, before what it resets is reset. Gives the old and the new node-ID of a node
+    /// that LSS has moved.
+    pub fn message(
+        &mut self,
+        message: &Message,
+        nodes: &PerNode<Node>,
+        frame: &Frame,
+        cx: &mut Context<'_>,
+    ) -> Option<(u8, u8)> {
+        self.sync.message(message, frame, nodes, cx);
+        match *message {
+            Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx.at),
+            Message::Heartbeat { node, state, .. } if state != 0x05 => self.srdos.not_operational(node),
+            Message::Nmt { .. } => self.srdos.interrupt(false),
+            _ => {}
+        }
+        match *message {
+            Message::Nmt { command, node } if node <= 127 => {
+                self.pdo_timing.commanded((node != 0).then_some(node), command);
+            }
+            Message::BootUp { node } => self.pdo_timing.state(node, 0),
+            Message::Heartbeat { node, state, .. } => self.pdo_timing.state(node, state),
+            Message::PdoRequest { transmit: true, number, node } => {
+                if let Some(pdo) = nodes.get(node).and_then(|node| node.pdo(true, number)) {
+                    self.pdo_configuration.requested(node, pdo, frame, cx);
+                    self.pdo_timing.requested(node, number);
+                }
+            }
+            _ => {}
+        }
+        self.lss.follow(message, frame, nodes, cx)
+    }
+
+    /// The same message, after what it resets was reset.
+    pub fn follow(&mut self, message: &Message, nodes: &PerNode<Node>, frame: &Frame, cx: &mut Context<'_>) {
+        self.nodes.follow(message, frame, nodes, cx);
+    }
+
+    /// A server has acknowledged a write, whether or not its request was captured.
+    pub fn acknowledged(&mut self, node: u8, mux: Mux, frame: &Frame) {
+        self.pdo_configuration.acknowledged(node, mux, frame);
+    }
+
+    /// A successful transfer, before what it shows is learnt.
+    pub fn transferred(&mut self, transfer: &Transfer, mux: Mux, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        let node = nodes.get(transfer.node);
+        self.descriptions.judge(node, transfer, mux, cx);
+        if transfer.direction == Direction::Download
+            && let Some(value) = configuration::number(&transfer.kept)
+        {
+            self.pdo_configuration.written(node, transfer, mux, value, cx);
+            if matches!(mux.index, 0x1400..=0x1BFF) {
+                self.pdo_timing.forget(Some(transfer.node));
+            }
+        }
+    }
+
+    /// An object that decoding depends on holds another value now.
+    pub fn learnt(&mut self, node: u8, mux: Mux, nodes: &PerNode<Node>, cx: &Context<'_>) {
+        if matches!(mux.index, 0x1016 | 0x1017) {
+            self.nodes.configure(nodes);
+        }
+        self.drives.reconfigured();
+        self.srdos.reconfigured();
+        self.sync.configured(node, mux, &self.network, nodes, cx.at);
+    }
+
+    /// Many objects may hold other values now.
+    pub fn reconfigured(&mut self, nodes: &PerNode<Node>) {
+        self.nodes.configure(nodes);
+        self.drives.reconfigured();
+        self.srdos.reconfigured();
+        self.sync.reconfigure(&self.network, nodes);
+    }
+
+    /// One node (or all) was reset.
+    pub fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
+        self.pdo_configuration.reset(node);
+        self.pdo_length.reset(node, cx);
+        self.pdo_timing.forget(node);
+        self.drives.forget(node);
+        self.srdos.interrupt(false);
+    }
+
+    /// Frames of the bus were lost: nothing that was open can be judged.
+    pub fn lost(&mut self, cx: &mut Context<'_>) {
+        self.nodes.lost();
+        self.pdo_timing.forget(None);
+        self.drives.forget(None);
+        self.srdos.interrupt(true);
+        self.pdo_length.lost(cx);
+        self.sync.lost();
+        self.lss.lost();
+    }
+
+    /// The capture is over.
+    pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        self.nodes.finish(cx);
+        self.sync.finish(nodes, cx);
+        self.lss.finish(cx);
+    }
+}

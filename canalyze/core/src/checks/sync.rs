@@ -92,21 +92,19 @@ impl Sync {
         }
     }
 
-    /// Whether a PDO is judged in its SYNC cycle: a synchronous TPDO.
-    pub fn follows(pdo: &Pdo) -> bool {
-        pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind))
-    }
-
     /// Where a PDO stands in its SYNC cycle, if it is a synchronous one.
-    pub fn place(&self, node: u8, pdo: &Pdo, frame: &Frame) -> Option<Placement> {
-        pdo.transmission.filter(|(kind, _)| synchronous(*kind))?;
+    pub fn place(&self, node: u8, pdo: Option<&Pdo>, frame: &Frame) -> Option<Placement> {
+        let pdo = pdo.filter(|pdo| pdo.transmission.is_some_and(|(kind, _)| synchronous(kind)))?;
         self.window.place(&self.beat, node, pdo, frame.reference())
     }
 
-    /// Takes a PDO that is followed.
-    pub fn process_data(&mut self, node: u8, pdo: &Pdo, frame: &Frame, cx: &mut Context<'_>) {
-        let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
-        self.window.arrived(&self.beat, node, (pdo, frame.reference()), window_ns, cx);
+    /// Takes a PDO of a node, known to be configured as `pdo`.
+    pub fn process_data(&mut self, node: u8, pdo: Option<&Pdo>, frame: &Frame, cx: &mut Context<'_>) {
+        let followed = |pdo: &&Pdo| pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind));
+        if let Some(pdo) = pdo.filter(followed) {
+            let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
+            self.window.arrived(&self.beat, node, (pdo, frame.reference()), window_ns, cx);
+        }
     }
 
     /// Takes a frame of any other service than SDO.

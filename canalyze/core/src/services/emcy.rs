@@ -10,30 +10,39 @@
 
 use super::length;
 use crate::cob_id::Role;
-use crate::message::Message;
+use crate::message::{Errors, Message};
 
 /// Decodes a frame on a node's EMCY identifier.
 pub fn decode(role: Role, node: u8, payload: &[u8]) -> Message {
     let [low, high, register, a, b, c, d, e] = *payload else {
         return length(role, 8, 8);
     };
-    Message::Emcy { node, code: u16::from_le_bytes([low, high]), register, manufacturer: [a, b, c, d, e] }
+    Message::Emcy {
+        node,
+        code: u16::from_le_bytes([low, high]),
+        register,
+        manufacturer: [a, b, c, d, e],
+        active: Errors::default(),
+        cleared: Errors::default(),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn emcy(code: u16, register: u8, manufacturer: [u8; 5]) -> Message {
+        let (active, cleared) = (Errors::default(), Errors::default());
+        Message::Emcy { node: 10, code, register, manufacturer, active, cleared }
+    }
+
     #[test]
     fn frames() {
         assert_eq!(
             decode(Role::Emcy(10), 10, &[0x30, 0x81, 0x11, 0x05, 0, 0, 0, 0]),
-            Message::Emcy { node: 10, code: 0x8130, register: 0x11, manufacturer: [5, 0, 0, 0, 0] }
+            emcy(0x8130, 0x11, [5, 0, 0, 0, 0])
         );
-        assert_eq!(
-            decode(Role::Emcy(10), 10, &[0; 8]),
-            Message::Emcy { node: 10, code: 0, register: 0, manufacturer: [0; 5] }
-        );
+        assert_eq!(decode(Role::Emcy(10), 10, &[0; 8]), emcy(0, 0, [0; 5]));
         assert_eq!(decode(Role::Emcy(10), 10, &[0x30, 0x81]), length(Role::Emcy(10), 8, 8));
     }
 }

@@ -23,7 +23,10 @@ pub const PRE_OPERATIONAL: u8 = 0x7F;
 pub fn decode(role: Role, node: u8, payload: &[u8]) -> Message {
     match *payload {
         [BOOT_UP] => Message::BootUp { node },
-        [byte] => Message::Heartbeat { node, state: byte & 0x7F, toggle: byte & 0x80 != 0 },
+        [byte] => {
+            let toggle = byte & 0x80 != 0;
+            Message::Heartbeat { node, state: byte & 0x7F, toggle, guarding: toggle, previous: None }
+        }
         _ => length(role, 1, 1),
     }
 }
@@ -35,11 +38,12 @@ mod tests {
     #[test]
     fn frames() {
         let decode = |payload: &[u8]| decode(Role::ErrorControl(10), 10, payload);
+        let shows = |state, toggle| Message::Heartbeat { node: 10, state, toggle, guarding: toggle, previous: None };
         assert_eq!(decode(&[0x00]), Message::BootUp { node: 10 });
-        assert_eq!(decode(&[0x05]), Message::Heartbeat { node: 10, state: OPERATIONAL, toggle: false });
-        assert_eq!(decode(&[0x7F]), Message::Heartbeat { node: 10, state: PRE_OPERATIONAL, toggle: false });
-        assert_eq!(decode(&[0xFF]), Message::Heartbeat { node: 10, state: PRE_OPERATIONAL, toggle: true });
-        assert_eq!(decode(&[0x85]), Message::Heartbeat { node: 10, state: OPERATIONAL, toggle: true });
+        assert_eq!(decode(&[0x05]), shows(OPERATIONAL, false));
+        assert_eq!(decode(&[0x7F]), shows(PRE_OPERATIONAL, false));
+        assert_eq!(decode(&[0xFF]), shows(PRE_OPERATIONAL, true));
+        assert_eq!(decode(&[0x85]), shows(OPERATIONAL, true));
         assert_eq!(decode(&[]), length(Role::ErrorControl(10), 1, 1));
         assert_eq!(decode(&[0x05, 0x00]), length(Role::ErrorControl(10), 1, 1));
     }

@@ -203,6 +203,19 @@ pub const fn bit_rate(index: u8) -> Option<u16> {
     }
 }
 
+/// Whether the bytes that a defined command does not use are 0, as CiA 305 wants: what tells LSS from other traffic.
+pub fn is_plain(from_master: bool, payload: &[u8]) -> bool {
+    let used = match (from_master, payload.first()) {
+        (true, Some(0x17 | 0x4C | 0x5A..=0x5E)) | (false, Some(0x44 | 0x4F | 0x50)) => 1,
+        (true, Some(0x04 | 0x11)) | (false, Some(0x5E)) => 2,
+        (true, Some(0x13 | 0x15)) | (false, Some(0x11 | 0x13 | 0x17)) => 3,
+        (true, Some(0x40..=0x43 | 0x46..=0x4B)) | (false, Some(0x5A..=0x5D)) => 5,
+        (true, Some(0x51)) => 8,
+        _ => return false,
+    };
+    payload.len() == 8 && payload.iter().skip(used).all(|byte| *byte == 0)
+}
+
 /// Decodes a frame on 7E5 (`from_master`) or 7E4.
 pub fn decode(role: Role, from_master: bool, payload: &[u8]) -> Message {
     let [cs, a, b, c, d, e, f, g] = *payload else {
@@ -294,6 +307,16 @@ mod tests {
         assert_eq!(command(true, [0x51, 1, 0, 0, 0, 0, 0, 1]), fastscan(1, 0, 0, 1));
         assert_eq!(command(true, [0x51, 3, 0, 0, 0, 0, 3, 0]), fastscan(3, 0, 3, 0));
         assert_eq!(command(false, [0x4F, 0, 0, 0, 0, 0, 0, 0]), Command::IdentifySlave);
+    }
+
+    #[test]
+    fn unused_bytes() {
+        assert!(is_plain(true, &[0x04, 1, 0, 0, 0, 0, 0, 0]));
+        assert!(!is_plain(true, &[0x04, 1, 1, 0, 0, 0, 0, 0]));
+        assert!(is_plain(true, &[0x51, 1, 2, 3, 4, 5, 6, 7]));
+        assert!(is_plain(false, &[0x5A, 1, 2, 3, 4, 0, 0, 0]));
+        assert!(!is_plain(false, &[0x40, 0, 0, 0, 0, 0, 0, 0]));
+        assert!(!is_plain(false, &[0x44]));
     }
 
     #[test]

@@ -118,7 +118,10 @@ mod tests {
     fn fd_frames() {
         let fd = Kind::Fd { brs: true, esi: false };
         assert_eq!(kind(0x000, fd, &[1, 10]), Message::Nmt { command: 1, node: 10 });
-        assert_eq!(kind(0x70A, fd, &[5]), Message::Heartbeat { node: 10, state: 5, toggle: false });
+        assert_eq!(
+            kind(0x70A, fd, &[5]),
+            Message::Heartbeat { node: 10, state: 5, toggle: false, guarding: false, previous: None }
+        );
         assert_eq!(kind(0x185, fd, &[0; 8]), Message::Pdo { transmit: true, number: 1, node: 5 });
         assert_eq!(kind(0x08A, fd, &[0; 8]), Message::Malformed { role: Role::Emcy(10), flaw: Flaw::Fd });
         assert!(matches!(kind(0x60A, fd, &[5, 0x11]), Message::Usdo { request: true, source: 10, .. }));

@@ -14,7 +14,7 @@ use crate::message::Message;
 
 /// Decodes one frame of an SRDO pair.
 pub fn decode(role: Role, number: u8, inverted: bool, payload: &[u8]) -> Message {
-    if (1..=8).contains(&payload.len()) { Message::Srdo { number, inverted } } else { length(role, 1, 8) }
+    if (1..=8).contains(&payload.len()) { Message::Srdo { number, inverted, valid: None } } else { length(role, 1, 8) }
 }
 
 /// Decodes a frame on 001.
@@ -29,7 +29,7 @@ mod tests {
     #[test]
     fn frames() {
         let role = Role::Srdo { number: 1, inverted: true };
-        assert_eq!(decode(role, 1, true, &[0xFE]), Message::Srdo { number: 1, inverted: true });
+        assert_eq!(decode(role, 1, true, &[0xFE]), Message::Srdo { number: 1, inverted: true, valid: None });
         assert_eq!(decode(role, 1, true, &[]), length(role, 1, 8));
         assert_eq!(decode_gfc(Role::Gfc, &[]), Message::Gfc);
         assert_eq!(decode_gfc(Role::Gfc, &[0]), length(Role::Gfc, 0, 0));

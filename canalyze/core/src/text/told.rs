@@ -3,7 +3,7 @@
 //! It must not choose a sentence; the finding says which one. Quantities are printed here, once for all rules.
 
 use super::digits::{Hex, put};
-use super::{Lang, terms, value};
+use super::{Lang, signal, terms, value};
 use crate::finding::Quantity;
 
 /// Appends a sentence; a name in braces is replaced by its quantity, in the unit that suits it.
@@ -42,9 +42,21 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
             None => put!(out; Hex::<2>(u64::from(command)), "h"),
         },
         Quantity::Pdo(transmit, number) => put!(out; if transmit { "TPDO" } else { "RPDO" }, number),
-        Quantity::Statusword(word) | Quantity::Controlword(word) => put!(out; Hex::<4>(u64::from(word)), "h"),
-        Quantity::Mode(mode) => put!(out; i64::from(mode)),
-        Quantity::Lss(command) => put!(out; Hex::<2>(u64::from(command)), "h"),
+        Quantity::Lss(command) => {
+            put!(out; Hex::<2>(u64::from(command)), "h");
+            if let Some(word) = terms::lss::command(lang, command) {
+                put!(out; " ", word);
+            }
+        }
+        Quantity::LssError(command, code) => {
+            put!(out; Hex::<2>(u64::from(code)), "h");
+            if let Some(word) = terms::lss::error_of(lang, command, code) {
+                put!(out; " ", word);
+            }
+        }
+        Quantity::Statusword(word) => drive_word(out, lang, 0x6041, word),
+        Quantity::Controlword(word) => drive_word(out, lang, 0x6040, word),
+        Quantity::Mode(mode) => put!(out; i64::from(mode), " ", terms::drive::mode(lang, mode)),
         Quantity::Emcy(code) => {
             put!(out; Hex::<4>(u64::from(code)), "h");
             if let Some(word) = terms::emcy::code(lang, code) {
@@ -56,6 +68,12 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
             None => put!(out; Hex::<4>(u64::from(code)), "h"),
         },
     }
+}
+
+/// `0637h 运行使能`: a controlword or a statusword and what it says.
+fn drive_word(out: &mut Vec<u8>, lang: Lang, index: u16, word: u16) {
+    put!(out; Hex::<4>(u64::from(word)), "h ");
+    signal::annotation(out, lang, index, u64::from(word));
 }
 
 /// A duration in the unit in which an engineer would say it: `350µs`, `1.2ms`, `1.5s`. Three digits after the point at

@@ -2,9 +2,14 @@
 //!
 //! The same in both languages but for units. It must not decide which object the bytes belong to.
 
+use std::sync::Arc;
+
 use super::digits::{Hex, Padded, Spaced, decimal, put};
-use super::{Lang, escape};
+use super::{Lang, escape, signal, terms};
+use crate::dictionary::Object;
+use crate::drive;
 use crate::od::{self, DataType, Value};
+use crate::services::pdo::mapping::{Mapped, extract};
 use crate::services::sdo::transfer::{Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
@@ -57,9 +62,53 @@ pub fn value(out: &mut Vec<u8>, lang: Lang, data_type: Option<DataType>, bytes: 
     }
 }
 
+/// Appends a blank and the name of an object, where it has one: the standard's, or the vendor's as it is.
+pub fn name(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Object>) {
+    match described {
+        Some(object) => {
+            put!(out; " ");
+            signal::name(out, lang, &as_mapped(object));
+        }
+        None => {
+            if let Some(name) = terms::object_name(lang, mux.index, mux.sub) {
+                put!(out; " ", name);
+            }
+        }
+    }
+}
+
+/// A described object as if a PDO carried all of it.
+pub(crate) fn as_mapped(object: &Object) -> Mapped {
+    let data_type = object.data_type();
+    Mapped {
+        index: object.index,
+        sub: object.sub,
+        bits: data_type.and_then(DataType::size).map_or(0, |bytes| 8 * bytes as u8),
+        offset: 0,
+        data_type,
+        dummy: false,
+        name: Some(Arc::clone(&object.name)),
+        unit: object.unit.clone(),
+        factor: object.factor,
+    }
+}
+
 /// The value of an object that was transferred whole.
-pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, bytes: &[u8]) {
-    let data_type = od::data_type(mux.index, mux.sub);
+pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Object>, bytes: &[u8]) {
+    let standard = od::data_type(mux.index, mux.sub);
+    let data_type = described.map_or(standard, Object::data_type);
+    // With a description numbers have units and factors, as in a PDO; what the standards make of an object stays.
+    if let Some(object) = described
+        && (standard.is_none() || object.unit.is_some() || object.factor != 1.0)
+        && matches!(data_type.and_then(DataType::size), Some(size) if size == bytes.len() && size <= 8)
+        && let Some(raw) = extract(bytes, 0, 8 * bytes.len())
+    {
+        signal::value(out, lang, &as_mapped(object), raw);
+        if bytes.len() > 1 || object.factor != 1.0 {
+            hexadecimal(out, bytes);
+        }
+        return;
+    }
     if od::is_bit_field(mux.index, mux.sub) && matches!(bytes.len(), 1..=4) {
         for byte in bytes.iter().rev() {
             put!(out; Hex::<2>(u64::from(*byte)));
@@ -67,6 +116,13 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, bytes: &[u8]) {
         put!(out; "h");
     } else {
         value(out, lang, data_type, bytes, bytes.len() as u64);
+    }
+    // What has words of its own on a drive. The names of 6000h to 9FFFh are CiA 402's here too.
+    let drives = described.is_none_or(|object| signal::is_drives(&as_mapped(object)));
+    if drives && drive::Object::at(mux.index).is_some() && standard.and_then(DataType::size) == Some(bytes.len()) {
+        let raw = bytes.iter().rev().fold(0, |raw, byte| raw << 8 | u64::from(*byte));
+        put!(out; " ");
+        signal::annotation(out, lang, mux.index, raw);
     }
     // Store and restore parameters are written as a word: "save", "load" (CiA 301, 7.5.2.13).
     if matches!(mux.index, 0x1010 | 0x1011) && matches!(bytes, b"save" | b"load") {
@@ -80,7 +136,7 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, bytes: &[u8]) {
 pub fn transferred(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let whole = transfer.kept.len() as u64 == transfer.size;
     match (transfer.status, transfer.mux) {
-        (Status::Ok, Some(mux)) if whole => of_object(out, lang, mux, &transfer.kept),
+        (Status::Ok, Some(mux)) if whole => of_object(out, lang, mux, transfer.described.as_deref(), &transfer.kept),
         (Status::Ok, _) => value(out, lang, None, &transfer.kept, transfer.size),
         _ if transfer.kept.is_empty() => {}
         _ => value(out, lang, Some(DataType::Domain), &transfer.kept, transfer.size),

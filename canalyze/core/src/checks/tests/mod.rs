@@ -2,6 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, dead_code)]
 
+mod drive;
+mod lss;
+mod network;
+mod pdo;
+mod srdo;
 mod sync;
 
 use std::sync::Arc;
@@ -24,7 +29,7 @@ pub(super) fn raised_with(log: &str, network: Network, severities: &[&str]) -> V
     let wanted = findings.filter(|line| severities.contains(&line["severity"].as_str().unwrap()));
     wanted
         .map(|line| {
-            (line["code"].as_str().unwrap().into(), line["frame"].as_u64().unwrap(), line["cause_frame"].as_u64())
+            (line["code"].as_str().unwrap().into(), line["frame"].as_u64().unwrap_or(0), line["cause_frame"].as_u64())
         })
         .collect()
 }
@@ -46,7 +51,22 @@ pub(super) fn log(lines: &str) -> String {
     let written = lines.lines().map(str::trim).filter(|line| !line.is_empty()).map(|line| {
         let (ms, frame) = line.split_once(' ').unwrap();
         let us = (ms.parse::<f64>().unwrap() * 1000.0).round() as i64;
-        format!("({}.{:06}) can0 {}\n", 1_700_000_000 + us / 1_000_000, us % 1_000_000, frame.trim())
+        format!(
+            "({}.{:06}) can0 {}\n",
+            1_700_000_000 + us.div_euclid(1_000_000),
+            us.rem_euclid(1_000_000),
+            frame.trim()
+        )
     });
     written.collect()
+}
+
+/// A log as candump prints it without stamps.
+pub(super) fn without_stamps(log: &str) -> String {
+    let bare = |line: &str| {
+        let (id, data) = line.rsplit(' ').next()?.split_once('#')?;
+        let bytes: Vec<&str> = (0..data.len() / 2).map(|no| &data[2 * no..2 * no + 2]).collect();
+        Some(format!("  can0  {id}   [{}]  {}\n", bytes.len(), bytes.join(" ")))
+    };
+    log.lines().filter_map(bare).collect()
 }

@@ -2,8 +2,53 @@
 //!
 //! Times have `_ns` appended to their key, hexadecimal quantities are strings, a PDO is `TPDO1`.
 
+use super::number_or_null;
+use crate::event::{Note, Scanned};
 use crate::finding::Quantity;
 use crate::text::digits::{Hex, put};
+
+/// The parts of an LSS address.
+const PARTS: [&str; 4] = ["vendor", "product", "revision", "serial"];
+
+/// Appends `,"facts":{...}` to a note; most have none.
+pub(super) fn note(out: &mut Vec<u8>, note: Note) {
+    match note {
+        Note::RequestNotCaptured | Note::AnsweredByAbort | Note::LostByReset => put!(out; ",\"facts\":{}"),
+        Note::LssSelected { address } => {
+            put!(out; ",\"facts\":{");
+            parts(out, address.map(Some));
+            put!(out; "}");
+        }
+        Note::Fastscan(Scanned { address, frames, duration_ns, .. }) => {
+            put!(out; ",\"facts\":{");
+            parts(out, address);
+            put!(out; ",\"requests\":", frames, ",\"duration_ns\":");
+            match duration_ns {
+                Some(ns) => put!(out; ns),
+                None => put!(out; "null"),
+            }
+            put!(out; "}");
+        }
+        Note::BitTimingActivated { delay, rate } => {
+            put!(out; ",\"facts\":{\"delay_ms\":", delay, ",\"kbit_s\":");
+            number_or_null(out, rate.map(u64::from));
+            put!(out; "}");
+        }
+        Note::NodeIdChanged { from, to } => put!(out; ",\"facts\":{\"from\":", from, ",\"to\":", to, "}"),
+    }
+}
+
+fn parts(out: &mut Vec<u8>, address: [Option<u32>; 4]) {
+    let mut before = "\"";
+    for (name, part) in PARTS.into_iter().zip(address) {
+        put!(out; before, name, "\":");
+        before = ",\"";
+        match part {
+            Some(part) => put!(out; "\"", Hex::<8>(u64::from(part)), "\""),
+            None => put!(out; "null"),
+        }
+    }
+}
 
 /// Appends the object.
 pub(super) fn told(out: &mut Vec<u8>, measured: &[(&'static str, Quantity)]) {
@@ -23,7 +68,11 @@ pub(super) fn told(out: &mut Vec<u8>, measured: &[(&'static str, Quantity)]) {
             Quantity::Count(number) => put!(out; number),
             Quantity::Signed(number) => put!(out; number),
             Quantity::Ns(ns) => put!(out; ns),
-            Quantity::Hex2(number) | Quantity::State(number) | Quantity::Command(number) | Quantity::Lss(number) => {
+            Quantity::Hex2(number)
+            | Quantity::State(number)
+            | Quantity::Command(number)
+            | Quantity::Lss(number)
+            | Quantity::LssError(_, number) => {
                 put!(out; "\"", Hex::<2>(u64::from(number)), "\"");
             }
             Quantity::Hex4(number)

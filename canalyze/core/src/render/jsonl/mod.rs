@@ -6,9 +6,10 @@
 //! | kind | keys |
 //! |---|---|
 //! | `frame` | `frame line file t bus dir id ext rtr fd err len data service node text findings`, then an object named after the service with its fields |
-//! | `note` | `note frame line about_frame about_line bus node transfer text` |
+//! | `note` | `note frame line about_frame about_line bus node transfer text facts` |
 //! | `finding` | `code name severity file frame line t cause_frame cause_line bus node index sub message facts` |
 //! | `transfer` | see [`transfer`] |
+//! | `summary_...` | see [`summary`] |
 //!
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
 //! raised at the frame, each of which has its own `finding` line after it.
@@ -18,8 +19,9 @@ mod object;
 mod pdo;
 pub mod sdo;
 pub mod services;
+pub mod summary;
 
-use crate::event::{Event, Note, What};
+use crate::event::{Event, Note, Scanned, What};
 use crate::finding::Finding;
 use crate::frame::{Buses, Direction, Frame, Kind};
 use crate::text::digits::{Hex, Joined, Padded, put};
@@ -169,6 +171,11 @@ fn note(out: &mut Vec<u8>, setting: Setting<'_>, event: &Event, note: Note) {
         Note::RequestNotCaptured => "request_not_captured",
         Note::AnsweredByAbort => "answered_by_abort",
         Note::LostByReset => "lost_by_reset",
+        Note::LssSelected { .. } => "lss_selected",
+        Note::Fastscan(Scanned { found: true, .. }) => "fastscan_found",
+        Note::Fastscan(_) => "fastscan_incomplete",
+        Note::BitTimingActivated { .. } => "bit_timing_activated",
+        Note::NodeIdChanged { .. } => "node_id_changed",
     });
     put!(out; "\",\"frame\":", event.at.no, ",\"line\":");
     number_or_null(out, event.at.line);
@@ -185,6 +192,7 @@ fn note(out: &mut Vec<u8>, setting: Setting<'_>, event: &Event, note: Note) {
         Lang::Zh => zh::findings::note(text, note, about.no),
         Lang::En => en::findings::note(text, note, about.no),
     });
+    facts::note(out, note);
     put!(out; "}\n");
 }
 

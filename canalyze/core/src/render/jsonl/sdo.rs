@@ -128,17 +128,21 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
     put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
     let mut data_type = None;
-    let mut object_name = None;
+    let mut object_name = Vec::new();
     match transfer.mux {
         Some(mux) => {
             put!(out; ",\"index\":\"", Hex::<4>(u64::from(mux.index)), "\",\"sub\":", mux.sub);
-            data_type = od::data_type(mux.index, mux.sub);
-            object_name = terms::object_name(setting.lang, mux.index, mux.sub);
+            data_type = match &transfer.described {
+                Some(object) => object.data_type(),
+                None => od::data_type(mux.index, mux.sub),
+            };
+            value::name(&mut object_name, setting.lang, mux, transfer.described.as_deref());
         }
         None => put!(out; ",\"index\":null,\"sub\":null"),
     }
     put!(out; ",\"name\":");
-    name_or_null(out, object_name.unwrap_or("").as_bytes());
+    // A blank stands before the name.
+    name_or_null(out, object_name.get(1..).unwrap_or(&[]));
     put!(out; ",\"type\":");
     name_or_null(out, data_type.map_or("", DataType::name).as_bytes());
     put!(out; ",\"size_indicated\":");

@@ -24,11 +24,11 @@ use crate::text::{Lang, terms};
 /// | `flying_master` | `kind` 1-6, `priority`, `master` node-ID (both null but for kind 1) |
 /// | `sync` | `counter` or null |
 /// | `time` | `ms`, `days`, `reserved` hex, `date` YYYY-MM-DD, `time_of_day` HH:MM:SS.mmm or null beyond a day |
-/// | `emcy` | `code` hex, `name` (w) or null, `register` hex, `register_bits` list of bit numbers, `manufacturer` bytes |
+/// | `emcy` | `code` hex, `name` (w) or null, `register` hex, `register_bits` list of bit numbers, `manufacturer` bytes, `active` list of the node's error codes (hex) after it as far as the capture shows them, `cleared` list of those that it takes back |
 /// | `pdo` | `direction` transmit/receive, `number`, `remote`, `communication_parameter` and `mapping_parameter` hex, and for a multiplex PDO `mpdo`: `mode` dam/sam, `node`, `index` hex, `sub`, `data` bytes |
-/// | `srdo` | `number`, `inverted` |
-/// | `heartbeat` | `state` hex, `name` (w) or null, `boot_up` |
-/// | `guarding` | `request`, and for an answer `state` hex, `name` (w) or null, `toggle` 0/1 |
+/// | `srdo` | `number`, `inverted`, `valid`: whether it is the inverse of the normal data before it, null where that is not known |
+/// | `heartbeat` | `state` hex, `name` (w) or null, `boot_up`, and unless it is one `previous` state (hex) shown since the last boot-up or null, `changed` |
+/// | `guarding` | `request`, and for an answer `state` hex, `name` (w) or null, `toggle` 0/1, `previous`, `changed` |
 /// | `lss` | `from` master/slave, `command` hex, and by command: `mode`, `part`, `bound`, `value` hex, `new_node`, `node`, `selector`, `index`, `kbit_s`, `delay_ms`, `confirms`, `error`, `error_name` (w), `specific`, `id_number` hex, `bit_check` hex, `lss_sub`, `lss_next` |
 /// | `usdo` | `request`, `destination`, `command` hex, `name` (w) or null, `remote_network`, `session`, and where an object is named `index` hex, `sub`, `type`, `size`, `abort` hex, `abort_name` (w), `data` bytes |
 /// | `error` | `class` hex, `classes` (w) list, `arbitration_bit`, `controller` hex, `protocol` hex, `location` hex, `transceiver` hex (each null unless its class is set), `tx_errors`, `rx_errors` or null |
@@ -55,12 +55,15 @@ pub fn fields(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
             object.hex::<1>("reserved", u64::from(reserved));
             date(&mut object, ms, days);
         }
-        Message::Emcy { code, register, manufacturer, .. } => {
+        Message::Emcy { code, register, manufacturer, active, cleared, .. } => {
             object.hex::<4>("code", u64::from(code));
             object.optional("name", terms::emcy::code(lang, code));
             object.hex::<2>("register", u64::from(register));
             object.list("register_bits", (0..8u8).filter(|bit| register & 1 << bit != 0), |out, bit| bit.put(out));
             object.bytes("manufacturer", &manufacturer);
+            let hex = |out: &mut Vec<u8>, code: u16| put!(out; "\"", Hex::<4>(u64::from(code)), "\"");
+            object.list("active", active.iter(), hex);
+            object.list("cleared", cleared.iter(), hex);
         }
         Message::Pdo { transmit, number, .. } => process_data(&mut object, transmit, number, false),
         Message::PdoRequest { transmit, number, .. } => process_data(&mut object, transmit, number, true),
@@ -74,25 +77,31 @@ pub fn fields(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
             inner.bytes("data", &content.data);
             inner.close();
         }
-        Message::Srdo { number, inverted } => {
+        Message::Srdo { number, inverted, valid } => {
             object.number("number", number);
             object.flag("inverted", inverted);
+            match valid {
+                Some(valid) => object.flag("valid", valid),
+                None => object.maybe("valid", None::<u8>),
+            }
         }
         Message::BootUp { .. } => {
             object.hex::<2>("state", 0);
             object.optional("name", terms::nmt::state(lang, 0));
             object.flag("boot_up", true);
         }
-        Message::Heartbeat { state, toggle: false, .. } => {
+        Message::Heartbeat { state, guarding: false, previous, .. } => {
             object.hex::<2>("state", u64::from(state));
             object.optional("name", terms::nmt::state(lang, state));
             object.flag("boot_up", false);
+            before(&mut object, state, previous);
         }
-        Message::Heartbeat { state, toggle: true, .. } => {
+        Message::Heartbeat { state, toggle, guarding: true, previous, .. } => {
             object.flag("request", false);
             object.hex::<2>("state", u64::from(state));
             object.optional("name", terms::nmt::state(lang, state));
-            object.number("toggle", 1u8);
+            object.number("toggle", u8::from(toggle));
+            before(&mut object, state, previous);
         }
         Message::GuardingRequest { .. } => object.flag("request", true),
         Message::Lss { from_master, command } => {
@@ -129,6 +138,12 @@ pub fn fields(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
         Message::Malformed { flaw: Flaw::Fd, .. } => object.word("malformed", "fd"),
     }
     object.close();
+}
+
+/// The state before, and whether it was another one.
+fn before(object: &mut Object<'_>, state: u8, previous: Option<u8>) {
+    object.maybe_hex("previous", previous.is_some(), previous.unwrap_or(0));
+    object.flag("changed", previous.is_some_and(|previous| previous != state));
 }
 
 fn date(object: &mut Object<'_>, ms: u32, days: u16) {

@@ -9,6 +9,7 @@ use super::pairing::Pairing;
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Initiate, Mux, Side};
 use crate::context::{Chunk, Context};
+use crate::dictionary::{Dictionary, Object};
 use crate::event::{Event, Note, Place, Step, What};
 use crate::finding::{Code, Facts, Finding};
 use crate::frame::{BusId, Frame, FrameRef};
@@ -56,6 +57,8 @@ pub(super) enum Outside {
 pub struct Channel {
     pub(super) bus: BusId,
     pub(super) node: u8,
+    /// The server's description.
+    description: Option<Arc<Dictionary>>,
     pub(super) pairing: Pairing,
     pub(super) phase: Phase,
     pub(super) transfer: Option<Box<Transfer>>,
@@ -93,6 +96,7 @@ fn empty_step() -> Step {
         side: Side::Client,
         command: Command::Unknown(0),
         mux: None,
+        described: None,
         ordinal: 0,
         answered_by: None,
         place: Place::Due,
@@ -106,6 +110,7 @@ impl Channel {
         Self {
             bus,
             node,
+            description: None,
             pairing: Pairing::default(),
             phase: Phase::Idle,
             transfer: None,
@@ -131,6 +136,16 @@ impl Channel {
     /// The server's node-ID.
     pub fn node(&self) -> u8 {
         self.node
+    }
+
+    /// Gives the server's objects names and types.
+    pub fn describe(&mut self, description: Option<Arc<Dictionary>>) {
+        self.description = description;
+    }
+
+    pub(super) fn described(&self, mux: Option<Mux>) -> Option<Arc<Object>> {
+        let Mux { index, sub } = mux?;
+        self.description.as_ref()?.get(index, sub).cloned()
     }
 
     /// Takes one frame of the channel (classic, data): appends one `What::Sdo` event and what follows from it.
@@ -182,6 +197,7 @@ impl Channel {
         let done = self.step.result.as_ref().map(|transfer| (transfer.id, transfer.mux));
         let of = done.or(after).or(before);
         self.step.mux = of.and_then(|(_, mux)| mux);
+        self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
         let step = std::mem::replace(&mut self.step, empty_step());
         if let Some(event) = cx.events.get_mut(slot) {
             event.transfer = of.map(|(id, _)| id);
@@ -253,6 +269,7 @@ impl Channel {
         self.phase = Phase::Idle;
         self.unmarked = None;
         let Some(mut transfer) = self.transfer.take() else { return };
+        transfer.described = self.described(transfer.mux);
         transfer.status = if transfer.bad && status == Status::Ok { Status::Failed } else { status };
         transfer.last = if cx.at.no > transfer.last.no && status != Status::Incomplete { cx.at } else { transfer.last };
         let transfer = Arc::new(*transfer);

@@ -175,6 +175,7 @@ impl Channel {
         let last = self.transfer.as_ref().map(|transfer| transfer.last);
         if let (Some(transfer), Some(last)) = (self.transfer.take(), last) {
             let mut transfer = *transfer;
+            transfer.described = self.described(transfer.mux);
             transfer.status = Status::Ok;
             transfer.last = last;
             self.announce(Arc::new(transfer), cx);

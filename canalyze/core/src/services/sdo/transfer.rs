@@ -3,9 +3,12 @@
 //! Memory is bounded: [`KEPT`] bytes are kept, length and CRC run on. A claimed size allocates nothing. The
 //! transfer decides nothing: its channel tells it what happened.
 
+use std::sync::Arc;
+
 use crc::{CRC_16_IBM_3740, CRC_16_KERMIT, CRC_16_XMODEM, Crc, Digest, Table};
 
 use super::wire::{Mux, Side};
+use crate::dictionary::Object;
 use crate::finding::{Code, CrcMatch};
 use crate::frame::{BusId, FrameRef};
 
@@ -123,6 +126,8 @@ pub struct Transfer {
     pub mode: Mode,
     /// The object; `None` where the initiate request was not captured.
     pub mux: Option<Mux>,
+    /// What the server's description says of the object.
+    pub described: Option<Arc<Object>>,
     /// Size in bytes as indicated by the sender of the data.
     pub size_indicated: Option<u32>,
     /// Bytes transferred.
@@ -204,6 +209,7 @@ impl Transfer {
             direction,
             mode,
             mux,
+            described: None,
             size_indicated: None,
             size: 0,
             kept: Vec::new(),

@@ -73,11 +73,9 @@ fn phrase(out: &mut Vec<u8>, step: &Step) {
     }
 }
 
-fn named(out: &mut Vec<u8>, mux: Mux) {
+fn named(out: &mut Vec<u8>, mux: Mux, step: &Step) {
     value::object(out, mux);
-    if let Some(name) = terms::object_name(EN, mux.index, mux.sub) {
-        put!(out; " ", name);
-    }
+    value::name(out, EN, mux, step.described.as_deref());
 }
 
 fn announced(out: &mut Vec<u8>, mode: &str, size: Option<u32>) {
@@ -98,15 +96,15 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
     match step.command {
         Command::InitiateUpload(mux) => {
             put!(out; "read ");
-            named(out, mux);
+            named(out, mux, step);
         }
         Command::InitiateDownload(mux, i) => {
             put!(out; "write ");
-            named(out, mux);
+            named(out, mux, step);
             if i.expedited {
                 let bytes = expedited(Some(mux), &i, len);
                 put!(out; " = ");
-                value::of_object(out, EN, mux, bytes);
+                value::of_object(out, EN, mux, step.described.as_deref(), bytes);
             } else {
                 announced(out, "segmented", i.size());
             }
@@ -118,7 +116,7 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
                 if i.expedited {
                     let bytes = expedited(Some(mux), &i, len);
                     put!(out; " = ");
-                    value::of_object(out, EN, mux, bytes);
+                    value::of_object(out, EN, mux, step.described.as_deref(), bytes);
                 } else {
                     announced(out, "segmented", i.size());
                 }
@@ -143,13 +141,13 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
         }
         Command::InitiateBlockDownload { mux, crc, size } => {
             put!(out; "write ");
-            named(out, mux);
+            named(out, mux, step);
             announced(out, "block", size);
             put!(out; crc_word(crc));
         }
         Command::InitiateBlockUpload { mux, crc, blksize, threshold } => {
             put!(out; "read ");
-            named(out, mux);
+            named(out, mux, step);
             put!(out; ", block, blksize=", blksize, crc_word(crc));
             if threshold > 0 {
                 put!(out; ", protocol switch threshold ");

@@ -5,7 +5,7 @@
 
 use crate::cob_id::Role;
 use crate::frame::{Frame, Kind};
-use crate::message::{Flaw, Message};
+use crate::message::{Errors, Flaw, Message};
 use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, bit_rate};
 use crate::services::pdo::Multiplexed;
 use crate::services::{error_frame, nmt, time, usdo};
@@ -31,12 +31,18 @@ pub fn message(out: &mut Vec<u8>, depth: Depth, message: &Message, frame: &Frame
                 put!(out; ": counter=", counter);
             }
         }
-        Message::Heartbeat { node, state, toggle } => heartbeat(out, full, node, state, toggle),
+        Message::Heartbeat { node, state, toggle, guarding, previous } => {
+            put!(out; if guarding { "node guarding answer of node " } else { "heartbeat of node " }, node);
+            if full {
+                error_control(out, state, guarding, toggle, previous);
+            }
+        }
         Message::BootUp { node } => put!(out; "boot-up of node ", node),
-        Message::Emcy { node, code, register, manufacturer } => {
+        Message::Emcy { node, code, register, manufacturer, cleared, .. } => {
             put!(out; "emergency of node ", node);
             if full {
                 emcy(out, code, register, &manufacturer);
+                errors_cleared(out, cleared);
             }
         }
         Message::Nmt { command, node } => node_control(out, full, command, node),
@@ -68,11 +74,16 @@ pub fn message(out: &mut Vec<u8>, depth: Depth, message: &Message, frame: &Frame
             }
         }
         Message::Lss { from_master, command } => lss(out, full, from_master, command),
-        Message::Srdo { number, inverted } => {
+        Message::Srdo { number, inverted, valid } => {
             put!(out; if inverted { "inverted data of SRDO" } else { "normal data of SRDO" }, number);
             if full {
                 put!(out; ": ");
                 bytes(out, frame.len);
+                put!(out; match valid {
+                    Some(true) => ", the inverse of the normal data",
+                    Some(false) => ", not the inverse of the normal data",
+                    None => "",
+                });
             }
         }
         Message::Gfc => put!(out; "global fail-safe command (GFC)"),
@@ -104,17 +115,16 @@ fn bytes(out: &mut Vec<u8>, count: u8) {
     put!(out; count, if count == 1 { " byte" } else { " bytes" });
 }
 
-fn heartbeat(out: &mut Vec<u8>, full: bool, node: u8, state: u8, toggle: bool) {
-    put!(out; if toggle { "node guarding answer of node " } else { "heartbeat of node " }, node);
-    if !full {
-        return;
-    }
+fn error_control(out: &mut Vec<u8>, state: u8, guarding: bool, toggle: bool, previous: Option<u8>) {
     match terms::nmt::state(EN, state) {
         Some(word) => put!(out; ": ", word),
         None => put!(out; ": unknown state ", Hex::<2>(u64::from(state)), "h"),
     }
-    if toggle {
-        put!(out; " (toggle=1)");
+    if guarding {
+        put!(out; " (toggle=", u8::from(toggle), ")");
+    }
+    if let Some(before) = previous.filter(|before| *before != state).and_then(|before| terms::nmt::state(EN, before)) {
+        put!(out; " (before: ", before, ")");
     }
 }
 
@@ -145,6 +155,15 @@ fn emcy(out: &mut Vec<u8>, code: u16, register: u8, manufacturer: &[u8; 5]) {
     put!(out; ", error register=", Hex::<2>(u64::from(register)), "h");
     register_bits(out, register);
     put!(out; ", manufacturer bytes ", Spaced(manufacturer));
+}
+
+/// Which errors a reset takes back.
+fn errors_cleared(out: &mut Vec<u8>, cleared: Errors) {
+    let mut between = ", clears ";
+    for code in cleared.iter() {
+        put!(out; between, Hex::<4>(u64::from(code)), "h");
+        between = ", ";
+    }
 }
 
 fn register_bits(out: &mut Vec<u8>, register: u8) {

@@ -85,7 +85,7 @@ fn role(message: &Message) -> Role {
         Message::Pdo { number, node, .. }
         | Message::PdoRequest { number, node, .. }
         | Message::Mpdo { number, node, .. } => Role::Rpdo { number, node },
-        Message::Srdo { number, inverted } => Role::Srdo { number, inverted },
+        Message::Srdo { number, inverted, .. } => Role::Srdo { number, inverted },
         Message::BootUp { node } | Message::Heartbeat { node, .. } | Message::GuardingRequest { node } => {
             Role::ErrorControl(node)
         }

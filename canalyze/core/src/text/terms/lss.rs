@@ -51,6 +51,50 @@ pub static STORE_ERRORS: &[Row<u8>] = &[
     (255, "制造商定义的错误", "implementation-specific error"),
 ];
 
+/// Commands, by their specifier.
+pub static COMMANDS: &[Row<u8>] = &[
+    (0x04, "全局切换状态", "switch state global"),
+    (0x11, "配置节点ID", "configure node-ID"),
+    (0x13, "配置位定时", "configure bit timing"),
+    (0x15, "激活位定时", "activate bit timing"),
+    (0x17, "存储配置", "store configuration"),
+    (0x40, "选择性切换状态(制造商ID)", "switch state selective (vendor-ID)"),
+    (0x41, "选择性切换状态(产品码)", "switch state selective (product code)"),
+    (0x42, "选择性切换状态(修订号)", "switch state selective (revision number)"),
+    (0x43, "选择性切换状态(序列号)", "switch state selective (serial number)"),
+    (0x44, "选择性切换状态应答", "switch state selective response"),
+    (0x46, "识别从站(制造商ID)", "identify remote slave (vendor-ID)"),
+    (0x47, "识别从站(产品码)", "identify remote slave (product code)"),
+    (0x48, "识别从站(修订号下限)", "identify remote slave (revision number, low)"),
+    (0x49, "识别从站(修订号上限)", "identify remote slave (revision number, high)"),
+    (0x4A, "识别从站(序列号下限)", "identify remote slave (serial number, low)"),
+    (0x4B, "识别从站(序列号上限)", "identify remote slave (serial number, high)"),
+    (0x4C, "识别未配置的从站", "identify non-configured remote slave"),
+    (0x4F, "从站识别应答", "identify slave"),
+    (0x50, "未配置从站的识别应答", "identify non-configured slave"),
+    (0x51, "快速扫描", "Fastscan"),
+    (0x5A, "查询制造商ID", "inquire vendor-ID"),
+    (0x5B, "查询产品码", "inquire product code"),
+    (0x5C, "查询修订号", "inquire revision number"),
+    (0x5D, "查询序列号", "inquire serial number"),
+    (0x5E, "查询节点ID", "inquire node-ID"),
+];
+
+/// The name of a command specifier.
+pub fn command(lang: Lang, command: u8) -> Option<&'static str> {
+    find(COMMANDS, lang, command)
+}
+
+/// What an error code in the answer to a command specifier means.
+pub fn error_of(lang: Lang, command: u8, code: u8) -> Option<&'static str> {
+    match command {
+        0x11 => error(lang, Setting::NodeId, code),
+        0x13 => error(lang, Setting::BitTiming, code),
+        0x17 => error(lang, Setting::Store, code),
+        _ => None,
+    }
+}
+
 /// The name of a part of the address.
 pub fn part(lang: Lang, part: Part) -> &'static str {
     find(PARTS, lang, part).unwrap_or_default()

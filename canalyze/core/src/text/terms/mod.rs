@@ -59,6 +59,7 @@ pub(crate) mod tests {
         sound(emcy::CODES);
         sound(emcy::REGISTER);
         sound(sdo_abort::CODES);
+        sound(lss::COMMANDS);
         sound(lss::PARTS);
         sound(lss::BOUNDS);
         sound(lss::SETTINGS);

@@ -82,11 +82,9 @@ fn ordinal(out: &mut Vec<u8>, number: u32, last: bool) {
     }
 }
 
-fn named(out: &mut Vec<u8>, mux: Mux) {
+fn named(out: &mut Vec<u8>, mux: Mux, step: &Step) {
     value::object(out, mux);
-    if let Some(name) = terms::object_name(ZH, mux.index, mux.sub) {
-        put!(out; " ", name);
-    }
+    value::name(out, ZH, mux, step.described.as_deref());
 }
 
 fn announced(out: &mut Vec<u8>, mode: &str, size: Option<u32>) {
@@ -107,15 +105,15 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
     match step.command {
         Command::InitiateUpload(mux) => {
             put!(out; "读 ");
-            named(out, mux);
+            named(out, mux, step);
         }
         Command::InitiateDownload(mux, i) => {
             put!(out; "写 ");
-            named(out, mux);
+            named(out, mux, step);
             if i.expedited {
                 let bytes = expedited(Some(mux), &i, len);
                 put!(out; " = ");
-                value::of_object(out, ZH, mux, bytes);
+                value::of_object(out, ZH, mux, step.described.as_deref(), bytes);
             } else {
                 announced(out, "分段传输", i.size());
             }
@@ -127,7 +125,7 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
                 if i.expedited {
                     let bytes = expedited(Some(mux), &i, len);
                     put!(out; " = ");
-                    value::of_object(out, ZH, mux, bytes);
+                    value::of_object(out, ZH, mux, step.described.as_deref(), bytes);
                 } else {
                     announced(out, "分段传输", i.size());
                 }
@@ -152,13 +150,13 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
         }
         Command::InitiateBlockDownload { mux, crc, size } => {
             put!(out; "写 ");
-            named(out, mux);
+            named(out, mux, step);
             announced(out, "块传输", size);
             put!(out; crc_word(crc));
         }
         Command::InitiateBlockUpload { mux, crc, blksize, threshold } => {
             put!(out; "读 ");
-            named(out, mux);
+            named(out, mux, step);
             put!(out; ", 块传输, 块大小=", blksize, crc_word(crc));
             if threshold > 0 {
                 put!(out; ", 协议切换阈值=");

@@ -5,7 +5,7 @@
 
 use crate::cob_id::Role;
 use crate::frame::{Frame, Kind};
-use crate::message::{Flaw, Message};
+use crate::message::{Errors, Flaw, Message};
 use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, bit_rate};
 use crate::services::pdo::Multiplexed;
 use crate::services::{error_frame, nmt, time, usdo};
@@ -30,12 +30,18 @@ pub fn message(out: &mut Vec<u8>, depth: Depth, message: &Message, frame: &Frame
                 put!(out; ": 计数=", counter);
             }
         }
-        Message::Heartbeat { node, state, toggle } => heartbeat(out, full, node, state, toggle),
+        Message::Heartbeat { node, state, toggle, guarding, previous } => {
+            put!(out; "节点", node, if guarding { "的保护应答" } else { "的心跳" });
+            if full {
+                error_control(out, state, guarding, toggle, previous);
+            }
+        }
         Message::BootUp { node } => put!(out; "节点", node, "的启动报文"),
-        Message::Emcy { node, code, register, manufacturer } => {
+        Message::Emcy { node, code, register, manufacturer, cleared, .. } => {
             put!(out; "节点", node, "的紧急报文");
             if full {
                 emcy(out, code, register, &manufacturer);
+                errors_cleared(out, cleared);
             }
         }
         Message::Nmt { command, node } => node_control(out, full, command, node),
@@ -67,10 +73,14 @@ pub fn message(out: &mut Vec<u8>, depth: Depth, message: &Message, frame: &Frame
             }
         }
         Message::Lss { from_master, command } => lss(out, full, from_master, command),
-        Message::Srdo { number, inverted } => {
+        Message::Srdo { number, inverted, valid } => {
             put!(out; "SRDO", number, if inverted { "的取反数据" } else { "的正常数据" });
             if full {
-                put!(out; ": ", frame.len, "字节");
+                put!(out; ": ", frame.len, "字节", match valid {
+                    Some(true) => ", 与正常数据一致",
+                    Some(false) => ", 与正常数据不一致",
+                    None => "",
+                });
             }
         }
         Message::Gfc => put!(out; "全局故障安全命令(GFC)"),
@@ -97,17 +107,16 @@ fn pdo(out: &mut Vec<u8>, transmit: bool, number: u16, node: u8) {
     put!(out; "节点", node, if transmit { "的TPDO" } else { "的RPDO" }, number);
 }
 
-fn heartbeat(out: &mut Vec<u8>, full: bool, node: u8, state: u8, toggle: bool) {
-    put!(out; "节点", node, if toggle { "的保护应答" } else { "的心跳" });
-    if !full {
-        return;
-    }
+fn error_control(out: &mut Vec<u8>, state: u8, guarding: bool, toggle: bool, previous: Option<u8>) {
     match terms::nmt::state(ZH, state) {
         Some(word) => put!(out; ": ", word),
         None => put!(out; ": 未知状态 ", Hex::<2>(u64::from(state)), "h"),
     }
-    if toggle {
-        put!(out; " (toggle=1)");
+    if guarding {
+        put!(out; " (toggle=", u8::from(toggle), ")");
+    }
+    if let Some(before) = previous.filter(|before| *before != state).and_then(|before| terms::nmt::state(ZH, before)) {
+        put!(out; " (此前: ", before, ")");
     }
 }
 
@@ -141,6 +150,15 @@ fn emcy(out: &mut Vec<u8>, code: u16, register: u8, manufacturer: &[u8; 5]) {
     put!(out; ", 错误寄存器=", Hex::<2>(u64::from(register)), "h");
     register_bits(out, register);
     put!(out; ", 厂商字节 ", Spaced(manufacturer));
+}
+
+/// Which errors a reset takes back.
+fn errors_cleared(out: &mut Vec<u8>, cleared: Errors) {
+    let mut between = ", 清除 ";
+    for code in cleared.iter() {
+        put!(out; between, Hex::<4>(u64::from(code)), "h");
+        between = ", ";
+    }
 }
 
 fn register_bits(out: &mut Vec<u8>, register: u8) {

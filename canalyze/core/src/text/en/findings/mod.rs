@@ -2,6 +2,12 @@
 //!
 //! It must carry the same facts as `zh::findings`; a rule without words does not compile.
 
+mod description;
+mod drive;
+mod lss;
+mod nodes;
+mod pdo;
+mod srdo;
 mod sync;
 
 use crate::event::Note;
@@ -106,17 +112,19 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
 
 /// Appends a note of what has become known of an earlier frame.
 pub fn note(out: &mut Vec<u8>, note: Note, about: u64) {
-    put!(out; match note {
-        Note::RequestNotCaptured => "the request that frame ",
-        Note::AnsweredByAbort => "the request in frame ",
-        Note::LostByReset => "the SDO transfer that began in frame ",
-    });
-    put!(out; about);
-    put!(out; match note {
-        Note::RequestNotCaptured => " answers is not in the capture",
-        Note::AnsweredByAbort => " was answered by the abort captured before it",
-        Note::LostByReset => " was ended by a reset of the node",
-    });
+    match note {
+        Note::RequestNotCaptured => put!(out; "the request that frame ", about, " answers is not in the capture"),
+        Note::AnsweredByAbort => {
+            put!(out; "the request in frame ", about, " was answered by the abort captured before it");
+        }
+        Note::LostByReset => {
+            put!(out; "the SDO transfer that began in frame ", about, " was ended by a reset of the node");
+        }
+        Note::LssSelected { address } => lss::selected(out, address),
+        Note::Fastscan(scanned) => lss::scanned(out, scanned, about),
+        Note::BitTimingActivated { delay, rate } => lss::activated(out, delay, rate),
+        Note::NodeIdChanged { from, to } => lss::changed(out, from, to, about),
+    }
 }
 
 /// The words of a rule.
@@ -138,6 +146,64 @@ pub fn rule(code: Code) -> RuleText {
             "The stamps of a pipe were taken as counted from zero, but one goes backwards: they are probably differences to the frame before.",
             "candump ran with -t d; add --stamps delta.",
         ),
+        Code::Drv001 => drive::DRV001,
+        Code::Drv002 => drive::DRV002,
+        Code::Drv003 => drive::DRV003,
+        Code::Drv004 => drive::DRV004,
+        Code::Nmt001 => nodes::NMT001,
+        Code::Nmt002 => nodes::NMT002,
+        Code::Nmt003 => nodes::NMT003,
+        Code::Nmt004 => nodes::NMT004,
+        Code::Nmt005 => nodes::NMT005,
+        Code::Hbt001 => nodes::HBT001,
+        Code::Hbt002 => nodes::HBT002,
+        Code::Hbt003 => nodes::HBT003,
+        Code::Hbt004 => nodes::HBT004,
+        Code::Hbt005 => nodes::HBT005,
+        Code::Grd001 => nodes::GRD001,
+        Code::Grd002 => nodes::GRD002,
+        Code::Grd003 => nodes::GRD003,
+        Code::Grd004 => nodes::GRD004,
+        Code::Emc001 => nodes::EMC001,
+        Code::Emc002 => nodes::EMC002,
+        Code::Emc003 => nodes::EMC003,
+        Code::Emc004 => nodes::EMC004,
+        Code::Emc005 => nodes::EMC005,
+        Code::Tim001 => nodes::TIM001,
+        Code::Tim002 => nodes::TIM002,
+        Code::Eds001 => description::EDS001,
+        Code::Eds002 => description::EDS002,
+        Code::Eds003 => description::EDS003,
+        Code::Eds004 => description::EDS004,
+        Code::Mpd001 => pdo::MPD001,
+        Code::Pdo001 => pdo::PDO001,
+        Code::Pdo004 => pdo::PDO004,
+        Code::Pdo005 => pdo::PDO005,
+        Code::Pdo006 => pdo::PDO006,
+        Code::Pdo008 => pdo::PDO008,
+        Code::Pdo009 => pdo::PDO009,
+        Code::Pdo010 => pdo::PDO010,
+        Code::Pdo011 => pdo::PDO011,
+        Code::Pdo012 => pdo::PDO012,
+        Code::Pdo013 => pdo::PDO013,
+        Code::Pdo014 => pdo::PDO014,
+        Code::Pdo015 => pdo::PDO015,
+        Code::Pdo016 => pdo::PDO016,
+        Code::Pdo018 => pdo::PDO018,
+        Code::Pdo019 => pdo::PDO019,
+        Code::Lss001 => lss::LSS001,
+        Code::Lss002 => lss::LSS002,
+        Code::Lss003 => lss::LSS003,
+        Code::Lss004 => lss::LSS004,
+        Code::Lss005 => lss::LSS005,
+        Code::Lss006 => lss::LSS006,
+        Code::Lss007 => lss::LSS007,
+        Code::Lss008 => lss::LSS008,
+        Code::Lss009 => lss::LSS009,
+        Code::Lss010 => lss::LSS010,
+        Code::Lss011 => lss::LSS011,
+        Code::Lss012 => lss::LSS012,
+        Code::Lss030 => lss::LSS030,
         Code::Sdo001 => text(
             "toggle bit error",
             "The toggle bit of a segmented transfer is 0 in the first segment and then alternates; a response repeats the bit of its request.",
@@ -188,11 +254,14 @@ pub fn rule(code: Code) -> RuleText {
             "SDO frames always have 8 bytes; many servers drop shorter ones without a word.",
             "The sender sets the DLC to the length of its data.",
         ),
+        Code::Sdo011 => nodes::SDO011,
         Code::Sdo012 => text(
             "sequence, acknowledgement or end of a block transfer",
             "Sequence numbers count from 1 in each sub-block; no more is acknowledged than was sent; the block size is 1 to 127; the end comes after the last segment was acknowledged, and is confirmed.",
             "A fault in one side's block transfer, or a segment missing from the capture.",
         ),
+        Code::Sdo013 => description::SDO013,
+        Code::Sdo014 => description::SDO014,
         Code::Sdo015 => text(
             "repeated request",
             "The same request was sent again without a response in between.",
@@ -238,6 +307,13 @@ pub fn rule(code: Code) -> RuleText {
             "The capture has no SDO response of this node.",
             "The node does not exist or has no power (a master scans), or only one direction was captured.",
         ),
+        Code::Srd001 => srdo::SRD001,
+        Code::Srd002 => srdo::SRD002,
+        Code::Srd003 => srdo::SRD003,
+        Code::Srd004 => srdo::SRD004,
+        Code::Srd005 => srdo::SRD005,
+        Code::Pdo002 => nodes::PDO002,
+        Code::Pdo003 => nodes::PDO003,
         Code::Syn001 => sync::SYN001,
         Code::Syn002 => sync::SYN002,
         Code::Syn003 => sync::SYN003,

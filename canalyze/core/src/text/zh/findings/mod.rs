@@ -2,6 +2,12 @@
 //!
 //! It must carry the same facts as `en::findings`; a rule without words does not compile.
 
+mod description;
+mod drive;
+mod lss;
+mod nodes;
+mod pdo;
+mod srdo;
 mod sync;
 
 use crate::event::Note;
@@ -106,12 +112,15 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
 
 /// Appends a note of what has become known of an earlier frame.
 pub fn note(out: &mut Vec<u8>, note: Note, about: u64) {
-    put!(out; "第", about, "帧");
-    put!(out; match note {
-        Note::RequestNotCaptured => "所应答的请求不在捕获中",
-        Note::AnsweredByAbort => "的请求已由在它之前捕获到的中止应答",
-        Note::LostByReset => "开始的SDO传输因节点复位而终止",
-    });
+    match note {
+        Note::RequestNotCaptured => put!(out; "第", about, "帧所应答的请求不在捕获中"),
+        Note::AnsweredByAbort => put!(out; "第", about, "帧的请求已由在它之前捕获到的中止应答"),
+        Note::LostByReset => put!(out; "第", about, "帧开始的SDO传输因节点复位而终止"),
+        Note::LssSelected { address } => lss::selected(out, address),
+        Note::Fastscan(scanned) => lss::scanned(out, scanned, about),
+        Note::BitTimingActivated { delay, rate } => lss::activated(out, delay, rate),
+        Note::NodeIdChanged { from, to } => lss::changed(out, from, to, about),
+    }
 }
 
 /// The words of a rule.
@@ -133,6 +142,64 @@ pub fn rule(code: Code) -> RuleText {
             "管道中的时间戳按从零开始解释, 但出现了倒退: 它们很可能是与前一帧的差值。",
             "candump使用了 -t d; 请加上 --stamps delta。",
         ),
+        Code::Drv001 => drive::DRV001,
+        Code::Drv002 => drive::DRV002,
+        Code::Drv003 => drive::DRV003,
+        Code::Drv004 => drive::DRV004,
+        Code::Nmt001 => nodes::NMT001,
+        Code::Nmt002 => nodes::NMT002,
+        Code::Nmt003 => nodes::NMT003,
+        Code::Nmt004 => nodes::NMT004,
+        Code::Nmt005 => nodes::NMT005,
+        Code::Hbt001 => nodes::HBT001,
+        Code::Hbt002 => nodes::HBT002,
+        Code::Hbt003 => nodes::HBT003,
+        Code::Hbt004 => nodes::HBT004,
+        Code::Hbt005 => nodes::HBT005,
+        Code::Grd001 => nodes::GRD001,
+        Code::Grd002 => nodes::GRD002,
+        Code::Grd003 => nodes::GRD003,
+        Code::Grd004 => nodes::GRD004,
+        Code::Emc001 => nodes::EMC001,
+        Code::Emc002 => nodes::EMC002,
+        Code::Emc003 => nodes::EMC003,
+        Code::Emc004 => nodes::EMC004,
+        Code::Emc005 => nodes::EMC005,
+        Code::Tim001 => nodes::TIM001,
+        Code::Tim002 => nodes::TIM002,
+        Code::Eds001 => description::EDS001,
+        Code::Eds002 => description::EDS002,
+        Code::Eds003 => description::EDS003,
+        Code::Eds004 => description::EDS004,
+        Code::Mpd001 => pdo::MPD001,
+        Code::Pdo001 => pdo::PDO001,
+        Code::Pdo004 => pdo::PDO004,
+        Code::Pdo005 => pdo::PDO005,
+        Code::Pdo006 => pdo::PDO006,
+        Code::Pdo008 => pdo::PDO008,
+        Code::Pdo009 => pdo::PDO009,
+        Code::Pdo010 => pdo::PDO010,
+        Code::Pdo011 => pdo::PDO011,
+        Code::Pdo012 => pdo::PDO012,
+        Code::Pdo013 => pdo::PDO013,
+        Code::Pdo014 => pdo::PDO014,
+        Code::Pdo015 => pdo::PDO015,
+        Code::Pdo016 => pdo::PDO016,
+        Code::Pdo018 => pdo::PDO018,
+        Code::Pdo019 => pdo::PDO019,
+        Code::Lss001 => lss::LSS001,
+        Code::Lss002 => lss::LSS002,
+        Code::Lss003 => lss::LSS003,
+        Code::Lss004 => lss::LSS004,
+        Code::Lss005 => lss::LSS005,
+        Code::Lss006 => lss::LSS006,
+        Code::Lss007 => lss::LSS007,
+        Code::Lss008 => lss::LSS008,
+        Code::Lss009 => lss::LSS009,
+        Code::Lss010 => lss::LSS010,
+        Code::Lss011 => lss::LSS011,
+        Code::Lss012 => lss::LSS012,
+        Code::Lss030 => lss::LSS030,
         Code::Sdo001 => text(
             "toggle位错误",
             "分段传输中toggle位第一段为0, 以后逐段交替; 响应必须重复请求的toggle位。",
@@ -181,11 +248,14 @@ pub fn rule(code: Code) -> RuleText {
             "SDO帧总是8字节; 不少服务器会不声不响地丢弃较短的帧。",
             "发送方按实际数据长度设置了DLC。",
         ),
+        Code::Sdo011 => nodes::SDO011,
         Code::Sdo012 => text(
             "块传输的序列号、确认或结束有误",
             "子块内序列号从1起连续; 确认不能超过已发送的段; 块大小为1到127; 最后一段被确认后才能结束, 结束须得到确认。",
             "一方的块传输实现有误, 或者捕获中丢了一段。",
         ),
+        Code::Sdo013 => description::SDO013,
+        Code::Sdo014 => description::SDO014,
         Code::Sdo015 => {
             text("重复的请求", "同一个请求在没有响应的情况下又发了一次。", "客户端超时重发, 或者捕获中同一帧出现两次。")
         }
@@ -227,6 +297,13 @@ pub fn rule(code: Code) -> RuleText {
             "捕获中该节点没有任何SDO响应。",
             "节点不存在或未上电(主站扫描), 或者只捕获到一个方向。",
         ),
+        Code::Srd001 => srdo::SRD001,
+        Code::Srd002 => srdo::SRD002,
+        Code::Srd003 => srdo::SRD003,
+        Code::Srd004 => srdo::SRD004,
+        Code::Srd005 => srdo::SRD005,
+        Code::Pdo002 => nodes::PDO002,
+        Code::Pdo003 => nodes::PDO003,
         Code::Syn001 => sync::SYN001,
         Code::Syn002 => sync::SYN002,
         Code::Syn003 => sync::SYN003,

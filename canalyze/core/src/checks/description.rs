@@ -1,0 +1,125 @@
+//! Whether a node is what its description says: what SDO transfers show, against the EDS or DCF.
+//!
+//! Only what both sides took as done is judged, before the bus takes the value. What differs may be the description's
+//! fault as well as the device's: a finding says that they disagree, not who is right.
+
+use std::collections::BTreeSet;
+
+use crate::configuration::{Provenance, number};
+use crate::context::Context;
+use crate::dictionary::Object;
+use crate::finding::{Code, Facts, Quantity};
+use crate::node::{Node, PerNode};
+use crate::od::DataType;
+use crate::services::sdo::transfer::{Direction, Mode, Transfer};
+use crate::services::sdo::wire::Mux;
+
+/// Addresses kept for one node at most (invariant 6).
+const KEPT: usize = 4096;
+/// Below are data types, which descriptions seldom list.
+const OBJECTS: u16 = 0x1000;
+/// The structure of an object, which a server may offer at this sub-index of any.
+const STRUCTURE: u8 = 0xFF;
+
+/// What is settled of each node: addresses that were written, or of which it was said.
+#[derive(Debug, Default)]
+pub struct Descriptions {
+    nodes: PerNode<BTreeSet<(u16, u8)>>,
+}
+
+impl Descriptions {
+    /// A transfer that both sides took as done, before its value is taken.
+    pub fn judge(&mut self, node: Option<&Node>, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
+        let Some(node) = node else { return };
+        let Some(description) = node.configuration.description() else { return };
+        match description.get(mux.index, mux.sub) {
+            Some(object) => {
+                length(object, transfer, mux, cx);
+                access(object, transfer, mux, cx);
+            }
+            None if mux.index >= OBJECTS && mux.sub != STRUCTURE && self.first(node.id(), mux) => {
+                let face = u8::from(description.has(mux.index));
+                cx.find(Code::Eds003, Some(node.id()), Some(mux), None, Facts::told(face, &[]));
+            }
+            None => {}
+        }
+        let configuration = presets(mux);
+        if transfer.direction == Direction::Download {
+            if configuration {
+                self.first(node.id(), mux);
+            }
+        } else if (configuration || identity(mux))
+            && let Some(found) = number(&transfer.kept)
+            && let Some(preset) = node.configuration.described(node.id(), mux.index, mux.sub)
+            && found != preset.value
+            // Templates leave the identity 0.
+            && (configuration || preset.value != 0)
+            && self.first(node.id(), mux)
+        {
+            let code = match preset.from {
+                _ if !configuration => Code::Eds004,
+                Provenance::Dcf => Code::Eds002,
+                _ => Code::Eds001,
+            };
+            let quantity = |value| if word(mux) { Quantity::Hex8(value as u32) } else { Quantity::Count(value) };
+            let measured = [("found", quantity(found)), ("described", quantity(preset.value))];
+            cx.find(code, Some(node.id()), Some(mux), None, Facts::told(0, &measured));
+        }
+    }
+
+    /// Whether an address was not settled before; it is now.
+    fn first(&mut self, node: u8, mux: Mux) -> bool {
+        let settled = self.nodes.entry(node);
+        settled.len() < KEPT && settled.insert((mux.index, mux.sub))
+    }
+}
+
+/// What a device starts with and a description presets: COB-ID, transmission type, times and mapping of PDOs.
+fn presets(mux: Mux) -> bool {
+    match mux.index {
+        0x1400..=0x15FF | 0x1800..=0x19FF => matches!(mux.sub, 1..=3 | 5 | 6),
+        0x1600..=0x17FF | 0x1A00..=0x1BFF => true,
+        _ => false,
+    }
+}
+
+/// Whether a value is a word of fields and not a number: all but counts, times and types.
+fn word(mux: Mux) -> bool {
+    match mux.index {
+        0x1400..=0x15FF | 0x1800..=0x19FF => mux.sub == 1,
+        0x1600..=0x17FF | 0x1A00..=0x1BFF => mux.sub != 0,
+        _ => true,
+    }
+}
+
+/// What tells whether it is the description of this device at all: device type, vendor-ID, product code.
+fn identity(mux: Mux) -> bool {
+    matches!((mux.index, mux.sub), (0x1000, 0) | (0x1018, 1 | 2))
+}
+
+/// The length of a number. What an expedited transfer without size carries is not known; strings have any length.
+fn length(object: &Object, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
+    let unsized_value = transfer.mode == Mode::Expedited && transfer.size_indicated.is_none();
+    let size = DataType::from_code(object.data_type).and_then(DataType::size);
+    let Some(size) = size.map(|size| size as u64).filter(|_| !unsized_value) else { return };
+    if transfer.size != size {
+        let measured = [
+            ("found", Quantity::Count(transfer.size)),
+            ("type", Quantity::Type(object.data_type)),
+            ("length", Quantity::Count(size)),
+        ];
+        let upload = transfer.direction == Direction::Upload;
+        let cause = if upload { transfer.initiated } else { Some(transfer.first) };
+        let cause = cause.filter(|cause| cause.no != cx.at.no);
+        cx.find(Code::Sdo013, Some(transfer.node), Some(mux), cause, Facts::told(u8::from(upload), &measured));
+    }
+}
+
+fn access(object: &Object, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
+    let upload = transfer.direction == Direction::Upload;
+    let allowed = if upload { object.access.is_readable() } else { object.access.is_writable() };
+    if !allowed {
+        let cause = (transfer.first.no != cx.at.no).then_some(transfer.first);
+        cx.find(Code::Sdo014, Some(transfer.node), Some(mux), cause, Facts::told(u8::from(upload), &[]));
+    }
+}

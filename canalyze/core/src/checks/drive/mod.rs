@@ -1,0 +1,559 @@
+//! Drives (CiA 402): whether states follow from commands, commands are obeyed, faults announced and modes taken.
+//!
+//! For every axis of every node the controlwords it is given and the statuswords it reports are followed, whether
+//! PDOs or SDO carry them. 6040h and 6041h are something else on an encoder or a valve: judged are nodes whose device
+//! type is known to be a drive's, and those of unknown type that have climbed by CiA 402's steps and never showed
+//! another coding. It errs toward silence: a controlword that could have come unseen excuses everything.
+//!
+//! It must not read a configuration but the mappings of PDOs, and must not say what a state is (`drive` does).
+
+mod watch;
+
+use self::watch::{Watch, Watched};
+use super::PdoName;
+use crate::context::Context;
+use crate::drive::{self, Command, Object, Reach, State};
+use crate::finding::{Code, Facts, Quantity};
+use crate::frame::{Frame, FrameRef};
+use crate::node::{Node, PerNode};
+use crate::services::pdo::mapping::extract;
+use crate::services::sdo::transfer::{Direction, Status, Transfer};
+use crate::services::sdo::wire::Mux;
+
+/// Controlwords kept for an axis at most.
+const WORDS: usize = 16;
+/// How long a controlword may be on its way, and a statusword wait to be sent, in ns.
+const LAG: i64 = 1_000_000_000;
+/// The same in frames of the capture, without stamps.
+const LAG_FRAMES: u64 = 256;
+/// How long the frame that explains a state may be captured after it.
+const SETTLED: i64 = 100_000_000;
+/// The same in frames.
+const SETTLED_FRAMES: u64 = 64;
+/// Time for a command that takes away, and for a mode.
+const PROMPT: i64 = 1_000_000_000;
+/// Time for a command that leads nearer to operation enabled: capacitors are charged, phases found, brakes released.
+const UPWARD: i64 = 5_000_000_000;
+/// How far an EMCY may be from the fault it announces, in ns.
+const EMCY: i64 = 500_000_000;
+/// Steps upward that show a node of unknown type to be a drive.
+const PROOF: u8 = 2;
+const OPERATIONAL: u8 = 0x05;
+const STOPPED: u8 = 0x04;
+
+/// A statusword as it was reported.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    word: u16,
+    state: State,
+    at: FrameRef,
+}
+
+/// What was reported and not explained, until what may come late has come.
+#[derive(Clone, Copy, Debug)]
+struct Jump {
+    from: Sample,
+    to: Sample,
+    due_ns: i64,
+}
+
+/// A command that should lead out of a state.
+#[derive(Clone, Copy, Debug)]
+struct Order {
+    word: u16,
+    command: Command,
+    from: State,
+    at: FrameRef,
+    /// Reports of that state since then.
+    reports: u8,
+}
+
+/// A fault without EMCY so far.
+#[derive(Clone, Copy, Debug)]
+struct Unannounced {
+    fault: Sample,
+    due_ns: i64,
+}
+
+/// A mode of operation that was asked for.
+#[derive(Clone, Copy, Debug)]
+struct Request {
+    mode: i8,
+    at: FrameRef,
+    /// Since when it may be expected in the display.
+    since_ns: Option<i64>,
+    /// Reports of another one since then.
+    reports: u8,
+    raised: bool,
+}
+
+/// What is known of one axis.
+#[derive(Clone, Debug, Default)]
+struct Axis {
+    /// Controlwords that ask for something else than the one before, with the frames that brought them.
+    words: Vec<(u16, FrameRef)>,
+    /// One of them came in a PDO: those by which the axis is commanded are seen.
+    by_pdo: bool,
+    /// Bits 7 and 3-0 of the last controlword that was taken for certain.
+    given: Option<u16>,
+    sample: Option<Sample>,
+    jump: Option<Jump>,
+    order: Option<Order>,
+    unannounced: Option<Unannounced>,
+    request: Option<Request>,
+    /// Steps upward that controlwords explain.
+    climbed: u8,
+    /// It showed a statusword that CiA 402 does not know.
+    strange: bool,
+}
+
+/// What is known of one node.
+#[derive(Debug, Default)]
+struct Drive {
+    axes: [Option<Box<Axis>>; drive::AXES as usize],
+    /// Its last EMCY with an error.
+    emcy_ns: Option<i64>,
+}
+
+/// The drives of a bus.
+#[derive(Debug)]
+pub struct Drives {
+    nodes: PerNode<Drive>,
+    watch: Watch,
+    /// The earliest time at which something has to be said.
+    due_ns: i64,
+}
+
+impl Default for Drives {
+    fn default() -> Self {
+        Self { nodes: PerNode::default(), watch: Watch::default(), due_ns: i64::MAX }
+    }
+}
+
+/// Where a value was seen, and what the bus knows of the node it belongs to.
+#[derive(Clone, Copy, Debug)]
+struct Place<'a> {
+    node: &'a Node,
+    axis: u8,
+    at: FrameRef,
+    state: Option<u8>,
+    by_pdo: bool,
+}
+
+impl Drives {
+    /// The configuration of some node is another one now.
+    pub fn reconfigured(&mut self) {
+        self.watch.reconfigured();
+    }
+
+    /// Follows a PDO; `read`: it is known what it carries. `state` is the NMT state of a node, where known.
+    pub fn process_data(
+        &mut self,
+        pdo: PdoName,
+        read: bool,
+        frame: &Frame,
+        nodes: &PerNode<Node>,
+        state: impl Fn(u8) -> Option<u8>,
+        cx: &mut Context<'_>,
+    ) {
+        if !pdo.transmit && !read {
+            self.blind(pdo.node);
+        }
+        if !self.watch.holds(frame.id, nodes) {
+            return;
+        }
+        let Self { nodes: drives, watch, due_ns } = self;
+        for Watched { node, transmit, number, objects } in watch.of(frame.id) {
+            // An identifier has one sender; whose it is, is known to the bus.
+            if *transmit && !(pdo.transmit && (pdo.node, pdo.number) == (*node, *number)) {
+                continue;
+            }
+            let (Some(known), drive) = (nodes.get(*node), drives.entry(*node)) else { continue };
+            if objects.is_empty() {
+                drive.blind();
+            }
+            for part in objects {
+                let Some(raw) = extract(frame.payload(), usize::from(part.offset), usize::from(part.bits)) else {
+                    continue;
+                };
+                let place = Place { node: known, axis: part.axis, at: cx.at, state: state(*node), by_pdo: true };
+                match (part.object, transmit) {
+                    (Object::Controlword, false) => {
+                        drive.sent(place, raw as u16);
+                        drive.taken(place, raw as u16);
+                    }
+                    (Object::ModesOfOperation, false) => drive.requested(place, raw as u8),
+                    (Object::Statusword, true) => drive.reported(place, raw as u16, due_ns, cx),
+                    (Object::ModesOfOperationDisplay, true) => drive.displayed(place, raw as u8, cx),
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    /// A controlword may have come that nobody can read.
+    pub fn blind(&mut self, node: u8) {
+        if let Some(drive) = self.nodes.get_mut(node) {
+            drive.blind();
+        }
+    }
+
+    /// Follows a write request of SDO, which a drive may obey before it answers.
+    pub fn request(&mut self, node: u8, mux: Mux, bytes: &[u8], at: FrameRef) {
+        if let (Some((axis, Object::Controlword)), &[low, high]) = (object(mux), bytes)
+            && let Some(axis) = self.nodes.entry(node).axis(axis)
+        {
+            axis.send(u16::from_le_bytes([low, high]), at);
+        }
+    }
+
+    /// Follows an SDO transfer that has ended.
+    pub fn transfer(&mut self, transfer: &Transfer, known: Option<&Node>, state: Option<u8>, cx: &mut Context<'_>) {
+        let Some((mux, (axis, object))) = transfer.mux.and_then(|mux| Some((mux, object(mux)?))) else { return };
+        let nobody = Node::new(transfer.node);
+        let drive = self.nodes.entry(transfer.node);
+        let place = Place { node: known.unwrap_or(&nobody), axis, at: cx.at, state, by_pdo: false };
+        let whole = transfer.status == Status::Ok && !transfer.bad && !transfer.hole;
+        let fits = crate::od::data_type(mux.index, mux.sub).and_then(crate::od::DataType::size);
+        if !whole || fits != Some(transfer.kept.len()) || transfer.size != transfer.kept.len() as u64 {
+            if object == Object::Controlword && transfer.direction == Direction::Download {
+                drive.blind();
+            }
+            return;
+        }
+        let raw = transfer.kept.iter().rev().fold(0, |raw, byte| raw << 8 | u16::from(*byte));
+        match (object, transfer.direction) {
+            (Object::Controlword, Direction::Upload) => drive.sent(place, raw),
+            (Object::Controlword, Direction::Download) => {
+                drive.sent(place, raw);
+                drive.taken(place, raw);
+            }
+            (Object::ModesOfOperation, Direction::Download) => drive.requested(place, raw as u8),
+            (Object::Statusword, Direction::Upload) => drive.reported(place, raw, &mut self.due_ns, cx),
+            (Object::ModesOfOperationDisplay, Direction::Upload) => drive.displayed(place, raw as u8, cx),
+            _ => {}
+        }
+    }
+
+    /// Follows an EMCY.
+    pub fn emcy(&mut self, node: u8, code: u16, at: FrameRef) {
+        if code != 0
+            && let Some(drive) = self.nodes.get_mut(node)
+        {
+            drive.emcy_ns = at.t_ns;
+            for axis in drive.axes.iter_mut().flatten() {
+                axis.unannounced = None;
+            }
+        }
+    }
+
+    /// It is `now_ns`: jumps that nothing has explained, faults that nothing has announced.
+    pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        if now_ns < self.due_ns {
+            return;
+        }
+        self.due_ns = i64::MAX;
+        for (node, drive) in self.nodes.iter_mut() {
+            for (number, axis) in drive.axes.iter_mut().enumerate() {
+                if let Some(axis) = axis {
+                    axis.settle(node, number as u8, now_ns, cx);
+                    let open = [axis.jump.map(|jump| jump.due_ns), axis.unannounced.map(|fault| fault.due_ns)];
+                    self.due_ns = open.into_iter().flatten().fold(self.due_ns, i64::min);
+                }
+            }
+        }
+    }
+
+    /// A node (or all) was reset, or frames were lost: what was seen before explains nothing.
+    pub fn forget(&mut self, node: Option<u8>) {
+        for (id, drive) in self.nodes.iter_mut() {
+            if node.is_none_or(|node| node == id) {
+                for axis in drive.axes.iter_mut().flatten() {
+                    **axis = Axis { climbed: axis.climbed, strange: axis.strange, ..Axis::default() };
+                }
+            }
+        }
+    }
+}
+
+impl Drive {
+    fn axis(&mut self, axis: u8) -> Option<&mut Axis> {
+        self.axes.get_mut(usize::from(axis)).map(|slot| &mut **slot.get_or_insert_default())
+    }
+
+    fn blind(&mut self) {
+        for axis in self.axes.iter_mut().flatten() {
+            (axis.given, axis.jump, axis.order) = (None, None, None);
+            axis.words.clear();
+        }
+    }
+
+    /// A controlword was sent: the drive may have taken it.
+    fn sent(&mut self, place: Place<'_>, word: u16) {
+        if let Some(axis) = self.axis(place.axis) {
+            axis.by_pdo |= place.by_pdo;
+            axis.send(word, place.at);
+        }
+    }
+
+    /// A controlword was sent that the drive must have taken.
+    fn taken(&mut self, place: Place<'_>, word: u16) {
+        let Some(axis) = self.axis(place.axis) else { return };
+        let asked = word & 0x8F;
+        if axis.given == Some(asked) {
+            return;
+        }
+        let command = axis.given.and_then(|given| drive::command(word, Some(given)));
+        axis.given = Some(asked);
+        axis.order = None;
+        if let (Some(sample), Some(command)) = (axis.sample, command)
+            && leads_out(sample.state, command)
+            && place.at.t_ns.is_some()
+            && place.heard()
+        {
+            axis.order = Some(Order { word, command, from: sample.state, at: place.at, reports: 0 });
+        }
+    }
+
+    /// A mode of operation was asked for.
+    fn requested(&mut self, place: Place<'_>, mode: u8) {
+        let mode = mode.cast_signed();
+        let Some(axis) = self.axis(place.axis).filter(|_| place.heard()) else { return };
+        if axis.request.is_none_or(|request| request.mode != mode) {
+            let request = Request { mode, at: place.at, since_ns: place.at.t_ns, reports: 0, raised: false };
+            // 0 asks for no change.
+            axis.request = (mode != 0).then_some(request);
+        }
+    }
+
+    /// A mode of operation is displayed.
+    fn displayed(&mut self, place: Place<'_>, mode: u8, cx: &mut Context<'_>) {
+        let mode = mode.cast_signed();
+        let Some(axis) = self.axis(place.axis) else { return };
+        let judged = axis.is_drive(place) && place.state.is_none_or(|state| state == OPERATIONAL);
+        let Some(request) = &mut axis.request else { return };
+        if mode == request.mode {
+            (request.since_ns, request.reports, request.raised) = (place.at.t_ns, 0, false);
+            return;
+        }
+        request.reports = request.reports.saturating_add(1);
+        let after = elapsed(request.since_ns, place.at.t_ns).filter(|after| *after > PROMPT);
+        let Some(after) = after.filter(|_| judged && !request.raised && request.reports >= 2) else { return };
+        request.raised = true;
+        let measured = [
+            ("requested", Quantity::Mode(request.mode)),
+            ("displayed", Quantity::Mode(mode)),
+            ("after", Quantity::Ns(after)),
+        ];
+        let facts = Facts::told(0, &measured);
+        cx.find(Code::Drv004, Some(place.node.id()), Some(display(place.axis)), Some(request.at), facts);
+    }
+
+    /// A statusword is reported.
+    fn reported(&mut self, place: Place<'_>, word: u16, due_ns: &mut i64, cx: &mut Context<'_>) {
+        let announced = self.emcy_ns;
+        let Some(axis) = self.axis(place.axis) else { return };
+        let Some(state) = State::of(word) else {
+            axis.strange = true;
+            (axis.sample, axis.jump, axis.order) = (None, None, None);
+            return;
+        };
+        let sample = Sample { word, state, at: place.at };
+        if let Some(jump) = axis.jump
+            && place.at.no.saturating_sub(jump.to.at.no) >= SETTLED_FRAMES
+            && place.at.t_ns.is_none()
+        {
+            axis.jump = None;
+            axis.raise_jump(place.node.id(), place.axis, jump, cx);
+        }
+        axis.effect(place, sample, cx);
+        let Some(before) = axis.sample.replace(sample).filter(|before| before.state != state) else { return };
+        let judged = axis.is_drive(place);
+        if is_fault(state) && !is_fault(before.state) && judged {
+            axis.unannounced = unannounced(place, before, sample, announced);
+        }
+        axis.follow(place, before, sample, judged);
+        let open = [axis.jump.map(|jump| jump.due_ns), axis.unannounced.map(|fault| fault.due_ns)];
+        *due_ns = open.into_iter().flatten().fold(*due_ns, i64::min);
+    }
+}
+
+impl Axis {
+    fn send(&mut self, word: u16, at: FrameRef) {
+        let asked = word & 0x8F;
+        if self.words.last().is_some_and(|(last, _)| *last == asked) {
+            return;
+        }
+        if self.words.len() >= WORDS {
+            self.words.remove(0);
+        }
+        self.words.push((asked, at));
+    }
+
+    /// The controlwords that a drive may have obeyed since it reported `from`; `None` where not all are known.
+    fn given_since(&self, from: &Sample) -> Option<&[(u16, FrameRef)]> {
+        let in_force = self.words.iter().rposition(|(_, at)| match (at.t_ns, from.at.t_ns) {
+            (Some(began), Some(reported)) => began <= reported.saturating_sub(LAG) && at.no < from.at.no,
+            _ => at.no.saturating_add(LAG_FRAMES) <= from.at.no,
+        });
+        self.words.get(in_force?..)
+    }
+
+    fn explains(&self, from: &Sample, to: &Sample) -> Option<bool> {
+        let words = self.given_since(from)?;
+        Some(drive::explained(from.state, to.state, words.iter().map(|(word, _)| *word)))
+    }
+
+    /// Whether the node is a drive.
+    fn is_drive(&self, place: Place<'_>) -> bool {
+        match place.node.value(0x1000, 0).map(|(device, _)| device & 0xFFFF) {
+            // No profile, or several: those of the axes stand elsewhere.
+            None | Some(0 | 0xFFFF) => self.climbed >= PROOF && !self.strange,
+            Some(profile) => profile == u64::from(drive::PROFILE),
+        }
+    }
+
+    /// A state has followed another one.
+    fn follow(&mut self, place: Place<'_>, before: Sample, sample: Sample, judged: bool) {
+        match self.explains(&before, &sample) {
+            Some(true) if matches!(drive::reach(before.state, sample.state), Reach::Directly(2..=4)) => {
+                self.climbed = self.climbed.saturating_add(1);
+            }
+            Some(false) => {
+                let remote = drive::remote(before.word) && drive::remote(sample.word);
+                // What comes by a PDO that nobody knows of cannot be told from nothing.
+                let all_seen = self.by_pdo || place.state.is_some_and(|state| state != OPERATIONAL);
+                let restarted = sample.state == State::NotReadyToSwitchOn;
+                if judged && remote && all_seen && !restarted && self.jump.is_none() {
+                    let due_ns = sample.at.t_ns.map_or(i64::MAX, |now| now.saturating_add(SETTLED));
+                    self.jump = Some(Jump { from: before, to: sample, due_ns });
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// What a command has led to by now.
+    fn effect(&mut self, place: Place<'_>, sample: Sample, cx: &mut Context<'_>) {
+        let Some(order) = &mut self.order else { return };
+        order.reports = order.reports.saturating_add(1);
+        let order = *order;
+        let upward = matches!(order.command, Command::SwitchOn | Command::EnableOperation)
+            || (order.command == Command::Shutdown && order.from == State::SwitchOnDisabled);
+        // Operated locally; the supply is not there; PDOs are not listened to.
+        let excused = !drive::remote(sample.word)
+            || (upward && !voltage_enabled(sample.word))
+            || place.state.is_some_and(|state| state != OPERATIONAL);
+        if sample.state != order.from || excused {
+            self.order = None;
+            return;
+        }
+        let least = if upward { UPWARD } else { PROMPT };
+        let Some(after) = elapsed(order.at.t_ns, sample.at.t_ns).filter(|after| *after > least) else { return };
+        if order.reports < 2 {
+            return;
+        }
+        self.order = None;
+        if !self.is_drive(place) || !self.by_pdo {
+            return;
+        }
+        let measured = [
+            ("controlword", Quantity::Controlword(order.word)),
+            ("statusword", Quantity::Statusword(sample.word)),
+            ("after", Quantity::Ns(after)),
+        ];
+        let facts = Facts::told(0, &measured);
+        cx.find(Code::Drv002, Some(place.node.id()), Some(controlword(place.axis)), Some(order.at), facts);
+    }
+
+    /// What has waited long enough.
+    fn settle(&mut self, node: u8, axis: u8, now_ns: i64, cx: &mut Context<'_>) {
+        if let Some(jump) = self.jump.take_if(|jump| now_ns >= jump.due_ns) {
+            self.raise_jump(node, axis, jump, cx);
+        }
+        if let Some(Unannounced { fault, .. }) = self.unannounced.take_if(|fault| now_ns >= fault.due_ns) {
+            let facts = Facts::told(0, &[("statusword", Quantity::Statusword(fault.word))]);
+            cx.find(Code::Drv003, Some(node), Some(statusword(axis)), Some(fault.at), facts);
+        }
+    }
+
+    fn raise_jump(&mut self, node: u8, axis: u8, jump: Jump, cx: &mut Context<'_>) {
+        if self.explains(&jump.from, &jump.to) != Some(false) {
+            return;
+        }
+        let in_force = self.words.iter().rfind(|(_, at)| at.no < jump.to.at.no);
+        let measured = [
+            ("from", Quantity::Statusword(jump.from.word)),
+            ("to", Quantity::Statusword(jump.to.word)),
+            ("controlword", in_force.map_or(Quantity::Nothing, |(word, _)| Quantity::Controlword(*word))),
+        ];
+        cx.find(Code::Drv001, Some(node), Some(statusword(axis)), Some(jump.to.at), Facts::told(0, &measured));
+    }
+}
+
+impl Place<'_> {
+    /// Whether the node takes what was sent this way.
+    fn heard(&self) -> bool {
+        !self.by_pdo || self.state.is_none_or(|state| state == OPERATIONAL)
+    }
+}
+
+/// The axis and the meaning of an object.
+fn object(mux: Mux) -> Option<(u8, Object)> {
+    Some((drive::axis(mux.index)?, Object::at(mux.index).filter(|_| mux.sub == 0)?))
+}
+
+fn controlword(axis: u8) -> Mux {
+    Mux { index: 0x6040 + 0x800 * u16::from(axis), sub: 0 }
+}
+
+fn statusword(axis: u8) -> Mux {
+    Mux { index: 0x6041 + 0x800 * u16::from(axis), sub: 0 }
+}
+
+fn display(axis: u8) -> Mux {
+    Mux { index: 0x6061 + 0x800 * u16::from(axis), sub: 0 }
+}
+
+fn is_fault(state: State) -> bool {
+    matches!(state, State::Fault | State::FaultReactionActive)
+}
+
+/// Bit 4 of the statusword.
+const fn voltage_enabled(statusword: u16) -> bool {
+    statusword & 1 << 4 != 0
+}
+
+/// Whether a drive that is fine must leave a state by a command. Not here: what brakes first (shutdown and disable
+/// operation by 605Bh and 605Ch), what a lasting cause prevents (fault reset), what not every drive does (enable
+/// operation out of quick stop or ready to switch on, quick stop where nothing moves).
+const fn leads_out(state: State, command: Command) -> bool {
+    matches!(
+        (state, command),
+        (State::SwitchOnDisabled | State::SwitchedOn, Command::Shutdown)
+            | (State::ReadyToSwitchOn, Command::SwitchOn)
+            | (State::SwitchedOn, Command::EnableOperation)
+            | (State::OperationEnabled, Command::QuickStop)
+            | (State::ReadyToSwitchOn | State::SwitchedOn | State::OperationEnabled, Command::DisableVoltage)
+    )
+}
+
+/// A fault that was not announced before it was reported, and may be now.
+fn unannounced(place: Place<'_>, before: Sample, fault: Sample, announced: Option<i64>) -> Option<Unannounced> {
+    let (earliest, latest) = (before.at.t_ns?, fault.at.t_ns?);
+    let disabled = place.node.value(0x1014, 0).is_some_and(|(cob, _)| cob & 1 << 31 != 0);
+    // In 100 µs.
+    let inhibit = place.node.value(0x1015, 0).map_or(0, |(time, _)| (time & 0xFFFF) as i64 * 100_000);
+    let apart = EMCY.max(inhibit);
+    if disabled
+        || place.state == Some(STOPPED)
+        || announced.is_some_and(|announced| announced >= earliest.saturating_sub(apart))
+    {
+        return None;
+    }
+    Some(Unannounced { fault, due_ns: latest.saturating_add(apart) })
+}
+
+fn elapsed(from: Option<i64>, to: Option<i64>) -> Option<i64> {
+    Some(to?.saturating_sub(from?))
+}

@@ -1,0 +1,283 @@
+//! Requests of an LSS master and the answers that slaves owe or give (CiA 305): which belongs to which.
+//!
+//! Of each kind only the last request is kept: LSS frames carry no number that would tell one from another. It must not
+//! judge; `checks::lss` says what a request without answer, or an answer without request, means.
+
+use super::fastscan::close;
+use crate::frame::FrameRef;
+use crate::services::lss::{Bound, Command, Part, Setting};
+
+/// Answers kept that may have been captured before their request.
+const EARLY: usize = 8;
+/// How long before its request an answer may be captured: 5 ms.
+const ECHO_NS: i64 = 5_000_000;
+/// How long an answer may take: 1 s, the time-out of CANopenNode's master, the longest of those known.
+const ANSWER_NS: i64 = 1_000_000_000;
+/// The same where a slave writes its memory.
+const STORE_NS: i64 = 5_000_000_000;
+
+/// The kinds of request that are answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exchange {
+    /// 43, answered by 44.
+    Selective,
+    /// 4B or a Fastscan step, answered by 4F of every slave that matches.
+    Identify,
+    /// 4C, answered by 50 of every slave without node-ID.
+    NonConfigured,
+    /// 11.
+    NodeId,
+    /// 13, of every slave in the configuration state.
+    BitTiming,
+    /// 17, likewise.
+    Store,
+    /// 5A.
+    InquireVendor,
+    /// 5B.
+    InquireProduct,
+    /// 5C.
+    InquireRevision,
+    /// 5D.
+    InquireSerial,
+    /// 5E.
+    InquireNodeId,
+}
+
+/// How many kinds there are.
+const KINDS: usize = 11;
+
+impl Exchange {
+    /// The kind of a master's command.
+    pub fn asked_by(command: Command) -> Option<Self> {
+        match command {
+            Command::SwitchSelective { part: Part::Serial, .. } => Some(Self::Selective),
+            Command::Identify { bound: Bound::SerialHigh, .. } | Command::Fastscan { .. } => Some(Self::Identify),
+            Command::IdentifyNonConfigured => Some(Self::NonConfigured),
+            Command::ConfigureNodeId { .. } => Some(Self::NodeId),
+            Command::ConfigureBitTiming { .. } => Some(Self::BitTiming),
+            Command::Store => Some(Self::Store),
+            Command::Inquire { part } => Some(Self::inquires(part)),
+            Command::InquireNodeId => Some(Self::InquireNodeId),
+            _ => None,
+        }
+    }
+
+    /// The kind of a slave's answer.
+    pub fn answered_by(command: Command) -> Option<Self> {
+        match command {
+            Command::SwitchSelectiveResponse => Some(Self::Selective),
+            Command::IdentifySlave => Some(Self::Identify),
+            Command::IdentifyNonConfiguredSlave => Some(Self::NonConfigured),
+            Command::Confirmation { of: Setting::NodeId, .. } => Some(Self::NodeId),
+            Command::Confirmation { of: Setting::BitTiming, .. } => Some(Self::BitTiming),
+            Command::Confirmation { of: Setting::Store, .. } => Some(Self::Store),
+            Command::InquireResponse { part, .. } => Some(Self::inquires(part)),
+            Command::InquireNodeIdResponse { .. } => Some(Self::InquireNodeId),
+            _ => None,
+        }
+    }
+
+    fn inquires(part: Part) -> Self {
+        match part {
+            Part::Vendor => Self::InquireVendor,
+            Part::Product => Self::InquireProduct,
+            Part::Revision => Self::InquireRevision,
+            Part::Serial => Self::InquireSerial,
+        }
+    }
+
+    /// The command specifier of the request; where there are two, that of the answer.
+    pub fn specifier(self) -> u8 {
+        match self {
+            Self::Selective => 0x43,
+            Self::Identify => 0x4F,
+            Self::NonConfigured => 0x4C,
+            Self::NodeId => 0x11,
+            Self::BitTiming => 0x13,
+            Self::Store => 0x17,
+            Self::InquireVendor => 0x5A,
+            Self::InquireProduct => 0x5B,
+            Self::InquireRevision => 0x5C,
+            Self::InquireSerial => 0x5D,
+            Self::InquireNodeId => 0x5E,
+        }
+    }
+
+    /// The command specifier of the answer.
+    pub fn answer(self) -> u8 {
+        match self {
+            Self::Selective => 0x44,
+            Self::NonConfigured => 0x50,
+            _ => self.specifier(),
+        }
+    }
+
+    /// Whether only slaves in the configuration state take it.
+    pub fn configures(self) -> bool {
+        !matches!(self, Self::Selective | Self::Identify | Self::NonConfigured)
+    }
+
+    /// Whether several slaves may answer: all of them that match, or, to a bit timing and its storage, all of them
+    /// that were switched to configuration together.
+    pub fn is_shared(self) -> bool {
+        matches!(self, Self::Identify | Self::NonConfigured | Self::BitTiming | Self::Store)
+    }
+
+    /// How long the answer may take, in ns.
+    pub fn limit_ns(self) -> i64 {
+        if self == Self::Store { STORE_NS } else { ANSWER_NS }
+    }
+}
+
+/// The last request of a kind.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked {
+    /// Its frame.
+    pub at: FrameRef,
+    /// Answers owed: more than one where the master has repeated it.
+    pub owed: u32,
+    /// Its unused bytes are 0.
+    pub plain: bool,
+    /// A slave is known to be in the configuration state.
+    pub certain: bool,
+    /// That it is not answered has been said, or is nothing to say.
+    pub settled: bool,
+}
+
+/// An answer without an earlier request.
+#[derive(Clone, Copy, Debug)]
+pub struct Early {
+    /// Its frame.
+    pub at: FrameRef,
+    /// Its kind.
+    pub exchange: Exchange,
+    /// What it says.
+    pub command: Command,
+    /// Its unused bytes are 0.
+    pub plain: bool,
+}
+
+/// The requests of a master.
+#[derive(Debug, Default)]
+pub struct Exchanges {
+    asked: [Option<Asked>; KINDS],
+    early: Vec<Early>,
+    /// Master's frames seen since the capture began, or since the last gap.
+    seen: u64,
+}
+
+impl Exchanges {
+    /// A frame of the master at `at`, which opens a request of the kind `next`. Early answers are settled: those to
+    /// it, and those to nothing.
+    pub fn settle(&mut self, next: Option<Exchange>, at: FrameRef) -> (Vec<Early>, Vec<Early>) {
+        self.seen = self.seen.saturating_add(1);
+        let own = |early: &Early| Some(early.exchange) == next && close(early.at, at);
+        std::mem::take(&mut self.early).into_iter().partition(own)
+    }
+
+    /// A request.
+    pub fn open(&mut self, exchange: Exchange, request: Asked) {
+        if let Some(slot) = self.asked.get_mut(exchange as usize) {
+            let before = slot.map_or(0, |before| before.owed);
+            *slot = Some(Asked { owed: before.saturating_add(1), ..request });
+        }
+    }
+
+    /// Whether an answer of this kind has a request.
+    pub fn explains(&self, exchange: Exchange) -> bool {
+        self.get(exchange).is_some_and(|asked| asked.owed > 0 || exchange.is_shared())
+    }
+
+    /// Whether a request of this kind was seen so shortly before `at` that answers to it may still come.
+    pub fn is_recent(&self, exchange: Exchange, at: FrameRef) -> bool {
+        self.get(exchange).is_some_and(|asked| match (asked.at.t_ns, at.t_ns) {
+            (Some(asked), Some(at)) => at.saturating_sub(asked) <= exchange.limit_ns(),
+            _ => true,
+        })
+    }
+
+    /// The request that an answer belongs to; it owes one less.
+    pub fn answered(&mut self, exchange: Exchange) -> Option<Asked> {
+        let asked = self.asked.get_mut(exchange as usize)?.as_mut()?;
+        asked.owed = asked.owed.saturating_sub(1);
+        if exchange.is_shared() {
+            asked.owed = 0;
+        }
+        Some(*asked)
+    }
+
+    /// Keeps an answer whose request may follow. Right at the capture's beginning its request is just not captured.
+    pub fn hold(&mut self, early: Early) {
+        if self.seen >= 2 && self.early.len() < EARLY {
+            self.early.push(early);
+        }
+    }
+
+    /// Early answers whose request has not followed.
+    pub fn stale(&mut self, now_ns: i64) -> Vec<Early> {
+        let kept = |early: &Early| early.at.t_ns.is_none_or(|at| now_ns.saturating_sub(at) <= ECHO_NS);
+        if self.early.iter().all(kept) {
+            return Vec::new();
+        }
+        let (kept, stale) = std::mem::take(&mut self.early).into_iter().partition(kept);
+        self.early = kept;
+        stale
+    }
+
+    /// A request that is not answered in time.
+    pub fn overdue(&mut self, now_ns: i64) -> Option<(Exchange, Asked)> {
+        let late = |asked: &Asked, exchange: Exchange| {
+            asked.at.t_ns.is_some_and(|at| at.saturating_add(exchange.limit_ns()) <= now_ns)
+        };
+        OWING.iter().find_map(|exchange| {
+            let asked = self.asked.get_mut(*exchange as usize)?.as_mut()?;
+            let due = asked.owed > 0 && !asked.settled && late(asked, *exchange);
+            due.then(|| settled(asked, *exchange))
+        })
+    }
+
+    /// The open request of a kind: the master does not wait for its answer any more.
+    pub fn give_up(&mut self, exchange: Exchange) -> Option<Asked> {
+        let asked = self.asked.get_mut(exchange as usize)?.as_mut()?;
+        (asked.owed > 0 && !asked.settled).then(|| settled(asked, exchange).1)
+    }
+
+    /// Nothing is owed any more: slaves were reset, or change their bit rate.
+    pub fn forgive(&mut self) {
+        for asked in self.asked.iter_mut().flatten() {
+            asked.settled = true;
+        }
+    }
+
+    /// When something becomes due, in ns.
+    pub fn due(&self) -> Option<i64> {
+        let open = OWING.iter().filter_map(|exchange| {
+            let asked = self.get(*exchange).filter(|asked| asked.owed > 0 && !asked.settled)?;
+            Some(asked.at.t_ns?.saturating_add(exchange.limit_ns()))
+        });
+        let early = self.early.iter().filter_map(|early| Some(early.at.t_ns?.saturating_add(ECHO_NS + 1)));
+        open.chain(early).min()
+    }
+
+    fn get(&self, exchange: Exchange) -> Option<&Asked> {
+        self.asked.get(exchange as usize)?.as_ref()
+    }
+}
+
+fn settled(asked: &mut Asked, exchange: Exchange) -> (Exchange, Asked) {
+    asked.settled = true;
+    (exchange, *asked)
+}
+
+/// The kinds to which one slave owes an answer.
+const OWING: [Exchange; 9] = [
+    Exchange::Selective,
+    Exchange::NodeId,
+    Exchange::BitTiming,
+    Exchange::Store,
+    Exchange::InquireVendor,
+    Exchange::InquireProduct,
+    Exchange::InquireRevision,
+    Exchange::InquireSerial,
+    Exchange::InquireNodeId,
+];

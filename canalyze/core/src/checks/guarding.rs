@@ -1,0 +1,231 @@
+//! Node guarding (CiA 301, 7.2.8.3.2.1): the master asks by remote frame, the node answers with its state and a bit
+//! that alternates.
+//!
+//! An answer whose toggle bit is 0 looks like a heartbeat; that it followed a request tells it apart, or that the node
+//! has answered with the bit set before. The master's requests may be captured just after their answers. A node's
+//! first answer is free, and so is the one after a request without answer. It must not judge states.
+
+use super::heartbeat::Heartbeats;
+use super::nmt::{Nmt, since};
+use crate::context::Context;
+use crate::finding::{Code, Facts, Quantity};
+use crate::frame::FrameRef;
+use crate::node::PerNode;
+
+/// An answer comes within this time of its request, in ns.
+const ANSWER_NS: i64 = 500_000_000;
+/// A request may be captured this much later than its answer, in ns.
+const ECHO_NS: i64 = 10_000_000;
+/// A request this old was not answered, in ns.
+const UNANSWERED_NS: i64 = 1_000_000_000;
+/// A request this old before a reset was not answered, in ns.
+const SLOW_NS: i64 = 50_000_000;
+/// Two frames closer than this may be one that was captured twice, in ns.
+const TWICE_NS: i64 = 5_000_000;
+/// So many frames that nobody asked for are heartbeats of a guarded node.
+const UNASKED: u8 = 3;
+
+#[derive(Debug, Default)]
+struct Guarded {
+    /// Requests in the capture.
+    requests: u64,
+    /// The last request, until its answer.
+    request: Option<FrameRef>,
+    /// The toggle bit of the last answer, where it tells what the next one must be.
+    toggle: Option<bool>,
+    /// The last answer.
+    answer: Option<FrameRef>,
+    /// It has answered with toggle bit 1: these are no heartbeats.
+    toggles: bool,
+    /// A frame that nobody had asked for, its toggle bit, and whether it counts as an answer already.
+    ahead: Option<(FrameRef, bool, bool)>,
+    unasked: u8,
+    /// It was said that requests stay unanswered, or that the node sends heartbeats as well.
+    silent: bool,
+    both: bool,
+}
+
+/// The guarded nodes of a bus.
+#[derive(Debug)]
+pub struct Guarding {
+    nodes: PerNode<Guarded>,
+    /// When the first open request is too old, or earlier.
+    next: i64,
+}
+
+impl Default for Guarding {
+    fn default() -> Self {
+        Self { nodes: PerNode::default(), next: i64::MAX }
+    }
+}
+
+impl Guarding {
+    /// Whether a frame on a node's error-control identifier is a guarding answer.
+    pub fn is_answer(&self, node: u8, toggle: bool, heartbeats: &Heartbeats, at: FrameRef) -> bool {
+        let Some(guarded) = self.nodes.get(node) else { return toggle };
+        let asked = guarded.is_asked(at) && (guarded.toggles || !heartbeats.is_producer(node));
+        toggle || asked || guarded.toggles && guarded.requests == 0
+    }
+
+    /// Whether a node has answered with its toggle bit set.
+    pub fn toggles(&self, node: u8) -> bool {
+        self.nodes.get(node).is_some_and(|guarded| guarded.toggles)
+    }
+
+    /// Whether the master has asked a node and awaits its answer.
+    pub fn is_asked(&self, node: u8, at: FrameRef) -> bool {
+        self.nodes.get(node).is_some_and(|guarded| guarded.is_asked(at))
+    }
+
+    /// A request of the master.
+    pub fn request(&mut self, node: u8, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
+        let guarded = self.nodes.entry(node);
+        guarded.requests += 1;
+        if let Some((frame, toggle, counted)) = guarded.ahead.filter(|(frame, ..)| close(*frame, cx.at)) {
+            // Its answer was captured before it.
+            guarded.ahead = None;
+            if !counted {
+                guarded.answer_at(node, toggle, frame, cx);
+            }
+            guarded.request = None;
+            return;
+        }
+        guarded.expire(node, cx);
+        if let Some(before) = guarded.request.replace(cx.at) {
+            if heartbeats.is_producer(node) && !guarded.toggles {
+                if !guarded.both {
+                    guarded.both = true;
+                    cx.find(Code::Grd003, Some(node), None, Some(before), Facts::told(1, &[]));
+                }
+            } else {
+                guarded.unanswered(node, before, nmt, cx);
+            }
+        }
+        if let Some(now) = cx.at.t_ns {
+            self.next = self.next.min(now.saturating_add(UNANSWERED_NS));
+        }
+    }
+
+    /// A node's answer, or a heartbeat of a node that may be guarded.
+    pub fn frame(&mut self, node: u8, toggle: bool, answer: bool, cx: &mut Context<'_>) {
+        let guarded = self.nodes.entry(node);
+        guarded.toggles |= toggle;
+        if guarded.is_asked(cx.at) && answer {
+            guarded.request = None;
+            guarded.silent = false;
+            guarded.expire(node, cx);
+            return guarded.answered(node, toggle, cx);
+        }
+        guarded.expire(node, cx);
+        let counts = toggle || guarded.toggles && guarded.requests == 0;
+        guarded.ahead = Some((cx.at, toggle, counts));
+        if counts {
+            guarded.answered(node, toggle, cx);
+        }
+    }
+
+    /// The node is reset, or has booted: its toggle bit starts anew.
+    pub fn restart(&mut self, node: u8, nmt: &Nmt, cx: &mut Context<'_>) {
+        for (id, guarded) in self.nodes.iter_mut() {
+            if node == 0 || node == id {
+                let request =
+                    guarded.request.filter(|request| since(Some(*request), cx.at).is_some_and(|age| age > SLOW_NS));
+                if let Some(request) = request {
+                    guarded.unanswered(id, request, nmt, cx);
+                }
+                (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
+                (guarded.silent, guarded.unasked) = (false, 0);
+            }
+        }
+    }
+
+    /// Frames were lost, requests and answers among them.
+    pub fn forget(&mut self) {
+        for (_, guarded) in self.nodes.iter_mut() {
+            (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
+        }
+    }
+
+    /// It is `now_ns`: which request should have been answered.
+    #[inline]
+    pub fn advance(&mut self, now_ns: i64, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
+        if now_ns < self.next {
+            return;
+        }
+        self.next = i64::MAX;
+        for (node, guarded) in self.nodes.iter_mut() {
+            let Some(request) = guarded.request else { continue };
+            let due = request.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
+            if due > now_ns {
+                self.next = self.next.min(due);
+            } else if guarded.toggles || !heartbeats.is_producer(node) {
+                guarded.request = None;
+                guarded.unanswered(node, request, nmt, cx);
+            }
+        }
+    }
+
+    /// The capture is over: nodes that were asked and never seen.
+    pub fn finish(&mut self, nmt: &Nmt, cx: &mut Context<'_>) {
+        for (node, guarded) in self.nodes.iter() {
+            if guarded.requests > 1 && !nmt.is_present(node) {
+                let facts = Facts::told(0, &[("requests", Quantity::Count(guarded.requests))]);
+                cx.find(Code::Grd004, Some(node), None, None, facts);
+            }
+        }
+    }
+}
+
+impl Guarded {
+    fn is_asked(&self, at: FrameRef) -> bool {
+        self.request.is_some_and(|asked| since(Some(asked), at).is_none_or(|age| age <= ANSWER_NS))
+    }
+
+    fn answered(&mut self, node: u8, toggle: bool, cx: &mut Context<'_>) {
+        self.answer_at(node, toggle, cx.at, cx);
+    }
+
+    fn answer_at(&mut self, node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
+        let twice = since(self.answer, at).is_some_and(|gap| gap < TWICE_NS);
+        let last = self.answer.replace(at);
+        if self.toggle == Some(toggle) && !twice {
+            // The node may go on either way: the next answer is free.
+            self.toggle = None;
+            let facts =
+                [("found", Quantity::Count(u64::from(toggle))), ("expected", Quantity::Count(u64::from(!toggle)))];
+            return cx.find(Code::Grd001, Some(node), None, last, Facts::told(0, &facts));
+        }
+        self.toggle = Some(toggle);
+    }
+
+    fn unanswered(&mut self, node: u8, request: FrameRef, nmt: &Nmt, cx: &mut Context<'_>) {
+        self.toggle = None;
+        if self.silent || !nmt.is_present(node) || nmt.resetting(node).is_some() {
+            return;
+        }
+        self.silent = true;
+        let facts = match since(Some(request), cx.at) {
+            Some(age) => Facts::told(0, &[("age", Quantity::Ns(age))]),
+            None => Facts::told(1, &[]),
+        };
+        cx.find(Code::Grd002, Some(node), None, Some(request), facts);
+    }
+
+    /// A frame that nobody had asked for, and no request came just after it.
+    fn expire(&mut self, node: u8, cx: &mut Context<'_>) {
+        let Some((frame, toggle, _)) = self.ahead.take() else { return };
+        if toggle || self.requests == 0 || !self.toggles {
+            return;
+        }
+        self.unasked = self.unasked.saturating_add(1);
+        if self.unasked >= UNASKED && !self.both {
+            self.both = true;
+            cx.find(Code::Grd003, Some(node), None, Some(frame), Facts::told(0, &[]));
+        }
+    }
+}
+
+/// Whether a request may be that of the frame captured before it.
+fn close(frame: FrameRef, at: FrameRef) -> bool {
+    since(Some(frame), at).map_or(frame.no + 2 >= at.no, |age| age <= ECHO_NS)
+}

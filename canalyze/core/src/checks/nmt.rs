@@ -1,0 +1,488 @@
+//! NMT states (CiA 301, 7.3.2): what state each node is in, from where that is known, and what moved it.
+//!
+//! A state is unknown until the node shows it: by a heartbeat or a guarding answer. A boot-up shows that the node
+//! is there, not where it went from Initialisation (1F80h lets it start itself). A command says what is expected; it
+//! proves nothing, since nobody confirms it. Changes that no command explains are held back for [`SETTLED_NS`], since
+//! the master's own frames may be captured late. It must not judge other services: that is `permitted`.
+
+use crate::context::Context;
+use crate::finding::{Code, Facts, Quantity};
+use crate::frame::FrameRef;
+use crate::node::PerNode;
+use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::services::lss::Command as Lss;
+use crate::services::nmt;
+
+/// How long what looks spontaneous may still be explained by a command whose echo is captured late, in ns.
+const SETTLED_NS: i64 = 10_000_000;
+/// An emergency within this time before a change of state explains it (1029h), in ns.
+const EMERGENCY_NS: i64 = 1_000_000_000;
+/// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most once.
+const SELF_START_NS: i64 = 5_000_000_000;
+/// After a bus was silent for this long, boot-ups are those of a network that was switched on, in ns.
+const SWITCHED_ON_NS: i64 = 2_000_000_000;
+/// Nodes that boot within so many frames, where there are no stamps, boot together.
+const TOGETHER: u64 = 10;
+/// Several resets in a row may yield as many boot-ups within this time, in ns.
+const RESETS_NS: i64 = 1_000_000_000;
+/// How long after LSS sends its slaves back to waiting a boot-up is due to that, in ns.
+const ACTIVATED_NS: i64 = 5_000_000_000;
+/// Two boot-ups of one node-ID closer than this come from two nodes, in ns.
+const TWO_BOOT_UPS_NS: i64 = 20_000_000;
+/// A node whose boot-up follows its last heartbeat within this time did not lose its power, in ns.
+const RESTART_NS: i64 = 1_000_000_000;
+/// So many shown states mean that a node was running, and not just about to obey a reset before the capture.
+const RUNNING: u8 = 3;
+/// Extended commands that are not CiA 301's but known: sleep and standby.
+const EXTENSIONS: [u8; 2] = [0x50, 0x60];
+
+/// What the capture says of one node's state.
+#[derive(Debug, Default)]
+struct Standing {
+    /// It has sent something of its own.
+    present: bool,
+    /// A master commands or configures it: it is not the master itself.
+    managed: bool,
+    /// The last state it has shown since its last boot-up, and the frame that showed it first.
+    shown: Option<(u8, FrameRef)>,
+    /// The last command, until the node has obeyed it.
+    command: Option<Command>,
+    /// States that were commanded since the node last showed one that was: bit 0 Stopped, 1 Operational, 2
+    /// Pre-operational.
+    allowed: u8,
+    /// Its last boot-up.
+    boot_up: Option<FrameRef>,
+    /// Its last boot-up that nothing explains, other than its first.
+    again: Option<FrameRef>,
+    /// Resets that no boot-up has answered yet, and the last of them.
+    resets: u8,
+    reset: Option<FrameRef>,
+    /// The last of them still awaits its boot-up.
+    resetting: bool,
+    /// LSS has given this node-ID, and nobody has booted with it yet.
+    given: bool,
+    /// Its last emergency.
+    emergency: Option<FrameRef>,
+    /// The last frames that have shown a state, and how many.
+    beats: u8,
+    beat: Option<FrameRef>,
+    suspect: Option<Suspect>,
+    /// Whether a change without command was said and the state has not been shown twice since.
+    unsettled: bool,
+}
+
+/// A command that awaits its effect.
+#[derive(Clone, Copy, Debug)]
+struct Command {
+    state: u8,
+    specifier: u8,
+    at: FrameRef,
+    /// It was addressed to this node, or to all and the node is not the master itself.
+    sure: bool,
+    /// Frames since that have shown another state.
+    wrong: u8,
+    judged: bool,
+}
+
+/// What looks spontaneous and may still be explained.
+#[derive(Clone, Copy, Debug)]
+struct Suspect {
+    at: FrameRef,
+    what: Spontaneous,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Spontaneous {
+    Change {
+        from: u8,
+        to: u8,
+    },
+    BootUp {
+        last: FrameRef,
+    },
+    /// The last boot-up is not in the capture, but the node was running.
+    Restart {
+        last: FrameRef,
+    },
+    TwoBootUps {
+        last: FrameRef,
+    },
+}
+
+/// A state that is known, for verdicts on other services.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// 04, 05, 7F.
+    pub state: u8,
+    /// The frame with which the node was first shown or commanded to be in it.
+    pub at: FrameRef,
+    /// The node has shown it; else it was commanded.
+    pub shown: bool,
+    /// The node may still be a master that starts itself.
+    pub may_start_itself: bool,
+}
+
+/// The states of a bus's nodes.
+#[derive(Debug, Default)]
+pub struct Nmt {
+    nodes: PerNode<Standing>,
+    suspects: u32,
+    activated: Option<i64>,
+    /// Commands came before their effects, and never after: the capture is in causal order.
+    causal: bool,
+    late: bool,
+}
+
+impl Nmt {
+    /// The NMT state of a node, as far as known: 04, 05, 7F. A command counts where the node is known to be there.
+    pub fn state(&self, node: u8) -> Option<u8> {
+        let standing = self.nodes.get(node)?;
+        match standing.command {
+            Some(command) if !command.judged => {
+                let counts = command.sure && standing.present && command.wrong == 0 && command.state != 0;
+                counts.then_some(command.state)
+            }
+            _ => standing.shown.map(|(state, _)| state),
+        }
+    }
+
+    /// The same with its evidence, for verdicts.
+    pub fn known(&self, node: u8) -> Option<Known> {
+        let standing = self.nodes.get(node)?;
+        let state = self.state(node)?;
+        let may_start_itself = state == PRE_OPERATIONAL && !standing.managed && standing.command.is_none();
+        match standing.command {
+            Some(command) if !command.judged => Some(Known { state, at: command.at, shown: false, may_start_itself }),
+            _ => standing.shown.map(|(state, at)| Known { state, at, shown: true, may_start_itself }),
+        }
+    }
+
+    /// The state that a node has shown last since its boot-up.
+    pub fn shown_last(&self, node: u8) -> Option<u8> {
+        self.nodes.get(node)?.shown.map(|(state, _)| state)
+    }
+
+    /// The reset command after which a node that has been seen has not booted yet.
+    pub fn resetting(&self, node: u8) -> Option<FrameRef> {
+        self.nodes.get(node).filter(|standing| standing.resetting && standing.present)?.reset
+    }
+
+    /// Whether anything was seen of a node.
+    pub fn is_present(&self, node: u8) -> bool {
+        self.nodes.get(node).is_some_and(|standing| standing.present)
+    }
+
+    /// A node has sent something.
+    pub fn present(&mut self, node: u8) {
+        self.nodes.entry(node).present = true;
+    }
+
+    /// An SDO request was sent to a node.
+    pub fn managed(&mut self, node: u8) {
+        self.nodes.entry(node).managed = true;
+    }
+
+    /// Node control: the master commands `node`, or all (0).
+    pub fn command(&mut self, specifier: u8, node: u8, cx: &mut Context<'_>) {
+        let state = match specifier {
+            nmt::START => OPERATIONAL,
+            nmt::STOP => STOPPED,
+            nmt::PRE_OPERATIONAL => PRE_OPERATIONAL,
+            nmt::RESET_NODE | nmt::RESET_COMMUNICATION => 0,
+            _ if EXTENSIONS.contains(&specifier) => return,
+            _ => {
+                return cx.find(
+                    Code::Nmt001,
+                    None,
+                    None,
+                    None,
+                    Facts::told(0, &[("found", Quantity::Hex2(specifier))]),
+                );
+            }
+        };
+        match node {
+            0 => {
+                for (_, standing) in self.nodes.iter_mut() {
+                    let explained = standing.commanded(state, specifier, false, cx.at);
+                    self.late |= explained;
+                    self.suspects = self.suspects.saturating_sub(u32::from(explained));
+                }
+            }
+            1..=127 => {
+                let standing = self.nodes.entry(node);
+                let explained = standing.commanded(state, specifier, true, cx.at);
+                self.late |= explained;
+                self.suspects = self.suspects.saturating_sub(u32::from(explained));
+            }
+            _ => {
+                let found = [("found", Quantity::Count(u64::from(node)))];
+                cx.find(Code::Nmt001, None, None, None, Facts::told(1, &found));
+            }
+        }
+    }
+
+    /// A frame on NMT's identifier that is not two bytes long.
+    pub fn malformed(&self, len: u8, cx: &mut Context<'_>) {
+        cx.find(Code::Nmt001, None, None, None, Facts::told(2, &[("found", Quantity::Count(u64::from(len)))]));
+    }
+
+    /// A boot-up. `silence_ns`: the bus was silent for that long before it.
+    pub fn boot_up(&mut self, node: u8, silence_ns: i64, cx: &mut Context<'_>) {
+        let activated =
+            self.activated.zip(cx.at.t_ns).is_some_and(|(then, now)| now.saturating_sub(then) < ACTIVATED_NS);
+        let standing = self.nodes.entry(node);
+        let answered = standing.boot_up.zip(standing.reset).is_some_and(|(boot_up, reset)| boot_up.no > reset.no);
+        if answered && since(standing.reset, cx.at).is_some_and(|age| age > RESETS_NS) {
+            standing.resets = 0;
+        }
+        self.causal |= standing.resets > 0;
+        let explained = standing.resets > 0 || standing.given || activated || silence_ns >= SWITCHED_ON_NS;
+        let (last, beat) = (standing.boot_up, standing.beat.filter(|_| standing.beats >= RUNNING));
+        *standing = Standing {
+            present: true,
+            managed: standing.managed || standing.resetting,
+            boot_up: Some(cx.at),
+            resets: standing.resets.saturating_sub(1),
+            reset: standing.reset,
+            emergency: standing.emergency,
+            suspect: standing.suspect,
+            ..Standing::default()
+        };
+        let what = match (last, beat) {
+            _ if explained => return,
+            (Some(last), _) if since(Some(last), cx.at).is_some_and(|gap| (0..TWO_BOOT_UPS_NS).contains(&gap)) => {
+                Spontaneous::TwoBootUps { last }
+            }
+            (Some(last), _) => Spontaneous::BootUp { last },
+            (None, Some(last)) if since(Some(last), cx.at).is_some_and(|gap| gap < RESTART_NS) => {
+                Spontaneous::Restart { last }
+            }
+            (None, _) => return,
+        };
+        self.suspects += u32::from(standing.suspect.is_none());
+        standing.again = Some(cx.at);
+        standing.suspect = Some(Suspect { at: cx.at, what });
+    }
+
+    /// A node shows its state. `period_ns`: how often it does so, where that is known.
+    pub fn shown(&mut self, node: u8, state: u8, period_ns: Option<i64>, cx: &mut Context<'_>) {
+        if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
+            return;
+        }
+        let standing = self.nodes.entry(node);
+        standing.present = true;
+        (standing.beats, standing.beat) = (standing.beats.saturating_add(1), Some(cx.at));
+        let allowed = standing.allowed & bit(state) != 0 || standing.resetting;
+        standing.allowed &= !bit(state);
+        let before = standing.shown.map(|(before, _)| before);
+        self.causal |= before.is_some_and(|before| before != state) && allowed;
+        let starts_itself = before.is_some_and(|before| standing.starts_itself(before, state, cx.at));
+        standing.obeys(node, state, period_ns, cx);
+        if before == Some(state) {
+            standing.unsettled = false;
+            return;
+        }
+        standing.shown = Some((state, cx.at));
+        let Some(before) = before else { return };
+        if allowed || starts_itself || standing.unsettled {
+            return;
+        }
+        self.suspects += u32::from(standing.suspect.is_none());
+        standing.suspect = Some(Suspect { at: cx.at, what: Spontaneous::Change { from: before, to: state } });
+    }
+
+    /// A node has sent an emergency.
+    pub fn emergency(&mut self, node: u8, at: FrameRef) {
+        let standing = self.nodes.entry(node);
+        standing.present = true;
+        standing.emergency = Some(at);
+    }
+
+    /// LSS gives a node-ID, or sends its slaves back to waiting, where a new node-ID takes effect.
+    pub fn lss(&mut self, command: Lss, at: FrameRef) {
+        match command {
+            Lss::ConfigureNodeId { node } if (1..=127).contains(&node) => self.nodes.entry(node).given = true,
+            Lss::SwitchGlobal { mode: 0 } => self.activated = at.t_ns,
+            _ => {}
+        }
+    }
+
+    /// A program control command (1F51h) was written: the node may boot.
+    pub fn program_controlled(&mut self, node: u8) {
+        self.nodes.entry(node).given = true;
+    }
+
+    /// Says what stayed unexplained. Called with each frame before it is followed.
+    #[inline]
+    pub fn settle(&mut self, cx: &mut Context<'_>) {
+        if self.suspects > 0 {
+            self.resolve(false, cx);
+        }
+    }
+
+    /// The capture is over: no command can follow any more, where commands have come before their effects.
+    pub fn finish(&mut self, cx: &mut Context<'_>) {
+        if self.suspects > 0 && self.causal && !self.late {
+            self.resolve(true, cx);
+        }
+    }
+
+    fn resolve(&mut self, over: bool, cx: &mut Context<'_>) {
+        let switched_on = self.switched_on(cx.at);
+        for (node, standing) in self.nodes.iter_mut() {
+            let Some(suspect) = standing.suspect else { continue };
+            let settled = match since(Some(suspect.at), cx.at) {
+                Some(age) => !(0..SETTLED_NS).contains(&age) && cx.at.no > suspect.at.no,
+                None => cx.at.no > suspect.at.no + 1,
+            };
+            if !settled && !over {
+                continue;
+            }
+            standing.suspect = None;
+            self.suspects = self.suspects.saturating_sub(1);
+            if switched_on && matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. }) {
+                continue;
+            }
+            let emergency = standing.emergency.filter(|at| {
+                since(Some(*at), suspect.at).map_or(at.no + 10 >= suspect.at.no, |age| age <= EMERGENCY_NS)
+            });
+            match suspect.what {
+                Spontaneous::Change { from, to } => {
+                    let states = [("from", Quantity::State(from)), ("to", Quantity::State(to))];
+                    let code = if emergency.is_some() { Code::Nmt005 } else { Code::Nmt004 };
+                    standing.unsettled = true;
+                    cx.find(code, Some(node), None, Some(suspect.at), Facts::told(0, &states));
+                }
+                Spontaneous::BootUp { last } => {
+                    let facts = match since(Some(last), suspect.at) {
+                        Some(gap) => Facts::told(0, &[("after", Quantity::Ns(gap))]),
+                        None => Facts::told(1, &[]),
+                    };
+                    cx.find(Code::Nmt003, Some(node), None, Some(suspect.at), facts);
+                }
+                Spontaneous::Restart { last } => {
+                    let gap = since(Some(last), suspect.at).unwrap_or_default();
+                    let facts = Facts::told(2, &[("after", Quantity::Ns(gap))]);
+                    cx.find(Code::Nmt003, Some(node), None, Some(suspect.at), facts);
+                }
+                Spontaneous::TwoBootUps { last } => {
+                    let gap = since(Some(last), suspect.at).unwrap_or_default();
+                    let facts = Facts::told(3, &[("gap", Quantity::Ns(gap))]);
+                    cx.find(Code::Hbt004, Some(node), None, Some(suspect.at), facts);
+                }
+            }
+        }
+    }
+
+    /// Whether all nodes, if several, have just booted unasked: somebody has switched the network on again.
+    fn switched_on(&self, at: FrameRef) -> bool {
+        let mut count = 0;
+        self.nodes.iter().filter(|(_, standing)| standing.present).all(|(_, standing)| {
+            count += 1;
+            standing.again.is_some_and(|boot| {
+                since(Some(boot), at).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS)
+            })
+        }) && count > 1
+    }
+
+    /// Frames were lost: commands and boot-ups may be among them.
+    pub fn forget(&mut self) {
+        for (_, standing) in self.nodes.iter_mut() {
+            *standing = Standing { present: standing.present, managed: standing.managed, ..Standing::default() };
+        }
+        self.suspects = 0;
+    }
+}
+
+impl Standing {
+    /// Takes a command. Says whether it explains what was suspected.
+    fn commanded(&mut self, state: u8, specifier: u8, explicit: bool, at: FrameRef) -> bool {
+        self.managed |= explicit;
+        let explains = self.suspect.is_some_and(|suspect| match suspect.what {
+            Spontaneous::Change { to, .. } => state == to,
+            _ => state == 0,
+        });
+        if explains {
+            self.suspect = None;
+        }
+        let sure = explicit || self.managed;
+        let command = Command { state, specifier, at, sure, wrong: 0, judged: false };
+        if state == 0 {
+            if explains {
+                return true;
+            }
+            self.resets = (self.resets + 1).min(3);
+            self.reset = Some(at);
+            self.resetting = true;
+            self.allowed = bit(STOPPED) | bit(OPERATIONAL) | bit(PRE_OPERATIONAL);
+            self.command = Some(command);
+            return false;
+        }
+        self.allowed |= bit(state);
+        let there = self.shown.is_some_and(|(shown, _)| shown == state) && (explains || self.command.is_none());
+        self.command = Some(command).filter(|_| !there);
+        if there {
+            self.allowed = 0;
+        }
+        explains
+    }
+
+    /// Compares a state that is shown with the last command.
+    fn obeys(&mut self, node: u8, state: u8, period_ns: Option<i64>, cx: &mut Context<'_>) {
+        let Some(command) = &mut self.command else { return };
+        if command.state == state {
+            (self.command, self.allowed) = (None, 0);
+            return;
+        }
+        if command.judged {
+            return;
+        }
+        command.wrong = command.wrong.saturating_add(1);
+        // A device may store something before it obeys a reset.
+        let least = if command.state == 0 { RESETS_NS } else { 0 };
+        let late = match (since(Some(command.at), cx.at), period_ns) {
+            (Some(age), Some(period)) => command.wrong > 1 && age > (period * 2 + period / 10).max(least),
+            (Some(age), None) => command.wrong > 2 && age > least,
+            (None, _) => command.wrong > 2,
+        };
+        if !late {
+            return;
+        }
+        command.judged = true;
+        let Command { state: expected, specifier, at, sure, .. } = *command;
+        if expected == 0 {
+            // It goes on as it was.
+            (self.resetting, self.allowed) = (false, 0);
+        }
+        if sure {
+            let facts = [("command", Quantity::Command(specifier)), ("found", Quantity::State(state))];
+            cx.find(Code::Nmt002, Some(node), None, Some(at), Facts::told(u8::from(expected == 0), &facts));
+        }
+    }
+
+    /// Whether a change may be the node's own start: soon after its boot-up, or that of a master, which starts when
+    /// its slaves are ready.
+    fn starts_itself(&self, from: u8, to: u8, at: FrameRef) -> bool {
+        if from != PRE_OPERATIONAL || to != OPERATIONAL || self.command.is_some() {
+            return false;
+        }
+        !self.managed
+            || self.beats <= 2
+                && since(self.boot_up, at)
+                    .map_or(self.boot_up.is_some_and(|boot| boot.no + 50 > at.no), |age| age < SELF_START_NS)
+    }
+}
+
+const fn bit(state: u8) -> u8 {
+    match state {
+        STOPPED => 1,
+        OPERATIONAL => 2,
+        PRE_OPERATIONAL => 4,
+        _ => 0,
+    }
+}
+
+/// Time from one frame to another, in ns.
+pub(super) fn since(then: Option<FrameRef>, now: FrameRef) -> Option<i64> {
+    Some(now.t_ns?.saturating_sub(then?.t_ns?))
+}

@@ -1,0 +1,201 @@
+//! What the checks of nodes are told, and in which order: states, heartbeats, guarding, emergencies, TIME, and what is
+//! permitted in a state.
+//!
+//! It completes a message by what was known before it, and passes each frame on. It judges nothing itself.
+
+use super::emcy::Emergencies;
+use super::guarding::Guarding;
+use super::heartbeat::{Heartbeats, Pulse};
+use super::nmt::Nmt;
+use super::permitted::Permitted;
+use super::time::Times;
+use crate::cob_id::Role;
+use crate::context::Context;
+use crate::frame::Frame;
+use crate::message::{Flaw, Message};
+use crate::network::Network;
+use crate::node::{Node, PerNode};
+use crate::services::lss::Command as Lss;
+use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
+use crate::services::sdo::wire::Side;
+
+/// The checks of a bus's nodes.
+#[derive(Debug)]
+pub struct Nodes {
+    nmt: Nmt,
+    heartbeats: Heartbeats,
+    guarding: Guarding,
+    emergencies: Emergencies,
+    times: Times,
+    permitted: Permitted,
+    pulse: Pulse,
+    /// The pulse before the frame at hand.
+    before: Pulse,
+    /// How long the bus was silent before the frame at hand, in ns.
+    silence_ns: i64,
+}
+
+impl Nodes {
+    /// Checks of a bus of which nothing was seen.
+    pub fn new(network: &Network) -> Self {
+        Self {
+            nmt: Nmt::default(),
+            heartbeats: Heartbeats::new(network.jitter_ns),
+            guarding: Guarding::default(),
+            emergencies: Emergencies::new(network.jitter_ns),
+            times: Times::default(),
+            permitted: Permitted::default(),
+            pulse: Pulse::default(),
+            before: Pulse::default(),
+            silence_ns: 0,
+        }
+    }
+
+    /// The NMT state of a node, as far as known: 04, 05, 7F.
+    #[inline]
+    pub fn state(&self, node: u8) -> Option<u8> {
+        self.nmt.state(node)
+    }
+
+    /// What is known of heartbeat times after a change.
+    pub fn configure(&mut self, nodes: &PerNode<Node>) {
+        self.heartbeats.configure(nodes);
+    }
+
+    /// A message with what the frames before it add to its meaning.
+    pub fn complete(&mut self, message: Message, frame: &Frame) -> Message {
+        match message {
+            Message::Heartbeat { node, state, toggle, .. } => Message::Heartbeat {
+                node,
+                state,
+                toggle,
+                guarding: self.guarding.is_answer(node, toggle, &self.heartbeats, frame.reference()),
+                previous: self.nmt.shown_last(node),
+            },
+            Message::Emcy { node, code, register, manufacturer, .. } => {
+                let (active, cleared) = self.emergencies.follow(node, code, register);
+                Message::Emcy { node, code, register, manufacturer, active, cleared }
+            }
+            other => other,
+        }
+    }
+
+    /// With each frame, before it is followed: what nothing has explained by now.
+    #[inline]
+    pub fn settle(&mut self, cx: &mut Context<'_>) {
+        self.nmt.settle(cx);
+        self.permitted.settle(cx);
+    }
+
+    /// With each frame, before it is followed and after `advance`: the bus is alive.
+    #[inline]
+    pub fn heard(&mut self, frame: &Frame) {
+        self.before = self.pulse;
+        if let Some(now_ns) = frame.t_ns {
+            self.silence_ns = self.pulse.silence(now_ns);
+            self.pulse.beat(now_ns);
+        }
+    }
+
+    /// It is `now_ns`: what should have happened by now.
+    #[inline]
+    pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        self.heartbeats.advance(now_ns, self.pulse, cx);
+        self.guarding.advance(now_ns, &self.nmt, &self.heartbeats, cx);
+    }
+
+    /// A frame of a service other than SDO and PDO.
+    pub fn follow(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        match *message {
+            Message::Nmt { command, node } => {
+                if matches!(command, RESET_NODE | RESET_COMMUNICATION) && node <= 127 {
+                    self.heartbeats.pause(node);
+                    self.guarding.restart(node, &self.nmt, cx);
+                }
+                self.nmt.command(command, node, cx);
+                if node > 127 {
+                    return;
+                }
+                self.permitted.command(node);
+                self.heartbeats.commanded(node);
+            }
+            Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),
+            Message::BootUp { node } => {
+                self.permitted.boot_up(node, cx);
+                self.guarding.restart(node, &self.nmt, cx);
+                self.nmt.boot_up(node, self.silence_ns, cx);
+                self.heartbeats.pause(node);
+                self.emergencies.boot_up(node);
+            }
+            Message::Heartbeat { node, state, toggle, guarding, .. } => {
+                self.error_control(node, state, toggle, guarding, cx);
+            }
+            Message::GuardingRequest { node } => self.guarding.request(node, &self.nmt, &self.heartbeats, cx),
+            Message::Emcy { node, code, register, .. } => {
+                self.permitted.emergency(&self.nmt, node, cx);
+                self.nmt.emergency(node, cx.at);
+                self.emergencies.judge(code, register, node, nodes.get(node), cx);
+            }
+            Message::Time { ms, days, reserved } => self.times.judge(ms, days, reserved, cx),
+            Message::Lss { from_master: true, command } => {
+                self.nmt.lss(command, cx.at);
+                if matches!(command, Lss::ActivateBitTiming { .. }) {
+                    self.heartbeats.pause(0);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
+        if toggle && !self.guarding.toggles(node) {
+            if self.heartbeats.is_producer(node) && !self.guarding.is_asked(node, cx.at) {
+                return self.heartbeats.bit_7(state | 0x80, node, self.before, cx);
+            }
+            self.heartbeats.pause(node);
+        }
+        self.guarding.frame(node, toggle, guarding, cx);
+        let period = self.heartbeats.period(node);
+        self.permitted.shown(node, state, cx);
+        self.nmt.shown(node, state, period, cx);
+        if guarding || self.guarding.toggles(node) {
+            self.heartbeats.known_state(node, state, cx);
+        } else {
+            self.heartbeats.beat(node, state, self.before, cx);
+        }
+    }
+
+    /// A PDO.
+    #[inline]
+    pub fn pdo(&mut self, transmit: bool, number: u16, node: u8, cx: &Context<'_>) {
+        self.permitted.pdo(&self.nmt, transmit, number, node, cx);
+    }
+
+    /// A frame of a node's default SDO channel, and the object whose transfer it belongs to.
+    pub fn sdo(&mut self, side: Side, node: u8, index: Option<u16>, cx: &Context<'_>) {
+        self.permitted.sdo(&self.nmt, side, node, cx);
+        match side {
+            Side::Client => self.nmt.managed(node),
+            Side::Server => self.nmt.present(node),
+        }
+        match index {
+            Some(0x1017) => self.heartbeats.unsettle(node),
+            Some(0x1F51) => self.nmt.program_controlled(node),
+            _ => {}
+        }
+    }
+
+    /// Frames of the bus were lost.
+    pub fn lost(&mut self) {
+        self.nmt.forget();
+        self.permitted.forget();
+        self.heartbeats.forget();
+        self.guarding.forget();
+    }
+
+    /// The capture is over.
+    pub fn finish(&mut self, cx: &mut Context<'_>) {
+        self.nmt.finish(cx);
+        self.guarding.finish(&self.nmt, cx);
+    }
+}

@@ -1,0 +1,218 @@
+//! What a node may do in its NMT state (CiA 301, 7.3.2.2): SDO and EMCY not in Stopped, PDOs only in Operational,
+//! nothing but the boot-up before the boot-up.
+//!
+//! Only a state that is known judges (`nmt`), and what was under way when the state changed is no fault. Each fault is
+//! said once as long as the node stays in a state. It must not move states.
+
+use super::nmt::{Known, Nmt, since};
+use crate::context::Context;
+use crate::finding::{Code, Facts, Quantity};
+use crate::frame::FrameRef;
+use crate::node::PerNode;
+use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::services::pdo::communication_parameter;
+use crate::services::sdo::wire::{Mux, Side};
+
+/// What a node had queued when it showed a new state, in ns.
+const QUEUED_NS: i64 = 5_000_000;
+/// What a node had queued, or does before it looks at a command, in ns.
+const OBEYED_NS: i64 = 50_000_000;
+/// How long the command that permits something may be captured after it, in ns.
+const SETTLED_NS: i64 = 10_000_000;
+/// Faults of one node that wait at a time, at most.
+const HELD: usize = 8;
+
+/// A frame that a node should not have sent.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    at: FrameRef,
+    code: Code,
+    object: Option<Mux>,
+    facts: Facts,
+}
+
+#[derive(Debug, Default)]
+struct Stay {
+    /// The frame with which the state began that the rest is about.
+    since: u64,
+    /// What was said: bits by PDO number, apart from those above.
+    tpdos: u64,
+    rpdos: u64,
+    sdo: bool,
+    emcy: bool,
+    /// The last SDO request.
+    request: Option<FrameRef>,
+    /// Faults that a late command may yet permit.
+    held: Vec<Held>,
+    /// A TPDO of a node that may have started itself: the next state it shows decides.
+    undecided: Option<Held>,
+    /// An SDO response or EMCY after a reset: the boot-up decides whether it came before it.
+    early: Option<Held>,
+}
+
+/// Verdicts on what nodes send in their states.
+#[derive(Debug, Default)]
+pub struct Permitted {
+    nodes: PerNode<Stay>,
+    held: usize,
+}
+
+impl Permitted {
+    /// A PDO of a node.
+    #[inline]
+    pub fn pdo(&mut self, nmt: &Nmt, transmit: bool, number: u16, node: u8, cx: &Context<'_>) {
+        if nmt.state(node).is_some_and(|state| state != OPERATIONAL) {
+            self.pdo_outside(nmt, transmit, number, node, cx);
+        }
+    }
+
+    fn pdo_outside(&mut self, nmt: &Nmt, transmit: bool, number: u16, node: u8, cx: &Context<'_>) {
+        let Some(known) = nmt.known(node) else { return };
+        let stay = self.stay(node, known);
+        let told = if transmit { &mut stay.tpdos } else { &mut stay.rpdos };
+        let bit = 1u64 << (number.saturating_sub(1) & 63);
+        if *told & bit != 0 || under_way(known, cx.at) {
+            return;
+        }
+        *told |= bit;
+        let facts =
+            Facts::told(0, &[("pdo", Quantity::Pdo(transmit, number)), ("state", Quantity::State(known.state))]);
+        let object = Some(Mux { index: communication_parameter(transmit, number), sub: 1 });
+        let code = if transmit { Code::Pdo002 } else { Code::Pdo003 };
+        let held = Held { at: cx.at, code, object, facts };
+        if transmit && known.may_start_itself {
+            stay.undecided = stay.undecided.or(Some(held));
+        } else {
+            self.hold(node, held);
+        }
+    }
+
+    /// A frame of a node's default SDO channel.
+    pub fn sdo(&mut self, nmt: &Nmt, side: Side, node: u8, cx: &Context<'_>) {
+        if side == Side::Server
+            && let Some(reset) = nmt.resetting(node)
+        {
+            // An answer to what was asked after the reset: not one that was under way.
+            let stay = self.nodes.entry(node);
+            let asked_after = stay.request.is_some_and(|request| request.no > reset.no);
+            if asked_after && since(Some(reset), cx.at).is_none_or(|age| age > OBEYED_NS) {
+                let facts = Facts::told(2, &[]);
+                stay.early = stay.early.or(Some(Held { at: cx.at, code: Code::Sdo011, object: None, facts }));
+            }
+        }
+        let request = self.nodes.get(node).and_then(|stay| stay.request);
+        if side == Side::Client {
+            self.nodes.entry(node).request = Some(cx.at);
+        }
+        let Some(known) = nmt.known(node).filter(|known| known.state == STOPPED) else { return };
+        let answered = side == Side::Server;
+        let asked = !answered || request.is_some_and(|request| request.no > known.at.no);
+        // A request alone is a fault only where the node has shown its state.
+        let stay = self.stay(node, known);
+        if stay.sdo || !asked || under_way(known, cx.at) || !(answered || known.shown) {
+            return;
+        }
+        stay.sdo = true;
+        let facts = Facts::told(u8::from(answered), &[("state", Quantity::State(known.state))]);
+        self.hold(node, Held { at: cx.at, code: Code::Sdo011, object: None, facts });
+    }
+
+    /// An emergency of a node.
+    pub fn emergency(&mut self, nmt: &Nmt, node: u8, cx: &Context<'_>) {
+        if let Some(reset) = nmt.resetting(node) {
+            let stay = self.nodes.entry(node);
+            if since(Some(reset), cx.at).is_some_and(|age| age > OBEYED_NS) {
+                let facts = Facts::told(1, &[]);
+                stay.early = stay.early.or(Some(Held { at: cx.at, code: Code::Emc004, object: None, facts }));
+            }
+        }
+        let Some(known) = nmt.known(node).filter(|known| known.state == STOPPED) else { return };
+        let stay = self.stay(node, known);
+        if stay.emcy || under_way(known, cx.at) {
+            return;
+        }
+        stay.emcy = true;
+        let facts = Facts::told(0, &[("state", Quantity::State(known.state))]);
+        self.hold(node, Held { at: cx.at, code: Code::Emc004, object: None, facts });
+    }
+
+    /// A command: what came just before it may have been permitted by it.
+    pub fn command(&mut self, node: u8) {
+        let held = &mut self.held;
+        for (id, stay) in self.nodes.iter_mut() {
+            if node == 0 || node == id {
+                *held = held.saturating_sub(stay.held.len());
+                stay.held.clear();
+            }
+        }
+    }
+
+    /// A boot-up: what came between the reset and it, came too early.
+    pub fn boot_up(&mut self, node: u8, cx: &mut Context<'_>) {
+        let Some(stay) = self.nodes.get_mut(node) else { return };
+        stay.undecided = None;
+        if let Some(early) = stay.early.take() {
+            cx.find(early.code, Some(node), early.object, Some(early.at), early.facts);
+        }
+    }
+
+    /// A node shows its state.
+    pub fn shown(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
+        let Some(stay) = self.nodes.get_mut(node) else { return };
+        if let Some(undecided) = stay.undecided.take()
+            && state == PRE_OPERATIONAL
+        {
+            cx.find(undecided.code, Some(node), undecided.object, Some(undecided.at), undecided.facts);
+        }
+    }
+
+    /// Says what no command has permitted. Called with each frame before it is followed.
+    #[inline]
+    pub fn settle(&mut self, cx: &mut Context<'_>) {
+        if self.held > 0 {
+            self.resolve(cx);
+        }
+    }
+
+    fn resolve(&mut self, cx: &mut Context<'_>) {
+        for (node, stay) in self.nodes.iter_mut() {
+            let at = cx.at;
+            let settled = |held: &Held| match since(Some(held.at), at) {
+                Some(age) => !(0..SETTLED_NS).contains(&age) && at.no > held.at.no,
+                None => at.no > held.at.no + 1,
+            };
+            while let Some(held) = stay.held.first().copied().filter(settled) {
+                stay.held.remove(0);
+                self.held = self.held.saturating_sub(1);
+                cx.find(held.code, Some(node), held.object, Some(held.at), held.facts);
+            }
+        }
+    }
+
+    /// Frames were lost, a command may be among them.
+    pub fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    fn stay(&mut self, node: u8, known: Known) -> &mut Stay {
+        let stay = self.nodes.entry(node);
+        if stay.since != known.at.no {
+            (stay.since, stay.tpdos, stay.rpdos, stay.sdo, stay.emcy) = (known.at.no, 0, 0, false, false);
+        }
+        stay
+    }
+
+    fn hold(&mut self, node: u8, held: Held) {
+        let stay = self.nodes.entry(node);
+        if stay.held.len() < HELD {
+            stay.held.push(held);
+            self.held += 1;
+        }
+    }
+}
+
+/// Whether a frame may have been under way when the state changed. Without stamps only what a node has shown counts.
+fn under_way(known: Known, at: FrameRef) -> bool {
+    let limit = if known.shown { QUEUED_NS } else { OBEYED_NS };
+    since(Some(known.at), at).map_or(!known.shown, |age| age < limit)
+}

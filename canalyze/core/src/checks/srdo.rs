@@ -1,0 +1,416 @@
+//! SRDO (CiA 304, EN 50325-5): whether the two frames of a pair fit, in data, order and time.
+//!
+//! A pair is judged once it has shown that it is one: by a record 1301h to 1340h that is known, or by two pairs of
+//! frames that were each other's inverse; on other networks these identifiers carry other things. What a capture
+//! shows wrongly by itself is no fault: its edges cut pairs, and a frame of the capturing host may stand one later.
+//! It must not decode; and no time is judged that is not configured.
+
+use crate::context::Context;
+use crate::finding::{Code, Facts, Quantity};
+use crate::frame::{CanId, Frame, FrameRef};
+use crate::node::{CobId, Node, PerNode};
+use crate::services::sdo::wire::Mux;
+
+/// Pairs: 101h and 102h to 17Fh and 180h.
+const PAIRS: usize = 64;
+/// Pairs of frames that show that identifiers carry an SRDO, and after which no half is cut off by the capture's edge.
+const PROOF: u64 = 2;
+/// Least allowance for times, in ns: what adapters add to stamps.
+const JITTER: i64 = 1_000_000;
+const MS: i64 = 1_000_000;
+const OPERATIONAL: u8 = 0x05;
+
+/// One frame of a pair.
+#[derive(Clone, Copy, Debug)]
+struct Half {
+    data: u64,
+    len: u8,
+    at: FrameRef,
+}
+
+impl Half {
+    fn of(frame: &Frame) -> Self {
+        Self { data: u64::from_le_bytes(frame.head()), len: frame.len, at: frame.reference() }
+    }
+
+    fn is_inverse(&self, other: &Self) -> bool {
+        let mask = u64::MAX >> (64 - 8 * u32::from(self.len.clamp(1, 8)));
+        self.len == other.len && (self.data ^ other.data) & mask == mask
+    }
+}
+
+/// A configured time: whose, in which record, in ms.
+type Limit = (u8, u16, i64);
+
+/// What is configured for a pair.
+#[derive(Clone, Copy, Debug, Default)]
+struct Limits {
+    /// Some record names the pair: the identifiers of normal and inverted data.
+    identifiers: Option<(CanId, CanId)>,
+    /// The node that is configured to send it, and its record.
+    producer: Option<(u8, u16)>,
+    /// Validation time (SRVT, sub-index 3): a receiver's, else the producer's.
+    validation: Option<Limit>,
+    /// Safeguard cycle time (SCT, sub-index 2), likewise.
+    cycle: Option<Limit>,
+}
+
+/// What was seen of a pair.
+#[derive(Clone, Debug, Default)]
+struct Pair {
+    /// Normal data that wait for their inverse.
+    open: Option<Half>,
+    /// Normal data before those, whose inverse has not come: it may still.
+    older: Option<Half>,
+    /// Normal data before the open ones that seem to have had their inverse before them.
+    spare: Option<Half>,
+    /// As `older`, when later data have got theirs.
+    missing: Option<Half>,
+    /// The last inverted data that had no normal data before them.
+    early: Option<Half>,
+    /// They came right before the open ones.
+    adjacent: bool,
+    /// Inverted data in a pair that was complete before, until the next complete pair proves that half of one is gone.
+    lone: Option<Half>,
+    /// Pairs in a row that came in the wrong order.
+    swaps: u8,
+    /// It has shown that it is an SRDO.
+    proven: bool,
+    /// Pairs that were not each other's inverse, since the capture's edge or a loss of frames.
+    wrong: u64,
+    /// Pairs that were right since then, and the normal data of the last of them.
+    valid: u64,
+    last: Option<Half>,
+    /// Where the last pair began, if it was right and nothing has happened since.
+    began: Option<i64>,
+    /// A pair came though the producer is known not to be Operational.
+    idle: bool,
+    /// And the producer has said since that it is not.
+    confirmed: bool,
+}
+
+/// What there is to say about a frame.
+#[derive(Clone, Copy, Debug)]
+enum Report {
+    /// And the length of the second frame.
+    NotInverse(Half, u8),
+    Swapped(Half),
+    InverseMissing(Half),
+    NormalMissing(Half),
+    Late(Half, i64, i64, Limit),
+    Slow(i64, i64, Limit),
+    Idle(u8),
+}
+
+/// What a frame has shown, until its event is there.
+#[derive(Debug, Default)]
+pub struct Seen {
+    /// Whether these are the inverse of the normal data before them; `None` where nothing says so.
+    pub valid: Option<bool>,
+    number: u8,
+    reports: Vec<Report>,
+}
+
+/// The SRDOs of a bus.
+#[derive(Debug, Default)]
+pub struct Srdos {
+    /// By number, made with the first frame.
+    pairs: Vec<Pair>,
+    limits: Vec<Limits>,
+    compiled: bool,
+}
+
+impl Srdos {
+    /// The configuration of some node is another one now.
+    pub fn reconfigured(&mut self) {
+        self.compiled = false;
+    }
+
+    /// Follows a data frame of pair `number`. `state` is the NMT state of a node, where known.
+    pub fn follow(
+        &mut self,
+        number: u8,
+        inverted: bool,
+        frame: &Frame,
+        nodes: &PerNode<Node>,
+        state: impl Fn(u8) -> Option<u8>,
+    ) -> Seen {
+        if !self.compiled {
+            self.limits = compile(nodes);
+            self.compiled = true;
+        }
+        if self.pairs.is_empty() {
+            self.pairs = vec![Pair::default(); PAIRS + 1];
+        }
+        let limits = self.limits.get(usize::from(number)).copied().unwrap_or_default();
+        let mut seen = Seen { valid: None, number, reports: Vec::new() };
+        let Some(pair) = self.pairs.get_mut(usize::from(number)) else { return seen };
+        if !(1..=8).contains(&frame.len) {
+            *pair = Pair { proven: pair.proven, ..Pair::default() };
+            return seen;
+        }
+        let before = pair.valid;
+        let half = Half::of(frame);
+        if inverted {
+            pair.inverse(half, &mut seen);
+        } else {
+            pair.normal(half, &mut seen);
+        }
+        if pair.valid > before {
+            let state = limits.producer.and_then(|(node, _)| state(node)).filter(|state| *state != OPERATIONAL);
+            pair.idle = state.is_some();
+            match state {
+                Some(state) if pair.confirmed => seen.reports.push(Report::Idle(state)),
+                Some(_) => {}
+                None => pair.confirmed = false,
+            }
+            pair.timing(half, frame, &limits, &mut seen);
+        }
+        pair.proven |= pair.valid >= PROOF;
+        // What an edge has cut off may make one pair wrong.
+        let settled = pair.valid > 0 || pair.wrong > 1;
+        if !settled || !(pair.proven || limits.identifiers.is_some()) {
+            seen.reports.clear();
+            seen.valid = seen.valid.filter(|valid| *valid);
+        }
+        seen
+    }
+
+    /// Raises what [`Self::follow`] has found.
+    pub fn judge(&self, seen: &Seen, cx: &mut Context<'_>) {
+        for report in &seen.reports {
+            self.raise(seen.number, *report, cx);
+        }
+    }
+
+    fn raise(&self, number: u8, report: Report, cx: &mut Context<'_>) {
+        let limits = self.limits.get(usize::from(number)).copied().unwrap_or_default();
+        let (node, record) = match limits.producer {
+            Some((node, index)) => (node, Some(index)),
+            None => (number, None),
+        };
+        let object = |sub| record.map(|index| Mux { index, sub });
+        let pair = ("srdo", Quantity::Count(u64::from(number)));
+        let (normal, inverse) = limits.identifiers.unwrap_or_else(|| identifiers(number));
+        let mut find = |code, node, object, cause: Option<FrameRef>, face, measured: &[_]| {
+            let cause = cause.filter(|cause| cause.no != cx.at.no);
+            cx.find(code, Some(node), object, cause, Facts::told(face, measured));
+        };
+        match report {
+            Report::NotInverse(half, len) if half.len != len => {
+                let length = |len| Quantity::Count(u64::from(len));
+                let measured = [pair, ("normal", length(half.len)), ("inverted", length(len))];
+                find(Code::Srd001, node, object(6), Some(half.at), 1, &measured);
+            }
+            Report::NotInverse(half, _) => find(Code::Srd001, node, object(6), Some(half.at), 0, &[pair]),
+            Report::Swapped(half) => find(Code::Srd004, node, object(5), Some(half.at), 0, &[pair]),
+            Report::InverseMissing(half) => {
+                find(Code::Srd004, node, object(6), Some(half.at), 1, &[pair, ("id", Quantity::Id(inverse))]);
+            }
+            Report::NormalMissing(half) => {
+                find(Code::Srd004, node, object(5), Some(half.at), 2, &[pair, ("id", Quantity::Id(normal))]);
+            }
+            Report::Late(half, delay, allowance, (node, index, ms)) => {
+                let measured = timing(pair, ("delay", delay), ms, allowance);
+                find(Code::Srd002, node, Some(Mux { index, sub: 3 }), Some(half.at), 0, &measured);
+            }
+            Report::Slow(gap, allowance, (node, index, ms)) => {
+                let measured = timing(pair, ("gap", gap), ms, allowance);
+                find(Code::Srd003, node, Some(Mux { index, sub: 2 }), None, 0, &measured);
+            }
+            Report::Idle(state) => {
+                find(Code::Srd005, node, object(1), None, 0, &[pair, ("state", Quantity::State(state))])
+            }
+        }
+    }
+
+    /// A node says that it is not Operational. Only what it sends before and after that is its fault: it may have
+    /// changed its state by itself since it said so last, or have been told to while a pair was under way.
+    pub fn not_operational(&mut self, node: u8) {
+        for (pair, limits) in self.pairs.iter_mut().zip(&self.limits) {
+            if pair.idle && limits.producer.is_some_and(|(producer, _)| producer == node) {
+                pair.confirmed = true;
+            }
+        }
+    }
+
+    /// A command has changed states, a node has started, or frames were lost: no gap can be judged, and after a
+    /// loss no half.
+    pub fn interrupt(&mut self, lost: bool) {
+        for pair in &mut self.pairs {
+            if lost {
+                *pair = Pair { proven: pair.proven, ..Pair::default() };
+            }
+            pair.began = None;
+            (pair.idle, pair.confirmed) = (false, false);
+        }
+    }
+}
+
+impl Pair {
+    fn normal(&mut self, half: Half, seen: &mut Seen) {
+        if let Some(missing) = self.missing.take().filter(|_| self.valid > PROOF) {
+            self.began = None;
+            seen.reports.push(Report::InverseMissing(missing));
+        }
+        if let Some(open) = self.open.replace(half) {
+            self.began = None;
+            if std::mem::take(&mut self.adjacent) && self.early.is_some_and(|early| early.is_inverse(&open)) {
+                self.swapped(open, seen);
+                self.early = None;
+                self.spare = Some(open);
+            } else if let Some(older) = self.older.replace(open).filter(|_| self.valid >= PROOF) {
+                seen.reports.push(Report::InverseMissing(older));
+            }
+        }
+    }
+
+    fn inverse(&mut self, half: Half, seen: &mut Seen) {
+        match self.open {
+            Some(open) if open.is_inverse(&half) => {
+                self.open = None;
+                self.adjacent = false;
+                self.spare = None;
+                self.valid = self.valid.saturating_add(1);
+                self.last = Some(open);
+                self.missing = self.older.take();
+                if let Some(lone) = self.lone.take() {
+                    self.began = None;
+                    seen.reports.push(Report::NormalMissing(lone));
+                }
+                // With constant data the wrong order looks like the right one, shifted.
+                if !self.early.is_some_and(|early| early.is_inverse(&open)) {
+                    self.swaps = 0;
+                    self.early = None;
+                }
+                seen.valid = Some(true);
+            }
+            Some(open) if self.early.is_some_and(|early| early.is_inverse(&open)) => {
+                self.open = None;
+                self.swapped(open, seen);
+                (self.early, self.adjacent) = (Some(half), true);
+            }
+            Some(_) if self.older.or(self.spare).is_some_and(|older| older.is_inverse(&half)) => {
+                (self.older, self.spare) = (None, None);
+                seen.valid = Some(true);
+            }
+            Some(open) => {
+                self.open = None;
+                (self.older, self.spare) = (None, None);
+                self.began = None;
+                seen.valid = Some(false);
+                self.wrong = self.wrong.saturating_add(1);
+                seen.reports.push(Report::NotInverse(open, half.len));
+            }
+            // The inverse of earlier data, one frame late.
+            None if self.missing.take().is_some() => {}
+            None => {
+                if self.valid >= PROOF {
+                    self.lone = Some(half);
+                }
+                self.began = None;
+                (self.early, self.adjacent) = (Some(half), true);
+            }
+        }
+    }
+
+    /// Inverted data came before their normal data. Once is what a late frame looks like.
+    fn swapped(&mut self, normal: Half, seen: &mut Seen) {
+        self.swaps = self.swaps.saturating_add(1);
+        self.lone = None;
+        self.began = None;
+        if self.swaps >= 2 {
+            seen.reports.push(Report::Swapped(normal));
+        }
+    }
+
+    /// The times of a pair that has become complete with `half`: `seen` says that it did.
+    fn timing(&mut self, half: Half, frame: &Frame, limits: &Limits, seen: &mut Seen) {
+        let Some((normal, began, ended)) = self.times(half) else { return };
+        let resolution = frame.stamp.map_or(1, |stamp| 10_i64.pow(u32::from(9 - stamp.decimals.min(9))));
+        let allowance = JITTER.max(resolution.saturating_mul(2));
+        if let Some(limit) = limits.validation {
+            let delay = ended.saturating_sub(began);
+            if delay > (limit.2 * MS).saturating_add(allowance) {
+                seen.reports.push(Report::Late(normal, delay, allowance, limit));
+            }
+        }
+        if let (Some(before), Some(limit)) = (self.began, limits.cycle) {
+            let allowance = allowance.max(limit.2 * MS / 10);
+            let gap = began.saturating_sub(before);
+            if gap > (limit.2 * MS).saturating_add(allowance) {
+                seen.reports.push(Report::Slow(gap, allowance, limit));
+            }
+        }
+        self.began = Some(began);
+    }
+
+    fn times(&self, half: Half) -> Option<(Half, i64, i64)> {
+        let normal = self.last?;
+        Some((normal, normal.at.t_ns?, half.at.t_ns?))
+    }
+}
+
+/// The identifiers of a pair.
+fn identifiers(number: u8) -> (CanId, CanId) {
+    let normal = 0xFF + 2 * u16::from(number);
+    (CanId::standard(normal), CanId::standard(normal + 1))
+}
+
+fn timing(
+    pair: (&'static str, Quantity),
+    measured: (&'static str, i64),
+    limit_ms: i64,
+    allowance: i64,
+) -> [(&'static str, Quantity); 4] {
+    [
+        pair,
+        (measured.0, Quantity::Ns(measured.1)),
+        ("limit", Quantity::Ns(limit_ms * MS)),
+        ("tolerance", Quantity::Ns(allowance)),
+    ]
+}
+
+/// What is configured, by the number of the pair.
+fn compile(nodes: &PerNode<Node>) -> Vec<Limits> {
+    let mut all = vec![Limits::default(); PAIRS + 1];
+    // Producers first: what receivers are configured to overrules.
+    for direction in [1, 2] {
+        for (id, node) in nodes.iter() {
+            for index in node.configuration.indices(0x1301..=0x1340) {
+                let Some((number, identifiers)) = pair(id, node, index) else { continue };
+                let Some(limits) = all.get_mut(usize::from(number)) else { continue };
+                if node.value(index, 1).map(|(value, _)| value) != Some(direction) {
+                    continue;
+                }
+                let time = |sub| {
+                    let ms = node.value(index, sub).map(|(ms, _)| (ms & 0xFFFF) as i64);
+                    ms.filter(|ms| *ms > 0).map(|ms| (id, index, ms))
+                };
+                limits.identifiers = Some(identifiers);
+                limits.cycle = time(2).or(limits.cycle);
+                limits.validation = time(3).or(limits.validation);
+                if direction == 1 {
+                    limits.producer = Some((id, index));
+                }
+            }
+        }
+    }
+    all
+}
+
+/// The number and the identifiers of the pair that a record names; the first record has a default.
+fn pair(id: u8, node: &Node, index: u16) -> Option<(u8, (CanId, CanId))> {
+    let named = |sub| node.value(index, sub).map(|(value, _)| CobId::from_entry(value).id);
+    let normal = match named(5) {
+        Some(id) => id,
+        None if index == 0x1301 && usize::from(id) <= PAIRS => identifiers(id).0,
+        None => return None,
+    };
+    if !(0x101..=0x180).contains(&normal.raw()) || normal.is_extended() {
+        return None;
+    }
+    let number = ((normal.raw() - 0xFF) / 2) as u8;
+    let inverted = named(6).filter(|id| (0x101..=0x180).contains(&id.raw()));
+    Some((number, (normal, inverted.unwrap_or(identifiers(number).1))))
+}

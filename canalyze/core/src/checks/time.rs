@@ -1,0 +1,39 @@
+//! TIME (CiA 301, 7.2.6): a time of day that cannot be, and one that jumps against the capture's clock.
+
+use super::nmt::since;
+use crate::context::Context;
+use crate::finding::{Code, Facts, Quantity};
+use crate::frame::FrameRef;
+use crate::services::time::DAY_MS;
+
+/// What two TIMEs may differ by from the time between them, in ns.
+const JUMP_NS: i64 = 1_000_000_000;
+
+/// The last TIME of a bus.
+#[derive(Debug, Default)]
+pub struct Times {
+    /// The frame, and what it says in ns since 1984-01-01.
+    last: Option<(FrameRef, i64)>,
+}
+
+impl Times {
+    /// A TIME.
+    pub fn judge(&mut self, ms: u32, days: u16, reserved: u8, cx: &mut Context<'_>) {
+        if reserved != 0 {
+            let facts = Facts::told(1, &[("found", Quantity::Hex2(reserved))]);
+            cx.find(Code::Tim001, None, None, None, facts);
+        }
+        if ms >= DAY_MS {
+            cx.find(Code::Tim001, None, None, None, Facts::told(0, &[("found", Quantity::Count(u64::from(ms)))]));
+            return;
+        }
+        let told = (i64::from(days) * i64::from(DAY_MS) + i64::from(ms)) * 1_000_000;
+        let Some((last, before)) = self.last.replace((cx.at, told)) else { return };
+        let Some(elapsed) = since(Some(last), cx.at).filter(|elapsed| *elapsed >= 0) else { return };
+        let passed = told - before;
+        if (passed.saturating_sub(elapsed)).saturating_abs() > JUMP_NS {
+            let facts = [("passed", Quantity::Ns(passed)), ("elapsed", Quantity::Ns(elapsed))];
+            cx.find(Code::Tim002, None, None, Some(last), Facts::told(0, &facts));
+        }
+    }
+}

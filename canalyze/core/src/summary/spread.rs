@@ -1,0 +1,196 @@
+//! How times are spread: count, least, mean, most, standard deviation and percentiles, in memory that does not grow
+//! with their number.
+//!
+//! Percentiles come from logarithmic buckets: each power of two of nanoseconds is cut into [`PARTS`] equal parts, and
+//! a percentile is the upper end of its bucket (never above the greatest time), so it is at most 1/32 = 3.2 % above
+//! the true one, and never below it. Negative times are the caller's to leave out.
+
+/// Parts of a power of two.
+const PARTS: u64 = 32;
+/// log2 of [`PARTS`].
+const PARTS_BITS: u32 = 5;
+/// Times up to 2^40 ns (18 minutes) have buckets of their own; all above share the last one.
+const MOST_BITS: u32 = 40;
+/// log2 of the width in ns of the buckets of small times: up to 1 µs they are 32 ns wide.
+const LEAST_BITS: u32 = 5;
+
+/// Times without percentiles.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spread {
+    /// How many.
+    pub count: u64,
+    /// The least in ns; 0 where there is none.
+    pub min_ns: i64,
+    /// The greatest in ns; 0 where there is none.
+    pub max_ns: i64,
+    /// The first: the others are summed up as differences from it, which keeps their squares exact.
+    first_ns: i64,
+    sum: f64,
+    squares: f64,
+}
+
+impl Spread {
+    /// Takes one time in ns.
+    pub fn add(&mut self, ns: i64) {
+        if self.count == 0 {
+            (self.first_ns, self.min_ns, self.max_ns) = (ns, ns, ns);
+        }
+        self.count += 1;
+        self.min_ns = self.min_ns.min(ns);
+        self.max_ns = self.max_ns.max(ns);
+        let difference = ns.saturating_sub(self.first_ns) as f64;
+        self.sum += difference;
+        self.squares += difference * difference;
+    }
+
+    /// The mean in ns.
+    pub fn mean_ns(&self) -> i64 {
+        if self.count == 0 {
+            return 0;
+        }
+        self.first_ns.saturating_add((self.sum / self.count as f64).round() as i64)
+    }
+
+    /// The standard deviation (of all times, divisor n) in ns.
+    pub fn sigma_ns(&self) -> i64 {
+        if self.count == 0 {
+            return 0;
+        }
+        let mean = self.sum / self.count as f64;
+        (self.squares / self.count as f64 - mean * mean).max(0.0).sqrt().round() as i64
+    }
+}
+
+/// Times with percentiles.
+#[derive(Clone, Debug, Default)]
+pub struct Ranked {
+    /// Everything but percentiles.
+    pub spread: Spread,
+    /// Number of the first bucket that is kept.
+    lowest: usize,
+    /// Buckets from there on: only as many as the times span.
+    buckets: Vec<u32>,
+}
+
+impl Ranked {
+    /// Takes one time in ns, which is not negative.
+    pub fn add(&mut self, ns: i64) {
+        self.spread.add(ns);
+        let bucket = bucket(ns.max(0).unsigned_abs());
+        if self.buckets.is_empty() {
+            self.lowest = bucket;
+        } else if bucket < self.lowest {
+            let more = self.lowest - bucket;
+            self.buckets.splice(..0, std::iter::repeat_n(0, more));
+            self.lowest = bucket;
+        }
+        let place = bucket - self.lowest;
+        if place >= self.buckets.len() {
+            self.buckets.resize(place + 1, 0);
+        }
+        if let Some(count) = self.buckets.get_mut(place) {
+            *count = count.saturating_add(1);
+        }
+    }
+
+    /// The time in ns that so many percent of all times do not exceed.
+    pub fn percentile_ns(&self, percent: u64) -> i64 {
+        let wanted = (self.spread.count.saturating_mul(percent)).div_ceil(100).max(1);
+        let mut seen = 0;
+        for (place, count) in self.buckets.iter().enumerate() {
+            seen += u64::from(*count);
+            if seen >= wanted {
+                return upper(self.lowest + place).clamp(self.spread.min_ns, self.spread.max_ns);
+            }
+        }
+        self.spread.max_ns
+    }
+}
+
+/// The bucket of a time.
+fn bucket(ns: u64) -> usize {
+    let unit = ns >> LEAST_BITS;
+    if unit < PARTS {
+        return unit as usize;
+    }
+    let power = unit.ilog2().min(MOST_BITS - LEAST_BITS);
+    let part = (unit >> (power - PARTS_BITS)).min(2 * PARTS - 1) - PARTS;
+    (u64::from(power - PARTS_BITS + 1) * PARTS + part) as usize
+}
+
+/// The greatest time of a bucket in ns.
+fn upper(bucket: usize) -> i64 {
+    let (octave, part) = (bucket as u64 / PARTS, bucket as u64 % PARTS);
+    let end = if octave == 0 { part + 1 } else { (PARTS + part + 1) << (octave - 1) };
+    ((end << LEAST_BITS) - 1) as i64
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic)]
+    use super::*;
+
+    #[test]
+    fn buckets_are_in_order_and_narrow() {
+        let mut before = 0;
+        for exponent in 0..43 {
+            for step in 0..97 {
+                let ns = (1u64 << exponent) + (step << exponent) / 97;
+                let found = bucket(ns);
+                assert!(found >= before, "{ns}");
+                before = found;
+                if exponent <= MOST_BITS {
+                    let top = upper(found) as u64;
+                    assert!(top >= ns, "{ns} above {top}");
+                    assert!(top - ns <= (ns / PARTS).max(31), "{ns}: {top}");
+                }
+            }
+        }
+        assert!(before < 1200);
+        assert_eq!(bucket(u64::MAX), before);
+    }
+
+    #[test]
+    fn nothing_and_one() {
+        let mut times = Ranked::default();
+        assert_eq!((times.spread.mean_ns(), times.spread.sigma_ns(), times.percentile_ns(99)), (0, 0, 0));
+        times.add(1_000_000);
+        assert_eq!([times.spread.min_ns, times.spread.mean_ns(), times.spread.max_ns], [1_000_000; 3]);
+        assert_eq!(times.percentile_ns(99), 1_000_000);
+    }
+
+    #[test]
+    fn figures_of_a_hundred_times() {
+        let mut times = Ranked::default();
+        for ms in (1..=100).rev() {
+            times.add(ms * 1_000_000);
+        }
+        assert_eq!(times.spread.count, 100);
+        assert_eq!((times.spread.min_ns, times.spread.max_ns), (1_000_000, 100_000_000));
+        assert_eq!(times.spread.mean_ns(), 50_500_000);
+        assert_eq!(times.spread.sigma_ns(), 28_866_070);
+        for (percent, truth) in [(1, 1_000_000i64), (50, 50_000_000), (99, 99_000_000), (100, 100_000_000)] {
+            let found = times.percentile_ns(percent);
+            assert!(found >= truth && found <= truth + truth / 31, "{percent} %: {found}");
+        }
+    }
+
+    #[test]
+    fn a_long_capture_at_the_epoch_keeps_its_deviation() {
+        let mut period = Spread::default();
+        for turn in 0..1_000_000 {
+            period.add(10_000_000 + if turn % 2 == 0 { 1_000 } else { -1_000 });
+        }
+        assert_eq!((period.mean_ns(), period.sigma_ns()), (10_000_000, 1_000));
+    }
+
+    #[test]
+    fn extremes_do_not_panic() {
+        let mut times = Ranked::default();
+        for ns in [0, i64::MAX, 1, i64::MAX - 1] {
+            times.add(ns);
+        }
+        assert!(times.percentile_ns(100) > 1_000_000_000_000);
+        assert!(times.buckets.len() < 1200);
+    }
+}

@@ -1,0 +1,369 @@
+"""A capture in figures for people: the capture, its buses, nodes, SYNC, PDOs and findings, one block each.
+
+It lays out the records that the core hands over (`canalyze/core/src/render/jsonl/summary.rs` documents them) and
+computes nothing but units. A block that has nothing to tell is left out.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+from canalyze.help import pad, width
+from canalyze.output import Output, printable
+from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
+from canalyze.words import Words
+
+Record = Mapping[str, Any]
+"""A line of the core."""
+
+_LEFT: Final = frozenset(
+    {"bus", "name", "node_state", "service", "states", "code", "by", "meaning", "pdo", "id", "severity", "buses"}
+    | {"nodes", "message"}
+)
+"""Columns of words; all others hold numbers."""
+_FOLDS: Final = frozenset({"name", "states", "meaning", "message", "nodes", "buses"})
+_LEAVING: Final = {
+    "name": SPARE,
+    "synchronous": 1,
+    "before_sync": 2,
+    "id": 3,
+    "errors": 3,
+    "rate_100ms": 4,
+    "rate_1s": 5,
+    "burst": 6,
+    "rpdo_rate": 4,
+    "tpdo_rate": 5,
+    "heartbeat": 6,
+    "response": 7,
+    "sent": 2,
+    "buses": 2,
+    "nodes": 3,
+    "last": SPARE + 1,
+    "first": SPARE + 2,
+}
+"""In which order columns leave a terminal that is too narrow."""
+_STATES: Final = 12
+"""Changes of state that are shown of one node; JSON has more."""
+
+
+def show(records: Iterable[Record], out: Output, words: Words) -> None:
+    """Write the records of one capture."""
+    kinds: dict[str, list[Record]] = {}
+    for record in records:
+        kinds.setdefault(str(record["kind"]).removeprefix("summary_"), []).append(record)
+    if not kinds:
+        return
+    (capture,) = kinds["capture"]
+    nodes = kinds.get("node", [])
+    _Report(out, words, capture).all(
+        kinds.get("bus", []),
+        [node for node in nodes if node["sent"]],
+        [node for node in nodes if not node["sent"]],
+        kinds,
+    )
+
+
+class _Report:
+    """The blocks of one capture, on their way to an output."""
+
+    def __init__(self, out: Output, words: Words, capture: Record) -> None:
+        self._out = out
+        self._words = words
+        self._capture = capture
+
+    def all(
+        self,
+        buses: Sequence[Record],
+        nodes: Sequence[Record],
+        silent: Sequence[Record],
+        kinds: Mapping[str, Sequence[Record]],
+    ) -> None:
+        """Write every block."""
+        self._facts()
+        self._buses(buses)
+        self._services(buses)
+        self._nodes(nodes, silent)
+        self._states([*nodes, *silent])
+        self._codes("aborts", [*nodes, *silent])
+        self._codes("emcy", nodes)
+        self._sync(kinds.get("sync", ()))
+        self._pdos(kinds.get("pdo", ()))
+        self._findings(kinds.get("finding", ()))
+
+    def _facts(self) -> None:
+        capture, words = self._capture, self._words
+        frames = words("summary.frames", frames=capture["frames"], files=capture["files"])
+        rows = [(words("summary.row_frames"), frames)]
+        if capture["seconds"] is not None:
+            facts = {key: capture[key] for key in ("first_t", "last_t", "seconds")}
+            rows.append((words("summary.row_time"), words("summary.time", **facts)))
+        quality = words("summary.row_quality")
+        for line in self._quality():
+            rows.append((quality, line))
+            quality = ""
+        left = max(width(term) for term, _ in rows)
+        self._line(words("summary.capture"))
+        for term, text in rows:
+            self._line(f"  {pad(term, left)}  {text}")
+
+    def _quality(self) -> list[str]:
+        """Say what a reader of the figures has to know of the capture."""
+        capture, words = self._capture, self._words
+        lines = []
+        if capture["unstamped"] == capture["frames"]:
+            lines.append(words("summary.no_stamps"))
+        elif capture["unstamped"]:
+            lines.append(words("summary.unstamped", count=capture["unstamped"]))
+        if capture["gaps"]:
+            lines.append(words("summary.gaps", count=capture["gaps"], frames=capture["dropped"]))
+        if capture["unreadable"]:
+            lines.append(words("summary.unreadable", count=capture["unreadable"]))
+        if capture["backward"]:
+            most = f"{_ms(capture['backward_most_us'])} ms"
+            lines.append(words("summary.backward", count=capture["backward"], most=most))
+        if capture["reordered"]:
+            lines.append(words("summary.reordered", count=capture["reordered"]))
+        if not lines:
+            lines.append(words("summary.good"))
+        if capture["pause_us"]:
+            lines.append(words("summary.pause", ms=_ms(capture["pause_us"]), frame=capture["pause_frame"]))
+        return lines
+
+    def _buses(self, buses: Sequence[Record]) -> None:
+        keys = ["bus", "frames", "rate", "rate_1s", "rate_100ms", "load", "load_1s", "load_100ms", "burst", "errors"]
+        rows = [
+            [
+                _text(bus["bus"]),
+                str(bus["frames"]),
+                *(_rate(bus[key]) for key in ("rate", "peak_rate_1s", "peak_rate_100ms")),
+                *(_percent(bus[key]) for key in ("load", "load_peak_1s", "load_peak_100ms")),
+                self._burst(bus["burst"]),
+                str(bus["errors"]),
+            ]
+            for bus in buses
+        ]
+        self._table("summary.buses", keys, rows)
+        bit_rate = self._capture["bit_rate"]
+        if bit_rate is None:
+            self._line(self._words("summary.no_bit_rate"))
+        elif self._capture["seconds"] is not None:
+            self._line(self._words("summary.load", rate=f"{bit_rate / 1000:g}"))
+        switched = sum(bus["fd_switched"] for bus in buses)
+        if switched and bit_rate is not None:
+            self._line(self._words("summary.fd", count=switched))
+
+    def _burst(self, burst: Record | None) -> str:
+        if burst is None:
+            return EMPTY
+        return self._words("summary.burst", frames=burst["frames"], ms=_ms(burst["length_us"]))
+
+    def _services(self, buses: Sequence[Record]) -> None:
+        rows = [
+            [_text(bus["bus"]), service, str(count), f"{count / (bus['frames'] or 1):.1%}"]
+            for bus in buses
+            for service, count in bus["services"].items()
+        ]
+        self._table("summary.services", ["bus", "service", "frames", "share"], rows)
+
+    def _nodes(self, nodes: Sequence[Record], silent: Sequence[Record]) -> None:
+        keys = ["bus", "node", "name", "node_state", "sent", "boot_ups", "heartbeat", "transfers", "response", "aborts"]
+        rows = [
+            [
+                _text(node["bus"]),
+                str(node["node"]),
+                _text(node["name"]),
+                self._state(node),
+                str(node["sent"]),
+                _count(node["boot_ups"]),
+                _times(node["heartbeat"], "min_us", "mean_us", "max_us"),
+                _count(node["sdo"]["transfers"]),
+                _times(node["response"], "min_us", "mean_us", "p99_us", "max_us"),
+                _count(node["sdo"]["aborted"]),
+                _count(node["emcys"]),
+                _rate(node["tpdo_rate"] if node["tpdo"] else None),
+                _rate(node["rpdo_rate"] if node["rpdo"] else None),
+            ]
+            for node in nodes
+        ]
+        self._table("summary.nodes", [*keys, "emcys", "tpdo_rate", "rpdo_rate"], rows)
+        for bus in dict.fromkeys(node["bus"] for node in silent):
+            ids = [node["node"] for node in silent if node["bus"] == bus]
+            on_bus = f"{bus}: " if bus is not None else ""
+            if not rows:
+                self._line("")
+            self._line(self._words("summary.silent", bus=on_bus, nodes=_ranges(ids)))
+
+    def _state(self, node: Record) -> str:
+        if node["state"] is None:
+            return EMPTY
+        state = self._word(node["state"], node["state_text"])
+        if node["states"] and node["states"][-1]["commanded"]:
+            state = self._words("summary.commanded", state=state)
+        return state
+
+    def _word(self, state: str, text: str | None) -> str:
+        """Give the word for a state. After a boot-up nothing has told the state yet: initialisation is over then."""
+        return self._words("summary.boot_up") if state == "00" else text or f"{state}h"
+
+    def _states(self, nodes: Sequence[Record]) -> None:
+        """Show the states of the nodes that have had more than one."""
+        rows = [
+            [_text(node["bus"]), str(node["node"]), self._changes(node)] for node in nodes if len(node["states"]) > 1
+        ]
+        self._table("summary.states", ["bus", "node", "states"], rows)
+
+    def _changes(self, node: Record) -> str:
+        from decimal import Decimal
+
+        start = self._capture["first_t"]
+        said = []
+        for change in node["states"][:_STATES]:
+            state = self._word(change["state"], change["text"])
+            if change["t"] is None or start is None:
+                said.append(self._words("summary.at_frame", state=state, frame=change["frame"]))
+            else:
+                after = Decimal(change["t"]) - Decimal(start)
+                said.append(self._words("summary.at", state=state, seconds=f"{after:.3f}"))
+        if node["changes"] > len(said):
+            said.append(self._words("summary.more_changes", count=node["changes"]))
+        return self._words("summary.then").join(said)
+
+    def _codes(self, kind: str, nodes: Sequence[Record]) -> None:
+        by = ["by"] if kind == "aborts" else []
+        rows = [
+            [
+                _text(node["bus"]),
+                str(node["node"]),
+                f"{one['code']}h",
+                *(self._words.of("by", one[key]) for key in by),
+                _text(one["text"]),
+                str(one["count"]),
+                str(one["first_frame"]),
+                str(one["last_frame"]),
+            ]
+            for node in nodes
+            for one in node[kind]
+        ]
+        self._table(f"summary.{kind}", ["bus", "node", "code", *by, "meaning", "count", "first", "last"], rows)
+
+    def _sync(self, syncs: Sequence[Record]) -> None:
+        rows = []
+        for sync in syncs:
+            counter = EMPTY if sync["counter_min"] is None else f"{sync['counter_min']}..{sync['counter_max']}"
+            rows.append(
+                [
+                    _text(sync["bus"]),
+                    str(sync["frames"]),
+                    _times(sync["period"], "min_us", "mean_us", "p99_us", "max_us"),
+                    _times(sync["period"], "sigma_us"),
+                    counter,
+                    _text(sync["counter_jumps"]),
+                ]
+            )
+        self._table("summary.sync", ["bus", "frames", "period", "sigma", "counter", "jumps"], rows)
+
+    def _pdos(self, pdos: Sequence[Record]) -> None:
+        keys = ["bus", "node", "pdo", "id", "frames", "rate", "interval", "synchronous", "delay", "before_sync"]
+        rows = [
+            [
+                _text(pdo["bus"]),
+                str(pdo["node"]),
+                pdo["pdo"],
+                pdo["id"],
+                str(pdo["frames"]),
+                _rate(pdo["rate"]),
+                _times(pdo["interval"], "min_us", "mean_us", "max_us"),
+                _count(pdo["synchronous"]),
+                _times(pdo["delay"], "min_us", "mean_us", "p99_us", "max_us"),
+                _count(pdo["before_sync"]),
+            ]
+            for pdo in pdos
+        ]
+        self._table("summary.pdos", keys, rows)
+
+    def _findings(self, findings: Sequence[Record]) -> None:
+        if not findings:
+            self._line("")
+            self._line(self._words("summary.no_findings"))
+            return
+        keys = ["code", "severity", "count", "first", "last", "buses", "nodes", "message"]
+        rows = [
+            [
+                one["code"],
+                self._words.of("severity", one["severity"]),
+                str(one["count"]),
+                self._place(one["first_frame"], one["first_line"]),
+                self._place(one["last_frame"], one["last_line"]),
+                " ".join(one["buses"]) or EMPTY,
+                _ranges(one["nodes"]) or EMPTY,
+                one["message"],
+            ]
+            for one in findings
+        ]
+        self._table("summary.findings", keys, rows)
+
+    def _place(self, frame: int | None, line: int | None) -> str:
+        """Give the frame; a finding about the capture itself has only a line."""
+        if frame is not None:
+            return str(frame)
+        return EMPTY if line is None else self._words("summary.line", line=line)
+
+    def _table(self, heading: str, keys: Sequence[str], rows: list[list[str]]) -> None:
+        """Write a block; a column with nothing in it is left out."""
+        if not rows:
+            return
+        shown = [place for place in range(len(keys)) if any(row[place] != EMPTY for row in rows)]
+        columns = [
+            Column(
+                self._words(f"col.{keys[place]}"),
+                right=keys[place] not in _LEFT,
+                folds=keys[place] in _FOLDS,
+                leaves=_LEAVING.get(keys[place], 0),
+            )
+            for place in shown
+        ]
+        self._line("")
+        self._line(self._words(heading))
+        table = Table(columns, self._out, live=False)
+        table.add([Row([row[place] for place in shown], number) for number, row in enumerate(rows)])
+        table.close()
+
+    def _line(self, text: str) -> None:
+        self._out.text(printable(text).rstrip() + "\n")
+
+
+def _text(value: object) -> str:
+    return EMPTY if value is None else str(value)
+
+
+def _count(number: int) -> str:
+    return str(number) if number else EMPTY
+
+
+def _rate(rate: float | None) -> str:
+    return EMPTY if rate is None else f"{rate:.1f}"
+
+
+def _percent(load: float | None) -> str:
+    return EMPTY if load is None else f"{load:.1f}%"
+
+
+def _ms(us: float) -> str:
+    """Give microseconds as milliseconds, with the digits that count."""
+    ms = us / 1000
+    digits = 3 if ms < 9.9995 else 2 if ms < 99.995 else 1
+    return f"{ms:.{digits}f}"
+
+
+def _times(spread: Record | None, *keys: str) -> str:
+    return EMPTY if spread is None else "/".join(_ms(spread[key]) for key in keys)
+
+
+def _ranges(numbers: Sequence[int]) -> str:
+    """Give ascending numbers, runs as 1-4."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and runs[-1][-1] == number - 1:
+            runs[-1][1:] = [number]
+        else:
+            runs.append([number])
+    return ",".join("-".join(map(str, run)) for run in runs)
