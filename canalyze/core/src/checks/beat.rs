@@ -92,6 +92,13 @@ impl Beat {
         Some(at.t_ns?.saturating_sub(self.sync(self.cycle)?.t_ns?))
     }
 
+    /// By how much the SYNC of a cycle came later than a period after the one before.
+    pub fn lag_ns(&self, cycle: u64) -> i64 {
+        let at = |cycle: u64| self.sync(cycle).and_then(|sync| sync.t_ns);
+        let gap = at(cycle).zip(at(cycle.saturating_sub(1))).map(|(at, before)| at.saturating_sub(before));
+        gap.zip(self.period_ns).map_or(0, |(gap, period)| gap.saturating_sub(period))
+    }
+
     /// The period, where there is one.
     pub fn period_ns(&self) -> Option<i64> {
         self.period_ns

@@ -19,9 +19,9 @@ use crate::services::sdo::wire::Mux;
 
 /// Synchronous TPDOs followed at most (invariant 6).
 const TRACKS: usize = 512;
-/// Times that a PDO must have come as it should before its absence is remarkable; more where its transmission type is
+/// Times in a row that a PDO must have come n cycles after the last before its absence is remarkable; more where its transmission type is
 /// only preset by an EDS, which the device need not have kept to.
-const ESTABLISHED: u8 = 2;
+const ESTABLISHED: u8 = 1;
 const ESTABLISHED_BY_EDS: u8 = 8;
 /// Gaps measured before the tolerance is said to be too large.
 const MEASURED: u32 = 8;
@@ -414,7 +414,9 @@ impl Track {
             // Without stamps the SYNC between may as well have come early; and what always comes near the next SYNC
             // comes after it now and then.
             let usual = self.delays.p99_ns();
-            if it.at.t_ns.is_none() || beat.period_ns().is_some_and(|period| usual > period / 2) {
+            // A machine that stands still for a little longer than a cycle holds up the SYNC as well.
+            let near = |period: i64| usual > period / 2 || beat.lag_ns(it.cycle) > period / 8;
+            if it.at.t_ns.is_none() || beat.period_ns().is_some_and(near) {
                 return;
             }
             let facts = [("expected", Quantity::Count(missing)), ("found", Quantity::Count(it.cycle))];
@@ -451,6 +453,9 @@ impl Track {
         if on_phase {
             let first = self.phase + n;
             self.absent = (!said).then_some((first, (it.cycle - first) / n));
+            self.phase = it.cycle;
+        } else if it.at.t_ns.is_none() && (self.due(it.cycle - 1) || self.due(it.cycle + 1)) {
+            // Without stamps one cycle to either side may be a late echo, or a machine that stood still.
             self.phase = it.cycle;
         } else if !said {
             let facts = [("found", Quantity::Count(passed)), ("expected", Quantity::Count(n))];
