@@ -82,7 +82,7 @@ NMT = [
 
 # after the boot-up (0) come request, answer, request, answer
 GUARDING = [
-    Case("toggle not toggled", "GRD001", "guarded", change(NODE_HEARTBEAT, 6, 0, 0x7F)),
+    Case("toggle not toggled", "GRD001", "guarded", change(NODE_HEARTBEAT, 8, 0, 0x7F)),
     Case("an answer missing", "GRD002", "guarded", drop(NODE_HEARTBEAT, 6), beside="GRD001"),
     Case(
         "heartbeats of a guarded node",
@@ -218,7 +218,7 @@ DRIVES = [
     Case("shutdown without effect", "DRV002", "drive_cyclic", add((1.12, 0x205, b"\x06\x00"), later=True)),
     Case("the second frame not inverted", "SRD001", "safety", change(0x10A, 8, 0, 0x00), "error", None, also=NORMAL),
     Case("the second frame 30 ms later", "SRD002", "safety", shift(0x10A, 8, 30), node=None, also=NORMAL),
-    Case("the inverted frame first", "SRD004", "safety", shift(0x10A, 8, -3), "info", None, also=NORMAL),
+    Case("the inverted frame first", "SRD004", "safety", shift(0x10A, 8, -9), "info", None, also=NORMAL),
 ]
 
 

@@ -42,6 +42,7 @@ use crate::frame::Frame;
 use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Node, PerNode};
+use crate::services::lss::Command;
 use crate::services::pdo;
 use crate::services::sdo::transfer::{Direction, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
@@ -276,12 +277,20 @@ impl Checks {
             }
             _ => {}
         }
+        if let Message::Lss { command: Command::ActivateBitTiming { .. }, .. } = message {
+            self.nodes.quiet();
+            self.pdo_timing.forget(None);
+            self.sync.lost();
+        }
         self.lss.follow(message, frame, nodes, cx)
     }
 
     /// The same message, after what it resets was reset.
     pub fn follow(&mut self, message: &Message, nodes: &PerNode<Node>, frame: &Frame, cx: &mut Context<'_>) {
         self.nodes.follow(message, frame, nodes, cx);
+        if let Message::BootUp { node } = *message {
+            self.drives.booted(node);
+        }
     }
 
     /// A server has acknowledged a write, whether or not its request was captured.

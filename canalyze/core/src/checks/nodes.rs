@@ -193,6 +193,12 @@ impl Nodes {
         self.guarding.forget();
     }
 
+    /// The bit rate is being switched: for this long no node sends anything, by the rules of LSS (CiA 305).
+    pub fn quiet(&mut self) {
+        self.heartbeats.pause(0);
+        self.guarding.forget();
+    }
+
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.nmt.finish(cx);

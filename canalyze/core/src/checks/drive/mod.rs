@@ -34,6 +34,8 @@ const SETTLED_FRAMES: u64 = 64;
 const PROMPT: i64 = 1_000_000_000;
 /// Time for a command that leads nearer to operation enabled: capacitors are charged, phases found, brakes released.
 const UPWARD: i64 = 5_000_000_000;
+/// The same for switching on: only the power stage is charged.
+const SWITCH_ON: i64 = 1_500_000_000;
 /// How far an EMCY may be from the fault it announces, in ns.
 const EMCY: i64 = 500_000_000;
 /// Steps upward that show a node of unknown type to be a drive.
@@ -55,6 +57,8 @@ struct Jump {
     from: Sample,
     to: Sample,
     due_ns: i64,
+    /// The node is known to be a drive.
+    judged: bool,
 }
 
 /// A command that should lead out of a state.
@@ -92,12 +96,16 @@ struct Request {
 struct Axis {
     /// Controlwords that ask for something else than the one before, with the frames that brought them.
     words: Vec<(u16, FrameRef)>,
+    /// The node has booted up in the capture: no controlword came before the first of them.
+    fresh: bool,
     /// One of them came in a PDO: those by which the axis is commanded are seen.
     by_pdo: bool,
     /// Bits 7 and 3-0 of the last controlword that was taken for certain.
     given: Option<u16>,
     sample: Option<Sample>,
     jump: Option<Jump>,
+    /// A jump of a node that was not yet known to be a drive: its frame and what was measured.
+    suspect: Option<(FrameRef, Facts)>,
     order: Option<Order>,
     unannounced: Option<Unannounced>,
     request: Option<Request>,
@@ -113,6 +121,8 @@ struct Drive {
     axes: [Option<Box<Axis>>; drive::AXES as usize],
     /// Its last EMCY with an error.
     emcy_ns: Option<i64>,
+    /// It has booted up in the capture.
+    fresh: bool,
 }
 
 /// The drives of a bus.
@@ -264,10 +274,21 @@ impl Drives {
         }
     }
 
+    /// A node boots up: it has got no controlword yet.
+    pub fn booted(&mut self, node: u8) {
+        self.forget(Some(node));
+        let drive = self.nodes.entry(node);
+        drive.fresh = true;
+        for axis in drive.axes.iter_mut().flatten() {
+            axis.fresh = true;
+        }
+    }
+
     /// A node (or all) was reset, or frames were lost: what was seen before explains nothing.
     pub fn forget(&mut self, node: Option<u8>) {
         for (id, drive) in self.nodes.iter_mut() {
             if node.is_none_or(|node| node == id) {
+                drive.fresh = false;
                 for axis in drive.axes.iter_mut().flatten() {
                     **axis = Axis { climbed: axis.climbed, strange: axis.strange, ..Axis::default() };
                 }
@@ -278,12 +299,15 @@ impl Drives {
 
 impl Drive {
     fn axis(&mut self, axis: u8) -> Option<&mut Axis> {
-        self.axes.get_mut(usize::from(axis)).map(|slot| &mut **slot.get_or_insert_default())
+        let fresh = self.fresh;
+        let slot = self.axes.get_mut(usize::from(axis))?;
+        Some(&mut **slot.get_or_insert_with(|| Box::new(Axis { fresh, ..Axis::default() })))
     }
 
     fn blind(&mut self) {
+        self.fresh = false;
         for axis in self.axes.iter_mut().flatten() {
-            (axis.given, axis.jump, axis.order) = (None, None, None);
+            (axis.given, axis.jump, axis.order, axis.fresh) = (None, None, None, false);
             axis.words.clear();
         }
     }
@@ -373,6 +397,9 @@ impl Drive {
             axis.unannounced = unannounced(place, before, sample, announced);
         }
         axis.follow(place, before, sample, judged);
+        if judged && let Some((at, facts)) = axis.suspect.take() {
+            cx.find(Code::Drv001, Some(place.node.id()), Some(statusword(place.axis)), Some(at), facts);
+        }
         let open = [axis.jump.map(|jump| jump.due_ns), axis.unannounced.map(|fault| fault.due_ns)];
         *due_ns = open.into_iter().flatten().fold(*due_ns, i64::min);
     }
@@ -386,6 +413,7 @@ impl Axis {
         }
         if self.words.len() >= WORDS {
             self.words.remove(0);
+            self.fresh = false;
         }
         self.words.push((asked, at));
     }
@@ -396,7 +424,7 @@ impl Axis {
             (Some(began), Some(reported)) => began <= reported.saturating_sub(LAG) && at.no < from.at.no,
             _ => at.no.saturating_add(LAG_FRAMES) <= from.at.no,
         });
-        self.words.get(in_force?..)
+        self.words.get(in_force.or(self.fresh.then_some(0))?..)
     }
 
     fn explains(&self, from: &Sample, to: &Sample) -> Option<bool> {
@@ -406,9 +434,8 @@ impl Axis {
 
     /// Whether the node is a drive.
     fn is_drive(&self, place: Place<'_>) -> bool {
-        match place.node.value(0x1000, 0).map(|(device, _)| device & 0xFFFF) {
-            // No profile, or several: those of the axes stand elsewhere.
-            None | Some(0 | 0xFFFF) => self.climbed >= PROOF && !self.strange,
+        match place.device() {
+            None => self.climbed >= PROOF && !self.strange,
             Some(profile) => profile == u64::from(drive::PROFILE),
         }
     }
@@ -424,9 +451,10 @@ impl Axis {
                 // What comes by a PDO that nobody knows of cannot be told from nothing.
                 let all_seen = self.by_pdo || place.state.is_some_and(|state| state != OPERATIONAL);
                 let restarted = sample.state == State::NotReadyToSwitchOn;
-                if judged && remote && all_seen && !restarted && self.jump.is_none() {
+                let possible = judged || place.device().is_none();
+                if possible && remote && all_seen && !restarted && self.jump.is_none() {
                     let due_ns = sample.at.t_ns.map_or(i64::MAX, |now| now.saturating_add(SETTLED));
-                    self.jump = Some(Jump { from: before, to: sample, due_ns });
+                    self.jump = Some(Jump { from: before, to: sample, due_ns, judged });
                 }
             }
             _ => {}
@@ -448,7 +476,11 @@ impl Axis {
             self.order = None;
             return;
         }
-        let least = if upward { UPWARD } else { PROMPT };
+        let least = match order.command {
+            Command::SwitchOn => SWITCH_ON,
+            _ if upward => UPWARD,
+            _ => PROMPT,
+        };
         let Some(after) = elapsed(order.at.t_ns, sample.at.t_ns).filter(|after| *after > least) else { return };
         if order.reports < 2 {
             return;
@@ -487,11 +519,23 @@ impl Axis {
             ("to", Quantity::Statusword(jump.to.word)),
             ("controlword", in_force.map_or(Quantity::Nothing, |(word, _)| Quantity::Controlword(*word))),
         ];
-        cx.find(Code::Drv001, Some(node), Some(statusword(axis)), Some(jump.to.at), Facts::told(0, &measured));
+        let facts = Facts::told(0, &measured);
+        if jump.judged {
+            cx.find(Code::Drv001, Some(node), Some(statusword(axis)), Some(jump.to.at), facts);
+        } else {
+            self.suspect = Some((jump.to.at, facts));
+        }
     }
 }
 
 impl Place<'_> {
+    /// The profile that the node's device type names (1000h). `None` where it is not known, and where it names none or
+    /// several: those of the axes stand elsewhere.
+    fn device(&self) -> Option<u64> {
+        let profile = self.node.value(0x1000, 0).map(|(device, _)| device & 0xFFFF);
+        profile.filter(|profile| !matches!(profile, 0 | 0xFFFF))
+    }
+
     /// Whether the node takes what was sent this way.
     fn heard(&self) -> bool {
         !self.by_pdo || self.state.is_none_or(|state| state == OPERATIONAL)

@@ -152,7 +152,7 @@ fn commands_that_may_have_no_effect() {
         ("no command of this state", &[(0x0000, 0x0250, 10), (0x000F, 0x0250, 900)]),
         ("braking", &[(0x000F, 0x0237, 10), (0x0006, 0x0237, 900)]),
         ("enabled out of quick stop", &[(0x0002, 0x0217, 10), (0x000F, 0x0217, 900)]),
-        ("slow to switch on", &[(0x0006, 0x0231, 10), (0x0007, 0x0231, 450), (0x0007, 0x0233, 450)]),
+        ("slow to switch on", &[(0x0006, 0x0231, 10), (0x0007, 0x0231, 140), (0x0007, 0x0233, 450)]),
         ("local operation", &[(0x0000, 0x0050, 10), (0x0006, 0x0050, 900)]),
         ("in force since before the capture", &[(0x0006, 0x0250, 900)]),
     ];
