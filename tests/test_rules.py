@@ -180,7 +180,7 @@ RAISED: dict[str, list[Raised]] = {
     "SYN003-early": [("SYN003", 10, 9)],
     "SYN003-late": [("SYN003", 9, 8)],
     "SYN004": [("SYN004", 17, 16)],
-    "SYN005": [("SYN005", 4, None)],
+    "SYN005": [("SYN005", 4, 3)],
     "SYN006": [("SYN006", 10, 8)],
     "SYN006-counters": [("SYN003", 6, 5), ("SYN002", 6, 5), ("SYN006", 8, 7)],
     "SYN006-trains": [("SYN003", 8, 7), ("SYN006", 13, 12)],

@@ -34,6 +34,8 @@ pub enum Pace {
     /// Less than half a period after one that was late: the producer catches up. Or the second of a pair that is the
     /// period together, where one was told of before.
     CaughtUp,
+    /// A period is known now, and by it a SYNC was missing before: the gap, and the cycle that it ended.
+    WasLate(i64, u64),
     /// After a pause.
     Resumed,
     /// Two trains of SYNCs have shown: the gaps before and after.
@@ -191,7 +193,7 @@ impl Beat {
     fn pace(&mut self, gap: i64, restarted: bool, configured_ns: Option<i64>) -> Pace {
         let Some(period) = self.period_ns else {
             self.learn(gap, configured_ns);
-            return Pace::Unknown;
+            return self.was_late();
         };
         let steady = close(gap, period);
         if std::mem::take(&mut self.resumed) && !steady {
@@ -237,6 +239,18 @@ impl Beat {
             self.forget_period();
         }
         pace
+    }
+
+    /// A gap of two periods or more among those of which the period was learnt.
+    fn was_late(&self) -> Pace {
+        let Some(period) = self.period_ns else { return Pace::Unknown };
+        let missing = |gap: &i64| {
+            (2..=PAUSE).any(|times| gap.abs_diff(times.saturating_mul(period)) <= period.unsigned_abs() / 4)
+        };
+        let found = self.gaps.iter().rev().enumerate().find(|(_, gap)| missing(gap));
+        found
+            .filter(|_| self.gaps.len() < GAPS)
+            .map_or(Pace::Unknown, |(ago, gap)| Pace::WasLate(*gap, self.cycle.saturating_sub(ago as u64)))
     }
 
     fn learn(&mut self, gap: i64, configured_ns: Option<i64>) {

@@ -26,6 +26,8 @@ const LENGTHS: u8 = 3;
 const AGREED: u32 = 8;
 /// SYNCs after which the configuration is taken as complete: a configurator writes one object after the other.
 const SETTLED: u64 = 2;
+/// NMT commands after which a producer sends no SYNC for a while: stop, reset node, reset communication.
+const STOPS: [u8; 3] = [0x02, 0x81, 0x82];
 /// Heartbeat state Operational.
 const OPERATIONAL: u8 = 5;
 
@@ -41,6 +43,8 @@ pub struct Sync {
     length: Option<Length>,
     /// The producer may have begun anew since the last SYNC.
     restarted: bool,
+    /// It may have been stopped since the last SYNC.
+    stopped: bool,
     /// Two producers were told of.
     two: bool,
     /// Configured periods were held against the traffic.
@@ -121,8 +125,8 @@ impl Sync {
                 );
                 self.sync(frame.payload().first().copied(), frame, nodes, cx);
             }
-            Message::Nmt { node, .. } => self.restart((node != 0).then_some(node)),
-            Message::BootUp { node } => self.restart(Some(node)),
+            Message::Nmt { command, node } => self.restart((node != 0).then_some(node), STOPS.contains(&command)),
+            Message::BootUp { node } => self.restart(Some(node), true),
             Message::Heartbeat { node, state: OPERATIONAL, .. } => self.window.alive(node, &self.beat, cx),
             Message::Heartbeat { node, .. } => self.window.restart(Some(node)),
             Message::PdoRequest { transmit: true, number, node } => self.window.asked(node, number),
@@ -141,7 +145,7 @@ impl Sync {
                     *entry = (node, at, self.beat.cycle());
                 }
                 self.reconfigure(network, nodes);
-                self.restarted = true;
+                (self.restarted, self.stopped) = (true, true);
             }
             0x1800..=0x19FF => self.window.reconfigured(node, mux.index - 0x17FF),
             0x1A00..=0x1BFF => self.window.reconfigured(node, mux.index - 0x19FF),
@@ -181,9 +185,11 @@ impl Sync {
     }
 
     /// A node, or all, got an NMT command or has booted.
-    fn restart(&mut self, node: Option<u8>) {
+    fn restart(&mut self, node: Option<u8>, stops: bool) {
         self.window.restart(node);
-        self.restarted |= node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
+        let producer = node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
+        self.restarted |= producer;
+        self.stopped |= producer && stops;
     }
 
     fn sync(&mut self, counter: Option<u8>, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
@@ -193,12 +199,19 @@ impl Sync {
         let at = frame.reference();
         let before = self.beat.sync(self.beat.cycle());
         let restarted = std::mem::take(&mut self.restarted);
+        let stopped = std::mem::take(&mut self.stopped);
         self.judge_length(frame.len, restarted, cx);
         let resolution = frame.stamp.map_or(0, |stamp| 10_i64.pow(9 - u32::from(stamp.decimals.min(9))));
         let period = self.beat.period_ns();
         let gap = self.beat.delay_ns(at);
-        let pace = self.beat.step(at, resolution, restarted, self.settings.period_ns);
-        self.judge_pace(pace, before, (gap, period), cx);
+        let pace = self.beat.step(at, resolution, stopped, self.settings.period_ns);
+        match pace {
+            Pace::WasLate(gap, cycle) => {
+                let before = self.beat.sync(cycle.saturating_sub(1));
+                self.judge_pace(Pace::Late, before, (Some(gap), self.beat.period_ns()), cx);
+            }
+            _ => self.judge_pace(pace, before, (gap, period), cx),
+        }
         let again = restarted || matches!(pace, Pace::Late | Pace::Resumed);
         match counter {
             Some(value) => {

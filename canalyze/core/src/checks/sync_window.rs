@@ -70,6 +70,8 @@ struct Track {
     id: CanId,
     /// Times it must have come before it is judged.
     needed: u8,
+    /// Its type was shown by the capture, whose beginning is no cut then.
+    shown: bool,
     /// What came last and is settled: its cycle, its frame, and whether it stood before its SYNC.
     last: Option<(u64, FrameRef)>,
     early: bool,
@@ -136,6 +138,7 @@ impl SyncWindow {
             (track.kind, track.id) = (kind, pdo.cob.0.id);
         }
         track.needed = if from > Provenance::Eds { ESTABLISHED } else { ESTABLISHED_BY_EDS };
+        track.shown = matches!(from, Provenance::Observed(_));
         if let Some(open) = track.open.take() {
             track.settle(open, beat, window_ns, node, cx);
         }
@@ -196,6 +199,10 @@ impl SyncWindow {
             if let Some(open) = track.open.take() {
                 let settled = track.before_sync(open, beat);
                 track.settle(settled, beat, window_ns, *node, cx);
+                if settled.cycle == 0 && settled.at.t_ns.is_some() && track.shown && track.before == 1 {
+                    track.before = 2;
+                    cx.find(Code::Syn005, Some(*node), Some(track.object()), Some(settled.at), Facts::None);
+                }
             }
             if !track.came(beat.cycle()) {
                 track.miss(beat, *node, cx);
@@ -287,6 +294,7 @@ impl Track {
             kind: u8::MAX,
             id: CanId::standard(0),
             needed: ESTABLISHED,
+            shown: false,
             last: None,
             early: false,
             phase: 0,
@@ -376,7 +384,7 @@ impl Track {
         if it.cycle == last {
             self.judge_second(it, (last_at, early), beat, node, cx);
         } else {
-            self.judge_cycle(it, last, node, cx);
+            self.judge_cycle(it, last, beat, node, cx);
         }
     }
 
@@ -432,7 +440,7 @@ impl Track {
     }
 
     /// It came in a cycle of its own: whether in the one in which it was due.
-    fn judge_cycle(&mut self, it: Arrival, last: u64, node: u8, cx: &mut Context<'_>) {
+    fn judge_cycle(&mut self, it: Arrival, last: u64, beat: &Beat, node: u8, cx: &mut Context<'_>) {
         let n = u64::from(self.kind);
         let said = std::mem::take(&mut self.said);
         if n == 0 {
@@ -445,7 +453,9 @@ impl Track {
             self.phase = it.cycle;
             return;
         }
-        if !self.established() {
+        // Of every second SYNC or less, a multiple of its type is proof enough that it follows the type.
+        let known = self.established() || (n > 1 && on_phase && it.at.t_ns.is_some() && self.needed == ESTABLISHED);
+        if !known {
             self.steady = 0;
             self.phase = it.cycle;
             return;
@@ -454,6 +464,10 @@ impl Track {
             let first = self.phase + n;
             self.absent = (!said).then_some((first, (it.cycle - first) / n));
             self.phase = it.cycle;
+            if n > 1 {
+                // One that is late would not have come n cycles after.
+                self.miss(beat, node, cx);
+            }
         } else if it.at.t_ns.is_none() && (self.due(it.cycle - 1) || self.due(it.cycle + 1)) {
             // Without stamps one cycle to either side may be a late echo, or a machine that stood still.
             self.phase = it.cycle;
