@@ -277,8 +277,7 @@ impl Checks {
             }
             _ => {}
         }
-        if let Message::Lss { command: Command::ActivateBitTiming { .. }, .. } = message {
-            self.nodes.quiet();
+        if matches!(message, Message::Lss { command: Command::ActivateBitTiming { .. }, .. }) {
             self.pdo_timing.forget(None);
             self.sync.lost();
         }

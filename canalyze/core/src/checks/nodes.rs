@@ -33,6 +33,9 @@ pub struct Nodes {
     before: Pulse,
     /// How long the bus was silent before the frame at hand, in ns.
     silence_ns: i64,
+    /// Until when no node sends anything, since the bit rate is switched (CiA 305); what one sends all the same begins
+    /// no train of heartbeats.
+    quiet_until_ns: i64,
 }
 
 impl Nodes {
@@ -48,6 +51,7 @@ impl Nodes {
             pulse: Pulse::default(),
             before: Pulse::default(),
             silence_ns: 0,
+            quiet_until_ns: i64::MIN,
         }
     }
 
@@ -139,8 +143,10 @@ impl Nodes {
             Message::Time { ms, days, reserved } => self.times.judge(ms, days, reserved, cx),
             Message::Lss { from_master: true, command } => {
                 self.nmt.lss(command, cx.at);
-                if matches!(command, Lss::ActivateBitTiming { .. }) {
+                if let Lss::ActivateBitTiming { delay } = command {
                     self.heartbeats.pause(0);
+                    let silence = 2_000_000 * i64::from(delay);
+                    self.quiet_until_ns = frame.t_ns.map_or(i64::MIN, |now| now.saturating_add(silence));
                 }
             }
             _ => {}
@@ -162,6 +168,9 @@ impl Nodes {
             self.heartbeats.known_state(node, state, cx);
         } else {
             self.heartbeats.beat(node, state, self.before, cx);
+            if cx.at.t_ns.is_some_and(|now| now < self.quiet_until_ns) {
+                self.heartbeats.pause(node);
+            }
         }
     }
 
@@ -190,12 +199,6 @@ impl Nodes {
         self.nmt.forget();
         self.permitted.forget();
         self.heartbeats.forget();
-        self.guarding.forget();
-    }
-
-    /// The bit rate is being switched: for this long no node sends anything, by the rules of LSS (CiA 305).
-    pub fn quiet(&mut self) {
-        self.heartbeats.pause(0);
         self.guarding.forget();
     }
 
