@@ -141,12 +141,12 @@ impl Bus {
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
-        let sync = self.checks.place(name, &self.nodes, frame);
+        let sync = self.checks.place(node, known, frame);
         let fit = Fit::of(&content, frame);
         let data = ProcessData { transmit, number, node, content, state: self.checks.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
         self.checks.due(frame, cx);
-        self.checks.process_data(name, fit, &self.nodes, frame, cx);
+        self.checks.process_data(name, known, fit, &self.nodes, frame, cx);
     }
 
     fn multiplexed(&mut self, name: PdoName, frame: &Frame, cx: &mut Context<'_>) {

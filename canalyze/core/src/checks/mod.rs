@@ -41,7 +41,7 @@ use crate::finding::{Code, Facts, Quantity};
 use crate::frame::Frame;
 use crate::message::Message;
 use crate::network::Network;
-use crate::node::{Node, PerNode};
+use crate::node::{Node, Pdo, PerNode};
 use crate::services::lss::Command;
 use crate::services::pdo;
 use crate::services::sdo::transfer::{Direction, Transfer};
@@ -69,7 +69,7 @@ pub struct PdoName {
 }
 
 impl PdoName {
-    fn of(self, nodes: &PerNode<Node>) -> Option<&crate::node::Pdo> {
+    fn of(self, nodes: &PerNode<Node>) -> Option<&Pdo> {
         nodes.get(self.node)?.pdo(self.transmit, self.number)
     }
 }
@@ -141,8 +141,8 @@ impl Checks {
     }
 
     /// The SYNC cycle of a PDO, before it is followed.
-    pub fn place(&self, pdo: PdoName, nodes: &PerNode<Node>, frame: &Frame) -> Option<Placement> {
-        self.sync.place(pdo.node, pdo.of(nodes), frame)
+    pub fn place(&self, node: u8, known: Option<&Pdo>, frame: &Frame) -> Option<Placement> {
+        self.sync.place(node, known, frame)
     }
 
     /// What history adds to a message: a guarding answer, the state before.
@@ -195,10 +195,11 @@ impl Checks {
         self.nodes.sdo(side, node, object.map(|mux| mux.index), cx);
     }
 
-    /// A PDO with data.
+    /// A PDO with data; `known` is what is configured of it.
     pub fn process_data(
         &mut self,
         name: PdoName,
+        known: Option<&Pdo>,
         fit: Fit,
         nodes: &PerNode<Node>,
         frame: &Frame,
@@ -206,7 +207,6 @@ impl Checks {
     ) {
         let PdoName { transmit, number, node } = name;
         self.nodes.pdo(transmit, number, node, cx);
-        let known = name.of(nodes);
         self.sync.process_data(node, known, frame, cx);
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= configuration::Provenance::Eds);
         if let Some(misfit) = fit.misfit.filter(|_| used) {
