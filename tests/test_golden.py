@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
-from captures import SAMPLES, run_canalyze, session_output
+from captures import SAMPLES, described_beside, run_canalyze, session_output
 from regenerate import goldens, output, samples
 
 CAPTURES = [
     *samples(),
     *sorted((SAMPLES / "recorded").glob("session.*[gp]")),
     *sorted((SAMPLES / "stacks").glob("*.log")),
+    *sorted((SAMPLES / "network").glob("*.log")),
     *sorted((SAMPLES / "rules").glob("*.clean.log")),
 ]
 """The samples, and the captures without goldens (`.log` and `.candump`) that the laws of text must hold for as well."""
@@ -66,11 +68,12 @@ def test_decoding_the_output_changes_nothing(capture: Path, lang: str) -> None:
 @pytest.mark.parametrize("capture", CAPTURES, ids=lambda path: path.name)
 def test_the_chunks_do_not_matter(capture: Path, arguments: dict[str, str]) -> None:
     text = capture.read_bytes()
-    whole = session_output([text], name=capture.name, **arguments)
-    assert session_output((text[at : at + 1] for at in range(len(text))), name=capture.name, **arguments) == whole
+    output = partial(session_output, name=capture.name, network=described_beside(capture), **arguments)
+    whole = output([text])
+    assert output(text[at : at + 1] for at in range(len(text))) == whole
     source = random.Random(capture.name)
     for _ in range(3):
-        assert session_output(in_chunks(text, source), name=capture.name, **arguments) == whole
+        assert output(in_chunks(text, source)) == whole
 
 
 def test_line_ends_do_not_matter() -> None:

@@ -29,6 +29,25 @@ def sdo(text: bytes, options: int) -> bytes:
     return bytes([options]) + b"".join(_records(text))
 
 
+_GAPS_NETWORK_S = (0.0001, 0.0006, 0.003, 0.007, 0.03, 0.3, 60.0)
+_ANY_FRAME = re.compile(rb"^\((\d+\.\d+)\) (\S+) ([0-9A-F]{3})#(R\d?|(?:[0-9A-F]{2})*)", re.MULTILINE)
+
+
+def network(text: bytes, options: int) -> bytes:
+    """The frames with 11-bit identifiers of a `candump -l` log, as the target `network` reads them."""
+    seed = bytearray([options])
+    last = 0.0
+    for seconds, _, digits, payload in _ANY_FRAME.findall(text):
+        remote = payload.startswith(b"R")
+        data = b"" if remote else bytes.fromhex(payload.decode())
+        now = float(seconds)
+        gap = sum(now - last >= limit for limit in _GAPS_NETWORK_S)
+        last = now
+        seed += (int(digits, 16) | (0x1000 if remote else 0)).to_bytes(2, "big")
+        seed += bytes([gap, len(data)]) + data
+    return bytes(seed)
+
+
 def _records(text: bytes) -> Iterator[bytes]:
     buses: list[bytes] = []
     nodes: list[int] = []
@@ -66,6 +85,7 @@ def main(corpus: Path) -> None:
         for options in _OPTIONS:
             seeds = {
                 "candump": bytes([options]) + text,
+                "network": network(text, options),
                 "sdo": sdo(text, options),
                 "session": bytes([options, 1, options]) + text,
             }

@@ -16,7 +16,7 @@ fn run(text: &[u8], options: Options, regular: bool, size: usize) -> (String, Ve
     for piece in text.chunks(size) {
         session.feed(piece, &mut out);
     }
-    session.end(&mut out);
+    session.end(false, &mut out);
     session.finish(&mut out);
     (String::from_utf8(out).expect("output is UTF-8"), session.take_complaints())
 }

@@ -1,0 +1,35 @@
+"""Sessions of whole networks, recorded anew on real SocketCAN: what happened is said, and nothing above info.
+
+The recordings under samples/network never change; here the same sessions run again, with this machine's timing. Needs
+what `test_candump.py` needs. What it must not do: judge how fast the machine is; a recording in which it stalled is
+made again by `record_network.py`.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import test_network_truth as compared
+from captures import TESTS, analyze
+from record_network import SESSIONS
+from test_candump import socketcan  # noqa: F401 - a fixture for every test here
+
+
+@pytest.mark.parametrize("name", SESSIONS)
+def test_a_session_as_it_happened(name: str, tmp_path: Path) -> None:
+    recorder = [sys.executable, str(TESTS / "record_network.py"), "--into", str(tmp_path), name]
+    done = subprocess.run(recorder, capture_output=True, text=True, check=False, timeout=250)
+    assert done.returncode == 0, done.stdout + done.stderr
+    log = tmp_path / f"{name}.log"
+    truth = json.loads(log.with_suffix(".json").read_text())
+    described = {row["node"]: row["eds"] for row in truth["nodes"] if row["eds"]}
+    for eds in ({}, described):
+        said = analyze(log.read_bytes(), eds=eds)
+        assert not said.above_info(), said.complaint()
+    for compare in (compared.test_nmt, compared.test_boot_ups_and_states, compared.test_emcy, compared.test_lss):
+        compare(log)
+    compared.compare_signals(log, described=True, only=None)
