@@ -149,8 +149,13 @@ def described(eds: tuple[tuple[int, str], ...]) -> _core.Network | None:
 
 
 def described_beside(capture: Path) -> _core.Network | None:
-    """The description beside a sample, `NAME.eds` or `NAME.dcf`, as that of node 5; None where there is none."""
+    """What is known of a sample's nodes: by the truth beside a session of a network, which names files of eds/, or by
+    `NAME.eds` or `NAME.dcf`, as that of node 5; None where there is neither.
+    """
     name = capture.name.split(".")[0]
+    if capture.parent.name == "network":
+        nodes = json.loads(capture.with_suffix(".json").read_text())["nodes"]
+        return described(tuple((row["node"], row["eds"]) for row in nodes if row["eds"]))
     for file in (capture.with_name(f"{name}.{form}") for form in ("eds", "dcf")):
         if file.is_file():
             return _core.Network(descriptions=[(None, 5, flat(load(str(file), 5)))])
