@@ -149,8 +149,9 @@ def described(eds: tuple[tuple[int, str], ...]) -> _core.Network | None:
 
 
 def described_beside(capture: Path) -> _core.Network | None:
-    """What is known of a sample's nodes: by the truth beside a session of a network, which names files of eds/, or by
-    `NAME.eds` or `NAME.dcf`, as that of node 5; None where there is neither.
+    """What is known of a sample's nodes; None where there is nothing.
+
+    The truth beside a session of a network names files of eds/; `NAME.eds` or `NAME.dcf` is that of node 5.
     """
     name = capture.name.split(".")[0]
     if capture.parent.name == "network":
