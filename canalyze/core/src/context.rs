@@ -43,7 +43,7 @@ impl Context<'_> {
     /// Raises a finding at the frame at hand. `cause` is the earlier frame it is about, if another.
     pub fn find(&mut self, code: Code, node: Option<u8>, object: Option<Mux>, cause: Option<FrameRef>, facts: Facts) {
         let finding = Finding { code, at: self.at, cause, bus: self.bus, node, object, facts };
-        self.push(cause, node, What::Finding(finding));
+        self.push(cause, node, What::Finding(Box::new(finding)));
     }
 
     /// Appends an event at the frame at hand.

@@ -41,8 +41,8 @@ pub enum What {
     Transfer(Arc<Transfer>),
     /// Something that has become known of an earlier frame, and is no finding.
     Note(Note),
-    /// A rule has been raised.
-    Finding(Finding),
+    /// A rule has been raised. Rare, and large: apart, so that events stay small.
+    Finding(Box<Finding>),
 }
 
 /// A PDO and what its bytes are, as far as that is known.

@@ -356,7 +356,7 @@ impl Stream {
         for (_, (count, finding)) in std::mem::take(&mut self.counted) {
             if count > SHOWN {
                 let facts = Facts::Repeated { count: count - SHOWN };
-                let what = What::Finding(Finding { at, cause: None, facts, ..finding });
+                let what = What::Finding(Box::new(Finding { at, cause: None, facts, ..finding }));
                 let Finding { bus, node, .. } = finding;
                 self.events.push(Event { at, about: None, bus, node, transfer: None, what });
             }
@@ -416,7 +416,7 @@ impl Stream {
             if counted.len() >= COUNTED && !counted.contains_key(&key) {
                 return true;
             }
-            let (count, _) = counted.entry(key).or_insert((0, *finding));
+            let (count, _) = counted.entry(key).or_insert((0, **finding));
             *count += 1;
             *count <= SHOWN
         });

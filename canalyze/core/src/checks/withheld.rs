@@ -53,5 +53,5 @@ impl Withheld {
 
 fn push(finding: Finding, cx: &mut Context<'_>) {
     let Finding { at, cause, bus, node, .. } = finding;
-    cx.events.push(Event { at, about: cause, bus, node, transfer: None, what: What::Finding(finding) });
+    cx.events.push(Event { at, about: cause, bus, node, transfer: None, what: What::Finding(Box::new(finding)) });
 }

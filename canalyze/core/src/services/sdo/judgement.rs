@@ -144,6 +144,6 @@ fn push_finding(finding: Finding, cx: &mut Context<'_>) {
         bus: finding.bus,
         node: finding.node,
         transfer: None,
-        what: What::Finding(finding),
+        what: What::Finding(Box::new(finding)),
     });
 }

@@ -89,7 +89,7 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
     for event in events {
         match event.what {
             What::Transfer(transfer) => outcome.transfers.push(transfer),
-            What::Finding(finding) => outcome.findings.push(finding),
+            What::Finding(finding) => outcome.findings.push(*finding),
             What::Sdo(_) => outcome.steps += 1,
             _ => {}
         }
