@@ -9,6 +9,7 @@ pub mod digits;
 pub mod en;
 pub mod escape;
 pub mod explain;
+pub mod parameter;
 pub mod signal;
 pub mod terms;
 pub mod told;

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::digits::{Hex, Padded, Spaced, decimal, put};
-use super::{Lang, escape, signal, terms};
+use super::{Lang, escape, parameter, signal, terms};
 use crate::dictionary::Object;
 use crate::drive;
 use crate::od::{self, DataType, Value};
@@ -124,6 +124,7 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Obj
         put!(out; " ");
         signal::annotation(out, lang, mux.index, raw);
     }
+    parameter::words(out, lang, mux, bytes);
     // Store and restore parameters are written as a word: "save", "load" (CiA 301, 7.5.2.13).
     if matches!(mux.index, 0x1010 | 0x1011) && matches!(bytes, b"save" | b"load") {
         put!(out; " \"");
