@@ -148,9 +148,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "signals.select",
-        "只要这些信号：用逗号隔开的通配符，与“节点.信号”或信号的名称比较，如 '5.*,*velocity*'。",
-        "Only these signals: globs with commas between, compared with node.signal or with the name of the signal, e.g. "
-        "'5.*,*velocity*'.",
+        "只要这些信号：用逗号隔开的通配符，与信号名称、“节点.信号”、“节点.PDO.信号”比较，信号也可写成对象；"
+        "不分大小写。如 '5.*'、'*velocity*,7.TPDO1.*'、'6041:00'。",
+        "Only these signals: globs with commas between, compared with the name of the signal, node.signal and "
+        "node.PDO.signal, where an object may stand for the signal; case does not count. E.g. '5.*', "
+        "'*velocity*,7.TPDO1.*', '6041:00'.",
     ),
     (
         "signals.format",
@@ -179,8 +181,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "signals.none_kept",
-        "{frames}帧中没有符合 {options} 的信号；不加此条件仍然没有，则是PDO的映射未知："
-        "用 --eds 5=drive.eds 给出设备描述",
+        "{frames}帧中没有符合 {options} 的信号；去掉后仍没有，说明PDO的映射未知：请用 --eds 5=drive.eds 给出设备描述",
         "no signal in {frames} frames fits {options}; if there is none without it either, no mapping of a PDO is "
         "known: give a device description, as --eds 5=drive.eds",
     ),
@@ -237,7 +238,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "eds.node",
-        "用这个节点号算出COB-ID，十进制或0x十六进制；不给则用DCF里的节点号，都没有则写成$NODEID加偏移。",
+        "用这个节点ID算出COB-ID，十进制或0x十六进制；不给则用DCF里的节点ID，都没有则写成$NODEID加偏移。",
         "Compute COB-IDs for this node-ID, decimal or 0x hexadecimal; else that of a DCF, else they stay $NODEID plus "
         "an offset.",
     ),

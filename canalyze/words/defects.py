@@ -57,7 +57,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{key}={value} 放不进 {bits} 位的类型",
         "{key}={value} does not fit its type of {bits} bits",
     ),
-    ("defect.node-id", "节点号 {value} 不在1到127之间", "node-ID {value} is not within 1 to 127"),
+    ("defect.node-id", "节点ID {value} 不在1到127之间", "node-ID {value} is not within 1 to 127"),
     ("defect.missing-key", "[{section}] 没有 {key}，用 {read}", "[{section}] lacks {key}, {read} is used"),
     ("defect.access", "{object} 的访问类型 {value} 读作 {read}", "access type {value} of {object} read as {read}"),
     (

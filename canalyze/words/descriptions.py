@@ -10,7 +10,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("device.product", "产品", "product"),
     ("device.revision", "修订号", "revision"),
     ("device.order_code", "订货号", "order code"),
-    ("device.node", "节点号", "node-ID"),
+    ("device.node", "节点ID", "node-ID"),
     ("eds.no_node", "未指定", "not given"),
     ("device.bit_rate", "波特率", "bit rate"),
     ("device.bit_rates", "支持的波特率", "supported bit rates"),

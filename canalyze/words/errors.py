@@ -45,7 +45,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     # What is known of the network.
     (
         "network.no_node",
-        "{name}：没有写明节点号；请指定，如 --eds 5={name}，或在 canalyze.toml 里写 node = 5",
+        "{name}：没有写明节点ID；请指定，如 --eds 5={name}，或在 canalyze.toml 里写 node = 5",
         "{name}: names no node-ID; give one, as --eds 5={name} or as node = 5 in canalyze.toml",
     ),
     (
@@ -55,7 +55,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "network.other_node",
-        "{name}：是节点 {own} 的DCF，现用于节点 {nodes}，其中不含$NODEID的值不随节点号改变",
+        "{name}：是节点 {own} 的DCF，现用于节点 {nodes}，其中不含$NODEID的值不随节点ID改变",
         "{name}: the DCF of node {own}, used for {nodes}; values without $NODEID in it stay those of node {own}",
     ),
     (
@@ -66,20 +66,20 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "usage.eds",
         "选项 {option} 不能是 {value}，可以写成 5=drive.eds、1-4,7=io.eds、can1:0x10=drive.eds 或 drive.dcf；"
-        "节点号是1到127",
+        "节点ID是1到127",
         "option {option}: {value} is not of the form 5=drive.eds, 1-4,7=io.eds, can1:0x10=drive.eds or drive.dcf; "
         "node-IDs are 1 to 127",
     ),
     (
         "usage.cob",
         "选项 {option} 不能是 {value}，可以写成 1A5=5.TPDO1、can1:1A5=5.RPDO2 或 000001A5=5.TPDO1（29位ID）；"
-        "ID是十六进制，节点号是1到127，PDO编号是1到512",
+        "ID是十六进制，节点ID是1到127，PDO编号是1到512",
         "option {option}: {value} is not of the form 1A5=5.TPDO1, can1:1A5=5.RPDO2 or 000001A5=5.TPDO1 (29-bit ID); "
         "IDs are hexadecimal, node-IDs 1 to 127, PDOs 1 to 512",
     ),
     (
         "usage.sdo",
-        "选项 {option} 不能是 {value}，可以写成 640,5C0=5 或 can1:640,5C0=5；两个ID是不同的十六进制数，节点号是1到127",
+        "选项 {option} 不能是 {value}，可以写成 640,5C0=5 或 can1:640,5C0=5；两个ID是不同的十六进制数，节点ID是1到127",
         "option {option}: {value} is not of the form 640,5C0=5 or can1:640,5C0=5; the IDs are hexadecimal and two, "
         "node-IDs are 1 to 127",
     ),
@@ -135,12 +135,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "config.node",
-        "{file}：配置项 {key} 不能是 {value}，可以是1到127的节点号",
+        "{file}：配置项 {key} 不能是 {value}，可以是1到127的节点ID",
         "{file}: key {key}: {value} is not a node-ID, 1 to 127",
     ),
     (
         "config.nodes",
-        '{file}：配置项 {key} 不能是 {value}，可以是1到127的节点号，几个则写成 [1, 2] 或 "1-4,7"',
+        '{file}：配置项 {key} 不能是 {value}，可以是1到127的节点ID，几个则写成 [1, 2] 或 "1-4,7"',
         '{file}: key {key}: {value} is not a node-ID, 1 to 127, nor several of them, as [1, 2] or "1-4,7"',
     ),
     (

@@ -48,7 +48,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "opt.eds",
         "节点的设备描述（EDS、DCF、XDD），用来解析PDO里的信号和对象的名称；可重复。如 5=drive.eds；"
-        "1-4,7=io.eds 由几个节点共用；can1:0x10=drive.eds 只用于一条总线；DCF写明了节点号时，只给文件即可。",
+        "1-4,7=io.eds 由几个节点共用；can1:0x10=drive.eds 只用于一条总线；DCF写明了节点ID时，只给文件即可。",
         "Device description (EDS, DCF, XDD) of a node, for the signals in its PDOs and the names of its objects; "
         "repeatable. E.g. 5=drive.eds; 1-4,7=io.eds is shared by several nodes; can1:0x10=drive.eds holds on one bus; "
         "the file alone where a DCF names its node.",
@@ -62,7 +62,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "opt.sdo",
-        "预定义之外的SDO通道：客户端到服务器和服务器到客户端的CAN-ID，以及服务器的节点号；可重复。如 640,5C0=5。",
+        "预定义之外的SDO通道：客户端到服务器和服务器到客户端的CAN-ID，以及服务器的节点ID；可重复。如 640,5C0=5。",
         "An SDO channel beyond the pre-defined ones: CAN-ID from client to server, from server to client, and the "
         "server's node-ID; repeatable. E.g. 640,5C0=5.",
     ),
