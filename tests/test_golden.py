@@ -8,6 +8,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from captures import SAMPLES, run_canalyze, session_output
@@ -64,7 +65,7 @@ def test_decoding_the_output_changes_nothing(capture: Path, lang: str) -> None:
 
 @pytest.mark.parametrize("arguments", FORMATS, ids=lambda arguments: "-".join(arguments.values()))
 @pytest.mark.parametrize("capture", CAPTURES, ids=lambda path: path.name)
-def test_the_chunks_do_not_matter(capture: Path, arguments: dict[str, str]) -> None:
+def test_the_chunks_do_not_matter(capture: Path, arguments: dict[str, Any]) -> None:
     text = capture.read_bytes()
     whole = session_output([text], name=capture.name, **arguments)
     assert session_output((text[at : at + 1] for at in range(len(text))), name=capture.name, **arguments) == whole

@@ -226,7 +226,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "candump -ta can0 | canalyze summary -",
     ),
     # eds
-    ("eds.short", "说明一个设备描述文件（EDS、DCF）", "Show a device description (EDS, DCF)"),
+    ("eds.short", "说明设备描述文件（EDS、DCF、XDD）", "Show a device description (EDS, DCF, XDD)"),
     ("eds.usage", "[选项] 文件...", "[OPTIONS] FILE..."),
     (
         "eds.help",
