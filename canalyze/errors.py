@@ -7,7 +7,7 @@
     │   └── ReaderGone  whoever read the pipe has seen enough: the end, but no failure
     └── CoreError       the compiled core is not there
 
-An error carries a key of `words.py` and its facts, not a sentence: it is put into words where it is shown. What a
+An error carries a key of `words` and its facts, not a sentence: it is put into words where it is shown. What a
 capture contains is never an error here; the core answers that with findings and complaints.
 """
 

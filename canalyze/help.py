@@ -1,7 +1,7 @@
 """Help pages and usage errors in our words, on top of click.
 
 click's own pages are English and measure text in characters; these speak the language of the run and know that a
-Chinese character takes two columns. Sentences stand in `words.py`; nothing here knows a command.
+Chinese character takes two columns. Sentences stand in `words`; nothing here knows a command.
 """
 
 import unicodedata

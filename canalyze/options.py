@@ -1,6 +1,6 @@
 """Options that several commands have, and what becomes of them.
 
-Descriptions stand in `words.py`. An option of one command only stands in that command's file.
+Descriptions stand in `words`. An option of one command only stands in that command's file.
 """
 
 from collections.abc import Callable, Sequence

@@ -44,7 +44,7 @@ def values(text: str) -> dict[tuple[str, str, str, str], str]:
     ("option", "value", "zh", "en"),
     [
         ("--eds", "5x=drive.eds", "5=drive.eds、1-4,7=io.eds", "not of the form 5=drive.eds, 1-4,7=io.eds"),
-        ("--eds", "128=drive.eds", "节点号是1到127", "node-IDs are 1 to 127"),
+        ("--eds", "128=drive.eds", "节点ID是1到127", "node-IDs are 1 to 127"),
         ("--eds", "", '不能是 ""', '"" is not'),
         ("--cob", "1A5=5", "1A5=5.TPDO1", "1A5=5.TPDO1"),
         ("--cob", "8FF=5.TPDO1", "ID是十六进制", "IDs are hexadecimal"),

@@ -9,6 +9,7 @@ import random
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 from captures import SAMPLES, described_beside, run_canalyze, session_output
@@ -66,7 +67,7 @@ def test_decoding_the_output_changes_nothing(capture: Path, lang: str) -> None:
 
 @pytest.mark.parametrize("arguments", FORMATS, ids=lambda arguments: "-".join(arguments.values()))
 @pytest.mark.parametrize("capture", CAPTURES, ids=lambda path: path.name)
-def test_the_chunks_do_not_matter(capture: Path, arguments: dict[str, str]) -> None:
+def test_the_chunks_do_not_matter(capture: Path, arguments: dict[str, Any]) -> None:
     text = capture.read_bytes()
     output = partial(session_output, name=capture.name, network=described_beside(capture), **arguments)
     whole = output([text])

@@ -1,7 +1,7 @@
 //! Findings and the table of rules that raise them.
 //!
 //! A rule has a code, a name, a default severity and the clause it rests on; its words stand in `text`. A rule
-//! is added here and in `text/{zh,en}/findings.rs`, and gets a sample that raises it.
+//! is added here and in `text/{zh,en}/findings/`, and gets a sample that raises it.
 
 use crate::frame::{BusId, CanId, FrameRef};
 use crate::services::sdo::wire::{Mux, Side};

@@ -1,7 +1,7 @@
 //! The expression of `--select`: which signals are listed.
 //!
 //! A comma separates patterns; `*` is any run of characters, `?` any one; case does not count. A pattern is matched
-//! with a signal's name, with `NODE.NAME`, `NODE.PDO.NAME` and, in place of the name, its object `6041:00` or `6041`.
+//! with a signal's name, with `NODE.NAME`, `NODE.PDO.NAME` and, in place of the name, its object `6041:00`, `6041h:00` or `6041`.
 
 /// Which signals are listed.
 #[derive(Clone, Debug, Default)]

@@ -126,7 +126,8 @@ impl Signals {
 
 /// All names by which a signal may be selected.
 fn names(data: &ProcessData, mapped: &Mapped) -> Vec<String> {
-    let mut own = vec![format!("{:04X}", mapped.index), format!("{:04X}:{:02X}", mapped.index, mapped.sub)];
+    let (index, sub) = (mapped.index, mapped.sub);
+    let mut own = vec![format!("{index:04X}"), format!("{index:04X}:{sub:02X}"), format!("{index:04X}h:{sub:02X}")];
     for lang in [Lang::Zh, Lang::En] {
         let mut name = Vec::new();
         signal::name(&mut name, lang, mapped);

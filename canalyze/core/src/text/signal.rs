@@ -71,13 +71,22 @@ fn write(mapped: &Mapped, lang: Lang) -> Written {
 /// Appends the name of an entry, as the head of this file has it. The second and further axes of CiA 402 are
 /// told from the first: `状态字(轴2)`.
 pub fn name(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped) {
+    named(out, lang, mapped, true);
+}
+
+/// The same for a line that already has the object: `1A01h:02 TPDO映射参数`, without a second `:02`.
+pub fn name_beside_object(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped) {
+    named(out, lang, mapped, false);
+}
+
+fn named(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, alone: bool) {
     let (index, sub) = (mapped.index, mapped.sub);
     if mapped.dummy {
         put!(out; dummy(lang));
     } else if let Some(word) = standard_name(lang, mapped) {
         put!(out; word);
         // A sub-index without a name of its own has the object's, as one that never has any.
-        if sub > 0 && Some(word) == terms::object_name(lang, index, 0xFF) {
+        if alone && sub > 0 && Some(word) == terms::object_name(lang, index, 0xFF) {
             put!(out; ":", Hex::<2>(u64::from(sub)));
         }
         match (lang, drive::axis(index)) {

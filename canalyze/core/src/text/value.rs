@@ -67,7 +67,7 @@ pub fn name(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Object>)
     match described {
         Some(object) => {
             put!(out; " ");
-            signal::name(out, lang, &as_mapped(object));
+            signal::name_beside_object(out, lang, &as_mapped(object));
         }
         None => {
             if let Some(name) = terms::object_name(lang, mux.index, mux.sub) {

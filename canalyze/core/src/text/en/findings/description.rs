@@ -7,10 +7,10 @@ use crate::text::RuleText;
 pub(super) const EDS001: RuleText = RuleText {
     message: "value read differs from the EDS's default",
     meaning: "The parameter was not written in the capture before, and the value read is not the EDS's default; or from the beginning a PDO is not as long as the EDS's default mapping.",
-    cause: "The device was configured or stored its parameters before the capture began, or the EDS is of another firmware.",
+    cause: "The device was configured or stored its parameters before the capture began, or the EDS is of another firmware or another device.",
     faces: &[
         "{found} read, {described} by default in the EDS",
-        "PDO length {found}, the EDS's default mapping has {mapped} (in bytes): the device probably was configured before the capture began",
+        "PDO length {found}, the EDS's default mapping has {mapped} (in bytes): the device was configured before the capture began, or the EDS is not of this device",
     ],
 };
 

@@ -13,7 +13,7 @@ pub(super) const DRV001: RuleText = RuleText {
 
 pub(super) const DRV002: RuleText = RuleText {
     message: "a command has no effect",
-    meaning: "The controlword holds a command that should lead out of the present state, and statuswords keep coming, but the state stays. A command that takes away is given 1 second, one toward operation enabled 5; not counted are local operation (bit 9 is 0) and, for the latter, a supply that is not there (bit 4 is 0).",
+    meaning: "The controlword holds a command that should lead out of the present state, and statuswords keep coming, but the state stays. A command away from operation enabled is given 1 second, one toward it 5; not counted are local operation (bit 9 is 0) and, for the latter, a supply that is not there (bit 4 is 0).",
     cause: "A condition is missing (enable input, STO, brake), the commands came in the wrong order, or the drive does not receive the RPDO.",
     faces: &["{after} after controlword {controlword} the statusword still is {statusword}"],
 };

@@ -8,7 +8,7 @@ pub(super) const MPD001: RuleText = RuleText {
     message: "MPDO is not 8 bytes long",
     meaning: "An MPDO always has 8 bytes: one of address, three of index and sub-index, four of data. Another length has no meaning.",
     cause: "A fault of the sender, or something else on the same identifier.",
-    faces: &["MPDO length {found} instead of 8"],
+    faces: &["MPDO length {found} instead of 8 (in bytes)"],
 };
 
 pub(super) const PDO001: RuleText = RuleText {

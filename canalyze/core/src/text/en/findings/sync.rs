@@ -9,9 +9,9 @@ pub(super) const SYN001: RuleText = RuleText {
     meaning: "A SYNC has no data where 1019h is 0, else one byte with the counter. Consumers may ignore a SYNC of another length, and report 8240h.",
     cause: "Producer and consumers disagree about 1019h, or there is another SYNC producer on the bus.",
     faces: &[
-        "SYNC of length {found} though 1019h is {overflow}",
-        "SYNC of length {found}, those before had length {expected}",
-        "SYNC of length {found} instead of 0 or 1",
+        "SYNC of length {found} (in bytes) though 1019h is {overflow}",
+        "SYNC of length {found}, those before had length {expected} (in bytes)",
+        "SYNC of length {found} instead of 0 or 1 (in bytes)",
     ],
 };
 
@@ -88,7 +88,7 @@ pub(super) const SYN010: RuleText = RuleText {
     meaning: "A TPDO of transmission type n (1 to 240) is sent with every n-th SYNC; this one came in another cycle.",
     cause: "The node missed or miscounted a SYNC, was so slow that it came a cycle late, or the SYNC start value is wrong.",
     faces: &[
-        "sent with SYNC number {found} after the last time, due is number {expected}",
+        "sent at SYNC {found} after the one it was last sent at, due by its transmission type at SYNC {expected}",
         "belongs to SYNC cycle {expected} and came in cycle {found}",
     ],
 };

@@ -7,10 +7,10 @@ use crate::text::RuleText;
 pub(super) const EDS001: RuleText = RuleText {
     message: "读到的值与EDS的默认值不同",
     meaning: "在捕获中还没有写过该参数, 读到的值就与EDS的默认值不同, 或者PDO从一开始就与EDS的默认映射长度不同。",
-    cause: "设备在捕获开始之前已被配置或存储过参数, 或者EDS与固件版本不符。",
+    cause: "设备在捕获开始之前已被配置或存储过参数, EDS与固件版本不符, 或者EDS不是这台设备的。",
     faces: &[
         "读到{found}, EDS的默认值为{described}",
-        "PDO为{found}字节, EDS的默认映射为{mapped}字节: 设备大概在捕获开始前已被配置",
+        "PDO为{found}字节, EDS的默认映射为{mapped}字节: 设备在捕获开始前已被配置, 或者EDS不是这台设备的",
     ],
 };
 
@@ -31,7 +31,7 @@ pub(super) const EDS003: RuleText = RuleText {
 pub(super) const EDS004: RuleText = RuleText {
     message: "设备标识与设备描述不符",
     meaning: "设备类型(1000h)、制造商ID或产品码(1018h)与设备描述中的不同: 这份描述很可能不是这台设备的。",
-    cause: "给节点指定了错误的EDS, 节点号弄混, 或者更换了设备。",
+    cause: "给节点指定了错误的EDS, 节点ID弄混, 或者更换了设备。",
     faces: &["读到{found}, 设备描述中为{described}: EDS很可能不是这台设备的"],
 };
 

@@ -160,7 +160,7 @@ pub(super) const TIM002: RuleText = RuleText {
     message: "时间跳变",
     meaning: "两个时间戳之差与捕获中经过的时间相差1秒以上。",
     cause: "生产者的时钟被校准, 有两个生产者, 或者捕获主机的时钟被调整。",
-    faces: &["时间戳走过{passed}, 捕获中经过{elapsed}"],
+    faces: &["TIME的时间走过{passed}, 捕获中经过{elapsed}"],
 };
 
 pub(super) const SDO011: RuleText = RuleText {

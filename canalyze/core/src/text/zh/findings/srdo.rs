@@ -17,8 +17,8 @@ pub(super) const SRD002: RuleText = RuleText {
 };
 
 pub(super) const SRD003: RuleText = RuleText {
-    message: "SRDO的安全循环时间超时",
-    meaning: "相邻两对SRDO的间隔不得超过安全循环时间(SCT, 子索引2); 判断时采用接收方的值, 没有时采用发送方的值。",
+    message: "SRDO的安全周期时间超时",
+    meaning: "相邻两对SRDO的间隔不得超过安全周期时间(SCT, 子索引2); 判断时采用接收方的值, 没有时采用发送方的值。",
     cause: "发送方周期过长或曾停顿, 总线过载, 或者SCT设得太短。",
     faces: &["SRDO{srdo}与上一对相隔{gap}, 限值{limit} (容差{tolerance})"],
 };

@@ -50,11 +50,11 @@ pub(super) const SYN005: RuleText = RuleText {
 
 pub(super) const SYN006: RuleText = RuleText {
     message: "总线上有两个同步生产者",
-    meaning: "同一时刻只应有一个节点产生同步报文; 两列同步报文会使同步PDO加倍或错位。",
+    meaning: "同一时刻只应有一个节点产生同步报文; 两路同步报文会使同步PDO加倍或错位。",
     cause: "两个节点的1005h都置了生产者位(位30), 或者主站与某个节点同时产生同步报文。",
     faces: &[
-        "两列同步计数器交错: {found}, 而另一列应为{expected}",
-        "两列同步报文交错: 间隔{short}与{long}交替, 周期{period}",
+        "两路同步计数器交错: 收到{found}, 另一路应为{expected}",
+        "两路同步报文交错: 间隔{short}与{long}交替, 周期{period}",
         "该节点和节点{other}都配置为同步生产者",
     ],
 };
@@ -88,7 +88,7 @@ pub(super) const SYN010: RuleText = RuleText {
     meaning: "传输类型为n (1到240)的TPDO应每n个同步报文发送一次; 它在别的周期到来。",
     cause: "节点漏收或多算了一个同步报文, 处理太慢而拖到下一周期, 或者同步起始值设置有误。",
     faces: &[
-        "距上次发送隔了{found}个同步报文, 按传输类型应隔{expected}个",
+        "在上次发送后的第{found}个同步报文发送, 按传输类型应为第{expected}个",
         "属于第{expected}个同步周期, 到第{found}个周期才到来",
     ],
 };
