@@ -16,7 +16,7 @@ from test_network_known import DCF
 OWN = Path(__file__).parent.parent / "eds"
 DRIVE = str(OWN / "drive.eds")
 IO = str(OWN / "io.eds")
-HEADING = "t,frame,bus,node,pdo,signal,value,raw,unit,provenance"
+HEADING = "t,frame,bus,node,pdo,signal,value,raw,unit,provenance,object"
 CAPTURE = """\
 (1.000000) can0 385#37022A000000
 (1.001000) can0 1A5#3702
@@ -132,7 +132,7 @@ def test_decode_names_signals(canalyze: Runner, capture: str) -> None:
 
 
 def test_signals_as_csv(canalyze: Runner, capture: str) -> None:
-    done = canalyze("signals", "--eds", f"5={DRIVE}", "--eds", f"1-4={IO}", capture)
+    done = canalyze("signals", "--eds", f"5={DRIVE}", "--eds", f"2={IO}", capture)
     assert (done.code, done.err) == (0, "")
     assert done.lines[0] == HEADING
     assert values(done.out) == {
@@ -152,7 +152,7 @@ def test_signals_as_jsonl(canalyze: Runner, capture: str) -> None:
     rows = [json.loads(line) for line in done.lines]
     assert len(rows) == 5
     for row in rows:
-        assert set(HEADING.split(",")) <= set(row)
+        assert set(HEADING.split(",")) - {"object"} | {"index", "sub"} <= set(row)
     assert {row["provenance"] for row in rows} == {"eds"} or all("eds" in str(row["provenance"]) for row in rows)
 
 
@@ -209,7 +209,7 @@ def test_defects_are_one_line(canalyze: Runner, capture: str, tmp_path: Path) ->
     text = Path(DRIVE).read_text() + "\n" + "no equals\n" * 30
     (tmp_path / "odd.eds").write_text(text)
     for lang, said in (("zh", "未采用 30 处"), ("en", "not used: 30")):
-        done = canalyze("--lang", lang, "decode", "--eds", "5-7=odd.eds", capture)
+        done = canalyze("--lang", lang, "decode", "--eds", "5=odd.eds", capture)
         assert (done.code, len(done.complaints)) == (0, 1)
         assert said in done.err and "canalyze eds odd.eds" in done.err
 
@@ -255,3 +255,10 @@ def test_options_without_a_description_load_no_library(canalyze: Runner, capture
         )
         loaded = {line.rpartition("|")[2].strip().partition(".")[0] for line in done.stderr.decode().splitlines()}
         assert ("canopen" in loaded) == there
+
+
+def test_a_node_that_is_not_there_is_said(canalyze: Runner, capture: str) -> None:
+    done = canalyze("--lang", "en", "decode", "--eds", f"5,30-32={DRIVE}", capture)
+    assert (done.code, done.complaints) == (0, [f"{DRIVE}: the capture has no frame of nodes 30-32"])
+    done = canalyze("decode", "--eds", f"can9:5={DRIVE}", capture)
+    assert done.complaints == [f"{DRIVE}: 捕获中没有节点5的帧"]

@@ -118,6 +118,8 @@ struct Stream {
     next_transfer: u64,
     events: Vec<Event>,
     chunks: Vec<Chunk>,
+    /// Which nodes had a frame, a bit each, by bus.
+    seen: Vec<u128>,
     counted: BTreeMap<Kind, (u64, Finding)>,
     unreadable: Unreadable,
     complaints: Vec<String>,
@@ -170,6 +172,7 @@ impl Session {
                 next_transfer: 0,
                 events: Vec::new(),
                 chunks: Vec::new(),
+                seen: Vec::new(),
                 counted: BTreeMap::new(),
                 unreadable: Unreadable::default(),
                 complaints: Vec::new(),
@@ -266,6 +269,7 @@ impl Stream {
             What::Pdo(_) => ("pdo", event.node),
             _ => ("sdo", event.node),
         });
+        self.see(frame.bus, node);
         let start_ns = *self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
         if self.options.format == Format::Transfers {
             self.transfers(buses, out);
@@ -362,12 +366,40 @@ impl Stream {
             }
         }
         self.aside(buses, out);
+        if self.frames > 0 {
+            self.absent(buses);
+        }
         if self.shown == 0 && self.frames > 0 && !self.options.filter.is_empty() {
             self.complaints.push(complaints::nothing_shown(self.options.lang, self.frames));
         }
         if self.options.format == Format::Summary && self.shown > 0 {
             jsonl::summary::write(out, self.setting(buses), &self.summary);
         }
+    }
+
+    fn see(&mut self, bus: BusId, node: Option<u8>) {
+        let index = usize::from(bus.0);
+        if self.seen.len() <= index {
+            self.seen.resize(index + 1, 0);
+        }
+        if let (Some(nodes), Some(node)) = (self.seen.get_mut(index), node) {
+            *nodes |= 1 << (node & 0x7F);
+        }
+    }
+
+    /// Descriptions of nodes that are not in the capture: a number was mistyped, or the capture is another one.
+    fn absent(&mut self, buses: &Buses) {
+        let mut absent: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
+        for one in &self.options.network.descriptions {
+            let on = |index: usize| Network::holds(one.bus.as_ref(), buses.name(BusId(index as u8)));
+            let mut seen = self.seen.iter().enumerate().filter(|(index, _)| on(*index));
+            if !seen.any(|(_, nodes)| nodes & 1 << (one.node & 0x7F) != 0) {
+                absent.entry(&one.dictionary.file).or_default().push(one.node);
+            }
+        }
+        let lang = self.options.lang;
+        let lines = absent.into_iter().map(|(file, nodes)| complaints::absent(lang, file.as_bytes(), nodes));
+        self.complaints.extend(lines);
     }
 
     /// What belongs to no frame at hand.

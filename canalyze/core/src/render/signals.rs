@@ -12,6 +12,7 @@
 //! | `raw` | the unsigned number in the payload |
 //! | `unit` | empty or null where the description has none |
 //! | `provenance` | of the mapping: `observed`, `option`, `dcf`, `eds` |
+//! | `object` | `6041:00`, which is the same in every language |
 //!
 //! JSON lines have `kind` = `signal` and further `file`, `line`, `index`, `sub` and `text` (the value in words).
 
@@ -28,7 +29,7 @@ use crate::text::digits::{Hex, put};
 use crate::text::{Lang, escape, signal};
 
 /// The columns of CSV.
-const HEAD: &str = "t,frame,bus,node,pdo,signal,value,raw,unit,provenance\n";
+const HEAD: &str = "t,frame,bus,node,pdo,signal,value,raw,unit,provenance,object\n";
 /// Mappings whose selection is remembered at most.
 const REMEMBERED: usize = 4096;
 
@@ -172,7 +173,7 @@ fn row(
     bare(out, |out| number::raw(out, mapping, mapped, frame.payload()));
     put!(out; ",");
     cell(out, mapped.unit.as_deref().unwrap_or("").as_bytes());
-    put!(out; ",", from.name(), "\n");
+    put!(out; ",", from.name(), ",", Hex::<4>(u64::from(mapped.index)), ":", Hex::<2>(u64::from(mapped.sub)), "\n");
 }
 
 fn bare(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>) -> Shape) {

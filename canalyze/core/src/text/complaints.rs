@@ -82,6 +82,36 @@ pub fn marker(lang: Lang, file: &[u8], marker: &Marker, finding: Option<&Finding
     })
 }
 
+/// A description was given for nodes that have no frame in the capture.
+pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
+    nodes.sort_unstable();
+    nodes.dedup();
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    put!(&mut out; match (lang, nodes.len()) {
+        (Lang::Zh, _) => ": 捕获中没有节点",
+        (Lang::En, 1) => ": the capture has no frame of node ",
+        (Lang::En, _) => ": the capture has no frame of nodes ",
+    });
+    let mut rest = nodes.as_slice();
+    while let [first, ..] = rest {
+        let run = rest.iter().zip(*first..).take_while(|(node, due)| *node == due).count();
+        let last = first + (run - 1) as u8;
+        if rest.len() < nodes.len() {
+            put!(&mut out; ", ");
+        }
+        put!(&mut out; *first);
+        if run > 1 {
+            put!(&mut out; "-", last);
+        }
+        rest = rest.get(run..).unwrap_or(&[]);
+    }
+    if lang == Lang::Zh {
+        put!(&mut out; "的帧");
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
 /// The filter let nothing through.
 pub fn nothing_shown(lang: Lang, frames: u64) -> String {
     match lang {
