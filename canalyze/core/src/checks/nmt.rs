@@ -31,6 +31,10 @@ const RESETS_NS: i64 = 1_000_000_000;
 const ACTIVATED_NS: i64 = 5_000_000_000;
 /// Two boot-ups of one node-ID closer than this come from two nodes, in ns.
 const TWO_BOOT_UPS_NS: i64 = 20_000_000;
+/// So many frames after two boot-ups show whether the capture has every frame twice.
+const TWINS: u64 = 6;
+/// A boot-up this soon after a reset was sent before the node saw it, in ns.
+const SENT_NS: i64 = 1_000_000;
 /// A node whose boot-up follows its last heartbeat within this time did not lose its power, in ns.
 const RESTART_NS: i64 = 1_000_000_000;
 /// So many shown states mean that a node was running, and not just about to obey a reset before the capture.
@@ -91,6 +95,13 @@ struct Command {
 struct Suspect {
     at: FrameRef,
     what: Spontaneous,
+}
+
+impl Suspect {
+    /// Two boot-ups right after one another, which may be one.
+    fn adjacent(self) -> bool {
+        matches!(self.what, Spontaneous::TwoBootUps { last } if last.no + 1 == self.at.no)
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -162,6 +173,11 @@ impl Nmt {
     /// The state that a node has shown last since its boot-up.
     pub fn shown_last(&self, node: u8) -> Option<u8> {
         self.nodes.get(node)?.shown.map(|(state, _)| state)
+    }
+
+    /// Whether a node has shown states since it booted.
+    pub fn shows(&self, node: u8) -> bool {
+        self.nodes.get(node).is_some_and(|standing| standing.beats > 0)
     }
 
     /// The reset command after which a node that has been seen has not booted yet.
@@ -239,12 +255,13 @@ impl Nmt {
         }
         self.causal |= standing.resets > 0;
         let explained = standing.resets > 0 || standing.given || activated || silence_ns >= SWITCHED_ON_NS;
+        let crossed = standing.resets > 0 && since(standing.reset, cx.at).is_some_and(|age| age < SENT_NS);
         let (last, beat) = (standing.boot_up, standing.beat.filter(|_| standing.beats >= RUNNING));
         *standing = Standing {
             present: true,
             managed: standing.managed || standing.resetting,
             boot_up: Some(cx.at),
-            resets: standing.resets.saturating_sub(1),
+            resets: standing.resets.saturating_sub(u8::from(!crossed)),
             reset: standing.reset,
             emergency: standing.emergency,
             suspect: standing.suspect,
@@ -314,26 +331,28 @@ impl Nmt {
         self.nodes.entry(node).given = true;
     }
 
-    /// Says what stayed unexplained. Called with each frame before it is followed.
+    /// Says what stayed unexplained. Called with each frame before it is followed. `twice`: the capture shows most
+    /// of its frames twice.
     #[inline]
-    pub fn settle(&mut self, cx: &mut Context<'_>) {
+    pub fn settle(&mut self, twice: bool, cx: &mut Context<'_>) {
         if self.suspects > 0 {
-            self.resolve(false, cx);
+            self.resolve(false, twice, cx);
         }
     }
 
     /// The capture is over: no command can follow any more, where commands have come before their effects.
-    pub fn finish(&mut self, cx: &mut Context<'_>) {
+    pub fn finish(&mut self, twice: bool, cx: &mut Context<'_>) {
         if self.suspects > 0 && self.causal && !self.late {
-            self.resolve(true, cx);
+            self.resolve(true, twice, cx);
         }
     }
 
-    fn resolve(&mut self, over: bool, cx: &mut Context<'_>) {
+    fn resolve(&mut self, over: bool, twice: bool, cx: &mut Context<'_>) {
         let switched_on = self.switched_on(cx.at);
         for (node, standing) in self.nodes.iter_mut() {
             let Some(suspect) = standing.suspect else { continue };
             let settled = match since(Some(suspect.at), cx.at) {
+                _ if suspect.adjacent() && cx.at.no <= suspect.at.no + TWINS => false,
                 Some(age) => !(0..SETTLED_NS).contains(&age) && cx.at.no > suspect.at.no,
                 None => cx.at.no > suspect.at.no + LATE,
             };
@@ -342,6 +361,9 @@ impl Nmt {
             }
             standing.suspect = None;
             self.suspects = self.suspects.saturating_sub(1);
+            if twice && suspect.adjacent() {
+                continue;
+            }
             if switched_on && matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. }) {
                 continue;
             }
