@@ -204,6 +204,13 @@ impl Heartbeats {
         }
     }
 
+    /// The network was switched on: nobody is lost before `until`.
+    pub fn grant(&mut self, until: i64) {
+        for (_, producer) in self.producers.iter_mut().filter(|(_, producer)| producer.deadline < i64::MAX) {
+            producer.deadline = producer.deadline.max(until);
+        }
+    }
+
     /// A command: a change of state says nothing of a second node.
     pub fn commanded(&mut self, node: u8) {
         for (id, producer) in self.producers.iter_mut() {

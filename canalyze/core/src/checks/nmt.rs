@@ -22,7 +22,9 @@ const EMERGENCY_NS: i64 = 1_000_000_000;
 /// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most once.
 const SELF_START_NS: i64 = 5_000_000_000;
 /// After a bus was silent for this long, boot-ups are those of a network that was switched on, in ns.
-const SWITCHED_ON_NS: i64 = 2_000_000_000;
+pub(super) const SWITCHED_ON_NS: i64 = 2_000_000_000;
+/// Nodes that are switched on together boot within this time, in ns.
+pub(super) const POWER_UP_NS: i64 = 5_000_000_000;
 /// Nodes that boot within so many frames, where there are no stamps, boot together.
 const TOGETHER: u64 = 10;
 /// Several resets in a row may yield as many boot-ups within this time, in ns.
@@ -141,6 +143,8 @@ pub struct Nmt {
     nodes: PerNode<Standing>,
     suspects: u32,
     activated: Option<i64>,
+    /// The first boot-up after a silence: the network was switched on.
+    switched_on: Option<i64>,
     /// Commands came before their effects, and never after: the capture is in causal order.
     causal: bool,
     late: bool,
@@ -254,7 +258,14 @@ impl Nmt {
             standing.resets = 0;
         }
         self.causal |= standing.resets > 0;
-        let explained = standing.resets > 0 || standing.given || activated || silence_ns >= SWITCHED_ON_NS;
+        if silence_ns >= SWITCHED_ON_NS {
+            self.switched_on = cx.at.t_ns;
+        }
+        let powered = self
+            .switched_on
+            .zip(cx.at.t_ns)
+            .is_some_and(|(then, now)| (0..POWER_UP_NS).contains(&now.saturating_sub(then)));
+        let explained = standing.resets > 0 || standing.given || activated || powered;
         let crossed = standing.resets > 0 && since(standing.reset, cx.at).is_some_and(|age| age < SENT_NS);
         let (last, beat) = (standing.boot_up, standing.beat.filter(|_| standing.beats >= RUNNING));
         *standing = Standing {
@@ -270,6 +281,10 @@ impl Nmt {
         let what = match (last, beat) {
             _ if explained => return,
             (Some(last), _) if since(Some(last), cx.at).is_some_and(|gap| (0..TWO_BOOT_UPS_NS).contains(&gap)) => {
+                if last.no + 1 == cx.at.no && standing.suspect.is_some() {
+                    // What is suspected already may stand here twice.
+                    return;
+                }
                 Spontaneous::TwoBootUps { last }
             }
             (Some(last), _) => Spontaneous::BootUp { last },
@@ -429,7 +444,12 @@ impl Standing {
         if explains {
             self.suspect = None;
         }
-        let sure = explicit || self.managed;
+        // A reset just after a boot-up may have been sent before it, to a node that was not there yet.
+        let crossed = state == 0
+            && self
+                .boot_up
+                .is_some_and(|boot| since(Some(boot), at).map_or(boot.no + LATE >= at.no, |age| age < SETTLED_NS));
+        let sure = (explicit || self.managed) && !crossed;
         let command = Command { state, specifier, at, sure, wrong: 0, judged: false };
         if state == 0 {
             if explains {

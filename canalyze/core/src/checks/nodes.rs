@@ -6,7 +6,7 @@
 use super::emcy::Emergencies;
 use super::guarding::Guarding;
 use super::heartbeat::{Heartbeats, Pulse, TWICE_NS};
-use super::nmt::Nmt;
+use super::nmt::{Nmt, POWER_UP_NS, SWITCHED_ON_NS};
 use super::permitted::Permitted;
 use super::time::Times;
 use crate::cob_id::Role;
@@ -135,6 +135,11 @@ impl Nodes {
                 self.permitted.boot_up(node, cx);
                 self.guarding.restart(node, &self.nmt, cx);
                 self.nmt.boot_up(node, self.silence_ns, cx);
+                if self.silence_ns >= SWITCHED_ON_NS
+                    && let Some(now) = frame.t_ns
+                {
+                    self.heartbeats.grant(now.saturating_add(POWER_UP_NS));
+                }
                 self.heartbeats.pause(node);
                 self.emergencies.boot_up(node);
             }

@@ -98,7 +98,7 @@ impl Permitted {
             // An answer to what was asked after the reset: not one that was under way.
             let stay = self.nodes.entry(node);
             let asked_after = stay.request.is_some_and(|request| request.no > reset.no);
-            if asked_after && since(Some(reset), cx.at).is_none_or(|age| age > OBEYED_NS) {
+            if asked_after && since(Some(reset), cx.at).is_some_and(|age| age > OBEYED_NS) {
                 let facts = Facts::told(2, &[]);
                 stay.early = stay.early.or(Some(Held { at: cx.at, code: Code::Sdo011, object: None, facts }));
             }
