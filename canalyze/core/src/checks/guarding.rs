@@ -82,6 +82,9 @@ impl Guarding {
     /// A request of the master.
     pub fn request(&mut self, node: u8, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
         let guarded = self.nodes.entry(node);
+        if since(guarded.request, cx.at).is_some_and(|gap| (0..TWICE_NS).contains(&gap)) {
+            return;
+        }
         guarded.requests += 1;
         if let Some((frame, toggle, counted)) = guarded.ahead.filter(|(frame, ..)| close(*frame, cx.at)) {
             // Its answer was captured before it.
@@ -93,7 +96,7 @@ impl Guarding {
             return;
         }
         guarded.expire(node, cx);
-        let just_answered = since(guarded.answer, cx.at).is_some_and(|age| age <= ECHO_NS);
+        let just_answered = guarded.answer.is_some_and(|answer| close(answer, cx.at));
         let doubtful = std::mem::replace(&mut guarded.doubtful, just_answered);
         if let Some(before) = guarded.request.replace(cx.at).filter(|_| !doubtful) {
             if heartbeats.is_producer(node) && !guarded.toggles {
@@ -114,6 +117,10 @@ impl Guarding {
     pub fn frame(&mut self, node: u8, toggle: bool, answer: bool, cx: &mut Context<'_>) {
         let guarded = self.nodes.entry(node);
         guarded.toggles |= toggle;
+        let twice = since(guarded.answer, cx.at).is_some_and(|gap| (0..TWICE_NS).contains(&gap));
+        if twice && guarded.request.is_none() && guarded.toggle == Some(toggle) {
+            return;
+        }
         if guarded.is_asked(cx.at) && answer {
             guarded.request = None;
             guarded.silent = false;

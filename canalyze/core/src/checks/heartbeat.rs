@@ -14,17 +14,21 @@ use crate::node::{Node, PerNode};
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
 /// Gaps between heartbeats that are kept.
-const GAPS: usize = 6;
+const GAPS: usize = 8;
 /// Even gaps that make a period.
 const EVEN: usize = 3;
+/// Even gaps that tell a rate.
+const RATE: usize = 6;
 /// Least tolerance of a period in ns: what hosts and small controllers are late by now and then.
 const LEAST_SLACK_NS: i64 = 20_000_000;
 /// A bus silent for this long was not recorded, whoever else might have spoken.
 const PAUSE_NS: i64 = 10_000_000_000;
 /// A silence of so many mean gaps between frames concerns the whole bus.
-const UNUSUAL: i64 = 50;
+const UNUSUAL: i64 = 10;
+/// Gaps that alternate differ by more than this: below, a loaded host's stamps do the same.
+const APART_NS: i64 = 10_000_000;
 /// Two heartbeats closer than this may be one that was captured twice, in ns.
-const TWICE_NS: i64 = 5_000_000;
+pub(super) const TWICE_NS: i64 = 5_000_000;
 /// Sub-indices of 1016h.
 const CONSUMED: std::ops::RangeInclusive<u8> = 1..=127;
 
@@ -48,6 +52,8 @@ struct Producer {
     /// When it is lost.
     deadline: i64,
     lost: bool,
+    /// By how much gaps have lately differed from the period, in ns: what the stamps are worth.
+    wobble: i64,
     /// The next gap is not judged: it was lost, the bus was silent, or it has just been late.
     excused: bool,
     /// Changes of state in a row, each to the state before.
@@ -70,6 +76,7 @@ impl Default for Producer {
             consumer: None,
             deadline: i64::MAX,
             lost: false,
+            wobble: 0,
             excused: false,
             alternations: 0,
             before: None,
@@ -85,6 +92,8 @@ pub struct Pulse {
     pub last_ns: Option<i64>,
     /// Mean gap between frames in ns.
     pub gap_ns: i64,
+    /// From when to when the recording stood still last: what was sent meanwhile comes in a burst after it.
+    pub stall: Option<(i64, i64)>,
 }
 
 impl Pulse {
@@ -195,6 +204,13 @@ impl Heartbeats {
         }
     }
 
+    /// The network was switched on: nobody is lost before `until`.
+    pub fn grant(&mut self, until: i64) {
+        for (_, producer) in self.producers.iter_mut().filter(|(_, producer)| producer.deadline < i64::MAX) {
+            producer.deadline = producer.deadline.max(until);
+        }
+    }
+
     /// A command: a change of state says nothing of a second node.
     pub fn commanded(&mut self, node: u8) {
         for (id, producer) in self.producers.iter_mut() {
@@ -220,14 +236,17 @@ impl Heartbeats {
 
     /// A heartbeat of a node.
     pub fn beat(&mut self, node: u8, state: u8, pulse: Pulse, cx: &mut Context<'_>) {
-        let slack_ns = self.jitter_ns.max(LEAST_SLACK_NS);
         let known = self.known_state(node, state, cx);
         let producer = self.producers.entry(node);
+        let slack_ns = self.jitter_ns.max(LEAST_SLACK_NS) + producer.wobble;
         let changed = producer.state.is_some_and(|before| before != state);
         let (last, before) = (producer.last, producer.state.replace(state));
         producer.alternate(node, changed && known, before, state, last, cx);
         producer.last = cx.at;
         let Some(now) = cx.at.t_ns else { return };
+        if !changed && producer.is_twice(now) {
+            return;
+        }
         let Some(last_ns) = producer.last_ns.replace(now) else { return producer.await_next(slack_ns, &mut self.next) };
         let gap = now.saturating_sub(last_ns);
         let excused = std::mem::take(&mut producer.excused) | std::mem::take(&mut producer.lost);
@@ -236,9 +255,10 @@ impl Heartbeats {
         } else if let Some(period) = producer.period()
             && gap > period + slack(period, slack_ns)
         {
-            let silence = pulse.silence(now);
             // It was not the node but the recording that stood still.
-            let stalled = silence >= gap - period && silence > pulse.gap_ns.saturating_mul(UNUSUAL);
+            let stalled = pulse.stall.is_some_and(|(from, to)| {
+                producer.missed(last_ns.saturating_add(period), from, to) && now.saturating_sub(to) <= LEAST_SLACK_NS
+            });
             if !excused && !stalled && !producer.doubled {
                 let facts = [("found", Quantity::Ns(gap)), ("expected", Quantity::Ns(period))];
                 cx.find(Code::Hbt001, Some(node), None, None, Facts::told(0, &facts));
@@ -247,11 +267,14 @@ impl Heartbeats {
             if !excused {
                 producer.gaps.clear();
             }
-            producer.learn(node, gap, last, cx);
+            if !stalled {
+                producer.learn(node, gap, last, cx);
+            }
             producer.excused = true;
         } else if changed || excused {
             producer.gaps.clear();
         } else {
+            producer.waver(gap);
             producer.learn(node, gap, last, cx);
         }
         producer.await_next(slack_ns, &mut self.next);
@@ -268,10 +291,12 @@ impl Heartbeats {
     fn sweep(&mut self, now_ns: i64, pulse: Pulse, cx: &mut Context<'_>) {
         let heard = pulse.last_ns.unwrap_or(now_ns);
         let silence = pulse.silence(now_ns);
-        let overdue = |producer: &Producer| producer.deadline <= now_ns && producer.due() > heard;
-        let silent = self.producers.iter().filter(|(_, producer)| overdue(producer)).count();
+        let overdue =
+            |producer: &Producer| producer.deadline <= now_ns && producer.missed(producer.due(), heard, now_ns);
+        let silent = self.missing(heard, now_ns);
         let everybody =
             silent > 1 || silent > 0 && (silence > PAUSE_NS || silence > pulse.gap_ns.saturating_mul(UNUSUAL));
+        let everybody = everybody && self.producers.iter().any(|(_, producer)| overdue(producer));
         if everybody && self.silence != Some(heard) {
             self.silence = Some(heard);
             let facts = [("silence", Quantity::Ns(silence)), ("nodes", Quantity::Count(silent as u64))];
@@ -303,6 +328,22 @@ impl Heartbeats {
     pub fn forget(&mut self) {
         self.pause(0);
     }
+
+    /// Whether it was the recording that stood still, and not the bus, while nothing was heard from `from` to `to`:
+    /// several heartbeats were due, or one on a bus that else is lively.
+    pub fn stalled(&self, from: i64, to: i64, pulse: Pulse) -> bool {
+        let silence = to.saturating_sub(from);
+        silence > LEAST_SLACK_NS && {
+            let missing = self.missing(from, to);
+            missing > 1 || missing > 0 && silence > pulse.gap_ns.saturating_mul(UNUSUAL)
+        }
+    }
+
+    /// How many heartbeats were due while nothing was heard from `from` to `to`.
+    fn missing(&self, from: i64, to: i64) -> usize {
+        let watched = self.producers.iter().filter(|(_, producer)| producer.deadline < i64::MAX);
+        watched.filter(|(_, producer)| producer.missed(producer.due(), from, to)).count()
+    }
 }
 
 impl Producer {
@@ -315,6 +356,27 @@ impl Producer {
 
     fn period(&self) -> Option<i64> {
         self.learnt.or(self.configured.filter(|period| *period > 0))
+    }
+
+    /// Whether a heartbeat that was due at `due` is missing from a silence.
+    fn missed(&self, due: i64, from: i64, to: i64) -> bool {
+        let slack = slack(self.period().unwrap_or(0), LEAST_SLACK_NS);
+        due.saturating_add(slack) > from && due.saturating_add(LEAST_SLACK_NS) < to
+    }
+
+    /// Whether a heartbeat is the last one captured twice, or one of several that a recording kept back and gave at
+    /// once.
+    fn is_twice(&self, now: i64) -> bool {
+        let limit = self.period().map_or(TWICE_NS, |period| TWICE_NS.min(period / 2));
+        self.last_ns.is_some_and(|last| (0..limit).contains(&now.saturating_sub(last)))
+    }
+
+    /// Takes by how much a gap differs from the period.
+    fn waver(&mut self, gap: i64) {
+        if let Some(period) = self.period() {
+            let off = gap.saturating_sub(period).saturating_abs().min(LEAST_SLACK_NS);
+            self.wobble = off.max(self.wobble - self.wobble / 16);
+        }
     }
 
     /// When its next heartbeat should come.
@@ -348,25 +410,33 @@ impl Producer {
         self.gaps.push(gap);
         let recent = self.gaps.iter().rev().take(EVEN);
         if self.gaps.len() >= EVEN && even(recent.clone()) {
-            self.learnt = Some(recent.sum::<i64>() / EVEN as i64);
+            let mean = recent.sum::<i64>() / EVEN as i64;
+            // Stamps may waver; a period that has changed is another one at once.
+            let same = self.learnt.filter(|learnt| (mean - learnt).abs() * 4 < *learnt);
+            self.learnt = Some(same.map_or(mean, |learnt| learnt + (mean - learnt) / 4));
         }
-        if self.gaps.len() < GAPS || self.doubled {
+        if self.doubled {
             return;
         }
         let odd = || self.gaps.iter().step_by(2);
         let other = || self.gaps.iter().skip(1).step_by(2);
-        let (one, two) = (odd().sum::<i64>() / 3, other().sum::<i64>() / 3);
-        let whole = one + two;
-        if even(odd()) && even(other()) && one.min(two) > TWICE_NS && (one - two).abs() * 4 > whole {
+        let half = (GAPS / 2) as i64;
+        let (one, two) = (odd().sum::<i64>() / half, other().sum::<i64>() / half);
+        let (whole, apart) = (one + two, (one - two).abs());
+        let steady = spread(odd()).max(spread(other())) <= (whole / 40).max(2_000_000);
+        let latest = || self.gaps.iter().rev().take(RATE);
+        let mean = latest().sum::<i64>() / RATE as i64;
+        if self.gaps.len() == GAPS && steady && one.min(two) > TWICE_NS && apart > APART_NS && apart * 4 > whole {
             self.doubled = true;
             let gaps = [("one", Quantity::Ns(one)), ("other", Quantity::Ns(two))];
             cx.find(Code::Hbt004, Some(node), None, Some(last), Facts::told(1, &gaps));
         } else if let Some(period) = self.configured.filter(|period| *period > 0)
-            && even(self.gaps.iter())
-            && (period * 2 / 5..=period * 3 / 5).contains(&(whole / 2))
+            && self.gaps.len() >= RATE
+            && even(latest())
+            && (period * 2 / 5..=period * 3 / 5).contains(&mean)
         {
             self.doubled = true;
-            let facts = [("found", Quantity::Ns(whole / 2)), ("expected", Quantity::Ns(period))];
+            let facts = [("found", Quantity::Ns(mean)), ("expected", Quantity::Ns(period))];
             cx.find(Code::Hbt004, Some(node), None, Some(last), Facts::told(2, &facts));
         }
     }
@@ -402,7 +472,12 @@ fn slack(period: i64, least_ns: i64) -> i64 {
 
 /// Whether gaps differ by no more than an eighth, or 4 ms.
 fn even<'a>(gaps: impl Iterator<Item = &'a i64> + Clone) -> bool {
+    let most = gaps.clone().max().copied().unwrap_or(0);
+    spread(gaps) <= (most / 8).max(4_000_000)
+}
+
+/// By how much gaps differ.
+fn spread<'a>(gaps: impl Iterator<Item = &'a i64> + Clone) -> i64 {
     let least = gaps.clone().min().copied().unwrap_or(0);
-    let most = gaps.max().copied().unwrap_or(0);
-    most - least <= (most / 8).max(4_000_000)
+    gaps.max().copied().unwrap_or(0) - least
 }

@@ -81,9 +81,10 @@ pub struct Lss {
     selected: Selected,
     slave: Slave,
     exchanges: Exchanges,
-    /// The address that the master is sending, and the part that is due; `None` where that is not known.
+    /// The address that the master is sending, the part that is due, `None` where that is not known, and the last one.
     address: [Option<u32>; 4],
     due_part: Option<u8>,
+    part: Option<FrameRef>,
     /// The node-ID and the bit rate that the master has asked for last.
     wanted: Option<u8>,
     rate: Option<u16>,
@@ -105,6 +106,7 @@ impl Default for Lss {
             exchanges: Exchanges::default(),
             address: [None; 4],
             due_part: None,
+            part: None,
             wanted: None,
             rate: None,
             timing: None,
@@ -282,6 +284,15 @@ impl Lss {
 
     fn selective(&mut self, part: Part, value: u32, cx: &mut Context<'_>) {
         let number = part.number();
+        let known = self.address.get(usize::from(number)).copied().flatten();
+        let twice = self.due_part == Some((number + 1) % 4)
+            && known == Some(value)
+            && self.part.is_some_and(|part| super::fastscan::close(part, cx.at) && part.t_ns.is_some());
+        self.part = Some(cx.at);
+        if twice {
+            // The same frame, captured twice.
+            return;
+        }
         if number == 0 {
             // The master goes on to the next slave: the one before was not there.
             if let Some(asked) = self.exchanges.give_up(Exchange::Selective) {

@@ -22,7 +22,9 @@ const EMERGENCY_NS: i64 = 1_000_000_000;
 /// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most once.
 const SELF_START_NS: i64 = 5_000_000_000;
 /// After a bus was silent for this long, boot-ups are those of a network that was switched on, in ns.
-const SWITCHED_ON_NS: i64 = 2_000_000_000;
+pub(super) const SWITCHED_ON_NS: i64 = 2_000_000_000;
+/// Nodes that are switched on together boot within this time, in ns.
+pub(super) const POWER_UP_NS: i64 = 5_000_000_000;
 /// Nodes that boot within so many frames, where there are no stamps, boot together.
 const TOGETHER: u64 = 10;
 /// Several resets in a row may yield as many boot-ups within this time, in ns.
@@ -31,6 +33,10 @@ const RESETS_NS: i64 = 1_000_000_000;
 const ACTIVATED_NS: i64 = 5_000_000_000;
 /// Two boot-ups of one node-ID closer than this come from two nodes, in ns.
 const TWO_BOOT_UPS_NS: i64 = 20_000_000;
+/// So many frames after two boot-ups show whether the capture has every frame twice.
+const TWINS: u64 = 6;
+/// A boot-up this soon after a reset was sent before the node saw it, in ns.
+const SENT_NS: i64 = 1_000_000;
 /// A node whose boot-up follows its last heartbeat within this time did not lose its power, in ns.
 const RESTART_NS: i64 = 1_000_000_000;
 /// So many shown states mean that a node was running, and not just about to obey a reset before the capture.
@@ -93,6 +99,13 @@ struct Suspect {
     what: Spontaneous,
 }
 
+impl Suspect {
+    /// Two boot-ups right after one another, which may be one.
+    fn adjacent(self) -> bool {
+        matches!(self.what, Spontaneous::TwoBootUps { last } if last.no + 1 == self.at.no)
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 enum Spontaneous {
     Change {
@@ -130,6 +143,8 @@ pub struct Nmt {
     nodes: PerNode<Standing>,
     suspects: u32,
     activated: Option<i64>,
+    /// The first boot-up after a silence: the network was switched on.
+    switched_on: Option<i64>,
     /// Commands came before their effects, and never after: the capture is in causal order.
     causal: bool,
     late: bool,
@@ -162,6 +177,11 @@ impl Nmt {
     /// The state that a node has shown last since its boot-up.
     pub fn shown_last(&self, node: u8) -> Option<u8> {
         self.nodes.get(node)?.shown.map(|(state, _)| state)
+    }
+
+    /// Whether a node has shown states since it booted.
+    pub fn shows(&self, node: u8) -> bool {
+        self.nodes.get(node).is_some_and(|standing| standing.beats > 0)
     }
 
     /// The reset command after which a node that has been seen has not booted yet.
@@ -238,13 +258,21 @@ impl Nmt {
             standing.resets = 0;
         }
         self.causal |= standing.resets > 0;
-        let explained = standing.resets > 0 || standing.given || activated || silence_ns >= SWITCHED_ON_NS;
+        if silence_ns >= SWITCHED_ON_NS {
+            self.switched_on = cx.at.t_ns;
+        }
+        let powered = self
+            .switched_on
+            .zip(cx.at.t_ns)
+            .is_some_and(|(then, now)| (0..POWER_UP_NS).contains(&now.saturating_sub(then)));
+        let explained = standing.resets > 0 || standing.given || activated || powered;
+        let crossed = standing.resets > 0 && since(standing.reset, cx.at).is_some_and(|age| age < SENT_NS);
         let (last, beat) = (standing.boot_up, standing.beat.filter(|_| standing.beats >= RUNNING));
         *standing = Standing {
             present: true,
             managed: standing.managed || standing.resetting,
             boot_up: Some(cx.at),
-            resets: standing.resets.saturating_sub(1),
+            resets: standing.resets.saturating_sub(u8::from(!crossed)),
             reset: standing.reset,
             emergency: standing.emergency,
             suspect: standing.suspect,
@@ -253,6 +281,10 @@ impl Nmt {
         let what = match (last, beat) {
             _ if explained => return,
             (Some(last), _) if since(Some(last), cx.at).is_some_and(|gap| (0..TWO_BOOT_UPS_NS).contains(&gap)) => {
+                if last.no + 1 == cx.at.no && standing.suspect.is_some() {
+                    // What is suspected already may stand here twice.
+                    return;
+                }
                 Spontaneous::TwoBootUps { last }
             }
             (Some(last), _) => Spontaneous::BootUp { last },
@@ -314,26 +346,28 @@ impl Nmt {
         self.nodes.entry(node).given = true;
     }
 
-    /// Says what stayed unexplained. Called with each frame before it is followed.
+    /// Says what stayed unexplained. Called with each frame before it is followed. `twice`: the capture shows most
+    /// of its frames twice.
     #[inline]
-    pub fn settle(&mut self, cx: &mut Context<'_>) {
+    pub fn settle(&mut self, twice: bool, cx: &mut Context<'_>) {
         if self.suspects > 0 {
-            self.resolve(false, cx);
+            self.resolve(false, twice, cx);
         }
     }
 
     /// The capture is over: no command can follow any more, where commands have come before their effects.
-    pub fn finish(&mut self, cx: &mut Context<'_>) {
+    pub fn finish(&mut self, twice: bool, cx: &mut Context<'_>) {
         if self.suspects > 0 && self.causal && !self.late {
-            self.resolve(true, cx);
+            self.resolve(true, twice, cx);
         }
     }
 
-    fn resolve(&mut self, over: bool, cx: &mut Context<'_>) {
+    fn resolve(&mut self, over: bool, twice: bool, cx: &mut Context<'_>) {
         let switched_on = self.switched_on(cx.at);
         for (node, standing) in self.nodes.iter_mut() {
             let Some(suspect) = standing.suspect else { continue };
             let settled = match since(Some(suspect.at), cx.at) {
+                _ if suspect.adjacent() && cx.at.no <= suspect.at.no + TWINS => false,
                 Some(age) => !(0..SETTLED_NS).contains(&age) && cx.at.no > suspect.at.no,
                 None => cx.at.no > suspect.at.no + LATE,
             };
@@ -342,6 +376,9 @@ impl Nmt {
             }
             standing.suspect = None;
             self.suspects = self.suspects.saturating_sub(1);
+            if twice && suspect.adjacent() {
+                continue;
+            }
             if switched_on && matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. }) {
                 continue;
             }
@@ -407,7 +444,12 @@ impl Standing {
         if explains {
             self.suspect = None;
         }
-        let sure = explicit || self.managed;
+        // A reset just after a boot-up may have been sent before it, to a node that was not there yet.
+        let crossed = state == 0
+            && self
+                .boot_up
+                .is_some_and(|boot| since(Some(boot), at).map_or(boot.no + LATE >= at.no, |age| age < SETTLED_NS));
+        let sure = (explicit || self.managed) && !crossed;
         let command = Command { state, specifier, at, sure, wrong: 0, judged: false };
         if state == 0 {
             if explains {

@@ -5,13 +5,13 @@
 
 use super::emcy::Emergencies;
 use super::guarding::Guarding;
-use super::heartbeat::{Heartbeats, Pulse};
-use super::nmt::Nmt;
+use super::heartbeat::{Heartbeats, Pulse, TWICE_NS};
+use super::nmt::{Nmt, POWER_UP_NS, SWITCHED_ON_NS};
 use super::permitted::Permitted;
 use super::time::Times;
 use crate::cob_id::Role;
 use crate::context::Context;
-use crate::frame::Frame;
+use crate::frame::{CanId, Frame};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, PerNode};
@@ -29,6 +29,7 @@ pub struct Nodes {
     times: Times,
     permitted: Permitted,
     pulse: Pulse,
+    twins: Twins,
     /// The pulse before the frame at hand.
     before: Pulse,
     /// How long the bus was silent before the frame at hand, in ns.
@@ -49,6 +50,7 @@ impl Nodes {
             times: Times::default(),
             permitted: Permitted::default(),
             pulse: Pulse::default(),
+            twins: Twins::default(),
             before: Pulse::default(),
             silence_ns: 0,
             quiet_until_ns: i64::MIN,
@@ -87,18 +89,23 @@ impl Nodes {
     /// With each frame, before it is followed: what nothing has explained by now.
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {
-        self.nmt.settle(cx);
+        self.nmt.settle(self.twins.common(), cx);
         self.permitted.settle(cx);
     }
 
     /// With each frame, before it is followed and after `advance`: the bus is alive.
     #[inline]
     pub fn heard(&mut self, frame: &Frame) {
-        self.before = self.pulse;
-        if let Some(now_ns) = frame.t_ns {
-            self.silence_ns = self.pulse.silence(now_ns);
-            self.pulse.beat(now_ns);
+        self.twins.count(frame);
+        let Some(now_ns) = frame.t_ns else { return };
+        self.silence_ns = self.pulse.silence(now_ns);
+        if let Some(last) = self.pulse.last_ns
+            && self.heartbeats.stalled(last, now_ns, self.pulse)
+        {
+            self.pulse.stall = Some((last, now_ns));
         }
+        self.before = self.pulse;
+        self.pulse.beat(now_ns);
     }
 
     /// It is `now_ns`: what should have happened by now.
@@ -128,6 +135,11 @@ impl Nodes {
                 self.permitted.boot_up(node, cx);
                 self.guarding.restart(node, &self.nmt, cx);
                 self.nmt.boot_up(node, self.silence_ns, cx);
+                if self.silence_ns >= SWITCHED_ON_NS
+                    && let Some(now) = frame.t_ns
+                {
+                    self.heartbeats.grant(now.saturating_add(POWER_UP_NS));
+                }
                 self.heartbeats.pause(node);
                 self.emergencies.boot_up(node);
             }
@@ -204,7 +216,33 @@ impl Nodes {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
-        self.nmt.finish(cx);
+        self.nmt.finish(self.twins.common(), cx);
         self.guarding.finish(&self.nmt, cx);
+    }
+}
+
+/// Whether a capture shows its frames twice, as of two adapters on one bus: how many frames equal the one before.
+#[derive(Debug, Default)]
+struct Twins {
+    last: Option<(CanId, u8, [u8; 8], i64)>,
+    equal: u32,
+    other: u32,
+}
+
+impl Twins {
+    #[inline]
+    fn count(&mut self, frame: &Frame) {
+        let data = frame.data.first_chunk().copied().unwrap_or_default();
+        let now = frame.t_ns.unwrap_or(0);
+        let twin = self.last.is_some_and(|(id, len, before, then)| {
+            id == frame.id && len == frame.len && before == data && now.saturating_sub(then) < TWICE_NS
+        });
+        self.last = Some((frame.id, frame.len, data, now));
+        let count = if twin { &mut self.equal } else { &mut self.other };
+        *count = count.saturating_add(1);
+    }
+
+    fn common(&self) -> bool {
+        self.equal >= self.other / 2
     }
 }

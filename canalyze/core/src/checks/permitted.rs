@@ -9,7 +9,7 @@ use crate::context::Context;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
 use crate::node::PerNode;
-use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::services::heartbeat::{OPERATIONAL, STOPPED};
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::{Mux, Side};
 
@@ -46,8 +46,9 @@ struct Stay {
     request: Option<FrameRef>,
     /// Faults that a late command may yet permit.
     held: Vec<Held>,
-    /// A TPDO of a node that may have started itself: the next state it shows decides.
-    undecided: Option<Held>,
+    /// What a node has sent whose state is not certain, since it may have started itself or not obeyed a command:
+    /// the next state it shows decides.
+    undecided: Vec<(u8, Held)>,
     /// An SDO response or EMCY after a reset: the boot-up decides whether it came before it.
     early: Option<Held>,
 }
@@ -83,9 +84,9 @@ impl Permitted {
         let code = if transmit { Code::Pdo002 } else { Code::Pdo003 };
         let held = Held { at: cx.at, code, object, facts };
         if transmit && known.may_start_itself {
-            stay.undecided = stay.undecided.or(Some(held));
+            stay.decide_later(known.state, held);
         } else {
-            self.hold(node, held);
+            self.judge(nmt, node, known, held);
         }
     }
 
@@ -97,7 +98,7 @@ impl Permitted {
             // An answer to what was asked after the reset: not one that was under way.
             let stay = self.nodes.entry(node);
             let asked_after = stay.request.is_some_and(|request| request.no > reset.no);
-            if asked_after && since(Some(reset), cx.at).is_none_or(|age| age > OBEYED_NS) {
+            if asked_after && since(Some(reset), cx.at).is_some_and(|age| age > OBEYED_NS) {
                 let facts = Facts::told(2, &[]);
                 stay.early = stay.early.or(Some(Held { at: cx.at, code: Code::Sdo011, object: None, facts }));
             }
@@ -116,7 +117,7 @@ impl Permitted {
         }
         stay.sdo = true;
         let facts = Facts::told(u8::from(answered), &[("state", Quantity::State(known.state))]);
-        self.hold(node, Held { at: cx.at, code: Code::Sdo011, object: None, facts });
+        self.judge(nmt, node, known, Held { at: cx.at, code: Code::Sdo011, object: None, facts });
     }
 
     /// An emergency of a node.
@@ -135,7 +136,7 @@ impl Permitted {
         }
         stay.emcy = true;
         let facts = Facts::told(0, &[("state", Quantity::State(known.state))]);
-        self.hold(node, Held { at: cx.at, code: Code::Emc004, object: None, facts });
+        self.judge(nmt, node, known, Held { at: cx.at, code: Code::Emc004, object: None, facts });
     }
 
     /// A command: what came just before it may have been permitted by it.
@@ -152,7 +153,7 @@ impl Permitted {
     /// A boot-up: what came between the reset and it, came too early.
     pub fn boot_up(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(stay) = self.nodes.get_mut(node) else { return };
-        stay.undecided = None;
+        stay.undecided.clear();
         if let Some(early) = stay.early.take() {
             cx.find(early.code, Some(node), early.object, Some(early.at), early.facts);
         }
@@ -161,10 +162,10 @@ impl Permitted {
     /// A node shows its state.
     pub fn shown(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
         let Some(stay) = self.nodes.get_mut(node) else { return };
-        if let Some(undecided) = stay.undecided.take()
-            && state == PRE_OPERATIONAL
-        {
-            cx.find(undecided.code, Some(node), undecided.object, Some(undecided.at), undecided.facts);
+        for (supposed, undecided) in std::mem::take(&mut stay.undecided) {
+            if state == supposed {
+                cx.find(undecided.code, Some(node), undecided.object, Some(undecided.at), undecided.facts);
+            }
         }
     }
 
@@ -204,11 +205,28 @@ impl Permitted {
         stay
     }
 
+    /// A node that was commanded and shows its states may not have obeyed: then it is the command that failed.
+    fn judge(&mut self, nmt: &Nmt, node: u8, known: Known, held: Held) {
+        if known.shown || !nmt.shows(node) {
+            self.hold(node, held);
+        } else {
+            self.nodes.entry(node).decide_later(known.state, held);
+        }
+    }
+
     fn hold(&mut self, node: u8, held: Held) {
         let stay = self.nodes.entry(node);
         if stay.held.len() < HELD {
             stay.held.push(held);
             self.held += 1;
+        }
+    }
+}
+
+impl Stay {
+    fn decide_later(&mut self, state: u8, held: Held) {
+        if self.undecided.len() < HELD {
+            self.undecided.push((state, held));
         }
     }
 }

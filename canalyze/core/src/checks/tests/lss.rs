@@ -267,3 +267,11 @@ fn stamps_that_step_back() {
     let log: String = reversed.iter().map(|line| format!("{line}\n")).collect();
     let _ = raised(&log);
 }
+
+#[test]
+fn an_address_captured_twice() {
+    let twice: String =
+        session().lines().map(|line| format!("{line}\n{}\n", line.replacen("00) can0", "11) can0", 1))).collect();
+    let said = raised(&twice);
+    assert!(said.iter().all(|(code, ..)| code != "LSS011"), "{said:?}");
+}

@@ -221,3 +221,121 @@ fn errors_that_are_active() {
     assert_eq!(emcy(4)["active"], serde_json::json!([]));
     assert_eq!(emcy(4)["cleared"], serde_json::json!(["8110", "3210"]));
 }
+
+/// Frames every `step` ms from `from` to `to`, as a recording gives them that stands still between `stall`: what came
+/// meanwhile is given at its end, at once.
+fn kept_back(id: &str, times: (u32, u32, u32), data: &str, stall: (u32, u32)) -> String {
+    let (from, to, step) = times;
+    let late =
+        |ms: u32| if (stall.0..stall.1).contains(&ms) { f64::from(stall.1) + f64::from(ms) / 1e4 } else { ms.into() };
+    (from..=to).step_by(step as usize).map(|ms| format!("{} {id}#{data}\n", late(ms))).collect()
+}
+
+#[test]
+fn a_recording_that_stood_still_is_no_late_node() {
+    for stall in [(1203, 1373), (1203, 1611), (1299, 1790)] {
+        let nodes: String = ["705", "706", "707"]
+            .iter()
+            .zip([0, 31, 57])
+            .map(|(id, phase)| kept_back(id, (100 + phase, 3000, 100), "05", stall))
+            .collect();
+        let fast = kept_back("708", (50, 3000, 10), "05", stall);
+        let sync = kept_back("080", (95, 3000, 10), "", stall);
+        for parts in [vec![nodes.as_str()], vec![&nodes, &sync], vec![&nodes, &fast, &sync], vec![&fast, &sync]] {
+            let said = raised(&sorted(&parts));
+            let said: Vec<_> = said.iter().filter(|(code, ..)| !code.starts_with("SYN")).collect();
+            assert!(said.is_empty(), "{stall:?} {said:?}");
+        }
+    }
+    // One node of several that is late, or gone, is named all the same.
+    let others = [beats("706", 131, 3031, "05"), beats("707", 157, 3057, "05")].concat();
+    let late = [&beats("705", 100, 1200, "05"), "1365 705#05\n", &beats("705", 1400, 3000, "05"), &others];
+    assert_eq!(codes(&raised(&sorted(&late))), ["HBT001"]);
+    assert_eq!(codes(&raised(&sorted(&[&beats("705", 100, 1200, "05"), &others]))), ["HBT002"]);
+}
+
+#[test]
+fn stamps_of_a_loaded_host() {
+    // Every fifth heartbeat of 50 ms is stamped 18 ms late.
+    let shaken = |ms: u32| if ms % 250 == 0 { ms + 18 } else { ms };
+    let beats: String = (100..=4000).step_by(50).map(|ms| format!("{} 705#05\n", shaken(ms))).collect();
+    assert_eq!(raised(&sorted(&[&beats])), []);
+    // Every other heartbeat of 10 ms is stamped 5 ms late: one series.
+    let beats: String = (10..=400).map(|one| format!("{} 705#05\n", one * 10 + one % 2 * 5)).collect();
+    assert_eq!(raised(&sorted(&[&beats])), []);
+}
+
+#[test]
+fn frames_captured_twice() {
+    let guarded =
+        "1600 705#R\n1601 705#7F\n1800 705#R\n1801 705#FF\n2000 705#R\n2001 705#7F\n2200 705#R\n2201 705#FF\n";
+    let heard = beats("706", 100, 3000, "7F");
+    let parts = ["5 705#00\n6 706#00\n", ASKED, guarded, &heard, "1500 000#8107\n1550 707#00\n"];
+    let twice = |log: String| -> String {
+        log.lines().map(|line| format!("{line}\n{}\n", line.replacen("000) ", "011) ", 1))).collect()
+    };
+    assert_eq!(raised(&twice(sorted(&parts))), []);
+    let restarted = [&parts[..], &["1620 706#00\n"]].concat();
+    assert_eq!(codes(&raised(&twice(sorted(&restarted)))), ["NMT003"]);
+    // Two nodes: nothing else is there twice.
+    let pair = [&parts[..], &["1552 707#00\n"]].concat();
+    assert_eq!(codes(&raised(&sorted(&pair))), ["HBT004"]);
+}
+
+#[test]
+fn a_command_that_failed_is_one_fault() {
+    // The node goes on as it was: what it sends is right, the command is what failed.
+    let parts = [
+        ASKED,
+        &beats("705", 100, 1900, "05"),
+        "930 000#0205\n985 185#01\n990 605#4000100000000000\n991 585#4300100092010000\n",
+    ];
+    assert_eq!(codes(&raised(&sorted(&parts))), ["NMT002"]);
+    // It obeys, and sends all the same.
+    let parts = [ASKED, &beats("705", 100, 900, "05"), "930 000#0205\n985 185#01\n", &beats("705", 1000, 1900, "04")];
+    assert_eq!(raised(&sorted(&parts)), [("PDO002".into(), 14, Some(13))]);
+}
+
+#[test]
+fn boot_ups_and_resets_that_cross() {
+    // The node was just booting as the reset came, and boots again.
+    let parts =
+        ["10 706#00\n", ASKED, "100 000#8200\n100.2 705#00\n156 705#00\n160 706#00\n", &beats("705", 200, 900, "7F")];
+    assert_eq!(raised(&sorted(&parts)), []);
+    // A reset, captured late, to a node that was still resetting.
+    let parts = [ASKED, "50 705#00\n", "100 000#8105\n200 705#00\n200.2 000#8205\n", &beats("705", 300, 1900, "7F")];
+    assert_eq!(raised(&sorted(&parts)), []);
+    // Without stamps an answer after the reset may have been sent before it was obeyed.
+    let parts =
+        [ASKED, "50 705#00\n", "100 000#8105\n100.2 605#4000100000000000\n100.6 585#4300100092010000\n900 705#00\n"];
+    assert_eq!(raised(&plain(&sorted(&parts))), []);
+}
+
+#[test]
+fn a_network_that_is_switched_on_takes_its_time() {
+    let before = [beats("705", 100, 2000, "05"), beats("706", 130, 2030, "05"), beats("707", 160, 2060, "05")].concat();
+    let boots = "5 705#00\n6 706#00\n7 707#00\n";
+    let after = [
+        "5000 705#00\n",
+        &beats("705", 5100, 9000, "7F"),
+        "5300 706#00\n6400 707#00\n",
+        &beats("706", 5400, 9000, "7F"),
+        &beats("707", 6500, 9000, "7F"),
+    ]
+    .concat();
+    assert_eq!(raised(&sorted(&[boots, &before, &after])), []);
+    // One that does not come back is lost.
+    let after =
+        ["5000 705#00\n", &beats("705", 5100, 15000, "7F"), "5300 706#00\n", &beats("706", 5400, 15000, "7F")].concat();
+    assert_eq!(codes(&raised(&sorted(&[boots, &before, &after]))), ["HBT002"]);
+}
+
+#[test]
+fn guarding_without_stamps_and_with_late_echoes() {
+    let parts = [
+        ASKED,
+        "5 705#00\n600 705#R\n",
+        "800 705#7F\n801 705#R\n1000 705#FF\n1001 705#R\n1200 705#R\n1201 705#7F\n1400 705#FF\n1401 705#R\n",
+    ];
+    assert_eq!(raised(&plain(&sorted(&parts))), []);
+}
