@@ -261,7 +261,7 @@ impl Checks {
         match *message {
             Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx.at),
             Message::Heartbeat { node, state, .. } if state != 0x05 => self.srdos.not_operational(node),
-            Message::Nmt { .. } => self.srdos.interrupt(None),
+            Message::Nmt { .. } => self.srdos.interrupt(cx.at.no, false),
             _ => {}
         }
         match *message {
@@ -305,7 +305,8 @@ impl Checks {
         if transfer.direction == Direction::Download
             && let Some(value) = configuration::number(&transfer.kept)
         {
-            self.pdo_configuration.written(node, transfer, mux, value, cx);
+            let state = self.nodes.state(transfer.node);
+            self.pdo_configuration.written((node, state), transfer, mux, value, cx);
             if matches!(mux.index, 0x1400..=0x1BFF) {
                 self.pdo_timing.forget(Some(transfer.node));
             }
@@ -336,7 +337,7 @@ impl Checks {
         self.pdo_length.reset(node, cx);
         self.pdo_timing.forget(node);
         self.drives.forget(node);
-        self.srdos.interrupt(None);
+        self.srdos.interrupt(cx.at.no, false);
     }
 
     /// Frames of the bus were lost: nothing that was open can be judged.
@@ -344,7 +345,7 @@ impl Checks {
         self.nodes.lost();
         self.pdo_timing.forget(None);
         self.drives.forget(None);
-        self.srdos.interrupt(Some(cx.at.no));
+        self.srdos.interrupt(cx.at.no, true);
         self.pdo_length.lost(cx);
         self.sync.lost();
         self.lss.lost();

@@ -21,8 +21,6 @@ const JITTER: i64 = 1_000_000;
 const MS: i64 = 1_000_000;
 /// By how much a frame that the capturing host sent may be captured late at most, in ns.
 const LATE_ECHO: i64 = 5_000_000;
-/// Frames without any of a pair, after its record was shown, that tell that no edge has cut it.
-const WHOLE: u64 = 4;
 const OPERATIONAL: u8 = 0x05;
 
 /// One frame of a pair.
@@ -129,6 +127,8 @@ pub struct Srdos {
     compiled: bool,
     /// Frames were lost before this one.
     lost: u64,
+    /// A command has changed states with this one, or a node has started.
+    began: u64,
 }
 
 impl Srdos {
@@ -180,7 +180,9 @@ impl Srdos {
         pair.proven |= pair.valid >= PROOF;
         // What an edge has cut off may make one pair wrong.
         let first = *pair.first.get_or_insert(frame.no);
-        let whole = limits.shown.is_some_and(|shown| shown > self.lost && first > shown.saturating_add(WHOLE));
+        // One that began after its record was shown and a command was given has lost nothing to an edge.
+        let whole = limits.shown.is_some_and(|shown| shown > self.lost && first > self.began.max(shown));
+        let whole = whole && self.began > self.lost;
         let settled = pair.valid > 0 || pair.wrong > 1 || whole;
         if !settled || !(pair.proven || limits.identifiers.is_some()) {
             seen.reports.clear();
@@ -248,11 +250,11 @@ impl Srdos {
     }
 
     /// A command has changed states, a node has started, or frames were lost: no gap can be judged, and after a
-    /// loss (before frame `lost`) no half.
-    pub fn interrupt(&mut self, lost: Option<u64>) {
-        self.lost = lost.unwrap_or(self.lost);
+    /// loss no half. `at`: the number of the frame at hand.
+    pub fn interrupt(&mut self, at: u64, lost: bool) {
+        *if lost { &mut self.lost } else { &mut self.began } = at;
         for pair in &mut self.pairs {
-            if lost.is_some() {
+            if lost {
                 *pair = Pair { proven: pair.proven, ..Pair::default() };
             }
             pair.began = None;
@@ -404,7 +406,8 @@ fn compile(nodes: &PerNode<Node>) -> Vec<Limits> {
                     ms.filter(|ms| *ms > 0).map(|ms| (id, index, ms))
                 };
                 limits.identifiers = Some(identifiers);
-                limits.shown = [1, 5, 6].into_iter().filter_map(|sub| observed(node, index, sub)).max().or(limits.shown);
+                limits.shown =
+                    [1, 5, 6].into_iter().filter_map(|sub| observed(node, index, sub)).max().or(limits.shown);
                 limits.cycle = time(2).or(limits.cycle);
                 limits.validation = time(3).or(limits.validation);
                 if direction == 1 {

@@ -144,6 +144,11 @@ fn mapping_of_a_valid_pdo() {
     assert_eq!(live("1A00:00 u8 0\n 1A00:01 u32 20000120\n 1A00:02 u32 20010120\n 1A00:00 u8 2"), ["PDO009 6"]);
     assert_eq!(live("1A00:01 u32 20000120"), ["PDO009 4"]);
     assert_eq!(live("1A00:00 u8 0"), [""; 0]);
+    // A node that is not Operational sends nothing meanwhile: many masters leave it at sub-index 0 then.
+    let after_boot_up =
+        format!("-20 705#00\n{valid}{}", writes(0.0, "1A00:00 u8 0\n 1A00:01 u32 20000120\n 1A00:00 u8 1"));
+    assert_eq!(codes(&after_boot_up), [""; 0]);
+    assert_eq!(codes(&after_boot_up.replace("-20 705#00", "-20 705#00\n-19 000#0105\n-18 705#05")), ["PDO009 9"]);
     assert_eq!(
         codes(&writes(0.0, "1A00:00 u8 0\n 1A00:01 u32 20000120\n 1A00:00 u8 1")),
         [""; 0],
