@@ -63,6 +63,11 @@ impl Spread {
         self.count
     }
 
+    /// The most less the least; 0 without values.
+    pub fn width_ns(&self) -> i64 {
+        self.most.saturating_sub(self.least)
+    }
+
     /// The 99th percentile; 0 without values.
     pub fn p99_ns(&self) -> i64 {
         let above = self.count / 100;

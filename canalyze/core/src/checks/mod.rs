@@ -79,8 +79,8 @@ impl PdoName {
 pub struct Fit {
     /// They are not as many as it says.
     misfit: Option<Misfit>,
-    /// It is only what an EDS presets.
-    preset: bool,
+    /// It has a mapping of its own, and they are as many as it says.
+    fits: bool,
     /// There is one, or it is known that there is none.
     read: bool,
 }
@@ -88,9 +88,10 @@ pub struct Fit {
 impl Fit {
     /// Of a frame and what its bytes are.
     pub fn of(content: &Signals, frame: &Frame) -> Self {
+        let misfit = misfit(content, frame);
         Self {
-            misfit: misfit(content, frame),
-            preset: matches!(content, Signals::Mapped(_, configuration::Provenance::Eds)),
+            misfit,
+            fits: misfit.is_none() && matches!(content, Signals::Mapped(..)),
             read: !matches!(content, Signals::None(Unmapped::Unknown)),
         }
     }
@@ -211,7 +212,7 @@ impl Checks {
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= configuration::Provenance::Eds);
         if let Some(misfit) = fit.misfit.filter(|_| used) {
             self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
-        } else if fit.preset {
+        } else if fit.fits {
             self.pdo_length.fitted(transmit, number, node);
         }
         let states = &self.nodes;
@@ -260,7 +261,7 @@ impl Checks {
         match *message {
             Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx.at),
             Message::Heartbeat { node, state, .. } if state != 0x05 => self.srdos.not_operational(node),
-            Message::Nmt { .. } => self.srdos.interrupt(false),
+            Message::Nmt { .. } => self.srdos.interrupt(cx.at.no, false),
             _ => {}
         }
         match *message {
@@ -304,7 +305,8 @@ impl Checks {
         if transfer.direction == Direction::Download
             && let Some(value) = configuration::number(&transfer.kept)
         {
-            self.pdo_configuration.written(node, transfer, mux, value, cx);
+            let state = self.nodes.state(transfer.node);
+            self.pdo_configuration.written((node, state), transfer, mux, value, cx);
             if matches!(mux.index, 0x1400..=0x1BFF) {
                 self.pdo_timing.forget(Some(transfer.node));
             }
@@ -335,7 +337,7 @@ impl Checks {
         self.pdo_length.reset(node, cx);
         self.pdo_timing.forget(node);
         self.drives.forget(node);
-        self.srdos.interrupt(false);
+        self.srdos.interrupt(cx.at.no, false);
     }
 
     /// Frames of the bus were lost: nothing that was open can be judged.
@@ -343,7 +345,7 @@ impl Checks {
         self.nodes.lost();
         self.pdo_timing.forget(None);
         self.drives.forget(None);
-        self.srdos.interrupt(true);
+        self.srdos.interrupt(cx.at.no, true);
         self.pdo_length.lost(cx);
         self.sync.lost();
         self.lss.lost();

@@ -15,6 +15,8 @@ use crate::services::pdo::mapping::decode_entry;
 use crate::services::sdo::transfer::Transfer;
 use crate::services::sdo::wire::Mux;
 
+/// NMT state.
+const OPERATIONAL: u8 = 0x05;
 /// Most bits of a classic PDO.
 const CLASSIC_BITS: u32 = 64;
 /// Frames after a PDO was made invalid that may have been under way before.
@@ -41,6 +43,8 @@ struct Seen {
     acknowledged: BTreeMap<(bool, u16), u64>,
     /// PDOs whose mapping is being changed though they are valid.
     live: BTreeSet<(bool, u16)>,
+    /// It was reset, or has booted up.
+    booted: bool,
 }
 
 /// A PDO parameter: communication or mapping, direction and number.
@@ -68,8 +72,15 @@ impl PdoConfiguration {
         }
     }
 
-    /// An acknowledged write, before it is taken.
-    pub fn written(&mut self, node: Option<&Node>, transfer: &Transfer, mux: Mux, value: u64, cx: &mut Context<'_>) {
+    /// An acknowledged write, before it is taken, to a node in an NMT state, where known.
+    pub fn written(
+        &mut self,
+        (node, state): (Option<&Node>, Option<u8>),
+        transfer: &Transfer,
+        mux: Mux,
+        value: u64,
+        cx: &mut Context<'_>,
+    ) {
         let cause = (transfer.first.no != cx.at.no).then_some(transfer.first);
         let write = Write { id: transfer.node, mux, value, cause };
         write.identifier(cx);
@@ -92,8 +103,11 @@ impl PdoConfiguration {
             }
             (false, 2) => write.transmission(transmit, cx),
             (true, sub) => {
-                if valid.is_some() && write.changes_live(node) && seen.live.insert((transmit, number)) {
-                    let active = node.and_then(|node| node.value(mux.index, 0)).is_none_or(|(count, _)| count != 0);
+                let active = node.and_then(|node| node.value(mux.index, 0)).is_none_or(|(count, _)| count != 0);
+                // Many masters leave it at sub-index 0 while no PDO is sent anyway.
+                let idle = state.map_or(seen.booted, |state| state != OPERATIONAL) && !seen.sends(transmit, number);
+                let judged = valid.is_some() && (active || !idle) && write.changes_live(node);
+                if judged && seen.live.insert((transmit, number)) {
                     write.find(Code::Pdo009, u8::from(!active), &[("pdo", Quantity::Pdo(transmit, number))], cx);
                 }
                 if sub == 0 && value != 0 {
@@ -157,10 +171,10 @@ impl PdoConfiguration {
 
     /// A node (or all) was reset.
     pub fn reset(&mut self, node: Option<u8>) {
-        for (id, seen) in self.nodes.iter_mut() {
-            if node.is_none_or(|node| node == id) {
-                *seen = Seen::default();
-            }
+        let fresh = || Seen { booted: true, ..Seen::default() };
+        match node {
+            Some(node) => *self.nodes.entry(node) = fresh(),
+            None => self.nodes.iter_mut().for_each(|(_, seen)| *seen = fresh()),
         }
     }
 }
@@ -170,6 +184,11 @@ impl Seen {
         if let Some(slot) = self.sent.get_mut(usize::from(number.saturating_sub(1))).filter(|_| transmit) {
             *slot = id;
         }
+    }
+
+    /// Whether a TPDO was seen since it was configured.
+    fn sends(&self, transmit: bool, number: u16) -> bool {
+        transmit && self.sent.get(usize::from(number.saturating_sub(1))).is_some_and(Option::is_some)
     }
 
     /// The identifier of a PDO that is known to be valid: the capture shows its COB-ID, or its frames.

@@ -33,7 +33,7 @@ pub struct PdoLength {
 struct Lengths {
     /// Its last reset or boot-up.
     reset: Option<u64>,
-    /// TPDOs and RPDOs 1 to 64 that were as long as their mapping, one bit each.
+    /// TPDOs and RPDOs 1 to 64 that were as long as their mapping since then, one bit each.
     fitted: [u64; 2],
 }
 
@@ -79,8 +79,12 @@ impl PdoLength {
     ) {
         let Misfit { found, mapped, from, consumer } = misfit;
         let lengths = self.nodes.get(consumer.map_or(node, |(consumer, _)| consumer));
-        // What was only read before a reset may have been written before the capture, and be gone since.
-        let reset = lengths.and_then(|lengths| lengths.reset);
+        // A device may have stored another mapping than the EDS's default, unless it was seen to keep to that.
+        let (place, bit) = bit(transmit, number);
+        let kept = lengths.is_some_and(|known| known.fitted.get(place).is_some_and(|set| set & bit != 0));
+        // What was only read before a reset may have been written before the capture and be gone since; what was written
+        // may have outlived a reset of communication. A frame that fitted since then has shown which.
+        let reset = lengths.and_then(|lengths| lengths.reset).filter(|_| !kept || consumer.is_some());
         let doubted = |known| self.lost.is_some_and(|lost| known <= lost) || reset.is_some_and(|reset| known <= reset);
         if let Provenance::Observed(known) = from
             && (cx.at.no <= known.saturating_add(UNDER_WAY) || doubted(known))
@@ -91,9 +95,6 @@ impl PdoLength {
         if !trusted && (consumer.is_some() || known.is_none_or(|known| mixed(known, transmit, number))) {
             return;
         }
-        // A device may have stored another mapping than the EDS's default, unless it was seen to keep to that.
-        let (place, bit) = bit(transmit, number);
-        let kept = lengths.is_some_and(|known| known.fitted.get(place).is_some_and(|set| set & bit != 0));
         let code = match (trusted, found < mapped) {
             (false, _) if kept => Code::Pdo012,
             (false, _) => Code::Eds001,
@@ -110,7 +111,7 @@ impl PdoLength {
         cx.find(code, Some(node), Some(object), None, facts);
     }
 
-    /// A frame of a node's PDO is as long as the EDS's default mapping.
+    /// A frame of a node's PDO is as long as its mapping.
     pub fn fitted(&mut self, transmit: bool, number: u16, node: u8) {
         let (place, bit) = bit(transmit, number);
         if let Some(set) = self.nodes.entry(node).fitted.get_mut(place) {

@@ -18,6 +18,8 @@ const LATENESS: i64 = 2_000_000;
 const HELD_UP: i64 = 10_000_000;
 /// A bus that is silent for less than this may have been held up with its capture, in ns.
 const STALL: i64 = 100_000_000;
+/// A silence of the bus that ends a bunch of frames, in ns.
+const BREAK: i64 = 3_000_000;
 /// Frames in a row that come too early before a moderate earliness counts.
 const REPEATED: u8 = 2;
 /// NMT command: start remote node.
@@ -34,6 +36,9 @@ pub struct PdoTiming {
     /// The bus's last frame, and the silence before it.
     last_ns: Option<i64>,
     quiet_ns: i64,
+    /// The silence before the frames that came without a break up to now, and the longest that was usual.
+    burst_ns: i64,
+    usual_ns: i64,
     /// Tolerance by option.
     jitter_ns: Option<i64>,
 }
@@ -69,7 +74,15 @@ struct Watch {
 impl PdoTiming {
     /// Nothing seen yet; the tolerance by option.
     pub fn new(jitter_ns: Option<i64>) -> Self {
-        Self { nodes: PerNode::default(), next_ns: i64::MAX, last_ns: None, quiet_ns: 0, jitter_ns }
+        Self {
+            nodes: PerNode::default(),
+            next_ns: i64::MAX,
+            last_ns: None,
+            quiet_ns: 0,
+            burst_ns: 0,
+            usual_ns: 0,
+            jitter_ns,
+        }
     }
 
     /// The larger of what stamps are late by, and a tenth of the limit; or as the option says.
@@ -121,7 +134,9 @@ impl PdoTiming {
             });
             return;
         };
-        if let Some(gap) = watch.follow(now, inhibit, tolerance) {
+        // Frames that were held up with the capture come in a bunch, after a silence that is not usual.
+        let held_up = self.usual_ns > 0 && self.burst_ns > self.usual_ns.saturating_mul(2);
+        if let Some(gap) = watch.follow(now, inhibit, tolerance).filter(|_| !held_up) {
             let object = Mux { index: pdo.communication(), sub: 3 };
             let measured = [
                 ("found", Quantity::Ns(gap)),
@@ -167,6 +182,10 @@ impl PdoTiming {
     /// A frame of the bus was seen.
     pub fn seen(&mut self, now: i64) {
         self.quiet_ns = self.last_ns.map_or(i64::MAX, |last| now.saturating_sub(last));
+        if (BREAK..i64::MAX).contains(&self.quiet_ns) {
+            self.usual_ns = (self.usual_ns - self.usual_ns / 16).max(self.burst_ns);
+            self.burst_ns = self.quiet_ns;
+        }
         self.last_ns = Some(now);
     }
 

@@ -5,6 +5,7 @@
 //! shows wrongly by itself is no fault: its edges cut pairs, and a frame of the capturing host may stand one later.
 //! It must not decode; and no time is judged that is not configured.
 
+use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::{CanId, Frame, FrameRef};
@@ -18,6 +19,8 @@ const PROOF: u64 = 2;
 /// Least allowance for times, in ns: what adapters add to stamps.
 const JITTER: i64 = 1_000_000;
 const MS: i64 = 1_000_000;
+/// By how much a frame that the capturing host sent may be captured late at most, in ns.
+const LATE_ECHO: i64 = 5_000_000;
 const OPERATIONAL: u8 = 0x05;
 
 /// One frame of a pair.
@@ -49,6 +52,8 @@ struct Limits {
     identifiers: Option<(CanId, CanId)>,
     /// The node that is configured to send it, and its record.
     producer: Option<(u8, u16)>,
+    /// The frame with which the capture has shown the record.
+    shown: Option<u64>,
     /// Validation time (SRVT, sub-index 3): a receiver's, else the producer's.
     validation: Option<Limit>,
     /// Safeguard cycle time (SCT, sub-index 2), likewise.
@@ -74,6 +79,8 @@ struct Pair {
     lone: Option<Half>,
     /// Pairs in a row that came in the wrong order.
     swaps: u8,
+    /// Its first frame since the capture's edge or a loss of frames.
+    first: Option<u64>,
     /// It has shown that it is an SRDO.
     proven: bool,
     /// Pairs that were not each other's inverse, since the capture's edge or a loss of frames.
@@ -118,6 +125,10 @@ pub struct Srdos {
     pairs: Vec<Pair>,
     limits: Vec<Limits>,
     compiled: bool,
+    /// Frames were lost before this one.
+    lost: u64,
+    /// A command has changed states with this one, or a node has started.
+    began: u64,
 }
 
 impl Srdos {
@@ -168,7 +179,11 @@ impl Srdos {
         }
         pair.proven |= pair.valid >= PROOF;
         // What an edge has cut off may make one pair wrong.
-        let settled = pair.valid > 0 || pair.wrong > 1;
+        let first = *pair.first.get_or_insert(frame.no);
+        // One that began after its record was shown and a command was given has lost nothing to an edge.
+        let whole = limits.shown.is_some_and(|shown| shown > self.lost && first > self.began.max(shown));
+        let whole = whole && self.began > self.lost;
+        let settled = pair.valid > 0 || pair.wrong > 1 || whole;
         if !settled || !(pair.proven || limits.identifiers.is_some()) {
             seen.reports.clear();
             seen.valid = seen.valid.filter(|valid| *valid);
@@ -235,8 +250,9 @@ impl Srdos {
     }
 
     /// A command has changed states, a node has started, or frames were lost: no gap can be judged, and after a
-    /// loss no half.
-    pub fn interrupt(&mut self, lost: bool) {
+    /// loss no half. `at`: the number of the frame at hand.
+    pub fn interrupt(&mut self, at: u64, lost: bool) {
+        *if lost { &mut self.lost } else { &mut self.began } = at;
         for pair in &mut self.pairs {
             if lost {
                 *pair = Pair { proven: pair.proven, ..Pair::default() };
@@ -314,12 +330,14 @@ impl Pair {
         }
     }
 
-    /// Inverted data came before their normal data. Once is what a late frame looks like.
+    /// Inverted data came before their normal data. Once is what a late frame looks like, if they are close.
     fn swapped(&mut self, normal: Half, seen: &mut Seen) {
+        let early = self.early.and_then(|early| early.at.t_ns);
+        let apart = early.zip(normal.at.t_ns).map_or(0, |(early, at)| at.saturating_sub(early));
         self.swaps = self.swaps.saturating_add(1);
         self.lone = None;
         self.began = None;
-        if self.swaps >= 2 {
+        if self.swaps >= 2 || apart > LATE_ECHO {
             seen.reports.push(Report::Swapped(normal));
         }
     }
@@ -388,6 +406,8 @@ fn compile(nodes: &PerNode<Node>) -> Vec<Limits> {
                     ms.filter(|ms| *ms > 0).map(|ms| (id, index, ms))
                 };
                 limits.identifiers = Some(identifiers);
+                limits.shown =
+                    [1, 5, 6].into_iter().filter_map(|sub| observed(node, index, sub)).max().or(limits.shown);
                 limits.cycle = time(2).or(limits.cycle);
                 limits.validation = time(3).or(limits.validation);
                 if direction == 1 {
@@ -397,6 +417,14 @@ fn compile(nodes: &PerNode<Node>) -> Vec<Limits> {
         }
     }
     all
+}
+
+/// The frame with which the capture has shown an object.
+fn observed(node: &Node, index: u16, sub: u8) -> Option<u64> {
+    match node.value(index, sub)?.1 {
+        Provenance::Observed(frame) => Some(frame),
+        _ => None,
+    }
 }
 
 /// The number and the identifiers of the pair that a record names; the first record has a default.

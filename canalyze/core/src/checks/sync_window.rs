@@ -70,6 +70,8 @@ struct Track {
     id: CanId,
     /// Times it must have come before it is judged.
     needed: u8,
+    /// It always came about as long after its SYNC.
+    keeps_place: bool,
     /// Its type was shown by the capture, whose beginning is no cut then.
     shown: bool,
     /// What came last and is settled: its cycle, its frame, and whether it stood before its SYNC.
@@ -196,7 +198,8 @@ impl SyncWindow {
         waiting.retain(|(node, number)| {
             let window_ns = windows.get(usize::from(*node)).copied().flatten();
             let Some(track) = self.nodes.get_mut(*node).and_then(|tracks| tracks.find(*number)) else { return false };
-            if let Some(open) = track.open.take() {
+            let open = track.open.take();
+            if let Some(open) = open.filter(|open| open.cycle == 0 || !track.undecided(*open, beat)) {
                 let settled = track.before_sync(open, beat);
                 track.settle(settled, beat, window_ns, *node, cx);
                 if settled.cycle == 0 && settled.at.t_ns.is_some() && track.shown && track.before == 1 {
@@ -294,6 +297,7 @@ impl Track {
             kind: u8::MAX,
             id: CanId::standard(0),
             needed: ESTABLISHED,
+            keeps_place: false,
             shown: false,
             last: None,
             early: false,
@@ -323,8 +327,10 @@ impl Track {
         (1..=240).contains(&self.kind)
     }
 
+    /// By an EDS alone only what also comes at the same place of the cycle: a device that was configured to an event timer
+    /// as long as the period comes in every cycle too, for a while.
     fn established(&self) -> bool {
-        self.steady >= self.needed
+        self.steady >= self.needed && (self.needed == ESTABLISHED || self.keeps_place)
     }
 
     fn came(&self, cycle: u64) -> bool {
@@ -345,10 +351,9 @@ impl Track {
     /// that one's wherever it is one too many otherwise.
     fn before_sync(&self, open: Arrival, beat: &Beat) -> Arrival {
         let next = open.cycle + 1;
-        let sync = beat.sync(next).and_then(|sync| sync.t_ns);
-        let ahead = sync.zip(open.at.t_ns).map(|(sync, at)| sync.saturating_sub(at));
+        let ahead = self.ahead(open, beat);
         let nexts = match self.last {
-            _ if ahead.is_some_and(|ahead| !(0..=beat.early_ns()).contains(&ahead)) => false,
+            _ if ahead.is_some_and(|ahead| !within_echo(ahead, open.cycle, beat)) => false,
             None => ahead.is_some(),
             Some(_) if self.came(open.cycle) => true,
             Some(_) if self.cyclic() && self.due(open.cycle) != self.due(next) => self.due(next),
@@ -360,12 +365,25 @@ impl Track {
         Arrival { cycle: next, delay_ns: ahead.map(|ahead| -ahead), early: true, ..open }
     }
 
+    /// How long a PDO stood before the SYNC that came after it.
+    fn ahead(&self, open: Arrival, beat: &Beat) -> Option<i64> {
+        let sync = beat.sync(open.cycle + 1).and_then(|sync| sync.t_ns);
+        sync.zip(open.at.t_ns).map(|(sync, at)| sync.saturating_sub(at))
+    }
+
+    /// What comes with any SYNC, and stood just before one: nothing tells whose it was.
+    fn undecided(&self, open: Arrival, beat: &Beat) -> bool {
+        self.kind == 0 && self.ahead(open, beat).is_some_and(|ahead| within_echo(ahead, open.cycle, beat))
+    }
+
     /// Judges a PDO whose cycle is known.
     fn settle(&mut self, it: Arrival, beat: &Beat, window_ns: Option<i64>, node: u8, cx: &mut Context<'_>) {
         let asked = std::mem::take(&mut self.asked);
         if let Some(delay) = it.delay_ns.filter(|_| it.cycle > 0) {
             self.delays.record(delay);
         }
+        let width = beat.period_ns().filter(|_| self.delays.count() > 0).map(|period| period / 4);
+        self.keeps_place = width.is_some_and(|width| self.delays.width_ns() <= width);
         let before = self.last.replace((it.cycle, it.at));
         let early = std::mem::replace(&mut self.early, it.early);
         if self.kind == 252 || it.cycle == 0 || asked {
@@ -486,6 +504,15 @@ impl Track {
         let facts = Facts::told(0, &[("cycle", Quantity::Count(cycle)), ("count", Quantity::Count(count))]);
         cx.find(Code::Syn008, Some(node), Some(self.object()), beat.sync(cycle), facts);
     }
+}
+
+/// Whether what stood so long before the SYNC after `cycle` may be that one's, whose echo came late: a quarter of the
+/// gap at most, whether or not a period is known yet.
+fn within_echo(ahead: i64, cycle: u64, beat: &Beat) -> bool {
+    let at = |cycle| beat.sync(cycle).and_then(|sync| sync.t_ns);
+    let gap = at(cycle + 1).zip(at(cycle)).map(|(next, sync)| next.saturating_sub(sync));
+    let most = gap.map_or(beat.early_ns(), |gap| beat.early_ns().min(gap / 4));
+    (0..=most).contains(&ahead)
 }
 
 /// A frame, where it is not the one at hand.

@@ -26,8 +26,9 @@ const WORDS: usize = 16;
 const LAG: i64 = 1_000_000_000;
 /// The same in frames of the capture, without stamps.
 const LAG_FRAMES: u64 = 256;
-/// How long the frame that explains a state may be captured after it.
-const SETTLED: i64 = 100_000_000;
+/// How long the frame that explains a state may be captured after it: more than an adapter delays its own frames, less
+/// than masters take from one controlword to the next.
+const SETTLED: i64 = 50_000_000;
 /// The same in frames.
 const SETTLED_FRAMES: u64 = 64;
 /// Time for a command that takes away, and for a mode.

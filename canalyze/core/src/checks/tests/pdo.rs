@@ -144,6 +144,11 @@ fn mapping_of_a_valid_pdo() {
     assert_eq!(live("1A00:00 u8 0\n 1A00:01 u32 20000120\n 1A00:02 u32 20010120\n 1A00:00 u8 2"), ["PDO009 6"]);
     assert_eq!(live("1A00:01 u32 20000120"), ["PDO009 4"]);
     assert_eq!(live("1A00:00 u8 0"), [""; 0]);
+    // A node that is not Operational sends nothing meanwhile: many masters leave it at sub-index 0 then.
+    let after_boot_up =
+        format!("-20 705#00\n{valid}{}", writes(0.0, "1A00:00 u8 0\n 1A00:01 u32 20000120\n 1A00:00 u8 1"));
+    assert_eq!(codes(&after_boot_up), [""; 0]);
+    assert_eq!(codes(&after_boot_up.replace("-20 705#00", "-20 705#00\n-19 000#0105\n-18 705#05")), ["PDO009 9"]);
     assert_eq!(
         codes(&writes(0.0, "1A00:00 u8 0\n 1A00:01 u32 20000120\n 1A00:00 u8 1")),
         [""; 0],
@@ -332,4 +337,34 @@ fn lost_frames_and_two_buses() {
     let found: Vec<_> = lines(&text, Network::default()).into_iter().filter(|line| line["kind"] == "finding").collect();
     assert_eq!(found.len(), 1);
     assert_eq!(found[0]["code"], "CAP002");
+}
+
+#[test]
+fn a_bunch_after_an_unusual_silence_was_held_up() {
+    let inhibited = writes(0.0, "1800:03 u16 C8\n 1800:02 u8 FF");
+    let sent = |from: u32, to: u32| -> String { (from..to).map(|no| format!("{} 185#01\n", 100 + 25 * no)).collect() };
+    let steady = sent(0, 20);
+    // Five frames of 25 ms each, after 150 ms in which the bus showed nothing.
+    let bunch = "745 185#01\n 745.2 185#01\n 745.4 185#01\n 745.6 185#01\n 745.8 185#01\n 770 185#01";
+    assert_eq!(codes(&format!("{inhibited}{steady}{bunch}")), [""; 0]);
+    // The same distance after the usual silence is the node's own.
+    let close = "600 185#01\n 600.2 185#01\n 625 185#01";
+    assert_eq!(codes(&format!("{inhibited}{steady}{close}")), ["PDO004 26"]);
+}
+
+#[test]
+fn a_type_that_only_an_eds_presets_and_a_timer_as_long_as_the_period() {
+    // Acyclic by 1 % of the period: once it comes twice in a cycle.
+    let cycles: String = (1..=150_u32)
+        .map(|no| {
+            let sync = f64::from(no) * 10.0;
+            format!("{sync} 080#\n{:.2} 185#01\n", sync + 9.95 - 0.1 * f64::from(no))
+        })
+        .collect();
+    let mut lines: Vec<(f64, &str)> =
+        cycles.lines().map(|line| (line.split(' ').next().unwrap().parse().unwrap(), line)).collect();
+    lines.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let text: String = lines.iter().map(|(_, line)| format!("{line}\n")).collect();
+    let network = described(Form::Eds, vec![object(0x1800, 2, 5, Access::Rw, Some(1))]);
+    assert_eq!(codes_with(&text, network, ABOVE), [""; 0]);
 }

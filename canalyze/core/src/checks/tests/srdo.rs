@@ -48,6 +48,20 @@ fn identifiers_that_carry_something_else() {
     // Never right at all: the first wrong one may have been cut by the capture's edge.
     let wrong = "4 109#03\n5 10A#FD\n6 109#04\n7 10A#04\n8 109#04\n9 10A#04\n";
     assert_eq!(codes(&log(&(KNOWN.to_owned() + wrong))), ["SRD001", "SRD001"]);
+    // Unless it was started after that.
+    assert_eq!(codes(&log(&(KNOWN.to_owned() + "3 000#0105\n" + wrong))), ["SRD001", "SRD001", "SRD001"]);
+    // The inverted frame first: once may be an echo, but not if it is that much earlier.
+    let early = |by: f64| {
+        let sound = KNOWN.to_owned() + &pairs(10.0, 4, 1) + &pairs(110.0, 3, 1);
+        log(&(sound + &inverted(91.0 - by, 9) + &normal(90.0, 9)))
+    };
+    let sorted = |text: String| {
+        let mut lines: Vec<&str> = text.lines().collect();
+        lines.sort_unstable();
+        lines.join("\n") + "\n"
+    };
+    assert_eq!(raised(&sorted(early(2.0))), []);
+    assert_eq!(raised(&sorted(early(10.0))).iter().map(|one| one.0.as_str()).collect::<Vec<_>>(), ["SRD004"]);
 }
 
 #[test]

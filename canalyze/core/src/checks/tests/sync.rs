@@ -267,3 +267,19 @@ fn windows() {
         assert_eq!(codes(&said), want, "{window_ns} {jitter_ns:?}");
     }
 }
+
+#[test]
+fn a_short_period_before_it_is_known() {
+    // 250 us after its SYNC, 750 us before the next one: the first cycles must not take it for that one's.
+    let only = "0.4 605#2F01180201000000\n0.8 585#6001180200000000\n1.2 000#0100\n";
+    for late in 1..8_u32 {
+        let cycles: String = (1..=20_u32)
+            .map(|no| {
+                let sync = f64::from(no) + 10.0;
+                let delay = if no == late { 0.35 } else { 0.25 };
+                format!("{sync} 080#\n{:.3} 285#01\n", sync + delay)
+            })
+            .collect();
+        assert_eq!(raised(&log(&format!("{only}{cycles}"))), nothing(), "late in cycle {late}");
+    }
+}
