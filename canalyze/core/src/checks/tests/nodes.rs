@@ -257,7 +257,7 @@ fn a_recording_that_stood_still_is_no_late_node() {
 #[test]
 fn stamps_of_a_loaded_host() {
     // Every fifth heartbeat of 50 ms is stamped 18 ms late.
-    let shaken = |ms: u32| if ms % 250 == 0 { ms + 18 } else { ms };
+    let shaken = |ms: u32| if ms.is_multiple_of(250) { ms + 18 } else { ms };
     let beats: String = (100..=4000).step_by(50).map(|ms| format!("{} 705#05\n", shaken(ms))).collect();
     assert_eq!(raised(&sorted(&[&beats])), []);
     // Every other heartbeat of 10 ms is stamped 5 ms late: one series.
