@@ -92,6 +92,8 @@ pub struct Pulse {
     pub last_ns: Option<i64>,
     /// Mean gap between frames in ns.
     pub gap_ns: i64,
+    /// How many gaps it is the mean of.
+    gaps: u8,
     /// From when to when the recording stood still last: what was sent meanwhile comes in a burst after it.
     pub stall: Option<(i64, i64)>,
 }
@@ -102,7 +104,13 @@ impl Pulse {
     pub fn beat(&mut self, now_ns: i64) {
         if let Some(last) = self.last_ns {
             let gap = now_ns.saturating_sub(last).clamp(0, PAUSE_NS);
-            self.gap_ns += (gap - self.gap_ns) / 16;
+            // At first of all gaps so far, then of the latest.
+            self.gap_ns += if self.gaps < 16 {
+                self.gaps += 1;
+                (gap - self.gap_ns) / i64::from(self.gaps)
+            } else {
+                (gap - self.gap_ns) / 16
+            };
         }
         self.last_ns = Some(now_ns);
     }
