@@ -42,6 +42,7 @@ RAISED: dict[str, list[Raised]] = {
     "EMC004": [("EMC004", 7, 6)],
     "EMC004-reset": [("EMC004", 6, 5)],
     "EMC005": [("EMC005", 4, None)],
+    "EMC006": [("EMC006", 3, None)],
     "GRD001": [("GRD001", 8, None)],
     "GRD002": [("GRD002", 8, 7)],
     "GRD003": [("GRD003", 14, 13)],
@@ -57,6 +58,7 @@ RAISED: dict[str, list[Raised]] = {
     "HBT004-rate": [("HBT004", 10, 9)],
     "HBT004-states": [("NMT004", 5, 4), ("HBT004", 7, 6)],
     "HBT005": [("HBT005", 11, None)],
+    "HBT006": [("HBT006", 4, None)],
     "LSS001": [("LSS001", 9, None)],
     "LSS001-length": [("LSS001", 9, None)],
     "LSS001-slave": [("LSS001", 9, None)],
@@ -194,6 +196,7 @@ RAISED: dict[str, list[Raised]] = {
     "SYN011": [("SYN011", 32, None)],
     "SYN011-no-stamps": [("SYN011", 6, None)],
     "TIM001": [("TIM001", 3, None)],
+    "TIM001-length": [("TIM001", 3, None)],
     "TIM001-reserved": [("TIM001", 3, None)],
     "TIM002": [("TIM002", 4, 3)],
 }

@@ -105,6 +105,8 @@ rules! {
     Emc004 "EMC004" "emcy-in-wrong-state" Warning "CiA 301 7.3.2.2";
     /// Two emergencies closer than the inhibit time.
     Emc005 "EMC005" "emcy-inhibit-time" Warning "CiA 301 7.5.2.18";
+    /// An emergency has another length than 8 bytes.
+    Emc006 "EMC006" "emcy-length" Warning "CiA 301 7.2.7.3";
     /// The toggle bit of guarding answers does not alternate.
     Grd001 "GRD001" "guarding-toggle" Error "CiA 301 7.2.8.3.2.1";
     /// A guarding request was not answered.
@@ -123,6 +125,8 @@ rules! {
     Hbt004 "HBT004" "duplicate-node-id" Warning "CiA 301 7.3.5";
     /// The whole bus was silent: no heartbeat could be seen.
     Hbt005 "HBT005" "silent-bus" Info "-";
+    /// Error control has another length than 1 byte.
+    Hbt006 "HBT006" "error-control-length" Warning "CiA 301 7.2.8.3.2";
     /// A command specifier that CiA 305 does not define for this side, or a frame of another length than 8 bytes.
     Lss001 "LSS001" "unknown-command" Warning "CiA 305";
     /// A slave's frame that no request explains.

@@ -11,6 +11,7 @@ use super::permitted::Permitted;
 use super::time::Times;
 use crate::cob_id::Role;
 use crate::context::Context;
+use crate::finding::{Code, Facts, Quantity};
 use crate::frame::{CanId, Frame};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
@@ -131,6 +132,7 @@ impl Nodes {
                 self.heartbeats.commanded(node);
             }
             Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),
+            Message::Malformed { role, flaw: Flaw::Length { .. } } => self.wrong_length(role, frame.len, cx),
             Message::BootUp { node } => {
                 self.permitted.boot_up(node, cx);
                 self.guarding.restart(node, &self.nmt, cx);
@@ -162,6 +164,21 @@ impl Nodes {
                 }
             }
             _ => {}
+        }
+    }
+
+    /// A frame of a service with another length than the service has, where the node or, for TIME, any node of the bus
+    /// has shown that it is one: on other networks these identifiers carry other things.
+    fn wrong_length(&self, role: Role, len: u8, cx: &mut Context<'_>) {
+        let (code, face, node) = match role {
+            Role::Emcy(node) => (Code::Emc006, 0, Some(node)),
+            Role::ErrorControl(node) => (Code::Hbt006, 0, Some(node)),
+            Role::Time => (Code::Tim001, 2, None),
+            _ => return,
+        };
+        let present = |node: u8| self.nmt.is_present(node);
+        if node.map_or_else(|| (1..=127).any(present), present) {
+            cx.find(code, node, None, None, Facts::told(face, &[("found", Quantity::Count(u64::from(len)))]));
         }
     }
 

@@ -159,11 +159,29 @@ pub(super) const EMC005: RuleText = RuleText {
     faces: &["{found} apart, the inhibit time is {expected}"],
 };
 
+pub(super) const EMC006: RuleText = RuleText {
+    message: "an emergency is not 8 bytes long",
+    meaning: "An emergency always has 8 bytes: error code, error register and five of the manufacturer's. Consumers may ignore another length.",
+    cause: "The firmware sets the DLC by what it has to say; a length of 0 is the boot-up of DS301 version 3.",
+    faces: &["the emergency has {found} bytes and should have 8"],
+};
+
+pub(super) const HBT006: RuleText = RuleText {
+    message: "error control is not 1 byte long",
+    meaning: "Heartbeat, boot-up and guarding answer have one byte, the state.",
+    cause: "The firmware sets a wrong DLC, or another protocol uses this COB-ID.",
+    faces: &["error control has {found} bytes and should have 1"],
+};
+
 pub(super) const TIM001: RuleText = RuleText {
     message: "invalid time",
-    meaning: "TIME has fewer than 86400000 milliseconds (a day), and its four reserved bits are 0.",
+    meaning: "TIME has 6 bytes, fewer than 86400000 milliseconds (a day), and its four reserved bits are 0.",
     cause: "The producer fills the fields wrongly, such as with another epoch or unit.",
-    faces: &["{found} milliseconds; a day ends with 86399999", "the reserved bits are {found} and should be 0"],
+    faces: &[
+        "{found} milliseconds; a day ends with 86399999",
+        "the reserved bits are {found} and should be 0",
+        "TIME has {found} bytes and should have 6",
+    ],
 };
 
 pub(super) const TIM002: RuleText = RuleText {

@@ -149,11 +149,25 @@ pub(super) const EMC005: RuleText = RuleText {
     faces: &["间隔{found}, 抑制时间为{expected}"],
 };
 
+pub(super) const EMC006: RuleText = RuleText {
+    message: "紧急报文的长度不是8字节",
+    meaning: "紧急报文总是8字节: 错误码2字节, 错误寄存器1字节, 制造商定义5字节。消费者可能不处理其他长度。",
+    cause: "固件按实际内容设置了DLC; 长度为0的是DS301第3版的启动报文。",
+    faces: &["紧急报文有{found}字节, 应为8字节"],
+};
+
+pub(super) const HBT006: RuleText = RuleText {
+    message: "错误控制报文的长度不是1字节",
+    meaning: "心跳、启动报文和保护应答都是1字节, 只有状态。",
+    cause: "固件设置了错误的DLC, 或者该COB-ID上是别的协议。",
+    faces: &["错误控制报文有{found}字节, 应为1字节"],
+};
+
 pub(super) const TIM001: RuleText = RuleText {
     message: "时间无效",
-    meaning: "时间戳的毫秒数小于86400000 (一天), 保留的四位为0。",
+    meaning: "时间戳为6字节, 毫秒数小于86400000 (一天), 保留的四位为0。",
     cause: "时间戳的生产者填错了字段, 例如使用了其他的起点或单位。",
-    faces: &["毫秒数为{found}, 一天最多到86399999", "保留位为{found}, 应为0"],
+    faces: &["毫秒数为{found}, 一天最多到86399999", "保留位为{found}, 应为0", "时间戳有{found}字节, 应为6字节"],
 };
 
 pub(super) const TIM002: RuleText = RuleText {
