@@ -23,6 +23,16 @@ pub fn object(out: &mut Vec<u8>, mux: Mux) {
     put!(out; Hex::<4>(u64::from(mux.index)), "h:", Hex::<2>(u64::from(mux.sub)));
 }
 
+/// Which PDO a parameter is of: ` (TPDO1)` behind 1800h or 1A00h. Nothing for other objects.
+pub fn pdo_of(out: &mut Vec<u8>, mux: Mux) {
+    let (name, number) = match mux.index {
+        0x1400..=0x17FF => (" (RPDO", mux.index % 0x200),
+        0x1800..=0x1BFF => (" (TPDO", mux.index % 0x200),
+        _ => return,
+    };
+    put!(out; name, number + 1, ")");
+}
+
 /// A value. `bytes` may be only the beginning of `size` bytes.
 pub fn value(out: &mut Vec<u8>, lang: Lang, data_type: Option<DataType>, bytes: &[u8], size: u64) {
     let whole = bytes.len() as u64 == size;

@@ -42,6 +42,7 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
     }
     if let Some(object) = finding.object.filter(|_| !matches!(finding.facts, Facts::Objects { .. })) {
         value::object(out, object);
+        value::pdo_of(out, object);
         put!(out; " ");
     }
     if finding.node.is_some() {
