@@ -271,7 +271,7 @@ MULTIPLEX = """\
 (1.003000) can0 184#050020002A00EEEE
 (1.004000) can0 184#890020012A000000
 """
-"""Node 4's TPDO1 becomes a multiplex one: it writes 607Ah of node 5, shows 2000h of node 5, writes something on node 9."""
+"""Node 4's TPDO1 becomes a multiplex one: it writes 607Ah of node 5, shows its 2000h, and writes to node 9."""
 
 
 def test_multiplex_pdo_by_the_description_of_the_addressed_node(canalyze: Runner, tmp_path: Path) -> None:

@@ -358,6 +358,7 @@ mod tests {
     use crate::dictionary::{Access, Dictionary, Form, Preset};
     use crate::network::Description;
     use crate::session::{Format, Options, Session};
+    use crate::text::Lang;
 
     fn object(index: u16, name: &str, data_type: u16, value: Option<u64>) -> Object {
         let preset = value.map(|value| Preset { value, relative: false, configured: false });
@@ -389,7 +390,8 @@ mod tests {
             description(6, vec![object(0x2002, "Level", 6, None), object(0x2003, "Six's", 6, None)]),
         ];
         let network = Arc::new(Network { descriptions, ..Network::default() });
-        let mut session = Session::new(Options { format: Format::Jsonl, network, ..Options::default() });
+        let mut session =
+            Session::new(Options { lang: Lang::En, format: Format::Jsonl, network, ..Options::default() });
         let mut out = Vec::new();
         session.begin(b"x.log", true);
         session.feed(format!("(1.000000) can0 184#{frame}\n").as_bytes(), &mut out);
@@ -404,7 +406,7 @@ mod tests {
         for (frame, expected) in [
             // The consumer's object, by its own length: what stands behind it does not count.
             ("850020002AFFEEEE", "Temperature|INTEGER16|-21.4|degC|-21.4 degC"),
-            ("857A6000FEFFFFFF", "目标位置|INTEGER32|-2|null|-2"),
+            ("857A6000FEFFFFFF", "target position|INTEGER32|-2|null|-2"),
             ("854060000F000000", "Acceleration|UNSIGNED16|15|null|15"),
             // A type that four bytes do not hold.
             ("850120002A000000", "Counter|null|null|null|null"),
@@ -416,7 +418,7 @@ mod tests {
             ("800220002A000000", "Level|UNSIGNED16|42|null|42"),
             ("800320002A000000", "null|null|null|null|null"),
             // Not described: the standard's objects only.
-            ("8917100064000000", "生产者心跳时间|UNSIGNED16|100|null|100"),
+            ("8917100064000000", "producer heartbeat time|UNSIGNED16|100|null|100"),
             ("890020002A000000", "null|null|null|null|null"),
             ("800500002A000000", "null|null|null|null|null"),
             ("000020002A000000", "null|null|null|null|null"),
