@@ -262,3 +262,43 @@ def test_a_node_that_is_not_there_is_said(canalyze: Runner, capture: str) -> Non
     assert (done.code, done.complaints) == (0, [f"{DRIVE}: the capture has no frame of nodes 30-32"])
     done = canalyze("decode", "--eds", f"can9:5={DRIVE}", capture)
     assert done.complaints == [f"{DRIVE}: 捕获中没有节点5的帧"]
+
+
+MULTIPLEX = """\
+(1.000000) can0 604#2F001A00FF000000
+(1.001000) can0 584#60001A0000000000
+(1.002000) can0 184#857A600039300000
+(1.003000) can0 184#050020002A00EEEE
+(1.004000) can0 184#890020012A000000
+"""
+"""Node 4's TPDO1 becomes a multiplex one: it writes 607Ah of node 5, shows its 2000h, and writes to node 9."""
+
+
+def test_multiplex_pdo_by_the_description_of_the_addressed_node(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "mpdo.log").write_text(MULTIPLEX)
+    known = ("--eds", f"5={DRIVE}", "mpdo.log")
+    lines = canalyze("decode", *known).lines[2:]
+    assert [line.split("  # ")[1] for line in lines if "  # " in line][:3] == [
+        "节点4的TPDO1: DAM-MPDO, 写节点5的607Ah:00 目标位置 = 12345",
+        "节点4的TPDO1: SAM-MPDO, 生产者节点5的2000h:00 Motor temperature = 4.2 degC",
+        "节点4的TPDO1: DAM-MPDO, 写节点9的2000h:01 = 2A 00 00 00 (42)",
+    ]
+    assert "write to node 5: 607Ah:00 target position = 12345" in canalyze("--lang", "en", "decode", *known).out
+
+    done = canalyze("signals", *known)
+    assert done.lines == [
+        HEADING,
+        "1.002000,3,can0,4,TPDO1,目标位置,12345,12345,,observed,607A:00",
+        "1.003000,4,can0,4,TPDO1,Motor temperature,4.2,42,degC,observed,2000:00",
+        "1.004000,5,can0,4,TPDO1,2000h:01,42,42,,observed,2000:01",
+    ]
+    chosen = canalyze("signals", "--select", "4.TPDO1.*position,2000:01", "--format", "jsonl", *known)
+    assert [json.loads(line)["index"] for line in chosen.lines] == ["607A", "2000"]
+
+    rows = [json.loads(line) for line in canalyze("decode", "--format", "jsonl", *known).lines]
+    found = [row["pdo"]["mpdo"] for row in rows if row["kind"] == "frame" and row["service"] == "pdo"]
+    assert [(one["name"], one["type"], one["value"], one["unit"], one["text"]) for one in found] == [
+        ("目标位置", "INTEGER32", 12345, None, "12345"),
+        ("Motor temperature", "INTEGER16", 4.2, "degC", "4.2 degC"),
+        (None, None, None, None, None),
+    ]

@@ -10,16 +10,18 @@ use std::sync::Arc;
 use crate::checks::sync::SyncStatistics;
 use crate::checks::{Checks, Fit, PdoName};
 use crate::cob_id::Role;
-use crate::configuration;
+use crate::configuration::{self, Provenance};
 use crate::context::Context;
-use crate::event::{ProcessData, Signals, Step, Unmapped, What};
+use crate::dictionary::Object;
+use crate::event::{Addressed, ProcessData, Signals, Step, Unmapped, What};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Content, Node, PerNode};
 use crate::roles::Roles;
 use crate::services;
-use crate::services::pdo;
+use crate::services::pdo::mapping::Mapping;
+use crate::services::pdo::{self, Multiplexed};
 use crate::services::sdo::channel::Channel;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Command, Mux, Side};
@@ -136,7 +138,7 @@ impl Bus {
         let PdoName { transmit, number, node } = name;
         let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
         let content = match known.map(|pdo| &pdo.content) {
-            Some(Content::Multiplex { .. }) => return self.multiplexed(name, frame, cx),
+            Some(Content::Multiplex { from, .. }) => return self.multiplexed(name, *from, frame, cx),
             Some(Content::Mapped(mapping, from)) => Signals::Mapped(Arc::clone(mapping), *from),
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
@@ -149,13 +151,37 @@ impl Bus {
         self.checks.process_data(name, known, fit, &self.nodes, frame, cx);
     }
 
-    fn multiplexed(&mut self, name: PdoName, frame: &Frame, cx: &mut Context<'_>) {
+    fn multiplexed(&mut self, name: PdoName, from: Provenance, frame: &Frame, cx: &mut Context<'_>) {
         let PdoName { transmit, number, node } = name;
         let role = if transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } };
         let message = pdo::decode_multiplexed(role, transmit, number, node, frame);
-        cx.push(None, Some(node), What::Message(message));
+        let what = match message {
+            Message::Mpdo { content, .. } => {
+                let mapping = self.addressed(transmit.then_some(node), &content);
+                What::Mpdo(Box::new(Addressed { transmit, number, node, content, mapping, from }))
+            }
+            _ => What::Message(message),
+        };
+        cx.push(None, Some(node), what);
         self.checks.due(frame, cx);
         self.checks.multiplexed(name, &message, &self.nodes, frame, cx);
+    }
+
+    /// The object in a multiplex PDO, by the node whose object it is. In one to all nodes it is that of the first
+    /// described node but its producer, if all of them that have it say the same of it.
+    fn addressed(&self, producer: Option<u8>, content: &Multiplexed) -> Mapping {
+        let Multiplexed { destination, node, index, sub, .. } = *content;
+        let unknown = Node::default();
+        let owner = if destination && node == 0 {
+            let consumers = self.nodes.iter().filter(|(id, _)| Some(*id) != producer);
+            let mut having = consumers.filter_map(|(_, one)| Some((one, one.configuration.object(index, sub)?)));
+            let first = having.next();
+            let mut same = |object: &Object| having.all(|(_, other)| object.is_alike(other));
+            first.filter(|(_, object)| same(object)).map(|(one, _)| one)
+        } else {
+            self.nodes.get(node)
+        };
+        owner.unwrap_or(&unknown).multiplexed(index, sub)
     }
 
     /// The signals of a PDO by the mapping of a node that receives it.
@@ -323,4 +349,81 @@ fn concise(bytes: &[u8]) -> impl Iterator<Item = (Mux, &[u8])> {
         rest = after.get(size..)?;
         Some((Mux { index: u16::from_le_bytes([*low, *high]), sub: *sub }, value))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+    use super::*;
+    use crate::dictionary::{Access, Dictionary, Form, Preset};
+    use crate::network::Description;
+    use crate::session::{Format, Options, Session};
+    use crate::text::Lang;
+
+    fn object(index: u16, name: &str, data_type: u16, value: Option<u64>) -> Object {
+        let preset = value.map(|value| Preset { value, relative: false, configured: false });
+        let (name, unit) = (name.into(), (name == "Temperature").then(|| "degC".into()));
+        let factor = if unit.is_some() { 0.1 } else { 1.0 };
+        Object { index, sub: 0, name, data_type, access: Access::Rw, preset, mappable: true, unit, factor }
+    }
+
+    fn description(node: u8, objects: Vec<Object>) -> Description {
+        let dictionary = Arc::new(Dictionary::new("x.eds".into(), Form::Eds, String::new(), objects));
+        Description { bus: None, node, dictionary }
+    }
+
+    /// What is known of the object in a multiplex PDO of node 4.
+    fn known(frame: &str) -> String {
+        let descriptions = vec![
+            description(4, vec![object(0x1A00, "x", 5, Some(255)), object(0x2000, "Own", 5, None)]),
+            description(
+                5,
+                vec![
+                    object(0x2000, "Temperature", 3, None),
+                    object(0x2001, "Counter", 0x1B, None),
+                    object(0x2002, "Level", 6, None),
+                    object(0x2003, "Five's", 6, None),
+                    object(0x607A, "Target position", 4, None),
+                    object(0x6040, "Acceleration", 6, None),
+                ],
+            ),
+            description(6, vec![object(0x2002, "Level", 6, None), object(0x2003, "Six's", 6, None)]),
+        ];
+        let network = Arc::new(Network { descriptions, ..Network::default() });
+        let mut session =
+            Session::new(Options { lang: Lang::En, format: Format::Jsonl, network, ..Options::default() });
+        let mut out = Vec::new();
+        session.begin(b"x.log", true);
+        session.feed(format!("(1.000000) can0 184#{frame}\n").as_bytes(), &mut out);
+        session.finish(&mut out);
+        let line = out.split(|byte| *byte == b'\n').next().unwrap();
+        let mpdo = &serde_json::from_slice::<serde_json::Value>(line).unwrap()["pdo"]["mpdo"];
+        ["name", "type", "value", "unit", "text"].map(|key| mpdo[key].to_string().replace('"', "")).join("|")
+    }
+
+    #[test]
+    fn the_object_in_a_multiplex_pdo() {
+        for (frame, expected) in [
+            // The consumer's object, by its own length: what stands behind it does not count.
+            ("850020002AFFEEEE", "Temperature|INTEGER16|-21.4|degC|-21.4 degC"),
+            ("857A6000FEFFFFFF", "target position|INTEGER32|-2|null|-2"),
+            ("854060000F000000", "Acceleration|UNSIGNED16|15|null|15"),
+            // A type that four bytes do not hold.
+            ("850120002A000000", "Counter|null|null|null|null"),
+            // The producer's in source address mode.
+            ("040020002A000000", "Own|UNSIGNED8|42|null|42"),
+            ("050020002A000000", "Temperature|INTEGER16|4.2|degC|4.2 degC"),
+            // To all nodes: described, but not the producer's; where two consumers have different ones, neither.
+            ("800020002A000000", "Temperature|INTEGER16|4.2|degC|4.2 degC"),
+            ("800220002A000000", "Level|UNSIGNED16|42|null|42"),
+            ("800320002A000000", "null|null|null|null|null"),
+            // Not described: the standard's objects only.
+            ("8917100064000000", "producer heartbeat time|UNSIGNED16|100|null|100"),
+            ("890020002A000000", "null|null|null|null|null"),
+            ("800500002A000000", "null|null|null|null|null"),
+            ("000020002A000000", "null|null|null|null|null"),
+        ] {
+            assert_eq!(known(frame), expected, "{frame}");
+        }
+    }
 }

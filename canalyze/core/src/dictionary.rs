@@ -79,6 +79,12 @@ impl Object {
         DataType::from_code(self.data_type)
     }
 
+    /// Whether another description says the same of what it is and how its value is read.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        (&self.name, self.data_type, &self.unit) == (&other.name, other.data_type, &other.unit)
+            && self.factor == other.factor
+    }
+
     /// The number that the object starts with on one node; relative ones wrap around at the type's width.
     pub fn preset_at(&self, node: u8) -> Option<u64> {
         let Preset { value, relative, .. } = self.preset?;

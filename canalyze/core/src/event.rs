@@ -7,6 +7,7 @@ use crate::dictionary::Object;
 use crate::finding::Finding;
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
+use crate::services::pdo::Multiplexed;
 use crate::services::pdo::mapping::Mapping;
 use crate::services::sdo::transfer::{Transfer, TransferId};
 use crate::services::sdo::wire::{Command, Mux, Side, decode_frame};
@@ -35,6 +36,8 @@ pub enum What {
     Message(Message),
     /// A PDO with data: every such frame has exactly one.
     Pdo(ProcessData),
+    /// A multiplex PDO: every complete one has exactly one. Rare, and large: apart, so that events stay small.
+    Mpdo(Box<Addressed>),
     /// A frame of an SDO channel: every such frame has exactly one.
     Sdo(Step),
     /// An SDO transfer has ended.
@@ -60,6 +63,31 @@ pub struct ProcessData {
     pub state: Option<u8>,
     /// The SYNC cycle it belongs to, where it is a synchronous PDO.
     pub sync: Option<Placement>,
+}
+
+/// A multiplex PDO and the object in it.
+#[derive(Clone, Debug)]
+pub struct Addressed {
+    /// Transmit or receive, seen from the node.
+    pub transmit: bool,
+    /// PDO number, from 1.
+    pub number: u16,
+    /// The node whose PDO it is.
+    pub node: u8,
+    /// What it carries.
+    pub content: Multiplexed,
+    /// Its only entry is the object in the data (bytes 4 to 7), with what is known of it.
+    pub mapping: Mapping,
+    /// From where it is known that the PDO is a multiplex one.
+    pub from: Provenance,
+}
+
+impl Addressed {
+    /// What the frame says by itself.
+    pub fn message(&self) -> Message {
+        let Self { transmit, number, node, content, .. } = *self;
+        Message::Mpdo { transmit, number, node, content }
+    }
 }
 
 /// What the bytes of a PDO are.

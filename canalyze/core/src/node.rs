@@ -16,6 +16,8 @@ use crate::services::pdo::{communication_parameter, mapping_parameter};
 pub const PREDEFINED: u16 = 4;
 /// Highest number of entries of a mapping; 254 and 255 mark multiplex PDOs.
 const MOST_ENTRIES: u64 = 64;
+/// Bytes of a multiplex PDO's data, and of its address before them.
+const MULTIPLEXED: u8 = 4;
 
 /// Something kept for every node that needs it, by node-ID 1..=127: one array look-up.
 #[derive(Debug)]
@@ -128,6 +130,8 @@ pub enum Content {
     Multiplex {
         /// Destination address mode.
         destination: bool,
+        /// From where that is known.
+        from: Provenance,
     },
     /// Sub-index 0 of the mapping is 0.
     Disabled(Provenance),
@@ -230,7 +234,7 @@ impl Node {
         let Some((count, mut least)) = self.value(index, 0) else { return Content::Unknown };
         match count {
             0 => return Content::Disabled(least),
-            254 | 255 => return Content::Multiplex { destination: count == 255 },
+            254 | 255 => return Content::Multiplex { destination: count == 255, from: least },
             1..=MOST_ENTRIES => {}
             _ => return Content::Unknown,
         }
@@ -254,6 +258,22 @@ impl Node {
         let profile = index >= 0x6000;
         let other = self.value(0x1000, 0).is_some_and(|(device, _)| !drive::is_drive(device as u32));
         od::data_type(index, sub).filter(|_| !(profile && other))
+    }
+
+    /// An object of the node as the only entry of a multiplex PDO: from byte 4 on, as long as its type is. Without a
+    /// type it is all four bytes; so it is with a type that four bytes do not hold, or of no fixed size, of which they
+    /// are only some bytes (DOMAIN).
+    pub fn multiplexed(&self, index: u16, sub: u8) -> Mapping {
+        let mut object = self.mapped(index, sub, 8 * MULTIPLEXED, 8 * u16::from(MULTIPLEXED));
+        if std::mem::take(&mut object.dummy) {
+            object.data_type = None;
+        }
+        match object.data_type.map(DataType::size) {
+            Some(Some(size)) if size <= usize::from(MULTIPLEXED) => object.bits = 8 * size as u8,
+            Some(_) => object.data_type = Some(DataType::Domain),
+            None => {}
+        }
+        Mapping::new(vec![object], 16 * u16::from(MULTIPLEXED))
     }
 
     fn mapped(&self, index: u16, sub: u8, bits: u8, offset: u16) -> Mapped {

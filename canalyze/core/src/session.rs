@@ -266,7 +266,7 @@ impl Stream {
         self.fold();
         let (service, node) = self.events.first().map_or(("foreign", None), |event| match &event.what {
             What::Message(message) => (message.service(), event.node),
-            What::Pdo(_) => ("pdo", event.node),
+            What::Pdo(_) | What::Mpdo(_) => ("pdo", event.node),
             _ => ("sdo", event.node),
         });
         self.see(frame.bus, node);

@@ -27,7 +27,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "finding",
             "dictionary",
             "configuration",
-            "services::pdo::mapping",
+            "services::pdo",
             "services::sdo::wire",
             "services::sdo::transfer",
         ],
@@ -58,6 +58,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "bus",
         &[
             "frame",
+            "dictionary",
             "cob_id",
             "message",
             "finding",

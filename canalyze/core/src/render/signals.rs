@@ -11,8 +11,11 @@
 //! | `value` | with sign, type and factor applied; bytes in hexadecimal |
 //! | `raw` | the unsigned number in the payload |
 //! | `unit` | empty or null where the description has none |
-//! | `provenance` | of the mapping: `observed`, `option`, `dcf`, `eds` |
+//! | `provenance` | of the mapping (of a multiplex PDO: its sub-index 0, which makes it one): `observed`, `option`, `dcf`, `eds` |
 //! | `object` | `6041:00`, which is the same in every language |
+//!
+//! A multiplex PDO has one row, `node` and `pdo` are those of the PDO: the object that it addresses, of the node that
+//! its first byte names. Without a type `value` and `raw` are all four bytes.
 //!
 //! JSON lines have `kind` = `signal` and further `file`, `line`, `index`, `sub` and `text` (the value in words).
 
@@ -21,7 +24,7 @@ use std::sync::Arc;
 use super::jsonl::{self, Setting};
 use super::number::{self, Shape};
 use crate::configuration::Provenance;
-use crate::event::{Event, ProcessData, Signals as Content, What};
+use crate::event::{Addressed, Event, Signals as Content, What};
 use crate::frame::Frame;
 use crate::select::Select;
 use crate::services::pdo::mapping::{Mapped, Mapping};
@@ -44,12 +47,18 @@ pub struct Signals {
     chosen: Vec<Chosen>,
 }
 
+/// The PDO that a signal is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Whose {
+    transmit: bool,
+    number: u16,
+    node: u8,
+}
+
 #[derive(Debug)]
 struct Chosen {
     mapping: Arc<Mapping>,
-    node: u8,
-    transmit: bool,
-    number: u16,
+    whose: Whose,
     /// Place of each selected entry, and its name as it is written.
     entries: Vec<(usize, Vec<u8>)>,
 }
@@ -66,10 +75,15 @@ impl Signals {
             put!(out; HEAD);
         }
         for event in events {
-            if let What::Pdo(data) = &event.what
-                && let Content::Mapped(mapping, from) | Content::ByConsumer(mapping, from, ..) = &data.content
-            {
-                self.rows(out, setting, frame, data, mapping, *from);
+            match &event.what {
+                What::Pdo(data) => {
+                    if let Content::Mapped(mapping, from) | Content::ByConsumer(mapping, from, ..) = &data.content {
+                        let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
+                        self.rows(out, setting, frame, whose, mapping, *from);
+                    }
+                }
+                What::Mpdo(data) => self.multiplexed(out, setting, frame, data),
+                _ => {}
             }
         }
     }
@@ -79,31 +93,43 @@ impl Signals {
         out: &mut Vec<u8>,
         setting: Setting<'_>,
         frame: &Frame,
-        data: &ProcessData,
+        whose: Whose,
         mapping: &Arc<Mapping>,
         from: Provenance,
     ) {
         let (lang, csv) = (self.lang, self.csv);
-        for (place, name) in self.chosen(data, mapping) {
+        for (place, name) in self.chosen(whose, mapping) {
             let Some(mapped) = mapping.entries.get(*place) else { continue };
             if csv {
-                row(out, setting, frame, data, mapping, mapped, name, from);
+                row(out, setting, frame, whose, mapping, mapped, name, from);
             } else {
-                line(out, lang, setting, frame, data, mapping, mapped, name, from);
+                line(out, lang, setting, frame, whose, mapping, mapped, name, from);
             }
         }
     }
 
-    fn chosen(&mut self, data: &ProcessData, mapping: &Arc<Mapping>) -> &[(usize, Vec<u8>)] {
-        let known = self.chosen.iter().position(|one| {
-            Arc::ptr_eq(&one.mapping, mapping)
-                && (one.node, one.transmit, one.number) == (data.node, data.transmit, data.number)
-        });
+    /// The object in a multiplex PDO: another one in every frame, so that nothing of it is remembered.
+    fn multiplexed(&self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, data: &Addressed) {
+        let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
+        let mapping = &data.mapping;
+        for (place, name) in self.choose(whose, mapping) {
+            let Some(mapped) = mapping.entries.get(place) else { continue };
+            if self.csv {
+                row(out, setting, frame, whose, mapping, mapped, &name, data.from);
+            } else {
+                line(out, self.lang, setting, frame, whose, mapping, mapped, &name, data.from);
+            }
+        }
+    }
+
+    fn chosen(&mut self, whose: Whose, mapping: &Arc<Mapping>) -> &[(usize, Vec<u8>)] {
+        let known = self.chosen.iter().position(|one| Arc::ptr_eq(&one.mapping, mapping) && one.whose == whose);
         let place = known.unwrap_or_else(|| {
             if self.chosen.len() >= REMEMBERED {
                 self.chosen.clear();
             }
-            self.chosen.push(self.choose(data, mapping));
+            let entries = self.choose(whose, mapping);
+            self.chosen.push(Chosen { mapping: Arc::clone(mapping), whose, entries });
             self.chosen.len() - 1
         });
         // The one just used is likely to be used again soon: frames of few PDOs make a capture.
@@ -111,22 +137,21 @@ impl Signals {
         self.chosen.first().map_or(&[], |one| &one.entries)
     }
 
-    fn choose(&self, data: &ProcessData, mapping: &Arc<Mapping>) -> Chosen {
+    fn choose(&self, whose: Whose, mapping: &Mapping) -> Vec<(usize, Vec<u8>)> {
         let mut entries = Vec::new();
         for (place, mapped) in mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy) {
             let mut shown = Vec::new();
             signal::name(&mut shown, self.lang, mapped);
-            if self.select.is_everything() || self.select.takes(names(data, mapped).iter().map(String::as_str)) {
+            if self.select.is_everything() || self.select.takes(names(whose, mapped).iter().map(String::as_str)) {
                 entries.push((place, shown));
             }
         }
-        let (node, transmit, number) = (data.node, data.transmit, data.number);
-        Chosen { mapping: Arc::clone(mapping), node, transmit, number, entries }
+        entries
     }
 }
 
 /// All names by which a signal may be selected.
-fn names(data: &ProcessData, mapped: &Mapped) -> Vec<String> {
+fn names(whose: Whose, mapped: &Mapped) -> Vec<String> {
     let (index, sub) = (mapped.index, mapped.sub);
     let mut own = vec![format!("{index:04X}"), format!("{index:04X}:{sub:02X}"), format!("{index:04X}h:{sub:02X}")];
     for lang in [Lang::Zh, Lang::En] {
@@ -135,11 +160,11 @@ fn names(data: &ProcessData, mapped: &Mapped) -> Vec<String> {
         own.push(String::from_utf8_lossy(&name).into_owned());
     }
     own.extend(mapped.name.as_deref().map(str::to_owned));
-    let pdo = format!("{}{}", if data.transmit { "TPDO" } else { "RPDO" }, data.number);
+    let pdo = format!("{}{}", if whose.transmit { "TPDO" } else { "RPDO" }, whose.number);
     let mut all = Vec::new();
     for name in own {
-        all.push(format!("{}.{name}", data.node));
-        all.push(format!("{}.{pdo}.{name}", data.node));
+        all.push(format!("{}.{name}", whose.node));
+        all.push(format!("{}.{pdo}.{name}", whose.node));
         all.push(name);
     }
     all
@@ -150,7 +175,7 @@ fn row(
     out: &mut Vec<u8>,
     setting: Setting<'_>,
     frame: &Frame,
-    data: &ProcessData,
+    whose: Whose,
     mapping: &Mapping,
     mapped: &Mapped,
     name: &[u8],
@@ -165,7 +190,7 @@ fn row(
     }
     put!(out; ",", frame.no, ",");
     cell(out, setting.buses.name(frame.bus));
-    put!(out; ",", data.node, if data.transmit { ",TPDO" } else { ",RPDO" }, data.number, ",");
+    put!(out; ",", whose.node, if whose.transmit { ",TPDO" } else { ",RPDO" }, whose.number, ",");
     cell(out, name);
     put!(out; ",");
     bare(out, |out| number::value(out, mapping, mapped, frame.payload()));
@@ -208,7 +233,7 @@ fn line(
     lang: Lang,
     setting: Setting<'_>,
     frame: &Frame,
-    data: &ProcessData,
+    whose: Whose,
     mapping: &Mapping,
     mapped: &Mapped,
     name: &[u8],
@@ -222,7 +247,7 @@ fn line(
     escape::json(out, setting.file);
     put!(out; ",\"bus\":");
     jsonl::name_or_null(out, setting.buses.name(frame.bus));
-    put!(out; ",\"node\":", data.node, if data.transmit { ",\"pdo\":\"TPDO" } else { ",\"pdo\":\"RPDO" }, data.number);
+    put!(out; ",\"node\":", whose.node, if whose.transmit { ",\"pdo\":\"TPDO" } else { ",\"pdo\":\"RPDO" }, whose.number);
     put!(out; "\",\"index\":\"", Hex::<4>(u64::from(mapped.index)), "\",\"sub\":", mapped.sub, ",\"signal\":");
     escape::json(out, name);
     put!(out; ",\"value\":");

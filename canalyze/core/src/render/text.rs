@@ -87,6 +87,17 @@ impl Lines {
                     }
                     said = true;
                 }
+                What::Mpdo(data) => {
+                    match self.lang {
+                        Lang::Zh => zh::pdo::multiplexed(out, self.depth, data),
+                        Lang::En => en::pdo::multiplexed(out, self.depth, data),
+                    }
+                    out.push(b'\n');
+                    if self.depth == Depth::Explain {
+                        explain::services::message(out, self.lang, &data.message(), frame);
+                    }
+                    said = true;
+                }
                 What::Sdo(step) => {
                     match self.lang {
                         Lang::Zh => zh::sdo::step(out, self.depth, step, frame.len),
@@ -155,7 +166,7 @@ impl Lines {
                 }
                 out.push(b'\n');
             }
-            What::Transfer(_) | What::Message(_) | What::Pdo(_) | What::Sdo(_) => {}
+            What::Transfer(_) | What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) => {}
         }
     }
 

@@ -250,6 +250,7 @@ impl Bus {
     fn event(&mut self, event: &Event, frame: Option<&Frame>) {
         match (&event.what, frame) {
             (What::Message(message), Some(frame)) => self.message(message, frame),
+            (What::Mpdo(data), Some(frame)) => self.message(&data.message(), frame),
             (What::Pdo(data), Some(frame)) => {
                 self.serves(PDO);
                 self.pdos.take((data.node, data.transmit, data.number), data.sync, frame);

@@ -79,6 +79,11 @@ pub fn name_beside_object(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped) {
     named(out, lang, mapped, false);
 }
 
+/// Whether an entry has a name: the standard's or the description's.
+pub fn has_name(lang: Lang, mapped: &Mapped) -> bool {
+    standard_name(lang, mapped).is_some() || mapped.name.as_deref().is_some_and(|given| !given.is_empty())
+}
+
 fn named(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, alone: bool) {
     let (index, sub) = (mapped.index, mapped.sub);
     if mapped.dummy {

@@ -9,7 +9,8 @@ use super::{Lang, escape, parameter, signal, terms};
 use crate::dictionary::Object;
 use crate::drive;
 use crate::od::{self, DataType, Value};
-use crate::services::pdo::mapping::{Mapped, extract};
+use crate::services::pdo::Multiplexed;
+use crate::services::pdo::mapping::{Mapped, Mapping, extract};
 use crate::services::sdo::transfer::{Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
@@ -140,6 +141,27 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Obj
         put!(out; " \"");
         escape::terminal(out, bytes);
         put!(out; "\"");
+    }
+}
+
+/// The object of a multiplex PDO and its value: `2000h:01 电机温度 = 4.2 degC`, without a type its bytes. `mapping`
+/// says what is known of the object.
+pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping: Option<&Mapping>) {
+    let mux = Mux { index: content.index, sub: content.sub };
+    object(out, mux);
+    let known = mapping.and_then(|mapping| mapping.entries.first());
+    if let Some(mapped) = known.filter(|mapped| signal::has_name(lang, mapped)) {
+        put!(out; " ");
+        signal::name_beside_object(out, lang, mapped);
+    }
+    put!(out; " = ");
+    let whole = known.filter(|mapped| mapped.is_whole());
+    match whole.and_then(|mapped| Some((mapped, content.data.get(..usize::from(mapped.bits / 8))?))) {
+        Some((mapped, bytes)) => {
+            signal::value(out, lang, mapped, extract(bytes, 0, 8 * bytes.len()).unwrap_or(0));
+            parameter::words(out, lang, mux, bytes);
+        }
+        None => put!(out; Spaced(&content.data), " (", u32::from_le_bytes(content.data), ")"),
     }
 }
 

@@ -100,6 +100,18 @@ pub fn frame(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[E
                 put!(out; ",\"pdo\":");
                 pdo::fields(out, setting.lang, data, frame);
             }
+            What::Mpdo(data) => {
+                put!(out; ",\"service\":\"pdo\",\"node\":");
+                number_or_null(out, event.node.map(u64::from));
+                put!(out; ",\"text\":");
+                quoted(out, |text| match setting.lang {
+                    Lang::Zh => zh::pdo::multiplexed(text, Depth::Default, data),
+                    Lang::En => en::pdo::multiplexed(text, Depth::Default, data),
+                });
+                codes(out, events);
+                put!(out; ",\"pdo\":");
+                services::multiplexed(out, setting.lang, data, frame);
+            }
             What::Sdo(step) => {
                 put!(out; ",\"service\":\"sdo\",\"node\":");
                 number_or_null(out, event.node.map(u64::from));
@@ -126,7 +138,7 @@ pub fn asides(out: &mut Vec<u8>, setting: Setting<'_>, events: &[Event]) {
             What::Note(what) => note(out, setting, event, *what),
             What::Finding(what) => finding(out, setting, what),
             What::Transfer(what) => transfer(out, setting, what),
-            What::Message(_) | What::Pdo(_) | What::Sdo(_) => {}
+            What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) => {}
         }
     }
 }

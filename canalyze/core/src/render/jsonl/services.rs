@@ -3,14 +3,20 @@
 //! Keys are only ever added, never renamed. It must not decide anything.
 
 use super::object::Object;
+use super::{marked, quoted};
 use crate::cob_id::Role;
+use crate::event::Addressed;
 use crate::frame::Frame;
 use crate::message::{Flaw, Message};
+use crate::od::DataType;
+use crate::render::number;
 use crate::services::lss::{Bound, Command, Part, Setting, bit_rate};
+use crate::services::pdo::Multiplexed;
+use crate::services::pdo::mapping::Mapping;
 use crate::services::{error_frame, pdo, time, usdo};
 use crate::text::digits::{Hex, Padded, Put, put};
 use crate::text::escape;
-use crate::text::{Lang, terms};
+use crate::text::{Lang, signal, terms};
 
 /// Appends `{...}`: the fields of a message, without what the frame's line already says (node, data).
 ///
@@ -25,7 +31,7 @@ use crate::text::{Lang, terms};
 /// | `sync` | `counter` or null |
 /// | `time` | `ms`, `days`, `reserved` hex, `date` YYYY-MM-DD, `time_of_day` HH:MM:SS.mmm or null beyond a day |
 /// | `emcy` | `code` hex, `name` (w) or null, `register` hex, `register_bits` list of bit numbers, `manufacturer` bytes, `active` list of the node's error codes (hex) after it as far as the capture shows them, `cleared` list of those that it takes back |
-/// | `pdo` | `direction` transmit/receive, `number`, `remote`, `communication_parameter` and `mapping_parameter` hex, and for a multiplex PDO `mpdo`: `mode` dam/sam, `node`, `index` hex, `sub`, `data` bytes |
+/// | `pdo` | `direction` transmit/receive, `number`, `remote`, `communication_parameter` and `mapping_parameter` hex, and for a multiplex PDO `mpdo`: `mode` dam/sam, `node`, `index` hex, `sub`, `data` bytes, and what is known of the object: `name` (w), `type`, `value` with sign, type and factor applied, `unit`, `text` (w) the value in words, each null where it is not known |
 /// | `srdo` | `number`, `inverted`, `valid`: whether it is the inverse of the normal data before it, null where that is not known |
 /// | `heartbeat` | `state` hex, `name` (w) or null, `boot_up`, and unless it is one `previous` state (hex) shown since the last boot-up or null, `changed` |
 /// | `guarding` | `request`, and for an answer `state` hex, `name` (w) or null, `toggle` 0/1, `previous`, `changed` |
@@ -69,13 +75,7 @@ pub fn fields(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
         Message::PdoRequest { transmit, number, .. } => process_data(&mut object, transmit, number, true),
         Message::Mpdo { transmit, number, content, .. } => {
             process_data(&mut object, transmit, number, false);
-            let mut inner = Object::open(object.key("mpdo"));
-            inner.word("mode", if content.destination { "dam" } else { "sam" });
-            inner.number("node", content.node);
-            inner.hex::<4>("index", u64::from(content.index));
-            inner.number("sub", content.sub);
-            inner.bytes("data", &content.data);
-            inner.close();
+            addressed(&mut object, lang, &content, &Mapping::default(), frame);
         }
         Message::Srdo { number, inverted, valid } => {
             object.number("number", number);
@@ -166,6 +166,43 @@ fn process_data(object: &mut Object<'_>, transmit: bool, number: u16, remote: bo
     object.flag("remote", remote);
     object.hex::<4>("communication_parameter", u64::from(pdo::communication_parameter(transmit, number)));
     object.hex::<4>("mapping_parameter", u64::from(pdo::mapping_parameter(transmit, number)));
+}
+
+/// The same for a multiplex PDO of whose object something is known.
+pub(super) fn multiplexed(out: &mut Vec<u8>, lang: Lang, data: &Addressed, frame: &Frame) {
+    let mut object = Object::open(out);
+    process_data(&mut object, data.transmit, data.number, false);
+    addressed(&mut object, lang, &data.content, &data.mapping, frame);
+    object.close();
+}
+
+fn addressed(object: &mut Object<'_>, lang: Lang, content: &Multiplexed, mapping: &Mapping, frame: &Frame) {
+    let mut inner = Object::open(object.key("mpdo"));
+    inner.word("mode", if content.destination { "dam" } else { "sam" });
+    inner.number("node", content.node);
+    inner.hex::<4>("index", u64::from(content.index));
+    inner.number("sub", content.sub);
+    inner.bytes("data", &content.data);
+    let known = mapping.entries.first();
+    match known.filter(|mapped| signal::has_name(lang, mapped)) {
+        Some(mapped) => quoted(inner.key("name"), |text| signal::name(text, lang, mapped)),
+        None => put!(inner.key("name"); "null"),
+    }
+    let whole = known.filter(|mapped| mapped.is_whole());
+    inner.optional("type", whole.and_then(|mapped| mapped.data_type).map(DataType::name));
+    match whole {
+        Some(mapped) => marked(inner.key("value"), |out| number::value(out, mapping, mapped, frame.payload())),
+        None => put!(inner.key("value"); "null"),
+    }
+    match known.and_then(|mapped| mapped.unit.as_deref()) {
+        Some(unit) => escape::json(inner.key("unit"), unit.as_bytes()),
+        None => put!(inner.key("unit"); "null"),
+    }
+    match whole.and_then(|mapped| Some((mapped, mapping.raw(mapped, frame.payload())?))) {
+        Some((mapped, raw)) => quoted(inner.key("text"), |text| signal::value(text, lang, mapped, raw)),
+        None => put!(inner.key("text"); "null"),
+    }
+    inner.close();
 }
 
 fn lss(object: &mut Object<'_>, lang: Lang, command: Command) {

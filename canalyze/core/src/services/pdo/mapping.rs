@@ -42,6 +42,11 @@ pub struct Mapped {
 }
 
 impl Mapped {
+    /// Whether its type is known and all of it is mapped: its value is the object's.
+    pub fn is_whole(&self) -> bool {
+        self.data_type.and_then(DataType::size).is_some_and(|bytes| 8 * bytes == usize::from(self.bits))
+    }
+
     /// The entry as it stands in the mapping parameter: `60410010h`.
     pub fn word(&self) -> u32 {
         u32::from(self.index) << 16 | u32::from(self.sub) << 8 | u32::from(self.bits)

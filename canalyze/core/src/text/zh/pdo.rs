@@ -3,7 +3,7 @@
 //! It must carry the same facts as `en::pdo`. No `format!`: nine tenths of a capture are these lines.
 
 use crate::configuration::Provenance;
-use crate::event::{Placement, ProcessData, Signals, Unmapped};
+use crate::event::{Addressed, Placement, ProcessData, Signals, Unmapped};
 use crate::frame::Frame;
 use crate::text::digits::put;
 use crate::text::{Depth, Lang, signal, told};
@@ -35,6 +35,15 @@ pub fn process_data(out: &mut Vec<u8>, depth: Depth, data: &ProcessData, frame: 
     }
     if let Some(sync) = &data.sync {
         placement(out, sync);
+    }
+}
+
+/// Appends the phrase of a multiplex PDO, and at other depths than brief what it carries. No line end.
+pub fn multiplexed(out: &mut Vec<u8>, depth: Depth, data: &Addressed) {
+    put!(out; "节点", data.node, if data.transmit { "的TPDO" } else { "的RPDO" }, data.number);
+    if depth != Depth::Brief {
+        put!(out; ": ");
+        super::services::multiplexed(out, &data.content, Some(&data.mapping));
     }
 }
 

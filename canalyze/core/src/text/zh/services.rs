@@ -8,9 +8,10 @@ use crate::frame::{Frame, Kind};
 use crate::message::{Errors, Flaw, Message};
 use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, bit_rate};
 use crate::services::pdo::Multiplexed;
+use crate::services::pdo::mapping::Mapping;
 use crate::services::{error_frame, nmt, time, usdo};
 use crate::text::digits::{Hex, Padded, Spaced, put};
-use crate::text::{Depth, Lang, terms};
+use crate::text::{Depth, Lang, terms, value};
 
 const ZH: Lang = Lang::Zh;
 
@@ -63,7 +64,7 @@ pub fn message(out: &mut Vec<u8>, depth: Depth, message: &Message, frame: &Frame
             pdo(out, transmit, number, node);
             if full {
                 put!(out; ": ");
-                multiplexed(out, &content);
+                multiplexed(out, &content, None);
             }
         }
         Message::Time { ms, days, reserved } => {
@@ -172,8 +173,9 @@ fn register_bits(out: &mut Vec<u8>, register: u8) {
     }
 }
 
-/// What a multiplex PDO carries: `DAM-MPDO, 写节点10的2000h:01 = 2A 00 00 00`.
-pub fn multiplexed(out: &mut Vec<u8>, content: &Multiplexed) {
+/// What a multiplex PDO carries: `DAM-MPDO, 写节点10的2000h:01 = 2A 00 00 00`, as far as
+/// `mapping` knows the object with its name and value.
+pub fn multiplexed(out: &mut Vec<u8>, content: &Multiplexed, mapping: Option<&Mapping>) {
     if content.destination {
         put!(out; "DAM-MPDO, 写");
         if content.node == 0 {
@@ -186,9 +188,8 @@ pub fn multiplexed(out: &mut Vec<u8>, content: &Multiplexed) {
     } else {
         put!(out; "SAM-MPDO, 生产者节点", content.node);
     }
-    put!(out; "的", Hex::<4>(u64::from(content.index)), "h:", Hex::<2>(u64::from(content.sub)));
-    let value = u32::from_le_bytes(content.data);
-    put!(out; " = ", Spaced(&content.data), " (", value, ")");
+    put!(out; "的");
+    value::multiplexed(out, ZH, content, mapping);
 }
 
 fn time_of_day(out: &mut Vec<u8>, ms: u32, days: u16, reserved: u8) {
