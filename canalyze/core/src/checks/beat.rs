@@ -131,6 +131,11 @@ impl Beat {
         gap.zip(self.period_ns).map_or(0, |(gap, period)| gap.saturating_sub(period))
     }
 
+    /// The gap before the last SYNC; 0: none is known.
+    pub fn last_gap_ns(&self) -> i64 {
+        self.before_ns
+    }
+
     /// The period, where there is one.
     pub fn period_ns(&self) -> Option<i64> {
         self.period_ns
@@ -210,9 +215,12 @@ impl Beat {
     /// The capture is over: what was late, if nothing that was due came in a while.
     pub fn finish(&mut self, now: FrameRef) -> Option<Lateness> {
         let period = self.period_ns?;
-        let silent = self.delay_ns(now).is_some_and(|delay| delay > period / 4);
-        let off = self.off_ns % period.max(1);
-        let in_grid = off.min(period - off) <= (period / 50).max(self.tolerance_ns().unwrap_or(0)).min(period / 4);
+        let off = self.off_ns.rem_euclid(period.max(1));
+        let off = off.min(period - off);
+        // What is a whole number of periods late is not caught up soon; what is not may be, with the next one.
+        let wait = if off <= period / 4 { period / 4 } else { period };
+        let silent = self.delay_ns(now).is_some_and(|delay| delay > wait);
+        let in_grid = off <= period / 50 && self.tolerance_ns().is_none_or(|tolerance| tolerance <= period / 8);
         if self.calm > 0 || silent || in_grid { self.lateness(period) } else { None }
     }
 

@@ -291,7 +291,8 @@ impl Sync {
         let cycle = self.beat.cycle();
         let known = match self.beat.period_ns() {
             Some(period) => gap.is_some_and(|gap| gap < period / 4) && !self.beat.catching_up(),
-            None => counter.is_some() || self.copies.count > 0 || cycle == 1,
+            // Of frames from a buffer the gap before is as short.
+            None => cycle == 1 || counter.is_some() || self.beat.last_gap_ns() > 2 * COPIED_NS,
         };
         let fresh = self.copies.cycle != cycle;
         if let Some(gap) = gap.filter(|_| known && fresh && counter == self.copies.value) {

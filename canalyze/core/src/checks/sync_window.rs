@@ -164,7 +164,8 @@ impl SyncWindow {
 
     /// Whether a TPDO follows itself by no more than `within_ns`.
     pub fn repeats(&self, node: u8, number: u16, at: FrameRef, within_ns: i64) -> bool {
-        let last = self.track(node, number).and_then(|track| track.open.map(|open| open.at).or(track.last.map(|it| it.1)));
+        let last =
+            self.track(node, number).and_then(|track| track.open.map(|open| open.at).or(track.last.map(|it| it.1)));
         let gap = last.and_then(|last| last.t_ns).zip(at.t_ns).map(|(last, at)| at.saturating_sub(last));
         gap.is_some_and(|gap| (0..=within_ns).contains(&gap))
     }
