@@ -311,6 +311,10 @@ impl Sync {
         {
             self.copies.count = 0;
             self.beat.disturbed();
+            if self.beat.period_ns().is_none() {
+                // It was a SYNC of its own: the cycles were counted wrong.
+                self.window.restart(None);
+            }
             if let (Some(period), false) = (self.beat.period_ns(), self.two) {
                 let tolerance = Quantity::Ns(self.beat.tolerance_ns().unwrap_or(0));
                 let facts = [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", tolerance)];
