@@ -244,7 +244,7 @@ impl Beat {
     pub fn step(&mut self, at: FrameRef, resolution_ns: i64, restarted: bool, configured_ns: Option<i64>) -> Pace {
         let gap = self.delay_ns(at).filter(|_| self.unbroken);
         self.unbroken = true;
-        self.resolution_ns = self.resolution_ns.max(resolution_ns);
+        self.resolution_ns = resolution_ns;
         let place = self.cycle as usize % SYNCS;
         match self.syncs.get_mut(place) {
             Some(slot) => *slot = at,
