@@ -7,7 +7,7 @@ session without the fault raises none of these, is here too. What it must not do
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import pytest
@@ -34,6 +34,22 @@ SYNC, NODE_HEARTBEAT, MASTER, SLAVE = 0x080, 0x705, 0x7E5, 0x7E4
 def many(start: float, period: float, count: int, can_id: int, data: bytes) -> list[tuple[float, int, bytes | None]]:
     """The same frame in even steps."""
     return [(start + k * period, can_id, data) for k in range(count)]
+
+
+def shift_from(can_id: int, number: int, milliseconds: float) -> Fault:
+    """All frames of a CAN-ID later, from one on. One alone may as well be listed late by the capturing machine."""
+
+    def fault(frames: Frames) -> tuple[Frames, list[int]]:
+        at = find(frames, can_id, number)
+        later = round(milliseconds * 1000)
+        moved = [
+            replace(frame, t_us=frame.t_us + later) if i >= at and frame.can_id == can_id else frame
+            for i, frame in enumerate(frames)
+        ]
+        new = sorted(moved, key=lambda frame: frame.t_us)
+        return new, [find(new, can_id, number - 1), find(new, can_id, number)]
+
+    return fault
 
 
 @dataclass(frozen=True)
@@ -146,7 +162,7 @@ SYNCS = [
     Case("a counter of 0", "SYN002", "synchronous_counted", change(SYNC, 14, 0, 0), node=None),
     Case("a counter beyond the overflow value", "SYN002", "synchronous_counted", change(SYNC, 14, 0, 11), node=None),
     Case("a SYNC missing", "SYN003", "sync_alone", drop(SYNC, 20), node=None),
-    Case("a SYNC 7 ms late", "SYN003", "sync_alone", shift(SYNC, 20, 7), node=None),
+    Case("SYNC 7 ms late from one on", "SYN003", "sync_alone", shift_from(SYNC, 20, 7), node=None),
     Case("a PDO 4 ms after its SYNC", "SYN004", "synchronous", shift(0x385, 20, 4)),
     Case("a PDO before the first SYNC", "SYN005", "synchronous", add((0.065, 0x385, bytes(6))), "info"),
     Case(

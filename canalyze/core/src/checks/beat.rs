@@ -19,6 +19,18 @@ const MISSES: u8 = 8;
 const PAUSE: i64 = 10;
 /// Gaps in a row that add up in pairs to the period: two producers.
 const PAIRS: u8 = 6;
+/// Steady gaps in a row after which what was late is not caught up any more.
+const CALM: u8 = 2;
+/// The latest that the capturing host sees a SYNC of its own.
+const ECHO_NS: i64 = 2_200_000;
+/// No producer is this fast: frames that a machine that stood still takes from its buffer.
+const FASTEST_NS: i64 = 200_000;
+/// The slowest that such frames follow each other.
+const DRAINED_NS: i64 = 1_000_000;
+/// Gaps in a row that agree among themselves, and are more than frames from a buffer: another period.
+const ALIKE: u8 = 8;
+/// After a pause, how far SYNCs may be behind that come together then.
+const STALL_NS: i64 = 1_000_000_000;
 
 /// How a SYNC came after the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,25 +39,39 @@ pub enum Pace {
     Unknown,
     /// As it should, or a little off.
     Steady,
-    /// More than one and a half periods after the one before.
+    /// More than one and a half periods after the one before. Whether it was is told when the beat is steady again
+    /// (`Settled`): a machine that stood still lists all that were due together.
     Late,
     /// Less than half a period after the one before, and not because that one was late.
     Early,
     /// Less than half a period after one that was late: the producer catches up. Or the second of a pair that is the
     /// period together, where one was told of before.
     CaughtUp,
-    /// A period is known now, and by it a SYNC was missing before: the gap, and the cycle that it ended.
-    WasLate(i64, u64),
+    /// What was late has not been caught up.
+    Settled(Lateness),
     /// After a pause.
     Resumed,
     /// Two trains of SYNCs have shown: the gaps before and after.
     TwoTrains(i64, i64),
 }
 
+/// A SYNC that was late, and not only listed late.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lateness {
+    /// Time since the one before.
+    pub gap_ns: i64,
+    /// The cycle that it began.
+    pub cycle: u64,
+    /// SYNCs missing before it; 0: it and all after it were late.
+    pub missing: i64,
+}
+
 /// The beat.
 #[derive(Debug, Default)]
 pub struct Beat {
     cycle: u64,
+    /// A late SYNC that was caught up, until it is told.
+    caught_up: Option<(i64, u64)>,
     syncs: Vec<FrameRef>,
     /// Recent gaps, a ring.
     gaps: Vec<i64>,
@@ -55,8 +81,14 @@ pub struct Beat {
     before_ns: i64,
     misses: u8,
     pairs: u8,
-    /// By how much SYNCs were late, less what has been caught up.
-    owed_ns: i64,
+    /// How far the last SYNC was behind the grid of those before it was disturbed; below 0: ahead.
+    off_ns: i64,
+    /// Steady gaps in a row.
+    calm: u8,
+    /// The first that was late since: gap and cycle.
+    held: Option<(i64, u64)>,
+    /// Gaps in a row that are alike, while catching up.
+    alike: u8,
     resumed: bool,
     /// Steady gaps since the period was learnt.
     steady: u32,
@@ -101,6 +133,11 @@ impl Beat {
         gap.zip(self.period_ns).map_or(0, |(gap, period)| gap.saturating_sub(period))
     }
 
+    /// The gap before the last SYNC; 0: none is known.
+    pub fn last_gap_ns(&self) -> i64 {
+        self.before_ns
+    }
+
     /// The period, where there is one.
     pub fn period_ns(&self) -> Option<i64> {
         self.period_ns
@@ -125,7 +162,12 @@ impl Beat {
 
     /// How long before a SYNC a PDO may stand that belongs to it: the capturing host sees its own SYNC late.
     pub fn early_ns(&self) -> i64 {
-        self.period_ns.map_or(1_000_000, |period| (period / 4).min(1_000_000))
+        self.period_ns.map_or(ECHO_NS, |period| (period * 2 / 5).min(ECHO_NS))
+    }
+
+    /// The resolution of the stamps.
+    pub fn resolution_ns(&self) -> i64 {
+        self.resolution_ns
     }
 
     /// Gaps between SYNCs, without pauses.
@@ -141,6 +183,7 @@ impl Beat {
     /// Frames were lost, or the SYNC was moved: the next gap says nothing.
     pub fn broken(&mut self) {
         self.unbroken = false;
+        self.settle();
         self.calm_from = self.cycle + 2;
     }
 
@@ -157,7 +200,54 @@ impl Beat {
         self.misses = 0;
         self.pairs = 0;
         self.steady = 0;
-        self.owed_ns = 0;
+        self.alike = 0;
+        self.settle();
+    }
+
+    /// What was late is over, or nothing can be said of it.
+    fn settle(&mut self) {
+        (self.off_ns, self.calm, self.held) = (0, 0, None);
+    }
+
+    /// Whether SYNCs come that were due before.
+    pub fn catching_up(&self) -> bool {
+        self.held.is_some() || self.off_ns > self.period_ns.unwrap_or(0) / 4
+    }
+
+    /// A SYNC that was late while those after it came in time: the time since the one before, and the cycle it began.
+    pub fn take_caught_up(&mut self) -> Option<(i64, u64)> {
+        self.caught_up.take()
+    }
+
+    /// The capture is over: what was late, if nothing that was due came in a while.
+    pub fn finish(&mut self, now: FrameRef) -> Option<Lateness> {
+        let period = self.period_ns?;
+        let off = self.off_ns.rem_euclid(period.max(1));
+        let off = off.min(period - off);
+        // What is a whole number of periods late is not caught up soon; what is not may be, with the next one.
+        let wait = if off <= period / 4 { period / 4 } else { period };
+        let silent = self.delay_ns(now).is_some_and(|delay| delay > wait);
+        let in_grid = off <= period / 50 && self.tolerance_ns().is_none_or(|tolerance| tolerance <= period / 8);
+        if self.calm > 0 || silent || in_grid { self.lateness(period) } else { None }
+    }
+
+    fn lateness(&mut self, period: i64) -> Option<Lateness> {
+        let off = self.off_ns;
+        let held = self.held.take();
+        self.settle();
+        let (gap_ns, cycle) = held.filter(|_| off / PAUSE <= period)?;
+        let missing = off.saturating_add(period / 2) / period.max(1);
+        let most = gap_ns.saturating_add(period / 2) / period.max(1) - 1;
+        let room = self.tolerance_ns().unwrap_or(0).max(self.resolution_ns).min(period);
+        let whole = missing > 0 && off.abs_diff(missing * period) <= (period / 4).unsigned_abs();
+        if whole && self.resolution_ns < period {
+            return Some(Lateness { gap_ns, cycle, missing: missing.min(most).max(1) });
+        }
+        if off > period / 2 + room {
+            return Some(Lateness { gap_ns, cycle, missing: 0 });
+        }
+        self.caught_up = Some((gap_ns, cycle));
+        None
     }
 
     /// Takes a SYNC. `restarted`: there was reason for the producer to begin anew. `configured_ns`: the period that
@@ -165,7 +255,7 @@ impl Beat {
     pub fn step(&mut self, at: FrameRef, resolution_ns: i64, restarted: bool, configured_ns: Option<i64>) -> Pace {
         let gap = self.delay_ns(at).filter(|_| self.unbroken);
         self.unbroken = true;
-        self.resolution_ns = self.resolution_ns.max(resolution_ns);
+        self.resolution_ns = resolution_ns;
         let place = self.cycle as usize % SYNCS;
         match self.syncs.get_mut(place) {
             Some(slot) => *slot = at,
@@ -173,7 +263,7 @@ impl Beat {
         }
         self.cycle += 1;
         let pace = match gap {
-            Some(gap) if gap > 0 => self.pace(gap, restarted, configured_ns),
+            Some(gap) if gap > 0 || (gap == 0 && self.period_ns.is_some()) => self.pace(gap, restarted, configured_ns),
             Some(_) => {
                 self.disturbed();
                 Pace::Unknown
@@ -193,10 +283,10 @@ impl Beat {
     fn pace(&mut self, gap: i64, restarted: bool, configured_ns: Option<i64>) -> Pace {
         let Some(period) = self.period_ns else {
             self.learn(gap, configured_ns);
-            return self.was_late();
+            return Pace::Unknown;
         };
         let steady = close(gap, period);
-        if std::mem::take(&mut self.resumed) && !steady {
+        if std::mem::take(&mut self.resumed) && !steady && gap >= period / 2 {
             self.forget_period();
             self.learn(gap, configured_ns);
             return Pace::Unknown;
@@ -206,26 +296,43 @@ impl Beat {
             && gap.saturating_add(self.before_ns).abs_diff(period) <= period.unsigned_abs() / 10
             && (gap - self.before_ns).abs() > period / 10;
         self.pairs = if paired { self.pairs + 1 } else { 0 };
+        self.off_ns = self.off_ns.saturating_add(gap - period);
+        let room = self.tolerance_ns().unwrap_or(0).max(self.resolution_ns).min(period);
         let pace = match gap {
             _ if steady => Pace::Steady,
             _ if gap / PAUSE > period || (restarted && gap > period) => Pace::Resumed,
             _ if gap > period.saturating_add(period / 2) => Pace::Late,
             _ if gap >= period / 2 => Pace::Steady,
-            _ if self.owed_ns >= (period - gap) / 2 || self.pairs >= 2 => Pace::CaughtUp,
+            _ if self.off_ns >= -(period / 2 + room) || self.pairs >= 2 => Pace::CaughtUp,
             _ => Pace::Early,
         };
-        self.owed_ns = match pace {
-            Pace::Late | Pace::CaughtUp => self.owed_ns.saturating_add(gap - period),
-            Pace::Steady if gap > period && !steady => gap - period,
-            _ => 0,
-        };
         self.resumed = pace == Pace::Resumed;
+        if restarted || self.resumed {
+            let off = self.off_ns.max(gap - period).min(STALL_NS);
+            self.settle();
+            self.off_ns = if self.resumed { off } else { 0 };
+        }
+        if pace == Pace::Late && self.held.is_none() {
+            self.held = Some((gap, self.cycle));
+        }
+        let alike = pace == Pace::CaughtUp && gap > DRAINED_NS / 2 && close(gap, self.before_ns);
+        self.alike = if alike { self.alike + 1 } else { 0 };
+        if self.alike >= ALIKE {
+            self.forget_period();
+            return Pace::CaughtUp;
+        }
+        self.calm = if steady { self.calm.saturating_add(1) } else { 0 };
+        let whole = self.off_ns.saturating_add(period / 2) / period.max(1);
+        // All that come later may still be caught up: what only moved is told after longer.
+        let moved = self.held.is_some() && self.off_ns.abs_diff(whole * period) > (period / 4).unsigned_abs();
+        let enough = if moved { 2 * CALM } else { CALM };
+        let settled = if self.calm >= enough { self.lateness(period) } else { None };
         if steady {
             self.misses = 0;
             self.steady = self.steady.saturating_add(1);
             self.remember(gap);
             self.period_ns = Some(median(&self.gaps));
-        } else if pace != Pace::Resumed {
+        } else if pace != Pace::Resumed && (pace != Pace::CaughtUp || self.pairs > 0) {
             self.misses += 1;
         }
         if pace == Pace::Steady {
@@ -238,19 +345,22 @@ impl Beat {
         if self.misses >= MISSES {
             self.forget_period();
         }
-        pace
+        settled.map_or(pace, Pace::Settled)
     }
 
-    /// A gap of two periods or more among those of which the period was learnt.
-    fn was_late(&self) -> Pace {
-        let Some(period) = self.period_ns else { return Pace::Unknown };
+    /// A period was learnt of few gaps: one of two periods or more among them may have been a late SYNC.
+    fn look_back(&mut self, period: i64) {
         let missing = |gap: &i64| {
             (2..=PAUSE).any(|times| gap.abs_diff(times.saturating_mul(period)) <= period.unsigned_abs() / 4)
         };
         let found = self.gaps.iter().rev().enumerate().find(|(_, gap)| missing(gap));
-        found
-            .filter(|_| self.gaps.len() < GAPS)
-            .map_or(Pace::Unknown, |(ago, gap)| Pace::WasLate(*gap, self.cycle.saturating_sub(ago as u64)))
+        let found = found.filter(|_| self.gaps.len() < GAPS);
+        self.held = found.map(|(ago, gap)| (*gap, self.cycle.saturating_sub(ago as u64)));
+        let last = self.gaps.last().copied().filter(|gap| !close(*gap, period));
+        self.off_ns = match self.held {
+            Some(_) => self.gaps.iter().fold(0, |off: i64, gap| off.saturating_add(gap - period)),
+            None => last.map_or(0, |gap| gap - period),
+        };
     }
 
     fn learn(&mut self, gap: i64, configured_ns: Option<i64>) {
@@ -258,10 +368,11 @@ impl Beat {
         let median = median(&self.gaps);
         let agreeing = self.gaps.iter().filter(|gap| close(**gap, median)).count();
         let configured = configured_ns.is_some_and(|period| close(median, period)) && agreeing == self.gaps.len();
-        if (self.gaps.len() >= ENOUGH && agreeing * 4 >= self.gaps.len() * 3)
+        if (self.gaps.len() >= ENOUGH && agreeing * 4 >= self.gaps.len() * 3 && median >= FASTEST_NS)
             || (self.gaps.len() >= ENOUGH_CONFIGURED && configured)
         {
             self.period_ns = Some(median);
+            self.look_back(median);
             for place in 0..self.gaps.len() {
                 if let Some(gap) = self.gaps.get(place).filter(|gap| close(**gap, median)) {
                     self.deviate(gap - median);

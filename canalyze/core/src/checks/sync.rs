@@ -4,7 +4,7 @@
 //! is configured `sync_settings`'; here frames are handed on to them, and what they say is told. It must not change
 //! what a frame means.
 
-use crate::checks::beat::{Beat, Pace};
+use crate::checks::beat::{Beat, Lateness, Pace};
 use crate::checks::jitter::Figures;
 use crate::checks::sync_counter::{Counter, Miscount};
 use crate::checks::sync_settings::{Settings, ns};
@@ -24,6 +24,16 @@ use crate::services::sdo::wire::Mux;
 const LENGTHS: u8 = 3;
 /// Steady gaps before a configured period is held against them.
 const AGREED: u32 = 8;
+/// The longest that a frame captured twice follows itself.
+const COPIED_NS: i64 = 250_000;
+/// SYNCs that stood twice before every frame is taken to do so.
+const COPIED: u8 = 2;
+/// The coarsest resolution that is taken for one, in ns.
+const COARSEST: i64 = 1_000_000;
+/// The slowest that frames follow each other which a machine that stood still takes from its buffer, and the longest
+/// that it stood still.
+const DRAINED_NS: i64 = 1_000_000;
+const STALL_NS: i64 = 1_000_000_000;
 /// SYNCs after which the configuration is taken as complete: a configurator writes one object after the other.
 const SETTLED: u64 = 2;
 /// NMT commands after which a producer sends no SYNC for a while: stop, reset node, reset communication.
@@ -45,6 +55,10 @@ pub struct Sync {
     restarted: bool,
     /// It may have been stopped since the last SYNC.
     stopped: bool,
+    /// SYNCs that stood twice in the capture: the own echo, and what came back from the bus.
+    copies: Copies,
+    /// The multiple of which all stamps were, in ns: their resolution, whatever their number of decimals.
+    grain: Option<i64>,
     /// Two producers were told of.
     two: bool,
     /// Configured periods were held against the traffic.
@@ -61,6 +75,19 @@ struct Length {
     had: u8,
     /// SYNCs in a row since that had another.
     others: u8,
+}
+
+/// SYNCs that stood twice, as every frame does in some captures.
+#[derive(Debug, Default)]
+struct Copies {
+    /// How many did so.
+    count: u8,
+    /// The cycle of the last one.
+    cycle: u64,
+    /// The only one so far, with the time since its original: one too many, unless the next stands twice too.
+    only: Option<(FrameRef, i64)>,
+    /// The counter value of the last SYNC that was no copy.
+    value: Option<u8>,
 }
 
 /// What was measured of SYNC on a bus, and of its synchronous TPDOs.
@@ -107,6 +134,11 @@ impl Sync {
         let followed = |pdo: &&Pdo| pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind));
         if let Some(pdo) = pdo.filter(followed) {
             let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
+            self.see_grain(frame);
+            let copied = self.copies.count > 0 && self.copies.cycle + 1 >= self.beat.cycle();
+            if copied && self.window.repeats(node, pdo.number, frame.reference(), COPIED_NS) {
+                return;
+            }
             self.window.arrived(&self.beat, node, (pdo, frame.reference()), window_ns, cx);
         }
     }
@@ -180,6 +212,10 @@ impl Sync {
         if let Some(miscount) = self.counter.finish() {
             tell(miscount, cx);
         }
+        if let Some(lateness) = self.beat.finish(cx.at) {
+            self.tell_late(lateness, cx);
+        }
+        self.tell_caught_up(cx);
         self.window.finish(&self.beat, &self.settings.windows, cx);
         self.judge_settings(u64::MAX, nodes, cx);
     }
@@ -197,21 +233,24 @@ impl Sync {
             return;
         }
         let at = frame.reference();
+        self.see_grain(frame);
+        if self.copy(counter, at, cx) {
+            return;
+        }
         let before = self.beat.sync(self.beat.cycle());
         let restarted = std::mem::take(&mut self.restarted);
         let stopped = std::mem::take(&mut self.stopped);
         self.judge_length(frame.len, restarted, cx);
-        let resolution = frame.stamp.map_or(0, |stamp| 10_i64.pow(9 - u32::from(stamp.decimals.min(9))));
+        let decimals = frame.stamp.map_or(0, |stamp| 10_i64.pow(9 - u32::from(stamp.decimals.min(9))));
+        let resolution = decimals.max(self.grain.unwrap_or(0));
         let period = self.beat.period_ns();
         let gap = self.beat.delay_ns(at);
         let pace = self.beat.step(at, resolution, stopped, self.settings.period_ns);
         match pace {
-            Pace::WasLate(gap, cycle) => {
-                let before = self.beat.sync(cycle.saturating_sub(1));
-                self.judge_pace(Pace::Late, before, (Some(gap), self.beat.period_ns()), cx);
-            }
+            Pace::Settled(lateness) => self.tell_late(lateness, cx),
             _ => self.judge_pace(pace, before, (gap, period), cx),
         }
+        self.tell_caught_up(cx);
         let again = restarted || matches!(pace, Pace::Late | Pace::Resumed);
         match counter {
             Some(value) => {
@@ -235,6 +274,56 @@ impl Sync {
             cx.find(Code::Syn011, None, None, None, Facts::told(0, &[]));
         }
         self.judge_settings(self.beat.cycle(), nodes, cx);
+    }
+
+    /// Narrows the resolution of the stamps down.
+    fn see_grain(&mut self, frame: &Frame) {
+        let Some(t_ns) = frame.t_ns else { return };
+        let mut grain = self.grain.unwrap_or(COARSEST);
+        while grain > 1 && t_ns % grain != 0 {
+            grain /= 10;
+        }
+        self.grain = Some(grain);
+    }
+
+    /// Whether a SYNC is the last one captured again. One that alone stands twice is told of when the next but one
+    /// shows that it is alone.
+    fn copy(&mut self, counter: Option<u8>, at: FrameRef, cx: &mut Context<'_>) -> bool {
+        let gap = self.beat.delay_ns(at).filter(|gap| (0..=COPIED_NS).contains(gap));
+        let cycle = self.beat.cycle();
+        let known = match self.beat.period_ns() {
+            Some(period) => gap.is_some_and(|gap| gap < period / 4) && !self.beat.catching_up(),
+            // Of frames from a buffer the gap before is as short.
+            None => cycle == 1 || counter.is_some() || self.beat.last_gap_ns() > 2 * COPIED_NS,
+        };
+        let fresh = self.copies.cycle != cycle;
+        if let Some(gap) = gap.filter(|_| known && fresh && counter == self.copies.value) {
+            self.copies.only = (self.copies.count == 0).then_some((at, gap));
+            self.copies.count = (self.copies.count + 1).min(COPIED);
+            self.copies.cycle = cycle;
+            if self.copies.count < COPIED {
+                self.beat.disturbed();
+            }
+            return true;
+        }
+        self.copies.value = counter;
+        if self.copies.count < COPIED
+            && cycle > self.copies.cycle
+            && let Some((copy, gap)) = self.copies.only.take()
+        {
+            self.copies.count = 0;
+            self.beat.disturbed();
+            if self.beat.period_ns().is_none() {
+                // It was a SYNC of its own: the cycles were counted wrong.
+                self.window.restart(None);
+            }
+            if let (Some(period), false) = (self.beat.period_ns(), self.two) {
+                let tolerance = Quantity::Ns(self.beat.tolerance_ns().unwrap_or(0));
+                let facts = [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", tolerance)];
+                cx.find(Code::Syn003, None, None, Some(copy), Facts::told(2, &facts));
+            }
+        }
+        false
     }
 
     /// The length against 1019h, and against the SYNCs before.
@@ -279,16 +368,6 @@ impl Sync {
         let measured =
             [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", Quantity::Ns(tolerance))];
         match pace {
-            Pace::Late
-                if gap > period.saturating_add(period / 2).saturating_add(tolerance.min(period))
-                    || near_multiple(gap, period) =>
-            {
-                let missing = gap.saturating_add(period / 2) / period.max(1) - 1;
-                let face = u8::from(!near_multiple(gap, period));
-                let [gap, period, tolerance] = measured;
-                let missing = ("missing", Quantity::Count(missing.max(1).unsigned_abs()));
-                cx.find(Code::Syn003, None, None, before, Facts::told(face, &[gap, period, tolerance, missing]));
-            }
             Pace::Early if !self.two => {
                 cx.find(Code::Syn003, None, None, before, Facts::told(2, &measured));
             }
@@ -301,11 +380,39 @@ impl Sync {
         }
     }
 
+    /// A SYNC was late, and those after it were not: its producer, or the recording, stood still for a moment.
+    fn tell_caught_up(&mut self, cx: &mut Context<'_>) {
+        if let Some((gap_ns, cycle)) = self.beat.take_caught_up() {
+            let late = self.beat.sync(cycle);
+            let facts = [("gap", Quantity::Ns(gap_ns)), ("period", Quantity::Ns(self.beat.period_ns().unwrap_or(0)))];
+            cx.find(Code::Syn012, None, None, late, Facts::told(0, &facts));
+        }
+    }
+
+    /// A SYNC was late, or some before it are missing.
+    fn tell_late(&self, Lateness { gap_ns, cycle, missing }: Lateness, cx: &mut Context<'_>) {
+        let before = self.beat.sync(cycle.saturating_sub(1));
+        let facts = [
+            ("gap", Quantity::Ns(gap_ns)),
+            ("period", Quantity::Ns(self.beat.period_ns().unwrap_or(0))),
+            ("tolerance", Quantity::Ns(self.beat.tolerance_ns().unwrap_or(0))),
+            ("missing", Quantity::Count(missing.max(1).unsigned_abs())),
+        ];
+        cx.find(Code::Syn003, None, None, before, Facts::told(u8::from(missing == 0), &facts));
+    }
+
     /// Configured periods against the one that shows.
     fn compare_periods(&mut self, cx: &mut Context<'_>) {
         let Some(period) = self.beat.period_ns().filter(|_| !self.compared && self.beat.steady() >= AGREED) else {
             return;
         };
+        // Frames that a machine that stood still takes from its buffer have a beat too, and it ends.
+        let buffered = |configured: &i64| {
+            period < DRAINED_NS.min(configured / 4) && i64::from(self.beat.steady()) < STALL_NS / configured.max(&1)
+        };
+        if self.settings.periods.iter().any(|(_, configured)| buffered(configured)) {
+            return;
+        }
         self.compared = true;
         for (node, configured) in &self.settings.periods {
             if configured.abs_diff(period) > configured.unsigned_abs() / 5 {
@@ -377,10 +484,4 @@ fn tell(miscount: Miscount, cx: &mut Context<'_>) {
         }
     };
     cx.find(code, None, None, cause, facts);
-}
-
-/// Whether a gap is two periods or more, to a quarter of one: SYNCs are missing, not late.
-fn near_multiple(gap: i64, period: i64) -> bool {
-    let off = gap % period.max(1);
-    gap > period.saturating_add(period / 2) && off.min(period - off) <= period / 4
 }

@@ -162,6 +162,14 @@ impl SyncWindow {
         self.alive(node, beat, cx);
     }
 
+    /// Whether a TPDO follows itself by no more than `within_ns`.
+    pub fn repeats(&self, node: u8, number: u16, at: FrameRef, within_ns: i64) -> bool {
+        let last =
+            self.track(node, number).and_then(|track| track.open.map(|open| open.at).or(track.last.map(|it| it.1)));
+        let gap = last.and_then(|last| last.t_ns).zip(at.t_ns).map(|(last, at)| at.saturating_sub(last));
+        gap.is_some_and(|gap| (0..=within_ns).contains(&gap))
+    }
+
     /// A node has shown that it is Operational: what it should have sent is missing.
     pub fn alive(&mut self, node: u8, beat: &Beat, cx: &mut Context<'_>) {
         let Some(tracks) = self.nodes.get_mut(node) else { return };
@@ -506,12 +514,15 @@ impl Track {
     }
 }
 
-/// Whether what stood so long before the SYNC after `cycle` may be that one's, whose echo came late: a quarter of the
-/// gap at most, whether or not a period is known yet.
+/// Whether what stood so long before the SYNC after `cycle` may be that one's, whose echo came late: two fifths of
+/// the gap at most, whether or not a period is known yet.
 fn within_echo(ahead: i64, cycle: u64, beat: &Beat) -> bool {
     let at = |cycle| beat.sync(cycle).and_then(|sync| sync.t_ns);
     let gap = at(cycle + 1).zip(at(cycle)).map(|(next, sync)| next.saturating_sub(sync));
-    let most = gap.map_or(beat.early_ns(), |gap| beat.early_ns().min(gap / 4));
+    let most = gap.map_or(beat.early_ns(), |gap| beat.early_ns().min(gap * 2 / 5));
+    if gap.is_some_and(|gap| beat.resolution_ns() > gap / 2) {
+        return false;
+    }
     (0..=most).contains(&ahead)
 }
 

@@ -113,7 +113,7 @@ fn placement() {
 }
 
 #[test]
-fn stalls_are_told_once() {
+fn stalls_of_the_machine_are_no_fault() {
     // The machine stands still for 25 ms: three SYNCs come together, the nodes answer the last one.
     let mut text = String::from(CONFIGURED);
     for number in 1..40 {
@@ -123,8 +123,35 @@ fn stalls_are_told_once() {
             _ => text += &cycle(number, 10.0 * number as f64),
         }
     }
-    assert_eq!(codes(&raised(&sorted(&log(&text)))), ["SYN003"]);
+    assert_eq!(raised(&sorted(&log(&text))), nothing());
     assert_eq!(raised(&console(&sorted(&log(&text)))), nothing());
+}
+
+#[test]
+fn long_stalls_late_syncs_and_copies() {
+    for period in [1.0, 4.0, 10.0, 50.0] {
+        let at = |number: u64| period * number as f64;
+        let train = |late: &dyn Fn(u64) -> f64| -> String {
+            (1..400).map(|number| format!("{:.3} 080#\n", late(number))).collect()
+        };
+        // 300 ms nothing, then all that were due within some 10 us.
+        let (from, to) = (at(60), at(60) + 300.0);
+        let stalled = |number: u64| {
+            let stall = (from..to).contains(&at(number));
+            if stall { to + 0.01 * (number - 60) as f64 / period.max(4.0) } else { at(number) }
+        };
+        assert_eq!(raised(&sorted(&log(&train(&stalled)))), nothing(), "{period}");
+        // One is late, those after it are not.
+        let late = |number: u64| at(number) + if number == 50 { 0.59 * period } else { 0.0 };
+        assert_eq!(raised(&log(&train(&late))), nothing(), "{period}");
+        // All stand twice.
+        let twice = train(&at) + &train(&|number| at(number) + 0.12);
+        let said = lines(&sorted(&log(&twice)), Network::default());
+        assert!(said.iter().all(|line| line["kind"] != "finding" || line["severity"] == "info"), "{period}");
+        // One does, and one is missing behind a stall.
+        let once = train(&at) + &format!("{:.3} 080#\n", at(50) + 0.12);
+        assert_eq!(raised(&sorted(&log(&once))), [("SYN003".to_owned(), 53, Some(51))], "{period}");
+    }
 }
 
 #[test]

@@ -102,3 +102,10 @@ pub(super) const SYN011: RuleText = RuleText {
         "the tolerance of {tolerance} is not below the window of {window}: the window is not judged",
     ],
 };
+
+pub(super) const SYN012: RuleText = RuleText {
+    message: "a single SYNC was late",
+    meaning: "One SYNC came over half a period late, and those after it came at the old times: none is missing, this one was only sent or recorded late.",
+    cause: "The producer, or the recording computer, was busy with something else for a moment; a high bus load.",
+    faces: &["{gap} since the SYNC before, the period is {period}; those after it came in time"],
+};

@@ -318,5 +318,6 @@ pub fn rule(code: Code) -> RuleText {
         Code::Syn009 => sync::SYN009,
         Code::Syn010 => sync::SYN010,
         Code::Syn011 => sync::SYN011,
+        Code::Syn012 => sync::SYN012,
     }
 }

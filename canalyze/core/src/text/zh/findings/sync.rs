@@ -99,3 +99,10 @@ pub(super) const SYN011: RuleText = RuleText {
     cause: "捕获没有时间戳 (candump的 -t), 或者是在繁忙的主机上捕获的; --jitter 可以给出容差。",
     faces: &["捕获没有时间戳, 不判断同步周期和窗口", "容差{tolerance}不小于窗口{window}, 不判断窗口"],
 };
+
+pub(super) const SYN012: RuleText = RuleText {
+    message: "个别同步报文迟到",
+    meaning: "一个同步报文比周期晚了一半以上, 之后的又按原来的节拍到来: 没有缺少同步报文, 只是这一个发送或记录得晚。",
+    cause: "同步报文的生产者或记录的计算机被别的任务占用了片刻; 总线负载高。",
+    faces: &["同步报文间隔{gap}, 周期为{period}, 之后恢复原来的节拍"],
+};
