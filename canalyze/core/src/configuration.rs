@@ -126,6 +126,19 @@ impl Configuration {
         Some(Known { value: object.preset_at(node)?, from: if dcf { Provenance::Dcf } else { Provenance::Eds } })
     }
 
+    /// Whether something of an object is known otherwise than by an EDS.
+    pub fn is_beyond_eds(&self, index: u16) -> bool {
+        let span = (index, 0)..=(index, u8::MAX);
+        let filed = |description: &Arc<Dictionary>| {
+            let dcf = description.form == Form::Dcf;
+            description.of(index).iter().any(|object| object.preset.is_some_and(|preset| dcf || preset.configured))
+        };
+        self.observed.range(span.clone()).next().is_some()
+            || self.options.range(span.clone()).next().is_some()
+            || self.concise.range(span).next().is_some()
+            || self.description.as_ref().is_some_and(filed)
+    }
+
     /// Every index of `range` for which something is known, ascending.
     pub fn indices(&self, range: std::ops::RangeInclusive<u16>) -> BTreeSet<u16> {
         let span = (*range.start(), 0)..=(*range.end(), u8::MAX);

@@ -145,6 +145,13 @@ impl Dictionary {
         found.ok().and_then(|place| self.objects.get(place))
     }
 
+    /// The sub-objects of an index, ascending.
+    pub fn of(&self, index: u16) -> &[Arc<Object>] {
+        let from = self.objects.partition_point(|object| object.index < index);
+        let to = self.objects.partition_point(|object| object.index <= index);
+        self.objects.get(from..to).unwrap_or(&[])
+    }
+
     /// Whether it has any sub-index of an index.
     pub fn has(&self, index: u16) -> bool {
         let place = self.objects.partition_point(|object| object.index < index);

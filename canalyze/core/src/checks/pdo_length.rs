@@ -139,7 +139,7 @@ impl PdoLength {
 /// Whether some of the mapping is known from elsewhere than the EDS: then nobody knows the whole of it.
 fn mixed(node: &Node, transmit: bool, number: u16) -> bool {
     let index = mapping_parameter(transmit, number);
-    (0..=64).any(|sub| node.value(index, sub).is_some_and(|(_, from)| from > Provenance::Eds))
+    node.configuration.is_beyond_eds(index)
 }
 
 /// The place of a PDO in [`Lengths::fitted`]; none beyond 64.

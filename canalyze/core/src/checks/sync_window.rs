@@ -519,7 +519,7 @@ impl Track {
 fn within_echo(ahead: i64, cycle: u64, beat: &Beat) -> bool {
     let at = |cycle| beat.sync(cycle).and_then(|sync| sync.t_ns);
     let gap = at(cycle + 1).zip(at(cycle)).map(|(next, sync)| next.saturating_sub(sync));
-    let most = gap.map_or(beat.early_ns(), |gap| beat.early_ns().min(gap * 2 / 5));
+    let most = gap.map_or(beat.early_ns(), |gap| beat.early_ns().min(gap / 5 * 2));
     if gap.is_some_and(|gap| beat.resolution_ns() > gap / 2) {
         return false;
     }
