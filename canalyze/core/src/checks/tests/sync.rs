@@ -310,3 +310,11 @@ fn a_short_period_before_it_is_known() {
         assert_eq!(raised(&log(&format!("{only}{cycles}"))), nothing(), "late in cycle {late}");
     }
 }
+
+#[test]
+fn a_gap_of_centuries() {
+    let configured = "0 605#2F00180201000000\n 0.4 585#6000180200000000\n 10 080#\n 11 185#01\n 20 080#\n 21 185#01\n";
+    let later = "(9100000000.000000) can0 185#01\n(9100000000.000100) can0 080#\n(9100000000.000200) can0 185#01\n";
+    let back = "(1.000000) can0 080#\n(1.000100) can0 185#01\n";
+    assert!(raised(&(log(configured) + later + back)).len() < 10, "no overflow, no flood");
+}
