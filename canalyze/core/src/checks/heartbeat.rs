@@ -13,6 +13,8 @@ use crate::frame::FrameRef;
 use crate::node::{Node, PerNode};
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
+/// No heartbeat has a longer period: 1017h holds 65.535 s at most. Longer gaps say nothing more.
+const LONGEST_NS: i64 = 600_000_000_000;
 /// Gaps between heartbeats that are kept.
 const GAPS: usize = 8;
 /// Even gaps that make a period.
@@ -415,7 +417,8 @@ impl Producer {
         if self.gaps.len() == GAPS {
             self.gaps.remove(0);
         }
-        self.gaps.push(gap);
+        // So that sums of them stay small, whatever the stamps.
+        self.gaps.push(gap.min(LONGEST_NS));
         let recent = self.gaps.iter().rev().take(EVEN);
         if self.gaps.len() >= EVEN && even(recent.clone()) {
             let mean = recent.sum::<i64>() / EVEN as i64;

@@ -339,3 +339,15 @@ fn guarding_without_stamps_and_with_late_echoes() {
     ];
     assert_eq!(raised(&plain(&sorted(&parts))), []);
 }
+
+#[test]
+fn heartbeats_centuries_apart() {
+    let beats: String =
+        (0..12).map(|n| format!("({}.000000) can0 705#05\n", if n % 2 == 0 { 1 } else { 9_200_000_000_u64 })).collect();
+    raised(&beats);
+    let mut forth = String::new();
+    for n in 0..4_u64 {
+        forth += &format!("({}.000000) can0 705#05\n", n * 3_000_000_000);
+    }
+    raised(&forth);
+}
