@@ -72,7 +72,7 @@ impl NodeIds {
         for change in &mut self.changes {
             let new = !std::mem::replace(&mut change.active, true);
             if new && change.before == Before::Unconfigured {
-                change.expect(at);
+                change.await_boot_up(at);
             }
         }
     }
@@ -89,7 +89,7 @@ impl NodeIds {
                 continue;
             }
             if command == RESET_COMMUNICATION || change.stored {
-                change.expect(at);
+                change.await_boot_up(at);
             }
         }
     }
@@ -167,7 +167,7 @@ impl NodeIds {
 }
 
 impl Change {
-    fn expect(&mut self, at: FrameRef) {
+    fn await_boot_up(&mut self, at: FrameRef) {
         if let (Some(now), None) = (at.t_ns, self.expected) {
             self.expected = Some((at, now.saturating_add(BOOT_NS)));
         }

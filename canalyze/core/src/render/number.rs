@@ -2,6 +2,7 @@
 
 use crate::services::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::text::digits::{Joined, put};
+use crate::text::signal::product;
 
 /// Numbers beyond this are strings in JSON, since a double holds no more.
 const EXACT: u64 = 1 << 53;
@@ -34,20 +35,14 @@ pub(super) fn value(out: &mut Vec<u8>, mapping: &Mapping, mapped: &Mapped, paylo
         Number::Bool(on) => whole(out, false, u64::from(on)),
         Number::Unsigned(read) if !scaled => whole(out, false, read),
         Number::Signed(read) if !scaled => whole(out, read < 0, read.unsigned_abs()),
-        Number::Unsigned(read) => real(out, scale(read as f64, mapped.factor)),
-        Number::Signed(read) => real(out, scale(read as f64, mapped.factor)),
+        Number::Unsigned(read) => real(out, product(read as f64, mapped.factor)),
+        Number::Signed(read) => real(out, product(read as f64, mapped.factor)),
         // The shortest decimal of the single precision number, not of its double.
         Number::Real32(read) if !scaled => shortest(out, read.is_finite(), read.to_string()),
         Number::Real32(read) => real(out, f64::from(read) * mapped.factor),
         Number::Real64(read) => real(out, read * mapped.factor),
         Number::Bytes => bytes(out, mapping, mapped, payload),
     }
-}
-
-/// Fifteen digits: 3 x 0.1 is 0.3.
-fn scale(read: f64, factor: f64) -> f64 {
-    let exact = read * factor;
-    format!("{exact:.14e}").parse().unwrap_or(exact)
 }
 
 fn whole(out: &mut Vec<u8>, negative: bool, magnitude: u64) -> Shape {

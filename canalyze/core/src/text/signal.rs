@@ -280,7 +280,7 @@ fn fixed(out: &mut Vec<u8>, negative: bool, magnitude: u64, digits: u8) {
 
 /// A whole number in its unit: 3 x 0.1 is 0.3. The usual factors are whole or, like 0.01, one divided by a whole
 /// number, and a division is exact to the last digit; else 15 digits are what two factors of a few digits need.
-fn product(read: f64, factor: f64) -> f64 {
+pub(crate) fn product(read: f64, factor: f64) -> f64 {
     let exact = read * factor;
     let inverse = (1.0 / factor).round();
     if factor == factor.trunc() {
