@@ -8,6 +8,9 @@ from typing import final
 
 __version__: str
 
+FORMATS: list[str]
+"""Names of the formats that the core reads: those of --input-format."""
+
 @final
 class Dictionary:
     """The flat table of one device description, `$NODEID` unresolved, shared by every node that carries it."""
@@ -97,11 +100,11 @@ class Session:
         ValueError (one line, in the session's language) for a value that is none of these or a filter that cannot be
         read.
         """
-    def begin(self, name: str, regular: bool) -> None:
-        """The next file starts.
+    def begin(self, name: str, regular: bool, format: str = "candump") -> None:
+        """The next file starts, in one of FORMATS.
 
         name: for messages and JSON. regular: a whole file (not a pipe): dialects may be decided on its first 64 KiB,
-        so output may lag by as much.
+        so output may lag by as much. ValueError for a format that is not in FORMATS.
         """
     def feed(self, data: bytes) -> bytes:
         """More bytes of the current file, in any chunking; what is known by now, ready for standard output."""
@@ -146,3 +149,10 @@ def rules(lang: str = "zh") -> list[Rule]:
 
 def explain(line: str, lang: str = "zh") -> str | None:
     """One frame (candump log or console form, or cansend's ID#DATA) field by field; None when the line is no frame."""
+
+def sniff(head: bytes, complete: bool) -> str | None:
+    """The format of the input that begins with `head`; None while more bytes are needed to tell.
+
+    complete: there are no more bytes. Beside FORMATS: blf mf4 sqlite trc csv (other programs' readers), gzip xz zstd
+    bzip2 (to be unpacked first), utf-16 utf-16le utf-16be (text of another encoding).
+    """

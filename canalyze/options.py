@@ -69,6 +69,12 @@ class NetworkOptions(TypedDict, total=False):
     bitrate: int | None
 
 
+class CaptureOptions(NetworkOptions, total=False):
+    """What `capture_options` give a command beside files, filter, stamps and output, by the names of its parameters."""
+
+    input_format: str | None
+
+
 def common_options(words: Words) -> list[click.Parameter]:
     """Give the options that every command has. Language and configuration are settled before click sees them."""
     return [
@@ -104,9 +110,17 @@ def capture_options(words: Words) -> list[click.Parameter]:
             default="auto",
             help=words("opt.stamps"),
         ),
+        click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
         *network_options(words),
         *output_options(words),
     ]
+
+
+def input_formats() -> tuple[str, ...]:
+    """Give the names of the formats that can be read."""
+    from canalyze._core import FORMATS
+
+    return tuple(FORMATS)
 
 
 def network_options(words: Words) -> list[click.Parameter]:
@@ -154,7 +168,7 @@ class CoreUsageError(click.UsageError):
     """What the core cannot accept, in its own words."""
 
 
-def open_session(words: Words, given: NetworkOptions, **settings: Any) -> "Session":
+def open_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":
     """Start the core with these settings and what is known of the network.
 
     What the core cannot accept (a filter) is a usage error; a setting that is None is left to the core.
@@ -171,7 +185,7 @@ def open_session(words: Words, given: NetworkOptions, **settings: Any) -> "Sessi
         raise CoreUsageError(str(error), context) from error
 
 
-def _known(given: NetworkOptions) -> network.Known:
+def _known(given: CaptureOptions) -> network.Known:
     return network.Known(
         given.get("eds", ()),
         given.get("cob", ()),

@@ -16,12 +16,12 @@ import click
 
 from canalyze.errors import SourceError
 from canalyze.output import Progress, complain
-from canalyze.sources.file import Source
-from canalyze.sources.magic import refuse
+from canalyze.sources.format import Capture, open_capture
 from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze._core import Session
+    from canalyze.options import CaptureOptions
 
 T = TypeVar("T")
 
@@ -73,8 +73,16 @@ class Interrupt:
 class Run:
     """One capture of one or several inputs through one session."""
 
-    def __init__(self, session: "Session", words: Words, progress: Progress, take: Callable[[bytes], None]) -> None:
-        """`take` gets every result of the session, in order, also an empty one."""
+    def __init__(
+        self,
+        session: "Session",
+        words: Words,
+        progress: Progress,
+        take: Callable[[bytes], None],
+        given: "CaptureOptions",
+    ) -> None:
+        """`take` gets every result of the session, in order, also an empty one; `given` says how inputs are read."""
+        self._input_format = given.get("input_format")
         context = click.get_current_context(silent=True)
         self._command = context.command_path if context else "canalyze decode"
         self._session = session
@@ -91,11 +99,11 @@ class Run:
         with Interrupt() as interrupt:
             for name in names:
                 try:
-                    source = interrupt.during(partial(Source, name))
-                    if source is None:
+                    capture = interrupt.during(partial(open_capture, name, self._command, self._input_format))
+                    if capture is None:
                         break
-                    with source:
-                        self._read(source, interrupt)
+                    with capture:
+                        self._read(capture, interrupt)
                 except SourceError as error:
                     self.complain(f"canalyze: {error.in_words(self._words)}")
                     code = error.exit_code
@@ -108,32 +116,28 @@ class Run:
         self._progress.clear()
         complain(line)
 
-    def _read(self, source: Source, interrupt: Interrupt) -> None:
+    def _read(self, capture: Capture, interrupt: Interrupt) -> None:
         session = self._session
-        data = interrupt.during(source.read)
-        if data is None:
-            return
-        refuse(source.name, data, self._command)
-        session.begin(os.fsencode(source.name).decode("utf-8", "backslashreplace"), source.regular)
-        self._name, self._held, self._more = source.name, [], 0
-        size = 0
+        session.begin(os.fsencode(capture.name).decode("utf-8", "backslashreplace"), capture.regular, capture.format)
+        self._name, self._held, self._more = capture.name, [], 0
+        data: bytes | None = b""
+        taken = 0
         stopped: SourceError | None = None
         try:
-            while data:
-                size += len(data)
-                self._hand_over(session.feed(data), hold=source.regular)
-                self._progress.step(len(data), session.frames)
-                data = interrupt.during(source.read)
+            while data := interrupt.during(capture.read):
+                self._hand_over(session.feed(data), hold=capture.regular)
+                self._progress.step(capture.taken - taken, session.frames)
+                taken = capture.taken
         except SourceError as error:  # what came before it is said first
             stopped = error
         # A wish that came after the last byte cut nothing short: then data is b"".
         rest = session.end(interrupted=True) if data is None else session.end()
-        self._hand_over(rest, hold=source.regular)
+        self._hand_over(rest, hold=capture.regular)
         if stopped:
             raise stopped
         if session.file_frames == 0 and not interrupt.signal:
             self._held, self._more = [], 0  # one line says it all
-            raise SourceError("source.nothing" if size else "source.empty", name=source.name)
+            raise SourceError("source.nothing" if taken else "source.empty", name=capture.name)
         self._release()
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:

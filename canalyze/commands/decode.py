@@ -5,7 +5,7 @@ from typing import Unpack
 import click
 
 from canalyze.help import Command
-from canalyze.options import NetworkOptions, OneOf, capture_options, format_option, inputs, open_session
+from canalyze.options import CaptureOptions, OneOf, capture_options, format_option, inputs, open_session
 from canalyze.output import Progress, open_output
 from canalyze.run import Run
 from canalyze.sources.file import total_size
@@ -25,7 +25,7 @@ def command(words: Words) -> click.Command:
         expression: str | None,
         time: str | None,
         stamps: str,
-        **given: Unpack[NetworkOptions],
+        **given: Unpack[CaptureOptions],
     ) -> int:
         context = click.get_current_context()
         if brief and explain:
@@ -37,7 +37,7 @@ def command(words: Words) -> click.Command:
         depth = "brief" if brief else "explain" if explain else "default"
         session = open_session(words, given, format=form, depth=depth, stamps=stamps, time=time, filter=expression)
         with open_output(output, force=force) as out:
-            code = Run(session, words, Progress(words, out, total_size(names)), out.write).over(names)
+            code = Run(session, words, Progress(words, out, total_size(names)), out.write, given).over(names)
             if session.frames == 0:
                 out.drop()
         return code

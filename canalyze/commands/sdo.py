@@ -7,7 +7,7 @@ from typing import Any, Final, Unpack
 import click
 
 from canalyze.help import Command
-from canalyze.options import NetworkOptions, capture_options, format_option, inputs, open_session
+from canalyze.options import CaptureOptions, capture_options, format_option, inputs, open_session
 from canalyze.output import Output, Progress, complain, open_output
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.run import Run
@@ -39,7 +39,7 @@ def command(words: Words) -> click.Command:
         force: bool,
         expression: str | None,
         stamps: str,
-        **given: Unpack[NetworkOptions],
+        **given: Unpack[CaptureOptions],
     ) -> int:
         names = inputs(files, words)
         session = open_session(
@@ -68,7 +68,7 @@ def command(words: Words) -> click.Command:
 
                 directory = Directory(extract, words, tell, force=force)
             try:
-                code = Run(session, words, progress, take).over(names)
+                code = Run(session, words, progress, take, given).over(names)
             finally:
                 if directory is not None:
                     directory.close()

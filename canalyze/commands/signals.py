@@ -5,7 +5,7 @@ from typing import Final, Unpack
 import click
 
 from canalyze.help import Command
-from canalyze.options import NetworkOptions, capture_options, format_option, inputs, open_session
+from canalyze.options import CaptureOptions, capture_options, format_option, inputs, open_session
 from canalyze.output import Progress, complain, open_output
 from canalyze.run import Run
 from canalyze.sources.file import total_size
@@ -28,7 +28,7 @@ def command(words: Words) -> click.Command:
         force: bool,
         expression: str | None,
         stamps: str,
-        **given: Unpack[NetworkOptions],
+        **given: Unpack[CaptureOptions],
     ) -> int:
         names = inputs(files, words)
         session = open_session(words, given, format=FORMS[form], stamps=stamps, filter=expression, select=select)
@@ -40,7 +40,7 @@ def command(words: Words) -> click.Command:
                 lines += result.count(b"\n")
                 out.write(result)
 
-            code = Run(session, words, Progress(words, out, total_size(names)), take).over(names)
+            code = Run(session, words, Progress(words, out, total_size(names)), take, given).over(names)
             if session.frames == 0:
                 out.drop()
         if session.frames and lines <= HEADINGS[form]:

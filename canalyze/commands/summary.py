@@ -6,7 +6,7 @@ from typing import Unpack
 import click
 
 from canalyze.help import Command
-from canalyze.options import NetworkOptions, bitrate_option, capture_options, format_option, inputs, open_session
+from canalyze.options import CaptureOptions, bitrate_option, capture_options, format_option, inputs, open_session
 from canalyze.output import Progress, open_output
 from canalyze.run import Run
 from canalyze.sources.file import total_size
@@ -23,13 +23,13 @@ def command(words: Words) -> click.Command:
         force: bool,
         expression: str | None,
         stamps: str,
-        **given: Unpack[NetworkOptions],
+        **given: Unpack[CaptureOptions],
     ) -> int:
         names = inputs(files, words)
         session = open_session(words, given, format="summary", stamps=stamps, filter=expression)
         with open_output(output, force=force) as out:
             results: list[bytes] = []
-            code = Run(session, words, Progress(words, out, total_size(names)), results.append).over(names)
+            code = Run(session, words, Progress(words, out, total_size(names)), results.append, given).over(names)
             records = b"".join(results)
             if form == "jsonl":
                 out.write(records)

@@ -23,6 +23,8 @@ class Source:
     def __init__(self, name: str) -> None:
         """Open `name` ('-' is standard input, called stdin); SourceError if that cannot be."""
         self.name = "stdin" if name == STDIN else name
+        self.taken = 0
+        """Bytes read so far."""
         self._fd = -1
         self._own = name != STDIN
         try:
@@ -44,7 +46,9 @@ class Source:
     def read(self) -> bytes:
         """Give the next bytes, b"" at the end; SourceError if the system refuses."""
         try:
-            return os.read(self._fd, CHUNK)
+            data = os.read(self._fd, CHUNK)
+            self.taken += len(data)
+            return data
         except OSError as error:
             raise SourceError("source.read", name=self.name, error=error) from error
 

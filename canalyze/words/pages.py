@@ -46,6 +46,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "What the stamps of the input are: absolute, zero-based or deltas; auto decides by content.",
     ),
     (
+        "opt.input_format",
+        "输入的格式；不给则由内容判断。",
+        "The format of the input; without it its content tells.",
+    ),
+    (
         "opt.eds",
         "节点的设备描述（EDS、DCF、XDD），用来解析PDO里的信号和对象的名称；可重复。如 5=drive.eds；"
         "1-4,7=io.eds 由几个节点共用；can1:0x10=drive.eds 只用于一条总线；DCF写明了节点ID时，只给文件即可。",

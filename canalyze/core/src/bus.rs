@@ -393,7 +393,7 @@ mod tests {
         let mut session =
             Session::new(Options { lang: Lang::En, format: Format::Jsonl, network, ..Options::default() });
         let mut out = Vec::new();
-        session.begin(b"x.log", true);
+        session.begin(b"x.log", crate::readers::Format::Candump, true);
         session.feed(format!("(1.000000) can0 184#{frame}\n").as_bytes(), &mut out);
         session.finish(&mut out);
         let line = out.split(|byte| *byte == b'\n').next().unwrap();

@@ -79,6 +79,10 @@ rules! {
     Cap002 "CAP002" "dropped-frames" Warning "-";
     /// Stamps of a pipe go backwards.
     Cap003 "CAP003" "stamps-backward" Warning "-";
+    /// A part of the file is damaged and was passed over.
+    Cap004 "CAP004" "damaged-capture" Warning "-";
+    /// The file ends in the middle of a record.
+    Cap005 "CAP005" "capture-cut" Info "-";
     /// A state that no command led to.
     Drv001 "DRV001" "illegal-transition" Warning "CiA 402-2, power drive system";
     /// A command that the drive has not followed.

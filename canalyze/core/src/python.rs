@@ -15,6 +15,7 @@ use crate::finding::RULES;
 use crate::frame::{Buses, CanId};
 use crate::network::{Cob, Description, Network as Known, Sdo};
 use crate::readers::candump::{self, Stamps};
+use crate::readers::{Format as Input, sniff};
 use crate::render;
 use crate::render::text::Time;
 use crate::select::Select;
@@ -189,8 +190,11 @@ impl Session {
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
     }
 
-    fn begin(&self, py: Python<'_>, name: &str, regular: bool) {
-        self.run(py, |core| core.begin(name.as_bytes(), regular));
+    #[pyo3(signature = (name, regular, format = "candump"))]
+    fn begin(&self, py: Python<'_>, name: &str, regular: bool, format: &str) -> PyResult<()> {
+        let format = choose("format", format, Input::NAMES)?;
+        self.run(py, |core| core.begin(name.as_bytes(), format, regular));
+        Ok(())
     }
 
     fn feed<'py>(&self, py: Python<'py>, data: &[u8]) -> Bound<'py, PyBytes> {
@@ -277,6 +281,12 @@ fn explain(line: &str, lang: &str) -> PyResult<Option<String>> {
     }))
 }
 
+#[pyfunction]
+#[pyo3(name = "sniff")]
+fn sniffed(head: &[u8], complete: bool) -> Option<&'static str> {
+    sniff::sniff(head, complete)
+}
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
@@ -285,5 +295,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Dictionary>()?;
     module.add_class::<Network>()?;
     module.add_function(wrap_pyfunction!(rules, module)?)?;
-    module.add_function(wrap_pyfunction!(explain, module)?)
+    module.add_function(wrap_pyfunction!(explain, module)?)?;
+    module.add_function(wrap_pyfunction!(sniffed, module)?)?;
+    module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())
 }

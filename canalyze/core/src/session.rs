@@ -10,11 +10,11 @@ use crate::bus::Bus;
 use crate::context::{Chunk, Context};
 use crate::event::{Event, What};
 use crate::filter::Filter;
-use crate::finding::{Code, Facts, Finding};
-use crate::frame::{BusId, Buses, Frame, FrameRef};
+use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::network::Network;
-use crate::readers::candump::{Candump, Stamps};
-use crate::readers::{Item, Marker};
+use crate::readers::candump::Stamps;
+use crate::readers::{Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
 
@@ -89,7 +89,7 @@ pub struct Extracted {
 /// A capture being read.
 #[derive(Debug)]
 pub struct Session {
-    reader: Option<Candump>,
+    reader: Option<Reader>,
     buses: Buses,
     stream: Stream,
 }
@@ -112,6 +112,10 @@ struct Stream {
     shown: u64,
     /// Time of the first frame.
     start_ns: Option<i64>,
+    /// The date from which the capture's stamps count, where its first dated file says one.
+    date_ns: Option<i64>,
+    /// From that date to the one from which the current file's stamps count.
+    shift_ns: i64,
     /// Digits after the point of the last stamp.
     decimals: u8,
     last: FrameRef,
@@ -126,20 +130,19 @@ struct Stream {
     extracted: Vec<Extracted>,
 }
 
-/// Lines of the current file that could not be read.
+/// Lines of the current file that could not be read (records, by their offset, in a file without lines).
 #[derive(Debug, Default)]
 struct Unreadable {
     count: u64,
-    first: u64,
+    first: Option<Place>,
     ranges: Vec<(u64, u64)>,
 }
 
 impl Unreadable {
-    fn add(&mut self, line: u64) {
-        if self.count == 0 {
-            self.first = line;
-        }
+    fn add(&mut self, place: Place) {
+        self.first.get_or_insert(place);
         self.count += 1;
+        let (Place::Line(line) | Place::Byte(line)) = place;
         let room = self.ranges.len() < RANGES;
         match self.ranges.last_mut() {
             Some((_, to)) if *to + 1 == line => *to = line,
@@ -167,6 +170,8 @@ impl Session {
                 file_frames: 0,
                 shown: 0,
                 start_ns: None,
+                date_ns: None,
+                shift_ns: 0,
                 decimals: 9,
                 last: FrameRef::default(),
                 next_transfer: 0,
@@ -181,12 +186,13 @@ impl Session {
         }
     }
 
-    /// The next file begins. `regular`: it is a whole file, not a pipe.
-    pub fn begin(&mut self, name: &[u8], regular: bool) {
+    /// The next file begins, in this format. `regular`: it is a whole file, not a pipe.
+    pub fn begin(&mut self, name: &[u8], format: Input, regular: bool) {
         self.stream.file = name.to_vec();
         self.stream.file_frames = 0;
+        self.stream.shift_ns = 0;
         self.stream.unreadable = Unreadable::default();
-        self.reader = Some(Candump::new(self.stream.options.stamps, regular));
+        self.reader = Some(Reader::new(format, &Settings { stamps: self.stream.options.stamps, regular }));
     }
 
     /// More bytes of the current file, in any chunking; appends what they yield.
@@ -247,12 +253,13 @@ impl Stream {
         match item {
             Item::Frame(frame) => self.frame(frame, buses, out),
             Item::Marker(marker) => self.marker(marker, buses, out),
-            Item::Unreadable { line, reason } => {
-                self.unreadable.add(line);
+            Item::Unreadable { place, reason } => {
+                self.unreadable.add(place);
                 if self.unreadable.count <= NAMED {
-                    self.complaints.push(complaints::unreadable(self.options.lang, &self.file, line, reason));
+                    self.complaints.push(complaints::unreadable(self.options.lang, &self.file, place, reason));
                 }
             }
+            Item::Damaged(damage) => self.damaged(damage, buses, out),
         }
     }
 
@@ -260,6 +267,11 @@ impl Stream {
         self.frames += 1;
         self.file_frames += 1;
         frame.no = self.frames;
+        if self.shift_ns != 0 {
+            let shift = |ns: i64| ns.saturating_add(self.shift_ns);
+            frame.t_ns = frame.t_ns.map(shift);
+            frame.stamp = frame.stamp.map(|stamp| Stamp { ns: shift(stamp.ns), ..stamp });
+        }
         self.decimals = frame.stamp.map_or(9, |stamp| stamp.decimals);
         self.last = frame.reference();
         self.on_bus(frame.bus, buses, |bus, cx| bus.step(&frame, cx));
@@ -290,13 +302,17 @@ impl Stream {
     }
 
     fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
-        let (code, line, facts, bus) = match marker {
-            Marker::Dropped { bus, count, total, line } => {
-                self.on_bus(bus, buses, |bus, cx| bus.lost(None, false, cx));
-                (Some(Code::Cap002), line, Facts::Dropped { count, total }, bus)
+        let (code, place, facts, bus) = match marker {
+            Marker::Start { date_ns } => {
+                self.shift_ns = date_ns.saturating_sub(*self.date_ns.get_or_insert(date_ns));
+                return;
             }
-            Marker::Backward { line } => (Some(Code::Cap003), line, Facts::None, BusId(0)),
-            Marker::Error { bus, line, .. } => (None, line, Facts::None, bus),
+            Marker::Dropped { bus, count, total, place } => {
+                self.on_bus(bus, buses, |bus, cx| bus.lost(None, false, cx));
+                (Some(Code::Cap002), place, Facts::Dropped { count, total }, bus)
+            }
+            Marker::Backward { place } => (Some(Code::Cap003), place, Facts::None, BusId(0)),
+            Marker::Error { bus, place, .. } => (None, place, Facts::None, bus),
         };
         if self.options.format == Format::Text {
             self.lines.marker(out, &marker, buses);
@@ -304,16 +320,45 @@ impl Stream {
         if self.options.format == Format::Summary {
             self.summary.marker(&marker);
         }
-        let finding = code.map(|code| self.capture_finding(code, line, facts, bus));
-        self.complaints.push(complaints::marker(self.options.lang, &self.file, &marker, finding.as_ref()));
+        let finding = code.map(|code| self.capture_finding(code, place, facts, bus));
+        self.complaints.push(complaints::marker(self.options.lang, &self.file, place, finding.as_ref()));
         if let Some(finding) = finding {
             self.tell(&finding, buses, out);
         }
         self.aside(buses, out);
     }
 
-    fn capture_finding(&self, code: Code, line: u64, facts: Facts, bus: BusId) -> Finding {
-        let at = FrameRef { line: Some(line), ..FrameRef::default() };
+    /// A part of the file is lost: across it nothing is judged on any bus.
+    fn damaged(&mut self, damage: Damage, buses: &Buses, out: &mut Vec<u8>) {
+        let Damage { place, kind, bytes, frames } = damage;
+        let (code, face) = match kind {
+            DamageKind::Cut => (Code::Cap005, 0),
+            DamageKind::Checksum => (Code::Cap004, 0),
+            DamageKind::Structure => (Code::Cap004, 1),
+            DamageKind::Compression => (Code::Cap004, 2),
+            DamageKind::Rest => (Code::Cap004, 3),
+        };
+        if code == Code::Cap004 {
+            for index in 0..self.state.len() {
+                self.on_bus(BusId(index as u8), buses, |bus, cx| bus.lost(None, false, cx));
+            }
+        }
+        let counted = |name, count: Option<u64>| count.map(|count| (name, Quantity::Count(count)));
+        let (Place::Line(at) | Place::Byte(at)) = place;
+        let measured = [counted("offset", Some(at)), counted("bytes", bytes), counted("frames", frames)];
+        let measured: Vec<_> = measured.into_iter().flatten().collect();
+        let finding = self.capture_finding(code, place, Facts::told(face, &measured), BusId(0));
+        self.complaints.push(complaints::marker(self.options.lang, &self.file, place, Some(&finding)));
+        self.tell(&finding, buses, out);
+        self.aside(buses, out);
+    }
+
+    /// A finding about the capture. Where the file has no lines it names the last frame before it.
+    fn capture_finding(&self, code: Code, place: Place, facts: Facts, bus: BusId) -> Finding {
+        let at = match place {
+            Place::Line(line) => FrameRef { line: Some(line), ..FrameRef::default() },
+            Place::Byte(_) => self.last,
+        };
         Finding { code, at, cause: None, bus, node: None, object: None, facts }
     }
 
@@ -335,7 +380,8 @@ impl Stream {
             return;
         }
         let facts = Facts::Lines { count: unreadable.count };
-        let finding = self.capture_finding(Code::Cap001, unreadable.first, facts, BusId(0));
+        let first = unreadable.first.unwrap_or(Place::Line(0));
+        let finding = self.capture_finding(Code::Cap001, first, facts, BusId(0));
         if unreadable.count > NAMED {
             let Unreadable { count, ranges, .. } = &unreadable;
             self.complaints.push(complaints::unreadable_lines(self.options.lang, &self.file, *count, ranges));

@@ -3,6 +3,7 @@
 //! The first two bytes are the sizes of the pieces, the third sets the options of the runs that are compared.
 #![no_main]
 
+use canalyze_core::readers::Format as Input;
 use canalyze_core::readers::candump::Stamps;
 use canalyze_core::session::{Format, Options, Session};
 use canalyze_core::text::{Depth, Lang};
@@ -12,7 +13,7 @@ use libfuzzer_sys::fuzz_target;
 fn run(text: &[u8], options: Options, regular: bool, size: usize) -> (String, Vec<String>) {
     let mut session = Session::new(options);
     let mut out = Vec::new();
-    session.begin(b"capture.log", regular);
+    session.begin(b"capture.log", Input::Candump, regular);
     for piece in text.chunks(size) {
         session.feed(piece, &mut out);
     }

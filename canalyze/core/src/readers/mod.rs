@@ -1,30 +1,184 @@
 //! Capture formats: one file (or folder) a format, each a push parser that takes bytes in any chunking.
 //!
-//! A reader sees only `frame`: it knows no CANopen, does no I/O, and never fails. What it cannot read it says.
+//! A reader sees only `frame`: it knows no CANopen, does no I/O, and never fails. What it cannot read it says. Which
+//! format an input has is told by its first bytes, in `sniff`. A new format is a file here, a row of [`Format`], an
+//! arm of [`Reader`], and its sign in `sniff`.
 
 pub mod candump;
+pub mod sniff;
 
-use crate::frame::{BusId, Frame, Stamp};
+use self::candump::{Candump, Stamps};
+use crate::frame::{BusId, Buses, Frame, Stamp};
+
+/// Formats that this crate reads. Their names are those of `--input-format`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Format {
+    /// can-utils' text, log and console form.
+    #[default]
+    Candump,
+}
+
+impl Format {
+    /// All of them, with their names.
+    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump)];
+}
+
+/// How a file is read.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// What small stamps of candump's console form mean.
+    pub stamps: Stamps,
+    /// It is a whole file, not a pipe: dialects may be decided on its beginning, so output may lag.
+    pub regular: bool,
+}
+
+/// The reader of one file.
+#[derive(Debug)]
+pub enum Reader {
+    /// can-utils' text.
+    Candump(Candump),
+}
+
+impl Reader {
+    /// A reader at the beginning of a file.
+    pub fn new(format: Format, settings: &Settings) -> Self {
+        match format {
+            Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
+        }
+    }
+
+    /// Takes the next bytes, in any chunking.
+    pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        match self {
+            Self::Candump(reader) => reader.feed(bytes, buses, sink),
+        }
+    }
+
+    /// Takes the end of the file.
+    pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        match self {
+            Self::Candump(reader) => reader.finish(buses, sink),
+        }
+    }
+
+    /// Takes the end of what was read so far, where the reading was broken off: what is incomplete is no fault of the
+    /// file.
+    pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        match self {
+            Self::Candump(reader) => reader.interrupt(buses, sink),
+        }
+    }
+
+    /// What it knows of the file beyond frames, for `info`.
+    pub fn contents(&self) -> Contents {
+        match self {
+            Self::Candump(_) => Contents::default(),
+        }
+    }
+}
 
 /// What a reader finds in a capture, in order.
 #[derive(Clone, Copy, Debug)]
 pub enum Item {
     /// A frame; its `no` is 0 and is given by the session.
     Frame(Frame),
-    /// A line that is no frame but says something of the capture.
+    /// Something that is no frame but says something of the capture.
     Marker(Marker),
     /// Something that should have been a frame and cannot be read.
     Unreadable {
-        /// Line in the file, from 1.
-        line: u64,
+        /// Where.
+        place: Place,
         /// Why not.
         reason: Unreadable,
     },
+    /// A part of the file that is lost.
+    Damaged(Damage),
 }
 
-/// A line of a capture that speaks of the capture itself.
+/// A place in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Place {
+    /// A line, from 1.
+    Line(u64),
+    /// An offset in bytes, from 0, in a file without lines.
+    Byte(u64),
+}
+
+impl Place {
+    /// The line; `None` in a file without lines.
+    pub fn line(self) -> Option<u64> {
+        match self {
+            Self::Line(line) => Some(line),
+            Self::Byte(_) => None,
+        }
+    }
+}
+
+/// A part of a file that cannot be read because the file is damaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Damage {
+    /// Where it begins.
+    pub place: Place,
+    /// What is wrong.
+    pub kind: DamageKind,
+    /// Bytes of the file that were passed over; `None` where that is not known.
+    pub bytes: Option<u64>,
+    /// Frames that were lost; `None` where that is not known.
+    pub frames: Option<u64>,
+}
+
+/// What is wrong with a part of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DamageKind {
+    /// The file ends in the middle of a record: the recording program was ended. Everything before it is whole.
+    Cut,
+    /// A check sum does not match; what it covers was passed over.
+    Checksum,
+    /// A length or a type that cannot be; what it covers was passed over.
+    Structure,
+    /// Data that do not decompress; what they hold was passed over.
+    Compression,
+    /// The rest of the file cannot be read.
+    Rest,
+}
+
+/// What a reader knows of its file beyond frames.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Contents {
+    /// Properties of the dialect: a word of the format's own (`base`, `profile`), and its value.
+    pub dialect: Vec<(&'static str, Vec<u8>)>,
+    /// What was passed over because it is no frame, by kind in the format's own words, with counts. At most 64 kinds,
+    /// the last one being `...` for all others.
+    pub passed_over: Vec<(Vec<u8>, u64)>,
+    /// Topics or channels.
+    pub topics: Vec<Topic>,
+}
+
+/// A topic or channel of a capture that has such.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Topic {
+    /// Its name.
+    pub name: Vec<u8>,
+    /// The name of its messages' type.
+    pub schema: Vec<u8>,
+    /// How schema and messages are encoded: `ros2msg/cdr`.
+    pub encoding: Vec<u8>,
+    /// Its messages.
+    pub messages: u64,
+    /// How its messages are read as frames: by which fields; empty where they are not.
+    pub read_as: Vec<u8>,
+    /// The bus that its frames are on; empty where none is.
+    pub bus: Vec<u8>,
+}
+
+/// A line or record of a capture that speaks of the capture itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marker {
+    /// The stamps from here on count from this date. Without one they are what they are: of a clock, or from zero.
+    Start {
+        /// ns since 1970-01-01: UTC where the format has it so, else local civil time counted as if it were UTC.
+        date_ns: i64,
+    },
     /// The capturing program lost frames: a gap.
     Dropped {
         /// The bus they were lost on.
@@ -33,8 +187,8 @@ pub enum Marker {
         count: u64,
         /// How many in total so far, as said there.
         total: u64,
-        /// Line in the file, from 1.
-        line: u64,
+        /// Where it is said.
+        place: Place,
     },
     /// An error marker without any content (`can0  ERROR`).
     Error {
@@ -42,17 +196,17 @@ pub enum Marker {
         bus: BusId,
         /// Its stamp, if any.
         stamp: Option<Stamp>,
-        /// Line in the file, from 1.
-        line: u64,
+        /// Where it stands.
+        place: Place,
     },
     /// Stamps of a pipe were taken as counted from zero, and went backwards: they may be differences (`-t d`).
     Backward {
-        /// Line in the file, from 1.
-        line: u64,
+        /// Where.
+        place: Place,
     },
 }
 
-/// Why a line could not be read.
+/// Why a line or record could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unreadable {
     /// The line is no frame of any known dialect, nor a comment.
@@ -61,7 +215,7 @@ pub enum Unreadable {
     Identifier,
     /// The length is out of range, or not a length of a CAN FD frame.
     Length,
-    /// Fewer data bytes than the length says, or a byte that is no hexadecimal number.
+    /// Fewer data bytes than the length says, or a byte that is no number.
     Data,
     /// The line ends in the middle of a frame: the capture was cut.
     Cut,

@@ -185,7 +185,7 @@ impl Lines {
                 self.bus(out, buses.name(bus));
                 put!(out; "ERROR\n");
             }
-            Marker::Backward { .. } => {}
+            Marker::Backward { .. } | Marker::Start { .. } => {}
         }
     }
 

@@ -379,7 +379,7 @@ impl Summary {
         match *marker {
             Marker::Dropped { bus, count, .. } => self.bus(bus).lost(count),
             Marker::Error { bus, .. } => self.bus(bus).errors += 1,
-            Marker::Backward { .. } => {}
+            Marker::Backward { .. } | Marker::Start { .. } => {}
         }
     }
 

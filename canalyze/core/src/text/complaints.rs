@@ -5,18 +5,22 @@
 use super::digits::put;
 use super::{Lang, en, escape, zh};
 use crate::finding::Finding;
-use crate::readers::{Marker, Unreadable};
+use crate::readers::{Place, Unreadable};
 
-fn line(file: &[u8], number: u64, words: impl FnOnce(&mut Vec<u8>)) -> String {
+fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>)) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
-    put!(&mut out; ":", number, ": ");
+    match (place, lang) {
+        (Place::Line(number), _) => put!(&mut out; ":", number, ": "),
+        (Place::Byte(offset), Lang::Zh) => put!(&mut out; ": 偏移", offset, ": "),
+        (Place::Byte(offset), Lang::En) => put!(&mut out; ": byte ", offset, ": "),
+    }
     words(&mut out);
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// One line that cannot be read.
-pub fn unreadable(lang: Lang, file: &[u8], number: u64, reason: Unreadable) -> String {
+/// One line or record that cannot be read.
+pub fn unreadable(lang: Lang, file: &[u8], place: Place, reason: Unreadable) -> String {
     let words = match (lang, reason) {
         (Lang::Zh, Unreadable::NoFrame) => "无法读取: 不是CAN帧",
         (Lang::Zh, Unreadable::Identifier) => "无法读取: CAN标识符超出范围",
@@ -31,7 +35,7 @@ pub fn unreadable(lang: Lang, file: &[u8], number: u64, reason: Unreadable) -> S
         (Lang::En, Unreadable::Cut) => "cannot be read: the line is cut off",
         (Lang::En, Unreadable::CanXl) => "cannot be read: CAN XL frames are not supported",
     };
-    line(file, number, |out| put!(out; words))
+    line(lang, file, place, |out| put!(out; words))
 }
 
 /// All lines of a file that cannot be read, as ranges; the list may be cut.
@@ -62,11 +66,9 @@ pub fn unreadable_lines(lang: Lang, file: &[u8], count: u64, ranges: &[(u64, u64
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// What a capture says of itself; `finding` is what it raised.
-pub fn marker(lang: Lang, file: &[u8], marker: &Marker, finding: Option<&Finding>) -> String {
-    let (Marker::Dropped { line: number, .. } | Marker::Error { line: number, .. } | Marker::Backward { line: number }) =
-        *marker;
-    line(file, number, |out| match (lang, finding) {
+/// What a capture says of itself, at this place; `finding` is what it raised.
+pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) -> String {
+    line(lang, file, place, |out| match (lang, finding) {
         (Lang::Zh, Some(finding)) => {
             put!(out; finding.code.rule().id, " ");
             zh::findings::message(out, finding);

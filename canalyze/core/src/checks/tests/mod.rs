@@ -40,7 +40,7 @@ pub(super) fn lines(log: &str, network: Network) -> Vec<serde_json::Value> {
     let options = Options { format: Format::Jsonl, network: Arc::new(network), ..Options::default() };
     let mut session = Session::new(options);
     let mut out = Vec::new();
-    session.begin(b"capture.log", true);
+    session.begin(b"capture.log", crate::readers::Format::Candump, true);
     session.feed(log.as_bytes(), &mut out);
     session.finish(&mut out);
     let text = String::from_utf8(out).unwrap();

@@ -15,7 +15,7 @@ use memchr::memchr;
 
 use self::lex::{is_blank, is_hex, is_name, skip_blanks, word};
 use self::stamp::Clock;
-use super::{Item, Marker, Unreadable};
+use super::{Item, Marker, Place, Unreadable};
 use crate::frame::{Buses, CanId, Frame, Kind, Stamp, StampForm};
 
 /// A line longer than this is no line. The longest real one is an FD frame in bits, about 700 bytes.
@@ -154,7 +154,7 @@ impl Candump {
     fn too_long(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.lines += 1;
         self.explained = None;
-        sink(Item::Unreadable { line: self.lines, reason: Unreadable::NoFrame }, buses);
+        sink(Item::Unreadable { place: Place::Line(self.lines), reason: Unreadable::NoFrame }, buses);
     }
 
     /// One line without its newline; `last` when it had none.
@@ -213,7 +213,7 @@ impl Candump {
             let (moment, backward) = self.clock.moment(stamp, line.console);
             t_ns = Some(moment);
             if backward {
-                sink(Item::Marker(Marker::Backward { line: self.lines }), buses);
+                sink(Item::Marker(Marker::Backward { place: Place::Line(self.lines) }), buses);
             }
         }
         let item = match line.what {
@@ -225,13 +225,18 @@ impl Candump {
                 bus: buses.intern(line.bus),
                 ..line.frame
             }),
-            What::Dropped { count, total } => {
-                Item::Marker(Marker::Dropped { bus: buses.intern(line.bus), count, total, line: self.lines })
-            }
-            What::Error => {
-                Item::Marker(Marker::Error { bus: buses.intern(line.bus), stamp: line.stamp, line: self.lines })
-            }
-            What::Unreadable(Fail { reason, .. }) => Item::Unreadable { line: self.lines, reason },
+            What::Dropped { count, total } => Item::Marker(Marker::Dropped {
+                bus: buses.intern(line.bus),
+                count,
+                total,
+                place: Place::Line(self.lines),
+            }),
+            What::Error => Item::Marker(Marker::Error {
+                bus: buses.intern(line.bus),
+                stamp: line.stamp,
+                place: Place::Line(self.lines),
+            }),
+            What::Unreadable(Fail { reason, .. }) => Item::Unreadable { place: Place::Line(self.lines), reason },
         };
         sink(item, buses);
     }

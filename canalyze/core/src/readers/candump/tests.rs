@@ -18,7 +18,8 @@ fn items(text: &[u8], stamps: Stamps, regular: bool, cuts: &[usize]) -> String {
     let mut sink = |item: Item, buses: &Buses| match item {
         Item::Frame(frame) => writeln!(out, "{}", shown(&frame, buses)).unwrap(),
         Item::Marker(marker) => writeln!(out, "{marker:?}").unwrap(),
-        Item::Unreadable { line, reason } => writeln!(out, "{line}! {reason:?}").unwrap(),
+        Item::Unreadable { place, reason } => writeln!(out, "{}! {reason:?}", place.line().unwrap()).unwrap(),
+        Item::Damaged(damage) => writeln!(out, "{damage:?}").unwrap(),
     };
     let mut rest = text;
     for cut in cuts {
@@ -311,13 +312,13 @@ fn what_is_no_frame_and_is_said() {
 fn markers() {
     assert_eq!(
         read("(1.5) can0 601#40\nDROPCOUNT: dropped 3 CAN frames on 'can1' socket (total drops 5)\n"),
-        "1: 1500000000 can0 601 1 40\nDropped { bus: BusId(1), count: 3, total: 5, line: 2 }\n2 lines\n"
+        "1: 1500000000 can0 601 1 40\nDropped { bus: BusId(1), count: 3, total: 5, place: Line(2) }\n2 lines\n"
     );
     assert_eq!(
         read("DROPCOUNT: dropped 1 CAN frame on 'can0,0:0,#FFFFFFFF' socket (total drops 1)\n  can0  601   [0] \n"),
-        "Dropped { bus: BusId(0), count: 1, total: 1, line: 1 }\n2: can0 601 0\n2 lines\n"
+        "Dropped { bus: BusId(0), count: 1, total: 1, place: Line(1) }\n2: can0 601 0\n2 lines\n"
     );
-    assert_eq!(read("  vcan0  ERROR\n"), "Error { bus: BusId(0), stamp: None, line: 1 }\n1 lines\n");
+    assert_eq!(read("  vcan0  ERROR\n"), "Error { bus: BusId(0), stamp: None, place: Line(1) }\n1 lines\n");
     assert!(read(" (1.5)  can  ERROR\n").starts_with("Error { bus: BusId(0), stamp: Some("));
 }
 
@@ -378,8 +379,8 @@ fn the_last_line() {
 /// Times of the frames in ms, and the line of a marker `Backward`.
 fn times(text: &str, stamps: Stamps, regular: bool) -> String {
     let items = items(text.as_bytes(), stamps, regular, &[]);
-    let times = items.lines().filter_map(|line| match line.strip_prefix("Backward { line: ") {
-        Some(line) => Some(format!("back@{}", line.trim_end_matches(" }"))),
+    let times = items.lines().filter_map(|line| match line.strip_prefix("Backward { place: Line(") {
+        Some(line) => Some(format!("back@{}", line.trim_end_matches(") }"))),
         None => line.split(' ').nth(1)?.parse::<i64>().ok().map(|ns| (ns / 1_000_000).to_string()),
     });
     times.collect::<Vec<_>>().join(" ")

@@ -2,6 +2,7 @@
 //!
 //! It must carry the same facts as `zh::findings`; a rule without words does not compile.
 
+mod capture;
 mod description;
 mod drive;
 mod lss;
@@ -147,6 +148,8 @@ pub fn rule(code: Code) -> RuleText {
             "The stamps of a pipe were taken as counted from zero, but one goes backwards: they are probably differences to the frame before.",
             "candump ran with -t d; add --stamps delta.",
         ),
+        Code::Cap004 => capture::CAP004,
+        Code::Cap005 => capture::CAP005,
         Code::Drv001 => drive::DRV001,
         Code::Drv002 => drive::DRV002,
         Code::Drv003 => drive::DRV003,

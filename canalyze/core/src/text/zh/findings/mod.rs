@@ -2,6 +2,7 @@
 //!
 //! It must carry the same facts as `en::findings`; a rule without words does not compile.
 
+mod capture;
 mod description;
 mod drive;
 mod lss;
@@ -143,6 +144,8 @@ pub fn rule(code: Code) -> RuleText {
             "管道中的时间戳按从零开始解释, 但出现了倒退: 它们很可能是与前一帧的差值。",
             "candump使用了 -t d; 请加上 --stamps delta。",
         ),
+        Code::Cap004 => capture::CAP004,
+        Code::Cap005 => capture::CAP005,
         Code::Drv001 => drive::DRV001,
         Code::Drv002 => drive::DRV002,
         Code::Drv003 => drive::DRV003,
