@@ -46,3 +46,4 @@ pub mod services;
 pub mod session;
 pub mod summary;
 pub mod text;
+pub mod writers;

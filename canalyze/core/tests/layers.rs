@@ -73,6 +73,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("readers", &["frame"]),
+    ("writers", &["frame", "readers"]),
     ("select", &[]),
     (
         "summary",
@@ -127,8 +128,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "session",
         &[
-            "frame", "finding", "event", "context", "network", "services", "bus", "readers", "filter", "select",
-            "summary", "text", "render",
+            "frame", "finding", "event", "context", "network", "services", "bus", "readers", "writers", "filter",
+            "select", "summary", "text", "render",
         ],
     ),
     (
