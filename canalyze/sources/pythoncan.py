@@ -1,4 +1,4 @@
-"""What python-can reads (BLF, TRC, MF4, CSV, SQLite) as batches of records for the core: the only file that reads by it.
+"""What python-can reads (BLF, TRC, MF4, CSV, SQLite), in batches of records for the core: only this file reads by it.
 
 Its readers give one message at a time and were not made for damaged files. So they get BLF object by object that is
 sound, and text line by line (`blf`, `trace`); what an exception ends is told as damage, what came before it stays, and
@@ -19,7 +19,7 @@ import struct
 import tempfile
 import warnings
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TextIO, cast
@@ -112,7 +112,7 @@ class PythonCanCapture:
             raise SourceError("bridge.mf4", name=self.name, line=line) from error
         self._heard.take()
 
-    def _batches(self, head: bytes) -> Iterator[bytes]:
+    def _batches(self, head: bytes) -> Generator[bytes, None, None]:
         import can
 
         yield packed.dialect("reader", f"python-can {can.__version__}")
@@ -153,6 +153,8 @@ class PythonCanCapture:
             with reader:
                 for message in reader:
                     row += 1
+                    if packer.directed:  # the date was added to it: more than µs is noise
+                        message.timestamp = round(message.timestamp, 6)
                     try:
                         yield packer.frame(message)
                     except (Unfit, TypeError, struct.error) as error:

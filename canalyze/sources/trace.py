@@ -187,4 +187,5 @@ def _date(days: str) -> int | None:
     except (InvalidOperation, ValueError, OverflowError):
         return None
     since = units - (datetime.date(1970, 1, 1) - _EPOCH).days * 8_640_000_000
-    return since * 10_000 if abs(since) < 10**14 else None
+    # Zero is what a program writes that knows no date.
+    return since * 10_000 if 0 < abs(since) < 10**14 else None
