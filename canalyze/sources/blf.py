@@ -35,6 +35,8 @@ _NAMES: Final = {3: "CAN_OVERLOAD", 4: "CAN_STATISTIC", 5: "APP_TRIGGER", 65: "A
 _TEN_MICROSECONDS: Final = 1
 _MOST: Final = 64 << 20
 """Largest container, packed or unpacked; writers make them of 128 KiB, or a few MiB."""
+_PLAIN: Final = 32
+"""Bytes of the shortest header of an object that is no container."""
 _MOST_INNER: Final = 8 << 20
 """Largest object in a container."""
 PYTHON_CAN: Final = 5
@@ -140,19 +142,19 @@ class Objects:
                 continue
             if found:
                 self._take(found)
-            _, _, _, size, kind = _OBJECT.unpack_from(buffer)
+            _, header, _, size, kind = _OBJECT.unpack_from(buffer)
             if not _OBJECT.size <= size <= _MOST:
                 yield self._skip(4)
                 continue
             if len(buffer) < size and not ended:
                 return
             try:
-                yield from self._object(size, kind)
+                yield from self._object(header, size, kind)
             except Damage as damage:
                 self._tail, self._lost, self._cut = b"", True, damage.kind == packed.CUT
                 yield damage
 
-    def _object(self, size: int, kind: int) -> Iterator[Piece]:
+    def _object(self, header: int, size: int, kind: int) -> Iterator[Piece]:
         """Take the object at the buffer's beginning, which may be cut by the end of the file."""
         at, there = self._at, len(self._buffer)
         cut = there < size
@@ -161,7 +163,11 @@ class Objects:
                 if self._next_container() > 0:
                     raise self._skip(4)
                 raise Damage(packed.CUT, at, len(self._take(there)))
+            if header < _PLAIN:  # only a container's is shorter: its type was changed
+                raise self._lose(packed.STRUCTURE, size, cut)
+            tail, self._tail = self._tail, b""
             yield from self._walk(self._take(size), at)
+            self._tail = tail
             return
         behind = _OBJECT.size + _CONTAINER.size
         if there < behind:

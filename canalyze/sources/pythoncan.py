@@ -412,7 +412,7 @@ class _Csv(_Text):
     def __init__(self, capture: PythonCanCapture) -> None:
         import can
 
-        super().__init__(capture, Lines(self._change), Packer(0, directed=False, bus=_only))
+        super().__init__(capture, Lines(self._change), Packer(6, directed=False, bus=_only))
         self._reader = can.CSVReader(cast("TextIO", self.lines))
 
     @staticmethod
@@ -422,11 +422,6 @@ class _Csv(_Text):
     def reader(self) -> "Iterator[Message]":
         self.lines.begin("headings")
         return iter(self._reader)
-
-    def before(self, message: "Message") -> None:
-        _, _, digits = self.lines.line.partition(",")[0].partition(".")
-        if digits.isdecimal():
-            self.packer.decimals = max(self.packer.decimals, min(len(digits), 9))
 
 
 class _Heard(logging.Handler):
