@@ -514,3 +514,22 @@ def test_a_pipe_is_answered_when_lines_come() -> None:
         assert b"702" in process.stdout.readline()
         process.stdin.close()
     assert process.returncode == 0
+
+
+@pytest.mark.parametrize("form", ["blf", "csv", "db"])
+def test_ctrl_c_keeps_what_was_read(form: str, tmp_path: Path) -> None:
+    import signal
+    import subprocess
+
+    messages = [can.Message(timestamp=1.5, arbitration_id=0x701, is_extended_id=False, data=b"\x05")] * 200_000
+    path = written(form, tmp_path / f"long.{form}", messages)
+    with subprocess.Popen(
+        command("decode", "--lang", "en", str(path)), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        assert process.stdout
+        process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert 1000 < out.count(b"\n") < 200_000
+    assert b"Traceback" not in err and b"CAP" not in err

@@ -97,7 +97,7 @@ class Packer:
         self.frames += 1
         return before + _FRAME(1, _STAMP, index, 0, 0, self.decimals, 0, _ERR, line, nanoseconds(seconds))
 
-    def frame(self, message: "Message", line: int = 0, *, bare: bool = False) -> bytes:
+    def frame(self, message: "Message", line: int = 0, bare: bool = False) -> bytes:
         """Give the record of a frame, with that of its bus before it if it is new; Unfit if it is none.
 
         bare: an identifier and data of error frames are not SocketCAN's, so that there was one is all that is said.
@@ -126,24 +126,27 @@ class Packer:
         if self.directed:
             flags |= _RX if message.is_rx else _TX
         try:
-            ns = nanoseconds(message.timestamp)
-            if -_MOST_NS <= ns <= _MOST_NS:
+            seconds = message.timestamp
+            if -SURE_BELOW < seconds < SURE_BELOW:
+                ns, decimals = round(seconds * 1e9), self.decimals
+                if decimals < 9 and ns % 10 ** (9 - decimals):
+                    self.decimals = decimals = 9 if ns % 1000 else 6
                 flags |= _STAMP
-            else:
-                ns = 0
+            else:  # of the digits behind a date's microseconds none is sure
+                ns, decimals = nanoseconds(seconds), min(self.decimals, 6)
+                if -_MOST_NS <= ns <= _MOST_NS:
+                    flags |= _STAMP
+                else:
+                    ns = 0
         except (ValueError, OverflowError):
-            ns = 0
-        if self.decimals < 9 and ns % 10 ** (9 - self.decimals):
-            self.decimals = 6 if ns % 1000 == 0 else 9
-        # Of the digits behind a date's microseconds none is sure.
-        decimals = self.decimals if -4e15 < ns < 4e15 else min(self.decimals, 6)
+            ns, decimals = 0, 0
         channel = message.channel
         index = self._indices.get(channel)
-        before = b""
+        self.frames += 1
         if index is None:
             before, index = self._index(channel)
-        self.frames += 1
-        return before + _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data[:size]
+            return before + _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data[:size]
+        return _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data[:size]
 
     def _index(self, channel: object) -> tuple[bytes, int]:
         index = self._indices.get(channel)

@@ -37,7 +37,9 @@ if TYPE_CHECKING:
 TITLES: Final = {"blf": "Vector BLF", "trc": "PEAK TRC", "mf4": "MF4", "csv": "CSV", "sqlite": "SQLite"}
 """How a form is called in a sentence."""
 _BATCH: Final = 4096
-"""Most frames of a batch."""
+"""Most frames that are joined at once."""
+_BYTES: Final = 128 << 10
+"""Bytes of a batch."""
 _REMARKS: Final = 20
 """Most lines of the library's that are passed on."""
 
@@ -179,16 +181,18 @@ class PythonCanCapture:
 def _batched(records: Iterator[bytes]) -> Iterator[bytes]:
     """Join records to batches; what was there before an error comes before it."""
     batch: list[bytes] = []
+    size = 0
     stopped: SourceError | None = None
     try:
         for record in records:
             batch.append(record)
-            if len(batch) >= _BATCH:
+            size += len(record)
+            if size >= _BYTES:
                 yield b"".join(batch)
-                batch = []
+                batch, size = [], 0
     except SourceError as error:
         stopped = error
-    if batch:
+    if size:
         yield b"".join(batch)
     if stopped:
         raise stopped
@@ -267,14 +271,20 @@ class _Blf:
         size = 32 + len(piece)
         container = struct.pack("<4sHHLLH6xL4x", b"LOBJ", 16, 1, size, 10, 0, len(piece))
         file = io.BytesIO(header + container + piece + bytes(size % 4))
+        batch: list[bytes] = []
+        frame = self._packer.frame
         try:
             for message in can.BLFReader(file):
                 try:
-                    yield self._packer.frame(message, bare=bare)
+                    batch.append(frame(message, 0, bare))
                 except Unfit:
-                    yield packed.damage(packed.STRUCTURE, self._objects.offset)
+                    batch.append(packed.damage(packed.STRUCTURE, self._objects.offset))
+                if len(batch) >= _BATCH:
+                    yield b"".join(batch)
+                    batch = []
         except Exception:  # nothing that is known; what comes behind it is still read
-            yield packed.damage(packed.STRUCTURE, self._objects.offset)
+            batch.append(packed.damage(packed.STRUCTURE, self._objects.offset))
+        yield b"".join(batch)
 
 
 class _Text:
@@ -310,28 +320,26 @@ class _Text:
     def drain(self) -> Iterator[bytes]:
         """Read the lines that are there; one that the library cannot read costs only itself."""
         lines, frame = self.lines, self.packer.frame
+        out = self._out
         while lines.waiting:
-            waiting = self.reader()
             try:
-                for message in waiting:
-                    if self._out:
-                        yield from self._told()
+                for message in self.reader():
                     lines.answered = True
                     try:
                         self.before(message)
-                        yield frame(message, lines.number)
+                        out.append(frame(message, lines.number))
                     except (Unfit, TypeError, struct.error) as error:
                         reason = error.reason if isinstance(error, Unfit) else packed.DATA
-                        yield packed.unreadable(reason, lines.number)
+                        out.append(packed.unreadable(reason, lines.number))
+                    if len(out) >= _BATCH:
+                        yield b"".join(out)
+                        out.clear()
             except Exception:  # of the line: its message says nothing that the line does not
                 lines.answered = True
-                self._out.append(packed.unreadable(packed.NO_FRAME, lines.number))
+                out.append(packed.unreadable(packed.NO_FRAME, lines.number))
             lines.settle()
-            yield from self._told()
-
-    def _told(self) -> Iterator[bytes]:
-        out, self._out = self._out, []
-        yield from out
+        yield b"".join(out)
+        out.clear()
 
     def before(self, message: "Message") -> None:
         """Look at a message before it is packed."""

@@ -284,6 +284,8 @@ fn i64_at(head: &[u8; HEAD], at: usize) -> i64 {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+
     use proptest::prelude::*;
 
     use super::Packed;
