@@ -127,12 +127,12 @@ class Run:
         try:
             while data := interrupt.during(capture.read):
                 self._hand_over(session.feed(data), hold=capture.regular)
-                for remark in capture.remarks():
-                    self.complain(remark.in_words(self._words))
+                self._remarks(capture)
                 self._progress.step(capture.taken - taken, session.frames)
                 taken = capture.taken
         except SourceError as error:  # what came before it is said first
             stopped = error
+        self._remarks(capture)
         # A wish that came after the last byte cut nothing short: then data is b"".
         rest = session.end(interrupted=True) if data is None else session.end()
         self._hand_over(rest, hold=capture.regular)
@@ -145,6 +145,10 @@ class Run:
             )
             raise SourceError(key, name=capture.name)
         self._release()
+
+    def _remarks(self, capture: "Capture | PythonCanCapture") -> None:
+        for remark in capture.remarks():
+            self.complain(remark.in_words(self._words))
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:
         """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""

@@ -64,6 +64,7 @@ def told(capture: Any) -> tuple[list[dict[str, Any]], list[str]]:
         while data := capture.read():
             out += session.feed(data)
             complaints += session.complaints() + [str(remark) for remark in capture.remarks()]
+    complaints += [str(remark) for remark in capture.remarks()]
     out += session.end() + session.finish()
     complaints += session.complaints()
     rows = [json.loads(line) for line in out.splitlines()]
@@ -533,3 +534,23 @@ def test_ctrl_c_keeps_what_was_read(form: str, tmp_path: Path) -> None:
     assert process.returncode == 130
     assert 1000 < out.count(b"\n") < 200_000
     assert b"Traceback" not in err and b"CAP" not in err
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_damage_is_told_and_never_raises(form: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    need(form)
+    data = written(form, tmp_path / f"a.{form}", list(session())).read_bytes()
+    rng = random.Random(402)
+    path = tmp_path / "b"
+    capfd.readouterr()
+    for turn in range(60):
+        changed = bytearray(data[: rng.randrange(1, len(data))] if turn % 3 == 0 else data)
+        for _ in range(0 if turn % 3 == 0 else rng.choice((1, 1, 5, 50))):
+            changed[rng.randrange(len(changed))] ^= rng.choice((255, 1, 128))
+        path.write_bytes(changed)
+        try:
+            _, complaints = told(open_capture(str(path), "canalyze decode", form))
+        except SourceError as error:
+            complaints = [str(error)]
+        assert all("\n" not in line for line in complaints)
+    assert capfd.readouterr().err == ""

@@ -23,7 +23,7 @@ PROPERTIES: Final = ("reader", "version", "application")
 """Properties of a dialect, as the core numbers them."""
 CUT, CHECKSUM, STRUCTURE, COMPRESSION, REST = range(5)
 """Kinds of damage, as the core numbers them."""
-NO_FRAME, IDENTIFIER, LENGTH, DATA = range(4)
+NO_FRAME, IDENTIFIER, LENGTH, DATA, CUT_LINE = range(5)
 """Why a line cannot be read, as the core numbers it."""
 
 SURE_BELOW: Final = 4e6

@@ -13,10 +13,13 @@ what the library prints, logs or warns becomes one line each. Must not: decode a
 """
 
 import contextlib
+import gc
 import io
 import logging
 import struct
+import sys
 import tempfile
+import traceback
 import warnings
 from collections import Counter
 from collections.abc import Generator, Iterator
@@ -150,23 +153,30 @@ class PythonCanCapture:
 
         packer = Packer(6, directed=self._form == "mf4", bus=_as_numbered if self._form == "mf4" else _only)
         row = 0
+        problem = None
         try:
             reader: Any = can.MF4Reader(str(path)) if self._form == "mf4" else can.SqliteReader(str(path))
             with reader:
                 for message in reader:
                     row += 1
-                    if packer.directed:  # the date was added to it: more than µs is noise
-                        message.timestamp = round(message.timestamp, 6)
                     try:
+                        if packer.directed:  # the date was added to it: more than µs is noise
+                            message.timestamp = round(message.timestamp, 6)
                         yield packer.frame(message)
-                    except (Unfit, TypeError, struct.error) as error:
+                    except (Unfit, TypeError, ValueError, struct.error) as error:
                         yield packed.unreadable(error.reason if isinstance(error, Unfit) else packed.DATA, row)
         except Exception as error:  # whatever a stranger's file makes the library raise
+            problem = _said(error)
+            traceback.clear_frames(error.__traceback__)
+        if problem:
+            reader = None
+            gc.collect()  # what the library says when it is thrown away is heard as well
             if packer.frames == 0:
-                problem, title = _said(error), TITLES[self._form]
-                raise SourceError("bridge.unreadable", name=self.name, form=title, problem=problem) from error
-            self.remark(_said(error))
+                raise self.refused(problem)
+            self.remark(problem)
             yield packed.damage(packed.REST, 0)
+        elif self._heard.errors:  # asammdf goes on without what it could not read
+            yield packed.damage(packed.STRUCTURE, 0)
 
     def remark(self, problem: str) -> None:
         """Have something told that was wrong with the file."""
@@ -330,13 +340,13 @@ class _Text:
                         out.append(frame(message, lines.number))
                     except (Unfit, TypeError, struct.error) as error:
                         reason = error.reason if isinstance(error, Unfit) else packed.DATA
-                        out.append(packed.unreadable(reason, lines.number))
+                        out.append(self._unreadable(reason))
                     if len(out) >= _BATCH:
                         yield b"".join(out)
                         out.clear()
             except Exception:  # of the line: its message says nothing that the line does not
                 lines.answered = True
-                out.append(packed.unreadable(packed.NO_FRAME, lines.number))
+                out.append(self._unreadable(packed.NO_FRAME))
             lines.settle()
         yield b"".join(out)
         out.clear()
@@ -349,7 +359,12 @@ class _Text:
 
     def nothing(self) -> bytes:
         """Give the record of a line of which nothing came."""
-        return packed.unreadable(packed.NO_FRAME, self.lines.number)
+        return self._unreadable(packed.NO_FRAME)
+
+    def _unreadable(self, reason: int) -> bytes:
+        """Say of the last line that it cannot be read; one without its end was cut."""
+        number = self.lines.number
+        return packed.unreadable(packed.CUT_LINE if number == self.lines.endless else reason, number)
 
 
 class _Trc(_Text):
@@ -437,6 +452,8 @@ class _Heard(logging.Handler):
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)
+        self.errors = False
+        """Something was logged as an error."""
         self._lines: dict[str, None] = {}
         self._stack = contextlib.ExitStack()
         self._printed = io.StringIO()
@@ -446,6 +463,7 @@ class _Heard(logging.Handler):
         # Of a line of text that cannot be read the core says more.
         if record.name != "can.io.trc":
             self._keep(record.getMessage())
+            self.errors |= record.levelno >= logging.ERROR
 
     def _keep(self, text: str) -> None:
         line = " ".join(text.split())[:200]
@@ -460,12 +478,13 @@ class _Heard(logging.Handler):
     def __enter__(self) -> Self:
         for name in ("can", "asammdf"):
             logger = logging.getLogger(name)
-            logger.addHandler(self)
-            self._stack.callback(logger.removeHandler, self)
+            self._stack.callback(setattr, logger, "handlers", logger.handlers)
             self._stack.callback(setattr, logger, "propagate", logger.propagate)
-            logger.propagate = False
+            logger.handlers, logger.propagate = [self], False
         self._stack.enter_context(contextlib.redirect_stdout(self._printed))
         self._stack.enter_context(contextlib.redirect_stderr(self._printed))
+        self._stack.callback(setattr, sys, "unraisablehook", sys.unraisablehook)
+        sys.unraisablehook = lambda _: None  # of objects half made
         caught = self._stack.enter_context(warnings.catch_warnings(record=True))
         warnings.simplefilter("always")
         self._caught = caught or []

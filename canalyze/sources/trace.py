@@ -28,6 +28,8 @@ class Lines:
         self.line = ""
         self.answered = True
         """Something came of the last line."""
+        self.endless = 0
+        """The number of a last line that lacks its end, and may be cut."""
         self.unanswered: Callable[[], None] = lambda: None
         """Called when a further line is wanted, and nothing came of the last one."""
         self._change = change
@@ -50,6 +52,7 @@ class Lines:
         """Take the end: a last line may lack its end."""
         if self._rest or self._long:
             self._add(self._rest)
+            self.endless = self._taken
             self._rest = b""
 
     def _add(self, line: bytes) -> None:
