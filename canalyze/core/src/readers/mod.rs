@@ -5,9 +5,11 @@
 //! arm of [`Reader`], and its sign in `sniff`.
 
 pub mod candump;
+pub mod packed;
 pub mod sniff;
 
 use self::candump::{Candump, Stamps};
+use self::packed::Packed;
 use crate::frame::{BusId, Buses, Frame, Stamp};
 
 /// Formats that this crate reads. Their names are those of `--input-format`.
@@ -16,6 +18,8 @@ pub enum Format {
     /// can-utils' text, log and console form.
     #[default]
     Candump,
+    /// Records of another program's reader; no format of files, so not among the names.
+    Packed,
 }
 
 impl Format {
@@ -37,6 +41,8 @@ pub struct Settings {
 pub enum Reader {
     /// can-utils' text.
     Candump(Candump),
+    /// Records of another program's reader.
+    Packed(Packed),
 }
 
 impl Reader {
@@ -44,6 +50,7 @@ impl Reader {
     pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
+            Format::Packed => Self::Packed(Packed::default()),
         }
     }
 
@@ -51,6 +58,7 @@ impl Reader {
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
+            Self::Packed(reader) => reader.feed(bytes, buses, sink),
         }
     }
 
@@ -58,6 +66,7 @@ impl Reader {
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.finish(buses, sink),
+            Self::Packed(reader) => reader.finish(buses, sink),
         }
     }
 
@@ -66,6 +75,7 @@ impl Reader {
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.interrupt(buses, sink),
+            Self::Packed(reader) => reader.interrupt(buses, sink),
         }
     }
 
@@ -73,6 +83,7 @@ impl Reader {
     pub fn contents(&self) -> Contents {
         match self {
             Self::Candump(_) => Contents::default(),
+            Self::Packed(reader) => reader.contents(),
         }
     }
 }

@@ -4,8 +4,10 @@
 //! cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
 
 pub mod log;
+pub mod packed;
 
 use self::log::Log;
+use self::packed::Packed;
 use crate::frame::{Buses, Frame};
 use crate::readers::Marker;
 
@@ -15,6 +17,8 @@ pub enum Format {
     /// candump's log form (`candump -l`).
     #[default]
     Log,
+    /// Records for another program's writer; no format of files, so not among the names.
+    Packed,
 }
 
 impl Format {
@@ -44,6 +48,8 @@ impl Setting<'_> {
 pub enum Writer {
     /// candump's log form.
     Log(Log),
+    /// Records for another program's writer.
+    Packed(Packed),
 }
 
 impl Writer {
@@ -51,6 +57,7 @@ impl Writer {
     pub fn new(format: Format) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
+            Format::Packed => Self::Packed(Packed::default()),
         }
     }
 
@@ -58,6 +65,7 @@ impl Writer {
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
         match self {
             Self::Log(writer) => writer.frame(out, setting, frame),
+            Self::Packed(writer) => writer.frame(out, setting, frame),
         }
     }
 
@@ -65,13 +73,14 @@ impl Writer {
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match self {
             Self::Log(writer) => writer.marker(out, setting, marker),
+            Self::Packed(writer) => writer.marker(out, setting, marker),
         }
     }
 
     /// Appends what belongs at the end of the file.
     pub fn finish(&mut self, _out: &mut Vec<u8>, _setting: Setting<'_>) {
         match self {
-            Self::Log(_) => {}
+            Self::Log(_) | Self::Packed(_) => {}
         }
     }
 
@@ -79,6 +88,7 @@ impl Writer {
     pub fn losses(&self) -> &Losses {
         match self {
             Self::Log(writer) => &writer.losses,
+            Self::Packed(writer) => &writer.losses,
         }
     }
 }
