@@ -4,9 +4,12 @@
 //! format an input has is told by its first bytes, in `sniff`. A new format is a file here, a row of [`Format`], an
 //! arm of [`Reader`], and its sign in `sniff`.
 
+pub mod asc;
+pub(crate) mod calendar;
 pub mod candump;
 pub mod sniff;
 
+use self::asc::Asc;
 use self::candump::{Candump, Stamps};
 use crate::frame::{BusId, Buses, Frame, Stamp};
 
@@ -16,11 +19,13 @@ pub enum Format {
     /// can-utils' text, log and console form.
     #[default]
     Candump,
+    /// Vector's text.
+    Asc,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump)];
+    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump), ("asc", Format::Asc)];
 }
 
 /// How a file is read.
@@ -37,6 +42,8 @@ pub struct Settings {
 pub enum Reader {
     /// can-utils' text.
     Candump(Candump),
+    /// Vector's text.
+    Asc(Asc),
 }
 
 impl Reader {
@@ -44,6 +51,7 @@ impl Reader {
     pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
+            Format::Asc => Self::Asc(Asc::default()),
         }
     }
 
@@ -51,6 +59,7 @@ impl Reader {
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
+            Self::Asc(reader) => reader.feed(bytes, buses, sink),
         }
     }
 
@@ -58,6 +67,7 @@ impl Reader {
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.finish(buses, sink),
+            Self::Asc(reader) => reader.finish(buses, sink),
         }
     }
 
@@ -66,6 +76,7 @@ impl Reader {
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.interrupt(buses, sink),
+            Self::Asc(reader) => reader.interrupt(),
         }
     }
 
@@ -73,6 +84,7 @@ impl Reader {
     pub fn contents(&self) -> Contents {
         match self {
             Self::Candump(_) => Contents::default(),
+            Self::Asc(reader) => reader.contents(),
         }
     }
 }

@@ -3,8 +3,10 @@
 //! A writer sees only `frame` and what readers say of a capture. It does no I/O and never fails: what its format
 //! cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
 
+pub mod asc;
 pub mod log;
 
+use self::asc::Asc;
 use self::log::Log;
 use crate::frame::{Buses, Frame};
 use crate::readers::Marker;
@@ -15,11 +17,13 @@ pub enum Format {
     /// candump's log form (`candump -l`).
     #[default]
     Log,
+    /// Vector's ASC log.
+    Asc,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log)];
+    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log), ("asc", Format::Asc)];
 }
 
 /// What is known of the capture as a whole when a frame is written.
@@ -44,6 +48,8 @@ impl Setting<'_> {
 pub enum Writer {
     /// candump's log form.
     Log(Log),
+    /// Vector's ASC log.
+    Asc(Asc),
 }
 
 impl Writer {
@@ -51,6 +57,7 @@ impl Writer {
     pub fn new(format: Format) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
+            Format::Asc => Self::Asc(Asc::default()),
         }
     }
 
@@ -58,6 +65,7 @@ impl Writer {
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
         match self {
             Self::Log(writer) => writer.frame(out, setting, frame),
+            Self::Asc(writer) => writer.frame(out, setting, frame),
         }
     }
 
@@ -65,13 +73,15 @@ impl Writer {
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match self {
             Self::Log(writer) => writer.marker(out, setting, marker),
+            Self::Asc(writer) => writer.marker(out, setting, marker),
         }
     }
 
     /// Appends what belongs at the end of the file.
-    pub fn finish(&mut self, _out: &mut Vec<u8>, _setting: Setting<'_>) {
+    pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
         match self {
             Self::Log(_) => {}
+            Self::Asc(writer) => writer.finish(out, setting),
         }
     }
 
@@ -79,6 +89,7 @@ impl Writer {
     pub fn losses(&self) -> &Losses {
         match self {
             Self::Log(writer) => &writer.losses,
+            Self::Asc(writer) => &writer.losses,
         }
     }
 }
