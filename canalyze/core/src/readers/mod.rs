@@ -4,10 +4,13 @@
 //! format an input has is told by its first bytes, in `sniff`. A new format is a file here, a row of [`Format`], an
 //! arm of [`Reader`], and its sign in `sniff`.
 
+pub mod asc;
+pub(crate) mod calendar;
 pub mod candump;
 pub mod packed;
 pub mod sniff;
 
+use self::asc::Asc;
 use self::candump::{Candump, Stamps};
 use self::packed::Packed;
 use crate::frame::{BusId, Buses, Frame, Stamp};
@@ -20,11 +23,13 @@ pub enum Format {
     Candump,
     /// Records of another program's reader; no format of files, so not among the names.
     Packed,
+    /// Vector's text.
+    Asc,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump)];
+    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump), ("asc", Format::Asc)];
 }
 
 /// How a file is read.
@@ -43,6 +48,8 @@ pub enum Reader {
     Candump(Candump),
     /// Records of another program's reader.
     Packed(Packed),
+    /// Vector's text.
+    Asc(Asc),
 }
 
 impl Reader {
@@ -51,6 +58,7 @@ impl Reader {
         match format {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
             Format::Packed => Self::Packed(Packed::default()),
+            Format::Asc => Self::Asc(Asc::default()),
         }
     }
 
@@ -59,6 +67,7 @@ impl Reader {
         match self {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
             Self::Packed(reader) => reader.feed(bytes, buses, sink),
+            Self::Asc(reader) => reader.feed(bytes, buses, sink),
         }
     }
 
@@ -67,6 +76,7 @@ impl Reader {
         match self {
             Self::Candump(reader) => reader.finish(buses, sink),
             Self::Packed(reader) => reader.finish(buses, sink),
+            Self::Asc(reader) => reader.finish(buses, sink),
         }
     }
 
@@ -76,6 +86,7 @@ impl Reader {
         match self {
             Self::Candump(reader) => reader.interrupt(buses, sink),
             Self::Packed(reader) => reader.interrupt(buses, sink),
+            Self::Asc(reader) => reader.interrupt(),
         }
     }
 
@@ -84,6 +95,7 @@ impl Reader {
         match self {
             Self::Candump(_) => Contents::default(),
             Self::Packed(reader) => reader.contents(),
+            Self::Asc(reader) => reader.contents(),
         }
     }
 }

@@ -3,9 +3,11 @@
 //! A writer sees only `frame` and what readers say of a capture. It does no I/O and never fails: what its format
 //! cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
 
+pub mod asc;
 pub mod log;
 pub mod packed;
 
+use self::asc::Asc;
 use self::log::Log;
 use self::packed::Packed;
 use crate::frame::{Buses, Frame};
@@ -19,11 +21,13 @@ pub enum Format {
     Log,
     /// Records for another program's writer; no format of files, so not among the names.
     Packed,
+    /// Vector's ASC log.
+    Asc,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log)];
+    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log), ("asc", Format::Asc)];
 }
 
 /// What is known of the capture as a whole when a frame is written.
@@ -50,6 +54,8 @@ pub enum Writer {
     Log(Log),
     /// Records for another program's writer.
     Packed(Packed),
+    /// Vector's ASC log.
+    Asc(Asc),
 }
 
 impl Writer {
@@ -58,6 +64,7 @@ impl Writer {
         match format {
             Format::Log => Self::Log(Log::default()),
             Format::Packed => Self::Packed(Packed::default()),
+            Format::Asc => Self::Asc(Asc::default()),
         }
     }
 
@@ -66,6 +73,7 @@ impl Writer {
         match self {
             Self::Log(writer) => writer.frame(out, setting, frame),
             Self::Packed(writer) => writer.frame(out, setting, frame),
+            Self::Asc(writer) => writer.frame(out, setting, frame),
         }
     }
 
@@ -74,13 +82,15 @@ impl Writer {
         match self {
             Self::Log(writer) => writer.marker(out, setting, marker),
             Self::Packed(writer) => writer.marker(out, setting, marker),
+            Self::Asc(writer) => writer.marker(out, setting, marker),
         }
     }
 
     /// Appends what belongs at the end of the file.
-    pub fn finish(&mut self, _out: &mut Vec<u8>, _setting: Setting<'_>) {
+    pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
         match self {
             Self::Log(_) | Self::Packed(_) => {}
+            Self::Asc(writer) => writer.finish(out, setting),
         }
     }
 
@@ -89,6 +99,7 @@ impl Writer {
         match self {
             Self::Log(writer) => &writer.losses,
             Self::Packed(writer) => &writer.losses,
+            Self::Asc(writer) => &writer.losses,
         }
     }
 }
