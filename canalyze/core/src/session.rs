@@ -14,6 +14,7 @@ use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
+use crate::readers::mcap::Choice;
 use crate::readers::{Contents, Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
@@ -63,6 +64,8 @@ pub struct Options {
     pub depth: Depth,
     /// What small stamps mean.
     pub stamps: Stamps,
+    /// What of an MCAP file is read, and how.
+    pub mcap: Choice,
     /// How time is shown; as it came, by default.
     pub time: Option<Time>,
     /// Which frames are shown.
@@ -195,7 +198,8 @@ impl Session {
         self.stream.file_frames = 0;
         self.stream.shift_ns = 0;
         self.stream.unreadable = Unreadable::default();
-        self.reader = Some(Reader::new(format, &Settings { stamps: self.stream.options.stamps, regular }));
+        let Options { stamps, mcap, .. } = &self.stream.options;
+        self.reader = Some(Reader::new(format, &Settings { stamps: *stamps, regular, mcap: mcap.clone() }));
     }
 
     /// More bytes of the current file, in any chunking; appends what they yield.

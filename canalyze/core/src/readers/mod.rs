@@ -5,9 +5,11 @@
 //! arm of [`Reader`], and its sign in `sniff`.
 
 pub mod candump;
+pub mod mcap;
 pub mod sniff;
 
 use self::candump::{Candump, Stamps};
+use self::mcap::Mcap;
 use crate::frame::{BusId, Buses, Frame, Stamp};
 
 /// Formats that this crate reads. Their names are those of `--input-format`.
@@ -16,11 +18,13 @@ pub enum Format {
     /// can-utils' text, log and console form.
     #[default]
     Candump,
+    /// MCAP, as ROS records it.
+    Mcap,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump)];
+    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump), ("mcap", Format::Mcap)];
 }
 
 /// How a file is read.
@@ -30,6 +34,8 @@ pub struct Settings {
     pub stamps: Stamps,
     /// It is a whole file, not a pipe: dialects may be decided on its beginning, so output may lag.
     pub regular: bool,
+    /// What of an MCAP file is read, and how.
+    pub mcap: mcap::Choice,
 }
 
 /// The reader of one file.
@@ -37,6 +43,8 @@ pub struct Settings {
 pub enum Reader {
     /// can-utils' text.
     Candump(Candump),
+    /// MCAP.
+    Mcap(Box<Mcap>),
 }
 
 impl Reader {
@@ -44,6 +52,7 @@ impl Reader {
     pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
+            Format::Mcap => Self::Mcap(Box::new(Mcap::new(settings.mcap.clone()))),
         }
     }
 
@@ -51,6 +60,7 @@ impl Reader {
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
+            Self::Mcap(reader) => reader.feed(bytes, buses, sink),
         }
     }
 
@@ -58,6 +68,7 @@ impl Reader {
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.finish(buses, sink),
+            Self::Mcap(reader) => reader.finish(buses, sink),
         }
     }
 
@@ -66,6 +77,7 @@ impl Reader {
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.interrupt(buses, sink),
+            Self::Mcap(reader) => reader.interrupt(buses, sink),
         }
     }
 
@@ -73,6 +85,7 @@ impl Reader {
     pub fn contents(&self) -> Contents {
         match self {
             Self::Candump(_) => Contents::default(),
+            Self::Mcap(reader) => reader.contents(),
         }
     }
 }
