@@ -353,7 +353,10 @@ impl Stream {
             DamageKind::Structure => (Code::Cap004, 1),
             DamageKind::Compression => (Code::Cap004, 2),
             DamageKind::Rest => (Code::Cap004, 3),
+            DamageKind::Undefined => (Code::Cap004, 4),
         };
+        // The same with the number of frames.
+        let face = if frames.is_some() && code == Code::Cap004 && face < 3 { face + 5 } else { face };
         if code == Code::Cap004 {
             for index in 0..self.state.len() {
                 self.on_bus(BusId(index as u8), buses, |bus, cx| bus.lost(None, false, cx));

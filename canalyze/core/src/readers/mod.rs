@@ -153,6 +153,8 @@ pub enum DamageKind {
     Compression,
     /// The rest of the file cannot be read.
     Rest,
+    /// Messages of a topic that the file does not name any more.
+    Undefined,
 }
 
 /// What a reader knows of its file beyond frames.

@@ -7,7 +7,8 @@
 //!
 //! Nothing of a chunk is believed before its check sum is; only of the last one, that is cut off, what can be unpacked
 //! is taken. A damaged chunk is passed over alone, but the types and topics that stand in it are taken where nothing
-//! better is known: files name them once, in their first chunk.
+//! better is known: files name them once, in their first chunk, and mostly again at their end. Messages of a topic
+//! that is not named wait for that.
 //!
 //! Limits: records and chunks up to 256 MiB, see `walk` and `chunk`; definitions of at most [`MOST_TEXT`] bytes are kept.
 
@@ -41,6 +42,8 @@ use crate::frame::{BusId, Buses, Direction, Stamp, StampForm};
 
 /// Definitions that are kept, in bytes.
 const MOST_TEXT: usize = 16 << 20;
+/// Messages of channels that are not known are kept for so many bytes.
+const MOST_WAITING: usize = 64 << 20;
 /// Topics that are listed.
 const MOST_TOPICS: usize = 1024;
 /// The longest name of a topic or type that is kept.
@@ -77,8 +80,12 @@ struct File {
     loose: (i64, u32),
     /// A damaged chunk, until it is known how many frames were in it.
     bad: Option<Bad>,
-    /// Messages of unknown channels: how many, and where the first.
-    orphans: (u64, u64),
+    /// Messages of channels that are not known: their definition was lost, and may be repeated at the end of the file.
+    waiting: Vec<(u64, Box<[u8]>)>,
+    /// Memory of these.
+    waiting_size: usize,
+    /// Where the first stood of those that there was no room for.
+    unnamed: Option<u64>,
     /// A part is lost up to the end.
     rest_lost: bool,
     over: bool,
@@ -132,7 +139,9 @@ impl Mcap {
             lag_ns: 0,
             loose: (i64::MIN, 0),
             bad: None,
-            orphans: (0, 0),
+            waiting: Vec::new(),
+            waiting_size: 0,
+            unnamed: None,
             rest_lost: false,
             over: false,
             profile: Vec::new(),
@@ -237,10 +246,32 @@ impl File {
     fn end(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
         self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
-        let (count, at) = self.orphans;
-        if count > 0 {
-            let (place, kind) = (Place::Byte(at), DamageKind::Structure);
+        let waiting = std::mem::take(&mut self.waiting);
+        if let Some(at) = waiting.first().map(|(at, _)| *at).or(self.unnamed.take()) {
+            let (place, kind) = (Place::Byte(at), DamageKind::Undefined);
             sink(Item::Damaged(Damage { place, kind, bytes: None, frames: None }), buses);
+        }
+    }
+
+    /// Reads the messages that waited for their channel, as far as it is known by now.
+    fn catch_up(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if self.waiting.is_empty() {
+            return;
+        }
+        self.waiting_size = 0;
+        for (at, body) in std::mem::take(&mut self.waiting) {
+            self.message(&body, at, buses, sink);
+        }
+    }
+
+    #[cold]
+    fn wait(&mut self, body: &[u8], at: u64) {
+        let size = body.len() + 64;
+        if body.len() >= 22 && self.waiting_size + size <= MOST_WAITING {
+            self.waiting_size += size;
+            self.waiting.push((at, body.into()));
+        } else {
+            self.unnamed.get_or_insert(at);
         }
     }
 
@@ -270,7 +301,11 @@ impl File {
         match record.op {
             op::HEADER => fine(self.header(body)),
             op::SCHEMA => fine(self.schema(body, true)),
-            op::CHANNEL => self.define(body, true).map_or(Went::Wrong, Went::Channel),
+            op::CHANNEL => {
+                let defined = self.define(body, true);
+                self.catch_up(buses, sink);
+                defined.map_or(Went::Wrong, Went::Channel)
+            }
             op::MESSAGE => self.loose_message(record, body, buses, sink),
             op::CHUNK => return self.chunk(record, body, buses, sink),
             op::MESSAGE_INDEX => {
@@ -381,10 +416,7 @@ impl File {
         let mut rest = Bytes(body);
         let Some(id) = rest.u16() else { return };
         let Some(channel) = self.channels.get_mut(usize::from(id)).and_then(Option::as_deref_mut) else {
-            let (count, first) = &mut self.orphans;
-            *first = if *count == 0 { at } else { *first };
-            *count += 1;
-            return;
+            return self.wait(body, at);
         };
         channel.messages += 1;
         let Some(plan) = &channel.plan else { return };
@@ -468,7 +500,10 @@ impl File {
             match op {
                 op::MESSAGE => self.message(body, at, buses, sink),
                 op::SCHEMA => _ = self.schema(body, true),
-                op::CHANNEL => _ = self.define(body, true),
+                op::CHANNEL => {
+                    self.define(body, true);
+                    self.catch_up(buses, sink);
+                }
                 _ => {}
             }
             rest = after;
