@@ -4,6 +4,7 @@ The only loop that reads. It hands over every result at once, complaints in thei
 what is already known: the first one ends the reading, not the work.
 """
 
+import json
 import os
 import signal
 import sys
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+_LISTED: Final = 20
+"""Topics of a file without frames that are named."""
 _HELD: Final = 100
 """Complaints kept about a file in which no frame was found yet."""
 
@@ -140,15 +143,23 @@ class Run:
             raise stopped
         if session.file_frames == 0 and not interrupt.signal:
             self._held, self._more = [], 0  # one line says it all
-            key = (
-                "source.empty" if not taken else "source.nothing" if capture.format == "candump" else "source.frameless"
-            )
-            raise SourceError(key, name=capture.name)
+            raise self._nothing(capture, taken)
         self._release()
 
     def _remarks(self, capture: "Capture | PythonCanCapture") -> None:
         for remark in capture.remarks():
             self.complain(remark.in_words(self._words))
+
+    def _nothing(self, capture: "Capture | PythonCanCapture", taken: int) -> SourceError:
+        """Say why there is no frame: of a file with topics, which ones there are."""
+        if taken and capture.format == "mcap":
+            topics = json.loads(self._session.contents())["topics"]
+            listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
+            more = ", ..." if len(topics) > _LISTED else ""
+            names = f"{listed}{more}" or self._words("source.topics_empty")
+            return SourceError("source.no_topic", name=capture.name, topics=names)
+        key = "source.empty" if not taken else "source.nothing" if capture.format == "candump" else "source.frameless"
+        return SourceError(key, name=capture.name)
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:
         """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""

@@ -197,6 +197,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}：MF4文件需要asammdf，尚未安装；安装：{line}",
         "{name}: MF4 needs asammdf, which is not installed: {line}",
     ),
+    (
+        "source.no_topic",
+        "{name}：没有一个topic读作CAN帧；文件里有：{topics}。用 --topic 选择，用 --mcap-map 说明字段，"
+        "如 --mcap-map topic=/x,id=can_id,data=payload",
+        "{name}: no topic of it is read as CAN frames; there are: {topics}. Choose with --topic, name the fields with "
+        "--mcap-map, as in --mcap-map topic=/x,id=can_id,data=payload",
+    ),
+    ("source.topics_empty", "（无）", "none"),
     ("source.packed", "{name}：是{kind}压缩的；先解压：{line}", "{name}: {kind} compressed: {line}"),
     ("source.encoded", "{name}：是{kind}编码的文本；先转换：{line}", "{name}: text in {kind}: {line}"),
     (

@@ -15,6 +15,7 @@ use crate::finding::RULES;
 use crate::frame::{Buses, CanId};
 use crate::network::{Cob, Description, Network as Known, Sdo};
 use crate::readers::candump::{self, Stamps};
+use crate::readers::mcap::{Choice, Clock, Map};
 use crate::readers::{Format as Input, sniff};
 use crate::render;
 use crate::render::text::Time;
@@ -148,7 +149,7 @@ impl Network {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new()))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -160,6 +161,9 @@ impl Session {
         extract: bool,
         network: Option<&Network>,
         select: Option<&str>,
+        topics: Vec<String>,
+        time_source: Option<&str>,
+        mcap_maps: Vec<String>,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
         let formats = [
@@ -175,6 +179,14 @@ impl Session {
             [("auto", Stamps::Auto), ("absolute", Stamps::Absolute), ("zero", Stamps::Zero), ("delta", Stamps::Delta)];
         let times =
             [("a", Time::Absolute), ("d", Time::Delta), ("z", Time::Zero), ("A", Time::Date), ("n", Time::None)];
+        let map = |text: &String| {
+            Map::parse(text).map_err(|mistake| PyValueError::new_err(complaints::mcap_map(lang, &mistake)))
+        };
+        let mcap = Choice {
+            topics: Select::parse(&topics.join(",")),
+            clock: time_source.map(|source| choose("time_source", source, Clock::NAMES)).transpose()?,
+            maps: mcap_maps.iter().map(map).collect::<PyResult<_>>()?,
+        };
         let options = Options {
             lang,
             format: choose("format", format, &formats)?,
@@ -186,6 +198,7 @@ impl Session {
             extract,
             network: network.map(|network| Arc::clone(&network.known)).unwrap_or_default(),
             select: Select::parse(select.unwrap_or("")),
+            mcap,
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
     }
@@ -213,6 +226,10 @@ impl Session {
 
     fn finish<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         self.output(py, Core::finish)
+    }
+
+    fn contents(&self, py: Python<'_>) -> String {
+        String::from_utf8_lossy(&self.run(py, |core| core.contents())).into_owned()
     }
 
     fn complaints(&self, py: Python<'_>) -> Vec<String> {

@@ -14,7 +14,8 @@ use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
-use crate::readers::{Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
+use crate::readers::mcap::Choice;
+use crate::readers::{Contents, Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
 
@@ -63,6 +64,8 @@ pub struct Options {
     pub depth: Depth,
     /// What small stamps mean.
     pub stamps: Stamps,
+    /// What of an MCAP file is read, and how.
+    pub mcap: Choice,
     /// How time is shown; as it came, by default.
     pub time: Option<Time>,
     /// Which frames are shown.
@@ -90,6 +93,8 @@ pub struct Extracted {
 #[derive(Debug)]
 pub struct Session {
     reader: Option<Reader>,
+    /// Of the last file, once it is over.
+    contents: Contents,
     buses: Buses,
     stream: Stream,
 }
@@ -158,6 +163,7 @@ impl Session {
         let lines = Lines::new(options.lang, options.depth, options.time);
         Self {
             reader: None,
+            contents: Contents::default(),
             buses: Buses::default(),
             stream: Stream {
                 signals: Signals::new(options.lang, options.format == Format::SignalsCsv, options.select.clone()),
@@ -192,19 +198,20 @@ impl Session {
         self.stream.file_frames = 0;
         self.stream.shift_ns = 0;
         self.stream.unreadable = Unreadable::default();
-        self.reader = Some(Reader::new(format, &Settings { stamps: self.stream.options.stamps, regular }));
+        let Options { stamps, mcap, .. } = &self.stream.options;
+        self.reader = Some(Reader::new(format, &Settings { stamps: *stamps, regular, mcap: mcap.clone() }));
     }
 
     /// More bytes of the current file, in any chunking; appends what they yield.
     pub fn feed(&mut self, bytes: &[u8], out: &mut Vec<u8>) {
-        let Self { reader: Some(reader), buses, stream } = self else { return };
+        let Self { reader: Some(reader), buses, stream, .. } = self else { return };
         reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
     }
 
     /// The current file is over. `interrupted`: its reading was broken off, so a last line that has no end is no
     /// fault of the file.
     pub fn end(&mut self, interrupted: bool, out: &mut Vec<u8>) {
-        let Self { reader: Some(reader), buses, stream } = self else { return };
+        let Self { reader: Some(reader), buses, stream, .. } = self else { return };
         let mut sink = |item, buses: &Buses| stream.item(item, buses, out);
         if interrupted {
             reader.interrupt(buses, &mut sink);
@@ -212,6 +219,7 @@ impl Session {
             reader.finish(buses, &mut sink);
         }
         stream.end_of_file(buses, out);
+        self.contents = reader.contents();
         self.reader = None;
     }
 
@@ -230,6 +238,14 @@ impl Session {
     /// and has not. For live sources; a file's frames say the time themselves.
     pub fn advance(&mut self, now_ns: i64, out: &mut Vec<u8>) {
         self.stream.advance(now_ns, &self.buses, out);
+    }
+
+    /// What is known so far of the current file (the last one, between files) beyond its frames, as a JSON object:
+    /// see [`jsonl::contents`].
+    pub fn contents(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        jsonl::contents(&mut out, &self.reader.as_ref().map_or_else(|| self.contents.clone(), Reader::contents));
+        out
     }
 
     /// Lines for standard error since the last call.
@@ -337,7 +353,10 @@ impl Stream {
             DamageKind::Structure => (Code::Cap004, 1),
             DamageKind::Compression => (Code::Cap004, 2),
             DamageKind::Rest => (Code::Cap004, 3),
+            DamageKind::Undefined => (Code::Cap004, 4),
         };
+        // The same with the number of frames.
+        let face = if frames.is_some() && code == Code::Cap004 && face < 3 { face + 5 } else { face };
         if code == Code::Cap004 {
             for index in 0..self.state.len() {
                 self.on_bus(BusId(index as u8), buses, |bus, cx| bus.lost(None, false, cx));

@@ -72,7 +72,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "services",
         ],
     ),
-    ("readers", &["frame"]),
+    ("readers", &["frame", "select"]),
     ("writers", &["frame", "readers"]),
     ("select", &[]),
     (

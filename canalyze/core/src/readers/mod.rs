@@ -7,11 +7,13 @@
 pub mod asc;
 pub(crate) mod calendar;
 pub mod candump;
+pub mod mcap;
 pub mod packed;
 pub mod sniff;
 
 use self::asc::Asc;
 use self::candump::{Candump, Stamps};
+use self::mcap::Mcap;
 use self::packed::Packed;
 use crate::frame::{BusId, Buses, Frame, Stamp};
 
@@ -25,11 +27,13 @@ pub enum Format {
     Packed,
     /// Vector's text.
     Asc,
+    /// MCAP, as ROS records it.
+    Mcap,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump), ("asc", Format::Asc)];
+    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump), ("asc", Format::Asc), ("mcap", Format::Mcap)];
 }
 
 /// How a file is read.
@@ -39,6 +43,8 @@ pub struct Settings {
     pub stamps: Stamps,
     /// It is a whole file, not a pipe: dialects may be decided on its beginning, so output may lag.
     pub regular: bool,
+    /// What of an MCAP file is read, and how.
+    pub mcap: mcap::Choice,
 }
 
 /// The reader of one file.
@@ -50,6 +56,8 @@ pub enum Reader {
     Packed(Packed),
     /// Vector's text.
     Asc(Asc),
+    /// MCAP.
+    Mcap(Box<Mcap>),
 }
 
 impl Reader {
@@ -59,6 +67,7 @@ impl Reader {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
             Format::Packed => Self::Packed(Packed::default()),
             Format::Asc => Self::Asc(Asc::default()),
+            Format::Mcap => Self::Mcap(Box::new(Mcap::new(settings.mcap.clone()))),
         }
     }
 
@@ -68,6 +77,7 @@ impl Reader {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
             Self::Packed(reader) => reader.feed(bytes, buses, sink),
             Self::Asc(reader) => reader.feed(bytes, buses, sink),
+            Self::Mcap(reader) => reader.feed(bytes, buses, sink),
         }
     }
 
@@ -77,6 +87,7 @@ impl Reader {
             Self::Candump(reader) => reader.finish(buses, sink),
             Self::Packed(reader) => reader.finish(buses, sink),
             Self::Asc(reader) => reader.finish(buses, sink),
+            Self::Mcap(reader) => reader.finish(buses, sink),
         }
     }
 
@@ -87,6 +98,7 @@ impl Reader {
             Self::Candump(reader) => reader.interrupt(buses, sink),
             Self::Packed(reader) => reader.interrupt(buses, sink),
             Self::Asc(reader) => reader.interrupt(),
+            Self::Mcap(reader) => reader.interrupt(buses, sink),
         }
     }
 
@@ -96,6 +108,7 @@ impl Reader {
             Self::Candump(_) => Contents::default(),
             Self::Packed(reader) => reader.contents(),
             Self::Asc(reader) => reader.contents(),
+            Self::Mcap(reader) => reader.contents(),
         }
     }
 }
@@ -163,6 +176,8 @@ pub enum DamageKind {
     Compression,
     /// The rest of the file cannot be read.
     Rest,
+    /// Messages of a topic that the file does not name any more.
+    Undefined,
 }
 
 /// What a reader knows of its file beyond frames.
