@@ -3,6 +3,7 @@
 //! Every call that works on a capture releases the GIL. Nothing here raises on the content of a capture. The
 //! signatures are documented in `canalyze/_core.pyi`.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::exceptions::PyValueError;
@@ -21,6 +22,7 @@ use crate::render::text::Time;
 use crate::select::Select;
 use crate::session::{Format, Options, Session as Core};
 use crate::text::{Depth, Lang, RuleText, complaints, en, zh};
+use crate::writers::{Format as Written, Loss};
 
 fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
     choices.iter().find(|(word, _)| *word == value).map(|(_, choice)| *choice).ok_or_else(|| {
@@ -148,7 +150,7 @@ impl Network {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, to = "candump"))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -160,6 +162,7 @@ impl Session {
         extract: bool,
         network: Option<&Network>,
         select: Option<&str>,
+        to: &str,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
         let formats = [
@@ -169,6 +172,7 @@ impl Session {
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
+            ("convert", Format::Convert(choose("to", to, Written::NAMES)?)),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =
@@ -227,6 +231,13 @@ impl Session {
                 (one.name, PyBytes::new(py, &one.bytes), status)
             })
             .collect()
+    }
+
+    #[pyo3(signature = (name, further = BTreeMap::new()))]
+    fn losses(&self, py: Python<'_>, name: &str, further: BTreeMap<String, u64>) -> PyResult<Vec<String>> {
+        let lost = |(loss, count): (String, u64)| Ok((choose("loss", &loss, Loss::NAMES)?, count));
+        let further = further.into_iter().map(lost).collect::<PyResult<Vec<_>>>()?;
+        Ok(self.run(py, |core| core.losses(name.as_bytes(), &further)))
     }
 
     #[getter]
@@ -297,5 +308,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(rules, module)?)?;
     module.add_function(wrap_pyfunction!(explain, module)?)?;
     module.add_function(wrap_pyfunction!(sniffed, module)?)?;
-    module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())
+    module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
+    module.add("WRITERS", Written::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())
 }
