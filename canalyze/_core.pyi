@@ -3,13 +3,16 @@
 Words in the core's output are in the session's language; nothing here raises on the content of a capture.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import final
 
 __version__: str
 
 FORMATS: list[str]
 """Names of the formats that the core reads: those of --input-format."""
+
+WRITERS: list[str]
+"""Names of the formats that the core writes: those of `convert --to`."""
 
 @final
 class Dictionary:
@@ -87,13 +90,15 @@ class Session:
         topics: Sequence[str] = (),
         time_source: str | None = None,
         mcap_maps: Sequence[str] = (),
+        to: str = "candump",
     ) -> None:
         """Start a capture.
 
         lang: zh | en.
         format: text | jsonl (frame, note, finding, transfer) | transfers (JSON lines of transfers only) |
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
-        summary (JSON lines, one object a record, all of them from finish()).
+        summary (JSON lines, one object a record, all of them from finish()) |
+        convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.
         time: None (as they came) or one of a d z A n.
@@ -103,6 +108,7 @@ class Session:
         topics: globs of the topics that are read of an MCAP file; none: all.
         time_source: stamp | publish | log, the time of its messages; None: found out for each topic.
         mcap_maps: fields of its messages, each `topic=/x,id=can_id,data=payload` as in --mcap-map.
+        to: one of WRITERS; convert only.
         ValueError (one line, in the session's language) for a value that is none of these or a filter or map that
         cannot be read.
         """
@@ -133,6 +139,12 @@ class Session:
         """
     def complaints(self) -> list[str]:
         """Lines for standard error since the last call (unreadable lines, gaps), each one line, in words."""
+    def losses(self, name: str, further: Mapping[str, int] = {}) -> list[str]:
+        """After convert: what the format cannot hold, counted by kind, a line each that begins with `name`.
+
+        further: what a writer outside of the core has lost of what it was handed, by the names of the core's losses
+        (`Loss::NAMES` in writers/mod.rs). ValueError for a name that is none.
+        """
     def extracted(self) -> list[tuple[str, bytes, str]]:
         """With extract: (file name, more bytes, status) since the last call.
 

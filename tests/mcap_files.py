@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import io
 import struct
-import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from captures import SAMPLES, CanFrame, read_log
-from mcap.writer import CompressionType, IndexType
+from captures import CanFrame
+from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
-from mcap_ros1.writer import Writer as Ros1Writer
 from mcap_ros2.writer import Writer as Ros2Writer
 
 _RULE = "=" * 80

@@ -3,6 +3,7 @@
 //! Every call that works on a capture releases the GIL. Nothing here raises on the content of a capture. The
 //! signatures are documented in `canalyze/_core.pyi`.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::exceptions::PyValueError;
@@ -22,6 +23,7 @@ use crate::render::text::Time;
 use crate::select::Select;
 use crate::session::{Format, Options, Session as Core};
 use crate::text::{Depth, Lang, RuleText, complaints, en, zh};
+use crate::writers::{Format as Written, Loss};
 
 fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
     choices.iter().find(|(word, _)| *word == value).map(|(_, choice)| *choice).ok_or_else(|| {
@@ -149,7 +151,7 @@ impl Network {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new()))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump"))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -164,6 +166,7 @@ impl Session {
         topics: Vec<String>,
         time_source: Option<&str>,
         mcap_maps: Vec<String>,
+        to: &str,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
         let formats = [
@@ -173,6 +176,7 @@ impl Session {
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
+            ("convert", Format::Convert(choose("to", to, Written::NAMES)?)),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =
@@ -247,6 +251,13 @@ impl Session {
             .collect()
     }
 
+    #[pyo3(signature = (name, further = BTreeMap::new()))]
+    fn losses(&self, py: Python<'_>, name: &str, further: BTreeMap<String, u64>) -> PyResult<Vec<String>> {
+        let lost = |(loss, count): (String, u64)| Ok((choose("loss", &loss, Loss::NAMES)?, count));
+        let further = further.into_iter().map(lost).collect::<PyResult<Vec<_>>>()?;
+        Ok(self.run(py, |core| core.losses(name.as_bytes(), &further)))
+    }
+
     #[getter]
     fn frames(&self, py: Python<'_>) -> u64 {
         self.run(py, |core| core.frames().0)
@@ -315,5 +326,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(rules, module)?)?;
     module.add_function(wrap_pyfunction!(explain, module)?)?;
     module.add_function(wrap_pyfunction!(sniffed, module)?)?;
-    module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())
+    module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
+    module.add("WRITERS", Written::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())
 }

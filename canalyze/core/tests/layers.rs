@@ -73,7 +73,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("readers", &["frame", "select"]),
-    ("writers", &["frame", "readers"]),
+    ("writers", &["frame", "readers", "text::digits", "text::escape"]),
     ("select", &[]),
     (
         "summary",
@@ -104,6 +104,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "configuration",
             "services",
             "readers",
+            "writers",
             "filter",
         ],
     ),
@@ -122,14 +123,16 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "configuration",
             "services",
             "readers",
+            "writers",
             "text",
         ],
     ),
+    ("repeats", &["frame", "finding", "event", "services::sdo::wire"]),
     (
         "session",
         &[
             "frame", "finding", "event", "context", "network", "services", "bus", "readers", "writers", "filter",
-            "select", "summary", "text", "render",
+            "select", "summary", "text", "render", "repeats",
         ],
     ),
     (
@@ -141,6 +144,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "network",
             "services",
             "readers",
+            "writers",
             "filter",
             "select",
             "text",

@@ -4,13 +4,17 @@
 //! cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
 
 pub mod asc;
+pub mod console;
 pub mod log;
 pub mod packed;
 
+use std::borrow::Cow;
+
 use self::asc::Asc;
+use self::console::Console;
 use self::log::Log;
 use self::packed::Packed;
-use crate::frame::{Buses, Frame};
+use crate::frame::{BusId, Buses, Frame, MAX_BUS_NAME};
 use crate::readers::Marker;
 
 /// Formats that this crate writes.
@@ -23,11 +27,14 @@ pub enum Format {
     Packed,
     /// Vector's ASC log.
     Asc,
+    /// candump's console form.
+    Console,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log), ("asc", Format::Asc)];
+    pub const NAMES: &[(&str, Format)] =
+        &[("candump", Format::Log), ("console", Format::Console), ("asc", Format::Asc)];
 }
 
 /// What is known of the capture as a whole when a frame is written.
@@ -56,6 +63,8 @@ pub enum Writer {
     Packed(Packed),
     /// Vector's ASC log.
     Asc(Asc),
+    /// candump's console form.
+    Console(Console),
 }
 
 impl Writer {
@@ -65,6 +74,7 @@ impl Writer {
             Format::Log => Self::Log(Log::default()),
             Format::Packed => Self::Packed(Packed::default()),
             Format::Asc => Self::Asc(Asc::default()),
+            Format::Console => Self::Console(Console::default()),
         }
     }
 
@@ -74,6 +84,7 @@ impl Writer {
             Self::Log(writer) => writer.frame(out, setting, frame),
             Self::Packed(writer) => writer.frame(out, setting, frame),
             Self::Asc(writer) => writer.frame(out, setting, frame),
+            Self::Console(writer) => writer.frame(out, setting, frame),
         }
     }
 
@@ -83,13 +94,14 @@ impl Writer {
             Self::Log(writer) => writer.marker(out, setting, marker),
             Self::Packed(writer) => writer.marker(out, setting, marker),
             Self::Asc(writer) => writer.marker(out, setting, marker),
+            Self::Console(writer) => writer.marker(out, setting, marker),
         }
     }
 
     /// Appends what belongs at the end of the file.
     pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
         match self {
-            Self::Log(_) | Self::Packed(_) => {}
+            Self::Log(_) | Self::Console(_) | Self::Packed(_) => {}
             Self::Asc(writer) => writer.finish(out, setting),
         }
     }
@@ -100,8 +112,24 @@ impl Writer {
             Self::Log(writer) => &writer.losses,
             Self::Packed(writer) => &writer.losses,
             Self::Asc(writer) => &writer.losses,
+            Self::Console(writer) => &writer.losses,
         }
     }
+}
+
+/// The name of a bus as candump's text can hold it: no blanks nor control characters, a letter or digit first. Empty
+/// where the capture names none.
+fn name_of<'a>(buses: &'a Buses, bus: BusId, losses: &mut Losses) -> Cow<'a, [u8]> {
+    let name = buses.name(bus);
+    let fits = |byte: &u8| byte.is_ascii_graphic() && *byte != b'#';
+    if name.is_empty() || name.first().is_some_and(u8::is_ascii_alphanumeric) && name.iter().all(fits) {
+        return Cow::Borrowed(name);
+    }
+    losses.count(Loss::BusName);
+    let odd = |byte: &u8| !byte.is_ascii_alphanumeric();
+    let kept = name.iter().skip_while(|byte| odd(byte)).map(|byte| if fits(byte) { *byte } else { b'_' });
+    let kept: Vec<u8> = kept.take(MAX_BUS_NAME).collect();
+    Cow::Owned(if kept.is_empty() { format!("bus{}", bus.0).into_bytes() } else { kept })
 }
 
 /// What a format cannot hold.
@@ -137,6 +165,26 @@ pub enum Loss {
     Gap,
 }
 
+impl Loss {
+    /// All of them, with the names by which writers outside of this crate count them.
+    pub const NAMES: &[(&str, Loss)] = &[
+        ("direction", Loss::Direction),
+        ("unknown_direction", Loss::UnknownDirection),
+        ("bus_name", Loss::BusName),
+        ("stamp_digits", Loss::StampDigits),
+        ("no_stamp", Loss::NoStamp),
+        ("order", Loss::Order),
+        ("no_date", Loss::NoDate),
+        ("fd_flags", Loss::FdFlags),
+        ("fd_frame", Loss::FdFrame),
+        ("raw_dlc", Loss::RawDlc),
+        ("remote_length", Loss::RemoteLength),
+        ("error_details", Loss::ErrorDetails),
+        ("error_frame", Loss::ErrorFrame),
+        ("gap", Loss::Gap),
+    ];
+}
+
 /// How often what was lost.
 #[derive(Clone, Debug, Default)]
 pub struct Losses(std::collections::BTreeMap<Loss, u64>);
@@ -144,7 +192,12 @@ pub struct Losses(std::collections::BTreeMap<Loss, u64>);
 impl Losses {
     /// Counts one.
     pub fn count(&mut self, loss: Loss) {
-        *self.0.entry(loss).or_default() += 1;
+        self.add(loss, 1);
+    }
+
+    /// Counts several.
+    pub fn add(&mut self, loss: Loss, count: u64) {
+        *self.0.entry(loss).or_default() += count;
     }
 
     /// What was lost, and how often.
