@@ -73,7 +73,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("readers", &["frame"]),
-    ("writers", &["frame", "readers"]),
+    ("writers", &["frame", "readers", "event", "finding"]),
+    ("writers::mcap", &["frame", "readers", "event", "finding", "text"]),
+    ("writers::mcap::decoded", &["frame", "od", "drive", "message", "event", "finding", "services", "text", "writers"]),
     ("select", &[]),
     (
         "summary",

@@ -1,11 +1,15 @@
 //! Capture formats to be written: one file (or folder) a format; frames in, bytes out.
 //!
-//! A writer sees only `frame` and what readers say of a capture. It does no I/O and never fails: what its format
+//! A writer sees only `frame` and what readers say of a capture, and where it writes down what frames mean, events. It does no I/O and never fails: what its format
 //! cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
 
 pub mod log;
+pub mod mcap;
 
 use self::log::Log;
+use self::mcap::Mcap;
+use crate::event::Event;
+use crate::finding::Finding;
 use crate::frame::{Buses, Frame};
 use crate::readers::Marker;
 
@@ -15,11 +19,13 @@ pub enum Format {
     /// candump's log form (`candump -l`).
     #[default]
     Log,
+    /// MCAP with ROS 2 messages.
+    Mcap,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log)];
+    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log), ("mcap", Format::Mcap)];
 }
 
 /// What is known of the capture as a whole when a frame is written.
@@ -44,6 +50,8 @@ impl Setting<'_> {
 pub enum Writer {
     /// candump's log form.
     Log(Log),
+    /// MCAP; with other settings than the usual ones it is put together from [`Mcap::new`].
+    Mcap(Box<Mcap>),
 }
 
 impl Writer {
@@ -51,6 +59,7 @@ impl Writer {
     pub fn new(format: Format) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
+            Format::Mcap => Self::Mcap(Box::default()),
         }
     }
 
@@ -58,6 +67,7 @@ impl Writer {
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
         match self {
             Self::Log(writer) => writer.frame(out, setting, frame),
+            Self::Mcap(writer) => writer.frame(out, setting, frame),
         }
     }
 
@@ -65,13 +75,30 @@ impl Writer {
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match self {
             Self::Log(writer) => writer.marker(out, setting, marker),
+            Self::Mcap(writer) => writer.marker(out, setting, marker),
+        }
+    }
+
+    /// Appends what the frame that was just written means, where the format has room for that and it is wanted. Without
+    /// a frame: what is known only later.
+    pub fn events(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: Option<&Frame>, events: &[Event]) {
+        if let Self::Mcap(writer) = self {
+            writer.events(out, setting, frame, events);
+        }
+    }
+
+    /// The same for a finding about the capture, which belongs to no frame.
+    pub fn finding(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
+        if let Self::Mcap(writer) = self {
+            writer.finding(out, setting, finding);
         }
     }
 
     /// Appends what belongs at the end of the file.
-    pub fn finish(&mut self, _out: &mut Vec<u8>, _setting: Setting<'_>) {
+    pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
         match self {
             Self::Log(_) => {}
+            Self::Mcap(writer) => writer.finish(out, setting),
         }
     }
 
@@ -79,6 +106,7 @@ impl Writer {
     pub fn losses(&self) -> &Losses {
         match self {
             Self::Log(writer) => &writer.losses,
+            Self::Mcap(writer) => &writer.losses,
         }
     }
 }
@@ -94,6 +122,8 @@ pub enum Loss {
     BusName,
     /// Digits of a stamp.
     StampDigits,
+    /// A stamp before the earliest time that the format has.
+    StampRange,
     /// The format demands stamps, and the capture has none: frames got invented ones, evenly spaced.
     NoStamp,
     /// A stamp that steps back; the format wants them in order.
@@ -114,6 +144,8 @@ pub enum Loss {
     ErrorFrame,
     /// That the capturing program lost frames.
     Gap,
+    /// The signals of a frame: there is no room for yet another topic.
+    Topics,
 }
 
 /// How often what was lost.
