@@ -122,8 +122,6 @@ pub enum Loss {
     BusName,
     /// Digits of a stamp.
     StampDigits,
-    /// A stamp before the earliest time that the format has.
-    StampRange,
     /// The format demands stamps, and the capture has none: frames got invented ones, evenly spaced.
     NoStamp,
     /// A stamp that steps back; the format wants them in order.

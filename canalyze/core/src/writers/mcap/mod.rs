@@ -125,10 +125,9 @@ impl Mcap {
             None => self.frames.saturating_mul(STEP),
         };
         self.frames += 1;
-        match moment {
-            None => self.losses.count(Loss::NoStamp),
-            Some(..0) => self.losses.count(Loss::StampRange),
-            Some(_) => {}
+        // A moment before 1970 has no place either: it becomes 0.
+        if moment.is_none_or(|ns| ns < 0) {
+            self.losses.count(Loss::NoStamp);
         }
         if frame.dir.is_none() {
             self.losses.count(Loss::UnknownDirection);
