@@ -1,7 +1,7 @@
 //! Capture formats to be written: one file (or folder) a format; frames in, bytes out.
 //!
-//! A writer sees only `frame` and what readers say of a capture, and where it writes down what frames mean, events. It does no I/O and never fails: what its format
-//! cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
+//! A writer sees only `frame`, what readers say of a capture and, where it writes down what frames mean, events. It
+//! does no I/O and never fails: what its format cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
 
 pub mod log;
 pub mod mcap;
@@ -28,6 +28,13 @@ impl Format {
     pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log), ("mcap", Format::Mcap)];
 }
 
+/// How formats are written that can be written in several ways.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// MCAP.
+    pub mcap: mcap::Settings,
+}
+
 /// What is known of the capture as a whole when a frame is written.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
@@ -50,17 +57,29 @@ impl Setting<'_> {
 pub enum Writer {
     /// candump's log form.
     Log(Log),
-    /// MCAP; with other settings than the usual ones it is put together from [`Mcap::new`].
+    /// MCAP.
     Mcap(Box<Mcap>),
 }
 
 impl Writer {
     /// A writer at the beginning of a file.
-    pub fn new(format: Format) -> Self {
+    pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
-            Format::Mcap => Self::Mcap(Box::default()),
+            Format::Mcap => Self::Mcap(Box::new(Mcap::new(settings.mcap.clone()))),
         }
+    }
+
+    /// A file begins whose frames are written, in this format.
+    pub fn source(&mut self, file: &[u8], format: &str) {
+        if let Self::Mcap(writer) = self {
+            writer.source(file, format);
+        }
+    }
+
+    /// Whether it writes down what frames mean.
+    pub fn wants_events(&self) -> bool {
+        matches!(self, Self::Mcap(writer) if writer.wants_events())
     }
 
     /// Appends a frame.

@@ -8,7 +8,8 @@
 //! | `/<bus>/from_can_bus_fd`, `/<bus>/to_can_bus_fd` | CAN FD frames |
 //!
 //! Log time, publish time and the header's stamp are the frame's moment; `frame_id` is the bus. An error frame has
-//! `is_error` and its class in `id`, without flag bits. `decoded` adds what the frames mean. Must not: alter a frame
+//! `is_error` and its class in `id`, without flag bits. The metadata record `canalyze.source` names files, formats and
+//! buses. `decoded` adds what the frames mean. Must not: alter a frame
 //! to make it fit without counting a loss.
 
 mod cdr;
@@ -31,6 +32,8 @@ use crate::text::Lang;
 
 /// Encodings of schemas and messages.
 const ROS2: (&str, &str) = ("ros2msg", "cdr");
+/// Most files that are named in the metadata.
+const FILES: usize = 64;
 /// From one frame without a stamp to the next, in ns.
 const STEP: u64 = 1_000_000;
 
@@ -58,10 +61,6 @@ pub struct Settings {
     pub archive: bool,
     /// Topics of decoded signals, states and transfers as well, with words in this language.
     pub decoded: Option<Lang>,
-    /// The name of the capture that is written, for the metadata; empty where it has none.
-    pub file: String,
-    /// The format of that capture, for the metadata; empty where that is not known.
-    pub format: String,
 }
 
 /// The topics of one bus.
@@ -87,6 +86,8 @@ pub struct Mcap {
     fd: Option<SchemaId>,
     /// By bus.
     topics: Vec<Topics>,
+    /// Names of the files whose frames are written, without folders, and their formats.
+    sources: Vec<(String, String)>,
     decoded: Option<Box<Decoded>>,
     frames: u64,
     /// The moment of the last frame.
@@ -111,9 +112,23 @@ impl Mcap {
             frame: None,
             fd: None,
             topics: Vec::new(),
+            sources: Vec::new(),
             frames: 0,
             now: 0,
         }
+    }
+
+    /// A file begins whose frames are written, in this format.
+    pub fn source(&mut self, file: &[u8], format: &str) {
+        if self.sources.len() < FILES {
+            let name = file.rsplit(|byte| *byte == b'/').next().unwrap_or(file);
+            self.sources.push((String::from_utf8_lossy(name).into_owned(), format.to_owned()));
+        }
+    }
+
+    /// Whether it writes down what frames mean.
+    pub fn wants_events(&self) -> bool {
+        self.decoded.is_some()
     }
 
     /// Appends a frame.
@@ -202,10 +217,15 @@ impl Mcap {
     /// Appends what belongs at the end of the file.
     pub fn finish(&mut self, out: &mut Vec<u8>, _setting: Setting<'_>) {
         self.begin(out);
-        let names: Vec<&str> = self.topics.iter().map(|topics| &*topics.name).filter(|name| !name.is_empty()).collect();
-        let names = names.join(" ");
-        let rows = [("buses", &names), ("file", &self.settings.file), ("format", &self.settings.format)];
-        let rows: Vec<_> = rows.into_iter().map(|(key, value)| (key, value.as_str())).collect();
+        // A line each: names may hold anything else.
+        let lines = |words: Vec<&str>| words.join("\n");
+        let buses = self.topics.iter().map(|topics| &*topics.name).filter(|name| !name.is_empty());
+        let rows = [
+            ("buses", lines(buses.collect())),
+            ("file", lines(self.sources.iter().map(|(file, _)| &**file).collect())),
+            ("format", lines(self.sources.iter().map(|(_, format)| &**format).collect())),
+        ];
+        let rows: Vec<_> = rows.iter().map(|(key, value)| (*key, value.as_str())).collect();
         self.container.metadata(out, "canalyze.source", &rows);
         self.container.finish(out);
     }

@@ -249,8 +249,13 @@ fn an_empty_capture_is_a_whole_file() {
 
 #[test]
 fn where_it_comes_from() {
-    let settings = Settings { file: "x.log".to_owned(), format: "candump".to_owned(), ..Settings::default() };
-    let (file, _) = write(settings, &[plain(Frame::classic(CanId::standard(1), &[]))]);
+    let mut buses = Buses::default();
+    buses.intern(b"can1");
+    let setting = Setting { buses: &buses, date_ns: None };
+    let (mut writer, mut file) = (Mcap::default(), Vec::new());
+    writer.source(b"folder/x.log", "candump");
+    writer.frame(&mut file, setting, &plain(Frame::classic(CanId::standard(1), &[])));
+    writer.finish(&mut file, setting);
     let (_, metadata) = open(&file).into_iter().find(|(opcode, _)| *opcode == 0xC).unwrap();
     let text = String::from_utf8_lossy(&metadata).into_owned();
     for part in ["canalyze.source", "buses\u{4}\0\0\0can1", "file\u{5}\0\0\0x.log", "format\u{7}\0\0\0candump"] {
