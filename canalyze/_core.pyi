@@ -3,13 +3,16 @@
 Words in the core's output are in the session's language; nothing here raises on the content of a capture.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import final
 
 __version__: str
 
 FORMATS: list[str]
 """Names of the formats that the core reads: those of --input-format."""
+
+WRITERS: list[str]
+"""Names of the formats that the core writes: those of `convert --to`."""
 
 @final
 class Dictionary:
@@ -84,19 +87,27 @@ class Session:
         extract: bool = False,
         network: Network | None = None,
         select: str | None = None,
+        to: str = "candump",
+        decoded: bool = False,
+        mcap_fd_schema: str = "ros2",
+        mcap_archive: bool = False,
     ) -> None:
         """Start a capture.
 
         lang: zh | en.
         format: text | jsonl (frame, note, finding, transfer) | transfers (JSON lines of transfers only) |
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
-        summary (JSON lines, one object a record, all of them from finish()).
+        summary (JSON lines, one object a record, all of them from finish()) |
+        convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.
         time: None (as they came) or one of a d z A n.
         filter: the expression of --filter.
         network: what is known of the network before its capture is read.
         select: the globs of --select; signals and signals-csv only.
+        to: one of WRITERS; convert only.
+        decoded: topics of what the frames mean as well, where the format has such.
+        mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
         ValueError (one line, in the session's language) for a value that is none of these or a filter that cannot be
         read.
         """
@@ -119,6 +130,12 @@ class Session:
         """The capture is over: transfers still open, and what else is said at the end."""
     def complaints(self) -> list[str]:
         """Lines for standard error since the last call (unreadable lines, gaps), each one line, in words."""
+    def losses(self, name: str, further: Mapping[str, int] = {}) -> list[str]:
+        """After convert: what the format cannot hold, counted by kind, a line each that begins with `name`.
+
+        further: what a writer outside of the core has lost of what it was handed, by the names of the core's losses
+        (`Loss::NAMES` in writers/mod.rs). ValueError for a name that is none.
+        """
     def extracted(self) -> list[tuple[str, bytes, str]]:
         """With extract: (file name, more bytes, status) since the last call.
 

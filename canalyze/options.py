@@ -103,6 +103,14 @@ def capture_options(words: Words) -> list[click.Parameter]:
     """Give what every command that reads captures has."""
     return [
         click.Argument(["files"], nargs=-1, type=click.Path(allow_dash=True), metavar="FILE"),
+        *reading_options(words),
+        *output_options(words),
+    ]
+
+
+def reading_options(words: Words) -> list[click.Parameter]:
+    """Give how captures are read, whatever becomes of them."""
+    return [
         click.Option(["--filter", "expression"], metavar="EXPR", help=words("opt.filter")),
         click.Option(
             ["--stamps"],
@@ -112,7 +120,6 @@ def capture_options(words: Words) -> list[click.Parameter]:
         ),
         click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
         *network_options(words),
-        *output_options(words),
     ]
 
 

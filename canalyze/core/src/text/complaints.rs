@@ -1,4 +1,5 @@
-//! What is said on standard error: lines of a capture that cannot be read, and what a capture says of itself.
+//! What is said on standard error: lines of a capture that cannot be read, what a capture says of itself, and what a
+//! converted one has lost.
 //!
 //! One line each, with file and line. File names and buses come from outside: they are escaped.
 
@@ -6,6 +7,7 @@ use super::digits::put;
 use super::{Lang, en, escape, zh};
 use crate::finding::Finding;
 use crate::readers::{Place, Unreadable};
+use crate::writers::Loss;
 
 fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>)) -> String {
     let mut out = Vec::new();
@@ -110,6 +112,18 @@ pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
     }
     if lang == Lang::Zh {
         put!(&mut out; "的帧");
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+/// What a file in another format could not hold, and how often.
+pub fn lost(lang: Lang, file: &[u8], loss: Loss, count: u64) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    put!(&mut out; ": ");
+    match lang {
+        Lang::Zh => zh::losses::loss(&mut out, loss, count),
+        Lang::En => en::losses::loss(&mut out, loss, count),
     }
     String::from_utf8_lossy(&out).into_owned()
 }

@@ -3,14 +3,18 @@
 //! A writer sees only `frame`, what readers say of a capture and, where it writes down what frames mean, events. It
 //! does no I/O and never fails: what its format cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
 
+pub mod console;
 pub mod log;
 pub mod mcap;
 
+use std::borrow::Cow;
+
+use self::console::Console;
 use self::log::Log;
 use self::mcap::Mcap;
 use crate::event::Event;
 use crate::finding::Finding;
-use crate::frame::{Buses, Frame};
+use crate::frame::{BusId, Buses, Frame, MAX_BUS_NAME};
 use crate::readers::Marker;
 
 /// Formats that this crate writes.
@@ -19,20 +23,16 @@ pub enum Format {
     /// candump's log form (`candump -l`).
     #[default]
     Log,
+    /// candump's console form.
+    Console,
     /// MCAP with ROS 2 messages.
     Mcap,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log), ("mcap", Format::Mcap)];
-}
-
-/// How formats are written that can be written in several ways.
-#[derive(Clone, Debug, Default)]
-pub struct Settings {
-    /// MCAP.
-    pub mcap: mcap::Settings,
+    pub const NAMES: &[(&str, Format)] =
+        &[("candump", Format::Log), ("console", Format::Console), ("mcap", Format::Mcap)];
 }
 
 /// What is known of the capture as a whole when a frame is written.
@@ -57,6 +57,8 @@ impl Setting<'_> {
 pub enum Writer {
     /// candump's log form.
     Log(Log),
+    /// candump's console form.
+    Console(Console),
     /// MCAP.
     Mcap(Box<Mcap>),
 }
@@ -66,6 +68,7 @@ impl Writer {
     pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
+            Format::Console => Self::Console(Console::default()),
             Format::Mcap => Self::Mcap(Box::new(Mcap::new(settings.mcap.clone()))),
         }
     }
@@ -86,6 +89,7 @@ impl Writer {
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
         match self {
             Self::Log(writer) => writer.frame(out, setting, frame),
+            Self::Console(writer) => writer.frame(out, setting, frame),
             Self::Mcap(writer) => writer.frame(out, setting, frame),
         }
     }
@@ -94,6 +98,7 @@ impl Writer {
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match self {
             Self::Log(writer) => writer.marker(out, setting, marker),
+            Self::Console(writer) => writer.marker(out, setting, marker),
             Self::Mcap(writer) => writer.marker(out, setting, marker),
         }
     }
@@ -116,7 +121,7 @@ impl Writer {
     /// Appends what belongs at the end of the file.
     pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
         match self {
-            Self::Log(_) => {}
+            Self::Log(_) | Self::Console(_) => {}
             Self::Mcap(writer) => writer.finish(out, setting),
         }
     }
@@ -125,9 +130,25 @@ impl Writer {
     pub fn losses(&self) -> &Losses {
         match self {
             Self::Log(writer) => &writer.losses,
+            Self::Console(writer) => &writer.losses,
             Self::Mcap(writer) => &writer.losses,
         }
     }
+}
+
+/// The name of a bus as candump's text can hold it: no blanks nor control characters, a letter or digit first. Empty
+/// where the capture names none.
+fn name_of<'a>(buses: &'a Buses, bus: BusId, losses: &mut Losses) -> Cow<'a, [u8]> {
+    let name = buses.name(bus);
+    let fits = |byte: &u8| byte.is_ascii_graphic() && *byte != b'#';
+    if name.is_empty() || name.first().is_some_and(u8::is_ascii_alphanumeric) && name.iter().all(fits) {
+        return Cow::Borrowed(name);
+    }
+    losses.count(Loss::BusName);
+    let odd = |byte: &u8| !byte.is_ascii_alphanumeric();
+    let kept = name.iter().skip_while(|byte| odd(byte)).map(|byte| if fits(byte) { *byte } else { b'_' });
+    let kept: Vec<u8> = kept.take(MAX_BUS_NAME).collect();
+    Cow::Owned(if kept.is_empty() { format!("bus{}", bus.0).into_bytes() } else { kept })
 }
 
 /// What a format cannot hold.
@@ -165,6 +186,27 @@ pub enum Loss {
     Topics,
 }
 
+impl Loss {
+    /// All of them, with the names by which writers outside of this crate count them.
+    pub const NAMES: &[(&str, Loss)] = &[
+        ("direction", Loss::Direction),
+        ("unknown_direction", Loss::UnknownDirection),
+        ("bus_name", Loss::BusName),
+        ("stamp_digits", Loss::StampDigits),
+        ("no_stamp", Loss::NoStamp),
+        ("order", Loss::Order),
+        ("no_date", Loss::NoDate),
+        ("fd_flags", Loss::FdFlags),
+        ("fd_frame", Loss::FdFrame),
+        ("raw_dlc", Loss::RawDlc),
+        ("remote_length", Loss::RemoteLength),
+        ("error_details", Loss::ErrorDetails),
+        ("error_frame", Loss::ErrorFrame),
+        ("gap", Loss::Gap),
+        ("topics", Loss::Topics),
+    ];
+}
+
 /// How often what was lost.
 #[derive(Clone, Debug, Default)]
 pub struct Losses(std::collections::BTreeMap<Loss, u64>);
@@ -172,7 +214,12 @@ pub struct Losses(std::collections::BTreeMap<Loss, u64>);
 impl Losses {
     /// Counts one.
     pub fn count(&mut self, loss: Loss) {
-        *self.0.entry(loss).or_default() += 1;
+        self.add(loss, 1);
+    }
+
+    /// Counts several.
+    pub fn add(&mut self, loss: Loss, count: u64) {
+        *self.0.entry(loss).or_default() += count;
     }
 
     /// What was lost, and how often.
