@@ -35,6 +35,13 @@ impl Format {
         &[("candump", Format::Log), ("console", Format::Console), ("mcap", Format::Mcap)];
 }
 
+/// How formats are written that can be written in several ways.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// MCAP.
+    pub mcap: mcap::Settings,
+}
+
 /// What is known of the capture as a whole when a frame is written.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
