@@ -37,8 +37,17 @@ def command(words: Words) -> click.Command:
         **given: Unpack[CaptureOptions],
     ) -> int:
         where = _where(out, to, words)
-        session = open_session(words, given, format="convert", to=where.written, stamps=stamps, filter=expression,
-            decoded=decoded, mcap_fd_schema=mcap_fd_schema, mcap_archive=mcap_archive)
+        session = open_session(
+            words,
+            given,
+            format="convert",
+            to=where.written,
+            stamps=stamps,
+            filter=expression,
+            decoded=decoded,
+            mcap_fd_schema=mcap_fd_schema,
+            mcap_archive=mcap_archive,
+        )
         itself = _is_input(out, files)
         if itself and not force:
             raise OutputError("convert.itself", name=out)

@@ -164,7 +164,8 @@ impl Mcap {
                 cdr.bool(frame.id.is_extended()).bool(true).bool(brs).bool(esi).bool(false).sequence(frame.payload());
             }
             (kind, _) => {
-                cdr.bool(kind == Kind::Remote).bool(frame.id.is_extended()).bool(kind == Kind::Error);
+                let error = kind == Kind::Error;
+                cdr.bool(kind == Kind::Remote).bool(frame.id.is_extended() && !error).bool(error);
                 cdr.u8(frame.len.min(8)).array(&if kind == Kind::Remote { [0; 8] } else { frame.head() });
             }
         }
