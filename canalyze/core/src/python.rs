@@ -184,7 +184,7 @@ impl Session {
         let times =
             [("a", Time::Absolute), ("d", Time::Delta), ("z", Time::Zero), ("A", Time::Date), ("n", Time::None)];
         let fd_schema = choose("mcap_fd_schema", mcap_fd_schema, FdSchema::NAMES)?;
-        let mcap = mcap::Settings { fd_schema, archive: mcap_archive, decoded: decoded.then_some(lang) };
+        let written = mcap::Settings { fd_schema, archive: mcap_archive, decoded: decoded.then_some(lang) };
         let options = Options {
             lang,
             format: choose("format", format, &formats)?,
@@ -196,7 +196,7 @@ impl Session {
             extract,
             network: network.map(|network| Arc::clone(&network.known)).unwrap_or_default(),
             select: Select::parse(select.unwrap_or("")),
-            writing: writers::Settings { mcap },
+            writing: writers::Settings { mcap: written },
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
     }
