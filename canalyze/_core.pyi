@@ -91,6 +91,9 @@ class Session:
         time_source: str | None = None,
         mcap_maps: Sequence[str] = (),
         to: str = "candump",
+        decoded: bool = False,
+        mcap_fd_schema: str = "ros2",
+        mcap_archive: bool = False,
     ) -> None:
         """Start a capture.
 
@@ -109,6 +112,8 @@ class Session:
         time_source: stamp | publish | log, the time of its messages; None: found out for each topic.
         mcap_maps: fields of its messages, each `topic=/x,id=can_id,data=payload` as in --mcap-map.
         to: one of WRITERS; convert only.
+        decoded: topics of what the frames mean as well, where the format has such.
+        mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
         ValueError (one line, in the session's language) for a value that is none of these or a filter or map that
         cannot be read.
         """

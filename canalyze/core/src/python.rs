@@ -23,7 +23,8 @@ use crate::render::text::Time;
 use crate::select::Select;
 use crate::session::{Format, Options, Session as Core};
 use crate::text::{Depth, Lang, RuleText, complaints, en, zh};
-use crate::writers::{Format as Written, Loss};
+use crate::writers::mcap::{self, FdSchema};
+use crate::writers::{self, Format as Written, Loss};
 
 fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
     choices.iter().find(|(word, _)| *word == value).map(|(_, choice)| *choice).ok_or_else(|| {
@@ -151,7 +152,7 @@ impl Network {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump"))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -167,6 +168,9 @@ impl Session {
         time_source: Option<&str>,
         mcap_maps: Vec<String>,
         to: &str,
+        decoded: bool,
+        mcap_fd_schema: &str,
+        mcap_archive: bool,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
         let formats = [
@@ -191,6 +195,8 @@ impl Session {
             clock: time_source.map(|source| choose("time_source", source, Clock::NAMES)).transpose()?,
             maps: mcap_maps.iter().map(map).collect::<PyResult<_>>()?,
         };
+        let fd_schema = choose("mcap_fd_schema", mcap_fd_schema, FdSchema::NAMES)?;
+        let written = mcap::Settings { fd_schema, archive: mcap_archive, decoded: decoded.then_some(lang) };
         let options = Options {
             lang,
             format: choose("format", format, &formats)?,
@@ -203,6 +209,7 @@ impl Session {
             network: network.map(|network| Arc::clone(&network.known)).unwrap_or_default(),
             select: Select::parse(select.unwrap_or("")),
             mcap,
+            writing: writers::Settings { mcap: written },
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
     }

@@ -76,6 +76,8 @@ pub struct Options {
     pub network: Arc<Network>,
     /// Which signals are listed.
     pub select: Select,
+    /// How the format that is written is written.
+    pub writing: writers::Settings,
 }
 
 /// Bytes of a transfer for a file of its own.
@@ -163,9 +165,9 @@ impl Session {
     /// A session at the beginning of a capture.
     pub fn new(options: Options) -> Self {
         let lines = Lines::new(options.lang, options.depth, options.time);
-        let writer =
-            Writer::new(if let Format::Convert(format) = options.format { format } else { Default::default() });
-        let blind = matches!(options.format, Format::Convert(_)) && options.filter.is_plain();
+        let written = if let Format::Convert(format) = options.format { format } else { Default::default() };
+        let writer = Writer::new(written, &options.writing);
+        let blind = matches!(options.format, Format::Convert(_)) && options.filter.is_plain() && !writer.wants_events();
         Self {
             reader: None,
             contents: Contents::default(),
@@ -209,6 +211,7 @@ impl Session {
         self.stream.unreadable = Unreadable::default();
         let Options { stamps, mcap, .. } = &self.stream.options;
         self.reader = Some(Reader::new(format, &Settings { stamps: *stamps, regular, mcap: mcap.clone() }));
+        self.stream.writer.source(name, Input::NAMES.iter().find(|row| row.1 == format).map_or("", |row| row.0));
     }
 
     /// More bytes of the current file, in any chunking; appends what they yield.
@@ -331,7 +334,9 @@ impl Stream {
                 }
                 Format::Summary => self.summary.frame(&frame, &self.events),
                 Format::Convert(_) => {
-                    self.writer.frame(out, self.writing(buses), &frame);
+                    let setting = self.writing(buses);
+                    self.writer.frame(out, setting, &frame);
+                    self.writer.events(out, setting, Some(&frame), &self.events);
                 }
                 Format::Jsonl | Format::Transfers => jsonl::frame(out, setting, &frame, &self.events),
             }
@@ -413,7 +418,8 @@ impl Stream {
         match self.options.format {
             Format::Jsonl => jsonl::finding(out, self.setting(buses), finding),
             Format::Summary => self.summary.finding(finding),
-            Format::Text | Format::Transfers | Format::Signals | Format::SignalsCsv | Format::Convert(_) => {}
+            Format::Convert(_) => self.writer.finding(out, self.writing(buses), finding),
+            Format::Text | Format::Transfers | Format::Signals | Format::SignalsCsv => {}
         }
     }
 
@@ -495,7 +501,8 @@ impl Stream {
             Format::Jsonl => jsonl::asides(out, self.setting(buses), &self.events),
             Format::Transfers => self.transfers(buses, out),
             Format::Summary => self.summary.asides(&self.events),
-            Format::Signals | Format::SignalsCsv | Format::Convert(_) => {}
+            Format::Convert(_) => self.writer.events(out, self.writing(buses), None, &self.events),
+            Format::Signals | Format::SignalsCsv => {}
         }
         self.extract(buses);
         self.events.clear();

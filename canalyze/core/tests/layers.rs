@@ -73,7 +73,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("readers", &["frame", "select"]),
-    ("writers", &["frame", "readers", "text::digits", "text::escape"]),
+    ("writers", &["frame", "readers", "event", "finding", "text::digits", "text::escape"]),
+    ("writers::mcap", &["frame", "readers", "event", "finding", "text"]),
+    ("writers::mcap::decoded", &["frame", "od", "drive", "message", "event", "finding", "services", "text", "writers"]),
     ("select", &[]),
     (
         "summary",

@@ -1,11 +1,13 @@
 //! Capture formats to be written: one file (or folder) a format; frames in, bytes out.
 //!
-//! A writer sees only `frame` and what readers say of a capture. It does no I/O and never fails: what its format
-//! cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
+//! A writer sees only `frame`, what readers say of a capture and, where it writes down what frames mean, events. It
+//! does no I/O and never fails: what its format cannot hold it counts as a loss. A new format is a file here, a row of
+//! [`Format`], and an arm of [`Writer`].
 
 pub mod asc;
 pub mod console;
 pub mod log;
+pub mod mcap;
 pub mod packed;
 
 use std::borrow::Cow;
@@ -13,7 +15,10 @@ use std::borrow::Cow;
 use self::asc::Asc;
 use self::console::Console;
 use self::log::Log;
+use self::mcap::Mcap;
 use self::packed::Packed;
+use crate::event::Event;
+use crate::finding::Finding;
 use crate::frame::{BusId, Buses, Frame, MAX_BUS_NAME};
 use crate::readers::Marker;
 
@@ -29,12 +34,21 @@ pub enum Format {
     Asc,
     /// candump's console form.
     Console,
+    /// MCAP with ROS 2 messages.
+    Mcap,
 }
 
 impl Format {
     /// All of them, with their names.
     pub const NAMES: &[(&str, Format)] =
-        &[("candump", Format::Log), ("console", Format::Console), ("asc", Format::Asc)];
+        &[("candump", Format::Log), ("console", Format::Console), ("asc", Format::Asc), ("mcap", Format::Mcap)];
+}
+
+/// How formats are written that can be written in several ways.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// MCAP.
+    pub mcap: mcap::Settings,
 }
 
 /// What is known of the capture as a whole when a frame is written.
@@ -65,17 +79,32 @@ pub enum Writer {
     Asc(Asc),
     /// candump's console form.
     Console(Console),
+    /// MCAP.
+    Mcap(Box<Mcap>),
 }
 
 impl Writer {
     /// A writer at the beginning of a file.
-    pub fn new(format: Format) -> Self {
+    pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
             Format::Packed => Self::Packed(Packed::default()),
             Format::Asc => Self::Asc(Asc::default()),
             Format::Console => Self::Console(Console::default()),
+            Format::Mcap => Self::Mcap(Box::new(Mcap::new(settings.mcap.clone()))),
         }
+    }
+
+    /// A file begins whose frames are written, in this format.
+    pub fn source(&mut self, file: &[u8], format: &str) {
+        if let Self::Mcap(writer) = self {
+            writer.source(file, format);
+        }
+    }
+
+    /// Whether it writes down what frames mean.
+    pub fn wants_events(&self) -> bool {
+        matches!(self, Self::Mcap(writer) if writer.wants_events())
     }
 
     /// Appends a frame.
@@ -85,6 +114,7 @@ impl Writer {
             Self::Packed(writer) => writer.frame(out, setting, frame),
             Self::Asc(writer) => writer.frame(out, setting, frame),
             Self::Console(writer) => writer.frame(out, setting, frame),
+            Self::Mcap(writer) => writer.frame(out, setting, frame),
         }
     }
 
@@ -95,6 +125,22 @@ impl Writer {
             Self::Packed(writer) => writer.marker(out, setting, marker),
             Self::Asc(writer) => writer.marker(out, setting, marker),
             Self::Console(writer) => writer.marker(out, setting, marker),
+            Self::Mcap(writer) => writer.marker(out, setting, marker),
+        }
+    }
+
+    /// Appends what the frame that was just written means, where the format has room for that and it is wanted. Without
+    /// a frame: what is known only later.
+    pub fn events(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: Option<&Frame>, events: &[Event]) {
+        if let Self::Mcap(writer) = self {
+            writer.events(out, setting, frame, events);
+        }
+    }
+
+    /// The same for a finding about the capture, which belongs to no frame.
+    pub fn finding(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
+        if let Self::Mcap(writer) = self {
+            writer.finding(out, setting, finding);
         }
     }
 
@@ -103,6 +149,7 @@ impl Writer {
         match self {
             Self::Log(_) | Self::Console(_) | Self::Packed(_) => {}
             Self::Asc(writer) => writer.finish(out, setting),
+            Self::Mcap(writer) => writer.finish(out, setting),
         }
     }
 
@@ -113,6 +160,7 @@ impl Writer {
             Self::Packed(writer) => &writer.losses,
             Self::Asc(writer) => &writer.losses,
             Self::Console(writer) => &writer.losses,
+            Self::Mcap(writer) => &writer.losses,
         }
     }
 }
@@ -163,6 +211,8 @@ pub enum Loss {
     ErrorFrame,
     /// That the capturing program lost frames.
     Gap,
+    /// The signals of a frame: there is no room for yet another topic.
+    Topics,
 }
 
 impl Loss {
@@ -182,6 +232,7 @@ impl Loss {
         ("error_details", Loss::ErrorDetails),
         ("error_frame", Loss::ErrorFrame),
         ("gap", Loss::Gap),
+        ("topics", Loss::Topics),
     ];
 }
 
