@@ -476,8 +476,10 @@ def test_a_reader_that_raises_half_way(form: str, tmp_path: Path, monkeypatch: p
     assert all("\n" not in line for line in complaints)
 
 
-@pytest.mark.parametrize("form", ["blf", "trc", "csv", "db"])
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("form", FORMS)
 def test_standard_input(form: str, canalyze: Runner, tmp_path: Path) -> None:
+    need(form)
     data = written(form, tmp_path / f"in.{form}", list(session())).read_bytes()
     named = canalyze("decode", f"in.{form}")
     piped = canalyze("decode", "-", stdin=data)
