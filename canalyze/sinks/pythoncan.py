@@ -191,6 +191,8 @@ class Sink:
 
 def _need_asammdf(name: str) -> None:
     try:
+        # In this order: asammdf may import python-can, which then would miss it.
+        import can  # noqa: F401, I001
         import asammdf  # noqa: F401
     except ImportError as error:
         raise OutputError("bridge.mf4", name=name, line="pip install 'canalyze[mf4]'") from error

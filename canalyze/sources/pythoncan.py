@@ -111,6 +111,8 @@ class PythonCanCapture:
     def _need_asammdf(self) -> None:
         try:
             with self._heard:
+                # In this order: asammdf may import python-can, which then would miss it.
+                import can  # noqa: F401, I001
                 import asammdf  # noqa: F401
         except ImportError as error:
             line = "pip install 'canalyze[mf4]'"
