@@ -117,6 +117,13 @@ class Session:
         """
     def finish(self) -> bytes:
         """The capture is over: transfers still open, and what else is said at the end."""
+    def contents(self) -> str:
+        """What is known of the current or last file beyond its frames: a JSON object.
+
+        dialect: {word of the format's own: value}. passed_over: [{kind, count}], records that are no frames.
+        topics: [{name, schema, encoding, messages, read_as, bus}]; read_as: the fields in which a message holds a
+        frame, "" where it is not read as one.
+        """
     def complaints(self) -> list[str]:
         """Lines for standard error since the last call (unreadable lines, gaps), each one line, in words."""
     def extracted(self) -> list[tuple[str, bytes, str]]:

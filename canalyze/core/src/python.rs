@@ -214,6 +214,10 @@ impl Session {
         self.output(py, Core::finish)
     }
 
+    fn contents(&self, py: Python<'_>) -> String {
+        String::from_utf8_lossy(&self.run(py, |core| core.contents())).into_owned()
+    }
+
     fn complaints(&self, py: Python<'_>) -> Vec<String> {
         self.run(py, Core::take_complaints)
     }

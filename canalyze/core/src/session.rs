@@ -14,7 +14,7 @@ use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
-use crate::readers::{Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
+use crate::readers::{Contents, Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
 
@@ -90,6 +90,8 @@ pub struct Extracted {
 #[derive(Debug)]
 pub struct Session {
     reader: Option<Reader>,
+    /// Of the last file, once it is over.
+    contents: Contents,
     buses: Buses,
     stream: Stream,
 }
@@ -158,6 +160,7 @@ impl Session {
         let lines = Lines::new(options.lang, options.depth, options.time);
         Self {
             reader: None,
+            contents: Contents::default(),
             buses: Buses::default(),
             stream: Stream {
                 signals: Signals::new(options.lang, options.format == Format::SignalsCsv, options.select.clone()),
@@ -197,14 +200,14 @@ impl Session {
 
     /// More bytes of the current file, in any chunking; appends what they yield.
     pub fn feed(&mut self, bytes: &[u8], out: &mut Vec<u8>) {
-        let Self { reader: Some(reader), buses, stream } = self else { return };
+        let Self { reader: Some(reader), buses, stream, .. } = self else { return };
         reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
     }
 
     /// The current file is over. `interrupted`: its reading was broken off, so a last line that has no end is no
     /// fault of the file.
     pub fn end(&mut self, interrupted: bool, out: &mut Vec<u8>) {
-        let Self { reader: Some(reader), buses, stream } = self else { return };
+        let Self { reader: Some(reader), buses, stream, .. } = self else { return };
         let mut sink = |item, buses: &Buses| stream.item(item, buses, out);
         if interrupted {
             reader.interrupt(buses, &mut sink);
@@ -212,6 +215,7 @@ impl Session {
             reader.finish(buses, &mut sink);
         }
         stream.end_of_file(buses, out);
+        self.contents = reader.contents();
         self.reader = None;
     }
 
@@ -230,6 +234,14 @@ impl Session {
     /// and has not. For live sources; a file's frames say the time themselves.
     pub fn advance(&mut self, now_ns: i64, out: &mut Vec<u8>) {
         self.stream.advance(now_ns, &self.buses, out);
+    }
+
+    /// What is known so far of the current file (the last one, between files) beyond its frames, as a JSON object:
+    /// see [`jsonl::contents`].
+    pub fn contents(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        jsonl::contents(&mut out, &self.reader.as_ref().map_or_else(|| self.contents.clone(), Reader::contents));
+        out
     }
 
     /// Lines for standard error since the last call.
