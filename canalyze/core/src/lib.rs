@@ -32,6 +32,8 @@ pub mod event;
 pub mod filter;
 pub mod finding;
 pub mod frame;
+pub mod info;
+pub mod inputs;
 pub mod message;
 pub mod network;
 pub mod node;

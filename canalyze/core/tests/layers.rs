@@ -74,6 +74,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("readers", &["frame"]),
     ("writers", &["frame", "readers"]),
+    ("inputs", &["frame", "readers"]),
+    ("info", &["frame", "readers"]),
     ("select", &[]),
     (
         "summary",
@@ -113,6 +115,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "drive",
             "select",
             "summary",
+            "info",
             "frame",
             "cob_id",
             "od",
@@ -129,7 +132,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "session",
         &[
             "frame", "finding", "event", "context", "network", "services", "bus", "readers", "writers", "filter",
-            "select", "summary", "text", "render",
+            "select", "summary", "info", "inputs", "text", "render",
         ],
     ),
     (
@@ -145,6 +148,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "select",
             "text",
             "render",
+            "inputs",
             "session",
         ],
     ),
