@@ -73,6 +73,7 @@ class CaptureOptions(NetworkOptions, total=False):
     """What `capture_options` give a command beside files, filter, stamps and output, by the names of its parameters."""
 
     input_format: str | None
+    merge: bool
 
 
 def common_options(words: Words) -> list[click.Parameter]:
@@ -111,6 +112,7 @@ def capture_options(words: Words) -> list[click.Parameter]:
             help=words("opt.stamps"),
         ),
         click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
+        click.Option(["--merge"], is_flag=True, help=words("opt.merge")),
         *network_options(words),
         *output_options(words),
     ]

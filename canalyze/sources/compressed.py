@@ -6,23 +6,38 @@ with what a file unpacks to. Damage ends it and is told, never raised. No format
 
 import codecs
 import sys
+import zlib
 from collections.abc import Callable
-from typing import Final, Protocol
+from typing import Final, NamedTuple, Protocol
 
 PIECE: Final = 1 << 20
 """Most bytes that one `read` gives."""
 _TAKEN: Final = 1 << 12
-"""Bytes that a decompressor gets at once: what it has unpacked of them is lost where they are damaged."""
+"""Bytes that a decompressor gets at once: what it says of damage among them costs what else it has made of them."""
+_KEPT: Final = 1 << 16
+"""Bytes of a member that are kept, so that nothing that a small one holds before its damage is lost."""
 _DICTIONARY: Final = 1 << 28
 """Most memory that an xz file may ask for, four times what its highest preset needs."""
+
+
+class Damage(NamedTuple):
+    """A file that cannot be unpacked any further."""
+
+    kind: str
+    """One of the core's kinds of damage."""
+    offset: int
+    """Where in the file as it is, in bytes."""
+    lost: int | None
+    """Bytes of the file from there on; None where nothing follows."""
 
 
 class Layer(Protocol):
     """Something that gives bytes."""
 
-    damage: tuple[str, int] | None
-    """Once nothing comes any more: what is wrong with the file, one of the core's kinds of damage, and at which
-    byte."""
+    @property
+    def damage(self) -> Damage | None:
+        """Why nothing comes any more, where it is the file's fault."""
+        ...
 
     def read(self) -> bytes:
         """Give the next bytes, b"" at the end."""
@@ -44,11 +59,9 @@ class _Decompressor(Protocol):
 class _Gzip:
     """One member of a gzip file, with the ways of the others."""
 
-    def __init__(self) -> None:
-        import zlib
-
-        self._inner = zlib.decompressobj(wbits=31)
-        self._full = False
+    def __init__(self, other: "_Gzip | None" = None) -> None:
+        self._inner: zlib._Decompress = other._inner.copy() if other else zlib.decompressobj(wbits=31)
+        self._full: bool = other._full if other else False
 
     @property
     def eof(self) -> bool:
@@ -91,7 +104,6 @@ def _zstd() -> _Decompressor:
 def _errors() -> tuple[type[Exception], ...]:
     """Give what the decompressors raise about what they read."""
     import lzma
-    import zlib
 
     if sys.version_info >= (3, 14):
         from compression import zstd
@@ -114,10 +126,14 @@ class Unpacked:
 
     def __init__(self, below: Layer, form: str) -> None:
         """`form` is one of COMPRESSIONS."""
-        self.damage: tuple[str, int] | None = None
+        self.damage: Damage | None = None
         self._below = below
         self._new, self._signs = COMPRESSIONS[form]
         self._member: _Decompressor | None = None
+        self._kept = b""
+        """What the member has got, while it is little."""
+        self._given = 0
+        """What it has given, in bytes."""
         self._first = True
         self._raw = b""
         self._at = 0
@@ -164,10 +180,10 @@ class Unpacked:
             return False
         if not head.startswith(self._signs):
             begun = len(head) < longest and any(sign.startswith(head) for sign in self._signs)
-            self.damage = ("cut" if begun else "rest", self._offset + self._at)
+            self._damaged("cut" if begun else "rest", self._at)
             return False
         self._first = False
-        self._member = self._new()
+        self._member, self._kept, self._given = self._new(), b"", 0
         return True
 
     def _step(self, room: int) -> bytes:
@@ -176,18 +192,52 @@ class Unpacked:
         data = self._raw[self._at : self._at + _TAKEN] if member.needs_input else b""
         if not data and member.needs_input:
             if self._over:
-                self.damage = ("cut", self._offset + self._at)
+                self._damaged("cut", self._at)
             return b""
         self._at += len(data)
+        again, behind = self._again(member, data)
         try:
             piece = member.decompress(data, room)
         except _errors():
-            self.damage = ("unpacking", self._offset + self._at - len(data))
-            return b""
+            piece, used = _bytewise(*again)
+            self._damaged("compression", self._at - behind + used)
+            return piece
+        self._given += len(piece)
         if member.eof:
             self._at -= len(member.unused_data)
             self._member = None
         return piece
+
+    def _again(self, member: _Decompressor, data: bytes) -> tuple[tuple[_Decompressor | None, bytes, int], int]:
+        """Give what is needed to unpack `data` again, should they be damaged, and how far back it begins."""
+        if isinstance(member, _Gzip):
+            return (_Gzip(member), data, 0), len(data)
+        if len(self._kept) > _KEPT:
+            return (None, b"", 0), len(data)
+        self._kept += data
+        return (self._new(), self._kept, self._given), len(self._kept)
+
+    def _damaged(self, kind: str, at: int) -> None:
+        """Nothing more can be unpacked: count what is left."""
+        lost = len(self._raw) - at
+        while kind != "cut" and (more := self._below.read()):
+            lost += len(more)
+        self.damage = Damage(kind, self._offset + at, None if kind == "cut" else lost)
+
+
+def _bytewise(member: _Decompressor | None, data: bytes, skipped: int) -> tuple[bytes, int]:
+    """Unpack damaged bytes one by one; give what they hold behind what is skipped, and how many are sound."""
+    pieces, used = b"", 0
+    try:
+        while member and len(pieces) < PIECE and not member.eof and (used < len(data) or not member.needs_input):
+            byte = data[used : used + 1] if member.needs_input else b""
+            piece = member.decompress(byte, PIECE)
+            used += len(byte)
+            pieces += piece[skipped:]
+            skipped = max(0, skipped - len(piece))
+    except _errors():
+        pass
+    return pieces, used
 
 
 class Transcoded:
@@ -200,7 +250,7 @@ class Transcoded:
         self._over = False
 
     @property
-    def damage(self) -> tuple[str, int] | None:
+    def damage(self) -> Damage | None:
         """What the layer below says."""
         return self._below.damage
 

@@ -43,6 +43,10 @@ class Source:
         """Whether it is a file of known end, not a pipe, a terminal or a device."""
         return stat.S_ISREG(self._status.st_mode)
 
+    @property
+    def damage(self) -> None:
+        """Why nothing comes any more: of bytes as they are, only because there is nothing."""
+
     def read(self) -> bytes:
         """Give the next bytes, b"" at the end; SourceError if the system refuses."""
         try:

@@ -6,7 +6,7 @@ Rows (key, zh, en), complete in both languages, one file a topic; a test keeps i
 
 from typing import Final
 
-from canalyze.words import commands, defects, descriptions, errors, pages, summary, tables
+from canalyze.words import commands, defects, descriptions, errors, info, pages, summary, tables
 
 LANGUAGES: Final = ("zh", "en")
 
@@ -15,6 +15,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *commands.ROWS,
     *tables.ROWS,
     *summary.ROWS,
+    *info.ROWS,
     *descriptions.ROWS,
     *defects.ROWS,
     *errors.ROWS,

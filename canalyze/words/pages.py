@@ -51,6 +51,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "The format of the input; without it its content tells.",
     ),
     (
+        "opt.merge",
+        "把几个文件按时间合并成一个记录，而不是一个接一个；用于分段或按总线分开记录的文件。时间戳相同的按给出的顺序。"
+        "同名的总线是同一条总线：两个适配器各自记录的同一总线会使每帧出现两次。只写当地时间的文件（如ASC）按UTC处理。",
+        "Join the files by time into one capture, instead of one after the other: for recordings split into parts or "
+        "by bus. Of equal stamps the file named first comes first. Buses of the same name are the same bus: two "
+        "adapters' recordings of one bus would show every frame twice. Local dates, as in ASC, are taken as UTC.",
+    ),
+    (
         "opt.eds",
         "节点的设备描述（EDS、DCF、XDD），用来解析PDO里的信号和对象的名称；可重复。如 5=drive.eds；"
         "1-4,7=io.eds 由几个节点共用；can1:0x10=drive.eds 只用于一条总线；DCF写明了节点ID时，只给文件即可。",
