@@ -203,16 +203,21 @@ class Run:
             session.damaged(capture.damage.kind, capture.damage.offset, capture.damage.lost, number)
         self._hand_over(session.end(input=number), hold=hold)
         if stopped is None and session.file_frames == 0:
-            if not capture.taken:
-                stopped = SourceError("source.empty", name=capture.name)
-            elif not self._frameless or capture.format == "candump":
-                stopped = SourceError("source.nothing", name=capture.name)
+            stopped = self._nothing(capture)
             self.understood = stopped is None
             if stopped and not capture.damage:
                 self._held, self._more = [], 0  # one line says it all
         self._release()
         if stopped:
             self._failed(stopped)
+
+    def _nothing(self, capture: Capture) -> SourceError | None:
+        """Say why there is no frame, unless that is no fault."""
+        if not capture.taken:
+            return SourceError("source.empty", name=capture.name)
+        if self._frameless and capture.format != "candump":
+            return None
+        return SourceError("source.nothing", name=capture.name)
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:
         """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""

@@ -41,6 +41,11 @@ def stamped(lines: list[str]) -> list[str]:
     return [re.sub(r"^\(\d+\.\d+\)", f"(1700000000.{number:06d})", line) for number, line in enumerate(lines)]
 
 
+def without_lines(out: str) -> str:
+    """Leave out the numbers of lines, which are those of the parts."""
+    return re.sub(r'_line":\d+', '_line":0', out)
+
+
 def written(folder: Path, parts: list[list[str]]) -> list[str]:
     names = []
     for number, part in enumerate(parts):
@@ -83,7 +88,7 @@ def test_split_by_bus(canalyze: Runner, tmp_path: Path) -> None:
     names = written(tmp_path, parts)
     for args in (["decode"], ["summary", "--format", "jsonl", "--bitrate", "500k"]):
         expected, joined = canalyze(*args, "whole.log"), canalyze(*args, "--merge", *names)
-        assert joined.out.replace('"files":3', '"files":1') == expected.out
+        assert without_lines(joined.out.replace('"files":3', '"files":1')) == without_lines(expected.out)
 
 
 def test_compressed_and_piped_parts(canalyze: Runner, tmp_path: Path) -> None:

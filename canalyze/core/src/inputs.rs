@@ -153,8 +153,7 @@ impl Input {
     fn pop(&mut self, buses: &mut Buses) -> Option<Item> {
         let mut item = self.queue.pop_front()?;
         match &mut item {
-            Item::Frame(Frame { bus, .. })
-            | Item::Marker(Marker::Dropped { bus, .. } | Marker::Error { bus, .. }) => {
+            Item::Frame(Frame { bus, .. }) | Item::Marker(Marker::Dropped { bus, .. } | Marker::Error { bus, .. }) => {
                 *bus = common(*bus, &self.buses, buses);
             }
             _ => {}
@@ -237,9 +236,8 @@ impl Inputs {
         if self.refusal.is_some() {
             return None;
         }
-        let needy = |one: &Input| {
-            one.reader.is_some() && if self.begun { one.queue.is_empty() } else { one.clock.is_none() }
-        };
+        let needy =
+            |one: &Input| one.reader.is_some() && if self.begun { one.queue.is_empty() } else { one.clock.is_none() };
         self.all.iter().position(needy)
     }
 
@@ -257,7 +255,8 @@ impl Inputs {
         if !self.begun {
             // What comes before any frame of its file is said at once: it would be kept without bound.
             for (index, one) in self.all.iter_mut().enumerate() {
-                let waits = matches!(one.queue.front(), None | Some(Item::Frame(_) | Item::Marker(Marker::Start { .. })));
+                let waits =
+                    matches!(one.queue.front(), None | Some(Item::Frame(_) | Item::Marker(Marker::Start { .. })));
                 if !waits {
                     return Some(Next::Item(index, one.pop(buses)?));
                 }
@@ -310,5 +309,127 @@ impl Inputs {
             // Where others are times of day as they stand, what counts from a date becomes such too.
             *date_ns = dates.map(|date| date.unwrap_or(0)).min();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+    use crate::frame::{CanId, Stamp};
+    use crate::readers::{Format, Settings};
+
+    fn frame(t_ns: Option<i64>, bus: u8) -> Item {
+        let stamp = t_ns.map(|ns| Stamp { form: StampForm::Seconds, ns, width: 1, decimals: 9 });
+        Item::Frame(Frame { t_ns, stamp, bus: BusId(bus), ..Frame::classic(CanId::standard(0x701), &[5]) })
+    }
+
+    fn start(date_ns: i64) -> Item {
+        Item::Marker(Marker::Start { date_ns })
+    }
+
+    fn opened(files: &[&[Item]]) -> Inputs {
+        let mut inputs = Inputs::default();
+        for (no, items) in files.iter().enumerate() {
+            inputs.open(no == 0, b"x", Reader::new(Format::Candump, &Settings::default()));
+            let input = inputs.get(no).unwrap();
+            input.buses.intern(format!("bus{no}").as_bytes());
+            for item in *items {
+                input.take(*item);
+            }
+        }
+        inputs
+    }
+
+    /// All that comes: file and absolute time of frames, and the names of buses in their order.
+    fn joined(inputs: &mut Inputs, date_ns: &mut Option<i64>) -> Vec<(usize, i64)> {
+        let (mut buses, mut file, mut turn) = (Buses::default(), File::default(), 0);
+        let mut found = Vec::new();
+        while let Some(next) = inputs.next(&mut buses, date_ns, (turn, &file)) {
+            let (Next::Item(input, _) | Next::End(input)) = next;
+            for other in [turn, input] {
+                std::mem::swap(&mut inputs.get(other).unwrap().file, &mut file);
+            }
+            turn = input;
+            match next {
+                Next::Item(_, Item::Frame(frame)) => found.push((input, frame.t_ns.unwrap_or(0) + file.shift_ns)),
+                Next::Item(_, Item::Marker(Marker::Start { date_ns: date })) => file.shift_ns = date - date_ns.unwrap(),
+                _ => {}
+            }
+        }
+        found
+    }
+
+    fn end_all(inputs: &mut Inputs) {
+        for input in 0..inputs.count() {
+            inputs.end(input, false);
+        }
+    }
+
+    #[test]
+    fn nothing_comes_while_a_file_has_nothing_to_give() {
+        let mut inputs = opened(&[&[frame(Some(1), 0), frame(Some(4), 0)], &[frame(Some(2), 0)]]);
+        let mut date = None;
+        assert_eq!(joined(&mut inputs, &mut date), [(0, 1), (1, 2)]);
+        assert_eq!(inputs.wants(), Some(1));
+        inputs.end(1, false);
+        assert_eq!(joined(&mut inputs, &mut date), [(0, 4)]);
+        assert_eq!(inputs.wants(), Some(0));
+        inputs.end(0, false);
+        assert_eq!(joined(&mut inputs, &mut date), []);
+        assert_eq!((inputs.wants(), date), (None, None));
+    }
+
+    #[test]
+    fn dates_make_one_clock() {
+        const DAY: i64 = 1_700_000_000_000_000_000;
+        // Both dated: stamps count from the earlier date.
+        let mut inputs =
+            opened(&[&[start(DAY + 10), frame(Some(0), 0), frame(Some(7), 0)], &[start(DAY), frame(Some(12), 0)]]);
+        end_all(&mut inputs);
+        let mut date = None;
+        assert_eq!(joined(&mut inputs, &mut date), [(0, 10), (1, 12), (0, 17)]);
+        assert_eq!(date, Some(DAY));
+        // Dated and absolute: all become absolute. A second date within a file counts from there on.
+        let late = [start(DAY + 10), frame(Some(0), 0), start(DAY + 100), frame(Some(1), 0)];
+        let mut inputs = opened(&[&late, &[frame(Some(DAY + 50), 0)]]);
+        end_all(&mut inputs);
+        let mut date = None;
+        assert_eq!(joined(&mut inputs, &mut date), [(0, DAY + 10), (1, DAY + 50), (0, DAY + 101)]);
+        assert_eq!(date, Some(0));
+    }
+
+    #[test]
+    fn clocks_that_are_not_shared_are_refused() {
+        const DAY: i64 = 1_700_000_000_000_000_000;
+        for (files, refusal) in [
+            ([frame(Some(DAY), 0), frame(Some(1), 0)], Refusal::NoCommonClock(0, 1)),
+            ([frame(Some(1), 0), frame(Some(DAY), 0)], Refusal::NoCommonClock(1, 0)),
+            ([frame(Some(1), 0), frame(None, 0)], Refusal::NoStamps(1)),
+        ] {
+            let mut inputs = opened(&[&files[..1], &files[1..]]);
+            assert_eq!(joined(&mut inputs, &mut None), []);
+            assert_eq!((inputs.refusal(), inputs.wants()), (Some(refusal), None));
+        }
+    }
+
+    #[test]
+    fn buses_are_numbered_in_the_order_of_what_is_given() {
+        let mut inputs = opened(&[&[frame(Some(5), 0)], &[frame(Some(3), 0)]]);
+        end_all(&mut inputs);
+        let mut buses = Buses::default();
+        let file = File::default();
+        while inputs.next(&mut buses, &mut None, (0, &file)).is_some() {}
+        assert_eq!(buses.names().collect::<Vec<_>>(), [b"bus1", b"bus0"]);
+    }
+
+    #[test]
+    fn what_comes_before_any_frame_is_not_kept() {
+        let unreadable = Item::Unreadable { place: Place::Line(1), reason: crate::readers::Unreadable::NoFrame };
+        let mut inputs = opened(&[&[], &[unreadable; 100]]);
+        assert_eq!(joined(&mut inputs, &mut None), []);
+        assert!(inputs.get(1).unwrap().queue.is_empty());
+        assert_eq!(inputs.wants(), Some(0));
     }
 }

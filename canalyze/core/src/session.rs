@@ -299,11 +299,12 @@ impl Session {
         self.stream.advance(now_ns, &self.buses, out);
     }
 
-    /// What is known so far of the current file (the last one, between files) beyond its frames, as a JSON object:
+    /// What is known so far of the current file (the last one, between files; of several the one fed last) beyond its frames, as a JSON object:
     /// see [`jsonl::contents`].
     pub fn contents(&mut self) -> Vec<u8> {
         let mut out = Vec::new();
-        let known = self.inputs.get(self.turn).map(|one| match &one.reader {
+        let fed = if self.inputs.count() > 1 { self.fed } else { 0 };
+        let known = self.inputs.get(fed).map(|one| match &one.reader {
             Some(reader) => reader.contents(),
             None => one.contents.clone(),
         });
