@@ -163,7 +163,8 @@ class Run:
                     continue
                 if capture is None:
                     break
-                inputs.append(_Input(stack.enter_context(capture)))
+                stack.push(capture)
+                inputs.append(_Input(capture))
             self._through(inputs, interrupt)
 
     def _through(self, inputs: list[_Input], interrupt: Interrupt) -> None:
