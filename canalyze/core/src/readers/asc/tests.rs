@@ -104,7 +104,7 @@ fn classic_lines() {
         ("1.5 1 123 Rx r", "1500000000 can0 rx 123 rtr 0"),
         ("1.5 3 123 Tx r Length = 1704000 BitCount = 145 ID = 88888888x", "1500000000 can2 tx 123 rtr 0"),
         ("1.5 4 123 Tx r 8 Length = 1704000 BitCount = 145 ID = 88888888x", "1500000000 can3 tx 123 rtr 8"),
-        ("1.5 4 123x Tx r C", "1500000000 can3 tx 00000123 rtr 8 dlcC"),
+        ("1.5 4 123x Tx r C", "1500000000 can3 tx 00000123 rtr 8  dlcC"),
         ("1.5 1 ErrorFrame", "1500000000 can0 00000000 error 0"),
         ("1.5 1  ErrorFrame\tECC: 10100010", "1500000000 can0 00000000 error 0"),
         ("1.5 2 ErrorFrame Flags = 0xe CodeExt = 0x20a2 Code = 0x82 ID = 0 DLC = 0 Position = 5 Length = 11300", "1500000000 can1 00000000 error 0"),
