@@ -104,7 +104,8 @@ class Session:
         """The next file starts, in one of FORMATS.
 
         name: for messages and JSON. regular: a whole file (not a pipe): dialects may be decided on its first 64 KiB,
-        so output may lag by as much. ValueError for a format that is not in FORMATS.
+        so output may lag by as much. ValueError for a format that is neither in FORMATS nor `packed`, the records of
+        another reader (`sources/packed.py`).
         """
     def feed(self, data: bytes) -> bytes:
         """More bytes of the current file, in any chunking; what is known by now, ready for standard output."""

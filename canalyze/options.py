@@ -119,8 +119,9 @@ def capture_options(words: Words) -> list[click.Parameter]:
 def input_formats() -> tuple[str, ...]:
     """Give the names of the formats that can be read."""
     from canalyze._core import FORMATS
+    from canalyze.sources.format import BRIDGED
 
-    return tuple(FORMATS)
+    return (*FORMATS, *BRIDGED)
 
 
 def network_options(words: Words) -> list[click.Parameter]:

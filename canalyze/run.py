@@ -22,6 +22,7 @@ from canalyze.words import Words
 if TYPE_CHECKING:
     from canalyze._core import Session
     from canalyze.options import CaptureOptions
+    from canalyze.sources.pythoncan import PythonCanCapture
 
 T = TypeVar("T")
 
@@ -116,7 +117,7 @@ class Run:
         self._progress.clear()
         complain(line)
 
-    def _read(self, capture: Capture, interrupt: Interrupt) -> None:
+    def _read(self, capture: "Capture | PythonCanCapture", interrupt: Interrupt) -> None:
         session = self._session
         session.begin(os.fsencode(capture.name).decode("utf-8", "backslashreplace"), capture.regular, capture.format)
         self._name, self._held, self._more = capture.name, [], 0
@@ -126,10 +127,12 @@ class Run:
         try:
             while data := interrupt.during(capture.read):
                 self._hand_over(session.feed(data), hold=capture.regular)
+                self._remarks(capture)
                 self._progress.step(capture.taken - taken, session.frames)
                 taken = capture.taken
         except SourceError as error:  # what came before it is said first
             stopped = error
+        self._remarks(capture)
         # A wish that came after the last byte cut nothing short: then data is b"".
         rest = session.end(interrupted=True) if data is None else session.end()
         self._hand_over(rest, hold=capture.regular)
@@ -137,8 +140,15 @@ class Run:
             raise stopped
         if session.file_frames == 0 and not interrupt.signal:
             self._held, self._more = [], 0  # one line says it all
-            raise SourceError("source.nothing" if taken else "source.empty", name=capture.name)
+            key = (
+                "source.empty" if not taken else "source.nothing" if capture.format == "candump" else "source.frameless"
+            )
+            raise SourceError(key, name=capture.name)
         self._release()
+
+    def _remarks(self, capture: "Capture | PythonCanCapture") -> None:
+        for remark in capture.remarks():
+            self.complain(remark.in_words(self._words))
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:
         """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""

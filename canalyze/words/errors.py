@@ -185,6 +185,18 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}: no line of it can be read as a CAN frame; candump's console form (can0  60A   [8]  40 ...) and its "
         "log form ((stamp) can0 60A#40...) can",
     ),
+    ("source.frameless", "{name}：里面没有CAN帧", "{name}: no CAN frame in it"),
+    ("bridge.said", "{name}：python-can报告：{problem}", "{name}: python-can says: {problem}"),
+    (
+        "bridge.unreadable",
+        "{name}：不能作为{form}读取（python-can报告：{problem}）",
+        "{name}: cannot be read as {form} (python-can says: {problem})",
+    ),
+    (
+        "bridge.mf4",
+        "{name}：MF4文件需要asammdf，尚未安装；安装：{line}",
+        "{name}: MF4 needs asammdf, which is not installed: {line}",
+    ),
     ("source.packed", "{name}：是{kind}压缩的；先解压：{line}", "{name}: {kind} compressed: {line}"),
     ("source.encoded", "{name}：是{kind}编码的文本；先转换：{line}", "{name}: text in {kind}: {line}"),
     (

@@ -192,7 +192,8 @@ impl Session {
 
     #[pyo3(signature = (name, regular, format = "candump"))]
     fn begin(&self, py: Python<'_>, name: &str, regular: bool, format: &str) -> PyResult<()> {
-        let format = choose("format", format, Input::NAMES)?;
+        // What no user can ask for: records of another program's reader.
+        let format = if format == "packed" { Input::Packed } else { choose("format", format, Input::NAMES)? };
         self.run(py, |core| core.begin(name.as_bytes(), format, regular));
         Ok(())
     }

@@ -7,10 +7,12 @@
 pub mod asc;
 pub(crate) mod calendar;
 pub mod candump;
+pub mod packed;
 pub mod sniff;
 
 use self::asc::Asc;
 use self::candump::{Candump, Stamps};
+use self::packed::Packed;
 use crate::frame::{BusId, Buses, Frame, Stamp};
 
 /// Formats that this crate reads. Their names are those of `--input-format`.
@@ -19,6 +21,8 @@ pub enum Format {
     /// can-utils' text, log and console form.
     #[default]
     Candump,
+    /// Records of another program's reader; no format of files, so not among the names.
+    Packed,
     /// Vector's text.
     Asc,
 }
@@ -42,6 +46,8 @@ pub struct Settings {
 pub enum Reader {
     /// can-utils' text.
     Candump(Candump),
+    /// Records of another program's reader.
+    Packed(Packed),
     /// Vector's text.
     Asc(Asc),
 }
@@ -51,6 +57,7 @@ impl Reader {
     pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
+            Format::Packed => Self::Packed(Packed::default()),
             Format::Asc => Self::Asc(Asc::default()),
         }
     }
@@ -59,6 +66,7 @@ impl Reader {
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
+            Self::Packed(reader) => reader.feed(bytes, buses, sink),
             Self::Asc(reader) => reader.feed(bytes, buses, sink),
         }
     }
@@ -67,6 +75,7 @@ impl Reader {
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.finish(buses, sink),
+            Self::Packed(reader) => reader.finish(buses, sink),
             Self::Asc(reader) => reader.finish(buses, sink),
         }
     }
@@ -76,6 +85,7 @@ impl Reader {
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.interrupt(buses, sink),
+            Self::Packed(reader) => reader.interrupt(buses, sink),
             Self::Asc(reader) => reader.interrupt(),
         }
     }
@@ -84,6 +94,7 @@ impl Reader {
     pub fn contents(&self) -> Contents {
         match self {
             Self::Candump(_) => Contents::default(),
+            Self::Packed(reader) => reader.contents(),
             Self::Asc(reader) => reader.contents(),
         }
     }

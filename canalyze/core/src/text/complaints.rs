@@ -117,8 +117,8 @@ pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
 /// The filter let nothing through.
 pub fn nothing_shown(lang: Lang, frames: u64) -> String {
     match lang {
-        Lang::Zh => format!("没有内容符合过滤条件 (共{frames}帧)"),
-        Lang::En => format!("nothing passes the filter ({frames} frames)"),
+        Lang::Zh => format!("canalyze: 没有内容符合过滤条件 (共{frames}帧)"),
+        Lang::En => format!("canalyze: nothing passes the filter ({frames} frames)"),
     }
 }
 

@@ -5,9 +5,11 @@
 
 pub mod asc;
 pub mod log;
+pub mod packed;
 
 use self::asc::Asc;
 use self::log::Log;
+use self::packed::Packed;
 use crate::frame::{Buses, Frame};
 use crate::readers::Marker;
 
@@ -17,6 +19,8 @@ pub enum Format {
     /// candump's log form (`candump -l`).
     #[default]
     Log,
+    /// Records for another program's writer; no format of files, so not among the names.
+    Packed,
     /// Vector's ASC log.
     Asc,
 }
@@ -48,6 +52,8 @@ impl Setting<'_> {
 pub enum Writer {
     /// candump's log form.
     Log(Log),
+    /// Records for another program's writer.
+    Packed(Packed),
     /// Vector's ASC log.
     Asc(Asc),
 }
@@ -57,6 +63,7 @@ impl Writer {
     pub fn new(format: Format) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
+            Format::Packed => Self::Packed(Packed::default()),
             Format::Asc => Self::Asc(Asc::default()),
         }
     }
@@ -65,6 +72,7 @@ impl Writer {
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
         match self {
             Self::Log(writer) => writer.frame(out, setting, frame),
+            Self::Packed(writer) => writer.frame(out, setting, frame),
             Self::Asc(writer) => writer.frame(out, setting, frame),
         }
     }
@@ -73,6 +81,7 @@ impl Writer {
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match self {
             Self::Log(writer) => writer.marker(out, setting, marker),
+            Self::Packed(writer) => writer.marker(out, setting, marker),
             Self::Asc(writer) => writer.marker(out, setting, marker),
         }
     }
@@ -80,7 +89,7 @@ impl Writer {
     /// Appends what belongs at the end of the file.
     pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
         match self {
-            Self::Log(_) => {}
+            Self::Log(_) | Self::Packed(_) => {}
             Self::Asc(writer) => writer.finish(out, setting),
         }
     }
@@ -89,6 +98,7 @@ impl Writer {
     pub fn losses(&self) -> &Losses {
         match self {
             Self::Log(writer) => &writer.losses,
+            Self::Packed(writer) => &writer.losses,
             Self::Asc(writer) => &writer.losses,
         }
     }

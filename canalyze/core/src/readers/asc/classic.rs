@@ -284,6 +284,9 @@ mod tests {
             assert!(plain(line.as_bytes()).is_some(), "{line}");
         }
         let (frame, channel) = plain(b" 1.5 2 80x Rx d 1 fE").unwrap();
-        assert_eq!((frame.id, channel, frame.payload()), (crate::frame::CanId::extended(0x80), Channel::from(2u8), &[0xFE][..]));
+        assert_eq!(
+            (frame.id, channel, frame.payload()),
+            (crate::frame::CanId::extended(0x80), Channel::from(2u8), &[0xFE][..])
+        );
     }
 }

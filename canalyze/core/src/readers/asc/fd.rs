@@ -217,4 +217,3 @@ pub(super) fn is_hexadecimal(mut words: Words<'_>) -> Option<bool> {
     }
     shown
 }
-

@@ -274,13 +274,7 @@ impl Asc {
 
     /// Hands a frame over.
     #[inline(always)]
-    fn give(
-        &mut self,
-        mut frame: Frame,
-        channel: Channel,
-        buses: &mut Buses,
-        sink: &mut impl FnMut(Item, &Buses),
-    ) {
+    fn give(&mut self, mut frame: Frame, channel: Channel, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         frame.line = Some(self.lines);
         frame.bus = match self.channels.get(self.last) {
             Some((known, bus)) if *known == channel => *bus,

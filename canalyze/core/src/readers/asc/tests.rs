@@ -92,22 +92,34 @@ fn classic_lines() {
         (" 1.5 2 6f9 Tx d 1 fE", "1500000000 can1 tx 6F9 1 FE"),
         ("2.5010 2   C8             Tx   d 8 09 08 07 06 05 04 03 02\r", "2501000000 can1 tx 0C8 8 0908070605040302"),
         ("\u{FEFF}1.123456789 12 18EBFF00x\tRx\td 0", "1123456789 can11 rx 18EBFF00 0"),
-        ("1.5 1 123x Rx d 2 11 22  Length = 273910 BitCount = 141 ID = 418119424x", "1500000000 can0 rx 00000123 2 1122"),
+        (
+            "1.5 1 123x Rx d 2 11 22  Length = 273910 BitCount = 141 ID = 418119424x",
+            "1500000000 can0 rx 00000123 2 1122",
+        ),
         ("1.5 1 601 EngineData Rx d 1 40", "1500000000 can0 rx 601 1 40"),
         ("1.5 1 601 d 1 40", "1500000000 can0 601 1 40"),
         ("1.5 1 Motor_1 Rx d 1 40  Length = 0 BitCount = 9 ID = 1537", "1500000000 can0 rx 601 1 40"),
         ("1.5 1 ABBA Rx d 1 40  Length = 0 BitCount = 9 ID = 418119424x", "1500000000 can0 rx 18EBFF00 1 40"),
         ("1.5 1 3FF Tx d D 55 AA 01 02 03 04 05 06", "1500000000 can0 tx 3FF 8 55AA010203040506 dlcD"),
         ("1.5 1 3FF Tx d 8 55 AA 01 02 03 04 05 06 TE", "1500000000 can0 tx 3FF 8 55AA010203040506"),
-        ("1.5 1 123x Rx d 9 00 01 02 03 04 05 06 07 08 09 0A 0B", "1500000000 can0 rx 00000123 fd 12 000102030405060708090A0B"),
-        ("1.5 1 123 Rx d 10 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F", "1500000000 can0 rx 123 fd 16 000102030405060708090A0B0C0D0E0F"),
+        (
+            "1.5 1 123x Rx d 9 00 01 02 03 04 05 06 07 08 09 0A 0B",
+            "1500000000 can0 rx 00000123 fd 12 000102030405060708090A0B",
+        ),
+        (
+            "1.5 1 123 Rx d 10 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F",
+            "1500000000 can0 rx 123 fd 16 000102030405060708090A0B0C0D0E0F",
+        ),
         ("1.5 1 123 Rx r", "1500000000 can0 rx 123 rtr 0"),
         ("1.5 3 123 Tx r Length = 1704000 BitCount = 145 ID = 88888888x", "1500000000 can2 tx 123 rtr 0"),
         ("1.5 4 123 Tx r 8 Length = 1704000 BitCount = 145 ID = 88888888x", "1500000000 can3 tx 123 rtr 8"),
         ("1.5 4 123x Tx r C", "1500000000 can3 tx 00000123 rtr 8  dlcC"),
         ("1.5 1 ErrorFrame", "1500000000 can0 00000000 error 0"),
         ("1.5 1  ErrorFrame\tECC: 10100010", "1500000000 can0 00000000 error 0"),
-        ("1.5 2 ErrorFrame Flags = 0xe CodeExt = 0x20a2 Code = 0x82 ID = 0 DLC = 0 Position = 5 Length = 11300", "1500000000 can1 00000000 error 0"),
+        (
+            "1.5 2 ErrorFrame Flags = 0xe CodeExt = 0x20a2 Code = 0x82 ID = 0 DLC = 0 Position = 5 Length = 11300",
+            "1500000000 can1 00000000 error 0",
+        ),
         ("1.5 0 601 Rx d 1 40", "1500000000 canX rx 601 1 40"),
         ("-0.5 1 601 Rx d 1 40", "-500000000 can0 rx 601 1 40"),
         ("594680.67 1 601 Rx d 1 40", "594680670000000 can0 rx 601 1 40"),
@@ -248,7 +260,8 @@ fn what_is_no_frame_is_counted_by_kind() {
 fn what_a_file_says_of_itself() {
     let text = "date Sam Sep 30 15:06:13.191 2017\nbase dec  timestamps relative\nno internal events logged\n// version 9.0.0\n//0.000000 previous log file: a b.asc\n0.0 x y\n// version 10\n";
     let contents = items(text.as_bytes(), &[]).1;
-    let dialect: Vec<_> = contents.dialect.iter().map(|(name, value)| (*name, std::str::from_utf8(value).unwrap())).collect();
+    let dialect: Vec<_> =
+        contents.dialect.iter().map(|(name, value)| (*name, std::str::from_utf8(value).unwrap())).collect();
     assert_eq!(
         dialect,
         [
@@ -267,7 +280,9 @@ fn dates_and_blocks() {
     let head = "date Sam Sep 30 15:06:13.191 2017\nbase hex  timestamps absolute\n";
     let frame = "1 601 Rx d 1 40";
     assert_eq!(
-        read(&format!("{head}Begin Triggerblock Sat Sep 30 03:06:13.191 PM 2017\n0.0 {frame}\n1.0 {frame}\nEnd TriggerBlock\n")),
+        read(&format!(
+            "{head}Begin Triggerblock Sat Sep 30 03:06:13.191 PM 2017\n0.0 {frame}\n1.0 {frame}\nEnd TriggerBlock\n"
+        )),
         format!("start {DATE}\n4: 0 can0 rx 601 1 40\n5: 1000000000 can0 rx 601 1 40\n6 lines\n")
     );
     // A block that begins anew, and stamps that each count from the event before, read or not.
@@ -302,7 +317,16 @@ fn a_file_that_is_cut() {
         assert_eq!(got, expected, "{:?}", &line[..end]);
     }
     assert_eq!(read(line), "1: 13258199000 can0 tx 18EBFF00 8 6A000000000000F0\n1 lines\n");
-    for text in ["1.0 CANFD 1 Rx 123 0 0 1 1 11 244000 126 20", "1.0 CANFD 1 Rx 123 0 0 1 1 1", "End Trigg", "date", "ba", "1.0 Start", "1.0 1 Stat", "1.0 1 name Rx d 1 40 ID = 15"] {
+    for text in [
+        "1.0 CANFD 1 Rx 123 0 0 1 1 11 244000 126 20",
+        "1.0 CANFD 1 Rx 123 0 0 1 1 1",
+        "End Trigg",
+        "date",
+        "ba",
+        "1.0 Start",
+        "1.0 1 Stat",
+        "1.0 1 name Rx d 1 40 ID = 15",
+    ] {
         assert_eq!(read(text), "1! Cut\n1 lines\n", "{text}");
     }
     let mut reader = Asc::default();
