@@ -56,6 +56,7 @@ impl Clock {
     #[inline(always)]
     pub(super) fn moment(&mut self, ns: i64) -> i64 {
         if self.begun && self.block.is_none() && !self.relative && !self.undated {
+            self.sum = ns;
             return ns;
         }
         self.any_moment(ns)
