@@ -255,7 +255,7 @@ fn stamp(out: &mut Vec<u8>, ns: i64, decimals: u8) {
     out.push(b'.');
     let fraction = ns.rem_euclid(SECOND).unsigned_abs();
     // Moments of several files joined may be finer than their stamps.
-    if decimals > 6 || fraction % 1000 != 0 {
+    if decimals > 6 || !fraction.is_multiple_of(1000) {
         zeros(out, fraction, 9)
     } else {
         zeros(out, fraction / 1000, 6)

@@ -86,7 +86,7 @@ impl Clock {
         let Some(origin) = self.origin else { return };
         let time = origin.rem_euclid(DAY_NS);
         if !self.relative && time > LATE_NS && (0..LATE_NS).contains(&ns.saturating_sub(time)) {
-            self.set_origin(origin - time);
+            self.set_origin(origin.saturating_sub(time));
         }
     }
 

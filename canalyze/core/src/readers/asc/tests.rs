@@ -351,6 +351,28 @@ fn a_line_without_end() {
     }
 }
 
+#[test]
+fn numbers_without_end() {
+    let digits = "9".repeat(300);
+    for line in [
+        format!("{digits}.{digits} 1 601 Rx d 1 40"),
+        format!("1.5 {digits} 601 Rx d 1 40"),
+        format!("1.5 1 {digits} Rx d 1 40"),
+        format!("1.5 1 601 Rx d {digits} 40"),
+        format!("1.5 1 601 Rx r {digits}"),
+        format!("1.5 1 name Rx d 1 40 ID = {digits}"),
+        format!("1.5 CANFD 1 Rx 601 0 0 {digits} 1 40"),
+        format!("1.5 CANFD 1 Rx 601 0 0 1 {digits} 40"),
+        format!("date Sat Jan 1 {digits}:00:00 {digits}"),
+        format!(
+            "date Sat Jan 1 01:00:00.000 0001\n9223372036.9 1 601 Rx d 0\n-9223372036.9 1 601 Rx d 0\nBegin Triggerblock Sat Jan 1 01:00:00 9999\n9223372036.9 1 601 Rx d 0"
+        ),
+        format!("base hex timestamps relative\n9223372036.9 1 601 Rx d 0\n9223372036.9 1 601 Rx d 0"),
+    ] {
+        let _ = read(&format!("{line}\n"));
+    }
+}
+
 fn regex(pattern: &str) -> impl Strategy<Value = String> + use<> {
     proptest::string::string_regex(pattern).unwrap()
 }
