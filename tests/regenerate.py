@@ -56,15 +56,20 @@ def goldens(capture: Path) -> dict[Path, dict[str, str]]:
     return {capture.parent / file: arguments for file, arguments in made.items()}
 
 
+def input_format(capture: Path) -> str:
+    """The capture's format."""
+    return sniff(capture.read_bytes(), True) or ""
+
+
 def output(capture: Path, arguments: dict[str, str]) -> bytes:
     """What the program says now."""
     if "command" in arguments:
         return run_canalyze([arguments["command"], capture, "--bitrate", "500k", "--lang", arguments["lang"]])
     regular = capture.stem not in PIPED
-    text = capture.read_bytes()
-    form = sniff(text, True) or ""
+    known = described_beside(capture)
+    form = input_format(capture)
     return session_output(
-        [text], regular, name=capture.name, network=described_beside(capture), input_format=form, **arguments
+        [capture.read_bytes()], regular, name=capture.name, network=known, input_format=form, **arguments
     )
 
 
