@@ -183,10 +183,11 @@ def session_output(
     lang: str = "zh",
     depth: str = "default",
     network: _core.Network | None = None,
+    input_format: str = "candump",
 ) -> bytes:
     """The output of one session over one file (or pipe: not regular) that came in these chunks."""
     session = _core.Session(lang=lang, format=output_format, depth=depth, network=network)
-    session.begin(name, regular)
+    session.begin(name, regular, input_format)
     output = [session.feed(chunk) for chunk in chunks]
     output.append(session.end())
     output.append(session.finish())

@@ -78,6 +78,11 @@ def _records(text: bytes) -> Iterator[bytes]:
 
 def main(corpus: Path) -> None:
     """Writes one seed of every sample for every target that takes it."""
+    for path in sorted(SAMPLES.rglob("*.asc")):
+        for options in _OPTIONS:
+            place = corpus / "asc"
+            place.mkdir(parents=True, exist_ok=True)
+            (place / f"{path.name}.{options}").write_bytes((bytes([options]) + path.read_bytes())[:LARGEST])
     for path in sorted(SAMPLES.rglob("*")):
         if path.suffix not in {".log", ".candump"}:
             continue
