@@ -10,7 +10,6 @@ import random
 import struct
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -54,7 +53,12 @@ def sample(name: str) -> list[CanFrame]:
 def numbered(count: int, *, step_us: int = 125) -> list[CanFrame]:
     """Frames that differ, none of them of CANopen's SDO."""
     return [
-        CanFrame("can0", 0x180 + number % 32, struct.pack("<Q", number * 0x9E3779B97F4A7C15 % 2**64), 10**15 + number * step_us)
+        CanFrame(
+            "can0",
+            0x180 + number % 32,
+            struct.pack("<Q", number * 0x9E3779B97F4A7C15 % 2**64),
+            10**15 + number * step_us,
+        )
         for number in range(count)
     ]
 
@@ -177,7 +181,9 @@ def test_dataspeed() -> None:
 
 
 def test_a_known_name_with_other_fields_is_read_by_its_fields() -> None:
-    definition = files.FRAME.replace("uint8 dlc\nuint8[8] data", "uint8[8] data\nuint8 dlc").replace("uint32 id", "string why\nuint32 id")
+    definition = files.FRAME.replace("uint8 dlc\nuint8[8] data", "uint8[8] data\nuint8 dlc").replace(
+        "uint32 id", "string why\nuint32 id"
+    )
     frames = numbered(5)
     messages = [classic(frame) for frame in frames]
     messages = [replace(one, definition=definition, fields={**one.fields, "why": "abc"}) for one in messages]
@@ -294,7 +300,13 @@ def test_fields_by_their_names_and_by_the_users_word() -> None:
 
 
 def test_what_is_no_can_frame_is_not_taken_for_one() -> None:
-    for definition in ("uint32 id\nuint8[] data\n", "uint32 id\nuint8 size\nuint8[] data\n", "uint8[64] data\n", "", "junk"):
+    for definition in (
+        "uint32 id\nuint8[] data\n",
+        "uint32 id\nuint8 size\nuint8[] data\n",
+        "uint8[64] data\n",
+        "",
+        "junk",
+    ):
         said, contents = say(raw([("/x", 1, bytes(40))], schema="a_msgs/msg/B", definition=definition))
         assert said.frames == said.findings == [] and contents["topics"][0]["read_as"] == "", definition
     for languages in (("protobuf", "protobuf"), ("jsonschema", "json"), ("flatbuffer", "flatbuffer")):
@@ -443,7 +455,7 @@ def test_a_flipped_bit_in_the_length_of_a_chunk_costs_nothing(file: bytes) -> No
 
 
 def test_a_flipped_bit_in_the_head_of_a_chunk() -> None:
-    at, size, count, before = middle(ZSTD)
+    at, _, count, before = middle(ZSTD)
     for byte in range(9, 9 + 44):
         said, _ = say(flip(ZSTD, at + byte, 5))
         frames = taken(said)
@@ -551,5 +563,3 @@ def test_mistakes_in_options(lang: str) -> None:
         done = canalyze("decode", option, value, "--lang", lang, data=b"")
         assert done.returncode == 2 and option in done.stderr.decode(), done.stderr
         assert len(done.stderr.splitlines()) == 1
-
-

@@ -40,11 +40,12 @@ pub struct Settings {
 
 /// The reader of one file.
 #[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one for each file")]
 pub enum Reader {
     /// can-utils' text.
     Candump(Candump),
     /// MCAP.
-    Mcap(Box<Mcap>),
+    Mcap(Mcap),
 }
 
 impl Reader {
@@ -52,7 +53,7 @@ impl Reader {
     pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
-            Format::Mcap => Self::Mcap(Box::new(Mcap::new(settings.mcap.clone()))),
+            Format::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
         }
     }
 

@@ -204,7 +204,7 @@ impl Walk {
     pub(super) fn next(&mut self, done: bool) -> Step {
         loop {
             let have = self.rest().len();
-            if have < self.need && !done || have == 0 && !done {
+            if !done && have < self.need.max(1) {
                 return Step::More;
             }
             let step = match self.state {
