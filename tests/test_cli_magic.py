@@ -27,7 +27,6 @@ OTHERS = [
     ("Vector ASC", b"date Tue Apr 20 10:11:12.123 am 2021\r\nbase hex  timestamps absolute\r\n"),
     ("Vector ASC", b"base hex  timestamps absolute\n"),
     ("Vector BLF", b"LOGG\x90\x00\x00\x00" + bytes(140)),
-    ("MCAP", b"\x89MCAP0\r\n\x01" + bytes(20)),
 ]
 
 

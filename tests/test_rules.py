@@ -1,9 +1,9 @@
 """Every rule has a capture that raises it and a clean one beside it, one change away, that does not.
 
 `samples/rules/CODE.log` (or `.mcap`) raises exactly what stands in the table, at that frame and no other;
-`CODE-FACE.log` are the rule's other faces; `CODE.eds` or `CODE.dcf` describes their node. A clean neighbour, `NAME.clean.log`, has nothing
-above info. A new rule without these fails here. What it must not do: look at the wording; the goldens beside the
-captures freeze that.
+`CODE-FACE.log` are the rule's other faces; `CODE.eds` or `CODE.dcf` describes their node. A clean neighbour,
+`NAME.clean.log`, has nothing above info. A new rule without these fails here. What it must not do: look at the wording;
+the goldens beside the captures freeze that.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "opt.topic",
         "只读MCAP里名称匹配的topic；可重复，* 和 ? 为通配符。不给则读所有能读作CAN帧的topic。",
-        "Read only the topics of an MCAP file that match; repeatable, with * and ?. By default all those of CAN frames.",
+        "Read only the topics of an MCAP file that match; repeatable, with * and ?. By default all of CAN frames.",
     ),
     (
         "opt.time_source",

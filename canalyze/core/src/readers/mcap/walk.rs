@@ -480,7 +480,7 @@ fn chunk(body: &[u8], len: u64) -> Kept {
         let unknown = body.len() >= LOOK - HEAD || len < 40;
         return if unknown { Kept::No } else { Kept::More(LOOK) };
     };
-    let inner = head.size as u64 + head.len;
+    let inner = head.len.saturating_add(head.size as u64);
     if !head.is_sound() || inner > MAX_RECORD {
         // An unknown compression: the length is all there is.
         let alone = inner == len && len <= MAX_RECORD;
