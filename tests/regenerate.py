@@ -25,13 +25,15 @@ HANDMADE = ("dialects.asc",)
 GIVEN = {"zephyr-sdo.brief.zh.txt"}
 NETWORKS = ("drive-states", "sync-and-pdos")
 """Sessions of whole networks that have goldens, decoded with the descriptions of their nodes."""
+CAPTURES = (".log", ".mcap")
+"""Names of captures end so. `python tests/mcap_files.py` makes those of the rules about damaged files."""
 PIPED = {"CAP003"}
 """Captures whose goldens are those of a pipe."""
 
 
 def samples() -> list[Path]:
     """The captures that have goldens: those directly in the samples' directory, some networks, and those of a rule."""
-    rules = (path for path in (SAMPLES / "rules").glob("*.log") if not path.name.endswith(".clean.log"))
+    rules = (path for path in (SAMPLES / "rules").glob("*.*") if path.suffix in CAPTURES and ".clean." not in path.name)
     networks = (SAMPLES / "network" / f"{name}.log" for name in NETWORKS)
     handmade = (SAMPLES / name for name in HANDMADE)
     return [*sorted(SAMPLES.glob("*.log")), *handmade, *networks, *sorted(rules)]

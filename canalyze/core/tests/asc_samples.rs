@@ -29,7 +29,7 @@ fn read(text: &[u8], format: Input) -> (Vec<Item>, Buses, Option<i64>) {
 
 fn written(items: &[Item], buses: &Buses) -> Vec<u8> {
     let setting = Setting { buses, date_ns: None };
-    let mut writer = Writer::new(Format::Asc);
+    let mut writer = Writer::new(Format::Asc, &Default::default());
     let mut out = Vec::new();
     for item in items {
         match item {

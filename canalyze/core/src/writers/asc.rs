@@ -342,7 +342,7 @@ mod tests {
 
     fn write(frames: &[Frame], markers: &[Marker], buses: &Buses, date_ns: Option<i64>) -> (String, Writer) {
         let setting = Setting { buses, date_ns };
-        let mut writer = Writer::new(Format::Asc);
+        let mut writer = Writer::new(Format::Asc, &Default::default());
         let mut out = Vec::new();
         for marker in markers {
             writer.marker(&mut out, setting, marker);
