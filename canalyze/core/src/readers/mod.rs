@@ -5,9 +5,11 @@
 //! arm of [`Reader`], and its sign in `sniff`.
 
 pub mod candump;
+pub mod pcap;
 pub mod sniff;
 
 use self::candump::{Candump, Stamps};
+use self::pcap::Pcap;
 use crate::frame::{BusId, Buses, Frame, Stamp};
 
 /// Formats that this crate reads. Their names are those of `--input-format`.
@@ -16,11 +18,14 @@ pub enum Format {
     /// can-utils' text, log and console form.
     #[default]
     Candump,
+    /// pcap and pcapng: one reader, which tells them apart itself.
+    Pcap,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump)];
+    pub const NAMES: &[(&str, Format)] =
+        &[("candump", Format::Candump), ("pcap", Format::Pcap), ("pcapng", Format::Pcap)];
 }
 
 /// How a file is read.
@@ -37,6 +42,8 @@ pub struct Settings {
 pub enum Reader {
     /// can-utils' text.
     Candump(Candump),
+    /// pcap and pcapng.
+    Pcap(Pcap),
 }
 
 impl Reader {
@@ -44,6 +51,7 @@ impl Reader {
     pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
+            Format::Pcap => Self::Pcap(Pcap::default()),
         }
     }
 
@@ -51,6 +59,7 @@ impl Reader {
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
+            Self::Pcap(reader) => reader.feed(bytes, buses, sink),
         }
     }
 
@@ -58,6 +67,7 @@ impl Reader {
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.finish(buses, sink),
+            Self::Pcap(reader) => reader.finish(buses, sink),
         }
     }
 
@@ -66,6 +76,7 @@ impl Reader {
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.interrupt(buses, sink),
+            Self::Pcap(reader) => reader.interrupt(buses, sink),
         }
     }
 
@@ -73,6 +84,7 @@ impl Reader {
     pub fn contents(&self) -> Contents {
         match self {
             Self::Candump(_) => Contents::default(),
+            Self::Pcap(reader) => reader.contents(),
         }
     }
 }

@@ -4,8 +4,10 @@
 //! cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
 
 pub mod log;
+pub mod pcapng;
 
 use self::log::Log;
+use self::pcapng::Pcapng;
 use crate::frame::{Buses, Frame};
 use crate::readers::Marker;
 
@@ -15,11 +17,13 @@ pub enum Format {
     /// candump's log form (`candump -l`).
     #[default]
     Log,
+    /// pcapng.
+    Pcapng,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log)];
+    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log), ("pcapng", Format::Pcapng)];
 }
 
 /// What is known of the capture as a whole when a frame is written.
@@ -44,6 +48,8 @@ impl Setting<'_> {
 pub enum Writer {
     /// candump's log form.
     Log(Log),
+    /// pcapng.
+    Pcapng(Pcapng),
 }
 
 impl Writer {
@@ -51,6 +57,7 @@ impl Writer {
     pub fn new(format: Format) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
+            Format::Pcapng => Self::Pcapng(Pcapng::default()),
         }
     }
 
@@ -58,6 +65,7 @@ impl Writer {
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
         match self {
             Self::Log(writer) => writer.frame(out, setting, frame),
+            Self::Pcapng(writer) => writer.frame(out, setting, frame),
         }
     }
 
@@ -65,13 +73,15 @@ impl Writer {
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match self {
             Self::Log(writer) => writer.marker(out, setting, marker),
+            Self::Pcapng(writer) => writer.marker(out, setting, marker),
         }
     }
 
     /// Appends what belongs at the end of the file.
-    pub fn finish(&mut self, _out: &mut Vec<u8>, _setting: Setting<'_>) {
+    pub fn finish(&mut self, out: &mut Vec<u8>, _setting: Setting<'_>) {
         match self {
             Self::Log(_) => {}
+            Self::Pcapng(writer) => writer.finish(out),
         }
     }
 
@@ -79,6 +89,7 @@ impl Writer {
     pub fn losses(&self) -> &Losses {
         match self {
             Self::Log(writer) => &writer.losses,
+            Self::Pcapng(writer) => &writer.losses,
         }
     }
 }
