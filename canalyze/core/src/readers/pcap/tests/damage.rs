@@ -123,8 +123,9 @@ fn what_follows_lost_bytes_is_found() {
         for lost in [1, 3, 4, 40, 70] {
             let mut bytes = file.bytes.clone();
             bytes.drain(file.starts[4] + 8..file.starts[4] + 8 + lost);
-            let (frames, damage) = counted(&read(&bytes)).into();
-            assert_eq!((frames, damage.len()), (if lost < 40 { 5 } else { 4 }, 1), "{lost}");
+            let text = read(&bytes);
+            let (frames, damage) = counted(&text);
+            assert_eq!((frames, damage.len()), (if lost <= 40 { 5 } else { 4 }, 1), "{lost}");
         }
         // Zeros at the end, as a file system leaves them.
         let bytes = [&file.bytes[..], &[0; 100]].concat();
@@ -154,7 +155,7 @@ fn a_pcap_file_ends_where_a_length_cannot_be() {
 fn what_is_no_capture() {
     assert_eq!(read(b""), "");
     assert_eq!(read(b"\n\r"), "Byte(0) Cut 2\n");
-    assert_eq!(read(b"\n\r\r\n(1.5) can0 601#40\n"), "Byte(0) Rest 23\n");
+    assert_eq!(read(b"\n\r\r\n(1.5) can0 601#40\n"), "Byte(0) Rest 22\n");
     assert_eq!(read(b"(1.5) can0 601#40 can0 601#40\n"), "Byte(0) Rest 30\n");
     assert_eq!(read(&[b"\n\r\r\n............", &sample(Order::Big).bytes[..]].concat()).lines().count(), 7);
 }

@@ -7,13 +7,14 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::frame::{CanId, Direction, Frame, Kind};
+use crate::readers::Marker;
 use crate::writers::pcapng::Pcapng;
 use crate::writers::{Loss, Setting};
 
 mod damage;
 mod made;
 
-use made::{Made, classic, epb, fd, idb, legacy, option, record, shb, sll, sll2};
+use made::{Made, classic, epb, fd, four, idb, legacy, option, record, shb, sll, sll2};
 
 /// All items of a file, one a line, in a short notation.
 fn items(bytes: &[u8], cuts: &[usize]) -> String {
@@ -359,22 +360,21 @@ fn direction_and_losses() {
 
 #[test]
 fn memory_stays_bounded() {
-    for order in ORDERS {
-        // A length that is claimed, and nothing but zeros behind it.
-        let claims = made::four(order, 15 << 20);
-        for file in [
-            [shb(order), made::four(order, 6).to_vec(), claims.to_vec()].concat(),
-            [legacy(order, false, 1), made::four(order, 0).repeat(2), made::four(order, 262_144).repeat(2)].concat(),
-            [shb(order), made::four(order, 6).to_vec(), made::four(order, 5).to_vec()].concat(),
-        ] {
-            let mut reader = Pcap::default();
-            let mut buses = Buses::default();
-            reader.feed(&file, &mut buses, &mut |_, _| {});
-            assert!(reader.held.capacity() < 1024);
-            for _ in 0..400 {
-                reader.feed(&[0; 100_000], &mut buses, &mut |_, _| {});
-                assert!(reader.held.capacity() <= 40 << 20);
-            }
+    let order = Order::Little;
+    // A length that is claimed, and nothing but zeros behind it.
+    let claims = |kind: u32, len: u32| [shb(order), four(order, kind).to_vec(), four(order, len).to_vec()].concat();
+    for (file, most) in [
+        (claims(6, 15 << 20), 40 << 20),
+        (claims(6, 5), 300_000),
+        ([legacy(order, false, 1), four(order, 0).repeat(2), four(order, 262_144).repeat(2)].concat(), 600_000),
+    ] {
+        let mut reader = Pcap::default();
+        let mut buses = Buses::default();
+        reader.feed(&file, &mut buses, &mut |_, _| {});
+        assert!(reader.held.capacity() < 1024);
+        for _ in 0..most / 200_000 {
+            reader.feed(&[0; 100_000], &mut buses, &mut |_, _| {});
+            assert!(reader.held.capacity() <= most);
         }
     }
     let mut reader = Pcap::default();
