@@ -32,6 +32,8 @@ pub(super) enum Link {
     Cooked,
     /// LINKTYPE_LINUX_SLL2: the same with the number of the interface.
     Cooked2,
+    /// LINKTYPE_WIRESHARK_UPPER_PDU: what Wireshark makes of logs of candump and BUSMASTER.
+    Upper,
     /// Another one.
     Other(u16),
 }
@@ -41,6 +43,7 @@ impl Link {
         match link_type {
             227 => Self::SocketCan,
             113 => Self::Cooked,
+            252 => Self::Upper,
             276 => Self::Cooked2,
             other => Self::Other(other),
         }
@@ -74,7 +77,7 @@ pub(super) fn frame(link: Link, bytes: &[u8], size: u32, order: Order) -> Result
         let frame = socketcan(bytes, size, Order::Big, false).map_err(Failed::Unreadable)?;
         return Ok(Found { frame, interface: None });
     }
-    cooked(link, bytes, size, order)
+    if link == Link::Upper { upper(bytes, size, order) } else { cooked(link, bytes, size, order) }
 }
 
 fn cooked(link: Link, bytes: &[u8], size: u32, order: Order) -> Result<Found, Failed> {
@@ -90,7 +93,7 @@ fn cooked(link: Link, bytes: &[u8], size: u32, order: Order) -> Result<Found, Fa
             (head.len(), [p0, p1], u16::from(kind), Some(u32::from_be_bytes([i0, i1, i2, i3])), rest)
         }
         Link::Other(link_type) => return Err(Failed::Passed(Passed::Packet(link_type))),
-        Link::SocketCan => return Err(short),
+        Link::SocketCan | Link::Upper => return Err(short),
     };
     let fd = match u16::from_be_bytes(protocol) {
         0x000C => false,
@@ -107,6 +110,34 @@ fn cooked(link: Link, bytes: &[u8], size: u32, order: Order) -> Result<Found, Fa
         _ => None,
     };
     Ok(Found { frame, interface })
+}
+
+/// A frame behind tags, one of which names what it is.
+fn upper(bytes: &[u8], size: u32, order: Order) -> Result<Found, Failed> {
+    const NAME: u16 = 12;
+    let other = Failed::Passed(Passed::Packet(252));
+    let (mut rest, mut fd) = (bytes, None);
+    loop {
+        let Some(([t0, t1, l0, l1], after)) = rest.split_first_chunk::<4>() else { return Err(other) };
+        let (tag, len) = (u16::from_be_bytes([*t0, *t1]), u16::from_be_bytes([*l0, *l1]));
+        let Some((value, after)) = after.split_at_checked(usize::from(len)) else { return Err(other) };
+        rest = after;
+        match tag {
+            0 => break,
+            NAME => {
+                let end = value.iter().position(|byte| *byte == 0).unwrap_or(value.len());
+                fd = match value.get(..end) {
+                    Some(b"can-hostendian") => Some(false),
+                    Some(b"canfd") => Some(true),
+                    _ => None,
+                };
+            }
+            _ => {}
+        }
+    }
+    let head = (bytes.len() - rest.len()) as u32;
+    let frame = socketcan(rest, size.saturating_sub(head), order, fd.ok_or(other)?).map_err(Failed::Unreadable)?;
+    Ok(Found { frame, interface: None })
 }
 
 /// A frame behind SocketCAN's header. `fd`: it is said outside of it that this is an FD frame.

@@ -20,7 +20,7 @@ fn cut_at_every_byte() {
             let text = read(&file.bytes[..cut]);
             let begun = file.starts.iter().take_while(|start| **start < cut).count();
             let whole = if file.starts.contains(&cut) { begun } else { begun.saturating_sub(1) };
-            let expected = match file.starts.iter().any(|start| *start == cut) {
+            let expected = match file.starts.contains(&cut) {
                 true => vec![],
                 false => {
                     let start = file.starts[begun - 1];

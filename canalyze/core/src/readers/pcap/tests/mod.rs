@@ -232,6 +232,27 @@ fn cooked_packets() {
 }
 
 #[test]
+fn what_wireshark_makes_of_logs() {
+    let order = Order::Big;
+    let tagged = |name: &[u8], packet: &[u8]| {
+        let other = [&[0, 33, 0, 4][..], &[9; 4]].concat();
+        [&other, &[0, 12, 0, 16][..], name, &vec![0; 16 - name.len()], &[0; 4], packet].concat()
+    };
+    for (packet, expected) in [
+        (tagged(b"can-hostendian", &classic(0x8000_0123, &[1])), "1000000000/6 can0 00000123 1 01\n"),
+        (tagged(b"canfd", &fd(0x123, 1, &[1])), "1000000000/6 can0 123 fdB 1 01\n"),
+        (tagged(b"canfd", &fd(0x123, 1, &[1])[..20]), "1000000000/6 can0 123 fdB 1 01\n"),
+        (tagged(b"can-hostendian", &[0; 7]), "Byte(24) Data\n"),
+        (tagged(b"http", &classic(1, &[])), "1 x WIRESHARK_UPPER_PDU (252)\n"),
+        (vec![0, 12, 0, 5, 1], "1 x WIRESHARK_UPPER_PDU (252)\n"),
+        (vec![], "1 x WIRESHARK_UPPER_PDU (252)\n"),
+    ] {
+        let file = [legacy(order, false, 252), record(order, 1, 0, &packet)].concat();
+        assert_eq!(read(&file), expected);
+    }
+}
+
+#[test]
 fn stamps_of_every_resolution() {
     let second: u64 = 1_000_000_000;
     for order in ORDERS {
