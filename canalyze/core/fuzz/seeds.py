@@ -81,7 +81,7 @@ _ANY_ID = re.compile(rb"^\((\d+)\.(\d{6})\) (\S+) ([0-9A-F]{3}|[0-9A-F]{8})#((?:
 
 
 def pcap(text: bytes, options: int) -> bytes:
-    """The data frames of a `candump -l` log as pcapng, pcap, and cooked pcap of both versions, for the target `pcap`."""
+    """The data frames of a `candump -l` log as pcapng, or as cooked pcap of either version, for the target `pcap`."""
     order = "<" if options & 2 else ">"
     packets = []
     for seconds, micros, _, digits, payload in _ANY_ID.findall(text):
@@ -104,10 +104,10 @@ def pcap(text: bytes, options: int) -> bytes:
             flags = struct.pack(f"{order}HHIHHQ", 2, 4, 1, 4, 8, 1)
             out += block(6, head + socketcan(can_id, data, ">") + flags)
         return bytes([options]) + out
-    link, head = {0: (227, b""), 1: (113, bytes(14) + b"\0\x0c")}.get(options & 5, (276, b"\0\x0c" + bytes(18)))
+    link, head = (276, b"\0\x0c" + bytes(18)) if options & 2 else (113, bytes(14) + b"\0\x0c")
     out = struct.pack(f"{order}IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, link)
     for seconds, micros, can_id, data in packets:
-        body = head + socketcan(can_id, data, order if head else ">")
+        body = head + socketcan(can_id, data, order)
         out += struct.pack(f"{order}IIII", seconds, micros, len(body), len(body)) + body
     return bytes([options]) + out
 
