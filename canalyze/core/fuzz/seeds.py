@@ -7,6 +7,7 @@ the samples. The layout of each target's input stands in the target.
 from __future__ import annotations
 
 import re
+import struct
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -90,6 +91,39 @@ def _mcap(place: Path) -> None:
             at += 9 + size
         for options in (1, 3):
             (place / f"{path.name}.records.{options}").write_bytes((bytes([options, 0x10]) + records)[:LARGEST])
+_ANY_ID = re.compile(rb"^\((\d+)\.(\d{6})\) (\S+) ([0-9A-F]{3}|[0-9A-F]{8})#((?:[0-9A-F]{2})*)\r?$", re.MULTILINE)
+
+
+def pcap(text: bytes, options: int) -> bytes:
+    """The data frames of a `candump -l` log as pcapng, or as cooked pcap of either version, for the target `pcap`."""
+    order = "<" if options & 2 else ">"
+    packets = []
+    for seconds, micros, _, digits, payload in _ANY_ID.findall(text):
+        data = bytes.fromhex(payload.decode())
+        flag = 0x8000_0000 if len(digits) == 8 else 0
+        packets.append((int(seconds), int(micros), int(digits, 16) | flag, data[:8]))
+
+    def socketcan(can_id: int, data: bytes, id_order: str) -> bytes:
+        return struct.pack(f"{id_order}IB3x8s", can_id, len(data), data)
+
+    def block(kind: int, body: bytes) -> bytes:
+        return struct.pack(f"{order}II", kind, len(body) + 12) + body + struct.pack(f"{order}I", len(body) + 12)
+
+    if options & 8:
+        out = block(0x0A0D0D0A, struct.pack(f"{order}IHHq", 0x1A2B3C4D, 1, 0, -1))
+        out += block(1, struct.pack(f"{order}HHIHH4sHH4x", 227, 0, 0, 2, 4, b"can0", 9, 1))
+        for seconds, micros, can_id, data in packets:
+            high, low = divmod(seconds * 1_000_000 + micros, 1 << 32)
+            head = struct.pack(f"{order}IIIII", 0, high, low, 16, 16)
+            flags = struct.pack(f"{order}HHIHHQ", 2, 4, 1, 4, 8, 1)
+            out += block(6, head + socketcan(can_id, data, ">") + flags)
+        return bytes([options]) + out
+    link, head = (276, b"\0\x0c" + bytes(18)) if options & 2 else (113, bytes(14) + b"\0\x0c")
+    out = struct.pack(f"{order}IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, link)
+    for seconds, micros, can_id, data in packets:
+        body = head + socketcan(can_id, data, order)
+        out += struct.pack(f"{order}IIII", seconds, micros, len(body), len(body)) + body
+    return bytes([options]) + out
 
 
 def main(corpus: Path) -> None:
@@ -108,6 +142,7 @@ def main(corpus: Path) -> None:
             seeds = {
                 "candump": bytes([options]) + text,
                 "network": network(text, options),
+                "pcap": pcap(text, options),
                 "sdo": sdo(text, options),
                 "session": bytes([options, 1, options]) + text,
             }

@@ -9,12 +9,14 @@ pub(crate) mod calendar;
 pub mod candump;
 pub mod mcap;
 pub mod packed;
+pub mod pcap;
 pub mod sniff;
 
 use self::asc::Asc;
 use self::candump::{Candump, Stamps};
 use self::mcap::Mcap;
 use self::packed::Packed;
+use self::pcap::Pcap;
 use crate::frame::{BusId, Buses, Frame, Stamp};
 
 /// Formats that this crate reads. Their names are those of `--input-format`.
@@ -29,11 +31,19 @@ pub enum Format {
     Asc,
     /// MCAP, as ROS records it.
     Mcap,
+    /// pcap and pcapng: one reader, which tells them apart itself.
+    Pcap,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump), ("asc", Format::Asc), ("mcap", Format::Mcap)];
+    pub const NAMES: &[(&str, Format)] = &[
+        ("candump", Format::Candump),
+        ("asc", Format::Asc),
+        ("mcap", Format::Mcap),
+        ("pcap", Format::Pcap),
+        ("pcapng", Format::Pcap),
+    ];
 }
 
 /// How a file is read.
@@ -59,6 +69,8 @@ pub enum Reader {
     Asc(Asc),
     /// MCAP.
     Mcap(Mcap),
+    /// pcap and pcapng.
+    Pcap(Pcap),
 }
 
 impl Reader {
@@ -69,6 +81,7 @@ impl Reader {
             Format::Packed => Self::Packed(Packed::default()),
             Format::Asc => Self::Asc(Asc::default()),
             Format::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
+            Format::Pcap => Self::Pcap(Pcap::default()),
         }
     }
 
@@ -79,6 +92,7 @@ impl Reader {
             Self::Packed(reader) => reader.feed(bytes, buses, sink),
             Self::Asc(reader) => reader.feed(bytes, buses, sink),
             Self::Mcap(reader) => reader.feed(bytes, buses, sink),
+            Self::Pcap(reader) => reader.feed(bytes, buses, sink),
         }
     }
 
@@ -89,6 +103,7 @@ impl Reader {
             Self::Packed(reader) => reader.finish(buses, sink),
             Self::Asc(reader) => reader.finish(buses, sink),
             Self::Mcap(reader) => reader.finish(buses, sink),
+            Self::Pcap(reader) => reader.finish(buses, sink),
         }
     }
 
@@ -100,6 +115,7 @@ impl Reader {
             Self::Packed(reader) => reader.interrupt(buses, sink),
             Self::Asc(reader) => reader.interrupt(),
             Self::Mcap(reader) => reader.interrupt(buses, sink),
+            Self::Pcap(reader) => reader.interrupt(buses, sink),
         }
     }
 
@@ -110,6 +126,7 @@ impl Reader {
             Self::Packed(reader) => reader.contents(),
             Self::Asc(reader) => reader.contents(),
             Self::Mcap(reader) => reader.contents(),
+            Self::Pcap(reader) => reader.contents(),
         }
     }
 }

@@ -14,7 +14,6 @@ const SIGNS: &[(usize, &[u8], &str)] = &[
     (0, b"\xA1\xB2\x3C\x4D", "pcap"),
     (0, b"\xD4\xC3\xB2\xA1", "pcap"),
     (0, b"\x4D\x3C\xB2\xA1", "pcap"),
-    (0, b"\n\r\r\n", "pcapng"),
     (0, b"LOGG", "blf"),
     (0, b"MDF     ", "mf4"),
     (0, b"UnFinMF ", "mf4"),
@@ -27,6 +26,9 @@ const SIGNS: &[(usize, &[u8], &str)] = &[
     (0, b"\xFF\xFE", "utf-16"),
     (0, b"\xFE\xFF", "utf-16"),
 ];
+
+/// The beginning of a section header of pcapng. Text may begin so too, so the mark of its byte order has to follow.
+const BLOCK: &[u8] = b"\n\r\r\n";
 
 /// The name of the format that begins with `head`; `None` while more bytes are needed to tell. `complete`: there are
 /// no more.
@@ -44,6 +46,16 @@ pub fn sniff(head: &[u8], complete: bool) -> Option<&'static str> {
         if !complete && sign.starts_with(rest) {
             return None;
         }
+    }
+    if let Some(rest) = head.strip_prefix(BLOCK) {
+        // Between them is the length of the header.
+        match rest.get(4..8) {
+            Some(b"\x1A\x2B\x3C\x4D" | b"\x4D\x3C\x2B\x1A") => return Some("pcapng"),
+            None if !complete => return None,
+            _ => {}
+        }
+    } else if !complete && BLOCK.starts_with(head) {
+        return None;
     }
     if let [first, second, third, fourth, ..] = head {
         // Text in UTF-16 without its mark: every other byte of the first two letters is zero.
@@ -133,7 +145,12 @@ mod tests {
             (b"\x89MCAP0\r\n\x01", "mcap"),
             (b"LOGG\x90\0\0\0", "blf"),
             (b"\xD4\xC3\xB2\xA1\x02\0", "pcap"),
-            (b"\n\r\r\n\x1C\0\0\0", "pcapng"),
+            (b"\x4D\x3C\xB2\xA1\x02\0", "pcap"),
+            (b"\xA1\xB2\x3C\x4D\0\x02", "pcap"),
+            (b"\n\r\r\n\x1C\0\0\0\x4D\x3C\x2B\x1A", "pcapng"),
+            (b"\n\r\r\n\0\0\0\x1C\x1A\x2B\x3C\x4D", "pcapng"),
+            (b"\n\r\r\n(1.5) can0 601#40\n", "candump"),
+            (b"\n\r\r\n\n", "candump"),
             (b"\x1F\x8B\x08\0", "gzip"),
             (b"t\0e\0x\0t\0", "utf-16le"),
             (b"", "candump"),

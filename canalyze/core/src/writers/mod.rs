@@ -9,6 +9,7 @@ pub mod console;
 pub mod log;
 pub mod mcap;
 pub mod packed;
+pub mod pcapng;
 
 use std::borrow::Cow;
 
@@ -17,6 +18,7 @@ use self::console::Console;
 use self::log::Log;
 use self::mcap::Mcap;
 use self::packed::Packed;
+use self::pcapng::Pcapng;
 use crate::event::Event;
 use crate::finding::Finding;
 use crate::frame::{BusId, Buses, Frame, MAX_BUS_NAME};
@@ -36,12 +38,19 @@ pub enum Format {
     Console,
     /// MCAP with ROS 2 messages.
     Mcap,
+    /// pcapng.
+    Pcapng,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] =
-        &[("candump", Format::Log), ("console", Format::Console), ("asc", Format::Asc), ("mcap", Format::Mcap)];
+    pub const NAMES: &[(&str, Format)] = &[
+        ("candump", Format::Log),
+        ("console", Format::Console),
+        ("asc", Format::Asc),
+        ("mcap", Format::Mcap),
+        ("pcapng", Format::Pcapng),
+    ];
 }
 
 /// How formats are written that can be written in several ways.
@@ -81,6 +90,8 @@ pub enum Writer {
     Console(Console),
     /// MCAP.
     Mcap(Box<Mcap>),
+    /// pcapng.
+    Pcapng(Pcapng),
 }
 
 impl Writer {
@@ -92,6 +103,7 @@ impl Writer {
             Format::Asc => Self::Asc(Asc::default()),
             Format::Console => Self::Console(Console::default()),
             Format::Mcap => Self::Mcap(Box::new(Mcap::new(settings.mcap.clone()))),
+            Format::Pcapng => Self::Pcapng(Pcapng::default()),
         }
     }
 
@@ -115,6 +127,7 @@ impl Writer {
             Self::Asc(writer) => writer.frame(out, setting, frame),
             Self::Console(writer) => writer.frame(out, setting, frame),
             Self::Mcap(writer) => writer.frame(out, setting, frame),
+            Self::Pcapng(writer) => writer.frame(out, setting, frame),
         }
     }
 
@@ -126,6 +139,7 @@ impl Writer {
             Self::Asc(writer) => writer.marker(out, setting, marker),
             Self::Console(writer) => writer.marker(out, setting, marker),
             Self::Mcap(writer) => writer.marker(out, setting, marker),
+            Self::Pcapng(writer) => writer.marker(out, setting, marker),
         }
     }
 
@@ -150,6 +164,7 @@ impl Writer {
             Self::Log(_) | Self::Console(_) | Self::Packed(_) => {}
             Self::Asc(writer) => writer.finish(out, setting),
             Self::Mcap(writer) => writer.finish(out, setting),
+            Self::Pcapng(writer) => writer.finish(out),
         }
     }
 
@@ -161,6 +176,7 @@ impl Writer {
             Self::Asc(writer) => &writer.losses,
             Self::Console(writer) => &writer.losses,
             Self::Mcap(writer) => &writer.losses,
+            Self::Pcapng(writer) => &writer.losses,
         }
     }
 }

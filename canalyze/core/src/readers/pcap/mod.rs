@@ -1,0 +1,193 @@
+//! Captures of libpcap and Wireshark, in both their formats: pcap (one link type, one resolution) and pcapng (blocks,
+//! several interfaces).
+//!
+//! This file hands whole records to the format at hand and keeps what is not whole yet; `legacy` and `blocks` know the
+//! records, `link` what is in a packet. Which format it is, the first bytes tell. A length that a file claims allocates
+//! nothing, and nothing is skipped on its word alone. Must not: call a packet of another link type a fault.
+
+mod blocks;
+mod interface;
+mod legacy;
+mod link;
+mod tally;
+#[cfg(test)]
+mod tests;
+
+use self::blocks::Blocks;
+use self::legacy::Legacy;
+use self::tally::Tally;
+use super::{Contents, Damage, DamageKind, Item, Place};
+use crate::frame::Buses;
+
+/// A reader of pcap and pcapng files. One for each file.
+#[derive(Debug, Default)]
+pub struct Pcap {
+    form: Form,
+    /// Bytes of a record whose end has not come yet; those before `gone` are done with.
+    held: Vec<u8>,
+    gone: usize,
+    /// Bytes that the record needs in all, as far as is known.
+    need: usize,
+    /// Where in the file the next record begins.
+    at: u64,
+    tally: Tally,
+}
+
+#[derive(Debug, Default)]
+enum Form {
+    /// Nothing has come yet.
+    #[default]
+    Unknown,
+    Legacy(Legacy),
+    Blocks(Box<Blocks>),
+    /// From this offset on nothing can be read.
+    Lost(u64),
+}
+
+/// What became of bytes that begin with a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    /// So many of them are done with.
+    Took(usize),
+    /// So many are needed in all, more than there are.
+    Need(usize),
+    /// No record of this format can follow, and none will be found.
+    Lost,
+}
+
+impl Pcap {
+    /// Takes the next bytes, in any chunking.
+    pub fn feed(&mut self, mut bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        // A record that was begun gets no more than it needs, so that all others are read where they are.
+        while self.gone < self.held.len() {
+            let lacking = self.need.saturating_sub(self.held.len() - self.gone);
+            let (taken, rest) = bytes.split_at_checked(lacking).unwrap_or((bytes, &[]));
+            self.held.extend_from_slice(taken);
+            bytes = rest;
+            if taken.len() < lacking {
+                return;
+            }
+            let held = std::mem::take(&mut self.held);
+            self.gone += self.run(held.get(self.gone..).unwrap_or_default(), false, buses, sink);
+            self.held = held;
+            if self.gone * 2 > self.held.len() {
+                self.held.drain(..self.gone);
+                self.gone = 0;
+            }
+        }
+        let done = self.run(bytes, false, buses, sink);
+        self.held.extend_from_slice(bytes.get(done..).unwrap_or_default());
+    }
+
+    /// Takes the end: a record that is not whole was cut off.
+    pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let held = std::mem::take(&mut self.held);
+        self.run(held.get(self.gone..).unwrap_or_default(), true, buses, sink);
+        self.gone = 0;
+        if let Form::Lost(from) = self.form {
+            self.rest(from, buses, sink);
+            self.form = Form::Unknown;
+        }
+    }
+
+    /// Takes the end of what was read so far, where the reading was broken off: the last record is not there yet.
+    pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let sought = matches!(&self.form, Form::Blocks(blocks) if blocks.seeks());
+        if !sought {
+            self.held.clear();
+            self.gone = 0;
+        }
+        self.finish(buses, sink);
+    }
+
+    /// Version, resolution and interfaces; packets and blocks that hold no frame.
+    pub fn contents(&self) -> Contents {
+        self.tally.contents()
+    }
+
+    /// Reads records to the last whole one. Gives back how many bytes are done with.
+    fn run(&mut self, bytes: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> usize {
+        let mut done = 0;
+        while let Some(rest) = bytes.get(done..)
+            && !rest.is_empty()
+        {
+            let step = match &mut self.form {
+                Form::Unknown => match begin(rest) {
+                    Some(form) => {
+                        self.form = form;
+                        continue;
+                    }
+                    None => Step::Need(4),
+                },
+                Form::Legacy(legacy) => legacy.step(rest, self.at, &mut self.tally, buses, sink),
+                Form::Blocks(blocks) => blocks.step(rest, self.at, last, &mut self.tally, buses, sink),
+                Form::Lost(_) => Step::Took(rest.len()),
+            };
+            let taken = match step {
+                Step::Took(taken) => taken,
+                Step::Need(_) if last => {
+                    let bytes = Some(rest.len() as u64);
+                    let damage = Damage { place: Place::Byte(self.at), kind: DamageKind::Cut, bytes, frames: None };
+                    sink(Item::Damaged(damage), buses);
+                    rest.len()
+                }
+                Step::Need(need) => {
+                    self.need = need;
+                    break;
+                }
+                Step::Lost => {
+                    self.form = Form::Lost(self.at);
+                    rest.len()
+                }
+            };
+            done += taken;
+            self.at += taken as u64;
+        }
+        done
+    }
+
+    #[cold]
+    fn rest(&self, from: u64, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let bytes = Some(self.at - from);
+        sink(Item::Damaged(Damage { place: Place::Byte(from), kind: DamageKind::Rest, bytes, frames: None }), buses);
+    }
+}
+
+/// The format, by the first four bytes.
+fn begin(bytes: &[u8]) -> Option<Form> {
+    Some(match bytes.first_chunk::<4>()? {
+        b"\n\r\r\n" => Form::Blocks(Box::default()),
+        _ => Form::Legacy(Legacy::default()),
+    })
+}
+
+/// The order of the bytes in a number: that of the host that wrote the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Order {
+    Little,
+    Big,
+}
+
+impl Order {
+    fn u16(self, bytes: [u8; 2]) -> u16 {
+        match self {
+            Self::Little => u16::from_le_bytes(bytes),
+            Self::Big => u16::from_be_bytes(bytes),
+        }
+    }
+
+    #[inline(always)]
+    fn u32(self, bytes: [u8; 4]) -> u32 {
+        match self {
+            Self::Little => u32::from_le_bytes(bytes),
+            Self::Big => u32::from_be_bytes(bytes),
+        }
+    }
+
+    fn u64(self, bytes: [u8; 8]) -> u64 {
+        match self {
+            Self::Little => u64::from_le_bytes(bytes),
+            Self::Big => u64::from_be_bytes(bytes),
+        }
+    }
+}
