@@ -4,6 +4,7 @@ The only loop that reads. It hands over every result at once, complaints in thei
 what is already known: the first one ends the reading, not the work.
 """
 
+import json
 import os
 import signal
 import sys
@@ -21,9 +22,12 @@ from canalyze.words import Words
 if TYPE_CHECKING:
     from canalyze._core import Session
     from canalyze.options import CaptureOptions
+    from canalyze.sources.pythoncan import PythonCanCapture
 
 T = TypeVar("T")
 
+_LISTED: Final = 20
+"""Topics of a file without frames that are named."""
 _HELD: Final = 100
 """Complaints kept about a file in which no frame was found yet."""
 _JOINED: Final = 4 << 20
@@ -76,7 +80,7 @@ class Interrupt:
 class _Input:
     """One open file of those that are read together."""
 
-    def __init__(self, capture: Capture) -> None:
+    def __init__(self, capture: "Capture | PythonCanCapture") -> None:
         self.capture = capture
         self.taken = 0
         self.rest = b""
@@ -117,7 +121,7 @@ class Run:
         self._name = ""
         self._held: list[str] = []
         self._more = 0
-        self.last: Capture | None = None
+        self.last: Capture | PythonCanCapture | None = None
         """The input that was read last, closed: what is known of it."""
         self.understood = False
         """Something could be read of it."""
@@ -182,9 +186,11 @@ class Run:
             hold = one.capture.regular and not joined
             if data:
                 self._hand_over(session.feed(data, number), hold=hold)
+                self._remarks(one.capture)
                 self._progress.step(one.capture.taken - one.taken, session.frames)
                 one.taken = one.capture.taken
                 continue
+            self._remarks(one.capture)
             del open_[number]
             self._ended(number, one.capture, stopped, hold=hold)
         refusal = session.refusal()
@@ -196,7 +202,9 @@ class Run:
             self._hand_over(session.end(interrupted=True, input=place), hold=one.capture.regular and not joined)
         self._release()
 
-    def _ended(self, number: int, capture: Capture, stopped: SourceError | None, *, hold: bool) -> None:
+    def _ended(
+        self, number: int, capture: "Capture | PythonCanCapture", stopped: SourceError | None, *, hold: bool
+    ) -> None:
         session = self._session
         self.understood = True
         if capture.damage:
@@ -211,13 +219,23 @@ class Run:
         if stopped:
             self._failed(stopped)
 
-    def _nothing(self, capture: Capture) -> SourceError | None:
-        """Say why there is no frame, unless that is no fault."""
+    def _remarks(self, capture: "Capture | PythonCanCapture") -> None:
+        for remark in capture.remarks():
+            self.complain(remark.in_words(self._words))
+
+    def _nothing(self, capture: "Capture | PythonCanCapture") -> SourceError | None:
+        """Say why there is no frame, unless that is no fault: of a file with topics, which ones there are."""
         if not capture.taken:
             return SourceError("source.empty", name=capture.name)
         if self._frameless and capture.format != "candump":
             return None
-        return SourceError("source.nothing", name=capture.name)
+        if capture.format == "mcap":
+            topics = json.loads(self._session.contents())["topics"]
+            listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
+            more = ", ..." if len(topics) > _LISTED else ""
+            names = f"{listed}{more}" or self._words("source.topics_empty")
+            return SourceError("source.no_topic", name=capture.name, topics=names)
+        return SourceError("source.nothing" if capture.format == "candump" else "source.frameless", name=capture.name)
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:
         """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""

@@ -4,12 +4,19 @@ What a loop sees is a `Capture`: its name, its format for the core, and `read` u
 known here; what is in them is not.
 """
 
+from pathlib import Path
 from types import TracebackType
-from typing import Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
-from canalyze.errors import SourceError
+from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources.compressed import COMPRESSIONS, Damage, Layer, Transcoded, Unpacked
 from canalyze.sources.file import Source
+
+if TYPE_CHECKING:
+    from canalyze.sources.pythoncan import PythonCanCapture
+
+BRIDGED: Final = {"blf": "blf", "trc": "trc", "mf4": "mf4", "csv": "csv", "db": "sqlite"}
+"""What python-can reads: the names of --input-format, and what the core's sniff calls them."""
 
 _TITLES: Final = {"asc": "Vector ASC", "blf": "Vector BLF", "mcap": "MCAP"}
 """How a format is called in a sentence, where it is not called by its name."""
@@ -58,6 +65,11 @@ class Opened:
         """Why the file could be unpacked no further; known when nothing comes any more."""
         return self._layer.damage
 
+    @property
+    def path(self) -> Path | None:
+        """The file itself, for a reader that opens by name; None where it is a pipe, or something in it is read."""
+        return self._source.path if self._layer is self._source else None
+
     def read(self) -> bytes:
         """Give what comes after the head, b"" at the end; SourceError if the system refuses."""
         return self._layer.read()
@@ -103,6 +115,8 @@ class Capture:
         self.name = source.name
         self.format = form
         """One of the core's FORMATS."""
+        self.kind = form
+        """The name of its format."""
         self.compression = source.compression
         """gzip, xz, bzip2 or zstd, if it is compressed."""
         self.regular = source.regular
@@ -125,6 +139,10 @@ class Capture:
         head, self._head = self._head, b""
         return head or self._source.read()
 
+    def remarks(self) -> list[CanalyzeError]:
+        """Give what is to be told of the file since the last call: of bytes there is nothing."""
+        return []
+
     def __enter__(self) -> Self:
         """Give the capture itself."""
         return self
@@ -134,7 +152,7 @@ class Capture:
         self._source.close()
 
 
-def open_capture(name: str, asked: str | None = None) -> Capture:
+def open_capture(name: str, asked: str | None = None) -> "Capture | PythonCanCapture":
     """Open the input of that name ('-' is standard input) and find out what it is; SourceError if that cannot be.
 
     asked: the format that the user says it has, or that what is compressed in it has.
@@ -155,6 +173,11 @@ def open_capture(name: str, asked: str | None = None) -> Capture:
             opened.transcode(form)
             form = opened.told(asked)
         form = asked or form
+        form = BRIDGED.get(form, form)
+        if form in BRIDGED.values():
+            from canalyze.sources.pythoncan import PythonCanCapture
+
+            return PythonCanCapture(opened, opened.head, form)
         if form not in FORMATS:
             raise SourceError("source.other", name=source.name, kind=_TITLES.get(form, form))
         return Capture(opened, form)

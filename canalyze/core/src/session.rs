@@ -16,21 +16,20 @@ use crate::info::Info;
 use crate::inputs::{File, Inputs, Next, Refusal, Unreadable};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
+use crate::readers::mcap::Choice;
 use crate::readers::{Contents, Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
 
 use crate::render::signals::Signals;
+use crate::repeats::Repeats;
 use crate::select::Select;
 use crate::services::sdo::transfer::Status;
 use crate::services::sdo::wire::Mux;
 use crate::summary::Summary;
 use crate::text::{Depth, Lang, complaints};
+use crate::writers::{self, Loss, Writer};
 
-/// Findings of one rule on one object that are shown before the rest is only counted.
-const SHOWN: u64 = 10;
-/// Distinct (rule, bus, node, object) that are counted apart; more are shown one by one.
-const COUNTED: usize = 4096;
 /// Unreadable lines of a file that are named one by one as they come.
 const NAMED: u64 = 5;
 /// What a file may begin before the end of the one before it: buses are not captured in strict order.
@@ -54,6 +53,8 @@ pub enum Format {
     Summary,
     /// JSON lines of what each file is, one a file; nothing is decoded.
     Info,
+    /// The frames themselves, in another capture format.
+    Convert(writers::Format),
 }
 
 /// How a capture is read and shown.
@@ -67,6 +68,8 @@ pub struct Options {
     pub depth: Depth,
     /// What small stamps mean.
     pub stamps: Stamps,
+    /// What of an MCAP file is read, and how.
+    pub mcap: Choice,
     /// How time is shown; as it came, by default.
     pub time: Option<Time>,
     /// Which frames are shown.
@@ -77,6 +80,8 @@ pub struct Options {
     pub network: Arc<Network>,
     /// Which signals are listed.
     pub select: Select,
+    /// How the format that is written is written.
+    pub writing: writers::Settings,
 }
 
 /// Bytes of a transfer for a file of its own.
@@ -101,9 +106,6 @@ pub struct Session {
     buses: Buses,
     stream: Stream,
 }
-
-/// Findings of one kind: same rule, bus, node and object.
-type Kind = (Code, BusId, Option<u8>, Option<Mux>);
 
 /// Everything behind the reader.
 #[derive(Debug)]
@@ -133,15 +135,21 @@ struct Stream {
     chunks: Vec<Chunk>,
     /// Which nodes had a frame, a bit each, by bus.
     seen: Vec<u128>,
-    counted: BTreeMap<Kind, (u64, Finding)>,
+    repeats: Repeats,
     complaints: Vec<String>,
     extracted: Vec<Extracted>,
+    writer: Writer,
+    /// Nobody asks what frames mean, so no state is kept.
+    blind: bool,
 }
 
 impl Session {
     /// A session at the beginning of a capture.
     pub fn new(options: Options) -> Self {
         let lines = Lines::new(options.lang, options.depth, options.time);
+        let written = if let Format::Convert(format) = options.format { format } else { Default::default() };
+        let writer = Writer::new(written, &options.writing);
+        let blind = matches!(options.format, Format::Convert(_)) && options.filter.is_plain() && !writer.wants_events();
         Self {
             inputs: Inputs::default(),
             turn: 0,
@@ -166,9 +174,11 @@ impl Session {
                 events: Vec::new(),
                 chunks: Vec::new(),
                 seen: Vec::new(),
-                counted: BTreeMap::new(),
+                repeats: Repeats::default(),
                 complaints: Vec::new(),
                 extracted: Vec::new(),
+                writer,
+                blind,
             },
         }
     }
@@ -181,8 +191,10 @@ impl Session {
     /// The same of one of several files that are joined by time. They are numbered from 0 in the order in which they
     /// begin, and all of them begin before any is fed.
     pub fn begin_one(&mut self, input: usize, name: &[u8], format: Input, regular: bool) {
-        let reader = Reader::new(format, &Settings { stamps: self.stream.options.stamps, regular });
+        let Options { stamps, mcap, .. } = &self.stream.options;
+        let reader = Reader::new(format, &Settings { stamps: *stamps, regular, mcap: mcap.clone() });
         self.inputs.open(input == 0, name, reader);
+        self.stream.writer.source(name, Input::NAMES.iter().find(|row| row.1 == format).map_or("", |row| row.0));
         if input == 0 {
             let before = std::mem::replace(&mut self.stream.file, File { name: name.to_vec(), ..File::default() });
             self.stream.before = (before.frames > 0).then_some(before.name);
@@ -299,8 +311,8 @@ impl Session {
         self.stream.advance(now_ns, &self.buses, out);
     }
 
-    /// What is known so far of the current file (the last one, between files; of several the one fed last) beyond its frames, as a JSON object:
-    /// see [`jsonl::contents`].
+    /// What is known so far of the current file (the last one, between files; of several the one fed last) beyond its
+    /// frames, as a JSON object: see [`jsonl::contents`].
     pub fn contents(&mut self) -> Vec<u8> {
         let mut out = Vec::new();
         let fed = if self.inputs.count() > 1 { self.fed } else { 0 };
@@ -320,6 +332,17 @@ impl Session {
     /// Bytes of transfers since the last call.
     pub fn take_extracted(&mut self) -> Vec<Extracted> {
         std::mem::take(&mut self.stream.extracted)
+    }
+
+    /// What the format that is written cannot hold, a line each that begins with the name of the file. `further`: what
+    /// a writer outside of this crate has lost of what it was handed.
+    pub fn losses(&self, file: &[u8], further: &[(Loss, u64)]) -> Vec<String> {
+        let mut losses = self.stream.writer.losses().clone();
+        for (loss, count) in further {
+            losses.add(*loss, *count);
+        }
+        let lost = losses.iter().filter(|(_, count)| *count > 0);
+        lost.map(|(loss, count)| complaints::lost(self.stream.options.lang, file, loss, count)).collect()
     }
 
     /// Frames so far: those that all files have given, those that were read of the file that was fed last.
@@ -384,6 +407,11 @@ impl Stream {
                     self.signals.frame(out, setting, &frame, &self.events);
                 }
                 Format::Summary => self.summary.frame(&frame, &self.events),
+                Format::Convert(_) => {
+                    let setting = self.writing(buses);
+                    self.writer.frame(out, setting, &frame);
+                    self.writer.events(out, setting, Some(&frame), &self.events);
+                }
                 Format::Jsonl | Format::Transfers | Format::Info => jsonl::frame(out, setting, &frame, &self.events),
             }
         }
@@ -401,9 +429,13 @@ impl Stream {
     }
 
     fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
+        if let Format::Convert(_) = self.options.format {
+            self.writer.marker(out, self.writing(buses), &marker);
+        }
         let (code, place, facts, bus) = match marker {
             Marker::Start { date_ns } => {
                 self.file.shift_ns = date_ns.saturating_sub(*self.date_ns.get_or_insert(date_ns));
+                self.file.dated = true;
                 return;
             }
             Marker::Dropped { bus, count, total, place } => {
@@ -436,7 +468,10 @@ impl Stream {
             DamageKind::Structure => (Code::Cap004, 1),
             DamageKind::Compression => (Code::Cap004, 2),
             DamageKind::Rest => (Code::Cap004, 3),
+            DamageKind::Undefined => (Code::Cap004, 4),
         };
+        // The same with the number of frames.
+        let face = if frames.is_some() && code == Code::Cap004 && face < 3 { face + 5 } else { face };
         if code == Code::Cap004 {
             for index in 0..self.state.len() {
                 self.on_bus(BusId(index as u8), buses, |bus, cx| bus.lost(None, false, cx));
@@ -466,6 +501,7 @@ impl Stream {
         match self.options.format {
             Format::Jsonl => jsonl::finding(out, self.setting(buses), finding),
             Format::Summary => self.summary.finding(finding),
+            Format::Convert(_) => self.writer.finding(out, self.writing(buses), finding),
             Format::Text | Format::Transfers | Format::Signals | Format::SignalsCsv | Format::Info => {}
         }
     }
@@ -504,24 +540,18 @@ impl Stream {
             self.on_bus(BusId(index as u8), buses, Bus::finish);
         }
         self.fold();
-        let at = self.last;
-        for (_, (count, finding)) in std::mem::take(&mut self.counted) {
-            if count > SHOWN {
-                let facts = Facts::Repeated { count: count - SHOWN };
-                let what = What::Finding(Box::new(Finding { at, cause: None, facts, ..finding }));
-                let Finding { bus, node, .. } = finding;
-                self.events.push(Event { at, about: None, bus, node, transfer: None, what });
-            }
-        }
+        self.repeats.finish(self.last, &mut self.events);
         self.aside(buses, out);
-        if self.frames > 0 {
+        if self.frames > 0 && !self.blind {
             self.absent(buses);
         }
         if self.shown == 0 && self.frames > 0 && !self.options.filter.is_empty() {
             self.complaints.push(complaints::nothing_shown(self.options.lang, self.frames));
         }
-        if self.options.format == Format::Summary && self.shown > 0 {
-            jsonl::summary::write(out, self.setting(buses), &self.summary);
+        match self.options.format {
+            Format::Summary if self.shown > 0 => jsonl::summary::write(out, self.setting(buses), &self.summary),
+            Format::Convert(_) if self.frames > 0 => self.writer.finish(out, self.writing(buses)),
+            _ => {}
         }
     }
 
@@ -557,6 +587,7 @@ impl Stream {
             Format::Jsonl => jsonl::asides(out, self.setting(buses), &self.events),
             Format::Transfers => self.transfers(buses, out),
             Format::Summary => self.summary.asides(&self.events),
+            Format::Convert(_) => self.writer.events(out, self.writing(buses), None, &self.events),
             Format::Signals | Format::SignalsCsv | Format::Info => {}
         }
         self.extract(buses);
@@ -564,6 +595,9 @@ impl Stream {
     }
 
     fn on_bus(&mut self, id: BusId, buses: &Buses, act: impl FnOnce(&mut Bus, &mut Context<'_>)) {
+        if self.blind {
+            return;
+        }
         let index = usize::from(id.0);
         while self.state.len() <= index {
             let name = buses.name(BusId(self.state.len() as u8));
@@ -581,29 +615,19 @@ impl Stream {
         act(bus, &mut cx);
     }
 
-    /// Repeats of one finding on one object are counted instead of shown.
+    /// Repeats of one finding on one object are counted instead of shown; figures count by themselves.
     fn fold(&mut self) {
-        if self.options.format == Format::Summary {
-            return; // it counts by itself
+        if self.options.format != Format::Summary {
+            self.repeats.fold(&mut self.events);
         }
-        if self.events.len() < 2 && !matches!(self.events.first(), Some(Event { what: What::Finding(_), .. })) {
-            return;
-        }
-        let counted = &mut self.counted;
-        self.events.retain(|event| {
-            let What::Finding(finding) = &event.what else { return true };
-            let key = (finding.code, finding.bus, finding.node, finding.object);
-            if counted.len() >= COUNTED && !counted.contains_key(&key) {
-                return true;
-            }
-            let (count, _) = counted.entry(key).or_insert((0, **finding));
-            *count += 1;
-            *count <= SHOWN
-        });
     }
 
     fn setting<'a>(&'a self, buses: &'a Buses) -> Setting<'a> {
         Setting { lang: self.options.lang, file: &self.file.name, buses, decimals: self.decimals }
+    }
+
+    fn writing<'a>(&self, buses: &'a Buses) -> writers::Setting<'a> {
+        writers::Setting { buses, date_ns: self.date_ns.filter(|_| self.file.dated) }
     }
 
     fn transfers(&mut self, buses: &Buses, out: &mut Vec<u8>) {
