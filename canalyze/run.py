@@ -155,6 +155,7 @@ class Run:
         with ExitStack() as stack:
             inputs: list[_Input] = []
             for name in names:
+                capture: Capture | PythonCanCapture | None
                 try:
                     capture = interrupt.during(partial(open_capture, name, self._input_format))
                 except SourceError as error:
