@@ -155,9 +155,9 @@ class Run:
         with ExitStack() as stack:
             inputs: list[_Input] = []
             for name in names:
-                capture: Capture | PythonCanCapture | None
+                opening: Callable[[], Capture | PythonCanCapture] = partial(open_capture, name, self._input_format)
                 try:
-                    capture = interrupt.during(partial(open_capture, name, self._input_format))
+                    capture: Capture | PythonCanCapture | None = interrupt.during(opening)
                 except SourceError as error:
                     self._failed(error)
                     continue

@@ -34,9 +34,10 @@ from canalyze.sources.packed import Packer, Unfit
 from canalyze.sources.trace import Lines, Trc
 
 if TYPE_CHECKING:
+    from can import Message
+
     from canalyze.sources.compressed import Damage as Damaged
     from canalyze.sources.format import Opened
-    from can import Message
 
 TITLES: Final = {"blf": "Vector BLF", "trc": "PEAK TRC", "mf4": "MF4", "csv": "CSV", "sqlite": "SQLite"}
 """How a form is called in a sentence."""
