@@ -155,15 +155,15 @@ class Run:
         with ExitStack() as stack:
             inputs: list[_Input] = []
             for name in names:
-                opening: Callable[[], Capture | PythonCanCapture] = partial(open_capture, name, self._input_format)
                 try:
-                    capture: Capture | PythonCanCapture | None = interrupt.during(opening)
+                    capture = interrupt.during(partial(open_capture, name, self._input_format))
                 except SourceError as error:
                     self._failed(error)
                     continue
                 if capture is None:
                     break
-                inputs.append(_Input(stack.enter_context(capture)))
+                stack.callback(capture.__exit__, None, None, None)
+                inputs.append(_Input(capture))
             self._through(inputs, interrupt)
 
     def _through(self, inputs: list[_Input], interrupt: Interrupt) -> None:
