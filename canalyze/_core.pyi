@@ -101,8 +101,8 @@ class Session:
         format: text | jsonl (frame, note, finding, transfer) | transfers (JSON lines of transfers only) |
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
         summary (JSON lines, one object a record, all of them from finish()) |
+        info (JSON lines, one object a file, from its end(); nothing is decoded) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
-        info (JSON lines, one object a file, from its end(); nothing is decoded).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.
         time: None (as they came) or one of a d z A n.

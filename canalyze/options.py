@@ -73,10 +73,10 @@ class CaptureOptions(NetworkOptions, total=False):
     """What `capture_options` give a command beside files, filter, stamps and output, by the names of its parameters."""
 
     input_format: str | None
+    merge: bool
     topic: tuple[str, ...]
     time_source: str | None
     mcap_map: tuple[str, ...]
-    merge: bool
 
 
 def common_options(words: Words) -> list[click.Parameter]:
@@ -123,8 +123,8 @@ def reading_options(words: Words) -> list[click.Parameter]:
             help=words("opt.stamps"),
         ),
         click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
-        *topic_options(words),
         click.Option(["--merge"], is_flag=True, help=words("opt.merge")),
+        *topic_options(words),
         *network_options(words),
     ]
 

@@ -163,7 +163,7 @@ class Run:
                     continue
                 if capture is None:
                     break
-                stack.push(capture)
+                stack.callback(capture.__exit__, None, None, None)
                 inputs.append(_Input(capture))
             self._through(inputs, interrupt)
 
@@ -189,9 +189,11 @@ class Run:
             hold = one.capture.regular and not joined
             if data:
                 self._hand_over(session.feed(data, number), hold=hold)
+                self._remarks(one.capture)
                 self._progress.step(one.capture.taken - one.taken, session.frames)
                 one.taken = one.capture.taken
                 continue
+            self._remarks(one.capture)
             del open_[number]
             self._ended(number, one.capture, stopped, hold=hold)
         refusal = session.refusal()
@@ -202,10 +204,6 @@ class Run:
         for place, one in open_.items():  # broken off
             self._hand_over(session.end(interrupted=True, input=place), hold=one.capture.regular and not joined)
         self._release()
-
-    def _remarks(self, capture: "Capture | PythonCanCapture") -> None:
-        for remark in capture.remarks():
-            self.complain(f"canalyze: {remark.in_words(self._words)}")
 
     def _ended(
         self, number: int, capture: "Capture | PythonCanCapture", stopped: SourceError | None, *, hold: bool
@@ -224,21 +222,23 @@ class Run:
         if stopped:
             self._failed(stopped)
 
+    def _remarks(self, capture: "Capture | PythonCanCapture") -> None:
+        for remark in capture.remarks():
+            self.complain(remark.in_words(self._words))
+
     def _nothing(self, capture: "Capture | PythonCanCapture") -> SourceError | None:
         """Say why there is no frame, unless that is no fault: of a file with topics, which ones there are."""
         if not capture.taken:
             return SourceError("source.empty", name=capture.name)
-        if capture.format == "candump":
-            return SourceError("source.nothing", name=capture.name)
-        if self._frameless:
+        if self._frameless and capture.format != "candump":
             return None
-        if capture.format != "mcap":
-            return SourceError("source.frameless", name=capture.name)
-        topics = json.loads(self._session.contents())["topics"]
-        listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
-        more = ", ..." if len(topics) > _LISTED else ""
-        names = f"{listed}{more}" or self._words("source.topics_empty")
-        return SourceError("source.no_topic", name=capture.name, topics=names)
+        if capture.format == "mcap":
+            topics = json.loads(self._session.contents())["topics"]
+            listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
+            more = ", ..." if len(topics) > _LISTED else ""
+            names = f"{listed}{more}" or self._words("source.topics_empty")
+            return SourceError("source.no_topic", name=capture.name, topics=names)
+        return SourceError("source.nothing" if capture.format == "candump" else "source.frameless", name=capture.name)
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:
         """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""

@@ -34,7 +34,7 @@ def command(words: Words) -> click.Command:
                 if one.last is not None and (one.understood or ended > 128):
                     record: dict[str, Any] = json.loads(b"".join(results))
                     record |= {
-                        "format": one.last.format,
+                        "format": one.last.kind,
                         "compression": one.last.compression,
                         "size": one.last.taken,
                     }

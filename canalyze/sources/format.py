@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 BRIDGED: Final = {"blf": "blf", "trc": "trc", "mf4": "mf4", "csv": "csv", "db": "sqlite"}
 """What python-can reads: the names of --input-format, and what the core's sniff calls them."""
-_TITLES: Final = {"asc": "Vector ASC", "blf": "Vector BLF", "mcap": "MCAP"}
-"""How a format is called in a sentence, where it is not called by its name."""
+
 _SIGN: Final = 6
 """Bytes that tell a compression, whatever they are."""
 
@@ -60,14 +59,14 @@ class Opened:
         return self._source.taken
 
     @property
-    def path(self) -> Path | None:
-        """The file itself, for a reader that opens by name; None for a pipe and for what has to be unpacked."""
-        return self._source.path if self._layer is self._source else None
-
-    @property
     def damage(self) -> Damage | None:
         """Why the file could be unpacked no further; known when nothing comes any more."""
         return self._layer.damage
+
+    @property
+    def path(self) -> Path | None:
+        """The file itself, for a reader that opens by name; None where it is a pipe, or something in it is read."""
+        return self._source.path if self._layer is self._source else None
 
     def read(self) -> bytes:
         """Give what comes after the head, b"" at the end; SourceError if the system refuses."""
@@ -114,6 +113,8 @@ class Capture:
         self.name = source.name
         self.format = form
         """One of the core's FORMATS."""
+        self.kind = form
+        """The name of its format."""
         self.compression = source.compression
         """gzip, xz, bzip2 or zstd, if it is compressed."""
         self.regular = source.regular
@@ -169,13 +170,14 @@ def open_capture(name: str, asked: str | None = None) -> "Capture | PythonCanCap
         if form.startswith("utf-16"):
             opened.transcode(form)
             form = opened.told(asked)
-        form = BRIDGED.get(asked or form, asked or form)
+        form = asked or form
+        form = BRIDGED.get(form, form)
         if form in BRIDGED.values():
             from canalyze.sources.pythoncan import PythonCanCapture
 
-            return PythonCanCapture(opened, form)
+            return PythonCanCapture(opened, opened.head, form)
         if form not in FORMATS:
-            raise SourceError("source.other", name=source.name, kind=_TITLES.get(form, form))
+            raise SourceError("source.other", name=source.name, kind=form)
         return Capture(opened, form)
     except BaseException:
         source.close()

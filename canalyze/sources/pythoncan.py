@@ -36,7 +36,7 @@ from canalyze.sources.trace import Lines, Trc
 if TYPE_CHECKING:
     from can import Message
 
-    from canalyze.sources.compressed import Damage as Unpackable
+    from canalyze.sources.compressed import Damage as Damaged
     from canalyze.sources.format import Opened
 
 TITLES: Final = {"blf": "Vector BLF", "trc": "PEAK TRC", "mf4": "MF4", "csv": "CSV", "sqlite": "SQLite"}
@@ -68,12 +68,14 @@ class PythonCanCapture:
 
     format: Final = "packed"
 
-    def __init__(self, source: "Opened", form: str) -> None:
-        """Take over what was opened; `form` is one of TITLES.
+    def __init__(self, source: "Opened", head: bytes, form: str) -> None:
+        """Take over the source; `head` is what was read of it already, `form` one of TITLES.
 
         SourceError if what the form needs is not installed.
         """
         self.name = source.name
+        self.compression = source.compression
+        """gzip, xz, bzip2 or zstd, if it is compressed."""
         self.regular = source.regular
         self.compression = source.compression
         self._source = source
@@ -90,7 +92,12 @@ class PythonCanCapture:
         return self._source.taken
 
     @property
-    def damage(self) -> "Unpackable | None":
+    def kind(self) -> str:
+        """The name of its format."""
+        return self._form
+
+    @property
+    def damage(self) -> "Damaged | None":
         """Why the file could be unpacked no further; known when nothing comes any more."""
         return self._source.damage
 

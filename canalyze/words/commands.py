@@ -41,12 +41,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze decode --explain --filter 'service=sdo node=10' capture.log\n"
         "canalyze decode --eds 5=drive.eds --eds 1-4=io.eds capture.log\n"
         "canalyze decode part1.log part2.log -o all.txt\n"
+        "canalyze decode --merge can0.log.gz can1.log.gz\n"
         "candump -ta can0 | canalyze decode -\n"
         "canalyze decode --format jsonl capture.log | jq -r .text",
         "canalyze decode capture.log\n"
         "canalyze decode --explain --filter 'service=sdo node=10' capture.log\n"
         "canalyze decode --eds 5=drive.eds --eds 1-4=io.eds capture.log\n"
         "canalyze decode part1.log part2.log -o all.txt\n"
+        "canalyze decode --merge can0.log.gz can1.log.gz\n"
         "candump -ta can0 | canalyze decode -\n"
         "canalyze decode --format jsonl capture.log | jq -r .text",
     ),

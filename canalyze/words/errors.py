@@ -185,6 +185,22 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}: no line of it can be read as a CAN frame; candump's console form (can0  60A   [8]  40 ...) and its "
         "log form ((stamp) can0 60A#40...) can",
     ),
+    (
+        "source.nested",
+        "{name}：{outer}压缩里面还是{inner}压缩；只解一层，请先解开外层",
+        "{name}: {inner} compressed inside {outer}; only one compression is undone, undo the outer one first",
+    ),
+    (
+        "merge.no_stamps",
+        "{name}：帧没有时间戳，不能用 --merge 按时间合并",
+        "{name}: its frames have no stamps, so --merge cannot join it by time",
+    ),
+    (
+        "merge.no_clock",
+        "{name} 的时间戳是绝对时间，{other} 的从零开始且不知起点；二者没有共同的时钟，不能用 --merge 合并",
+        "the stamps of {name} are absolute, those of {other} count from a start that is not told: --merge finds no "
+        "clock that they share",
+    ),
     ("source.frameless", "{name}：里面没有CAN帧", "{name}: no CAN frame in it"),
     ("bridge.said", "{name}：python-can报告：{problem}", "{name}: python-can says: {problem}"),
     (
@@ -206,25 +222,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     ("source.topics_empty", "（无）", "none"),
     (
-        "source.nested",
-        "{name}：{outer}压缩里面还是{inner}压缩；只解一层，请先解开外层",
-        "{name}: {inner} compressed inside {outer}; only one compression is undone, undo the outer one first",
-    ),
-    (
-        "merge.no_stamps",
-        "{name}：帧没有时间戳，不能用 --merge 按时间合并",
-        "{name}: its frames have no stamps, so --merge cannot join it by time",
-    ),
-    (
-        "merge.no_clock",
-        "{name} 的时间戳是绝对时间，{other} 的从零开始且不知起点；二者没有共同的时钟，不能用 --merge 合并",
-        "the stamps of {name} are absolute, those of {other} count from a start that is not told: --merge finds no "
-        "clock that they share",
-    ),
-    (
         "source.other",
-        "{name}：是{kind}文件，还不支持；目前只读candump的文本",
-        "{name}: {kind}, not supported yet: only candump text",
+        "{name}：转换编码后仍是{kind}，不能读取",
+        "{name}: still {kind} after it was decoded once; cannot be read",
     ),
     (
         "source.more_complaints",

@@ -49,6 +49,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("info.title.asc", "Vector ASC", "Vector ASC"),
     ("info.title.mcap", "MCAP", "MCAP"),
     ("info.title.blf", "Vector BLF", "Vector BLF"),
+    ("info.title.trc", "PEAK TRC", "PEAK TRC"),
+    ("info.title.mf4", "MF4", "MF4"),
+    ("info.title.csv", "CSV", "CSV"),
+    ("info.title.sqlite", "SQLite", "SQLite"),
     ("info.plain", "{format}，{size}字节", "{format}, {size} bytes"),
     (
         "info.packed",
@@ -95,5 +99,6 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("damage.checksum", "校验和不符", "the check sum does not match"),
     ("damage.structure", "长度或类型无效", "a length or type that cannot be"),
     ("damage.compression", "压缩数据损坏", "compressed data are damaged"),
+    ("damage.undefined", "消息所属的topic在文件中没有定义", "messages of a topic that the file does not name"),
     ("damage.rest", "文件的其余部分无法读取", "the rest of the file cannot be read"),
 )

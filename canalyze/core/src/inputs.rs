@@ -24,7 +24,7 @@ pub struct File {
     pub frames: u64,
     /// From the date from which the capture's stamps count to the one from which this file's do.
     pub shift_ns: i64,
-    /// It says a date from which its stamps count.
+    /// It says from which date its stamps count.
     pub dated: bool,
     /// What of it could not be read.
     pub unreadable: Unreadable,

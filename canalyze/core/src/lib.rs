@@ -18,8 +18,9 @@
 //! # Modules
 //!
 //! Dependency runs one way: `frame`, `od`, `dictionary` <- `message` <- `event`, `finding` <- `services` <-
-//! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. `readers` sees only `frame`; `inputs` and `info` see `readers`; `text` sees `message`, `event`, `finding`, `od`;
-//! `summary` sees `event`; `render` sees `text` and `summary`. The whole table stands in `tests/layers.rs`, which keeps it.
+//! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. `readers` sees only `frame`; `inputs` and
+//! `info` see `readers`; `text` sees `message`, `event`, `finding`, `od`; `summary` sees `event`; `render` sees `text`,
+//! `info` and `summary`. The whole table stands in `tests/layers.rs`, which keeps it.
 
 pub mod bus;
 pub mod checks;

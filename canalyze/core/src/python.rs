@@ -181,8 +181,8 @@ impl Session {
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
-            ("convert", Format::Convert(choose("to", to, Written::NAMES)?)),
             ("info", Format::Info),
+            ("convert", Format::Convert(choose("to", to, Written::NAMES)?)),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =

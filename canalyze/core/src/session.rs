@@ -51,10 +51,10 @@ pub enum Format {
     SignalsCsv,
     /// JSON lines of figures, all at the end.
     Summary,
-    /// The frames themselves, in another capture format.
-    Convert(writers::Format),
     /// JSON lines of what each file is, one a file; nothing is decoded.
     Info,
+    /// The frames themselves, in another capture format.
+    Convert(writers::Format),
 }
 
 /// How a capture is read and shown.
@@ -311,8 +311,8 @@ impl Session {
         self.stream.advance(now_ns, &self.buses, out);
     }
 
-    /// What is known so far of the current file (the last one, between files; of several the one fed last) beyond its frames, as a JSON object:
-    /// see [`jsonl::contents`].
+    /// What is known so far of the current file (the last one, between files; of several the one fed last) beyond its
+    /// frames, as a JSON object: see [`jsonl::contents`].
     pub fn contents(&mut self) -> Vec<u8> {
         let mut out = Vec::new();
         let fed = if self.inputs.count() > 1 { self.fed } else { 0 };

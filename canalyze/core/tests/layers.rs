@@ -73,11 +73,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("readers", &["frame", "select"]),
+    ("inputs", &["frame", "readers"]),
+    ("info", &["frame", "readers"]),
     ("writers", &["frame", "readers", "event", "finding", "text::digits", "text::escape"]),
     ("writers::mcap", &["frame", "readers", "event", "finding", "text"]),
     ("writers::mcap::decoded", &["frame", "od", "drive", "message", "event", "finding", "services", "text", "writers"]),
-    ("inputs", &["frame", "readers"]),
-    ("info", &["frame", "readers"]),
     ("select", &[]),
     (
         "summary",

@@ -133,8 +133,14 @@ pub fn dropped(out: &mut Vec<u8>, name: &[u8], count: u64, total: u64) {
 
 /// A stamp with its digits as they were written.
 fn written(out: &mut Vec<u8>, stamp: &Stamp) {
-    let (seconds, fraction) = (stamp.ns.div_euclid(1_000_000_000), stamp.ns.rem_euclid(1_000_000_000) as u32);
     put!(out; "(");
+    digits(out, stamp);
+    put!(out; ")  ");
+}
+
+/// The same without its parentheses.
+pub fn digits(out: &mut Vec<u8>, stamp: &Stamp) {
+    let (seconds, fraction) = (stamp.ns.div_euclid(1_000_000_000), stamp.ns.rem_euclid(1_000_000_000) as u32);
     match stamp.form {
         StampForm::Seconds => {
             // Right to left into a buffer: `{:0width$}` of the formatting machinery costs five times as much.
@@ -154,8 +160,15 @@ fn written(out: &mut Vec<u8>, stamp: &Stamp) {
         }
         StampForm::Calendar => calendar(out, seconds),
     }
-    decimals(out, fraction, stamp.decimals);
-    put!(out; ")  ");
+    if stamp.decimals > 0 {
+        let mut digits = *b".000000000";
+        let mut rest = fraction;
+        for slot in digits.iter_mut().skip(1).rev() {
+            *slot = b'0' + (rest % 10) as u8;
+            rest /= 10;
+        }
+        out.extend_from_slice(digits.get(..=usize::from(stamp.decimals.min(9))).unwrap_or(&digits));
+    }
 }
 
 /// `2026-09-15 18:44:56.479963`, of ns since 1970-01-01.

@@ -21,12 +21,12 @@
 //! The command adds `format`, `compression` and `size`, which are not known here.
 
 use super::{Setting, contents, name_or_null, number_or_null, seconds};
-use crate::frame::BusId;
+use crate::frame::{BusId, Stamp, StampForm};
 use crate::info::{Info, Zone};
 use crate::readers::{Contents, Damage, DamageKind, Place};
 use crate::text::digits::put;
 use crate::text::escape;
-use crate::writers::console::date;
+use crate::writers::console;
 
 /// Names of damage, as this crate's callers say it too.
 pub const DAMAGES: &[(&str, DamageKind)] = &[
@@ -35,6 +35,7 @@ pub const DAMAGES: &[(&str, DamageKind)] = &[
     ("structure", DamageKind::Structure),
     ("compression", DamageKind::Compression),
     ("rest", DamageKind::Rest),
+    ("undefined", DamageKind::Undefined),
 ];
 
 /// Appends the object of a file.
@@ -86,7 +87,7 @@ fn times(out: &mut Vec<u8>, info: &Info) {
         Some((first, last, zone)) => {
             for (key, ns) in [("first_date", first), ("last_date", last)] {
                 put!(out; ",\"", key, "\":\"");
-                date(out, ns, decimals);
+                console::digits(out, &Stamp { form: StampForm::Calendar, ns, width: 1, decimals });
                 put!(out; "\"");
             }
             put!(out; ",\"zone\":", match zone {
