@@ -364,10 +364,8 @@ fn numbers_without_end() {
         format!("1.5 CANFD 1 Rx 601 0 0 {digits} 1 40"),
         format!("1.5 CANFD 1 Rx 601 0 0 1 {digits} 40"),
         format!("date Sat Jan 1 {digits}:00:00 {digits}"),
-        format!(
-            "date Sat Jan 1 01:00:00.000 0001\n9223372036.9 1 601 Rx d 0\n-9223372036.9 1 601 Rx d 0\nBegin Triggerblock Sat Jan 1 01:00:00 9999\n9223372036.9 1 601 Rx d 0"
-        ),
-        format!("base hex timestamps relative\n9223372036.9 1 601 Rx d 0\n9223372036.9 1 601 Rx d 0"),
+        "date Sat Jan 1 01:00:00.000 0001\n9223372036.9 1 601 Rx d 0\n-9223372036.9 1 601 Rx d 0\nBegin Triggerblock Sat Jan 1 01:00:00 9999\n9223372036.9 1 601 Rx d 0".to_owned(),
+        "base hex timestamps relative\n9223372036.9 1 601 Rx d 0\n9223372036.9 1 601 Rx d 0".to_owned(),
     ] {
         let _ = read(&format!("{line}\n"));
     }
