@@ -358,7 +358,7 @@ impl Walk {
                 _ => head(2, (22..=MAX_RECORD).contains(&len)),
             },
             op::MESSAGE_INDEX => match index(Bytes(body)) {
-                None if len >= 6 => Kept::More(HEAD + 6),
+                None if len >= 6 && body.len() < 6 => Kept::More(HEAD + 6),
                 Some(size) => head(6, len == 6 + size),
                 None => Kept::No,
             },
@@ -477,7 +477,7 @@ fn index(mut body: Bytes<'_>) -> Option<u64> {
 fn chunk(body: &[u8], len: u64) -> Kept {
     let Some(head) = super::chunk::head(body) else {
         // More than the head of any chunk that can be read.
-        let unknown = body.len() >= LOOK - HEAD || len < 40;
+        let unknown = body.len() >= LOOK - HEAD;
         return if unknown { Kept::No } else { Kept::More(LOOK) };
     };
     let inner = head.len.saturating_add(head.size as u64);
