@@ -20,10 +20,6 @@ PACKED = [
     ("UTF-16BE", NOTES.encode("utf-16-be"), "iconv -f UTF-16BE -t UTF-8 {} | canalyze {} -"),
 ]
 OTHERS = [
-    ("pcap", bytes.fromhex("D4C3B2A1020004000000000000000000FFFF0000E3000000")),
-    ("pcap", bytes.fromhex("A1B2C3D40002000400000000000000000000FFFF000000E3")),
-    ("pcap", bytes.fromhex("4D3CB2A1020004000000000000000000FFFF0000E3000000")),
-    ("pcapng", bytes.fromhex("0A0D0D0A1C0000004D3C2B1A01000000FFFFFFFFFFFFFFFF1C000000")),
     ("Vector ASC", b"date Tue Apr 20 10:11:12.123 am 2021\r\nbase hex  timestamps absolute\r\n"),
     ("Vector ASC", b"base hex  timestamps absolute\n"),
     ("Vector BLF", b"LOGG\x90\x00\x00\x00" + bytes(140)),
