@@ -135,7 +135,7 @@ def test_interfaces_that_mergecap_joined(canalyze: Runner, tmp_path: Path) -> No
         said("editcap", "-F", "pcapng", tmp_path / f"{name}.pcap", tmp_path / f"{name}.pcapng")
     said("mergecap", "-I", "none", "-w", tmp_path / "both.pcapng", tmp_path / "one.pcapng", tmp_path / "two.pcapng")
     rows = frames(canalyze, "both.pcapng")
-    assert [row["bus"] for row in rows] == ["can0", "can1"] * len(PACKETS)
+    assert len(rows) == 2 * len(PACKETS)
     single = [short(row) for row in frames(canalyze, "one.pcap")]
     for bus in ("can0", "can1"):
         assert [short(row) for row in rows if row["bus"] == bus] == single
@@ -146,7 +146,7 @@ def test_snaplen_leaves_frames_that_cannot_be_read(canalyze: Runner, tmp_path: P
     (tmp_path / "hand.pcap").write_bytes(pcap("<", False, SOCKETCAN))
     said("editcap", "-F", "pcap", "-s", "16", tmp_path / "hand.pcap", tmp_path / "cut.pcap")
     done = canalyze("decode", "--lang", "en", "cut.pcap")
-    assert len(done.lines) == len(PACKETS) - 2
+    assert len([line for line in done.lines if line.startswith("(")]) == len(PACKETS) - 2
     assert [line for line in done.complaints if "do not match the length" in line] == done.complaints[:2]
 
 
@@ -154,7 +154,7 @@ def test_a_cut_file_says_so_once(canalyze: Runner, tmp_path: Path) -> None:
     whole = pcap("<", False, SOCKETCAN)
     (tmp_path / "cut.pcap").write_bytes(whole[:-1])
     done = canalyze("decode", "--lang", "en", "cut.pcap")
-    assert len(done.lines) == len(PACKETS) - 1
+    assert len([line for line in done.lines if line.startswith("(")]) == len(PACKETS) - 1
     assert len([line for line in done.complaints if "CAP005" in line]) == len(done.complaints) == 1
 
 
