@@ -123,14 +123,14 @@ def run(arguments: Sequence[str | Path], output: Path | None = None) -> Ran:
             code = main(line)
     finally:
         faulthandler.cancel_dump_traceback_later()
-    complaints = errors.buffer.getvalue().decode()  # type: ignore[attr-defined]
+    complaints = errors.buffer.getvalue().decode()
     assert "Traceback" not in complaints, complaints
     return Ran(code, output.read_bytes() if output and output.exists() else b"", complaints)
 
 
-def read(*paths: Path, options: Sequence[str] = ()) -> Reading:
-    """What `canalyze decode --format jsonl` says about the files."""
-    output = paths[0].with_name(f"{paths[0].name}.said")
+def read(*paths: Path, options: Sequence[str] = (), output: Path | None = None) -> Reading:
+    """What `canalyze decode --format jsonl` says about the files; it is put beside the first one, or where told."""
+    output = output or paths[0].with_name(f"{paths[0].name}.said")
     output.unlink(missing_ok=True)
     ran = run(["decode", *paths, "--format", "jsonl", *options], output)
     return Reading(ran.code, sort_rows(ran.out), ran.complaints)
@@ -147,7 +147,7 @@ def transfers(path: Path) -> list[Row]:
     return [json.loads(line) for line in out.splitlines()]
 
 
-def annotations(text: bytes) -> list[str]:
+def annotated(text: bytes) -> list[str]:
     """What stands behind the # of each line."""
     return [line.partition("#")[2].strip() for line in text.decode().splitlines()]
 

@@ -210,9 +210,11 @@ def mcap_bare(frames: Sequence[Recorded], path: Path) -> None:
             seconds, rest = divmod(frame.t_ns, 1_000_000_000)
             flags = (frame.kind == "remote", frame.extended, frame.kind == "error")
             length = frame.asked if frame.kind == "remote" else len(frame.data)
-            data = struct.pack("<4siII4xI3?B8s", b"\0\1\0\0", seconds, rest, 1, frame.can_id, *flags, length, frame.data)
+            data = struct.pack(
+                "<4siII4xI3?B8s", b"\0\1\0\0", seconds, rest, 1, frame.can_id, *flags, length, frame.data
+            )
             out.add_message(channels[topic], frame.t_ns, data, frame.t_ns)
-        out.finish()
+        out.finish()  # type: ignore[no-untyped-call]
 
 
 SOCKETCAN = 227

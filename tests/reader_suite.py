@@ -28,7 +28,7 @@ import zstandard
 from capture_frames import (
     Reading,
     Recorded,
-    annotations,
+    annotated,
     candump_text,
     decoded_text,
     from_start,
@@ -49,10 +49,9 @@ MS = 1_000_000
 
 BRIDGED = ("blf", "trc", "csv", "sqlite", "mf4")
 """Formats that come through python-can's readers."""
-PENDING: dict[str, str] = {
-    name: "not merged yet"
-    for name in ("asc", "mcap", "pcap", "pcapng", *BRIDGED, "", "info", "convert", "convert-mcap", "merge")
-}
+PENDING = dict.fromkeys(
+    ("asc", "mcap", "pcap", "pcapng", *BRIDGED, "", "info", "convert", "convert-mcap", "merge"), "not merged yet"
+)
 """Formats and commands that are not here yet, with the reason; `""` stands for compression. Empty when all is done."""
 
 
@@ -107,7 +106,12 @@ def every_kind() -> list[Recorded]:
         add(kind="fd", data=source.randbytes(length), brs=bool(flags & 1), esi=bool(flags & 2))
     for flags in range(4):
         add(kind="fd", data=bytes(12), brs=bool(flags & 1), esi=bool(flags & 2), extended=True, sent=True)
-    for error, details in ((4, "0004000000000000"), (8, "00000A1900000000"), (0x40, "0" * 16), (0x88, "0000800000007F60")):
+    for error, details in (
+        (4, "0004000000000000"),
+        (8, "00000A1900000000"),
+        (0x40, "0" * 16),
+        (0x88, "0000800000007F60"),
+    ):
         add(kind="error", can_id=error, data=bytes.fromhex(details))
     return frames
 
@@ -300,7 +304,7 @@ class ReaderSuite(ABC):
         reference = tmp_path / "reference.log"
         reference.write_bytes(candump_text(self.expected(frames)))
         path = self.file(frames, tmp_path)
-        assert annotations(decoded_text(path)) == annotations(decoded_text(reference))
+        assert annotated(decoded_text(path)) == annotated(decoded_text(reference))
         rows = [without(transfers(file), *CHANGES_WITH_THE_FORMAT) for file in (path, reference)]
         assert rows[0] == rows[1]
         assert rows[0]
@@ -321,7 +325,7 @@ class ReaderSuite(ABC):
         whole = read(path)
         pipe = tmp_path / f"pipe.{self.suffix}"
         os.mkfifo(pipe)
-        with feeding(pipe, path.read_bytes(), piece):
+        with Feeding(pipe, path.read_bytes(), piece):
             reading = read(pipe)
         assert reading.code == 0
         assert (reading.frames, reading.meanings) == (whole.frames, whole.meanings)
@@ -380,7 +384,11 @@ class ReaderSuite(ABC):
         path = self.file(frames, tmp_path)
         file, whole = path.read_bytes(), read(path).frames
         source = random.Random(403)
-        cuts = {*range(0, 64, 7), *(source.randrange(len(file)) for _ in range(40)), *range(len(file) - 40, len(file), 3)}
+        cuts = {
+            *range(0, 64, 7),
+            *(source.randrange(len(file)) for _ in range(40)),
+            *range(len(file) - 40, len(file), 3),
+        }
         cut_file = tmp_path / f"cut.{self.suffix}"
         for cut in sorted(cuts):
             cut_file.write_bytes(file[:cut])
@@ -443,10 +451,11 @@ def core_output(form: str, file: bytes, piece: int) -> bytes:
     return b"".join([*output, session.end(), session.finish()])
 
 
-class feeding:  # noqa: N801: reads as a verb
+class Feeding:
     """A thread that writes bytes to a FIFO in pieces, each in a write of its own."""
 
     def __init__(self, pipe: Path, data: bytes, piece: int) -> None:
+        """Ready to write these bytes in pieces of this size."""
         self._thread = threading.Thread(target=self._feed, args=(pipe, data, piece), daemon=True)
 
     @staticmethod
@@ -472,5 +481,3 @@ def line_ends(file: bytes, is_frame: Callable[[bytes], bool]) -> Iterator[int]:
         at += len(line)
         if is_frame(line):
             yield at
-
-

@@ -21,6 +21,8 @@ from mcap.writer import CompressionType
 from other_writers import Write
 from reader_suite import PENDING, ReaderSuite, line_ends
 
+from canalyze import _core
+
 CLASSIC = ("data", "remote", "error")
 
 
@@ -357,7 +359,7 @@ SUITES = [suite for suite in globals().values() if isinstance(suite, type) and i
 def test_every_format_has_its_suite() -> None:
     """A format that the core lists, and every one that the bridge brings, is proven here."""
     proven = {suite.form for suite in SUITES if hasattr(suite, "form")}
-    assert proven >= {*reader_suite._core.FORMATS, *reader_suite.BRIDGED}
+    assert proven >= {*_core.FORMATS, *reader_suite.BRIDGED}
 
 
 def test_nothing_is_pending_that_is_here() -> None:
