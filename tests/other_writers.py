@@ -97,6 +97,16 @@ def python_can(writer: Callable[..., Any], **options: Any) -> Write:
     return write
 
 
+def sqlite(frames: Sequence[Recorded], path: Path) -> None:
+    """python-can's database. Its writer drops what it has not written when it is told to stop: it is waited for."""
+    out = can.SqliteWriter(path)
+    for frame in frames:
+        out.on_message_received(message(frame))
+    while not out.buffer.empty():
+        time.sleep(0.01)
+    out.stop()
+
+
 def log2asc(*options: str) -> Write:
     """can-utils' converter from candump's log form."""
 

@@ -268,8 +268,8 @@ class TestPcapngNamedBigEndian(TestPcapngNamed):
 class TestBlf(ReaderSuite):
     form = "blf"
     suffix = "blf"
+    absolute = False
     tolerance_ns = 1000
-    backwards = True
     long = 3000
 
     def write(self, frames: Sequence[Recorded], path: Path) -> None:
@@ -282,6 +282,7 @@ class TestBlf(ReaderSuite):
 class TestTrc(Text):
     form = "trc"
     suffix = "trc"
+    absolute = False
     tolerance_ns = 1000
     frame_line = rb"^ *\d+ "
     long = 3000
@@ -323,7 +324,7 @@ class TestSqlite(ReaderSuite):
     piped = False
 
     def write(self, frames: Sequence[Recorded], path: Path) -> None:
-        other_writers.python_can(can.SqliteWriter)(frames, path)
+        other_writers.sqlite(frames, path)
 
     def takes(self, frame: Recorded) -> bool:
         return frame.kind in CLASSIC
