@@ -46,10 +46,10 @@ class Recorded:
     sent: bool | None = False
     """Sent by the capturing host; None where that is not known."""
 
-    def log_line(self) -> str:
-        """The frame as `candump -l -x` writes it, with all digits of its stamp."""
+    def log_line(self, decimals: int = 6) -> str:
+        """The frame as `candump -l -x` writes it, its stamp with so many digits (6 or 9) behind the point."""
         seconds, rest = divmod(self.t_ns, 1_000_000_000)
-        digits = f"{rest:09d}" if rest % 1000 else f"{rest // 1000:06d}"
+        digits = f"{rest:09d}"[:decimals]
         wide = self.extended or self.kind == "error"
         can_id = self.can_id | (0x2000_0000 if self.kind == "error" else 0)
         shown = {
@@ -63,8 +63,10 @@ class Recorded:
 
 
 def candump_text(frames: Iterable[Recorded]) -> bytes:
-    """A capture in candump's log form."""
-    return "".join(frame.log_line() for frame in frames).encode()
+    """A capture in candump's log form, in ns where one stamp needs them."""
+    frames = list(frames)
+    decimals = 9 if any(frame.t_ns % 1000 for frame in frames) else 6
+    return "".join(frame.log_line(decimals) for frame in frames).encode()
 
 
 @dataclass(slots=True)

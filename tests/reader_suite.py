@@ -210,6 +210,8 @@ class ReaderSuite(ABC):
             got, wanted = list(from_start(got)), list(from_start(wanted))
         for number, (one, other) in enumerate(zip(got, wanted, strict=True)):
             near = abs(one.t_ns - other.t_ns) <= self.tolerance_ns
+            if one.kind == "error":  # nobody's frame: whether it has a side is the format's own affair
+                one, other = replace(one, sent=None), replace(other, sent=None)
             assert (one if not near else replace(one, t_ns=other.t_ns)) == other, f"frame {number + 1}"
 
     def check(self, frames: Sequence[Recorded], scratch: Path) -> Reading:
@@ -314,7 +316,9 @@ class ReaderSuite(ABC):
         assert rows[0]
 
     def test_decoded_text_is_a_capture_again(self, tmp_path: Path) -> None:
-        frames = [*frames_of(SAMPLES / "network" / "remapping.log"), *every_kind()]
+        frames = frames_of(SAMPLES / "network" / "remapping.log")
+        later = frames[-1].t_ns + MS - START_NS
+        frames = [*frames, *(replace(frame, t_ns=frame.t_ns + later) for frame in every_kind())]
         text = decoded_text(self.file(frames, tmp_path))
         again = tmp_path / "again.txt"
         again.write_bytes(text)
