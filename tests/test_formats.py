@@ -124,6 +124,7 @@ class Mcap(ReaderSuite):
 
     form = "mcap"
     suffix = "mcap"
+    sorts = True
     writer: Write
 
     def write(self, frames: Sequence[Recorded], path: Path) -> None:
@@ -339,7 +340,7 @@ class TestMf4(ReaderSuite):
     form = "mf4"
     suffix = "mf4"
     tolerance_ns = 1000
-    backwards = False
+    sorts = True
     long = 300
     piped = False
 
