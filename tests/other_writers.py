@@ -13,7 +13,7 @@ import shutil
 import struct
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from mcap_ros2.writer import Writer as Ros2Writer
 
-Write = Callable[[Sequence[Recorded], Path], None]
+Write = Callable[[Iterable[Recorded], Path], None]
 
 
 def program(name: str) -> str:
@@ -85,7 +85,7 @@ def message(frame: Recorded) -> can.Message:
 def python_can(writer: Callable[..., Any], **options: Any) -> Write:
     """A writer of python-can."""
 
-    def write(frames: Sequence[Recorded], path: Path) -> None:
+    def write(frames: Iterable[Recorded], path: Path) -> None:
         with in_utc():
             out = writer(path, **options)
             try:
@@ -97,7 +97,7 @@ def python_can(writer: Callable[..., Any], **options: Any) -> Write:
     return write
 
 
-def sqlite(frames: Sequence[Recorded], path: Path) -> None:
+def sqlite(frames: Iterable[Recorded], path: Path) -> None:
     """python-can's database. Its writer drops what it has not written when it is told to stop: it is waited for."""
     out = can.SqliteWriter(path)
     for frame in frames:
@@ -110,7 +110,8 @@ def sqlite(frames: Sequence[Recorded], path: Path) -> None:
 def log2asc(*options: str) -> Write:
     """can-utils' converter from candump's log form."""
 
-    def write(frames: Sequence[Recorded], path: Path) -> None:
+    def write(frames: Iterable[Recorded], path: Path) -> None:
+        frames = list(frames)
         buses = sorted({frame.bus for frame in frames}) or ["can0"]
         out = run_program("log2asc", *options, *buses, stdin=candump_text(frames))
         path.write_bytes(out)
@@ -165,7 +166,7 @@ def _header(frame: Recorded) -> dict[str, Any]:
 def mcap_ros2(compression: CompressionType, chunk_size: int = 1 << 20) -> Write:
     """What ros2_socketcan's topics become in a recording: can_msgs/Frame and FdFrame, by mcap-ros2-support."""
 
-    def write(frames: Sequence[Recorded], path: Path) -> None:
+    def write(frames: Iterable[Recorded], path: Path) -> None:
         with path.open("wb") as file, Ros2Writer(file, chunk_size=chunk_size, compression=compression) as out:
             classic = out.register_msgdef("can_msgs/msg/Frame", CAN_MSGS_FRAME)
             fd = out.register_msgdef("ros2_socketcan_msgs/msg/FdFrame", FD_FRAME)
@@ -187,7 +188,7 @@ def mcap_ros2(compression: CompressionType, chunk_size: int = 1 << 20) -> Write:
     return write
 
 
-def mcap_dataspeed(frames: Sequence[Recorded], path: Path) -> None:
+def mcap_dataspeed(frames: Iterable[Recorded], path: Path) -> None:
     """A Dataspeed recording, whose frames keep the flags of CAN FD."""
     with path.open("wb") as file, Ros2Writer(file) as out:
         schema = out.register_msgdef("dataspeed_can_msgs/msg/Frame", DATASPEED_FRAME)
@@ -206,7 +207,7 @@ def mcap_dataspeed(frames: Sequence[Recorded], path: Path) -> None:
             out.write_message(topic, schema, body, frame.t_ns, frame.t_ns, number)
 
 
-def mcap_bare(frames: Sequence[Recorded], path: Path) -> None:
+def mcap_bare(frames: Iterable[Recorded], path: Path) -> None:
     """The same frames without chunks, check sums and an index, as a small logger may write them, packed by hand."""
     with path.open("wb") as file:
         out = McapWriter(file, use_chunking=False, enable_crcs=False, use_statistics=False)
@@ -258,7 +259,7 @@ _PACKERS: dict[int, Callable[[Recorded], bytes]] = {SOCKETCAN: socketcan, SLL: _
 def pcap(link: int = SOCKETCAN, *, order: str = "<", nanoseconds: bool = False) -> Write:
     """The old format, in one byte order, with stamps in µs or ns."""
 
-    def write(frames: Sequence[Recorded], path: Path) -> None:
+    def write(frames: Iterable[Recorded], path: Path) -> None:
         magic = 0xA1B2_3C4D if nanoseconds else 0xA1B2_C3D4
         parts = [struct.pack(f"{order}IHHiIII", magic, 2, 4, 0, 0, 262_144, link)]
         for frame in frames:
@@ -274,7 +275,7 @@ def pcap(link: int = SOCKETCAN, *, order: str = "<", nanoseconds: bool = False) 
 def editcap(form: str, source: Write) -> Write:
     """What editcap of Wireshark makes of such a file."""
 
-    def write(frames: Sequence[Recorded], path: Path) -> None:
+    def write(frames: Iterable[Recorded], path: Path) -> None:
         raw = path.with_name("before-editcap.pcap")
         source(frames, raw)
         run_program("editcap", "-F", form, raw, path)
@@ -295,7 +296,8 @@ def _option(order: str, code: int, value: bytes) -> bytes:
 def pcapng_named(order: str = "<") -> Write:
     """An interface a bus, with its name and stamps in ns; the side of a frame in its flags: as dumpcap writes it."""
 
-    def write(frames: Sequence[Recorded], path: Path) -> None:
+    def write(frames: Iterable[Recorded], path: Path) -> None:
+        frames = list(frames)
         parts = [_block(order, 0x0A0D_0D0A, struct.pack(f"{order}IHHq", 0x1A2B_3C4D, 1, 0, -1))]
         interfaces: dict[str, int] = {}
         for bus in dict.fromkeys(frame.bus for frame in frames):
