@@ -119,7 +119,7 @@ def _asc(log: Path, path: Path) -> None:
 
 
 def _asc_gz(log: Path, path: Path) -> None:
-    with (log.parent / path.stem).open("rb") as source, gzip.open(path, "wb", compresslevel=6) as out:
+    with log.with_suffix(".asc").open("rb") as source, gzip.open(path, "wb", compresslevel=6) as out:
         shutil.copyfileobj(source, out)
 
 
