@@ -50,10 +50,13 @@ MS = 1_000_000
 
 BRIDGED = ("blf", "trc", "csv", "sqlite", "mf4")
 """Formats that come through python-can's readers."""
+WRITTEN = ("asc", "mcap", "pcapng", "blf", "trc", "csv", "db", "mf4")
+"""How names of files end that `convert` writes beside candump's."""
 PENDING = dict.fromkeys(
-    ("asc", "mcap", "pcap", "pcapng", *BRIDGED, "", "info", "convert", "convert-mcap", "merge"), "not merged yet"
+    ("asc", "mcap", "pcap", "pcapng", *BRIDGED, "", "info", "convert", *(f"to {suffix}" for suffix in WRITTEN)),
+    "not merged yet",
 )
-"""Formats and commands that are not here yet, with the reason; `""` stands for compression. Empty when all is done."""
+"""What is not here yet, and why: formats, commands, `""` for compression, `to X` for a format written. Empty at the end."""
 
 
 def can_read(form: str) -> bool:
