@@ -119,7 +119,7 @@ def _decoded(topic: str, moment: int, said: Any) -> Recorded:
         can_id=said.id,
         data=b"" if remote else bytes(said.data)[:length],
         kind="error" if error else "remote" if remote else "fd" if fd else "data",
-        extended=flag("is_extended", "extended"),
+        extended=flag("is_extended", "extended") and not error,
         asked=length if remote else 0,
         brs=flag("brs"),
         esi=flag("esi"),

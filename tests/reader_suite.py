@@ -56,7 +56,7 @@ PENDING = dict.fromkeys(
     ("asc", "mcap", "pcap", "pcapng", *BRIDGED, "", "info", "convert", *(f"to {suffix}" for suffix in WRITTEN)),
     "not merged yet",
 )
-"""What is not here yet, and why: formats, commands, `""` for compression, `to X` for a format written. Empty at the end."""
+"""What is not here yet, and why: formats, commands, `""` for compression, `to X` for a format written."""
 
 
 def can_read(form: str) -> bool:
