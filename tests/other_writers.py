@@ -15,6 +15,7 @@ import subprocess
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -111,7 +112,8 @@ def log2asc(*options: str) -> Write:
     """can-utils' converter from candump's log form."""
 
     def write(frames: Iterable[Recorded], path: Path) -> None:
-        frames = list(frames)
+        # It takes what stands behind the point for µs, however many digits there are.
+        frames = [replace(frame, t_ns=frame.t_ns // 1000 * 1000) for frame in frames]
         buses = sorted({frame.bus for frame in frames}) or ["can0"]
         out = run_program("log2asc", *options, *buses, stdin=candump_text(frames))
         path.write_bytes(out)
