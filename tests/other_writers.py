@@ -235,27 +235,36 @@ SLL = 113
 SLL2 = 276
 
 
-def socketcan(frame: Recorded) -> bytes:
-    """A frame as LINKTYPE_CAN_SOCKETCAN has it: the identifier in network order."""
+def socketcan(frame: Recorded, order: str = ">") -> bytes:
+    """A frame as LINKTYPE_CAN_SOCKETCAN has it: the identifier in network order.
+
+    Behind a cooked header it stands in the order of the host, which is that of the file.
+    """
     flags = {"remote": 0x4000_0000, "error": 0x2000_0000}.get(frame.kind, 0) | (0x8000_0000 if frame.extended else 0)
     length = frame.asked if frame.kind == "remote" else len(frame.data)
     if frame.kind == "fd":
         fd_flags = frame.brs | frame.esi << 1 | 4
-        return struct.pack(">IBBxx64s", frame.can_id | flags, length, fd_flags, frame.data)
-    return struct.pack(">IBxxx8s", frame.can_id | flags, length, frame.data)
+        return struct.pack(f"{order}IBBxx64s", frame.can_id | flags, length, fd_flags, frame.data)
+    return struct.pack(f"{order}IBxxx8s", frame.can_id | flags, length, frame.data)
 
 
-def _cooked(frame: Recorded) -> bytes:
+def _cooked(frame: Recorded, order: str) -> bytes:
     protocol = 0x000D if frame.kind == "fd" else 0x000C
-    return struct.pack(">HHH8sH", 4 if frame.sent else 0, 280, 0, b"", protocol) + socketcan(frame)
+    return struct.pack(">HHH8sH", 4 if frame.sent else 0, 280, 0, b"", protocol) + socketcan(frame, order)
 
 
-def _cooked2(frame: Recorded, interface: int = 3) -> bytes:
+def _cooked2(frame: Recorded, order: str, interface: int = 3) -> bytes:
     protocol = 0x000D if frame.kind == "fd" else 0x000C
-    return struct.pack(">HHIHBB8s", protocol, 0, interface, 280, 4 if frame.sent else 0, 0, b"") + socketcan(frame)
+    return struct.pack(">HHIHBB8s", protocol, 0, interface, 280, 4 if frame.sent else 0, 0, b"") + socketcan(
+        frame, order
+    )
 
 
-_PACKERS: dict[int, Callable[[Recorded], bytes]] = {SOCKETCAN: socketcan, SLL: _cooked, SLL2: _cooked2}
+_PACKERS: dict[int, Callable[[Recorded, str], bytes]] = {
+    SOCKETCAN: lambda frame, _: socketcan(frame),
+    SLL: _cooked,
+    SLL2: _cooked2,
+}
 
 
 def pcap(link: int = SOCKETCAN, *, order: str = "<", nanoseconds: bool = False) -> Write:
@@ -265,7 +274,7 @@ def pcap(link: int = SOCKETCAN, *, order: str = "<", nanoseconds: bool = False) 
         magic = 0xA1B2_3C4D if nanoseconds else 0xA1B2_C3D4
         parts = [struct.pack(f"{order}IHHiIII", magic, 2, 4, 0, 0, 262_144, link)]
         for frame in frames:
-            packet = _PACKERS[link](frame)
+            packet = _PACKERS[link](frame, order)
             seconds, rest = divmod(frame.t_ns, 1_000_000_000)
             fraction = rest if nanoseconds else rest // 1000
             parts += [struct.pack(f"{order}IIII", seconds, fraction, len(packet), len(packet)), packet]
