@@ -253,7 +253,8 @@ def _cooked(frame: Recorded, order: str) -> bytes:
     return struct.pack(">HHH8sH", 4 if frame.sent else 0, 280, 0, b"", protocol) + socketcan(frame, order)
 
 
-def _cooked2(frame: Recorded, order: str, interface: int = 3) -> bytes:
+def _cooked2(frame: Recorded, order: str) -> bytes:
+    interface = int(frame.bus.removeprefix("can") if frame.bus.startswith("can") else 0) + 1
     protocol = 0x000D if frame.kind == "fd" else 0x000C
     return struct.pack(">HHIHBB8s", protocol, 0, interface, 280, 4 if frame.sent else 0, 0, b"") + socketcan(
         frame, order

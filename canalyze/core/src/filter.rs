@@ -88,6 +88,11 @@ impl Filter {
         self.clauses.is_empty()
     }
 
+    /// Whether it asks only for what a frame itself says, not for what it means.
+    pub fn is_plain(&self) -> bool {
+        !self.clauses.iter().any(|clause| matches!(clause, Clause::Service(_) | Clause::Node(_)))
+    }
+
     /// Whether an SDO transfer is shown: its channel has both identifiers, its time is from first to last frame.
     pub fn shows_transfer(&self, transfer: &Transfer, buses: &Buses, start_ns: i64) -> bool {
         let node = u32::from(transfer.node);

@@ -40,6 +40,7 @@ pub mod od;
 mod python;
 pub mod readers;
 pub mod render;
+pub mod repeats;
 pub mod roles;
 pub mod select;
 pub mod services;

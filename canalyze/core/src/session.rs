@@ -14,21 +14,20 @@ use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
-use crate::readers::{Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
+use crate::readers::mcap::Choice;
+use crate::readers::{Contents, Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
 
 use crate::render::signals::Signals;
+use crate::repeats::Repeats;
 use crate::select::Select;
 use crate::services::sdo::transfer::Status;
 use crate::services::sdo::wire::Mux;
 use crate::summary::Summary;
 use crate::text::{Depth, Lang, complaints};
+use crate::writers::{self, Loss, Writer};
 
-/// Findings of one rule on one object that are shown before the rest is only counted.
-const SHOWN: u64 = 10;
-/// Distinct (rule, bus, node, object) that are counted apart; more are shown one by one.
-const COUNTED: usize = 4096;
 /// Unreadable lines of a file that are named one by one as they come.
 const NAMED: u64 = 5;
 /// Ranges of unreadable lines that are listed at the end of a file.
@@ -50,6 +49,8 @@ pub enum Format {
     SignalsCsv,
     /// JSON lines of figures, all at the end.
     Summary,
+    /// The frames themselves, in another capture format.
+    Convert(writers::Format),
 }
 
 /// How a capture is read and shown.
@@ -63,6 +64,8 @@ pub struct Options {
     pub depth: Depth,
     /// What small stamps mean.
     pub stamps: Stamps,
+    /// What of an MCAP file is read, and how.
+    pub mcap: Choice,
     /// How time is shown; as it came, by default.
     pub time: Option<Time>,
     /// Which frames are shown.
@@ -73,6 +76,8 @@ pub struct Options {
     pub network: Arc<Network>,
     /// Which signals are listed.
     pub select: Select,
+    /// How the format that is written is written.
+    pub writing: writers::Settings,
 }
 
 /// Bytes of a transfer for a file of its own.
@@ -90,12 +95,11 @@ pub struct Extracted {
 #[derive(Debug)]
 pub struct Session {
     reader: Option<Reader>,
+    /// Of the last file, once it is over.
+    contents: Contents,
     buses: Buses,
     stream: Stream,
 }
-
-/// Findings of one kind: same rule, bus, node and object.
-type Kind = (Code, BusId, Option<u8>, Option<Mux>);
 
 /// Everything behind the reader.
 #[derive(Debug)]
@@ -114,6 +118,8 @@ struct Stream {
     start_ns: Option<i64>,
     /// The date from which the capture's stamps count, where its first dated file says one.
     date_ns: Option<i64>,
+    /// Whether the current file says one.
+    dated: bool,
     /// From that date to the one from which the current file's stamps count.
     shift_ns: i64,
     /// Digits after the point of the last stamp.
@@ -124,10 +130,13 @@ struct Stream {
     chunks: Vec<Chunk>,
     /// Which nodes had a frame, a bit each, by bus.
     seen: Vec<u128>,
-    counted: BTreeMap<Kind, (u64, Finding)>,
+    repeats: Repeats,
     unreadable: Unreadable,
     complaints: Vec<String>,
     extracted: Vec<Extracted>,
+    writer: Writer,
+    /// Nobody asks what frames mean, so no state is kept.
+    blind: bool,
 }
 
 /// Lines of the current file that could not be read (records, by their offset, in a file without lines).
@@ -156,8 +165,12 @@ impl Session {
     /// A session at the beginning of a capture.
     pub fn new(options: Options) -> Self {
         let lines = Lines::new(options.lang, options.depth, options.time);
+        let written = if let Format::Convert(format) = options.format { format } else { Default::default() };
+        let writer = Writer::new(written, &options.writing);
+        let blind = matches!(options.format, Format::Convert(_)) && options.filter.is_plain() && !writer.wants_events();
         Self {
             reader: None,
+            contents: Contents::default(),
             buses: Buses::default(),
             stream: Stream {
                 signals: Signals::new(options.lang, options.format == Format::SignalsCsv, options.select.clone()),
@@ -171,6 +184,7 @@ impl Session {
                 shown: 0,
                 start_ns: None,
                 date_ns: None,
+                dated: false,
                 shift_ns: 0,
                 decimals: 9,
                 last: FrameRef::default(),
@@ -178,10 +192,12 @@ impl Session {
                 events: Vec::new(),
                 chunks: Vec::new(),
                 seen: Vec::new(),
-                counted: BTreeMap::new(),
+                repeats: Repeats::default(),
                 unreadable: Unreadable::default(),
                 complaints: Vec::new(),
                 extracted: Vec::new(),
+                writer,
+                blind,
             },
         }
     }
@@ -191,20 +207,23 @@ impl Session {
         self.stream.file = name.to_vec();
         self.stream.file_frames = 0;
         self.stream.shift_ns = 0;
+        self.stream.dated = false;
         self.stream.unreadable = Unreadable::default();
-        self.reader = Some(Reader::new(format, &Settings { stamps: self.stream.options.stamps, regular }));
+        let Options { stamps, mcap, .. } = &self.stream.options;
+        self.reader = Some(Reader::new(format, &Settings { stamps: *stamps, regular, mcap: mcap.clone() }));
+        self.stream.writer.source(name, Input::NAMES.iter().find(|row| row.1 == format).map_or("", |row| row.0));
     }
 
     /// More bytes of the current file, in any chunking; appends what they yield.
     pub fn feed(&mut self, bytes: &[u8], out: &mut Vec<u8>) {
-        let Self { reader: Some(reader), buses, stream } = self else { return };
+        let Self { reader: Some(reader), buses, stream, .. } = self else { return };
         reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
     }
 
     /// The current file is over. `interrupted`: its reading was broken off, so a last line that has no end is no
     /// fault of the file.
     pub fn end(&mut self, interrupted: bool, out: &mut Vec<u8>) {
-        let Self { reader: Some(reader), buses, stream } = self else { return };
+        let Self { reader: Some(reader), buses, stream, .. } = self else { return };
         let mut sink = |item, buses: &Buses| stream.item(item, buses, out);
         if interrupted {
             reader.interrupt(buses, &mut sink);
@@ -212,6 +231,7 @@ impl Session {
             reader.finish(buses, &mut sink);
         }
         stream.end_of_file(buses, out);
+        self.contents = reader.contents();
         self.reader = None;
     }
 
@@ -232,6 +252,14 @@ impl Session {
         self.stream.advance(now_ns, &self.buses, out);
     }
 
+    /// What is known so far of the current file (the last one, between files) beyond its frames, as a JSON object:
+    /// see [`jsonl::contents`].
+    pub fn contents(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        jsonl::contents(&mut out, &self.reader.as_ref().map_or_else(|| self.contents.clone(), Reader::contents));
+        out
+    }
+
     /// Lines for standard error since the last call.
     pub fn take_complaints(&mut self) -> Vec<String> {
         std::mem::take(&mut self.stream.complaints)
@@ -240,6 +268,17 @@ impl Session {
     /// Bytes of transfers since the last call.
     pub fn take_extracted(&mut self) -> Vec<Extracted> {
         std::mem::take(&mut self.stream.extracted)
+    }
+
+    /// What the format that is written cannot hold, a line each that begins with the name of the file. `further`: what
+    /// a writer outside of this crate has lost of what it was handed.
+    pub fn losses(&self, file: &[u8], further: &[(Loss, u64)]) -> Vec<String> {
+        let mut losses = self.stream.writer.losses().clone();
+        for (loss, count) in further {
+            losses.add(*loss, *count);
+        }
+        let lost = losses.iter().filter(|(_, count)| *count > 0);
+        lost.map(|(loss, count)| complaints::lost(self.stream.options.lang, file, loss, count)).collect()
     }
 
     /// Frames read so far: in all files, in the current one.
@@ -294,6 +333,11 @@ impl Stream {
                     self.signals.frame(out, setting, &frame, &self.events);
                 }
                 Format::Summary => self.summary.frame(&frame, &self.events),
+                Format::Convert(_) => {
+                    let setting = self.writing(buses);
+                    self.writer.frame(out, setting, &frame);
+                    self.writer.events(out, setting, Some(&frame), &self.events);
+                }
                 Format::Jsonl | Format::Transfers => jsonl::frame(out, setting, &frame, &self.events),
             }
         }
@@ -302,9 +346,13 @@ impl Stream {
     }
 
     fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
+        if let Format::Convert(_) = self.options.format {
+            self.writer.marker(out, self.writing(buses), &marker);
+        }
         let (code, place, facts, bus) = match marker {
             Marker::Start { date_ns } => {
                 self.shift_ns = date_ns.saturating_sub(*self.date_ns.get_or_insert(date_ns));
+                self.dated = true;
                 return;
             }
             Marker::Dropped { bus, count, total, place } => {
@@ -337,7 +385,10 @@ impl Stream {
             DamageKind::Structure => (Code::Cap004, 1),
             DamageKind::Compression => (Code::Cap004, 2),
             DamageKind::Rest => (Code::Cap004, 3),
+            DamageKind::Undefined => (Code::Cap004, 4),
         };
+        // The same with the number of frames.
+        let face = if frames.is_some() && code == Code::Cap004 && face < 3 { face + 5 } else { face };
         if code == Code::Cap004 {
             for index in 0..self.state.len() {
                 self.on_bus(BusId(index as u8), buses, |bus, cx| bus.lost(None, false, cx));
@@ -367,6 +418,7 @@ impl Stream {
         match self.options.format {
             Format::Jsonl => jsonl::finding(out, self.setting(buses), finding),
             Format::Summary => self.summary.finding(finding),
+            Format::Convert(_) => self.writer.finding(out, self.writing(buses), finding),
             Format::Text | Format::Transfers | Format::Signals | Format::SignalsCsv => {}
         }
     }
@@ -402,24 +454,18 @@ impl Stream {
             self.on_bus(BusId(index as u8), buses, Bus::finish);
         }
         self.fold();
-        let at = self.last;
-        for (_, (count, finding)) in std::mem::take(&mut self.counted) {
-            if count > SHOWN {
-                let facts = Facts::Repeated { count: count - SHOWN };
-                let what = What::Finding(Box::new(Finding { at, cause: None, facts, ..finding }));
-                let Finding { bus, node, .. } = finding;
-                self.events.push(Event { at, about: None, bus, node, transfer: None, what });
-            }
-        }
+        self.repeats.finish(self.last, &mut self.events);
         self.aside(buses, out);
-        if self.frames > 0 {
+        if self.frames > 0 && !self.blind {
             self.absent(buses);
         }
         if self.shown == 0 && self.frames > 0 && !self.options.filter.is_empty() {
             self.complaints.push(complaints::nothing_shown(self.options.lang, self.frames));
         }
-        if self.options.format == Format::Summary && self.shown > 0 {
-            jsonl::summary::write(out, self.setting(buses), &self.summary);
+        match self.options.format {
+            Format::Summary if self.shown > 0 => jsonl::summary::write(out, self.setting(buses), &self.summary),
+            Format::Convert(_) if self.frames > 0 => self.writer.finish(out, self.writing(buses)),
+            _ => {}
         }
     }
 
@@ -455,6 +501,7 @@ impl Stream {
             Format::Jsonl => jsonl::asides(out, self.setting(buses), &self.events),
             Format::Transfers => self.transfers(buses, out),
             Format::Summary => self.summary.asides(&self.events),
+            Format::Convert(_) => self.writer.events(out, self.writing(buses), None, &self.events),
             Format::Signals | Format::SignalsCsv => {}
         }
         self.extract(buses);
@@ -462,6 +509,9 @@ impl Stream {
     }
 
     fn on_bus(&mut self, id: BusId, buses: &Buses, act: impl FnOnce(&mut Bus, &mut Context<'_>)) {
+        if self.blind {
+            return;
+        }
         let index = usize::from(id.0);
         while self.state.len() <= index {
             let name = buses.name(BusId(self.state.len() as u8));
@@ -479,29 +529,19 @@ impl Stream {
         act(bus, &mut cx);
     }
 
-    /// Repeats of one finding on one object are counted instead of shown.
+    /// Repeats of one finding on one object are counted instead of shown; figures count by themselves.
     fn fold(&mut self) {
-        if self.options.format == Format::Summary {
-            return; // it counts by itself
+        if self.options.format != Format::Summary {
+            self.repeats.fold(&mut self.events);
         }
-        if self.events.len() < 2 && !matches!(self.events.first(), Some(Event { what: What::Finding(_), .. })) {
-            return;
-        }
-        let counted = &mut self.counted;
-        self.events.retain(|event| {
-            let What::Finding(finding) = &event.what else { return true };
-            let key = (finding.code, finding.bus, finding.node, finding.object);
-            if counted.len() >= COUNTED && !counted.contains_key(&key) {
-                return true;
-            }
-            let (count, _) = counted.entry(key).or_insert((0, **finding));
-            *count += 1;
-            *count <= SHOWN
-        });
     }
 
     fn setting<'a>(&'a self, buses: &'a Buses) -> Setting<'a> {
         Setting { lang: self.options.lang, file: &self.file, buses, decimals: self.decimals }
+    }
+
+    fn writing<'a>(&self, buses: &'a Buses) -> writers::Setting<'a> {
+        writers::Setting { buses, date_ns: self.date_ns.filter(|_| self.dated) }
     }
 
     fn transfers(&mut self, buses: &Buses, out: &mut Vec<u8>) {

@@ -1,4 +1,5 @@
-//! What is said on standard error: lines of a capture that cannot be read, and what a capture says of itself.
+//! What is said on standard error: lines of a capture that cannot be read, what a capture says of itself, and what a
+//! converted one has lost.
 //!
 //! One line each, with file and line. File names and buses come from outside: they are escaped.
 
@@ -6,6 +7,7 @@ use super::digits::put;
 use super::{Lang, en, escape, zh};
 use crate::finding::Finding;
 use crate::readers::{Place, Unreadable};
+use crate::writers::Loss;
 
 fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>)) -> String {
     let mut out = Vec::new();
@@ -114,11 +116,41 @@ pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
+/// What a file in another format could not hold, and how often.
+pub fn lost(lang: Lang, file: &[u8], loss: Loss, count: u64) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    put!(&mut out; ": ");
+    match lang {
+        Lang::Zh => zh::losses::loss(&mut out, loss, count),
+        Lang::En => en::losses::loss(&mut out, loss, count),
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
 /// The filter let nothing through.
 pub fn nothing_shown(lang: Lang, frames: u64) -> String {
     match lang {
-        Lang::Zh => format!("没有内容符合过滤条件 (共{frames}帧)"),
-        Lang::En => format!("nothing passes the filter ({frames} frames)"),
+        Lang::Zh => format!("canalyze: 没有内容符合过滤条件 (共{frames}帧)"),
+        Lang::En => format!("canalyze: nothing passes the filter ({frames} frames)"),
+    }
+}
+
+/// Why a `--mcap-map` cannot be read.
+pub fn mcap_map(lang: Lang, mistake: &crate::readers::mcap::Mistake) -> String {
+    let words: Vec<&str> = crate::readers::mcap::Role::NAMES.iter().map(|(word, _)| *word).collect();
+    let (part, words) = (&mistake.0, words.join(" "));
+    match lang {
+        Lang::Zh => {
+            format!(
+                "--mcap-map 的“{part}”无法识别: 应为 topic= 及 {words} 中的键=字段名, 例如 topic=/x,id=can_id,data=payload"
+            )
+        }
+        Lang::En => {
+            format!(
+                "--mcap-map: '{part}' is unknown: use topic= and KEY=FIELD with one of {words}, as in topic=/x,id=can_id,data=payload"
+            )
+        }
     }
 }
 

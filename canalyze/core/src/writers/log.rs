@@ -2,29 +2,34 @@
 //!
 //! Direction stands at the line's end as `candump -l -x` has it. Must not: lose a digit of a stamp.
 
-use super::{Loss, Losses, Setting};
+use super::{Loss, Losses, Setting, console, name_of};
 use crate::frame::{Direction, Frame, Kind};
 use crate::readers::Marker;
+use crate::text::digits::{hex, hex_byte};
 
-/// A writer of candump logs.
+/// Between the stamps that are invented for frames without any.
+const SPACING_NS: i64 = 1_000_000;
+
+/// A writer of candump logs. Its stamps are never negative, which its readers do not know.
 #[derive(Debug, Default)]
 pub struct Log {
     /// What could not be written.
     pub losses: Losses,
-    frames: u64,
+    /// The last stamp that was written.
+    last_ns: Option<i64>,
 }
 
 impl Log {
     /// Appends a frame's line.
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
-        self.frames += 1;
-        let moment = setting.moment(frame).unwrap_or_else(|| {
+        let moment = setting.moment(frame).filter(|moment| *moment >= 0).unwrap_or_else(|| {
             self.losses.count(Loss::NoStamp);
-            (self.frames as i64 - 1).saturating_mul(1_000_000)
+            self.last_ns.map_or(0, |last| last.saturating_add(SPACING_NS))
         });
-        stamp(out, moment, frame.stamp.map_or(6, |stamp| stamp.decimals));
-        let name = setting.buses.name(frame.bus);
-        out.extend_from_slice(if name.is_empty() { b"can0" } else { name });
+        self.last_ns = Some(moment);
+        stamp(out, moment.unsigned_abs(), frame.stamp.map_or(6, |stamp| stamp.decimals));
+        let name = name_of(setting.buses, frame.bus, &mut self.losses);
+        out.extend_from_slice(if name.is_empty() { b"can0" } else { &name });
         out.push(b' ');
         let raw = frame.id.raw();
         match frame.kind {
@@ -47,7 +52,7 @@ impl Log {
             Kind::Data | Kind::Error => {}
         }
         for byte in frame.payload() {
-            hex(out, u64::from(*byte), 2);
+            hex_byte(out, *byte);
         }
         if frame.length_form.raw_dlc > 8 && !matches!(frame.kind, Kind::Fd { .. }) {
             out.push(b'_');
@@ -64,12 +69,7 @@ impl Log {
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, total, .. } => {
-                let words = format!(
-                    "DROPCOUNT: dropped {count} CAN frame{} on '{}' socket (total drops {total})\n",
-                    if count == 1 { "" } else { "s" },
-                    String::from_utf8_lossy(setting.buses.name(bus))
-                );
-                out.extend_from_slice(words.as_bytes());
+                console::dropped(out, &name_of(setting.buses, bus, &mut self.losses), count, total);
             }
             Marker::Error { .. } => self.losses.count(Loss::ErrorFrame),
             Marker::Start { .. } | Marker::Backward { .. } => {}
@@ -78,16 +78,12 @@ impl Log {
 }
 
 /// `(0000000001.500000) `: at least ten digits before the point, as candump writes them, and six behind it.
-fn stamp(out: &mut Vec<u8>, ns: i64, decimals: u8) {
-    let (seconds, fraction) = (ns.div_euclid(1_000_000_000), ns.rem_euclid(1_000_000_000) as u64);
+fn stamp(out: &mut Vec<u8>, ns: u64, decimals: u8) {
     out.push(b'(');
-    if seconds < 0 {
-        out.push(b'-');
-    }
-    decimal(out, seconds.unsigned_abs(), 10);
+    decimal(out, ns / 1_000_000_000, 10);
     out.push(b'.');
     let mut digits = [b'0'; 9];
-    let mut rest = fraction;
+    let mut rest = ns % 1_000_000_000;
     for digit in digits.iter_mut().rev() {
         *digit = b'0' + (rest % 10) as u8;
         rest /= 10;
@@ -110,12 +106,4 @@ fn decimal(out: &mut Vec<u8>, number: u64, width: usize) {
         }
     }
     out.extend_from_slice(digits.get(digits.len() - count.max(width.min(20))..).unwrap_or(&digits));
-}
-
-/// A number in so many hexadecimal digits, at most 16.
-fn hex(out: &mut Vec<u8>, number: u64, digits: u32) {
-    for place in (0..digits.min(16)).rev() {
-        let nibble = (number >> (4 * place)) as u8 & 0xF;
-        out.push(if nibble < 10 { b'0' + nibble } else { b'A' + nibble - 10 });
-    }
 }

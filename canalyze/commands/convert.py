@@ -1,0 +1,127 @@
+"""`canalyze convert`: captures in another format. What a format holds and loses, the core and the sinks say."""
+
+import os
+from pathlib import Path
+from typing import Unpack
+
+import click
+
+from canalyze.errors import OutputError
+from canalyze.help import Command
+from canalyze.options import CaptureOptions, OneOf, open_session, reading_options
+from canalyze.output import Progress, complain
+from canalyze.run import Run
+from canalyze.sinks.compressed import COMPRESSIONS
+from canalyze.sinks.target import RECORDS, STDOUT, Target, forms, open_target, suffixes, target
+from canalyze.sources.file import STDIN, total_size
+from canalyze.words import Words
+
+
+class _Unwanted(Exception):
+    """Leaves the block of an output so that no file is left behind."""
+
+
+def command(words: Words) -> click.Command:
+    """Build the command in one language."""
+
+    def run(
+        files: tuple[str, ...],
+        out: str,
+        to: str | None,
+        force: bool,
+        expression: str | None,
+        stamps: str,
+        decoded: bool,
+        mcap_fd_schema: str,
+        mcap_archive: bool,
+        **given: Unpack[CaptureOptions],
+    ) -> int:
+        where = _where(out, to, words)
+        session = open_session(
+            words,
+            given,
+            format="convert",
+            to=where.written,
+            stamps=stamps,
+            filter=expression,
+            decoded=decoded,
+            mcap_fd_schema=mcap_fd_schema,
+            mcap_archive=mcap_archive,
+        )
+        itself = _is_input(out, files)
+        if itself and not force:
+            raise OutputError("convert.itself", name=out)
+        total = total_size(files)
+        name = words("convert.stdout") if out == STDOUT else os.fsencode(out).decode("utf-8", "backslashreplace")
+        output, losses = open_target(where, force=force)
+        code = 0
+        try:
+            with output:
+                code = Run(session, words, Progress(words, output, total), output.write, given).over(files)
+                # Files that were not read to their ends must not look whole when written; a stream has no other end.
+                broken_off = code >= 128 and total is not None and out != STDOUT
+                if session.frames == 0 or broken_off or (itself and code):
+                    raise _Unwanted
+        except _Unwanted:
+            if itself or code >= 128:
+                key = "convert.kept" if itself else "convert.dropped"
+                complain(f"canalyze: {words(key, name=name)}")
+            return code
+        for line in session.losses(name, dict(losses)):
+            complain(line)
+        if code >= 128:
+            complain(f"canalyze: {words('convert.cut', name=name, frames=session.frames)}")
+        return code
+
+    return Command(
+        "convert",
+        words,
+        run,
+        [
+            click.Argument(["files"], nargs=-1, required=True, type=click.Path(allow_dash=True), metavar="IN"),
+            click.Argument(["out"], type=click.Path(allow_dash=True), metavar="OUT"),
+            click.Option(["--to"], type=OneOf(forms(), words), help=words("convert.to")),
+            *reading_options(words),
+            click.Option(["--decoded"], is_flag=True, help=words("convert.decoded")),
+            click.Option(
+                ["--mcap-fd-schema"],
+                type=OneOf(("ros2", "dataspeed"), words),
+                default="ros2",
+                help=words("convert.fd_schema"),
+            ),
+            click.Option(["--mcap-archive"], is_flag=True, help=words("convert.archive")),
+            click.Option(["--force"], is_flag=True, help=words("opt.force")),
+        ],
+    )
+
+
+def _where(out: str, to: str | None, words: Words) -> Target:
+    """Give where it goes; a usage error where that cannot be."""
+    context = click.get_current_context()
+    where = target(out, to)
+    if where is None:
+        if out == STDOUT:
+            raise click.UsageError(words("convert.needs_to", choices=", ".join(forms())), context)
+        allowed, packed = " ".join(suffixes()), " ".join(COMPRESSIONS)
+        raise click.UsageError(words("convert.suffix", name=out, allowed=allowed, packed=packed), context)
+    if where.written == RECORDS and (where.compression or out == STDOUT):
+        key = "convert.no_stdout" if out == STDOUT else "convert.no_compression"
+        raise click.UsageError(words(key, form=where.form, name=out), context)
+    if out == STDOUT and not where.fits_terminal and os.isatty(1):
+        raise click.UsageError(words("convert.terminal", form=where.form), context)
+    return where
+
+
+def _is_input(out: str, files: tuple[str, ...]) -> bool:
+    """Tell whether the file to be written is one of those that are read."""
+    try:
+        written = Path(out).stat()
+    except (OSError, ValueError):
+        return False
+    for name in files:
+        try:
+            if os.path.samestat(os.fstat(0) if name == STDIN else Path(name).stat(), written):
+                return True
+        except (OSError, ValueError):
+            continue
+    return False

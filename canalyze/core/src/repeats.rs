@@ -1,0 +1,56 @@
+//! Findings of one kind on one object, of which the first are shown and the rest only counted.
+//!
+//! A fault that stands in every cycle would else bury all others. Must not: judge, or forget a count.
+
+use std::collections::BTreeMap;
+
+use crate::event::{Event, What};
+use crate::finding::{Code, Facts, Finding};
+use crate::frame::{BusId, FrameRef};
+use crate::services::sdo::wire::Mux;
+
+/// Findings of one rule on one object that are shown before the rest is only counted.
+const SHOWN: u64 = 10;
+/// Distinct (rule, bus, node, object) that are counted apart; more are shown one by one.
+const COUNTED: usize = 4096;
+
+/// Findings of one kind: same rule, bus, node and object.
+type Kind = (Code, BusId, Option<u8>, Option<Mux>);
+
+/// How often which finding was raised.
+#[derive(Debug, Default)]
+pub struct Repeats {
+    counted: BTreeMap<Kind, (u64, Finding)>,
+}
+
+impl Repeats {
+    /// Takes out of `events` what was shown often enough.
+    pub fn fold(&mut self, events: &mut Vec<Event>) {
+        if events.len() < 2 && !matches!(events.first(), Some(Event { what: What::Finding(_), .. })) {
+            return;
+        }
+        let counted = &mut self.counted;
+        events.retain(|event| {
+            let What::Finding(finding) = &event.what else { return true };
+            let key = (finding.code, finding.bus, finding.node, finding.object);
+            if counted.len() >= COUNTED && !counted.contains_key(&key) {
+                return true;
+            }
+            let (count, _) = counted.entry(key).or_insert((0, **finding));
+            *count += 1;
+            *count <= SHOWN
+        });
+    }
+
+    /// Appends what was only counted; `at` is the last frame of the capture.
+    pub fn finish(&mut self, at: FrameRef, events: &mut Vec<Event>) {
+        for (_, (count, finding)) in std::mem::take(&mut self.counted) {
+            if count > SHOWN {
+                let facts = Facts::Repeated { count: count - SHOWN };
+                let what = What::Finding(Box::new(Finding { at, cause: None, facts, ..finding }));
+                let Finding { bus, node, .. } = finding;
+                events.push(Event { at, about: None, bus, node, transfer: None, what });
+            }
+        }
+    }
+}

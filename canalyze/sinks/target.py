@@ -1,0 +1,114 @@
+"""Where a capture is converted to: its format by the name or by request, and what writes it.
+
+The core gives the bytes of its own formats; python-can's are written from the core's records. Must not: know a frame.
+"""
+
+from collections.abc import Mapping
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import PurePath
+from types import TracebackType
+from typing import Any, Final, NamedTuple, Self
+
+from canalyze.output import Output, open_output
+from canalyze.sinks.compressed import COMPRESSIONS, CompressedOutput
+
+STDOUT: Final = "-"
+RECORDS: Final = "packed"
+"""What the core writes for a writer outside of it."""
+
+_SUFFIXES: Final[dict[str, tuple[str, ...]]] = {"candump": (".log", ".candump"), "console": (".txt",)}
+"""The ends of names of the core's formats, where they are not the format's own name."""
+_TEXT: Final = frozenset({"candump", "console", "asc"})
+"""Formats that a terminal can show."""
+
+
+class Target(NamedTuple):
+    """A file or standard output, and the format it gets."""
+
+    name: str
+    form: str
+    """One of `forms()`."""
+    compression: str | None
+    """One of COMPRESSIONS."""
+
+    @property
+    def written(self) -> str:
+        """What the core has to write."""
+        return self.form if self.form in _own() else RECORDS
+
+    @property
+    def fits_terminal(self) -> bool:
+        """Whether a terminal can show it."""
+        return self.form in _TEXT
+
+
+def _own() -> tuple[str, ...]:
+    from canalyze._core import WRITERS
+
+    return tuple(WRITERS)
+
+
+def _bridge() -> Any:
+    """Give the module that writes through python-can; None where there is none."""
+    name = "canalyze.sinks.pythoncan"
+    return import_module(name) if find_spec(name) else None
+
+
+def forms() -> tuple[str, ...]:
+    """Give the names of all formats that can be written."""
+    bridge = _bridge()
+    return (*_own(), *(bridge.LOSSES if bridge else ()))
+
+
+def suffixes() -> dict[str, str]:
+    """Give the formats by the ends of names."""
+    bridge = _bridge()
+    own = {suffix: form for form in _own() for suffix in _SUFFIXES.get(form, (f".{form}",))}
+    return own | (dict(bridge.SUFFIXES) if bridge else {})
+
+
+def target(name: str, form: str | None) -> Target | None:
+    """Say what a name stands for, with its format where that was asked for; None if no format can be told."""
+    if name == STDOUT:
+        return Target(name, form, None) if form else None
+    path = PurePath(name)
+    compression = path.suffix.lower() if path.suffix.lower() in COMPRESSIONS else None
+    inner = path.with_suffix("") if compression else path
+    form = form or suffixes().get(inner.suffix.lower())
+    return Target(name, form, compression) if form else None
+
+
+def open_target(where: Target, *, force: bool) -> tuple[Output, Mapping[str, int]]:
+    """Give what takes the core's bytes, a context manager, and what it loses of them, by names of the core's losses.
+
+    OutputError if the file exists and is not to be replaced, or cannot be written.
+    """
+    if where.written == RECORDS:
+        sink = _bridge().open_sink(where.name, where.form, force=force)
+        return _Records(sink), sink.losses
+    if where.compression:
+        return CompressedOutput(where.name, where.compression, force=force), {}
+    return open_output(where.name, force=force), {}
+
+
+class _Records(Output):
+    """A writer outside of the core, behind the face of an output."""
+
+    is_terminal = False
+    is_quiet = True
+
+    def __init__(self, sink: Any) -> None:
+        """Take the sink, which has opened its file."""
+        self._sink = sink
+
+    def __enter__(self) -> Self:
+        self._sink.__enter__()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._sink.__exit__(kind, error, at)
+
+    def write(self, data: bytes) -> None:
+        """Hand the records on."""
+        self._sink.write(data)

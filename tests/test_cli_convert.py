@@ -1,0 +1,451 @@
+"""`canalyze convert`: every sample in every format that can be written comes back as it was, or the loss was said.
+
+A format that the core or a sink learns to write joins by itself: the formats are asked for by name.
+"""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from conftest import NOTES, Runner, command, environment
+from test_cli_terminal import on_terminal
+
+from canalyze._core import Session
+from canalyze.output import Output, Progress
+from canalyze.run import Run
+from canalyze.sinks.target import RECORDS, Target, forms, open_target, suffixes, target
+from canalyze.words import Words
+
+ROOT = Path(__file__).parent.parent
+SAMPLES = sorted(ROOT.glob("samples/**/*.log")) + sorted(ROOT.glob("samples/recorded/*.candump"))
+BINARY = frozenset(form for form in forms() if form not in ("candump", "console", "asc"))
+EN = Words("en")
+
+
+class Frame(NamedTuple):
+    """What has to come back."""
+
+    t: str | None
+    bus: str
+    dir: str | None
+    id: str
+    ext: bool
+    rtr: bool
+    fd: bool
+    err: bool
+    len: int
+    data: str
+    flags: str | None
+    """The flags of an FD frame, as candump's log has them."""
+    raw: str | None
+    """The raw DLC of a classic frame, where it is another than its length."""
+
+
+def _pass(session: Session, path: Path) -> bytes:
+    taken: list[bytes] = []
+    Run(session, EN, Progress(EN, Output(), None), taken.append, {}).over((str(path),))
+    return b"".join(taken)
+
+
+def _log(path: Path) -> list[tuple[str | None, str | None]]:
+    """Give flags and raw DLC of each frame, from candump's log form."""
+    lines = [line for line in _pass(Session(format="convert"), path).decode().splitlines() if line.startswith("(")]
+    found = []
+    for line in lines:
+        payload = line.split()[2].partition("#")[2]
+        flags = re.match(r"#(.)", payload)
+        raw = re.search(r"_(.)$", payload)
+        found.append((flags and flags[1], raw and raw[1]))
+    return found
+
+
+def _frames(path: Path) -> tuple[list[Frame], list[tuple[Any, ...]]]:
+    """Give the frames of a capture, and the findings on them (what is said of the capture itself apart)."""
+    rows = [json.loads(line) for line in _pass(Session(lang="en", format="jsonl"), path).splitlines()]
+    frames = [row for row in rows if row["kind"] == "frame"]
+    more = _log(path)
+    assert len(more) == len(frames)
+    keys = ("t", "bus", "dir", "id", "ext", "rtr", "fd", "err", "len", "data")
+    findings = [
+        (row["code"], row["severity"], row["frame"], row["bus"], row["node"], row["message"])
+        for row in rows
+        if row["kind"] == "finding" and not row["code"].startswith("CAP")
+    ]
+    return [Frame(*(row[key] for key in keys), *extra) for row, extra in zip(frames, more, strict=True)], findings
+
+
+@cache
+def _original(path: Path) -> tuple[list[Frame], list[tuple[Any, ...]]]:
+    return _frames(path)
+
+
+def _converted(path: Path, name: Path, form: str) -> list[str]:
+    """Convert in this process; give what is said of losses."""
+    where = target(str(name), form)
+    assert where is not None
+    session = Session(lang="en", format="convert", to=where.written)
+    output, losses = open_target(where, force=False)
+    with output:
+        code = Run(session, EN, Progress(EN, output, None), output.write, {}).over((str(path),))
+    assert code == 0
+    return session.losses("out", dict(losses))
+
+
+def _ns(t: str | None) -> int | None:
+    if t is None:
+        return None
+    whole, _, fraction = t.partition(".")
+    return int(whole) * 10**9 + int(fraction.ljust(9, "0"))
+
+
+def _rounded(frame: Frame) -> Frame:
+    ns = _ns(frame.t)
+    return frame if ns is None else frame._replace(t=str(round(ns, -3)))
+
+
+Ease = Callable[[Frame], Frame | None]
+EASED: dict[str, Ease] = {
+    "the direction is not kept": lambda frame: frame._replace(dir=None),
+    "the direction is not known": lambda frame: frame._replace(dir=frame.dir or "rx"),
+    "the name of the bus": lambda frame: frame._replace(bus=""),
+    "the last digits of the stamp": _rounded,
+    "no stamp that could": lambda frame: frame._replace(t=None),
+    "the stamp steps back": lambda frame: frame._replace(t=None),
+    "bit rate switch or error state": lambda frame: frame._replace(flags=None),
+    "CAN FD frames?: left out": lambda frame: None if frame.fd else frame,
+    "the raw DLC": lambda frame: frame._replace(raw=None),
+    "the requested length": lambda frame: frame._replace(len=0) if frame.rtr else frame,
+    "class and details": lambda frame: frame._replace(id="", ext=False, len=0, data="") if frame.err else frame,
+    "error frames?: left out": lambda frame: None if frame.err else frame,
+    "that the capturing program lost": lambda frame: frame,
+    "the date is not known": lambda frame: frame,
+}
+"""What is taken from a frame before it is compared, where the loss was said."""
+
+
+def _eased(frames: list[Frame], said: list[str]) -> list[Frame]:
+    for line in said:
+        ease = next((ease for words, ease in EASED.items() if re.search(words, line)), None)
+        assert ease, line
+        frames = [kept for frame in frames if (kept := ease(frame)) is not None]
+    # Digits that are all zeros say nothing; a frame without a bus is on can0 where a format wants one.
+    return [
+        frame._replace(t=None if frame.t is None else str(_ns(frame.t)), bus=frame.bus or "can0") for frame in frames
+    ]
+
+
+@pytest.mark.parametrize("form", forms())
+@pytest.mark.parametrize("path", SAMPLES, ids=lambda path: str(path.relative_to(ROOT / "samples")))
+def test_comes_back_as_it_was(tmp_path: Path, path: Path, form: str) -> None:
+    frames, findings = _original(path)
+    if not frames:
+        pytest.skip("no frames in it")
+    out = tmp_path / f"out.{form}"
+    said = _converted(path, out, form)
+    back, found = _frames(out)
+    assert _eased(back, said) == _eased(frames, said)
+    if not said:
+        assert found == findings
+
+
+@pytest.mark.parametrize("name", ["session.log", "session.L-x.log"])
+def test_log_form_is_as_candump_writes_it(tmp_path: Path, name: str) -> None:
+    path = ROOT / "samples/recorded" / name
+    assert _converted(path, tmp_path / "out.log", "candump") == []
+    assert (tmp_path / "out.log").read_bytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize("options", ["plain", "ta", "tA", "tz", "x"])
+def test_console_form_is_as_candump_prints_it(tmp_path: Path, options: str) -> None:
+    path = ROOT / f"samples/recorded/session.{options}.candump"
+    assert _converted(path, tmp_path / "out.txt", "console") == []
+    assert (tmp_path / "out.txt").read_bytes() == path.read_bytes()
+
+
+def test_differences_become_times_of_their_own(tmp_path: Path) -> None:
+    recorded = ROOT / "samples/recorded"
+    _converted(recorded / "session.td.candump", tmp_path / "out.txt", "console")
+    assert (tmp_path / "out.txt").read_bytes() == (recorded / "session.tz.candump").read_bytes()
+
+
+RICH = """\
+(1700000000.123456789) vcan0 123#1122334455667788_C T
+(1700000000.123456790) can3 12345678#R8 R
+(1700000000.2) can3 7FF#R T
+(1700000001.000001) vcan0 123##3112233445566778899AABBCC R
+(1700000001.000002) vcan0 00000123##2 R
+(1700000001.000003) vcan0 20000008#0000040000000000 R
+"""
+
+
+@pytest.mark.parametrize("form", forms())
+def test_everything_a_frame_can_have(tmp_path: Path, form: str) -> None:
+    rich, out = tmp_path / "rich.log", tmp_path / f"out.{form}"
+    rich.write_text(RICH)
+    said = _converted(rich, out, form)
+    assert _eased(_frames(out)[0], said) == _eased(_frames(rich)[0], said)
+
+
+def test_only_what_passes_the_filter(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "notes.log").write_text(NOTES)
+    for expression in ("id=60A", "service=sdo id=60A", "node=10 id=60A"):
+        done = canalyze("convert", "--filter", expression, "--to", "console", "notes.log", "-")
+        assert (done.code, done.err) == (0, "")
+        assert done.lines == [f"  {line}" for line in NOTES.splitlines() if "60A" in line]
+
+
+@pytest.mark.parametrize("end", ["", ".gz", ".zst", ".xz", ".bz2", ".GZ"])
+def test_the_name_tells_the_form(canalyze: Runner, notes: str, tmp_path: Path, end: str) -> None:
+    done = canalyze("convert", notes, f"out.txt{end}")
+    assert (done.code, done.out, done.err) == (0, "", "")
+    import bz2
+    import gzip
+    import lzma
+
+    def zstd(data: bytes) -> bytes:
+        if sys.version_info >= (3, 14):
+            from compression import zstd
+        else:
+            from backports import zstd
+        return bytes(zstd.decompress(data))
+
+    unpack = {".gz": gzip.decompress, ".zst": zstd, ".xz": lzma.decompress, ".bz2": bz2.decompress, "": bytes}
+    written = unpack[end.lower()]((tmp_path / f"out.txt{end}").read_bytes())
+    assert written.decode() == "".join(f"  {line}\n" for line in NOTES.splitlines())
+
+
+def test_the_same_bytes_whatever_the_time(canalyze: Runner, notes: str, tmp_path: Path) -> None:
+    canalyze("convert", notes, "a.log.gz")
+    time.sleep(1.1)
+    canalyze("convert", notes, "b.log.gz")
+    assert (tmp_path / "a.log.gz").read_bytes() == (tmp_path / "b.log.gz").read_bytes()
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_losses_are_said_by_kind(canalyze: Runner, notes: str, lang: str) -> None:
+    done = canalyze("--lang", lang, "convert", notes, "out.log")
+    (line,) = done.complaints
+    assert line.startswith("out.log: 10")
+    done = canalyze("--lang", lang, "convert", notes, "-", "--to", "candump")
+    (line,) = done.complaints
+    assert line.startswith({"zh": "标准输出: 10帧", "en": "standard output: 10 frames"}[lang])
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+@pytest.mark.parametrize("name", ["out.xyz", "out", ".log", "out.gz", "-"])
+def test_a_name_that_tells_no_form(canalyze: Runner, notes: str, tmp_path: Path, name: str, lang: str) -> None:
+    done = canalyze("--lang", lang, "convert", notes, name)
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert "--to" in done.err
+    known = forms() if name == "-" else (*suffixes(), ".gz", ".zst")
+    assert all(one in done.err for one in known)
+    assert [path.name for path in tmp_path.iterdir()] == [notes]
+
+
+def test_to_overrules_the_name(canalyze: Runner, notes: str, tmp_path: Path) -> None:
+    assert canalyze("convert", "--to", "console", notes, "out.log").code == 0
+    assert (tmp_path / "out.log").read_text().splitlines() == [f"  {line}" for line in NOTES.splitlines()]
+
+
+@pytest.mark.parametrize("args", [[], ["one.log"]])
+def test_input_and_output_have_to_be_named(canalyze: Runner, args: list[str]) -> None:
+    done = canalyze("convert", *args, stdin=NOTES.encode())
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+
+
+def test_existing_file(canalyze: Runner, notes: str, tmp_path: Path) -> None:
+    (tmp_path / "out.log").write_text("mine")
+    done = canalyze("convert", notes, "out.log")
+    assert (done.code, len(done.complaints)) == (2, 1)
+    assert "--force" in done.err
+    assert (tmp_path / "out.log").read_text() == "mine"
+    assert canalyze("convert", "--force", notes, "out.log").code == 0
+    assert (tmp_path / "out.log").read_text().count("\n") == 10
+    assert sorted(path.name for path in tmp_path.iterdir()) == [notes, "out.log"]
+
+
+@pytest.mark.parametrize("how", ["same", "link", "hard", "stdin"])
+def test_the_input_itself(canalyze: Runner, notes: str, tmp_path: Path, how: str) -> None:
+    path, out = tmp_path / notes, tmp_path / "out.log"
+    if how == "link":
+        out.symlink_to(path)
+    elif how == "hard":
+        out.hardlink_to(path)
+    else:
+        out = path
+    if how == "stdin":
+        with path.open("rb") as file:
+            line = command("convert", "-", str(out))
+            done = subprocess.run(line, stdin=file, capture_output=True, env=environment(), check=False)
+        code, err = done.returncode, done.stderr.decode()
+    else:
+        run = canalyze("convert", notes, out.name)
+        code, err = run.code, run.err
+    assert (code, err.count("\n")) == (2, 1)
+    assert "输入文件本身" in err
+    assert path.read_text() == NOTES
+    assert canalyze("convert", "--force", notes, out.name).code == 0
+    assert out.read_text().startswith("(0000000000.000000) can1 60A#4008100000000000\n")
+
+
+def test_the_input_stays_where_not_all_was_read(canalyze: Runner, notes: str, tmp_path: Path) -> None:
+    done = canalyze("convert", "--force", notes, "nowhere.log", notes)
+    assert (done.code, len(done.complaints)) == (2, 2)
+    assert (tmp_path / notes).read_text() == NOTES
+    assert [path.name for path in tmp_path.iterdir()] == [notes]
+
+
+@pytest.mark.parametrize("content", [b"", b"no frame here\n" * 5, bytes(range(256))])
+@pytest.mark.parametrize("form", forms())
+def test_nothing_readable_leaves_nothing(canalyze: Runner, tmp_path: Path, content: bytes, form: str) -> None:
+    (tmp_path / "in.log").write_bytes(content)
+    done = canalyze("convert", "in.log", "out", "--to", form)
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.log"]
+
+
+@pytest.mark.parametrize("form", sorted(set(forms()) & {"candump", "console", "asc", "mcap", "pcapng"}))
+def test_nothing_readable_writes_nothing_to_a_pipe(canalyze: Runner, form: str) -> None:
+    done = canalyze("convert", "-", "-", "--to", form, stdin=b"no frame\n")
+    assert (done.code, done.out) == (2, "")
+    assert done.complaints[-1].startswith("canalyze: stdin")
+
+
+def test_one_missing_file_does_not_stop_the_others(canalyze: Runner, notes: str, tmp_path: Path) -> None:
+    done = canalyze("convert", notes, "nowhere.log", notes, "out.txt")
+    assert (done.code, len(done.complaints)) == (2, 1)
+    assert (tmp_path / "out.txt").read_text().count("\n") == 20
+
+
+def test_unreadable_lines_are_named(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "mixed.log").write_text("(1.5) can0 123#11\nthis is no frame\n(1.6) can0 123#2")
+    done = canalyze("--lang", "en", "convert", "mixed.log", "out.log")
+    assert done.code == 0
+    assert [line.split(": ")[0] for line in done.complaints] == ["mixed.log:2", "mixed.log:3"]
+    assert (tmp_path / "out.log").read_text() == "(0000000001.500000) can0 123#11\n"
+
+
+def test_gaps_and_error_markers(canalyze: Runner, tmp_path: Path) -> None:
+    gap = "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 5)\n"
+    text = f"  can0  123   [1]  11\n{gap}  can0  ERROR\n  can0  123   [1]  22\n"
+    (tmp_path / "in.txt").write_text(text)
+    assert canalyze("convert", "in.txt", "out.txt").code == 0
+    assert (tmp_path / "out.txt").read_text() == text
+    done = canalyze("--lang", "en", "convert", "in.txt", "out.log")
+    assert gap in (tmp_path / "out.log").read_text()
+    assert any("1 error frame: left out" in line for line in done.complaints)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_directory_that_cannot_be_written(canalyze: Runner, notes: str, tmp_path: Path) -> None:
+    (tmp_path / "closed").mkdir(mode=0o555)
+    done = canalyze("convert", notes, "closed/out.log")
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+
+
+@pytest.mark.parametrize("out", ["no/such/dir/out.log", "/proc/out.log", "/dev/full"])
+def test_output_that_cannot_be_written_is_one_line(canalyze: Runner, notes: str, tmp_path: Path, out: str) -> None:
+    done = canalyze("convert", notes, out, "--to", "candump")
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert out in done.err
+
+
+def test_a_full_disk_leaves_nothing(notes: str, tmp_path: Path) -> None:
+    (tmp_path / "long.log").write_text(NOTES * 20_000)
+    limited = ["bash", "-c", 'ulimit -f 100; trap "" XFSZ; exec "$@"', "-", *command("convert", "long.log", "out.log")]
+    done = subprocess.run(limited, capture_output=True, cwd=tmp_path, env=environment(), check=False)
+    assert (done.returncode, done.stderr.count(b"\n")) == (2, 1)
+    assert not list(tmp_path.glob("out.log*"))
+
+
+def test_a_pipe_answers_each_line_at_once(tmp_path: Path) -> None:
+    process = _piped(tmp_path, "-", "-", "--to", "console")
+    assert process.stdin and process.stdout
+    for frame in NOTES.splitlines():
+        process.stdin.write(frame.encode() + b"\n")
+        process.stdin.flush()
+        assert process.stdout.readline().decode() == f"  {frame}\n"
+    _, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (0, b"")
+
+
+def _piped(directory: Path, *args: str) -> subprocess.Popen[bytes]:
+    pipe = subprocess.PIPE
+    line = command("--lang", "en", "convert", *args)
+    return subprocess.Popen(line, stdin=pipe, stdout=pipe, stderr=pipe, cwd=directory, env=environment())
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_pipe_keeps_what_was_read(tmp_path: Path, number: signal.Signals) -> None:
+    process = _piped(tmp_path, "-", "out.txt")
+    assert process.stdin
+    process.stdin.write(NOTES.encode() + b"  can1  60A   [8]  40 08")
+    process.stdin.flush()
+    _until(lambda: any(path.stat().st_size for path in tmp_path.glob("out.txt.*.part")))
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert err == b"canalyze: out.txt: interrupted, holds the 10 frames read by then\n"
+    assert (tmp_path / "out.txt").read_text() == "".join(f"  {line}\n" for line in NOTES.splitlines())
+
+
+def test_an_interrupted_file_leaves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "long.log").write_text(NOTES * 200_000)
+    process = _piped(tmp_path, "long.log", "out.log.xz")
+    _until(lambda: any(path.stat().st_size for path in tmp_path.glob("out.log.xz.*.part")))
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert err == b"canalyze: out.log.xz: interrupted, nothing was written\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["long.log"]
+
+
+def _until(done: Callable[[], bool]) -> None:
+    for _ in range(600):
+        if done():
+            return
+        time.sleep(0.05)
+    raise AssertionError("it did not happen within 30 s")
+
+
+def test_broken_pipe_ends_quietly(tmp_path: Path) -> None:
+    (tmp_path / "long.log").write_text(NOTES * 5000)
+    with _piped(tmp_path, "long.log", "-", "--to", "console") as process:
+        assert process.stdout and process.stderr
+        process.stdout.readline()
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait(timeout=60) == 0
+
+
+@pytest.mark.parametrize("form", forms())
+def test_a_terminal_gets_no_bytes_that_are_no_text(tmp_path: Path, form: str) -> None:
+    (tmp_path / "in.log").write_text("(1.5) can0 123#11\n")
+    code, shown = on_terminal(tmp_path, "convert", "in.log", "-", "--to", form)
+    if form in BINARY:
+        assert (code, shown.count(b"\n")) == (2, 1)
+    else:
+        assert code == 0 and shown
+
+
+@pytest.mark.parametrize("form", [form for form in forms() if Target("x", form, None).written == RECORDS])
+def test_a_form_of_python_can_wants_a_file_of_its_own(canalyze: Runner, notes: str, form: str) -> None:
+    for args in (["-", "--to", form], [f"out.{form}.gz", "--to", form]):
+        done = canalyze("convert", notes, *args)
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+
+
+def test_stamps_of_a_dated_and_of_an_undated_file(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "a.log").write_text("(1700000000.5) can0 123#11\n")
+    (tmp_path / "b.log").write_text("(1700000001.25) can0 123#22\n")
+    done = canalyze("convert", "a.log", "b.log", "-", "--to", "candump")
+    assert done.lines == ["(1700000000.500000) can0 123#11", "(1700000001.250000) can0 123#22"]
