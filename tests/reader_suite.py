@@ -50,12 +50,7 @@ MS = 1_000_000
 
 BRIDGED = ("blf", "trc", "csv", "sqlite", "mf4")
 """Formats that come through python-can's readers."""
-WRITTEN = ("asc", "mcap", "pcapng", "blf", "trc", "csv", "db", "mf4")
-"""How names of files end that `convert` writes beside candump's."""
-PENDING = dict.fromkeys(
-    ("asc", "mcap", "pcap", "pcapng", *BRIDGED, "", "info", "convert", *(f"to {suffix}" for suffix in WRITTEN)),
-    "not merged yet",
-)
+PENDING = dict.fromkeys(("pcap", "pcapng", "to pcapng", "", "info"), "not merged yet")
 """What is not here yet, and why: formats, commands, `""` for compression, `to X` for a format written."""
 
 
