@@ -345,7 +345,6 @@ class TestMf4(ReaderSuite):
     form = "mf4"
     suffix = "mf4"
     tolerance_ns = 1000
-    sorts = True
     long = 300
     piped = False
 
