@@ -1,13 +1,14 @@
 """Speed, memory and start-up of canalyze beside other programs on the same capture, in one run.
 
-    python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR]
+    python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR] [--only all|candump|formats]
 
 Makes (once; kept in DIR, by default below the system's temporary directory) a capture in `candump -l` form that is
 the same on every machine: eight drives as `eds/drive.eds` presets them, SYNC every 10 ms, 88 % PDO, 7.6 % SDO
 (expedited, segmented, block, aborts), heartbeats and some EMCY; a million frames are about 45 MB. Then runs each
 program that is installed over it, output to /dev/null, and prints frames per second of CPU time (best of the
 repeats), the ratio to tshark's one-line summary, and the peak of memory. Slow programs get the beginning of the
-capture only, and the table says how much.
+capture only, and the table says how much. A second table has the same capture in every format, each file written by
+another program, beside that format's usual reader in Python.
 Only ratios of one run mean anything: machines are shared. Peak memory cannot be measured below what this script
 itself takes, which is printed as the floor.
 
@@ -18,7 +19,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import random
 import resource
 import shutil
 import statistics
@@ -26,110 +26,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+from bench_captures import MAKERS, capture
 
 TESTS = Path(__file__).resolve().parent
 DRIVE = TESTS.parent / "eds" / "drive.eds"
 SAMPLE = TESTS.parent / "samples" / "zephyr-sdo.log"
-NODES = range(1, 9)
-BUS = "can0"
-CYCLE_US = 10_000
-HEARTBEAT_CYCLES = 50
-
-
-def sdo_lines(source: random.Random) -> Iterator[str]:
-    """An endless row of valid transfers, one after the other, as `ID#DATA`: in causal order on every channel."""
-    import sdo_wire  # the generating process only: the measuring one stays small
-
-    makers = [
-        (sdo_wire.expedited_upload, 1, 4, 40),
-        (sdo_wire.expedited_download, 1, 4, 25),
-        (sdo_wire.segmented_upload, 5, 60, 15),
-        (sdo_wire.segmented_download, 5, 60, 10),
-        (sdo_wire.block_upload, 30, 400, 2),
-        (sdo_wire.block_download, 30, 400, 2),
-    ]
-    weights = [weight for *_, weight in makers]
-    refusals = [0x06020000, 0x06090011, 0x06010002, 0x08000022]
-    while True:
-        channel = sdo_wire.Channel(source.choice(NODES), BUS)
-        index, sub = source.choice([0x1008, 0x1018, 0x2000, 0x2001, 0x6040, 0x6064]), source.randrange(4)
-        if source.random() < 0.06:
-            request = sdo_wire.expedited_upload(channel, index, sub, b"\0")[0]
-            frames = [request, channel.server(sdo_wire.abort(index, sub, source.choice(refusals)))]
-        else:
-            make, least, most, _ = source.choices(makers, weights)[0]
-            frames = make(channel, index, sub, source.randbytes(source.randint(least, most)))
-        for frame in frames:
-            yield f"{frame.can_id:03X}#{frame.data.hex().upper()}"
-
-
-def traffic(source: random.Random) -> Iterator[str]:
-    """Endless traffic as `ID#DATA`, an empty string at the end of each cycle of 10 ms."""
-    for node in NODES:
-        yield f"{0x700 + node:03X}#00"
-    yield "000#0100"
-    yield ""
-    sdo = sdo_lines(source)
-    errors: list[str] = []
-    cycle = 0
-    while True:
-        yield "080#"
-        for node in NODES:
-            position = (cycle * 37 * node) & 0xFFFFFFFF
-            yield f"{0x380 + node:03X}#3706{position.to_bytes(4, 'little').hex().upper()}"
-            yield f"{0x480 + node:03X}#3706{source.getrandbits(48):012X}"
-            yield f"{0x400 + node:03X}#0F00{(position + 37 & 0xFFFFFFFF).to_bytes(4, 'little').hex().upper()}"
-        yield next(sdo)
-        yield next(sdo)
-        if cycle % 12 == 0:
-            yield next(sdo)
-        if cycle % HEARTBEAT_CYCLES < len(NODES):
-            yield f"{0x701 + cycle % HEARTBEAT_CYCLES:03X}#05"
-        if source.random() < 0.01:
-            node = source.choice(NODES)
-            errors.append(f"{0x80 + node:03X}#0000000000000000")
-            yield f"{0x80 + node:03X}#1042090000000000"
-        elif errors and source.random() < 0.1:
-            yield errors.pop()
-        yield ""
-        cycle += 1
-
-
-def capture_lines(count: int) -> Iterator[str]:
-    """So many lines of a capture."""
-    source = random.Random(301)
-    start, written = 1_700_000_000_000_000, 0
-    stamp = start
-    for frame in traffic(source):
-        if not frame:
-            start += CYCLE_US
-            stamp = start + source.randrange(30)
-            continue
-        yield f"({stamp // 1_000_000}.{stamp % 1_000_000:06d}) {BUS} {frame}\n"
-        stamp += 120 + source.randrange(200)
-        written += 1
-        if written == count:
-            return
-
-
-def write_capture(path: Path, count: int) -> None:
-    """The capture, in place only when it is whole."""
-    unfinished = path.with_suffix(".unfinished")
-    with unfinished.open("w") as out:
-        out.writelines(capture_lines(count))
-    unfinished.replace(path)
-
-
-def capture(directory: Path, count: int) -> Path:
-    """The capture of so many frames; made by another process where it is missing, so that this one stays small."""
-    path = directory / f"capture-{count}.log"
-    if not path.exists():
-        print(f"making {path} ...", flush=True)
-        subprocess.run([sys.executable, __file__, "--make", str(path), "--frames", str(count)], check=True)
-    return path
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +44,8 @@ class Contestant:
     command: list[str]
     most_frames: int = sys.maxsize
     on_stdin: bool = False
+    suffix: str = "log"
+    """The form in which it gets the capture."""
 
 
 CANALYZE = [sys.executable, "-m", "canalyze"]
@@ -158,6 +64,47 @@ CONTESTANTS = [
     Contestant("log2long", ["log2long"], on_stdin=True),
     Contestant("wc -l", ["wc", "-l"]),
 ]
+
+
+ALONE = "import sys; sys.modules['asammdf'] = None; import can, collections; "
+"""python-can without a library of its own formats that takes two seconds to load."""
+EXHAUST = "collections.deque({}, maxlen=0)"
+
+
+def iterating(python: str, start: str = ALONE) -> list[str]:
+    """A program that does nothing but take every frame of a file."""
+    return [sys.executable, "-c", start + EXHAUST.format(python)]
+
+
+CANDUMP_TO_TEXT = "canalyze decode, candump"
+ASC_TO_TEXT = "canalyze decode, ASC"
+MCAP_TO_TEXT = "canalyze decode, MCAP (zstd)"
+ASC_ITERATED = "python-can iterating ASC"
+
+FORMATS = [
+    Contestant(CANDUMP_TO_TEXT, [*CANALYZE, "decode"]),
+    Contestant(ASC_TO_TEXT, [*CANALYZE, "decode"], suffix="asc"),
+    Contestant("canalyze decode, ASC.gz", [*CANALYZE, "decode"], suffix="asc.gz"),
+    Contestant(MCAP_TO_TEXT, [*CANALYZE, "decode"], suffix="mcap"),
+    Contestant("canalyze decode, pcapng", [*CANALYZE, "decode"], suffix="pcapng"),
+    Contestant("canalyze decode, BLF", [*CANALYZE, "decode"], suffix="blf"),
+    Contestant(ASC_ITERATED, iterating("can.ASCReader(sys.argv[1])"), suffix="asc"),
+    Contestant("python-can iterating BLF", iterating("can.BLFReader(sys.argv[1])"), suffix="blf"),
+    Contestant(
+        "python mcap, raw messages",
+        iterating(
+            "make_reader(open(sys.argv[1], 'rb')).iter_messages(log_time_order=False)",
+            "import sys, collections; from mcap.reader import make_reader; ",
+        ),
+        suffix="mcap",
+    ),
+    Contestant("tshark of pcapng, one line each", [*TSHARK, "-r"], suffix="pcapng"),
+]
+GOALS = [
+    ("ASC to text / python-can iterating ASC", ASC_TO_TEXT, ASC_ITERATED, 10.0),
+    ("MCAP to text / candump to text", MCAP_TO_TEXT, CANDUMP_TO_TEXT, 0.8),
+]
+"""What is divided by what, and what it should be at least."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,28 +142,57 @@ def best_of(contestant: Contestant, path: Path, repeat: int) -> Measure:
     return min(runs, key=lambda measure: measure.cpu)
 
 
-def measure_speed(directory: Path, frames: int, repeat: int) -> None:
-    """The table of all programs."""
-    rates: dict[str, tuple[float, Measure, int]] = {}
-    for contestant in CONTESTANTS:
-        reason = available(contestant)
-        if reason:
-            print(f"{contestant.name}: {reason}")
-            continue
+Rates = dict[str, tuple[float, Measure, int]]
+"""By the name of a contestant: frames per second of CPU time, what was measured, and of how many frames."""
+
+
+def compete(contestants: list[Contestant], directory: Path, frames: int, repeat: int) -> Rates:
+    """All of them, one after the other; who cannot run is named."""
+    rates: Rates = {}
+    for contestant in contestants:
         count = min(frames, contestant.most_frames)
-        measure = best_of(contestant, capture(directory, count), 1 if count < frames else repeat)
+        path = None if (reason := available(contestant)) else capture(directory, count, contestant.suffix)
+        if path is None:
+            print(f"{contestant.name}: {reason or f'no {contestant.suffix} capture'}")
+            continue
+        measure = best_of(contestant, path, 1 if count < frames else repeat)
         if measure.status:
             print(f"{contestant.name}: ended with {measure.status}")
             continue
         rates[contestant.name] = (count / max(measure.cpu, 1e-3), measure, count)
-    base = rates.get("tshark (one line a frame)")
-    print(f"\n{'program':32} {'frames':>10} {'CPU s':>8} {'frames/s':>12} {'x tshark':>9} {'peak MiB':>9}")
+    return rates
+
+
+def show(rates: Rates, frames: int, base_name: str, base_title: str) -> None:
+    """The table, with the ratio to one of them."""
+    base = rates.get(base_name)
+    print(f"\n{'program':32} {'frames':>10} {'CPU s':>8} {'frames/s':>12} {base_title:>9} {'peak MiB':>9}")
     for name, (rate, measure, count) in rates.items():
-        ratio = f"{rate / base[0]:.1f}" if base else "-"
+        ratio = f"{rate / base[0]:.2f}" if base else "-"
         shown = f"{count}{'' if count == frames else ' *'}"
         print(f"{name:32} {shown:>10} {measure.cpu:8.2f} {rate:12,.0f} {ratio:>9} {measure.peak_kib / 1024:9.1f}")
+
+
+def measure_speed(directory: Path, frames: int, repeat: int) -> None:
+    """The table of all programs."""
+    show(compete(CONTESTANTS, directory, frames, repeat), frames, "tshark (one line a frame)", "x tshark")
     floor = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"* the beginning of the capture only.  Memory below {floor:.1f} MiB (this script) cannot be seen.")
+
+
+def measure_formats(directory: Path, frames: int, repeat: int) -> None:
+    """The table of formats, and what the ratios should be."""
+    for suffix, (maker, _) in MAKERS.items():
+        path = capture(directory, frames, suffix)
+        size = f"{path.stat().st_size / 1e6:8.1f} MB" if path else "  missing"
+        print(f"{suffix:8} {size}, written by {maker}")
+    rates = compete(FORMATS, directory, frames, repeat)
+    show(rates, frames, CANDUMP_TO_TEXT, "x candump")
+    for title, ours, base, goal in GOALS:
+        if ours in rates and base in rates:
+            print(f"{title}: {rates[ours][0] / rates[base][0]:.2f} (goal: at least {goal:g})")
+        else:
+            print(f"{title}: not measured (goal: at least {goal:g})")
 
 
 def measure_start(repeat: int) -> None:
@@ -242,16 +218,19 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=1_000_000, help="frames in the capture (default: 1000000)")
     parser.add_argument("--repeat", type=int, default=3, help="runs of each program; the best counts (default: 3)")
     parser.add_argument("--directory", type=Path, default=Path(tempfile.gettempdir()) / "canalyze-bench")
-    parser.add_argument("--make", type=Path, help="only write a capture to this file")
+    parser.add_argument("--only", choices=("all", "candump", "formats"), default="all", help="which tables")
     options = parser.parse_args()
-    if options.make:
-        write_capture(options.make, options.frames)
-        return
     options.directory.mkdir(parents=True, exist_ok=True)
     path = capture(options.directory, options.frames)
+    if path is None:
+        sys.exit("the capture could not be made")
     print(f"{path.name}: {options.frames} frames, {path.stat().st_size / 1e6:.1f} MB")
-    measure_speed(options.directory, options.frames, options.repeat)
-    measure_start(15)
+    if options.only != "formats":
+        measure_speed(options.directory, options.frames, options.repeat)
+    if options.only != "candump":
+        measure_formats(options.directory, options.frames, options.repeat)
+    if options.only == "all":
+        measure_start(15)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+pytest.register_assert_rewrite("reader_suite", "capture_frames")
+
 NOTES = """\
 can1  60A   [8]  40 08 10 00 00 00 00 00
 can1  58A   [8]  41 08 10 00 17 00 00 00

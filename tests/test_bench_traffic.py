@@ -5,12 +5,12 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 
-import bench
+import bench_captures
 from captures import analyze, read_log
 from sdo_reading import read_transfers
 
 FRAMES = 40_000
-TEXT = "".join(bench.capture_lines(FRAMES)).encode()
+TEXT = "".join(bench_captures.capture_lines(FRAMES)).encode()
 
 
 def test_the_mix() -> None:
