@@ -35,6 +35,7 @@ class Frame(NamedTuple):
     """What has to come back."""
 
     t: str | None
+    """Its moment: with the date from which its stamp counts, where one is known."""
     bus: str
     dir: str | None
     id: str
@@ -56,15 +57,17 @@ def _pass(session: Session, path: Path) -> bytes:
     return b"".join(taken)
 
 
-def _log(path: Path) -> list[tuple[str | None, str | None]]:
-    """Give flags and raw DLC of each frame, from candump's log form."""
-    lines = [line for line in _pass(Session(format="convert"), path).decode().splitlines() if line.startswith("(")]
+def _log(path: Path) -> list[tuple[str, str | None, str | None]]:
+    """Give moment, flags and raw DLC of each frame, from candump's log form."""
     found = []
-    for line in lines:
-        payload = line.split()[2].partition("#")[2]
+    for line in _pass(Session(format="convert"), path).decode().splitlines():
+        if not line.startswith("("):
+            continue
+        moment, _, payload = line.split()[:3]
+        payload = payload.partition("#")[2]
         flags = re.match(r"#(.)", payload)
         raw = re.search(r"_(.)$", payload)
-        found.append((flags and flags[1], raw and raw[1]))
+        found.append((moment.strip("()"), flags and flags[1], raw and raw[1]))
     return found
 
 
@@ -72,15 +75,17 @@ def _frames(path: Path) -> tuple[list[Frame], list[tuple[Any, ...]]]:
     """Give the frames of a capture, and the findings on them (what is said of the capture itself apart)."""
     rows = [json.loads(line) for line in _pass(Session(lang="en", format="jsonl"), path).splitlines()]
     frames = [row for row in rows if row["kind"] == "frame"]
-    more = _log(path)
-    assert len(more) == len(frames)
-    keys = ("t", "bus", "dir", "id", "ext", "rtr", "fd", "err", "len", "data")
+    keys = ("bus", "dir", "id", "ext", "rtr", "fd", "err", "len", "data")
+    read = [
+        Frame(None if row["t"] is None else moment, *(row[key] for key in keys), flags, raw)
+        for row, (moment, flags, raw) in zip(frames, _log(path), strict=True)
+    ]
     findings = [
         (row["code"], row["severity"], row["frame"], row["bus"], row["node"], row["message"])
         for row in rows
         if row["kind"] == "finding" and not row["code"].startswith("CAP")
     ]
-    return [Frame(*(row[key] for key in keys), *extra) for row, extra in zip(frames, more, strict=True)], findings
+    return read, findings
 
 
 @cache
