@@ -87,7 +87,13 @@ class Session:
         extract: bool = False,
         network: Network | None = None,
         select: str | None = None,
+        topics: Sequence[str] = (),
+        time_source: str | None = None,
+        mcap_maps: Sequence[str] = (),
         to: str = "candump",
+        decoded: bool = False,
+        mcap_fd_schema: str = "ros2",
+        mcap_archive: bool = False,
     ) -> None:
         """Start a capture.
 
@@ -102,15 +108,21 @@ class Session:
         filter: the expression of --filter.
         network: what is known of the network before its capture is read.
         select: the globs of --select; signals and signals-csv only.
+        topics: globs of the topics that are read of an MCAP file; none: all.
+        time_source: stamp | publish | log, the time of its messages; None: found out for each topic.
+        mcap_maps: fields of its messages, each `topic=/x,id=can_id,data=payload` as in --mcap-map.
         to: one of WRITERS; convert only.
-        ValueError (one line, in the session's language) for a value that is none of these or a filter that cannot be
-        read.
+        decoded: topics of what the frames mean as well, where the format has such.
+        mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
+        ValueError (one line, in the session's language) for a value that is none of these or a filter or map that
+        cannot be read.
         """
     def begin(self, name: str, regular: bool, format: str = "candump") -> None:
         """The next file starts, in one of FORMATS.
 
         name: for messages and JSON. regular: a whole file (not a pipe): dialects may be decided on its first 64 KiB,
-        so output may lag by as much. ValueError for a format that is not in FORMATS.
+        so output may lag by as much. ValueError for a format that is neither in FORMATS nor `packed`, the records of
+        another reader (`sources/packed.py`).
         """
     def feed(self, data: bytes) -> bytes:
         """More bytes of the current file, in any chunking; what is known by now, ready for standard output."""
@@ -123,6 +135,13 @@ class Session:
         """
     def finish(self) -> bytes:
         """The capture is over: transfers still open, and what else is said at the end."""
+    def contents(self) -> str:
+        """What is known of the current or last file beyond its frames: a JSON object.
+
+        dialect: {word of the format's own: value}. passed_over: [{kind, count}], records that are no frames.
+        topics: [{name, schema, encoding, messages, read_as, bus}]; read_as: the fields in which a message holds a
+        frame, "" where it is not read as one.
+        """
     def complaints(self) -> list[str]:
         """Lines for standard error since the last call (unreadable lines, gaps), each one line, in words."""
     def losses(self, name: str, further: Mapping[str, int] = {}) -> list[str]:

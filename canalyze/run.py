@@ -4,6 +4,7 @@ The only loop that reads. It hands over every result at once, complaints in thei
 what is already known: the first one ends the reading, not the work.
 """
 
+import json
 import os
 import signal
 import sys
@@ -22,9 +23,12 @@ from canalyze.words import Words
 if TYPE_CHECKING:
     from canalyze._core import Session
     from canalyze.options import CaptureOptions
+    from canalyze.sources.pythoncan import PythonCanCapture
 
 T = TypeVar("T")
 
+_LISTED: Final = 20
+"""Topics of a file without frames that are named."""
 _HELD: Final = 100
 """Complaints kept about a file in which no frame was found yet."""
 
@@ -116,7 +120,7 @@ class Run:
         self._progress.clear()
         complain(line)
 
-    def _read(self, capture: Capture, interrupt: Interrupt) -> None:
+    def _read(self, capture: "Capture | PythonCanCapture", interrupt: Interrupt) -> None:
         session = self._session
         session.begin(os.fsencode(capture.name).decode("utf-8", "backslashreplace"), capture.regular, capture.format)
         self._name, self._held, self._more = capture.name, [], 0
@@ -126,10 +130,12 @@ class Run:
         try:
             while data := interrupt.during(capture.read):
                 self._hand_over(session.feed(data), hold=capture.regular)
+                self._remarks(capture)
                 self._progress.step(capture.taken - taken, session.frames)
                 taken = capture.taken
         except SourceError as error:  # what came before it is said first
             stopped = error
+        self._remarks(capture)
         # A wish that came after the last byte cut nothing short: then data is b"".
         rest = session.end(interrupted=True) if data is None else session.end()
         self._hand_over(rest, hold=capture.regular)
@@ -137,8 +143,23 @@ class Run:
             raise stopped
         if session.file_frames == 0 and not interrupt.signal:
             self._held, self._more = [], 0  # one line says it all
-            raise SourceError("source.nothing" if taken else "source.empty", name=capture.name)
+            raise self._nothing(capture, taken)
         self._release()
+
+    def _remarks(self, capture: "Capture | PythonCanCapture") -> None:
+        for remark in capture.remarks():
+            self.complain(remark.in_words(self._words))
+
+    def _nothing(self, capture: "Capture | PythonCanCapture", taken: int) -> SourceError:
+        """Say why there is no frame: of a file with topics, which ones there are."""
+        if taken and capture.format == "mcap":
+            topics = json.loads(self._session.contents())["topics"]
+            listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
+            more = ", ..." if len(topics) > _LISTED else ""
+            names = f"{listed}{more}" or self._words("source.topics_empty")
+            return SourceError("source.no_topic", name=capture.name, topics=names)
+        key = "source.empty" if not taken else "source.nothing" if capture.format == "candump" else "source.frameless"
+        return SourceError(key, name=capture.name)
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:
         """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""

@@ -26,7 +26,6 @@ OTHERS = [
     ("pcapng", bytes.fromhex("0A0D0D0A1C0000004D3C2B1A01000000FFFFFFFFFFFFFFFF1C000000")),
     ("Vector ASC", b"date Tue Apr 20 10:11:12.123 am 2021\r\nbase hex  timestamps absolute\r\n"),
     ("Vector ASC", b"base hex  timestamps absolute\n"),
-    ("Vector BLF", b"LOGG\x90\x00\x00\x00" + bytes(140)),
     ("MCAP", b"\x89MCAP0\r\n\x01" + bytes(20)),
 ]
 

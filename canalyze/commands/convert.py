@@ -31,10 +31,23 @@ def command(words: Words) -> click.Command:
         force: bool,
         expression: str | None,
         stamps: str,
+        decoded: bool,
+        mcap_fd_schema: str,
+        mcap_archive: bool,
         **given: Unpack[CaptureOptions],
     ) -> int:
         where = _where(out, to, words)
-        session = open_session(words, given, format="convert", to=where.written, stamps=stamps, filter=expression)
+        session = open_session(
+            words,
+            given,
+            format="convert",
+            to=where.written,
+            stamps=stamps,
+            filter=expression,
+            decoded=decoded,
+            mcap_fd_schema=mcap_fd_schema,
+            mcap_archive=mcap_archive,
+        )
         itself = _is_input(out, files)
         if itself and not force:
             raise OutputError("convert.itself", name=out)
@@ -69,6 +82,14 @@ def command(words: Words) -> click.Command:
             click.Argument(["out"], type=click.Path(allow_dash=True), metavar="OUT"),
             click.Option(["--to"], type=OneOf(forms(), words), help=words("convert.to")),
             *reading_options(words),
+            click.Option(["--decoded"], is_flag=True, help=words("convert.decoded")),
+            click.Option(
+                ["--mcap-fd-schema"],
+                type=OneOf(("ros2", "dataspeed"), words),
+                default="ros2",
+                help=words("convert.fd_schema"),
+            ),
+            click.Option(["--mcap-archive"], is_flag=True, help=words("convert.archive")),
             click.Option(["--force"], is_flag=True, help=words("opt.force")),
         ],
     )

@@ -6,10 +6,16 @@ known here; what is in them is not.
 
 import shlex
 from types import TracebackType
-from typing import Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
-from canalyze.errors import SourceError
+from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources.file import Source
+
+if TYPE_CHECKING:
+    from canalyze.sources.pythoncan import PythonCanCapture
+
+BRIDGED: Final = {"blf": "blf", "trc": "trc", "mf4": "mf4", "csv": "csv", "db": "sqlite"}
+"""What python-can reads: the names of --input-format, and what the core's sniff calls them."""
 
 _PROGRAMS: Final = {"gzip": "zcat", "xz": "xzcat", "zstd": "zstdcat", "bzip2": "bzcat"}
 """What undoes a compression."""
@@ -42,6 +48,10 @@ class Capture:
             return head
         return self._source.read()
 
+    def remarks(self) -> list[CanalyzeError]:
+        """Give what is to be told of the file since the last call: of bytes there is nothing."""
+        return []
+
     def __enter__(self) -> Self:
         """Give the capture itself."""
         return self
@@ -51,7 +61,7 @@ class Capture:
         self._source.close()
 
 
-def open_capture(name: str, command: str, asked: str | None = None) -> Capture:
+def open_capture(name: str, command: str, asked: str | None = None) -> "Capture | PythonCanCapture":
     """Open the input of that name ('-' is standard input) and find out what it is; SourceError if that cannot be.
 
     command: what was typed, such as `canalyze decode`, for advice. asked: the format that the user says it has.
@@ -67,6 +77,11 @@ def open_capture(name: str, command: str, asked: str | None = None) -> Capture:
                 more = source.read()
                 form = None if more else sniff(head, True)
                 head += more
+        form = BRIDGED.get(form, form)
+        if form in BRIDGED.values():
+            from canalyze.sources.pythoncan import PythonCanCapture
+
+            return PythonCanCapture(source, head, form)
         if form not in FORMATS:
             raise _refused(source.name, form, command)
         return Capture(source, head, form)

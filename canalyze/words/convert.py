@@ -22,6 +22,23 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "beside its name and renamed when complete; an interrupted run leaves no file, but of a pipe the frames read "
         "by then are written.",
     ),
+    (
+        "convert.decoded",
+        "MCAP：另写入解码后的主题：每个PDO的信号、NMT状态、驱动器状态、EMCY、SDO传输和发现，"
+        "供 Foxglove、PlotJuggler、Rerun 直接显示。",
+        "MCAP: topics of what the frames mean as well: signals of each PDO, NMT states, states of drives, EMCY, SDO "
+        "transfers, findings; Foxglove, PlotJuggler and Rerun show them as they are.",
+    ),
+    (
+        "convert.fd_schema",
+        "MCAP：CAN FD帧的消息类型。ros2 最常用，不含BRS和ESI；dataspeed 含有。",
+        "MCAP: type of the messages of CAN FD frames. ros2 is the usual one and lacks BRS and ESI; dataspeed has them.",
+    ),
+    (
+        "convert.archive",
+        "MCAP：不写消息索引，文件约小四成；有的读取程序不接受这种文件。",
+        "MCAP: without message indexes; files are some 40 % smaller, and some programs refuse them.",
+    ),
     ("convert.to", "输出的格式；不给则由文件名决定。", "Format of the output; without it, told by its name."),
     (
         "convert.examples",

@@ -16,13 +16,15 @@ use crate::finding::RULES;
 use crate::frame::{Buses, CanId};
 use crate::network::{Cob, Description, Network as Known, Sdo};
 use crate::readers::candump::{self, Stamps};
+use crate::readers::mcap::{Choice, Clock, Map};
 use crate::readers::{Format as Input, sniff};
 use crate::render;
 use crate::render::text::Time;
 use crate::select::Select;
 use crate::session::{Format, Options, Session as Core};
 use crate::text::{Depth, Lang, RuleText, complaints, en, zh};
-use crate::writers::{Format as Written, Loss};
+use crate::writers::mcap::{self, FdSchema};
+use crate::writers::{self, Format as Written, Loss};
 
 fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
     choices.iter().find(|(word, _)| *word == value).map(|(_, choice)| *choice).ok_or_else(|| {
@@ -150,7 +152,7 @@ impl Network {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, to = "candump"))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -162,7 +164,13 @@ impl Session {
         extract: bool,
         network: Option<&Network>,
         select: Option<&str>,
+        topics: Vec<String>,
+        time_source: Option<&str>,
+        mcap_maps: Vec<String>,
         to: &str,
+        decoded: bool,
+        mcap_fd_schema: &str,
+        mcap_archive: bool,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
         let formats = [
@@ -179,6 +187,16 @@ impl Session {
             [("auto", Stamps::Auto), ("absolute", Stamps::Absolute), ("zero", Stamps::Zero), ("delta", Stamps::Delta)];
         let times =
             [("a", Time::Absolute), ("d", Time::Delta), ("z", Time::Zero), ("A", Time::Date), ("n", Time::None)];
+        let map = |text: &String| {
+            Map::parse(text).map_err(|mistake| PyValueError::new_err(complaints::mcap_map(lang, &mistake)))
+        };
+        let mcap = Choice {
+            topics: Select::parse(&topics.join(",")),
+            clock: time_source.map(|source| choose("time_source", source, Clock::NAMES)).transpose()?,
+            maps: mcap_maps.iter().map(map).collect::<PyResult<_>>()?,
+        };
+        let fd_schema = choose("mcap_fd_schema", mcap_fd_schema, FdSchema::NAMES)?;
+        let written = mcap::Settings { fd_schema, archive: mcap_archive, decoded: decoded.then_some(lang) };
         let options = Options {
             lang,
             format: choose("format", format, &formats)?,
@@ -190,13 +208,16 @@ impl Session {
             extract,
             network: network.map(|network| Arc::clone(&network.known)).unwrap_or_default(),
             select: Select::parse(select.unwrap_or("")),
+            mcap,
+            writing: writers::Settings { mcap: written },
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
     }
 
     #[pyo3(signature = (name, regular, format = "candump"))]
     fn begin(&self, py: Python<'_>, name: &str, regular: bool, format: &str) -> PyResult<()> {
-        let format = choose("format", format, Input::NAMES)?;
+        // What no user can ask for: records of another program's reader.
+        let format = if format == "packed" { Input::Packed } else { choose("format", format, Input::NAMES)? };
         self.run(py, |core| core.begin(name.as_bytes(), format, regular));
         Ok(())
     }
@@ -216,6 +237,10 @@ impl Session {
 
     fn finish<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         self.output(py, Core::finish)
+    }
+
+    fn contents(&self, py: Python<'_>) -> String {
+        String::from_utf8_lossy(&self.run(py, |core| core.contents())).into_owned()
     }
 
     fn complaints(&self, py: Python<'_>) -> Vec<String> {

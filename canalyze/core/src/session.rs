@@ -14,7 +14,8 @@ use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
-use crate::readers::{Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
+use crate::readers::mcap::Choice;
+use crate::readers::{Contents, Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
 
@@ -63,6 +64,8 @@ pub struct Options {
     pub depth: Depth,
     /// What small stamps mean.
     pub stamps: Stamps,
+    /// What of an MCAP file is read, and how.
+    pub mcap: Choice,
     /// How time is shown; as it came, by default.
     pub time: Option<Time>,
     /// Which frames are shown.
@@ -73,6 +76,8 @@ pub struct Options {
     pub network: Arc<Network>,
     /// Which signals are listed.
     pub select: Select,
+    /// How the format that is written is written.
+    pub writing: writers::Settings,
 }
 
 /// Bytes of a transfer for a file of its own.
@@ -90,6 +95,8 @@ pub struct Extracted {
 #[derive(Debug)]
 pub struct Session {
     reader: Option<Reader>,
+    /// Of the last file, once it is over.
+    contents: Contents,
     buses: Buses,
     stream: Stream,
 }
@@ -158,11 +165,12 @@ impl Session {
     /// A session at the beginning of a capture.
     pub fn new(options: Options) -> Self {
         let lines = Lines::new(options.lang, options.depth, options.time);
-        let writer =
-            Writer::new(if let Format::Convert(format) = options.format { format } else { Default::default() });
-        let blind = matches!(options.format, Format::Convert(_)) && options.filter.is_plain();
+        let written = if let Format::Convert(format) = options.format { format } else { Default::default() };
+        let writer = Writer::new(written, &options.writing);
+        let blind = matches!(options.format, Format::Convert(_)) && options.filter.is_plain() && !writer.wants_events();
         Self {
             reader: None,
+            contents: Contents::default(),
             buses: Buses::default(),
             stream: Stream {
                 signals: Signals::new(options.lang, options.format == Format::SignalsCsv, options.select.clone()),
@@ -201,19 +209,21 @@ impl Session {
         self.stream.shift_ns = 0;
         self.stream.dated = false;
         self.stream.unreadable = Unreadable::default();
-        self.reader = Some(Reader::new(format, &Settings { stamps: self.stream.options.stamps, regular }));
+        let Options { stamps, mcap, .. } = &self.stream.options;
+        self.reader = Some(Reader::new(format, &Settings { stamps: *stamps, regular, mcap: mcap.clone() }));
+        self.stream.writer.source(name, Input::NAMES.iter().find(|row| row.1 == format).map_or("", |row| row.0));
     }
 
     /// More bytes of the current file, in any chunking; appends what they yield.
     pub fn feed(&mut self, bytes: &[u8], out: &mut Vec<u8>) {
-        let Self { reader: Some(reader), buses, stream } = self else { return };
+        let Self { reader: Some(reader), buses, stream, .. } = self else { return };
         reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
     }
 
     /// The current file is over. `interrupted`: its reading was broken off, so a last line that has no end is no
     /// fault of the file.
     pub fn end(&mut self, interrupted: bool, out: &mut Vec<u8>) {
-        let Self { reader: Some(reader), buses, stream } = self else { return };
+        let Self { reader: Some(reader), buses, stream, .. } = self else { return };
         let mut sink = |item, buses: &Buses| stream.item(item, buses, out);
         if interrupted {
             reader.interrupt(buses, &mut sink);
@@ -221,6 +231,7 @@ impl Session {
             reader.finish(buses, &mut sink);
         }
         stream.end_of_file(buses, out);
+        self.contents = reader.contents();
         self.reader = None;
     }
 
@@ -239,6 +250,14 @@ impl Session {
     /// and has not. For live sources; a file's frames say the time themselves.
     pub fn advance(&mut self, now_ns: i64, out: &mut Vec<u8>) {
         self.stream.advance(now_ns, &self.buses, out);
+    }
+
+    /// What is known so far of the current file (the last one, between files) beyond its frames, as a JSON object:
+    /// see [`jsonl::contents`].
+    pub fn contents(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        jsonl::contents(&mut out, &self.reader.as_ref().map_or_else(|| self.contents.clone(), Reader::contents));
+        out
     }
 
     /// Lines for standard error since the last call.
@@ -315,7 +334,9 @@ impl Stream {
                 }
                 Format::Summary => self.summary.frame(&frame, &self.events),
                 Format::Convert(_) => {
-                    self.writer.frame(out, self.writing(buses), &frame);
+                    let setting = self.writing(buses);
+                    self.writer.frame(out, setting, &frame);
+                    self.writer.events(out, setting, Some(&frame), &self.events);
                 }
                 Format::Jsonl | Format::Transfers => jsonl::frame(out, setting, &frame, &self.events),
             }
@@ -364,7 +385,10 @@ impl Stream {
             DamageKind::Structure => (Code::Cap004, 1),
             DamageKind::Compression => (Code::Cap004, 2),
             DamageKind::Rest => (Code::Cap004, 3),
+            DamageKind::Undefined => (Code::Cap004, 4),
         };
+        // The same with the number of frames.
+        let face = if frames.is_some() && code == Code::Cap004 && face < 3 { face + 5 } else { face };
         if code == Code::Cap004 {
             for index in 0..self.state.len() {
                 self.on_bus(BusId(index as u8), buses, |bus, cx| bus.lost(None, false, cx));
@@ -394,7 +418,8 @@ impl Stream {
         match self.options.format {
             Format::Jsonl => jsonl::finding(out, self.setting(buses), finding),
             Format::Summary => self.summary.finding(finding),
-            Format::Text | Format::Transfers | Format::Signals | Format::SignalsCsv | Format::Convert(_) => {}
+            Format::Convert(_) => self.writer.finding(out, self.writing(buses), finding),
+            Format::Text | Format::Transfers | Format::Signals | Format::SignalsCsv => {}
         }
     }
 
@@ -476,7 +501,8 @@ impl Stream {
             Format::Jsonl => jsonl::asides(out, self.setting(buses), &self.events),
             Format::Transfers => self.transfers(buses, out),
             Format::Summary => self.summary.asides(&self.events),
-            Format::Signals | Format::SignalsCsv | Format::Convert(_) => {}
+            Format::Convert(_) => self.writer.events(out, self.writing(buses), None, &self.events),
+            Format::Signals | Format::SignalsCsv => {}
         }
         self.extract(buses);
         self.events.clear();

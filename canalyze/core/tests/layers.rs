@@ -72,8 +72,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "services",
         ],
     ),
-    ("readers", &["frame"]),
-    ("writers", &["frame", "readers", "text::digits", "text::escape"]),
+    ("readers", &["frame", "select"]),
+    ("writers", &["frame", "readers", "event", "finding", "text::digits", "text::escape"]),
+    ("writers::mcap", &["frame", "readers", "event", "finding", "text"]),
+    ("writers::mcap::decoded", &["frame", "od", "drive", "message", "event", "finding", "services", "text", "writers"]),
     ("select", &[]),
     (
         "summary",

@@ -131,8 +131,26 @@ pub fn lost(lang: Lang, file: &[u8], loss: Loss, count: u64) -> String {
 /// The filter let nothing through.
 pub fn nothing_shown(lang: Lang, frames: u64) -> String {
     match lang {
-        Lang::Zh => format!("没有内容符合过滤条件 (共{frames}帧)"),
-        Lang::En => format!("nothing passes the filter ({frames} frames)"),
+        Lang::Zh => format!("canalyze: 没有内容符合过滤条件 (共{frames}帧)"),
+        Lang::En => format!("canalyze: nothing passes the filter ({frames} frames)"),
+    }
+}
+
+/// Why a `--mcap-map` cannot be read.
+pub fn mcap_map(lang: Lang, mistake: &crate::readers::mcap::Mistake) -> String {
+    let words: Vec<&str> = crate::readers::mcap::Role::NAMES.iter().map(|(word, _)| *word).collect();
+    let (part, words) = (&mistake.0, words.join(" "));
+    match lang {
+        Lang::Zh => {
+            format!(
+                "--mcap-map 的“{part}”无法识别: 应为 topic= 及 {words} 中的键=字段名, 例如 topic=/x,id=can_id,data=payload"
+            )
+        }
+        Lang::En => {
+            format!(
+                "--mcap-map: '{part}' is unknown: use topic= and KEY=FIELD with one of {words}, as in topic=/x,id=can_id,data=payload"
+            )
+        }
     }
 }
 

@@ -1,15 +1,24 @@
 //! Capture formats to be written: one file (or folder) a format; frames in, bytes out.
 //!
-//! A writer sees only `frame` and what readers say of a capture. It does no I/O and never fails: what its format
-//! cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
+//! A writer sees only `frame`, what readers say of a capture and, where it writes down what frames mean, events. It
+//! does no I/O and never fails: what its format cannot hold it counts as a loss. A new format is a file here, a row of
+//! [`Format`], and an arm of [`Writer`].
 
+pub mod asc;
 pub mod console;
 pub mod log;
+pub mod mcap;
+pub mod packed;
 
 use std::borrow::Cow;
 
+use self::asc::Asc;
 use self::console::Console;
 use self::log::Log;
+use self::mcap::Mcap;
+use self::packed::Packed;
+use crate::event::Event;
+use crate::finding::Finding;
 use crate::frame::{BusId, Buses, Frame, MAX_BUS_NAME};
 use crate::readers::Marker;
 
@@ -19,13 +28,27 @@ pub enum Format {
     /// candump's log form (`candump -l`).
     #[default]
     Log,
+    /// Records for another program's writer; no format of files, so not among the names.
+    Packed,
+    /// Vector's ASC log.
+    Asc,
     /// candump's console form.
     Console,
+    /// MCAP with ROS 2 messages.
+    Mcap,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Log), ("console", Format::Console)];
+    pub const NAMES: &[(&str, Format)] =
+        &[("candump", Format::Log), ("console", Format::Console), ("asc", Format::Asc), ("mcap", Format::Mcap)];
+}
+
+/// How formats are written that can be written in several ways.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// MCAP.
+    pub mcap: mcap::Settings,
 }
 
 /// What is known of the capture as a whole when a frame is written.
@@ -50,24 +73,48 @@ impl Setting<'_> {
 pub enum Writer {
     /// candump's log form.
     Log(Log),
+    /// Records for another program's writer.
+    Packed(Packed),
+    /// Vector's ASC log.
+    Asc(Asc),
     /// candump's console form.
     Console(Console),
+    /// MCAP.
+    Mcap(Box<Mcap>),
 }
 
 impl Writer {
     /// A writer at the beginning of a file.
-    pub fn new(format: Format) -> Self {
+    pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
+            Format::Packed => Self::Packed(Packed::default()),
+            Format::Asc => Self::Asc(Asc::default()),
             Format::Console => Self::Console(Console::default()),
+            Format::Mcap => Self::Mcap(Box::new(Mcap::new(settings.mcap.clone()))),
         }
+    }
+
+    /// A file begins whose frames are written, in this format.
+    pub fn source(&mut self, file: &[u8], format: &str) {
+        if let Self::Mcap(writer) = self {
+            writer.source(file, format);
+        }
+    }
+
+    /// Whether it writes down what frames mean.
+    pub fn wants_events(&self) -> bool {
+        matches!(self, Self::Mcap(writer) if writer.wants_events())
     }
 
     /// Appends a frame.
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
         match self {
             Self::Log(writer) => writer.frame(out, setting, frame),
+            Self::Packed(writer) => writer.frame(out, setting, frame),
+            Self::Asc(writer) => writer.frame(out, setting, frame),
             Self::Console(writer) => writer.frame(out, setting, frame),
+            Self::Mcap(writer) => writer.frame(out, setting, frame),
         }
     }
 
@@ -75,14 +122,34 @@ impl Writer {
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match self {
             Self::Log(writer) => writer.marker(out, setting, marker),
+            Self::Packed(writer) => writer.marker(out, setting, marker),
+            Self::Asc(writer) => writer.marker(out, setting, marker),
             Self::Console(writer) => writer.marker(out, setting, marker),
+            Self::Mcap(writer) => writer.marker(out, setting, marker),
+        }
+    }
+
+    /// Appends what the frame that was just written means, where the format has room for that and it is wanted. Without
+    /// a frame: what is known only later.
+    pub fn events(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: Option<&Frame>, events: &[Event]) {
+        if let Self::Mcap(writer) = self {
+            writer.events(out, setting, frame, events);
+        }
+    }
+
+    /// The same for a finding about the capture, which belongs to no frame.
+    pub fn finding(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
+        if let Self::Mcap(writer) = self {
+            writer.finding(out, setting, finding);
         }
     }
 
     /// Appends what belongs at the end of the file.
-    pub fn finish(&mut self, _out: &mut Vec<u8>, _setting: Setting<'_>) {
+    pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
         match self {
-            Self::Log(_) | Self::Console(_) => {}
+            Self::Log(_) | Self::Console(_) | Self::Packed(_) => {}
+            Self::Asc(writer) => writer.finish(out, setting),
+            Self::Mcap(writer) => writer.finish(out, setting),
         }
     }
 
@@ -90,7 +157,10 @@ impl Writer {
     pub fn losses(&self) -> &Losses {
         match self {
             Self::Log(writer) => &writer.losses,
+            Self::Packed(writer) => &writer.losses,
+            Self::Asc(writer) => &writer.losses,
             Self::Console(writer) => &writer.losses,
+            Self::Mcap(writer) => &writer.losses,
         }
     }
 }
@@ -141,6 +211,8 @@ pub enum Loss {
     ErrorFrame,
     /// That the capturing program lost frames.
     Gap,
+    /// The signals of a frame: there is no room for yet another topic.
+    Topics,
 }
 
 impl Loss {
@@ -160,6 +232,7 @@ impl Loss {
         ("error_details", Loss::ErrorDetails),
         ("error_frame", Loss::ErrorFrame),
         ("gap", Loss::Gap),
+        ("topics", Loss::Topics),
     ];
 }
 

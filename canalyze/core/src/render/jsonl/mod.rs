@@ -14,6 +14,7 @@
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
 //! raised at the frame, each of which has its own `finding` line after it.
 
+mod contents;
 mod facts;
 mod object;
 mod pdo;
@@ -27,6 +28,7 @@ use crate::frame::{Buses, Direction, Frame, Kind};
 use crate::text::digits::{Hex, Joined, Padded, put};
 use crate::text::{Depth, Lang, en, escape, zh};
 
+pub use contents::contents;
 pub(super) use pdo::marked;
 pub use sdo::transfer;
 

@@ -20,6 +20,7 @@ pub fn loss(out: &mut Vec<u8>, loss: Loss, count: u64) {
         Loss::ErrorDetails => ("error frame", "error frames", "class and details are not kept"),
         Loss::ErrorFrame => ("error frame", "error frames", "left out, the format has none"),
         Loss::Gap => ("gap", "gaps", "that the capturing program lost frames is not kept"),
+        Loss::Topics => ("frame", "frames", "the signals are not written, there is no room for another topic"),
     };
     put!(out; count, " ", if count == 1 { one } else { many }, ": ", what);
 }

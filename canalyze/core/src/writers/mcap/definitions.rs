@@ -1,0 +1,186 @@
+//! Message definitions in ROS's own form, whole: readers decode by what stands in the file, so every type that a
+//! message contains is there too.
+//!
+//! The first three are other people's types, field by field; their order is the order on the wire and must not be
+//! changed. The rest (`canalyze_msgs`) are ours.
+
+/// A definition and its name.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Definition {
+    /// `package/msg/Name`.
+    pub(super) name: &'static str,
+    /// Its fields, without the types that they contain.
+    pub(super) fields: &'static str,
+}
+
+impl Definition {
+    /// The whole text.
+    pub(super) fn text(self) -> String {
+        whole(self.fields)
+    }
+}
+
+/// What follows the fields of a message that has a header.
+const CONTAINED: &str = "\
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+";
+
+/// The whole text of a message with these fields, the first of which is a header or a time.
+pub(super) fn whole(fields: &str) -> String {
+    [fields, CONTAINED].concat()
+}
+
+/// Classic frames, as ROS's `ros2_socketcan` publishes them.
+pub(super) const FRAME: Definition = Definition {
+    name: "can_msgs/msg/Frame",
+    fields: "\
+std_msgs/Header header
+uint32 id
+bool is_rtr
+bool is_extended
+bool is_error
+uint8 dlc
+uint8[8] data
+",
+};
+
+/// CAN FD frames, as `ros2_socketcan` publishes them.
+pub(super) const FD_FRAME: Definition = Definition {
+    name: "ros2_socketcan_msgs/msg/FdFrame",
+    fields: "\
+std_msgs/Header header
+uint32 id
+bool is_extended
+bool is_error
+uint8 len
+uint8[<=64] data
+",
+};
+
+/// CAN FD frames with all their flags.
+pub(super) const DATASPEED_FRAME: Definition = Definition {
+    name: "dataspeed_can_msgs/msg/Frame",
+    fields: "\
+std_msgs/Header header
+uint32 id
+bool extended
+bool fdf
+bool brs
+bool esi
+bool rtr
+uint8[<=64] data
+",
+};
+
+/// A line of a log: log panels show it as it is.
+pub(super) const LOG: Definition = Definition {
+    name: "rcl_interfaces/msg/Log",
+    fields: "\
+byte DEBUG=10
+byte INFO=20
+byte WARN=30
+byte ERROR=40
+byte FATAL=50
+builtin_interfaces/Time stamp
+uint8 level
+string name
+string msg
+string file
+string function
+uint32 line
+",
+};
+
+/// A state of a node.
+pub(super) const NMT_STATE: Definition = Definition {
+    name: "canalyze_msgs/msg/NmtState",
+    fields: "\
+# As boot-up, heartbeat and node guarding show it: 0 initialisation, 4 stopped, 5 operational, 127 pre-operational.
+std_msgs/Header header
+uint8 state
+string name
+",
+};
+
+/// A state of a drive.
+pub(super) const DRIVE_STATE: Definition = Definition {
+    name: "canalyze_msgs/msg/DriveState",
+    fields: "\
+# The state of a CiA 402 power drive system, whenever a statusword in a PDO shows another one.
+std_msgs/Header header
+uint16 statusword
+string state
+",
+};
+
+/// An emergency.
+pub(super) const EMERGENCY: Definition = Definition {
+    name: "canalyze_msgs/msg/Emergency",
+    fields: "\
+std_msgs/Header header
+uint16 code
+uint8 error_register
+uint8[5] manufacturer
+string text
+",
+};
+
+/// An SDO transfer.
+pub(super) const SDO_TRANSFER: Definition = Definition {
+    name: "canalyze_msgs/msg/SdoTransfer",
+    fields: "\
+# An SDO transfer at its end. Without its initiate request in the capture index, sub and name are empty.
+std_msgs/Header header
+# Of its first frame; 0 without stamps.
+builtin_interfaces/Time start
+# In seconds; NaN without stamps.
+float64 duration
+# upload, download
+string direction
+# expedited, segmented, block
+string mode
+uint16 index
+uint8 sub
+string name
+# The value in words.
+string value
+# Bytes transferred, and the first 1024 of them.
+uint64 size
+uint8[] data
+# ok, aborted, incomplete, failed
+string status
+uint32 abort_code
+string abort_text
+# Numbers in the capture, from 1.
+uint64 first_frame
+uint64 last_frame
+",
+};
+
+/// A finding.
+pub(super) const FINDING: Definition = Definition {
+    name: "canalyze_msgs/msg/Finding",
+    fields: "\
+std_msgs/Header header
+string code
+string name
+# info, warning, error
+string severity
+string message
+# 0 where none is concerned.
+uint8 node
+# The object; 0 where none is concerned.
+uint16 index
+uint8 sub
+# Numbers in the capture, from 1: the frame that shows it, the earlier one that it is about. 0 where there is none.
+uint64 frame
+uint64 cause_frame
+",
+};
