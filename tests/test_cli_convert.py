@@ -34,17 +34,17 @@ EN = Words("en")
 class Frame(NamedTuple):
     """What has to come back."""
 
-    t: str | None
-    """Its moment: with the date from which its stamp counts, where one is known."""
+    t: int | None
+    """Its moment in ns: with the date from which its stamp counts, where one is known."""
     bus: str
     dir: str | None
     id: str
     ext: bool
     rtr: bool
-    fd: bool
     err: bool
     len: int
     data: str
+    fd: bool
     flags: str | None
     """The flags of an FD frame, as candump's log has them."""
     raw: str | None
@@ -75,9 +75,9 @@ def _frames(path: Path) -> tuple[list[Frame], list[tuple[Any, ...]]]:
     """Give the frames of a capture, and the findings on them (what is said of the capture itself apart)."""
     rows = [json.loads(line) for line in _pass(Session(lang="en", format="jsonl"), path).splitlines()]
     frames = [row for row in rows if row["kind"] == "frame"]
-    keys = ("bus", "dir", "id", "ext", "rtr", "fd", "err", "len", "data")
+    keys = ("bus", "dir", "id", "ext", "rtr", "err", "len", "data")
     read = [
-        Frame(None if row["t"] is None else moment, *(row[key] for key in keys), flags, raw)
+        Frame(None if row["t"] is None else _ns(moment), *(row[key] for key in keys), bool(row["fd"]), flags, raw)
         for row, (moment, flags, raw) in zip(frames, _log(path), strict=True)
     ]
     findings = [
@@ -105,16 +105,13 @@ def _converted(path: Path, name: Path, form: str) -> list[str]:
     return session.losses("out", dict(losses))
 
 
-def _ns(t: str | None) -> int | None:
-    if t is None:
-        return None
+def _ns(t: str) -> int:
     whole, _, fraction = t.partition(".")
     return int(whole) * 10**9 + int(fraction.ljust(9, "0"))
 
 
 def _rounded(frame: Frame) -> Frame:
-    ns = _ns(frame.t)
-    return frame if ns is None else frame._replace(t=str(round(ns, -3)))
+    return frame if frame.t is None else frame._replace(t=round(frame.t, -3))
 
 
 Ease = Callable[[Frame], Frame | None]
@@ -126,6 +123,7 @@ EASED: dict[str, Ease] = {
     "no stamp that could": lambda frame: frame._replace(t=None),
     "the stamp steps back": lambda frame: frame._replace(t=None),
     "bit rate switch or error state": lambda frame: frame._replace(flags=None),
+    "written as classic ones": lambda frame: frame._replace(fd=frame.len > 8, flags=None) if frame.fd else frame,
     "CAN FD frames?: left out": lambda frame: None if frame.fd else frame,
     "the raw DLC": lambda frame: frame._replace(raw=None),
     "the requested length": lambda frame: frame._replace(len=0) if frame.rtr else frame,
@@ -138,14 +136,13 @@ EASED: dict[str, Ease] = {
 
 
 def _eased(frames: list[Frame], said: list[str]) -> list[Frame]:
+    # A frame without a bus is on can0 where a format wants one.
+    frames = [frame._replace(bus=frame.bus or "can0") for frame in frames]
     for line in said:
         ease = next((ease for words, ease in EASED.items() if re.search(words, line)), None)
         assert ease, line
         frames = [kept for frame in frames if (kept := ease(frame)) is not None]
-    # Digits that are all zeros say nothing; a frame without a bus is on can0 where a format wants one.
-    return [
-        frame._replace(t=None if frame.t is None else str(_ns(frame.t)), bus=frame.bus or "can0") for frame in frames
-    ]
+    return frames
 
 
 @pytest.mark.parametrize("form", forms())

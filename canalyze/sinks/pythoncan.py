@@ -32,7 +32,7 @@ SUFFIXES: Final = {
 """The form of a file by the end of its name."""
 
 _BOUND: Final = ("unknown_direction", "bus_name", "no_stamp")
-_TABLE: Final = ("direction", "bus_name", "stamp_digits", "no_stamp", "fd_flags", "fd_frame")
+_TABLE: Final = ("direction", "bus_name", "stamp_digits", "no_stamp", "fd_flags", "fd_format")
 LOSSES: Final[dict[str, tuple[str, ...]]] = {
     "blf": (*_BOUND, "order", "stamp_digits"),
     "trc": (*_BOUND, "stamp_digits", "no_date", "error_frame"),
@@ -390,7 +390,7 @@ def _in_table(row: Row, losses: Counter[str]) -> None:
     losses["stamp_digits"] += nanoseconds(message.timestamp) != row.ns
     if message.is_fd:
         short = len(message.data) <= 8
-        losses["fd_frame"] += short
+        losses["fd_format"] += short
         losses["fd_flags"] += not short and (message.bitrate_switch or message.error_state_indicator)
 
 

@@ -173,6 +173,8 @@ impl Session {
         mcap_archive: bool,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
+        // What no user can ask for: records for another program's writer.
+        let to = if to == "packed" { Written::Packed } else { choose("to", to, Written::NAMES)? };
         let formats = [
             ("text", Format::Text),
             ("jsonl", Format::Jsonl),
@@ -180,7 +182,7 @@ impl Session {
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
-            ("convert", Format::Convert(choose("to", to, Written::NAMES)?)),
+            ("convert", Format::Convert(to)),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =
