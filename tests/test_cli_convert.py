@@ -154,7 +154,7 @@ def _pairs() -> Iterator[Any]:
                 yield pytest.param(path, form, id=f"{name}-{form}")
 
 
-@pytest.mark.parametrize(("path", "form"), _pairs())
+@pytest.mark.parametrize(("path", "form"), list(_pairs()))
 def test_comes_back_as_it_was(tmp_path: Path, path: Path, form: str) -> None:
     frames, findings = _original(path)
     if not frames:

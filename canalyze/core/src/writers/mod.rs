@@ -259,3 +259,6 @@ impl Losses {
         self.0.iter().map(|(loss, count)| (*loss, *count))
     }
 }
+
+#[cfg(test)]
+mod tests;
