@@ -76,6 +76,7 @@ class CaptureOptions(NetworkOptions, total=False):
     topic: tuple[str, ...]
     time_source: str | None
     mcap_map: tuple[str, ...]
+    merge: bool
 
 
 def common_options(words: Words) -> list[click.Parameter]:
@@ -123,6 +124,7 @@ def reading_options(words: Words) -> list[click.Parameter]:
         ),
         click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
         *topic_options(words),
+        click.Option(["--merge"], is_flag=True, help=words("opt.merge")),
         *network_options(words),
     ]
 

@@ -1,7 +1,11 @@
-"""MCAP files of CAN frames, written by other people's packages (`mcap`, `mcap-ros2-support`, `mcap-ros1-support`).
+"""MCAP files of CAN frames, written by other people's packages (`mcap`, `mcap-ros2-support`).
 
 Why it exists: our reader must read what others write, and damage must be made where it is wanted. What it must not do:
 use the program's own writer.
+
+    python tests/mcap_files.py
+
+writes the captures of the rules about damaged files anew.
 """
 
 from __future__ import annotations
@@ -12,7 +16,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from captures import CanFrame
+from captures import SAMPLES, CanFrame, spaced
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from mcap_ros2.writer import Writer as Ros2Writer
@@ -160,7 +164,7 @@ def cdr(frame: CanFrame, *, big: bool = False, frame_id: bytes = b"can0\0") -> b
 
 
 def ros1(frames: Iterable[CanFrame]) -> bytes:
-    """A file of ROS 1 messages as mcap-ros1-support writes it, of definitions and bytes of our own."""
+    """A file of ROS 1 messages, serialised by hand: packed, without padding."""
     stream = io.BytesIO()
     writer = McapWriter(stream, chunk_size=1 << 14)
     writer.start("ros1", "test")
@@ -187,3 +191,36 @@ def records(file: bytes) -> list[tuple[int, int, int]]:
         found.append((at, op, size + 9))
         at += size + 9
     return found
+
+
+_TRANSFERS = [
+    ("4008100000000000", "43081000436F7265"),
+    ("4000100000000000", "4300100092010200"),
+    ("2B171000E8030000", "6017100000000000"),
+]
+
+
+def rules() -> dict[str, bytes]:
+    """The captures of CAP004 and CAP005 and their clean neighbours: SDO transfers, each in a chunk of its own."""
+    frames = [CanFrame("can0", 0x705, b"\5")]
+    for request, response in _TRANSFERS:
+        frames += [CanFrame("can0", 0x605, bytes.fromhex(request)), CanFrame("can0", 0x585, bytes.fromhex(response))]
+    frames = spaced(frames)
+    messages = [("/can0/from_can_bus", frame.t_us * 1000, cdr(frame)) for frame in frames]
+    whole = raw(messages, compression=CompressionType.NONE, chunk_size=100)
+    chunks = [(at, size) for at, op, size in records(whole) if op == 0x06]
+    at, size = chunks[2]
+    flipped = bytearray(whole)
+    flipped[at + size - 3] ^= 0x10
+    at, size = chunks[-1]
+    return {
+        "CAP004.mcap": bytes(flipped),
+        "CAP004.clean.mcap": whole,
+        "CAP005.mcap": whole[: at + size // 2],
+        "CAP005.clean.mcap": whole,
+    }
+
+
+if __name__ == "__main__":
+    for name, data in rules().items():
+        (SAMPLES / "rules" / name).write_bytes(data)

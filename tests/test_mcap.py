@@ -455,7 +455,7 @@ def test_a_flipped_bit_in_the_length_of_a_chunk_costs_nothing(file: bytes) -> No
 
 
 def test_a_flipped_bit_in_the_head_of_a_chunk() -> None:
-    at, size, count, before = middle(ZSTD)
+    at, _, count, before = middle(ZSTD)
     for byte in range(9, 9 + 44):
         said, _ = say(flip(ZSTD, at + byte, 5))
         frames = taken(said)

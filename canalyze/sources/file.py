@@ -49,6 +49,10 @@ class Source:
         """The file itself, for a reader that opens by name; None for a pipe and for standard input."""
         return Path(self._name) if self._own and self.regular else None
 
+    @property
+    def damage(self) -> None:
+        """Why nothing comes any more: of bytes as they are, only because there is nothing."""
+
     def read(self) -> bytes:
         """Give the next bytes, b"" at the end; SourceError if the system refuses."""
         try:

@@ -30,12 +30,14 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TextIO, cast
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources import packed
 from canalyze.sources.blf import PYTHON_CAN, Damage, Objects
-from canalyze.sources.file import Source
 from canalyze.sources.packed import Packer, Unfit
 from canalyze.sources.trace import Lines, Trc
 
 if TYPE_CHECKING:
     from can import Message
+
+    from canalyze.sources.compressed import Damage as Unpackable
+    from canalyze.sources.format import Opened
 
 TITLES: Final = {"blf": "Vector BLF", "trc": "PEAK TRC", "mf4": "MF4", "csv": "CSV", "sqlite": "SQLite"}
 """How a form is called in a sentence."""
@@ -66,18 +68,19 @@ class PythonCanCapture:
 
     format: Final = "packed"
 
-    def __init__(self, source: Source, head: bytes, form: str) -> None:
-        """Take over the source; `head` is what was read of it already, `form` one of TITLES.
+    def __init__(self, source: "Opened", form: str) -> None:
+        """Take over what was opened; `form` is one of TITLES.
 
         SourceError if what the form needs is not installed.
         """
         self.name = source.name
         self.regular = source.regular
+        self.compression = source.compression
         self._source = source
         self._form = form
         self._heard = _Heard()
         self._remarks: list[CanalyzeError] = []
-        self._records = self._batches(head)
+        self._records = self._batches(source.head)
         if form == "mf4":
             self._need_asammdf()
 
@@ -85,6 +88,11 @@ class PythonCanCapture:
     def taken(self) -> int:
         """Bytes of the file behind it that have been read: what progress counts."""
         return self._source.taken
+
+    @property
+    def damage(self) -> "Unpackable | None":
+        """Why the file could be unpacked no further; known when nothing comes any more."""
+        return self._source.damage
 
     def read(self) -> bytes:
         """Give the next records, b"" at the end; SourceError if the system refuses or nothing can be read."""

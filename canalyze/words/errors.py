@@ -205,8 +205,22 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "--mcap-map, as in --mcap-map topic=/x,id=can_id,data=payload",
     ),
     ("source.topics_empty", "（无）", "none"),
-    ("source.packed", "{name}：是{kind}压缩的；先解压：{line}", "{name}: {kind} compressed: {line}"),
-    ("source.encoded", "{name}：是{kind}编码的文本；先转换：{line}", "{name}: text in {kind}: {line}"),
+    (
+        "source.nested",
+        "{name}：{outer}压缩里面还是{inner}压缩；只解一层，请先解开外层",
+        "{name}: {inner} compressed inside {outer}; only one compression is undone, undo the outer one first",
+    ),
+    (
+        "merge.no_stamps",
+        "{name}：帧没有时间戳，不能用 --merge 按时间合并",
+        "{name}: its frames have no stamps, so --merge cannot join it by time",
+    ),
+    (
+        "merge.no_clock",
+        "{name} 的时间戳是绝对时间，{other} 的从零开始且不知起点；二者没有共同的时钟，不能用 --merge 合并",
+        "the stamps of {name} are absolute, those of {other} count from a start that is not told: --merge finds no "
+        "clock that they share",
+    ),
     (
         "source.other",
         "{name}：是{kind}文件，还不支持；目前只读candump的文本",

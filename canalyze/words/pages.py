@@ -53,7 +53,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "opt.topic",
         "只读MCAP里名称匹配的topic；可重复，* 和 ? 为通配符。不给则读所有能读作CAN帧的topic。",
-        "Read only the topics of an MCAP file that match; repeatable, with * and ?. By default all topics of CAN frames.",
+        "Read only the topics of an MCAP file that match; repeatable, with * and ?. Without it all topics of CAN "
+        "frames.",
     ),
     (
         "opt.time_source",
@@ -68,6 +69,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "键：id、data、ext、rtr、err、len、fd、brs、esi、bus、stamp。",
         "Which fields of an MCAP message are the frame, as in topic=/x,id=can_id,data=payload; repeatable. Keys: id, "
         "data, ext, rtr, err, len, fd, brs, esi, bus, stamp.",
+    ),
+    (
+        "opt.merge",
+        "把几个文件按时间合并成一个记录，而不是一个接一个；用于分段或按总线分开记录的文件。时间戳相同的按给出的顺序。"
+        "同名的总线是同一条总线：两个适配器各自记录的同一总线会使每帧出现两次。只写当地时间的文件（如ASC）按UTC处理。",
+        "Join the files by time into one capture, instead of one after the other: for recordings split into parts or "
+        "by bus. Of equal stamps the file named first comes first. Buses of the same name are the same bus: two "
+        "adapters' recordings of one bus would show every frame twice. Local dates, as in ASC, are taken as UTC.",
     ),
     (
         "opt.eds",

@@ -14,10 +14,11 @@ use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
 use crate::filter::Filter;
 use crate::finding::RULES;
 use crate::frame::{Buses, CanId};
+use crate::inputs::Refusal;
 use crate::network::{Cob, Description, Network as Known, Sdo};
 use crate::readers::candump::{self, Stamps};
 use crate::readers::mcap::{Choice, Clock, Map};
-use crate::readers::{Format as Input, sniff};
+use crate::readers::{Damage, Format as Input, Place, sniff};
 use crate::render;
 use crate::render::text::Time;
 use crate::select::Select;
@@ -183,6 +184,7 @@ impl Session {
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
             ("convert", Format::Convert(to)),
+            ("info", Format::Info),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =
@@ -216,25 +218,44 @@ impl Session {
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
     }
 
-    #[pyo3(signature = (name, regular, format = "candump"))]
-    fn begin(&self, py: Python<'_>, name: &str, regular: bool, format: &str) -> PyResult<()> {
+    #[pyo3(signature = (name, regular, format = "candump", input = 0))]
+    fn begin(&self, py: Python<'_>, name: &str, regular: bool, format: &str, input: usize) -> PyResult<()> {
         // What no user can ask for: records of another program's reader.
         let format = if format == "packed" { Input::Packed } else { choose("format", format, Input::NAMES)? };
-        self.run(py, |core| core.begin(name.as_bytes(), format, regular));
+        self.run(py, |core| core.begin_one(input, name.as_bytes(), format, regular));
         Ok(())
     }
 
-    fn feed<'py>(&self, py: Python<'py>, data: &[u8]) -> Bound<'py, PyBytes> {
-        self.output(py, |core, out| core.feed(data, out))
+    #[pyo3(signature = (data, input = 0))]
+    fn feed<'py>(&self, py: Python<'py>, data: &[u8], input: usize) -> Bound<'py, PyBytes> {
+        self.output(py, |core, out| core.feed_one(input, data, out))
+    }
+
+    #[pyo3(signature = (kind, offset, bytes = None, input = 0))]
+    fn damaged(&self, py: Python<'_>, kind: &str, offset: u64, bytes: Option<u64>, input: usize) -> PyResult<()> {
+        let kind = choose("kind", kind, render::jsonl::DAMAGES)?;
+        self.run(py, |core| core.damaged(input, Damage { place: Place::Byte(offset), kind, bytes, frames: None }));
+        Ok(())
+    }
+
+    fn wants(&self, py: Python<'_>) -> Option<usize> {
+        self.run(py, |core| core.wants())
+    }
+
+    fn refusal(&self, py: Python<'_>) -> Option<(&'static str, Vec<usize>)> {
+        self.run(py, |core| core.refusal()).map(|refusal| match refusal {
+            Refusal::NoStamps(input) => ("no_stamps", vec![input]),
+            Refusal::NoCommonClock(day, start) => ("no_clock", vec![day, start]),
+        })
     }
 
     fn advance<'py>(&self, py: Python<'py>, now_ns: i64) -> Bound<'py, PyBytes> {
         self.output(py, |core, out| core.advance(now_ns, out))
     }
 
-    #[pyo3(signature = (interrupted = false))]
-    fn end<'py>(&self, py: Python<'py>, interrupted: bool) -> Bound<'py, PyBytes> {
-        self.output(py, |core, out| core.end(interrupted, out))
+    #[pyo3(signature = (interrupted = false, input = 0))]
+    fn end<'py>(&self, py: Python<'py>, interrupted: bool, input: usize) -> Bound<'py, PyBytes> {
+        self.output(py, |core, out| core.end_one(input, interrupted, out))
     }
 
     fn finish<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {

@@ -49,6 +49,7 @@ pub struct Settings {
 
 /// The reader of one file.
 #[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one for each file")]
 pub enum Reader {
     /// can-utils' text.
     Candump(Candump),
@@ -57,7 +58,7 @@ pub enum Reader {
     /// Vector's text.
     Asc(Asc),
     /// MCAP.
-    Mcap(Box<Mcap>),
+    Mcap(Mcap),
 }
 
 impl Reader {
@@ -67,7 +68,7 @@ impl Reader {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
             Format::Packed => Self::Packed(Packed::default()),
             Format::Asc => Self::Asc(Asc::default()),
-            Format::Mcap => Self::Mcap(Box::new(Mcap::new(settings.mcap.clone()))),
+            Format::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
         }
     }
 

@@ -86,6 +86,27 @@ pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) 
     })
 }
 
+/// A file that goes on where another ended begins before that end, by so much.
+pub fn step_back(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    let (seconds, ms) = (back_ns / 1_000_000_000, back_ns / 1_000_000 % 1000);
+    let back = format!("{seconds}.{ms:03}");
+    match lang {
+        Lang::Zh => {
+            put!(&mut out; ": 第一帧的时间戳比 ");
+            escape::terminal(&mut out, before);
+            put!(&mut out; " 的最后一帧早", back.as_str(), " s; 仍按给出的顺序读取. 若时间戳出自同一时钟, 请用 --merge 按时间合并");
+        }
+        Lang::En => {
+            put!(&mut out; ": its first stamp is ", back.as_str(), " s before the last one of ");
+            escape::terminal(&mut out, before);
+            put!(&mut out; "; read in the given order all the same. If the stamps are of one clock, --merge joins the files by time");
+        }
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
 /// A description was given for nodes that have no frame in the capture.
 pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
     nodes.sort_unstable();

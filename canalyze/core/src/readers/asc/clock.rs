@@ -56,6 +56,7 @@ impl Clock {
     #[inline(always)]
     pub(super) fn moment(&mut self, ns: i64) -> i64 {
         if self.begun && self.block.is_none() && !self.relative && !self.undated {
+            self.sum = ns;
             return ns;
         }
         self.any_moment(ns)
@@ -85,7 +86,7 @@ impl Clock {
         let Some(origin) = self.origin else { return };
         let time = origin.rem_euclid(DAY_NS);
         if !self.relative && time > LATE_NS && (0..LATE_NS).contains(&ns.saturating_sub(time)) {
-            self.set_origin(origin - time);
+            self.set_origin(origin.saturating_sub(time));
         }
     }
 

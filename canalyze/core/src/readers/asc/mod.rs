@@ -146,8 +146,9 @@ impl Asc {
         match classic::plain(text) {
             Some((mut frame, channel)) if !self.header.decimal => {
                 self.error = None;
-                if let Some(stamp) = frame.stamp {
-                    frame.t_ns = Some(self.clock.moment(stamp.ns));
+                if let Some(stamp) = &mut frame.stamp {
+                    stamp.ns = self.clock.moment(stamp.ns);
+                    frame.t_ns = Some(stamp.ns);
                 }
                 self.give(frame, channel, buses, sink);
             }
@@ -204,13 +205,14 @@ impl Asc {
     /// The words behind a stamp.
     fn event(
         &mut self,
-        stamp: Stamp,
+        mut stamp: Stamp,
         mut words: Words<'_>,
         last: bool,
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
     ) -> Result<(), Fail> {
-        let t_ns = self.clock.moment(stamp.ns);
+        // A difference is shown as the moment that it means: in one file there may be both.
+        stamp.ns = self.clock.moment(stamp.ns);
         let first = words.need(Unreadable::NoFrame)?;
         let is = |name: &[u8]| first.eq_ignore_ascii_case(name);
         let (fd, xl) = (is(b"canfd"), is(b"canxl"));
@@ -236,7 +238,7 @@ impl Asc {
         };
         match event? {
             Event::Frame(mut frame) => {
-                frame.t_ns = Some(t_ns);
+                frame.t_ns = Some(stamp.ns);
                 self.give(frame, channel, buses, sink);
             }
             Event::Passed(name) => {

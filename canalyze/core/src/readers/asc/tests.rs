@@ -113,7 +113,7 @@ fn classic_lines() {
         ("1.5 1 123 Rx r", "1500000000 can0 rx 123 rtr 0"),
         ("1.5 3 123 Tx r Length = 1704000 BitCount = 145 ID = 88888888x", "1500000000 can2 tx 123 rtr 0"),
         ("1.5 4 123 Tx r 8 Length = 1704000 BitCount = 145 ID = 88888888x", "1500000000 can3 tx 123 rtr 8"),
-        ("1.5 4 123x Tx r C", "1500000000 can3 tx 00000123 rtr 8 dlcC"),
+        ("1.5 4 123x Tx r C", "1500000000 can3 tx 00000123 rtr 8  dlcC"),
         ("1.5 1 ErrorFrame", "1500000000 can0 00000000 error 0"),
         ("1.5 1  ErrorFrame\tECC: 10100010", "1500000000 can0 00000000 error 0"),
         (
@@ -348,6 +348,28 @@ fn a_line_without_end() {
     for _ in 0..100 {
         reader.feed(&[0; 100_000], &mut buses, &mut |_, _| {});
         assert!(reader.partial.capacity() <= 4 * MAX_LINE);
+    }
+}
+
+#[test]
+fn numbers_without_end() {
+    let digits = "9".repeat(300);
+    for line in [
+        format!("{digits}.{digits} 1 601 Rx d 1 40"),
+        format!("1.5 {digits} 601 Rx d 1 40"),
+        format!("1.5 1 {digits} Rx d 1 40"),
+        format!("1.5 1 601 Rx d {digits} 40"),
+        format!("1.5 1 601 Rx r {digits}"),
+        format!("1.5 1 name Rx d 1 40 ID = {digits}"),
+        format!("1.5 CANFD 1 Rx 601 0 0 {digits} 1 40"),
+        format!("1.5 CANFD 1 Rx 601 0 0 1 {digits} 40"),
+        format!("date Sat Jan 1 {digits}:00:00 {digits}"),
+        format!(
+            "date Sat Jan 1 01:00:00.000 0001\n9223372036.9 1 601 Rx d 0\n-9223372036.9 1 601 Rx d 0\nBegin Triggerblock Sat Jan 1 01:00:00 9999\n9223372036.9 1 601 Rx d 0"
+        ),
+        format!("base hex timestamps relative\n9223372036.9 1 601 Rx d 0\n9223372036.9 1 601 Rx d 0"),
+    ] {
+        let _ = read(&format!("{line}\n"));
     }
 }
 

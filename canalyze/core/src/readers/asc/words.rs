@@ -106,6 +106,9 @@ pub(super) fn way(word: &[u8]) -> Option<Way> {
 
 /// A whole word as a number of base 10 or 16; at most ten digits.
 pub(super) fn number(word: &[u8], decimal: bool) -> Option<u64> {
+    if !(1..=10).contains(&word.len()) {
+        return None;
+    }
     let limit = if decimal { 10 } else { 16 };
     let mut value = 0u64;
     for digit in word {
@@ -115,7 +118,7 @@ pub(super) fn number(word: &[u8], decimal: bool) -> Option<u64> {
         }
         value = value * u64::from(limit) + u64::from(digit);
     }
-    (1..=10).contains(&word.len()).then_some(value)
+    Some(value)
 }
 
 /// `601`, `18EBFF00x`. [`Unreadable::NoFrame`]: it is no number at all.

@@ -307,7 +307,7 @@ impl File {
                 defined.map_or(Went::Wrong, Went::Channel)
             }
             op::MESSAGE => self.loose_message(record, body, buses, sink),
-            op::CHUNK => return self.chunk(record, body, buses, sink),
+            op::CHUNK => self.chunk(record, body, buses, sink),
             op::MESSAGE_INDEX => {
                 self.index(body);
                 Went::Fine

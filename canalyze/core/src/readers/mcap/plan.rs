@@ -138,10 +138,15 @@ impl Plan {
         {
             return Some(fields);
         }
-        self.walk(message)
+        self.by_steps(message)
     }
 
-    fn walk<'a>(&self, message: &'a [u8]) -> Option<Fields<'a>> {
+    #[cfg(test)]
+    pub(super) fn is_by_hand(&self) -> bool {
+        self.fast.is_some()
+    }
+
+    pub(super) fn by_steps<'a>(&self, message: &'a [u8]) -> Option<Fields<'a>> {
         let mut fields = Fields { fd: self.fd, len_is_code: self.len_is_code, ..Fields::default() };
         let mut at = match self.wire {
             Wire::Ros1 => At { body: message, at: 0, align: 1, big: false },
@@ -182,7 +187,7 @@ fn group(
 ) -> bool {
     let mut found: Vec<(usize, Role)> = Vec::new();
     for (role, aliases) in ALIASES {
-        let fits = |name: &&str| fields.iter().position(|field| field.name == **name && can_be(field, *role));
+        let fits = |name: &&str| fields.iter().position(|field| field.name == *name && can_be(field, *role));
         let own = asked.iter().find(|(of, _)| of == role).map(|(_, name)| *name);
         let at = match own {
             Some(name) => {
@@ -190,7 +195,7 @@ fn group(
                 let within = name.strip_prefix(&prefix).map(|rest| rest.trim_start_matches('.')).unwrap_or(name);
                 fields.iter().position(|field| field.name == within && can_be_asked(field, *role))
             }
-            None => aliases.iter().find_map(|alias| fits(&alias)),
+            None => aliases.iter().find_map(fits),
         };
         found.extend(at.map(|at| (at, *role)));
     }

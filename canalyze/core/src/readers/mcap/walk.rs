@@ -204,7 +204,7 @@ impl Walk {
     pub(super) fn next(&mut self, done: bool) -> Step {
         loop {
             let have = self.rest().len();
-            if have < self.need && !done || have == 0 && !done {
+            if !done && have < self.need.max(1) {
                 return Step::More;
             }
             let step = match self.state {
@@ -480,7 +480,7 @@ fn chunk(body: &[u8], len: u64) -> Kept {
         let unknown = body.len() >= LOOK - HEAD || len < 40;
         return if unknown { Kept::No } else { Kept::More(LOOK) };
     };
-    let inner = head.size as u64 + head.len;
+    let inner = head.len.saturating_add(head.size as u64);
     if !head.is_sound() || inner > MAX_RECORD {
         // An unknown compression: the length is all there is.
         let alone = inner == len && len <= MAX_RECORD;

@@ -16,6 +16,7 @@
 
 mod contents;
 mod facts;
+mod info;
 mod object;
 mod pdo;
 pub mod sdo;
@@ -29,6 +30,7 @@ use crate::text::digits::{Hex, Joined, Padded, put};
 use crate::text::{Depth, Lang, en, escape, zh};
 
 pub use contents::contents;
+pub use info::{DAMAGES, info};
 pub(super) use pdo::marked;
 pub use sdo::transfer;
 
