@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,7 +27,8 @@ from canalyze.sinks.target import RECORDS, Target, forms, open_target, suffixes,
 from canalyze.words import Words
 
 ROOT = Path(__file__).parent.parent
-SAMPLES = sorted(ROOT.glob("samples/**/*.log")) + sorted(ROOT.glob("samples/recorded/*.candump"))
+SAMPLES = [path for end in ("log", "candump", "asc", "mcap") for path in sorted(ROOT.glob(f"samples/**/*.{end}"))]
+FORMS = [form for form in forms() if form != "mf4" or find_spec("asammdf")]
 BINARY = frozenset(form for form in forms() if form not in ("candump", "console", "asc"))
 EN = Words("en")
 
@@ -149,7 +151,7 @@ def _pairs() -> Iterator[Any]:
     """Every sample in every form; those of python-can, which take their time, without the smallest samples."""
     for path in SAMPLES:
         name = str(path.relative_to(ROOT / "samples"))
-        for form in forms():
+        for form in FORMS:
             if form in WRITERS or not name.startswith("rules/"):
                 yield pytest.param(path, form, id=f"{name}-{form}")
 
@@ -197,7 +199,7 @@ RICH = """\
 """
 
 
-@pytest.mark.parametrize("form", forms())
+@pytest.mark.parametrize("form", FORMS)
 def test_everything_a_frame_can_have(tmp_path: Path, form: str) -> None:
     rich, out = tmp_path / "rich.log", tmp_path / f"out.{form}"
     rich.write_text(RICH)
@@ -315,7 +317,7 @@ def test_the_input_stays_where_not_all_was_read(canalyze: Runner, notes: str, tm
 
 
 @pytest.mark.parametrize("content", [b"", b"no frame here\n" * 5, bytes(range(256))])
-@pytest.mark.parametrize("form", forms())
+@pytest.mark.parametrize("form", FORMS)
 def test_nothing_readable_leaves_nothing(canalyze: Runner, tmp_path: Path, content: bytes, form: str) -> None:
     (tmp_path / "in.log").write_bytes(content)
     done = canalyze("convert", "in.log", "out", "--to", form)
@@ -437,7 +439,7 @@ def test_broken_pipe_ends_quietly(tmp_path: Path) -> None:
         assert process.wait(timeout=60) == 0
 
 
-@pytest.mark.parametrize("form", forms())
+@pytest.mark.parametrize("form", FORMS)
 def test_a_terminal_gets_no_bytes_that_are_no_text(tmp_path: Path, form: str) -> None:
     (tmp_path / "in.log").write_text("(1.5) can0 123#11\n")
     code, shown = on_terminal(tmp_path, "convert", "in.log", "-", "--to", form)
@@ -447,7 +449,7 @@ def test_a_terminal_gets_no_bytes_that_are_no_text(tmp_path: Path, form: str) ->
         assert code == 0 and shown
 
 
-@pytest.mark.parametrize("form", [form for form in forms() if Target("x", form, None).written == RECORDS])
+@pytest.mark.parametrize("form", [form for form in FORMS if Target("x", form, None).written == RECORDS])
 def test_a_form_of_python_can_wants_a_file_of_its_own(canalyze: Runner, notes: str, form: str) -> None:
     for args in (["-", "--to", form], [f"out.{form}.gz", "--to", form]):
         done = canalyze("convert", notes, *args)
