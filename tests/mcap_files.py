@@ -124,7 +124,7 @@ def ros2(messages: Iterable[Message], **options: Any) -> bytes:
             schemas[message.schema] = writer.register_msgdef(message.schema, message.definition)
         publish = message.log_ns if message.publish_ns is None else message.publish_ns
         writer.write_message(message.topic, schemas[message.schema], message.fields, message.log_ns, publish)
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]
     return stream.getvalue()
 
 
@@ -148,7 +148,7 @@ def raw(
         if topic not in channels:
             channels[topic] = writer.register_channel(topic, languages[1], schema_id)
         writer.add_message(channels[topic], log_ns, data, log_ns)
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]
     return stream.getvalue()
 
 
@@ -178,7 +178,7 @@ def ros1(frames: Iterable[CanFrame]) -> bytes:
         data = struct.pack("<IIII", number, t_ns // 10**9, t_ns % 10**9, 4) + b"can0" + struct.pack("<I", frame.can_id)
         data += bytes([frame.remote, frame.extended, False, len(frame.data)]) + frame.data.ljust(8, b"\0")
         writer.add_message(channels[topic], t_ns, data, t_ns)
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]
     return stream.getvalue()
 
 

@@ -79,7 +79,9 @@ def _frames(path: Path) -> tuple[list[Frame], list[tuple[Any, ...]]]:
     frames = [row for row in rows if row["kind"] == "frame"]
     keys = ("bus", "dir", "id", "ext", "rtr", "err", "len", "data")
     read = [
-        Frame(None if row["t"] is None else _ns(moment), *(row[key] for key in keys), bool(row["fd"]), flags, raw)
+        Frame._make(
+            [None if row["t"] is None else _ns(moment), *(row[key] for key in keys), bool(row["fd"]), flags, raw]
+        )
         for row, (moment, flags, raw) in zip(frames, _log(path), strict=True)
     ]
     findings = [
@@ -230,7 +232,13 @@ def test_the_name_tells_the_form(canalyze: Runner, notes: str, tmp_path: Path, e
             from backports import zstd
         return bytes(zstd.decompress(data))
 
-    unpack = {".gz": gzip.decompress, ".zst": zstd, ".xz": lzma.decompress, ".bz2": bz2.decompress, "": bytes}
+    unpack: dict[str, Callable[[bytes], bytes]] = {
+        ".gz": gzip.decompress,
+        ".zst": zstd,
+        ".xz": lzma.decompress,
+        ".bz2": bz2.decompress,
+        "": bytes,
+    }
     written = unpack[end.lower()]((tmp_path / f"out.txt{end}").read_bytes())
     assert written.decode() == "".join(f"  {line}\n" for line in NOTES.splitlines())
 

@@ -88,7 +88,7 @@ def test_every_form_of_container_gives_the_same() -> None:
     frames = numbered(3000)
     whole = taken(say(as_raw(frames))[0])
     assert whole == frames
-    for options in (
+    variants: tuple[dict[str, Any], ...] = (
         *({"compression": packing} for packing in PACKINGS),
         {"use_chunking": False},
         {"chunk_size": 1},
@@ -97,7 +97,8 @@ def test_every_form_of_container_gives_the_same() -> None:
         {"enable_crcs": False},
         {"enable_data_crcs": True},
         {"use_statistics": False, "use_summary_offsets": False, "repeat_channels": False, "repeat_schemas": False},
-    ):
+    )
+    for options in variants:
         said, _ = say(as_raw(frames, **options))
         assert taken(said) == frames, options
         assert said.findings == [], options

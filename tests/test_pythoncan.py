@@ -20,7 +20,7 @@ from canalyze.errors import OutputError, SourceError
 from canalyze.sinks.pythoncan import LOSSES, open_sink
 from canalyze.sources import packed
 from canalyze.sources.file import Source
-from canalyze.sources.format import open_capture
+from canalyze.sources.format import Opened, open_capture
 from canalyze.sources.packed import Packer
 from canalyze.sources.pythoncan import PythonCanCapture
 from canalyze.words import Words
@@ -74,8 +74,8 @@ def told(capture: Any) -> tuple[list[dict[str, Any]], list[str]]:
 
 def given(data: bytes, form: str, step: int = 1 << 20) -> tuple[list[dict[str, Any]], list[str]]:
     """Read bytes as a form."""
-    source = Given(data, step)
-    return told(PythonCanCapture(source, source.read(), form))
+    opened = Opened(Given(data, step))
+    return told(PythonCanCapture(opened, opened.head, form))
 
 
 def session() -> Iterator[can.Message]:
@@ -551,7 +551,7 @@ def test_damage_is_told_and_never_raises(form: str, tmp_path: Path, capfd: pytes
             changed[rng.randrange(len(changed))] ^= rng.choice((255, 1, 128))
         path.write_bytes(changed)
         try:
-            _, complaints = told(open_capture(str(path), "canalyze decode", form))
+            _, complaints = told(open_capture(str(path), form))
         except SourceError as error:
             complaints = [str(error)]
         assert all("\n" not in line for line in complaints)

@@ -91,6 +91,8 @@ def _mcap(place: Path) -> None:
             at += 9 + size
         for options in (1, 3):
             (place / f"{path.name}.records.{options}").write_bytes((bytes([options, 0x10]) + records)[:LARGEST])
+
+
 _ANY_ID = re.compile(rb"^\((\d+)\.(\d{6})\) (\S+) ([0-9A-F]{3}|[0-9A-F]{8})#((?:[0-9A-F]{2})*)\r?$", re.MULTILINE)
 
 
