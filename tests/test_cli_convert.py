@@ -120,7 +120,7 @@ EASED: dict[str, Ease] = {
     "the last digits of the stamp": _rounded,
     "no stamp that could": lambda frame: frame._replace(t=None),
     "the stamp steps back": lambda frame: frame._replace(t=None),
-    "bit rate switch or error state": lambda frame: frame._replace(flags=None),
+    "bit rate switch or error state": lambda frame: frame._replace(flags=None, fd=bool(frame.fd)),
     "CAN FD frames?: left out": lambda frame: None if frame.fd else frame,
     "the raw DLC": lambda frame: frame._replace(raw=None),
     "the requested length": lambda frame: frame._replace(len=0) if frame.rtr else frame,
