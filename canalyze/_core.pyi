@@ -87,6 +87,9 @@ class Session:
         extract: bool = False,
         network: Network | None = None,
         select: str | None = None,
+        topics: Sequence[str] = (),
+        time_source: str | None = None,
+        mcap_maps: Sequence[str] = (),
         to: str = "candump",
         decoded: bool = False,
         mcap_fd_schema: str = "ros2",
@@ -99,35 +102,61 @@ class Session:
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
         summary (JSON lines, one object a record, all of them from finish()) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
+        info (JSON lines, one object a file, from its end(); nothing is decoded).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.
         time: None (as they came) or one of a d z A n.
         filter: the expression of --filter.
         network: what is known of the network before its capture is read.
         select: the globs of --select; signals and signals-csv only.
+        topics: globs of the topics that are read of an MCAP file; none: all.
+        time_source: stamp | publish | log, the time of its messages; None: found out for each topic.
+        mcap_maps: fields of its messages, each `topic=/x,id=can_id,data=payload` as in --mcap-map.
         to: one of WRITERS; convert only.
         decoded: topics of what the frames mean as well, where the format has such.
         mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
-        ValueError (one line, in the session's language) for a value that is none of these or a filter that cannot be
-        read.
+        ValueError (one line, in the session's language) for a value that is none of these or a filter or map that
+        cannot be read.
         """
-    def begin(self, name: str, regular: bool, format: str = "candump") -> None:
+    def begin(self, name: str, regular: bool, format: str = "candump", input: int = 0) -> None:
         """The next file starts, in one of FORMATS.
 
         name: for messages and JSON. regular: a whole file (not a pipe): dialects may be decided on its first 64 KiB,
-        so output may lag by as much. ValueError for a format that is not in FORMATS.
+        so output may lag by as much. input: files that are joined by time are numbered from 0 in the order in which
+        they begin, and all of them begin before any is fed; a file by itself is 0. ValueError for a format that is
+        neither in FORMATS nor `packed`, the records of another reader (`sources/packed.py`).
         """
-    def feed(self, data: bytes) -> bytes:
-        """More bytes of the current file, in any chunking; what is known by now, ready for standard output."""
+    def feed(self, data: bytes, input: int = 0) -> bytes:
+        """More bytes of a file, in any chunking; what is known by now, ready for standard output."""
+    def damaged(self, kind: str, offset: int, bytes: int | None = None, input: int = 0) -> None:
+        """A file's bytes go on no further, since it cannot be unpacked; told by end(), which comes next.
+
+        kind: cut (it ends too early) | checksum | structure | compression | rest. offset: where in the file as it is.
+        bytes: how many of it are lost. ValueError for another kind.
+        """
+    def wants(self) -> int | None:
+        """The input that has to be fed, or ended, before anything can go on; None when all are over, or refused."""
+    def refusal(self) -> tuple[str, list[int]] | None:
+        """Why the inputs cannot be joined by time: no_stamps (the input without any) | no_clock.
+
+        no_clock: the first one's stamps are times of day, the second one's count from a start that is not told.
+        """
     def advance(self, now_ns: int) -> bytes:
         """It is `now_ns` on the clock of the stamps though no frame has come: what is overdue (live sources only)."""
-    def end(self, interrupted: bool = False) -> bytes:
-        """The current file is over: the rest of its output.
+    def end(self, interrupted: bool = False, input: int = 0) -> bytes:
+        """A file is over: the rest of its output.
 
         interrupted: it was the reading that stopped, not the file that ended: a partial line is dropped in silence.
         """
     def finish(self) -> bytes:
         """The capture is over: transfers still open, and what else is said at the end."""
+    def contents(self) -> str:
+        """What is known of the current or last file beyond its frames: a JSON object.
+
+        dialect: {word of the format's own: value}. passed_over: [{kind, count}], records that are no frames.
+        topics: [{name, schema, encoding, messages, read_as, bus}]; read_as: the fields in which a message holds a
+        frame, "" where it is not read as one.
+        """
     def complaints(self) -> list[str]:
         """Lines for standard error since the last call (unreadable lines, gaps), each one line, in words."""
     def losses(self, name: str, further: Mapping[str, int] = {}) -> list[str]:
@@ -147,7 +176,7 @@ class Session:
         """Frames read so far, over all files."""
     @property
     def file_frames(self) -> int:
-        """Frames read so far in the current (or last) file."""
+        """Frames read so far in the file that was fed or ended last."""
 
 @final
 class Rule:

@@ -73,6 +73,10 @@ class CaptureOptions(NetworkOptions, total=False):
     """What `capture_options` give a command beside files, filter, stamps and output, by the names of its parameters."""
 
     input_format: str | None
+    topic: tuple[str, ...]
+    time_source: str | None
+    mcap_map: tuple[str, ...]
+    merge: bool
 
 
 def common_options(words: Words) -> list[click.Parameter]:
@@ -119,15 +123,27 @@ def reading_options(words: Words) -> list[click.Parameter]:
             help=words("opt.stamps"),
         ),
         click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
+        *topic_options(words),
+        click.Option(["--merge"], is_flag=True, help=words("opt.merge")),
         *network_options(words),
+    ]
+
+
+def topic_options(words: Words) -> list[click.Parameter]:
+    """Give what says how a file of topics (MCAP) is read."""
+    return [
+        click.Option(["--topic"], metavar="GLOB", multiple=True, help=words("opt.topic")),
+        click.Option(["--time-source"], type=OneOf(("stamp", "publish", "log"), words), help=words("opt.time_source")),
+        click.Option(["--mcap-map"], metavar="KEY=FIELD,...", multiple=True, help=words("opt.mcap_map")),
     ]
 
 
 def input_formats() -> tuple[str, ...]:
     """Give the names of the formats that can be read."""
     from canalyze._core import FORMATS
+    from canalyze.sources.format import BRIDGED
 
-    return tuple(FORMATS)
+    return (*FORMATS, *BRIDGED)
 
 
 def network_options(words: Words) -> list[click.Parameter]:
@@ -178,7 +194,7 @@ class CoreUsageError(click.UsageError):
 def open_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":
     """Start the core with these settings and what is known of the network.
 
-    What the core cannot accept (a filter) is a usage error; a setting that is None is left to the core.
+    What the core cannot accept (a filter, a map) is a usage error; a setting that is None is left to the core.
     """
     from canalyze._core import Session
     from canalyze.descriptions import network as known
@@ -187,6 +203,8 @@ def open_session(words: Words, given: CaptureOptions, **settings: Any) -> "Sessi
     filed = (context.find_object(Config) or Config()).known
     try:
         settings["network"] = known(filed, _known(given), words)
+        settings["topics"], settings["mcap_maps"] = given.get("topic", ()), given.get("mcap_map", ())
+        settings["time_source"] = given.get("time_source")
         return Session(lang=words.lang, **{name: value for name, value in settings.items() if value is not None})
     except ValueError as error:
         raise CoreUsageError(str(error), context) from error

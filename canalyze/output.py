@@ -149,6 +149,11 @@ class FileOutput(Output):
         except OSError as error:
             raise OutputError("output.write", name=name, error=error) from error
 
+    @property
+    def path(self) -> str:
+        """Where it is being written, for another program's writer that opens by name."""
+        return str(self._beside or self._path)
+
     def _is_device(self) -> bool:
         """Tell whether the name stands for something that renaming would replace, such as /dev/null or a FIFO."""
         try:

@@ -4,15 +4,15 @@ The only loop that reads. It hands over every result at once, complaints in thei
 what is already known: the first one ends the reading, not the work.
 """
 
+import json
 import os
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import ExitStack
 from functools import partial
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Final, Self, TypeVar
-
-import click
 
 from canalyze.errors import SourceError
 from canalyze.output import Progress, complain
@@ -22,11 +22,18 @@ from canalyze.words import Words
 if TYPE_CHECKING:
     from canalyze._core import Session
     from canalyze.options import CaptureOptions
+    from canalyze.sources.pythoncan import PythonCanCapture
 
 T = TypeVar("T")
 
 _HELD: Final = 100
 """Complaints kept about a file in which no frame was found yet."""
+_LISTED: Final = 20
+"""Topics of a file without frames that are named."""
+_JOINED: Final = 4 << 20
+"""Bytes that are fed of all files together at once, where they are joined by time: their frames wait in memory."""
+_LEAST: Final = 16 << 10
+"""Bytes that are fed of one of them at least."""
 
 
 class Interrupt:
@@ -70,6 +77,23 @@ class Interrupt:
             self._waiting = False
 
 
+class _Input:
+    """One open file of those that are read together."""
+
+    def __init__(self, capture: "Capture | PythonCanCapture") -> None:
+        self.capture = capture
+        self.taken = 0
+        self.rest = b""
+        """What was read and not fed yet."""
+
+    def read(self, most: int | None) -> bytes:
+        """Give the next bytes, at most so many; b"" at the end."""
+        if not self.rest:
+            self.rest = self.capture.read()
+        given, self.rest = (self.rest, b"") if most is None else (self.rest[:most], self.rest[most:])
+        return given
+
+
 class Run:
     """One capture of one or several inputs through one session."""
 
@@ -80,11 +104,16 @@ class Run:
         progress: Progress,
         take: Callable[[bytes], None],
         given: "CaptureOptions",
+        *,
+        frameless: bool = False,
     ) -> None:
-        """`take` gets every result of the session, in order, also an empty one; `given` says how inputs are read."""
+        """`take` gets every result of the session, in order, also an empty one; `given` says how inputs are read.
+
+        frameless: a file without any frame is fine, if it has the sign of its format.
+        """
         self._input_format = given.get("input_format")
-        context = click.get_current_context(silent=True)
-        self._command = context.command_path if context else "canalyze decode"
+        self._merge = given.get("merge", False)
+        self._frameless = frameless
         self._session = session
         self._words = words
         self._progress = progress
@@ -92,53 +121,124 @@ class Run:
         self._name = ""
         self._held: list[str] = []
         self._more = 0
+        self.last: Capture | PythonCanCapture | None = None
+        """The input that was read last, closed: what is known of it."""
+        self.understood = False
+        """Something could be read of it."""
 
     def over(self, names: tuple[str, ...]) -> int:
-        """Read all of them and finish the capture; give the exit code."""
-        code = 0
+        """Read all of them, one after the other or joined by time, and finish the capture; give the exit code."""
+        self._code = 0
         with Interrupt() as interrupt:
-            for name in names:
+            for group in [names] if self._merge else [(name,) for name in names]:
+                if interrupt.signal:
+                    break
                 try:
-                    capture = interrupt.during(partial(open_capture, name, self._command, self._input_format))
-                    if capture is None:
-                        break
-                    with capture:
-                        self._read(capture, interrupt)
+                    self._read(group, interrupt)
                 except SourceError as error:
-                    self.complain(f"canalyze: {error.in_words(self._words)}")
-                    code = error.exit_code
+                    self._failed(error)
             self._hand_over(self._session.finish(), hold=False)
             self._progress.clear()
-            return 128 + interrupt.signal if interrupt.signal else code
+            return 128 + interrupt.signal if interrupt.signal else self._code
 
     def complain(self, line: str) -> None:
         """Write a line to standard error, with the progress out of its way."""
         self._progress.clear()
         complain(line)
 
-    def _read(self, capture: Capture, interrupt: Interrupt) -> None:
+    def _failed(self, error: SourceError) -> None:
+        self.complain(f"canalyze: {error.in_words(self._words)}")
+        self._code = error.exit_code
+
+    def _read(self, names: tuple[str, ...], interrupt: Interrupt) -> None:
+        """Read files together: each goes on when the session needs it."""
+        with ExitStack() as stack:
+            inputs: list[_Input] = []
+            for name in names:
+                capture: Capture | PythonCanCapture | None
+                try:
+                    capture = interrupt.during(partial(open_capture, name, self._input_format))
+                except SourceError as error:
+                    self._failed(error)
+                    continue
+                if capture is None:
+                    break
+                stack.push(capture)
+                inputs.append(_Input(capture))
+            self._through(inputs, interrupt)
+
+    def _through(self, inputs: list[_Input], interrupt: Interrupt) -> None:
         session = self._session
-        session.begin(os.fsencode(capture.name).decode("utf-8", "backslashreplace"), capture.regular, capture.format)
-        self._name, self._held, self._more = capture.name, [], 0
-        data: bytes | None = b""
-        taken = 0
-        stopped: SourceError | None = None
-        try:
-            while data := interrupt.during(capture.read):
-                self._hand_over(session.feed(data), hold=capture.regular)
-                self._progress.step(capture.taken - taken, session.frames)
-                taken = capture.taken
-        except SourceError as error:  # what came before it is said first
-            stopped = error
-        # A wish that came after the last byte cut nothing short: then data is b"".
-        rest = session.end(interrupted=True) if data is None else session.end()
-        self._hand_over(rest, hold=capture.regular)
-        if stopped:
-            raise stopped
-        if session.file_frames == 0 and not interrupt.signal:
-            self._held, self._more = [], 0  # one line says it all
-            raise SourceError("source.nothing" if taken else "source.empty", name=capture.name)
+        for place, one in enumerate(inputs):
+            capture = self.last = one.capture
+            session.begin(_utf8(capture.name), capture.regular, capture.format, place)
+            self._name, self._held, self._more = capture.name, [], 0
+        joined = len(inputs) > 1
+        most = max(_LEAST, _JOINED // len(inputs)) if joined else None
+        open_ = dict(enumerate(inputs))
+        while open_ and (number := session.wants()) is not None:
+            one = open_[number]
+            stopped: SourceError | None = None
+            try:
+                data = interrupt.during(partial(one.read, most))
+            except SourceError as error:  # what came before it is said first
+                data, stopped = b"", error
+            self._remarks(one.capture)
+            if data is None:
+                break
+            hold = one.capture.regular and not joined
+            if data:
+                self._hand_over(session.feed(data, number), hold=hold)
+                self._progress.step(one.capture.taken - one.taken, session.frames)
+                one.taken = one.capture.taken
+                continue
+            del open_[number]
+            self._ended(number, one.capture, stopped, hold=hold)
+        refusal = session.refusal()
+        if refusal:
+            reason, numbers = refusal
+            names = [inputs[number].capture.name for number in numbers]
+            raise SourceError(f"merge.{reason}", name=names[0], other=names[-1])
+        for place, one in open_.items():  # broken off
+            self._hand_over(session.end(interrupted=True, input=place), hold=one.capture.regular and not joined)
         self._release()
+
+    def _remarks(self, capture: "Capture | PythonCanCapture") -> None:
+        for remark in capture.remarks():
+            self.complain(f"canalyze: {remark.in_words(self._words)}")
+
+    def _ended(
+        self, number: int, capture: "Capture | PythonCanCapture", stopped: SourceError | None, *, hold: bool
+    ) -> None:
+        session = self._session
+        self.understood = True
+        if capture.damage:
+            session.damaged(capture.damage.kind, capture.damage.offset, capture.damage.lost, number)
+        self._hand_over(session.end(input=number), hold=hold)
+        if stopped is None and session.file_frames == 0:
+            stopped = self._nothing(capture)
+            self.understood = stopped is None
+            if stopped and not capture.damage:
+                self._held, self._more = [], 0  # one line says it all
+        self._release()
+        if stopped:
+            self._failed(stopped)
+
+    def _nothing(self, capture: "Capture | PythonCanCapture") -> SourceError | None:
+        """Say why there is no frame, unless that is no fault: of a file with topics, which ones there are."""
+        if not capture.taken:
+            return SourceError("source.empty", name=capture.name)
+        if capture.format == "candump":
+            return SourceError("source.nothing", name=capture.name)
+        if self._frameless:
+            return None
+        if capture.format != "mcap":
+            return SourceError("source.frameless", name=capture.name)
+        topics = json.loads(self._session.contents())["topics"]
+        listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
+        more = ", ..." if len(topics) > _LISTED else ""
+        names = f"{listed}{more}" or self._words("source.topics_empty")
+        return SourceError("source.no_topic", name=capture.name, topics=names)
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:
         """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""
@@ -159,6 +259,10 @@ class Run:
         if self._more:
             self.complain(self._words("source.more_complaints", name=self._name, count=self._more))
         self._held, self._more = [], 0
+
+
+def _utf8(name: str) -> str:
+    return os.fsencode(name).decode("utf-8", "backslashreplace")
 
 
 def piped() -> bool:

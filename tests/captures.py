@@ -183,10 +183,13 @@ def session_output(
     lang: str = "zh",
     depth: str = "default",
     network: _core.Network | None = None,
+    input_format: str | None = None,
 ) -> bytes:
     """The output of one session over one file (or pipe: not regular) that came in these chunks."""
     session = _core.Session(lang=lang, format=output_format, depth=depth, network=network)
-    session.begin(name, regular)
+    chunks = list(chunks)
+    form = input_format or _core.sniff(b"".join(chunks), True)
+    session.begin(name, regular, form if form in _core.FORMATS else "candump")
     output = [session.feed(chunk) for chunk in chunks]
     output.append(session.end())
     output.append(session.finish())

@@ -15,21 +15,28 @@ from pathlib import Path
 
 from captures import SAMPLES, described_beside, run_canalyze, session_output
 
+from canalyze._core import sniff
+
 BRIEF = {"zephyr-sdo", "zephyr-sdo-causal", "string-5-bytes", "string-100-bytes", "sdo-block", "two-nodes-interleaved"}
 EXPLAIN = {"zephyr-sdo", "sdo-block", "services"}
 SUMMARY = {"services", "two-nodes-interleaved"}
+HANDMADE = ("dialects.asc",)
+"""Captures in other formats than candump's that have goldens; the other ones hold what a `.log` of that name holds."""
 GIVEN = {"zephyr-sdo.brief.zh.txt"}
 NETWORKS = ("drive-states", "sync-and-pdos")
 """Sessions of whole networks that have goldens, decoded with the descriptions of their nodes."""
+CAPTURES = (".log", ".mcap")
+"""Names of captures end so. `python tests/mcap_files.py` makes those of the rules about damaged files."""
 PIPED = {"CAP003"}
 """Captures whose goldens are those of a pipe."""
 
 
 def samples() -> list[Path]:
     """The captures that have goldens: those directly in the samples' directory, some networks, and those of a rule."""
-    rules = (path for path in (SAMPLES / "rules").glob("*.log") if not path.name.endswith(".clean.log"))
+    rules = (path for path in (SAMPLES / "rules").glob("*.*") if path.suffix in CAPTURES and ".clean." not in path.name)
     networks = (SAMPLES / "network" / f"{name}.log" for name in NETWORKS)
-    return [*sorted(SAMPLES.glob("*.log")), *networks, *sorted(rules)]
+    handmade = (SAMPLES / name for name in HANDMADE)
+    return [*sorted(SAMPLES.glob("*.log")), *handmade, *networks, *sorted(rules)]
 
 
 def goldens(capture: Path) -> dict[Path, dict[str, str]]:
@@ -51,13 +58,20 @@ def goldens(capture: Path) -> dict[Path, dict[str, str]]:
     return {capture.parent / file: arguments for file, arguments in made.items()}
 
 
+def input_format(capture: Path) -> str:
+    """The capture's format."""
+    return sniff(capture.read_bytes(), True) or ""
+
+
 def output(capture: Path, arguments: dict[str, str]) -> bytes:
     """What the program says now."""
     if "command" in arguments:
         return run_canalyze([arguments["command"], capture, "--bitrate", "500k", "--lang", arguments["lang"]])
     regular = capture.stem not in PIPED
+    known = described_beside(capture)
+    form = input_format(capture)
     return session_output(
-        [capture.read_bytes()], regular, name=capture.name, network=described_beside(capture), **arguments
+        [capture.read_bytes()], regular, name=capture.name, network=known, input_format=form, **arguments
     )
 
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 from pathlib import Path
 
 from captures import SAMPLES, Row, analyze
+from conftest import Runner
+
+SOURCE = Path(__file__).parent.parent / "canalyze/core/src/render/jsonl"
 
 KEYS = {
     "frame": {
@@ -23,6 +27,20 @@ KEYS = {
         *("reordered", "retransmissions", "crc_negotiated", "findings"),
     },
 }
+INFO = {
+    "": {
+        *("kind", "file", "format", "compression", "size", "frames", "buses", "kinds", "directions", "unstamped"),
+        *("first_t", "last_t", "seconds", "first_date", "last_date", "zone", "decimals", "backward"),
+        *("backward_most_us", "unreadable", "gaps", "dropped", "error_markers", "damage", "damages", "contents"),
+    },
+    "buses": {"bus", "frames"},
+    "kinds": {"data", "remote", "fd", "error", "standard", "extended"},
+    "directions": {"rx", "tx"},
+    "unreadable": {"count", "first_line", "first_offset"},
+    "damage": {"kind", "line", "offset", "bytes", "frames"},
+    "contents": {"dialect", "passed_over", "topics"},
+}
+"""Of `info`: the object, and the objects in it."""
 SDO = {"by", "command", "transfer", "index", "sub", "segment", "place", "answered_by"}
 MALFORMED = {"malformed", "least", "most"}
 """Of a frame whose length says that nothing can be read from it."""
@@ -67,9 +85,20 @@ def test_a_note_has_its_keys() -> None:
     assert [(row["note"], row["about_frame"]) for row in notes] == [("lost_by_reset", 3)]
 
 
+def test_info_has_its_keys(canalyze: Runner, tmp_path: Path) -> None:
+    log = b"(1.0) can0 701#05\n(1.0) can0 701#0\n" * 1000
+    (tmp_path / "cut.gz").write_bytes(gzip.compress(log)[:-10])
+    (row,) = map(json.loads, canalyze("info", "--format", "jsonl", "cut.gz").lines)
+    assert set(row) == INFO[""]
+    for key in INFO.keys() - {""}:
+        objects = row[key] if isinstance(row[key], list) else [row[key]]
+        assert objects and all(set(one) == INFO[key] for one in objects), key
+    documented = (SOURCE / "info.rs").read_text()
+    assert all(key in documented for keys in INFO.values() for key in keys if keys is not INFO["contents"])
+
+
 def test_the_source_documents_every_key() -> None:
-    source = Path(__file__).parent.parent / "canalyze/core/src/render/jsonl"
-    documented = (source / "mod.rs").read_text() + (source / "sdo.rs").read_text()
+    documented = (SOURCE / "mod.rs").read_text() + (SOURCE / "sdo.rs").read_text()
     for keys in KEYS.values():
         for key in keys:
             assert key in documented, key

@@ -1,9 +1,9 @@
 """Every rule has a capture that raises it and a clean one beside it, one change away, that does not.
 
-`samples/rules/CODE.log` raises exactly what stands in the table, at that frame and no other; `CODE-FACE.log` are the
-rule's other faces; `CODE.eds` or `CODE.dcf` describes their node. A clean neighbour, `NAME.clean.log`, has nothing
-above info. A new rule without these fails here. What it must not do: look at the wording; the goldens beside the
-captures freeze that.
+`samples/rules/CODE.log` (or `.mcap`) raises exactly what stands in the table, at that frame and no other;
+`CODE-FACE.log` are the rule's other faces; `CODE.eds` or `CODE.dcf` describes their node. A clean neighbour,
+`NAME.clean.log`, has nothing above info. A new rule without these fails here. What it must not do: look at the wording;
+the goldens beside the captures freeze that.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import difflib
 from pathlib import Path
 
 import pytest
-from captures import SAMPLES, Analysis, analyze, described_beside
-from regenerate import PIPED
+from captures import SAMPLES, Analysis, Row, analyze, described_beside
+from regenerate import CAPTURES, PIPED
 
 from canalyze import _core
 
@@ -27,6 +27,8 @@ RAISED: dict[str, list[Raised]] = {
     "CAP001": [("CAP001", 4, None)],
     "CAP002": [("CAP002", 4, None)],
     "CAP003": [("CAP003", 4, None)],
+    "CAP004": [("CAP004", 3, None)],
+    "CAP005": [("CAP005", 5, None)],
     "DRV001": [("DRV001", 18, 17)],
     "DRV002": [("DRV002", 20, 14)],
     "DRV003": [("DRV003", 15, 13)],
@@ -211,7 +213,11 @@ FACTS: dict[str, dict[str, object]] = {
 }
 """What tells the faces of a rule apart, where its place does not."""
 
-CLEAN = sorted(path.name.removesuffix(".clean.log") for path in RULES.glob("*.clean.log"))
+CLEAN = sorted(path.name.split(".")[0] for path in RULES.glob("*.clean.*") if path.suffix in CAPTURES)
+
+
+def capture(name: str) -> Path:
+    return next(path for path in (RULES / f"{name}{suffix}" for suffix in CAPTURES) if path.is_file())
 
 
 def analysis(path: Path, lang: str = "en") -> Analysis:
@@ -220,8 +226,11 @@ def analysis(path: Path, lang: str = "en") -> Analysis:
 
 
 def raised(said: Analysis) -> list[Raised]:
-    place = {True: "line", False: "frame"}
-    return [(row["code"], row[place[row["code"].startswith("CAP")]], row["cause_frame"]) for row in said.findings]
+    def place(row: Row) -> int:
+        by_line = row["code"].startswith("CAP") and row["line"] is not None
+        return int(row["line" if by_line else "frame"])
+
+    return [(row["code"], place(row), row["cause_frame"]) for row in said.findings]
 
 
 def own_code(name: str) -> str:
@@ -229,7 +238,7 @@ def own_code(name: str) -> str:
 
 
 def test_every_rule_has_its_capture_and_its_clean_neighbour() -> None:
-    captures = {path.stem for path in RULES.glob("*.log") if not path.name.endswith(".clean.log")}
+    captures = {path.stem for path in RULES.glob("*.*") if path.suffix in CAPTURES and ".clean." not in path.name}
     assert captures == set(RAISED), "a capture without row, or a row without capture"
     assert [code for code in CODES if code not in captures] == []
     assert [code for code in CODES if code not in CLEAN] == []
@@ -239,7 +248,7 @@ def test_every_rule_has_its_capture_and_its_clean_neighbour() -> None:
 
 @pytest.mark.parametrize("name", RAISED)
 def test_a_capture_raises_its_rule_and_nothing_else(name: str) -> None:
-    said = analysis(RULES / f"{name}.log")
+    said = analysis(capture(name))
     assert raised(said) == RAISED[name], said.findings
     assert own_code(name) in {code for code, _, _ in RAISED[name]}
     lines = {row["frame"]: row["line"] for row in said.frames}
@@ -249,13 +258,13 @@ def test_a_capture_raises_its_rule_and_nothing_else(name: str) -> None:
 
 @pytest.mark.parametrize("name", FACTS)
 def test_what_a_finding_measured(name: str) -> None:
-    (finding,) = analysis(RULES / f"{name}.log").findings
+    (finding,) = analysis(capture(name)).findings
     assert finding["facts"] == FACTS[name]
 
 
 @pytest.mark.parametrize("name", CLEAN)
 def test_a_clean_neighbour_raises_nothing(name: str) -> None:
-    said = analysis(RULES / f"{name}.clean.log")
+    said = analysis(capture(f"{name}.clean"))
     assert not said.above_info(), said.complaint()
     assert own_code(name) not in {row["code"] for row in said.findings}
     assert said.transfers
@@ -264,6 +273,12 @@ def test_a_clean_neighbour_raises_nothing(name: str) -> None:
 
 @pytest.mark.parametrize("name", CLEAN)
 def test_a_clean_neighbour_is_one_change_away(name: str) -> None:
+    if capture(name).suffix != ".log":
+        damaged, whole = capture(name).read_bytes(), capture(f"{name}.clean").read_bytes()
+        flipped = [left ^ right for left, right in zip(damaged, whole, strict=False) if left != right]
+        cut = len(damaged) < len(whole)
+        assert flipped == [] if cut else [flip.bit_count() for flip in flipped] == [1]
+        return
     before, after = (
         [line for line in (RULES / file).read_text().splitlines() if not line.startswith("#")]
         for file in (f"{name}.log", f"{name}.clean.log")
@@ -276,7 +291,7 @@ def test_a_clean_neighbour_is_one_change_away(name: str) -> None:
 
 @pytest.mark.parametrize("name", RAISED)
 def test_a_finding_is_the_same_in_both_languages_but_for_its_words(name: str) -> None:
-    path = RULES / f"{name}.log"
+    path = capture(name)
     chinese, english = (analysis(path, lang) for lang in ("zh", "en"))
     assert raised(chinese) == raised(english)
     for left, right in zip(chinese.findings, english.findings, strict=True):

@@ -23,6 +23,7 @@ class Source:
     def __init__(self, name: str) -> None:
         """Open `name` ('-' is standard input, called stdin); SourceError if that cannot be."""
         self.name = "stdin" if name == STDIN else name
+        self._name = name
         self.taken = 0
         """Bytes read so far."""
         self._fd = -1
@@ -42,6 +43,15 @@ class Source:
     def regular(self) -> bool:
         """Whether it is a file of known end, not a pipe, a terminal or a device."""
         return stat.S_ISREG(self._status.st_mode)
+
+    @property
+    def path(self) -> Path | None:
+        """The file itself, for a reader that opens by name; None for a pipe and for standard input."""
+        return Path(self._name) if self._own and self.regular else None
+
+    @property
+    def damage(self) -> None:
+        """Why nothing comes any more: of bytes as they are, only because there is nothing."""
 
     def read(self) -> bytes:
         """Give the next bytes, b"" at the end; SourceError if the system refuses."""

@@ -1,46 +1,144 @@
-"""From a name to bytes that the core reads: opened, and the format told by its first bytes.
+"""From a name to bytes that the core reads: opened, unpacked, and the format told by the first bytes.
 
 What a loop sees is a `Capture`: its name, its format for the core, and `read` until nothing comes. Only formats are
 known here; what is in them is not.
 """
 
-import shlex
+from pathlib import Path
 from types import TracebackType
-from typing import Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
-from canalyze.errors import SourceError
+from canalyze.errors import CanalyzeError, SourceError
+from canalyze.sources.compressed import COMPRESSIONS, Damage, Layer, Transcoded, Unpacked
 from canalyze.sources.file import Source
 
-_PROGRAMS: Final = {"gzip": "zcat", "xz": "xzcat", "zstd": "zstdcat", "bzip2": "bzcat"}
-"""What undoes a compression."""
+if TYPE_CHECKING:
+    from canalyze.sources.pythoncan import PythonCanCapture
+
+BRIDGED: Final = {"blf": "blf", "trc": "trc", "mf4": "mf4", "csv": "csv", "db": "sqlite"}
+"""What python-can reads: the names of --input-format, and what the core's sniff calls them."""
 _TITLES: Final = {"asc": "Vector ASC", "blf": "Vector BLF", "mcap": "MCAP"}
 """How a format is called in a sentence, where it is not called by its name."""
+_SIGN: Final = 6
+"""Bytes that tell a compression, whatever they are."""
+
+
+class _PutBack:
+    """A layer with the bytes that were looked at before it again."""
+
+    def __init__(self, head: bytes, below: Layer) -> None:
+        self._head = head
+        self._below = below
+
+    @property
+    def damage(self) -> Damage | None:
+        return self._below.damage
+
+    def read(self) -> bytes:
+        head, self._head = self._head, b""
+        return head or self._below.read()
+
+
+class Opened:
+    """A source, what is in it where it is compressed or of another encoding, and its first bytes."""
+
+    def __init__(self, source: Source) -> None:
+        """Take over the source and read its first bytes."""
+        self.name = source.name
+        self.regular = source.regular
+        """Whether it is a file of known end, not a pipe, a terminal or a device."""
+        self.compression: str | None = None
+        """gzip, xz, bzip2 or zstd, if it is compressed."""
+        self._source = source
+        self._layer: Layer = source
+        self.head = source.read()
+        """What was read already."""
+
+    @property
+    def taken(self) -> int:
+        """Bytes of the file that have been read."""
+        return self._source.taken
+
+    @property
+    def path(self) -> Path | None:
+        """The file itself, for a reader that opens by name; None for a pipe and for what has to be unpacked."""
+        return self._source.path if self._layer is self._source else None
+
+    @property
+    def damage(self) -> Damage | None:
+        """Why the file could be unpacked no further; known when nothing comes any more."""
+        return self._layer.damage
+
+    def read(self) -> bytes:
+        """Give what comes after the head, b"" at the end; SourceError if the system refuses."""
+        return self._layer.read()
+
+    def close(self) -> None:
+        """Close the source."""
+        self._source.close()
+
+    def unpack(self, form: str) -> None:
+        """Read what is in it, by the name of its compression."""
+        self.compression = form
+        self._under(Unpacked(_PutBack(self.head, self._layer), form))
+
+    def transcode(self, encoding: str) -> None:
+        """Read it as UTF-8."""
+        self._under(Transcoded(_PutBack(self.head, self._layer), encoding))
+
+    def _under(self, layer: Layer) -> None:
+        self._layer = layer
+        self.head = layer.read()
+
+    def told(self, asked: str | None) -> str:
+        """Give the name of what the bytes are; where the format is given, no more than their wrapping is looked for."""
+        from canalyze._core import sniff
+
+        while True:
+            form = sniff(self.head, False)
+            if form is None and asked and len(self.head) >= _SIGN:
+                return asked
+            if form is not None:
+                return form
+            more = self._layer.read()
+            if not more:
+                return sniff(self.head, True) or "candump"
+            self.head += more
 
 
 class Capture:
     """An open input whose format is known; a context manager."""
 
-    def __init__(self, source: Source, head: bytes, form: str) -> None:
-        """Take over the source; `head` is what was read of it already."""
+    def __init__(self, source: Opened, form: str) -> None:
+        """Take over what was opened."""
         self.name = source.name
         self.format = form
         """One of the core's FORMATS."""
+        self.compression = source.compression
+        """gzip, xz, bzip2 or zstd, if it is compressed."""
         self.regular = source.regular
         """Whether it is a file of known end, not a pipe, a terminal or a device."""
         self._source = source
-        self._head: bytes | None = head
+        self._head = source.head
 
     @property
     def taken(self) -> int:
         """Bytes of the file behind it that have been read: what progress counts."""
         return self._source.taken
 
+    @property
+    def damage(self) -> Damage | None:
+        """Why the file could be unpacked no further; known when nothing comes any more."""
+        return self._source.damage
+
     def read(self) -> bytes:
         """Give the next bytes, b"" at the end; SourceError if the system refuses."""
-        if self._head is not None:
-            head, self._head = self._head, None
-            return head
-        return self._source.read()
+        head, self._head = self._head, b""
+        return head or self._source.read()
+
+    def remarks(self) -> list[CanalyzeError]:
+        """Give what is to be told of the file since the last call: of bytes there is nothing."""
+        return []
 
     def __enter__(self) -> Self:
         """Give the capture itself."""
@@ -51,35 +149,34 @@ class Capture:
         self._source.close()
 
 
-def open_capture(name: str, command: str, asked: str | None = None) -> Capture:
+def open_capture(name: str, asked: str | None = None) -> "Capture | PythonCanCapture":
     """Open the input of that name ('-' is standard input) and find out what it is; SourceError if that cannot be.
 
-    command: what was typed, such as `canalyze decode`, for advice. asked: the format that the user says it has.
+    asked: the format that the user says it has, or that what is compressed in it has.
     """
-    from canalyze._core import FORMATS, sniff
+    from canalyze._core import FORMATS
 
     source = Source(name)
     try:
-        head, form = source.read(), asked
-        while form is None:
-            form = sniff(head, False)
-            if form is None:
-                more = source.read()
-                form = None if more else sniff(head, True)
-                head += more
+        opened = Opened(source)
+        form = opened.told(asked)
+        if form in COMPRESSIONS:
+            opened.unpack(form)
+            inner = opened.told(asked)
+            if inner in COMPRESSIONS:
+                raise SourceError("source.nested", name=source.name, outer=form, inner=inner)
+            form = inner
+        if form.startswith("utf-16"):
+            opened.transcode(form)
+            form = opened.told(asked)
+        form = BRIDGED.get(asked or form, asked or form)
+        if form in BRIDGED.values():
+            from canalyze.sources.pythoncan import PythonCanCapture
+
+            return PythonCanCapture(opened, form)
         if form not in FORMATS:
-            raise _refused(source.name, form, command)
-        return Capture(source, head, form)
+            raise SourceError("source.other", name=source.name, kind=_TITLES.get(form, form))
+        return Capture(opened, form)
     except BaseException:
         source.close()
         raise
-
-
-def _refused(name: str, form: str, command: str) -> SourceError:
-    file = "" if name == "stdin" else f" {shlex.quote(name)}"
-    if form in _PROGRAMS:
-        return SourceError("source.packed", name=name, kind=form, line=f"{_PROGRAMS[form]}{file} | {command} -")
-    if form.startswith("utf-16"):
-        line = f"iconv -f {form.upper()} -t UTF-8{file} | {command} -"
-        return SourceError("source.encoded", name=name, kind=form.upper(), line=line)
-    return SourceError("source.other", name=name, kind=_TITLES.get(form, form))

@@ -185,8 +185,42 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}: no line of it can be read as a CAN frame; candump's console form (can0  60A   [8]  40 ...) and its "
         "log form ((stamp) can0 60A#40...) can",
     ),
-    ("source.packed", "{name}：是{kind}压缩的；先解压：{line}", "{name}: {kind} compressed: {line}"),
-    ("source.encoded", "{name}：是{kind}编码的文本；先转换：{line}", "{name}: text in {kind}: {line}"),
+    ("source.frameless", "{name}：里面没有CAN帧", "{name}: no CAN frame in it"),
+    ("bridge.said", "{name}：python-can报告：{problem}", "{name}: python-can says: {problem}"),
+    (
+        "bridge.unreadable",
+        "{name}：不能作为{form}读取（python-can报告：{problem}）",
+        "{name}: cannot be read as {form} (python-can says: {problem})",
+    ),
+    (
+        "bridge.mf4",
+        "{name}：MF4文件需要asammdf，尚未安装；安装：{line}",
+        "{name}: MF4 needs asammdf, which is not installed: {line}",
+    ),
+    (
+        "source.no_topic",
+        "{name}：没有一个topic读作CAN帧；文件里有：{topics}。用 --topic 选择，用 --mcap-map 说明字段，"
+        "如 --mcap-map topic=/x,id=can_id,data=payload",
+        "{name}: no topic of it is read as CAN frames; there are: {topics}. Choose with --topic, name the fields with "
+        "--mcap-map, as in --mcap-map topic=/x,id=can_id,data=payload",
+    ),
+    ("source.topics_empty", "（无）", "none"),
+    (
+        "source.nested",
+        "{name}：{outer}压缩里面还是{inner}压缩；只解一层，请先解开外层",
+        "{name}: {inner} compressed inside {outer}; only one compression is undone, undo the outer one first",
+    ),
+    (
+        "merge.no_stamps",
+        "{name}：帧没有时间戳，不能用 --merge 按时间合并",
+        "{name}: its frames have no stamps, so --merge cannot join it by time",
+    ),
+    (
+        "merge.no_clock",
+        "{name} 的时间戳是绝对时间，{other} 的从零开始且不知起点；二者没有共同的时钟，不能用 --merge 合并",
+        "the stamps of {name} are absolute, those of {other} count from a start that is not told: --merge finds no "
+        "clock that they share",
+    ),
     (
         "source.other",
         "{name}：是{kind}文件，还不支持；目前只读candump的文本",

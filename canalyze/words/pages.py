@@ -51,6 +51,34 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "The format of the input; without it its content tells.",
     ),
     (
+        "opt.topic",
+        "只读MCAP里名称匹配的topic；可重复，* 和 ? 为通配符。不给则读所有能读作CAN帧的topic。",
+        "Read only the topics of an MCAP file that match; repeatable, with * and ?. Without it all topics of CAN "
+        "frames.",
+    ),
+    (
+        "opt.time_source",
+        "MCAP消息的时间取自哪里：stamp 为驱动的header.stamp，publish 为发布时间，log 为记录时间；不给则按topic判断。"
+        "publish 和 log 里的抖动不是总线上的抖动。",
+        "Which time of an MCAP message counts: the driver's header.stamp, the time of publishing, or of recording; "
+        "without it found out for each topic. Jitter of publish and log is not jitter of the bus.",
+    ),
+    (
+        "opt.mcap_map",
+        "MCAP消息里哪些字段是CAN帧，如 topic=/x,id=can_id,data=payload；可重复。"
+        "键：id、data、ext、rtr、err、len、fd、brs、esi、bus、stamp。",
+        "Which fields of an MCAP message are the frame, as in topic=/x,id=can_id,data=payload; repeatable. Keys: id, "
+        "data, ext, rtr, err, len, fd, brs, esi, bus, stamp.",
+    ),
+    (
+        "opt.merge",
+        "把几个文件按时间合并成一个记录，而不是一个接一个；用于分段或按总线分开记录的文件。时间戳相同的按给出的顺序。"
+        "同名的总线是同一条总线：两个适配器各自记录的同一总线会使每帧出现两次。只写当地时间的文件（如ASC）按UTC处理。",
+        "Join the files by time into one capture, instead of one after the other: for recordings split into parts or "
+        "by bus. Of equal stamps the file named first comes first. Buses of the same name are the same bus: two "
+        "adapters' recordings of one bus would show every frame twice. Local dates, as in ASC, are taken as UTC.",
+    ),
+    (
         "opt.eds",
         "节点的设备描述（EDS、DCF、XDD），用来解析PDO里的信号和对象的名称；可重复。如 5=drive.eds；"
         "1-4,7=io.eds 由几个节点共用；can1:0x10=drive.eds 只用于一条总线；DCF写明了节点ID时，只给文件即可。",

@@ -76,8 +76,30 @@ def _records(text: bytes) -> Iterator[bytes]:
                 yield bytes([control | 2, len(data)]) + data
 
 
+def _mcap(place: Path) -> None:
+    """Captures in MCAP form: as files, and the records of their chunks (which are not packed) alone."""
+    place.mkdir(parents=True, exist_ok=True)
+    for path in sorted(SAMPLES.rglob("*.mcap")):
+        data = path.read_bytes()
+        (place / path.name).write_bytes((b"\0\x20" + data)[:LARGEST])
+        records, at = b"", data.find(b"\x06", 8)
+        while data[at : at + 1] in (b"\x06", b"\x07"):
+            size = int.from_bytes(data[at + 1 : at + 9], "little")
+            if data[at] == 6:  # 40 bytes of head before the records
+                records += data[at + 49 : at + 9 + size]
+            at += 9 + size
+        for options in (1, 3):
+            (place / f"{path.name}.records.{options}").write_bytes((bytes([options, 0x10]) + records)[:LARGEST])
+
+
 def main(corpus: Path) -> None:
     """Writes one seed of every sample for every target that takes it."""
+    for path in sorted(SAMPLES.rglob("*.asc")):
+        for options in _OPTIONS:
+            place = corpus / "asc"
+            place.mkdir(parents=True, exist_ok=True)
+            (place / f"{path.name}.{options}").write_bytes((bytes([options]) + path.read_bytes())[:LARGEST])
+    _mcap(corpus / "mcap")
     for path in sorted(SAMPLES.rglob("*")):
         if path.suffix not in {".log", ".candump"}:
             continue

@@ -18,7 +18,7 @@
 //! # Modules
 //!
 //! Dependency runs one way: `frame`, `od`, `dictionary` <- `message` <- `event`, `finding` <- `services` <-
-//! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. `readers` sees only `frame`; `text` sees `message`, `event`, `finding`, `od`;
+//! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. `readers` sees only `frame`; `inputs` and `info` see `readers`; `text` sees `message`, `event`, `finding`, `od`;
 //! `summary` sees `event`; `render` sees `text` and `summary`. The whole table stands in `tests/layers.rs`, which keeps it.
 
 pub mod bus;
@@ -32,6 +32,8 @@ pub mod event;
 pub mod filter;
 pub mod finding;
 pub mod frame;
+pub mod info;
+pub mod inputs;
 pub mod message;
 pub mod network;
 pub mod node;

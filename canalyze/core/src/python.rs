@@ -14,9 +14,11 @@ use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
 use crate::filter::Filter;
 use crate::finding::RULES;
 use crate::frame::{Buses, CanId};
+use crate::inputs::Refusal;
 use crate::network::{Cob, Description, Network as Known, Sdo};
 use crate::readers::candump::{self, Stamps};
-use crate::readers::{Format as Input, sniff};
+use crate::readers::mcap::{Choice, Clock, Map};
+use crate::readers::{Damage, Format as Input, Place, sniff};
 use crate::render;
 use crate::render::text::Time;
 use crate::select::Select;
@@ -151,7 +153,7 @@ impl Network {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -163,6 +165,9 @@ impl Session {
         extract: bool,
         network: Option<&Network>,
         select: Option<&str>,
+        topics: Vec<String>,
+        time_source: Option<&str>,
+        mcap_maps: Vec<String>,
         to: &str,
         decoded: bool,
         mcap_fd_schema: &str,
@@ -177,12 +182,21 @@ impl Session {
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
             ("convert", Format::Convert(choose("to", to, Written::NAMES)?)),
+            ("info", Format::Info),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =
             [("auto", Stamps::Auto), ("absolute", Stamps::Absolute), ("zero", Stamps::Zero), ("delta", Stamps::Delta)];
         let times =
             [("a", Time::Absolute), ("d", Time::Delta), ("z", Time::Zero), ("A", Time::Date), ("n", Time::None)];
+        let map = |text: &String| {
+            Map::parse(text).map_err(|mistake| PyValueError::new_err(complaints::mcap_map(lang, &mistake)))
+        };
+        let mcap = Choice {
+            topics: Select::parse(&topics.join(",")),
+            clock: time_source.map(|source| choose("time_source", source, Clock::NAMES)).transpose()?,
+            maps: mcap_maps.iter().map(map).collect::<PyResult<_>>()?,
+        };
         let fd_schema = choose("mcap_fd_schema", mcap_fd_schema, FdSchema::NAMES)?;
         let written = mcap::Settings { fd_schema, archive: mcap_archive, decoded: decoded.then_some(lang) };
         let options = Options {
@@ -196,33 +210,58 @@ impl Session {
             extract,
             network: network.map(|network| Arc::clone(&network.known)).unwrap_or_default(),
             select: Select::parse(select.unwrap_or("")),
+            mcap,
             writing: writers::Settings { mcap: written },
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
     }
 
-    #[pyo3(signature = (name, regular, format = "candump"))]
-    fn begin(&self, py: Python<'_>, name: &str, regular: bool, format: &str) -> PyResult<()> {
-        let format = choose("format", format, Input::NAMES)?;
-        self.run(py, |core| core.begin(name.as_bytes(), format, regular));
+    #[pyo3(signature = (name, regular, format = "candump", input = 0))]
+    fn begin(&self, py: Python<'_>, name: &str, regular: bool, format: &str, input: usize) -> PyResult<()> {
+        // What no user can ask for: records of another program's reader.
+        let format = if format == "packed" { Input::Packed } else { choose("format", format, Input::NAMES)? };
+        self.run(py, |core| core.begin_one(input, name.as_bytes(), format, regular));
         Ok(())
     }
 
-    fn feed<'py>(&self, py: Python<'py>, data: &[u8]) -> Bound<'py, PyBytes> {
-        self.output(py, |core, out| core.feed(data, out))
+    #[pyo3(signature = (data, input = 0))]
+    fn feed<'py>(&self, py: Python<'py>, data: &[u8], input: usize) -> Bound<'py, PyBytes> {
+        self.output(py, |core, out| core.feed_one(input, data, out))
+    }
+
+    #[pyo3(signature = (kind, offset, bytes = None, input = 0))]
+    fn damaged(&self, py: Python<'_>, kind: &str, offset: u64, bytes: Option<u64>, input: usize) -> PyResult<()> {
+        let kind = choose("kind", kind, render::jsonl::DAMAGES)?;
+        self.run(py, |core| core.damaged(input, Damage { place: Place::Byte(offset), kind, bytes, frames: None }));
+        Ok(())
+    }
+
+    fn wants(&self, py: Python<'_>) -> Option<usize> {
+        self.run(py, |core| core.wants())
+    }
+
+    fn refusal(&self, py: Python<'_>) -> Option<(&'static str, Vec<usize>)> {
+        self.run(py, |core| core.refusal()).map(|refusal| match refusal {
+            Refusal::NoStamps(input) => ("no_stamps", vec![input]),
+            Refusal::NoCommonClock(day, start) => ("no_clock", vec![day, start]),
+        })
     }
 
     fn advance<'py>(&self, py: Python<'py>, now_ns: i64) -> Bound<'py, PyBytes> {
         self.output(py, |core, out| core.advance(now_ns, out))
     }
 
-    #[pyo3(signature = (interrupted = false))]
-    fn end<'py>(&self, py: Python<'py>, interrupted: bool) -> Bound<'py, PyBytes> {
-        self.output(py, |core, out| core.end(interrupted, out))
+    #[pyo3(signature = (interrupted = false, input = 0))]
+    fn end<'py>(&self, py: Python<'py>, interrupted: bool, input: usize) -> Bound<'py, PyBytes> {
+        self.output(py, |core, out| core.end_one(input, interrupted, out))
     }
 
     fn finish<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         self.output(py, Core::finish)
+    }
+
+    fn contents(&self, py: Python<'_>) -> String {
+        String::from_utf8_lossy(&self.run(py, |core| core.contents())).into_owned()
     }
 
     fn complaints(&self, py: Python<'_>) -> Vec<String> {

@@ -12,9 +12,12 @@ use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
+use crate::info::Info;
+use crate::inputs::{File, Inputs, Next, Refusal, Unreadable};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
-use crate::readers::{Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
+use crate::readers::mcap::Choice;
+use crate::readers::{Contents, Damage, DamageKind, Format as Input, Item, Marker, Place, Reader, Settings};
 use crate::render::jsonl::{self, Setting};
 use crate::render::text::{Lines, Time};
 
@@ -29,8 +32,8 @@ use crate::writers::{self, Loss, Writer};
 
 /// Unreadable lines of a file that are named one by one as they come.
 const NAMED: u64 = 5;
-/// Ranges of unreadable lines that are listed at the end of a file.
-const RANGES: usize = 20;
+/// What a file may begin before the end of the one before it: buses are not captured in strict order.
+const STEP_BACK_NS: i64 = 10_000_000;
 
 /// What comes out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,6 +53,8 @@ pub enum Format {
     Summary,
     /// The frames themselves, in another capture format.
     Convert(writers::Format),
+    /// JSON lines of what each file is, one a file; nothing is decoded.
+    Info,
 }
 
 /// How a capture is read and shown.
@@ -63,6 +68,8 @@ pub struct Options {
     pub depth: Depth,
     /// What small stamps mean.
     pub stamps: Stamps,
+    /// What of an MCAP file is read, and how.
+    pub mcap: Choice,
     /// How time is shown; as it came, by default.
     pub time: Option<Time>,
     /// Which frames are shown.
@@ -91,7 +98,11 @@ pub struct Extracted {
 /// A capture being read.
 #[derive(Debug)]
 pub struct Session {
-    reader: Option<Reader>,
+    inputs: Inputs,
+    /// The file that has its turn: what is kept of it is with the stream.
+    turn: usize,
+    /// The file that was fed last.
+    fed: usize,
     buses: Buses,
     stream: Stream,
 }
@@ -104,19 +115,18 @@ struct Stream {
     signals: Signals,
     summary: Summary,
     state: Vec<Bus>,
-    file: Vec<u8>,
+    info: Info,
+    /// The file at hand.
+    file: File,
+    /// The file before it, until its first frame.
+    before: Option<Vec<u8>>,
     frames: u64,
-    file_frames: u64,
     /// Frames or transfers that passed the filter.
     shown: u64,
     /// Time of the first frame.
     start_ns: Option<i64>,
     /// The date from which the capture's stamps count, where its first dated file says one.
     date_ns: Option<i64>,
-    /// Whether the current file says one.
-    dated: bool,
-    /// From that date to the one from which the current file's stamps count.
-    shift_ns: i64,
     /// Digits after the point of the last stamp.
     decimals: u8,
     last: FrameRef,
@@ -126,34 +136,11 @@ struct Stream {
     /// Which nodes had a frame, a bit each, by bus.
     seen: Vec<u128>,
     repeats: Repeats,
-    unreadable: Unreadable,
     complaints: Vec<String>,
     extracted: Vec<Extracted>,
     writer: Writer,
     /// Nobody asks what frames mean, so no state is kept.
     blind: bool,
-}
-
-/// Lines of the current file that could not be read (records, by their offset, in a file without lines).
-#[derive(Debug, Default)]
-struct Unreadable {
-    count: u64,
-    first: Option<Place>,
-    ranges: Vec<(u64, u64)>,
-}
-
-impl Unreadable {
-    fn add(&mut self, place: Place) {
-        self.first.get_or_insert(place);
-        self.count += 1;
-        let (Place::Line(line) | Place::Byte(line)) = place;
-        let room = self.ranges.len() < RANGES;
-        match self.ranges.last_mut() {
-            Some((_, to)) if *to + 1 == line => *to = line,
-            _ if room => self.ranges.push((line, line)),
-            _ => {}
-        }
-    }
 }
 
 impl Session {
@@ -164,7 +151,9 @@ impl Session {
         let writer = Writer::new(written, &options.writing);
         let blind = matches!(options.format, Format::Convert(_)) && options.filter.is_plain() && !writer.wants_events();
         Self {
-            reader: None,
+            inputs: Inputs::default(),
+            turn: 0,
+            fed: 0,
             buses: Buses::default(),
             stream: Stream {
                 signals: Signals::new(options.lang, options.format == Format::SignalsCsv, options.select.clone()),
@@ -172,14 +161,13 @@ impl Session {
                 options,
                 lines,
                 state: Vec::new(),
-                file: Vec::new(),
+                info: Info::default(),
+                file: File::default(),
+                before: None,
                 frames: 0,
-                file_frames: 0,
                 shown: 0,
                 start_ns: None,
                 date_ns: None,
-                dated: false,
-                shift_ns: 0,
                 decimals: 9,
                 last: FrameRef::default(),
                 next_transfer: 0,
@@ -187,7 +175,6 @@ impl Session {
                 chunks: Vec::new(),
                 seen: Vec::new(),
                 repeats: Repeats::default(),
-                unreadable: Unreadable::default(),
                 complaints: Vec::new(),
                 extracted: Vec::new(),
                 writer,
@@ -198,38 +185,118 @@ impl Session {
 
     /// The next file begins, in this format. `regular`: it is a whole file, not a pipe.
     pub fn begin(&mut self, name: &[u8], format: Input, regular: bool) {
-        self.stream.file = name.to_vec();
-        self.stream.file_frames = 0;
-        self.stream.shift_ns = 0;
-        self.stream.dated = false;
-        self.stream.unreadable = Unreadable::default();
+        self.begin_one(0, name, format, regular);
+    }
+
+    /// The same of one of several files that are joined by time. They are numbered from 0 in the order in which they
+    /// begin, and all of them begin before any is fed.
+    pub fn begin_one(&mut self, input: usize, name: &[u8], format: Input, regular: bool) {
+        let Options { stamps, mcap, .. } = &self.stream.options;
+        let reader = Reader::new(format, &Settings { stamps: *stamps, regular, mcap: mcap.clone() });
+        self.inputs.open(input == 0, name, reader);
         self.stream.writer.source(name, Input::NAMES.iter().find(|row| row.1 == format).map_or("", |row| row.0));
-        self.reader = Some(Reader::new(format, &Settings { stamps: self.stream.options.stamps, regular }));
+        if input == 0 {
+            let before = std::mem::replace(&mut self.stream.file, File { name: name.to_vec(), ..File::default() });
+            self.stream.before = (before.frames > 0).then_some(before.name);
+            (self.turn, self.fed) = (0, 0);
+            if self.stream.options.format == Format::Info {
+                (self.stream.info, self.buses) = (Info::default(), Buses::default());
+            }
+        }
     }
 
     /// More bytes of the current file, in any chunking; appends what they yield.
     pub fn feed(&mut self, bytes: &[u8], out: &mut Vec<u8>) {
-        let Self { reader: Some(reader), buses, stream } = self else { return };
-        reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
+        self.feed_one(0, bytes, out);
+    }
+
+    /// The same of one of several files.
+    pub fn feed_one(&mut self, input: usize, bytes: &[u8], out: &mut Vec<u8>) {
+        let Self { inputs, buses, stream, .. } = self;
+        if let Some(alone) = inputs.alone() {
+            let Some(reader) = &mut alone.reader else { return };
+            reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
+        } else {
+            inputs.feed(input, bytes);
+            self.fed = input;
+            self.join(out);
+        }
+    }
+
+    /// The bytes of a file go on no further than here, for this reason; it is told when the file ends.
+    pub fn damaged(&mut self, input: usize, damage: Damage) {
+        if let Some(one) = self.inputs.get(input) {
+            one.damage = Some(damage);
+        }
     }
 
     /// The current file is over. `interrupted`: its reading was broken off, so a last line that has no end is no
     /// fault of the file.
     pub fn end(&mut self, interrupted: bool, out: &mut Vec<u8>) {
-        let Self { reader: Some(reader), buses, stream } = self else { return };
-        let mut sink = |item, buses: &Buses| stream.item(item, buses, out);
-        if interrupted {
-            reader.interrupt(buses, &mut sink);
+        self.end_one(0, interrupted, out);
+    }
+
+    /// The same of one of several files.
+    pub fn end_one(&mut self, input: usize, interrupted: bool, out: &mut Vec<u8>) {
+        let Self { inputs, buses, stream, .. } = self;
+        if let Some(alone) = inputs.alone() {
+            let Some(mut reader) = alone.reader.take() else { return };
+            let mut sink = |item, buses: &Buses| stream.item(item, buses, out);
+            if interrupted || alone.damage.is_some() {
+                reader.interrupt(buses, &mut sink);
+            } else {
+                reader.finish(buses, &mut sink);
+            }
+            if let Some(damage) = alone.damage.take() {
+                sink(Item::Damaged(damage), buses);
+            }
+            alone.contents = reader.contents();
+            stream.end_of_file(&alone.contents, buses, out);
         } else {
-            reader.finish(buses, &mut sink);
+            inputs.end(input, interrupted);
+            self.fed = input;
+            self.join(out);
         }
-        stream.end_of_file(buses, out);
-        self.reader = None;
+    }
+
+    /// The file that has to be fed before anything can go on; `None` when all are over or cannot be joined.
+    pub fn wants(&self) -> Option<usize> {
+        self.inputs.wants()
+    }
+
+    /// Why the files that have begun cannot be joined by time.
+    pub fn refusal(&self) -> Option<Refusal> {
+        self.inputs.refusal()
+    }
+
+    /// Takes what the files that are open together have to give by now.
+    fn join(&mut self, out: &mut Vec<u8>) {
+        let Self { inputs, turn, buses, stream, .. } = self;
+        while let Some(next) = inputs.next(buses, &mut stream.date_ns, (*turn, &stream.file)) {
+            let (Next::Item(input, _) | Next::End(input)) = next;
+            if input != *turn {
+                for other in [*turn, input] {
+                    if let Some(one) = inputs.get(other) {
+                        std::mem::swap(&mut one.file, &mut stream.file);
+                    }
+                }
+                *turn = input;
+            }
+            match next {
+                Next::Item(_, item) => stream.item(item, buses, out),
+                Next::End(_) => {
+                    let contents = inputs.get(input).map(|one| one.contents.clone()).unwrap_or_default();
+                    stream.end_of_file(&contents, buses, out);
+                }
+            }
+        }
     }
 
     /// The capture is over: what is still open, and what is known only now.
     pub fn finish(&mut self, out: &mut Vec<u8>) {
-        self.end(false, out);
+        for input in 0..self.inputs.count() {
+            self.end_one(input, false, out);
+        }
         self.stream.finish(&self.buses, out);
     }
 
@@ -242,6 +309,19 @@ impl Session {
     /// and has not. For live sources; a file's frames say the time themselves.
     pub fn advance(&mut self, now_ns: i64, out: &mut Vec<u8>) {
         self.stream.advance(now_ns, &self.buses, out);
+    }
+
+    /// What is known so far of the current file (the last one, between files; of several the one fed last) beyond its frames, as a JSON object:
+    /// see [`jsonl::contents`].
+    pub fn contents(&mut self) -> Vec<u8> {
+        let mut out = Vec::new();
+        let fed = if self.inputs.count() > 1 { self.fed } else { 0 };
+        let known = self.inputs.get(fed).map(|one| match &one.reader {
+            Some(reader) => reader.contents(),
+            None => one.contents.clone(),
+        });
+        jsonl::contents(&mut out, &known.unwrap_or_default());
+        out
     }
 
     /// Lines for standard error since the last call.
@@ -265,21 +345,28 @@ impl Session {
         lost.map(|(loss, count)| complaints::lost(self.stream.options.lang, file, loss, count)).collect()
     }
 
-    /// Frames read so far: in all files, in the current one.
-    pub fn frames(&self) -> (u64, u64) {
-        (self.stream.frames, self.stream.file_frames)
+    /// Frames so far: those that all files have given, those that were read of the file that was fed last.
+    pub fn frames(&mut self) -> (u64, u64) {
+        let fed = if self.inputs.count() > 1 { self.inputs.get(self.fed) } else { None };
+        (self.stream.frames, fed.map_or(self.stream.file.frames, |one| one.frames))
     }
 }
 
 impl Stream {
     fn item(&mut self, item: Item, buses: &Buses, out: &mut Vec<u8>) {
+        if self.options.format == Format::Info {
+            let frame = matches!(item, Item::Frame(_));
+            self.frames += u64::from(frame);
+            self.file.frames += u64::from(frame);
+            return self.info.take(&item);
+        }
         match item {
             Item::Frame(frame) => self.frame(frame, buses, out),
             Item::Marker(marker) => self.marker(marker, buses, out),
             Item::Unreadable { place, reason } => {
-                self.unreadable.add(place);
-                if self.unreadable.count <= NAMED {
-                    self.complaints.push(complaints::unreadable(self.options.lang, &self.file, place, reason));
+                self.file.unreadable.add(place);
+                if self.file.unreadable.count <= NAMED {
+                    self.complaints.push(complaints::unreadable(self.options.lang, &self.file.name, place, reason));
                 }
             }
             Item::Damaged(damage) => self.damaged(damage, buses, out),
@@ -288,14 +375,17 @@ impl Stream {
 
     fn frame(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
         self.frames += 1;
-        self.file_frames += 1;
+        self.file.frames += 1;
         frame.no = self.frames;
-        if self.shift_ns != 0 {
-            let shift = |ns: i64| ns.saturating_add(self.shift_ns);
+        if self.file.shift_ns != 0 {
+            let shift = |ns: i64| ns.saturating_add(self.file.shift_ns);
             frame.t_ns = frame.t_ns.map(shift);
             frame.stamp = frame.stamp.map(|stamp| Stamp { ns: shift(stamp.ns), ..stamp });
         }
         self.decimals = frame.stamp.map_or(9, |stamp| stamp.decimals);
+        if let Some(before) = self.before.take() {
+            self.boundary(&before, &frame);
+        }
         self.last = frame.reference();
         self.on_bus(frame.bus, buses, |bus, cx| bus.step(&frame, cx));
         self.fold();
@@ -310,7 +400,7 @@ impl Stream {
             self.transfers(buses, out);
         } else if self.options.filter.shows(&frame, service, node, buses, start_ns) {
             self.shown += 1;
-            let setting = Setting { lang: self.options.lang, file: &self.file, buses, decimals: self.decimals };
+            let setting = Setting { lang: self.options.lang, file: &self.file.name, buses, decimals: self.decimals };
             match self.options.format {
                 Format::Text => self.lines.frame(out, &frame, &self.events, buses),
                 Format::Signals | Format::SignalsCsv => {
@@ -322,11 +412,20 @@ impl Stream {
                     self.writer.frame(out, setting, &frame);
                     self.writer.events(out, setting, Some(&frame), &self.events);
                 }
-                Format::Jsonl | Format::Transfers => jsonl::frame(out, setting, &frame, &self.events),
+                Format::Jsonl | Format::Transfers | Format::Info => jsonl::frame(out, setting, &frame, &self.events),
             }
         }
         self.extract(buses);
         self.events.clear();
+    }
+
+    /// The first frame of a file that follows another: files that are named out of order are worth a word.
+    fn boundary(&mut self, before: &[u8], frame: &Frame) {
+        let (Some(end_ns), Some(t_ns)) = (self.last.t_ns, frame.t_ns) else { return };
+        let back_ns = end_ns.saturating_sub(t_ns);
+        if back_ns > STEP_BACK_NS {
+            self.complaints.push(complaints::step_back(self.options.lang, &self.file.name, before, back_ns));
+        }
     }
 
     fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
@@ -335,8 +434,8 @@ impl Stream {
         }
         let (code, place, facts, bus) = match marker {
             Marker::Start { date_ns } => {
-                self.shift_ns = date_ns.saturating_sub(*self.date_ns.get_or_insert(date_ns));
-                self.dated = true;
+                self.file.shift_ns = date_ns.saturating_sub(*self.date_ns.get_or_insert(date_ns));
+                self.file.dated = true;
                 return;
             }
             Marker::Dropped { bus, count, total, place } => {
@@ -353,7 +452,7 @@ impl Stream {
             self.summary.marker(&marker);
         }
         let finding = code.map(|code| self.capture_finding(code, place, facts, bus));
-        self.complaints.push(complaints::marker(self.options.lang, &self.file, place, finding.as_ref()));
+        self.complaints.push(complaints::marker(self.options.lang, &self.file.name, place, finding.as_ref()));
         if let Some(finding) = finding {
             self.tell(&finding, buses, out);
         }
@@ -369,7 +468,10 @@ impl Stream {
             DamageKind::Structure => (Code::Cap004, 1),
             DamageKind::Compression => (Code::Cap004, 2),
             DamageKind::Rest => (Code::Cap004, 3),
+            DamageKind::Undefined => (Code::Cap004, 4),
         };
+        // The same with the number of frames.
+        let face = if frames.is_some() && code == Code::Cap004 && face < 3 { face + 5 } else { face };
         if code == Code::Cap004 {
             for index in 0..self.state.len() {
                 self.on_bus(BusId(index as u8), buses, |bus, cx| bus.lost(None, false, cx));
@@ -380,7 +482,7 @@ impl Stream {
         let measured = [counted("offset", Some(at)), counted("bytes", bytes), counted("frames", frames)];
         let measured: Vec<_> = measured.into_iter().flatten().collect();
         let finding = self.capture_finding(code, place, Facts::told(face, &measured), BusId(0));
-        self.complaints.push(complaints::marker(self.options.lang, &self.file, place, Some(&finding)));
+        self.complaints.push(complaints::marker(self.options.lang, &self.file.name, place, Some(&finding)));
         self.tell(&finding, buses, out);
         self.aside(buses, out);
     }
@@ -400,16 +502,19 @@ impl Stream {
             Format::Jsonl => jsonl::finding(out, self.setting(buses), finding),
             Format::Summary => self.summary.finding(finding),
             Format::Convert(_) => self.writer.finding(out, self.writing(buses), finding),
-            Format::Text | Format::Transfers | Format::Signals | Format::SignalsCsv => {}
+            Format::Text | Format::Transfers | Format::Signals | Format::SignalsCsv | Format::Info => {}
         }
     }
 
-    fn end_of_file(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        let unreadable = std::mem::take(&mut self.unreadable);
-        if self.file_frames > 0 {
+    fn end_of_file(&mut self, contents: &Contents, buses: &Buses, out: &mut Vec<u8>) {
+        if self.options.format == Format::Info {
+            return jsonl::info(out, self.setting(buses), &self.info, contents);
+        }
+        let unreadable = std::mem::take(&mut self.file.unreadable);
+        if self.file.frames > 0 {
             self.summary.file(unreadable.count);
         }
-        if unreadable.count == 0 || self.file_frames == 0 {
+        if unreadable.count == 0 || self.file.frames == 0 {
             return;
         }
         let facts = Facts::Lines { count: unreadable.count };
@@ -417,7 +522,7 @@ impl Stream {
         let finding = self.capture_finding(Code::Cap001, first, facts, BusId(0));
         if unreadable.count > NAMED {
             let Unreadable { count, ranges, .. } = &unreadable;
-            self.complaints.push(complaints::unreadable_lines(self.options.lang, &self.file, *count, ranges));
+            self.complaints.push(complaints::unreadable_lines(self.options.lang, &self.file.name, *count, ranges));
         }
         self.tell(&finding, buses, out);
     }
@@ -483,7 +588,7 @@ impl Stream {
             Format::Transfers => self.transfers(buses, out),
             Format::Summary => self.summary.asides(&self.events),
             Format::Convert(_) => self.writer.events(out, self.writing(buses), None, &self.events),
-            Format::Signals | Format::SignalsCsv => {}
+            Format::Signals | Format::SignalsCsv | Format::Info => {}
         }
         self.extract(buses);
         self.events.clear();
@@ -518,11 +623,11 @@ impl Stream {
     }
 
     fn setting<'a>(&'a self, buses: &'a Buses) -> Setting<'a> {
-        Setting { lang: self.options.lang, file: &self.file, buses, decimals: self.decimals }
+        Setting { lang: self.options.lang, file: &self.file.name, buses, decimals: self.decimals }
     }
 
     fn writing<'a>(&self, buses: &'a Buses) -> writers::Setting<'a> {
-        writers::Setting { buses, date_ns: self.date_ns.filter(|_| self.dated) }
+        writers::Setting { buses, date_ns: self.date_ns.filter(|_| self.file.dated) }
     }
 
     fn transfers(&mut self, buses: &Buses, out: &mut Vec<u8>) {

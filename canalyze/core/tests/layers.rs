@@ -72,10 +72,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "services",
         ],
     ),
-    ("readers", &["frame"]),
+    ("readers", &["frame", "select"]),
     ("writers", &["frame", "readers", "event", "finding", "text::digits", "text::escape"]),
     ("writers::mcap", &["frame", "readers", "event", "finding", "text"]),
     ("writers::mcap::decoded", &["frame", "od", "drive", "message", "event", "finding", "services", "text", "writers"]),
+    ("inputs", &["frame", "readers"]),
+    ("info", &["frame", "readers"]),
     ("select", &[]),
     (
         "summary",
@@ -116,6 +118,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "drive",
             "select",
             "summary",
+            "info",
             "frame",
             "cob_id",
             "od",
@@ -134,7 +137,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "session",
         &[
             "frame", "finding", "event", "context", "network", "services", "bus", "readers", "writers", "filter",
-            "select", "summary", "text", "render", "repeats",
+            "select", "summary", "info", "inputs", "text", "render", "repeats",
         ],
     ),
     (
@@ -151,6 +154,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "select",
             "text",
             "render",
+            "inputs",
             "session",
         ],
     ),

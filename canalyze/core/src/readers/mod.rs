@@ -4,10 +4,17 @@
 //! format an input has is told by its first bytes, in `sniff`. A new format is a file here, a row of [`Format`], an
 //! arm of [`Reader`], and its sign in `sniff`.
 
+pub mod asc;
+pub(crate) mod calendar;
 pub mod candump;
+pub mod mcap;
+pub mod packed;
 pub mod sniff;
 
+use self::asc::Asc;
 use self::candump::{Candump, Stamps};
+use self::mcap::Mcap;
+use self::packed::Packed;
 use crate::frame::{BusId, Buses, Frame, Stamp};
 
 /// Formats that this crate reads. Their names are those of `--input-format`.
@@ -16,11 +23,17 @@ pub enum Format {
     /// can-utils' text, log and console form.
     #[default]
     Candump,
+    /// Records of another program's reader; no format of files, so not among the names.
+    Packed,
+    /// Vector's text.
+    Asc,
+    /// MCAP, as ROS records it.
+    Mcap,
 }
 
 impl Format {
     /// All of them, with their names.
-    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump)];
+    pub const NAMES: &[(&str, Format)] = &[("candump", Format::Candump), ("asc", Format::Asc), ("mcap", Format::Mcap)];
 }
 
 /// How a file is read.
@@ -30,13 +43,22 @@ pub struct Settings {
     pub stamps: Stamps,
     /// It is a whole file, not a pipe: dialects may be decided on its beginning, so output may lag.
     pub regular: bool,
+    /// What of an MCAP file is read, and how.
+    pub mcap: mcap::Choice,
 }
 
 /// The reader of one file.
 #[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one for each file")]
 pub enum Reader {
     /// can-utils' text.
     Candump(Candump),
+    /// Records of another program's reader.
+    Packed(Packed),
+    /// Vector's text.
+    Asc(Asc),
+    /// MCAP.
+    Mcap(Mcap),
 }
 
 impl Reader {
@@ -44,6 +66,9 @@ impl Reader {
     pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
+            Format::Packed => Self::Packed(Packed::default()),
+            Format::Asc => Self::Asc(Asc::default()),
+            Format::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
         }
     }
 
@@ -51,6 +76,9 @@ impl Reader {
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
+            Self::Packed(reader) => reader.feed(bytes, buses, sink),
+            Self::Asc(reader) => reader.feed(bytes, buses, sink),
+            Self::Mcap(reader) => reader.feed(bytes, buses, sink),
         }
     }
 
@@ -58,6 +86,9 @@ impl Reader {
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.finish(buses, sink),
+            Self::Packed(reader) => reader.finish(buses, sink),
+            Self::Asc(reader) => reader.finish(buses, sink),
+            Self::Mcap(reader) => reader.finish(buses, sink),
         }
     }
 
@@ -66,6 +97,9 @@ impl Reader {
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {
             Self::Candump(reader) => reader.interrupt(buses, sink),
+            Self::Packed(reader) => reader.interrupt(buses, sink),
+            Self::Asc(reader) => reader.interrupt(),
+            Self::Mcap(reader) => reader.interrupt(buses, sink),
         }
     }
 
@@ -73,6 +107,9 @@ impl Reader {
     pub fn contents(&self) -> Contents {
         match self {
             Self::Candump(_) => Contents::default(),
+            Self::Packed(reader) => reader.contents(),
+            Self::Asc(reader) => reader.contents(),
+            Self::Mcap(reader) => reader.contents(),
         }
     }
 }
@@ -140,6 +177,8 @@ pub enum DamageKind {
     Compression,
     /// The rest of the file cannot be read.
     Rest,
+    /// Messages of a topic that the file does not name any more.
+    Undefined,
 }
 
 /// What a reader knows of its file beyond frames.

@@ -22,6 +22,7 @@ const SIGNS: &[(usize, &[u8], &str)] = &[
     (0, b"\x1F\x8B", "gzip"),
     (0, b"\xFD7zXZ\0", "xz"),
     (0, b"\x28\xB5\x2F\xFD", "zstd"),
+    (1, b"\x2A\x4D\x18", "zstd"), // a frame of it that is skipped
     (0, b"BZh", "bzip2"),
     (0, b"\xFF\xFE", "utf-16"),
     (0, b"\xFE\xFF", "utf-16"),
@@ -90,7 +91,8 @@ fn line_of(line: &[u8]) -> Option<&'static str> {
     let (first, second) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
     let third = words.next().unwrap_or_default();
     let header = match first {
-        b"date" => !second.is_empty(),
+        // A date has a time of the day: `date of the recording` is prose.
+        b"date" => line.contains(&b':'),
         b"base" => matches!(second, b"hex" | b"dec"),
         b"begin" => second == b"triggerblock",
         b"internal" => second == b"events" && third == b"logged",
@@ -98,7 +100,10 @@ fn line_of(line: &[u8]) -> Option<&'static str> {
         _ => false,
     };
     // A line of Vector's without its header: time, then channel or the kind of an event.
-    let stamp = first.contains(&b'.') && first.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.');
+    let stamp = first.iter().filter(|byte| **byte == b'.').count() == 1
+        && first.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.')
+        && first.first().is_some_and(u8::is_ascii_digit)
+        && first.last().is_some_and(u8::is_ascii_digit);
     Some(if header || stamp && !second.is_empty() { "asc" } else { "candump" })
 }
 
@@ -115,6 +120,14 @@ mod tests {
             (b"date Sam Sep 30 15:06:13.191 2017\n", "asc"),
             (b"\xEF\xBB\xBFdate Sat Sep 30 10:06:13.191 PM 2017\r\n", "asc"),
             (b"   0.000000 1  601             Rx   d 1 40\n", "asc"),
+            (b"// version 9.0.0\r\n//\r\n 0.000000 1 601x Rx d 1 40\r\n", "asc"),
+            (b"\n  0.0000 CANFD   1 Rx 300 1 0 8 8 00\n", "asc"),
+            (b"0.000000 Start of measurement\n", "asc"),
+            (b"Begin TriggerBlock\n", "asc"),
+            (b"no internal events logged\n", "asc"),
+            (b"date of the recording\n(1.5) can0 601#40\n", "candump"),
+            (b"192.168.1.1 host\n", "candump"),
+            (b"(1.5) can0 601#40\n0.000000 1 601 Rx d 1 40\n", "candump"),
             (b";$FILEVERSION=2.1\r\n", "trc"),
             (b"timestamp,arbitration_id,extended,remote,error,dlc,data\n", "csv"),
             (b"\x89MCAP0\r\n\x01", "mcap"),

@@ -86,6 +86,27 @@ pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) 
     })
 }
 
+/// A file that goes on where another ended begins before that end, by so much.
+pub fn step_back(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    let (seconds, ms) = (back_ns / 1_000_000_000, back_ns / 1_000_000 % 1000);
+    let back = format!("{seconds}.{ms:03}");
+    match lang {
+        Lang::Zh => {
+            put!(&mut out; ": 第一帧的时间戳比 ");
+            escape::terminal(&mut out, before);
+            put!(&mut out; " 的最后一帧早", back.as_str(), " s; 仍按给出的顺序读取. 若时间戳出自同一时钟, 请用 --merge 按时间合并");
+        }
+        Lang::En => {
+            put!(&mut out; ": its first stamp is ", back.as_str(), " s before the last one of ");
+            escape::terminal(&mut out, before);
+            put!(&mut out; "; read in the given order all the same. If the stamps are of one clock, --merge joins the files by time");
+        }
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
 /// A description was given for nodes that have no frame in the capture.
 pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
     nodes.sort_unstable();
@@ -131,8 +152,26 @@ pub fn lost(lang: Lang, file: &[u8], loss: Loss, count: u64) -> String {
 /// The filter let nothing through.
 pub fn nothing_shown(lang: Lang, frames: u64) -> String {
     match lang {
-        Lang::Zh => format!("没有内容符合过滤条件 (共{frames}帧)"),
-        Lang::En => format!("nothing passes the filter ({frames} frames)"),
+        Lang::Zh => format!("canalyze: 没有内容符合过滤条件 (共{frames}帧)"),
+        Lang::En => format!("canalyze: nothing passes the filter ({frames} frames)"),
+    }
+}
+
+/// Why a `--mcap-map` cannot be read.
+pub fn mcap_map(lang: Lang, mistake: &crate::readers::mcap::Mistake) -> String {
+    let words: Vec<&str> = crate::readers::mcap::Role::NAMES.iter().map(|(word, _)| *word).collect();
+    let (part, words) = (&mistake.0, words.join(" "));
+    match lang {
+        Lang::Zh => {
+            format!(
+                "--mcap-map 的“{part}”无法识别: 应为 topic= 及 {words} 中的键=字段名, 例如 topic=/x,id=can_id,data=payload"
+            )
+        }
+        Lang::En => {
+            format!(
+                "--mcap-map: '{part}' is unknown: use topic= and KEY=FIELD with one of {words}, as in topic=/x,id=can_id,data=payload"
+            )
+        }
     }
 }
 

@@ -154,16 +154,28 @@ fn written(out: &mut Vec<u8>, stamp: &Stamp) {
         }
         StampForm::Calendar => calendar(out, seconds),
     }
-    if stamp.decimals > 0 {
-        let mut digits = *b".000000000";
-        let mut rest = fraction;
-        for slot in digits.iter_mut().skip(1).rev() {
-            *slot = b'0' + (rest % 10) as u8;
-            rest /= 10;
-        }
-        out.extend_from_slice(digits.get(..=usize::from(stamp.decimals.min(9))).unwrap_or(&digits));
-    }
+    decimals(out, fraction, stamp.decimals);
     put!(out; ")  ");
+}
+
+/// `2026-09-15 18:44:56.479963`, of ns since 1970-01-01.
+pub fn date(out: &mut Vec<u8>, ns: i64, digits: u8) {
+    calendar(out, ns.div_euclid(1_000_000_000));
+    decimals(out, ns.rem_euclid(1_000_000_000) as u32, digits);
+}
+
+/// A fraction of a second after its point, to so many digits.
+fn decimals(out: &mut Vec<u8>, fraction: u32, count: u8) {
+    if count == 0 {
+        return;
+    }
+    let mut digits = *b".000000000";
+    let mut rest = fraction;
+    for slot in digits.iter_mut().skip(1).rev() {
+        *slot = b'0' + (rest % 10) as u8;
+        rest /= 10;
+    }
+    out.extend_from_slice(digits.get(..=usize::from(count.min(9))).unwrap_or(&digits));
 }
 
 /// `2026-09-15 18:44:56` of seconds since 1970-01-01, by the proleptic Gregorian calendar.

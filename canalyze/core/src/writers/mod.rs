@@ -1,17 +1,22 @@
 //! Capture formats to be written: one file (or folder) a format; frames in, bytes out.
 //!
 //! A writer sees only `frame`, what readers say of a capture and, where it writes down what frames mean, events. It
-//! does no I/O and never fails: what its format cannot hold it counts as a loss. A new format is a file here, a row of [`Format`], and an arm of [`Writer`].
+//! does no I/O and never fails: what its format cannot hold it counts as a loss. A new format is a file here, a row of
+//! [`Format`], and an arm of [`Writer`].
 
+pub mod asc;
 pub mod console;
 pub mod log;
 pub mod mcap;
+pub mod packed;
 
 use std::borrow::Cow;
 
+use self::asc::Asc;
 use self::console::Console;
 use self::log::Log;
 use self::mcap::Mcap;
+use self::packed::Packed;
 use crate::event::Event;
 use crate::finding::Finding;
 use crate::frame::{BusId, Buses, Frame, MAX_BUS_NAME};
@@ -23,6 +28,10 @@ pub enum Format {
     /// candump's log form (`candump -l`).
     #[default]
     Log,
+    /// Records for another program's writer; no format of files, so not among the names.
+    Packed,
+    /// Vector's ASC log.
+    Asc,
     /// candump's console form.
     Console,
     /// MCAP with ROS 2 messages.
@@ -32,7 +41,7 @@ pub enum Format {
 impl Format {
     /// All of them, with their names.
     pub const NAMES: &[(&str, Format)] =
-        &[("candump", Format::Log), ("console", Format::Console), ("mcap", Format::Mcap)];
+        &[("candump", Format::Log), ("console", Format::Console), ("asc", Format::Asc), ("mcap", Format::Mcap)];
 }
 
 /// How formats are written that can be written in several ways.
@@ -64,6 +73,10 @@ impl Setting<'_> {
 pub enum Writer {
     /// candump's log form.
     Log(Log),
+    /// Records for another program's writer.
+    Packed(Packed),
+    /// Vector's ASC log.
+    Asc(Asc),
     /// candump's console form.
     Console(Console),
     /// MCAP.
@@ -75,6 +88,8 @@ impl Writer {
     pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
+            Format::Packed => Self::Packed(Packed::default()),
+            Format::Asc => Self::Asc(Asc::default()),
             Format::Console => Self::Console(Console::default()),
             Format::Mcap => Self::Mcap(Box::new(Mcap::new(settings.mcap.clone()))),
         }
@@ -96,6 +111,8 @@ impl Writer {
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
         match self {
             Self::Log(writer) => writer.frame(out, setting, frame),
+            Self::Packed(writer) => writer.frame(out, setting, frame),
+            Self::Asc(writer) => writer.frame(out, setting, frame),
             Self::Console(writer) => writer.frame(out, setting, frame),
             Self::Mcap(writer) => writer.frame(out, setting, frame),
         }
@@ -105,6 +122,8 @@ impl Writer {
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match self {
             Self::Log(writer) => writer.marker(out, setting, marker),
+            Self::Packed(writer) => writer.marker(out, setting, marker),
+            Self::Asc(writer) => writer.marker(out, setting, marker),
             Self::Console(writer) => writer.marker(out, setting, marker),
             Self::Mcap(writer) => writer.marker(out, setting, marker),
         }
@@ -128,7 +147,8 @@ impl Writer {
     /// Appends what belongs at the end of the file.
     pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
         match self {
-            Self::Log(_) | Self::Console(_) => {}
+            Self::Log(_) | Self::Console(_) | Self::Packed(_) => {}
+            Self::Asc(writer) => writer.finish(out, setting),
             Self::Mcap(writer) => writer.finish(out, setting),
         }
     }
@@ -137,6 +157,8 @@ impl Writer {
     pub fn losses(&self) -> &Losses {
         match self {
             Self::Log(writer) => &writer.losses,
+            Self::Packed(writer) => &writer.losses,
+            Self::Asc(writer) => &writer.losses,
             Self::Console(writer) => &writer.losses,
             Self::Mcap(writer) => &writer.losses,
         }

@@ -23,25 +23,25 @@ const fn table() -> [u8; 256] {
 
 /// The value of a hexadecimal digit; above 15 when it is none.
 #[inline(always)]
-pub(super) fn nibble(byte: u8) -> u8 {
+pub(in crate::readers) fn nibble(byte: u8) -> u8 {
     HEX.get(usize::from(byte)).copied().unwrap_or(0xFF)
 }
 
 /// A byte of two hexadecimal digits.
 #[inline(always)]
-pub(super) fn byte(high: u8, low: u8) -> Option<u8> {
+pub(in crate::readers) fn byte(high: u8, low: u8) -> Option<u8> {
     let (high, low) = (nibble(high), nibble(low));
     (high | low < 16).then_some(high << 4 | low & 0xF)
 }
 
 #[inline(always)]
-pub(super) fn is_blank(byte: u8) -> bool {
+pub(in crate::readers) fn is_blank(byte: u8) -> bool {
     byte == b' ' || byte == b'\t'
 }
 
 /// What follows the blanks at the beginning.
 #[inline(always)]
-pub(super) fn skip_blanks(mut text: &[u8]) -> &[u8] {
+pub(in crate::readers) fn skip_blanks(mut text: &[u8]) -> &[u8] {
     while let [first, rest @ ..] = text {
         if !is_blank(*first) {
             break;
@@ -53,26 +53,26 @@ pub(super) fn skip_blanks(mut text: &[u8]) -> &[u8] {
 
 /// The first word and what follows it (beginning with a blank, or empty).
 #[inline(always)]
-pub(super) fn word(text: &[u8]) -> (&[u8], &[u8]) {
+pub(in crate::readers) fn word(text: &[u8]) -> (&[u8], &[u8]) {
     let end = text.iter().position(|&byte| is_blank(byte)).unwrap_or(text.len());
     text.split_at_checked(end).unwrap_or((text, &[]))
 }
 
 /// Whether the word could be the name of an interface. Comment marks, quotes and arrows cannot.
 #[inline(always)]
-pub(super) fn is_name(word: &[u8]) -> bool {
+pub(in crate::readers) fn is_name(word: &[u8]) -> bool {
     word.first().is_some_and(u8::is_ascii_alphanumeric)
         && word.len() <= crate::frame::MAX_BUS_NAME
         && word.iter().all(|&byte| byte.is_ascii_graphic() && byte != b'#')
 }
 
 /// Whether the word is made of hexadecimal digits only, and of at least one.
-pub(super) fn is_hex(word: &[u8]) -> bool {
+pub(in crate::readers) fn is_hex(word: &[u8]) -> bool {
     !word.is_empty() && word.iter().all(|&byte| nibble(byte) < 16)
 }
 
 /// Whether the word after the data is one data byte more, not a comment. `be`, `ad` and `de` are words too.
-pub(super) fn is_stray_byte(word: &[u8]) -> bool {
+pub(in crate::readers) fn is_stray_byte(word: &[u8]) -> bool {
     word.len() == 2 && is_hex(word) && !word.iter().all(u8::is_ascii_lowercase)
 }
 
@@ -81,7 +81,7 @@ pub(super) fn is_stray_byte(word: &[u8]) -> bool {
 /// Three digits are a standard identifier, eight an extended one or an error class with its flag. No other
 /// flag of SocketCAN is ever printed, so any other high bit is damage.
 #[inline(always)]
-pub(super) fn identifier(word: &[u8]) -> Result<(CanId, bool), Unreadable> {
+pub(in crate::readers) fn identifier(word: &[u8]) -> Result<(CanId, bool), Unreadable> {
     const ERROR: u32 = 0x2000_0000;
     let mut value = 0u32;
     let mut check = 0;

@@ -5,9 +5,9 @@
 //! never pass as a comment or as another frame. Memory stays bounded whatever comes.
 
 mod console;
-mod lex;
+pub(super) mod lex;
 mod log;
-mod stamp;
+pub(super) mod stamp;
 #[cfg(test)]
 mod tests;
 

@@ -6,6 +6,7 @@
 
 use super::Stamps;
 use crate::frame::{Stamp, StampForm};
+use crate::readers::calendar::{days_of, days_to};
 
 const SECOND: i64 = 1_000_000_000;
 /// Console stamps below this may be differences or counted from zero; above, they are an epoch (1973 on).
@@ -37,7 +38,7 @@ fn seconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
 
 /// Exact as long as it fits; else the last whole second that does, which stays the same when it is written and read.
 #[inline(always)]
-fn nanoseconds(seconds: i64, fraction: i64) -> i64 {
+pub(in crate::readers) fn nanoseconds(seconds: i64, fraction: i64) -> i64 {
     const LAST: i64 = i64::MAX / SECOND * SECOND;
     let exact = seconds.checked_mul(SECOND).and_then(|ns| ns.checked_add(fraction));
     exact.unwrap_or(if seconds < 0 { -LAST } else { LAST })
@@ -45,7 +46,7 @@ fn nanoseconds(seconds: i64, fraction: i64) -> i64 {
 
 /// A number, how many digits it had, and what follows. Saturates.
 #[inline(always)]
-fn digits(mut text: &[u8]) -> (u64, usize, &[u8]) {
+pub(in crate::readers) fn digits(mut text: &[u8]) -> (u64, usize, &[u8]) {
     let (mut value, mut count) = (0u64, 0);
     while let [digit, rest @ ..] = text {
         let digit = digit.wrapping_sub(b'0');
@@ -65,7 +66,7 @@ fn digits(mut text: &[u8]) -> (u64, usize, &[u8]) {
 
 /// Decimals in ns, how many of them count, and what follows. At least one digit.
 #[inline(always)]
-fn fraction(mut text: &[u8]) -> Option<(i64, u8, &[u8])> {
+pub(in crate::readers) fn fraction(mut text: &[u8]) -> Option<(i64, u8, &[u8])> {
     const SCALE: [i64; 10] = [1_000_000_000, 100_000_000, 10_000_000, 1_000_000, 100_000, 10_000, 1_000, 100, 10, 1];
     let (mut value, mut count) = (0i64, 0u8);
     while let [digit, rest @ ..] = text {
@@ -113,25 +114,6 @@ fn field(text: &[u8], width: usize, mark: u8) -> Option<(i64, &[u8])> {
     let (value, count, rest) = digits(text);
     let rest = rest.strip_prefix(&[mark])?;
     (count == width).then_some((i64::try_from(value).ok()?, rest))
-}
-
-fn days_of(year: i64, month: i64) -> i64 {
-    match month {
-        2 if year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) => 29,
-        2 => 28,
-        4 | 6 | 9 | 11 => 30,
-        _ => 31,
-    }
-}
-
-/// Days from 1970-01-01 to a date of the Gregorian calendar.
-fn days_to(year: i64, month: i64, day: i64) -> i64 {
-    // Years are taken from March on, so that the leap day is the last of its year.
-    let year = if month > 2 { year } else { year - 1 };
-    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
-    let era = year.div_euclid(400);
-    let year = year.rem_euclid(400);
-    era * 146_097 + year * 365 + year / 4 - year / 100 + day_of_year - 719_468
 }
 
 /// Whether the line was meant to begin with a stamp. `(254)` and `(COB-ID 018A)` are comments.

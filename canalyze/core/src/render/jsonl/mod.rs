@@ -14,7 +14,9 @@
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
 //! raised at the frame, each of which has its own `finding` line after it.
 
+mod contents;
 mod facts;
+mod info;
 mod object;
 mod pdo;
 pub mod sdo;
@@ -27,6 +29,8 @@ use crate::frame::{Buses, Direction, Frame, Kind};
 use crate::text::digits::{Hex, Joined, Padded, put};
 use crate::text::{Depth, Lang, en, escape, zh};
 
+pub use contents::contents;
+pub use info::{DAMAGES, info};
 pub(super) use pdo::marked;
 pub use sdo::transfer;
 

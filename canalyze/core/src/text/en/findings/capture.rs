@@ -11,6 +11,10 @@ pub(super) const CAP004: RuleText = RuleText {
         "a length or type that cannot be; {bytes} bytes were passed over",
         "compressed data are damaged; {bytes} bytes were passed over",
         "the rest of the file cannot be read",
+        "messages of topics whose definition is lost were passed over",
+        "the check sum does not match; {bytes} bytes with {frames} frames were passed over",
+        "a length or type that cannot be; {bytes} bytes with {frames} frames were passed over",
+        "compressed data are damaged; {bytes} bytes with {frames} frames were passed over",
     ],
 };
 pub(super) const CAP005: RuleText = RuleText {

@@ -11,6 +11,10 @@ pub(super) const CAP004: RuleText = RuleText {
         "长度或类型无效; 跳过{bytes}字节",
         "压缩数据损坏; 跳过{bytes}字节",
         "文件的其余部分无法读取",
+        "部分topic的定义已丢失, 其消息已跳过",
+        "校验和不符; 跳过{bytes}字节, 其中{frames}帧",
+        "长度或类型无效; 跳过{bytes}字节, 其中{frames}帧",
+        "压缩数据损坏; 跳过{bytes}字节, 其中{frames}帧",
     ],
 };
 pub(super) const CAP005: RuleText = RuleText {

@@ -1,0 +1,173 @@
+//! What a file is: its frames counted by what can be seen of them without knowing any protocol.
+//!
+//! It takes what a reader gives and keeps figures only, in bounded memory. Must not: decode, judge, or know a format.
+
+use crate::frame::{Direction, Frame, Kind, MAX_BUSES, StampForm};
+use crate::readers::{Damage, Item, Marker, Place};
+
+/// Damages that are listed one by one; more are only counted.
+const LISTED: usize = 64;
+/// Seconds from here on are of a clock that tells the date; below, they count from some start. In ns.
+const DATED_NS: i64 = 100_000_000_000_000_000;
+
+/// The figures of one file.
+#[derive(Debug, Default)]
+pub struct Info {
+    /// Frames of each bus, by its number.
+    pub buses: Vec<u64>,
+    /// All frames.
+    pub frames: u64,
+    /// Classic data frames.
+    pub data: u64,
+    /// Remote frames.
+    pub remote: u64,
+    /// CAN FD frames.
+    pub fd: u64,
+    /// Error frames.
+    pub error: u64,
+    /// Data, remote and FD frames with 11-bit identifiers.
+    pub standard: u64,
+    /// The same with 29-bit identifiers.
+    pub extended: u64,
+    /// Frames that were received.
+    pub rx: u64,
+    /// Frames that the capturing host sent.
+    pub tx: u64,
+    /// Frames without a stamp.
+    pub unstamped: u64,
+    /// The first stamp and the last one, in order of the file, in ns.
+    pub span_ns: Option<(i64, i64)>,
+    /// Fewest and most digits after the point.
+    pub decimals: Option<(u8, u8)>,
+    /// How often a stamp is earlier than the one before.
+    pub backward: u64,
+    /// The longest such step in ns.
+    pub backward_most_ns: i64,
+    /// The date from which the stamps count, where the file has one.
+    pub date_ns: Option<i64>,
+    /// The stamps are written as dates.
+    pub calendar: bool,
+    /// Lines or records that cannot be read.
+    pub unreadable: u64,
+    /// The first of them.
+    pub first_unreadable: Option<Place>,
+    /// How often the capturing program says that it lost frames.
+    pub gaps: u64,
+    /// How many, as said there.
+    pub dropped: u64,
+    /// Error markers without content.
+    pub error_markers: u64,
+    /// The first damages.
+    pub damage: Vec<Damage>,
+    /// All of them.
+    pub damages: u64,
+}
+
+/// What a date is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Zone {
+    /// Coordinated universal time.
+    Utc,
+    /// The civil time of where it was recorded; no zone is told.
+    Local,
+}
+
+impl Info {
+    /// Takes what the reader has found.
+    pub fn take(&mut self, item: &Item) {
+        match item {
+            Item::Frame(frame) => self.frame(frame),
+            Item::Unreadable { place, .. } => {
+                self.unreadable += 1;
+                self.first_unreadable.get_or_insert(*place);
+            }
+            Item::Damaged(damage) => {
+                self.damages += 1;
+                if self.damage.len() < LISTED {
+                    self.damage.push(*damage);
+                }
+            }
+            Item::Marker(Marker::Start { date_ns }) => _ = self.date_ns.get_or_insert(*date_ns),
+            Item::Marker(Marker::Dropped { count, .. }) => {
+                self.gaps += 1;
+                self.dropped = self.dropped.saturating_add(*count);
+            }
+            Item::Marker(Marker::Error { .. }) => self.error_markers += 1,
+            Item::Marker(Marker::Backward { .. }) => {}
+        }
+    }
+
+    fn frame(&mut self, frame: &Frame) {
+        self.frames += 1;
+        let bus = usize::from(frame.bus.0).min(MAX_BUSES);
+        if self.buses.len() <= bus {
+            self.buses.resize(bus + 1, 0);
+        }
+        if let Some(count) = self.buses.get_mut(bus) {
+            *count += 1;
+        }
+        *match frame.kind {
+            Kind::Data => &mut self.data,
+            Kind::Remote => &mut self.remote,
+            Kind::Fd { .. } => &mut self.fd,
+            Kind::Error => &mut self.error,
+        } += 1;
+        if frame.kind != Kind::Error {
+            *if frame.id.is_extended() { &mut self.extended } else { &mut self.standard } += 1;
+        }
+        match frame.dir {
+            Some(Direction::Rx) => self.rx += 1,
+            Some(Direction::Tx) => self.tx += 1,
+            None => {}
+        }
+        let (Some(t_ns), Some(stamp)) = (frame.t_ns, frame.stamp) else {
+            self.unstamped += 1;
+            return;
+        };
+        self.calendar |= stamp.form == StampForm::Calendar;
+        let (fewest, most) = self.decimals.unwrap_or((stamp.decimals, stamp.decimals));
+        self.decimals = Some((fewest.min(stamp.decimals), most.max(stamp.decimals)));
+        let (first, last) = self.span_ns.unwrap_or((t_ns, t_ns));
+        if t_ns < last {
+            self.backward += 1;
+            self.backward_most_ns = self.backward_most_ns.max(last.saturating_sub(t_ns));
+        }
+        self.span_ns = Some((first, t_ns));
+    }
+
+    /// The dates of the first frame and the last one in ns since 1970-01-01, where the file tells them.
+    pub fn dates(&self) -> Option<(i64, i64, Zone)> {
+        let (first, last) = self.span_ns?;
+        match self.date_ns {
+            Some(date) => Some((first.saturating_add(date), last.saturating_add(date), Zone::Local)),
+            None if self.calendar => Some((first, last, Zone::Local)),
+            None => (first >= DATED_NS).then_some((first, last, Zone::Utc)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{BusId, CanId, Stamp};
+
+    fn at(t_ns: i64, kind: Kind, bus: u8) -> Item {
+        let stamp = Stamp { form: StampForm::Seconds, ns: t_ns, width: 1, decimals: 6 };
+        let frame = Frame::classic(CanId::standard(0x601), &[0; 8]);
+        Item::Frame(Frame { t_ns: Some(t_ns), stamp: Some(stamp), kind, bus: BusId(bus), ..frame })
+    }
+
+    #[test]
+    fn figures() {
+        let mut info = Info::default();
+        for item in [at(5, Kind::Data, 0), at(9, Kind::Remote, 2), at(7, Kind::Error, 0), at(11, Kind::Data, 0)] {
+            info.take(&item);
+        }
+        assert_eq!((info.frames, info.data, info.remote, info.error, info.standard), (4, 2, 1, 1, 3));
+        assert_eq!((info.buses.as_slice(), info.span_ns), (&[3, 0, 1][..], Some((5, 11))));
+        assert_eq!((info.backward, info.backward_most_ns, info.decimals), (1, 2, Some((6, 6))));
+        assert_eq!(info.dates(), None);
+        info.take(&Item::Marker(Marker::Start { date_ns: 1000 }));
+        assert_eq!(info.dates(), Some((1005, 1011, Zone::Local)));
+    }
+}

@@ -1,0 +1,437 @@
+//! The files of a capture that are open at once: each with its reader and with what it has read and not yet given.
+//!
+//! A file that is read alone gives every item at once. Several are joined by time: the next frame is the earliest one
+//! at the head of a queue, of equal ones that of the file named first, and none is given while a file that is not over
+//! has nothing to give. So memory holds at most what one piece of each file yields. Must not: know what a frame means,
+//! or change the order within a file.
+
+use std::collections::VecDeque;
+
+use crate::frame::{BusId, Buses, Frame, StampForm};
+use crate::readers::{Contents, Damage, Item, Marker, Place, Reader};
+
+/// Ranges of unreadable lines that are listed at the end of a file.
+const RANGES: usize = 20;
+/// Stamps below this count from some start, as in filters; all others are of a clock that tells the date. In ns.
+const ABSOLUTE_NS: i64 = 100_000_000_000_000_000;
+
+/// What is kept of one file apart from all others.
+#[derive(Debug, Default)]
+pub struct File {
+    /// Its name.
+    pub name: Vec<u8>,
+    /// Its frames so far.
+    pub frames: u64,
+    /// From the date from which the capture's stamps count to the one from which this file's do.
+    pub shift_ns: i64,
+    /// It says a date from which its stamps count.
+    pub dated: bool,
+    /// What of it could not be read.
+    pub unreadable: Unreadable,
+}
+
+/// Lines of a file that could not be read (records, by their offset, in a file without lines).
+#[derive(Debug, Default)]
+pub struct Unreadable {
+    /// How many.
+    pub count: u64,
+    /// The first one.
+    pub first: Option<Place>,
+    /// Ranges of them, the first ones.
+    pub ranges: Vec<(u64, u64)>,
+}
+
+impl Unreadable {
+    /// Counts one more.
+    pub fn add(&mut self, place: Place) {
+        self.first.get_or_insert(place);
+        self.count += 1;
+        let (Place::Line(line) | Place::Byte(line)) = place;
+        let room = self.ranges.len() < RANGES;
+        match self.ranges.last_mut() {
+            Some((_, to)) if *to + 1 == line => *to = line,
+            _ if room => self.ranges.push((line, line)),
+            _ => {}
+        }
+    }
+}
+
+/// Why files cannot be joined by time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The frames of this file have no stamps.
+    NoStamps(usize),
+    /// The stamps of the first file are times of day, those of the second count from a start that is not told.
+    NoCommonClock(usize, usize),
+}
+
+/// What the stamps of a file count from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Clock {
+    Absent,
+    Start,
+    Day,
+}
+
+/// One open file.
+#[derive(Debug)]
+pub struct Input {
+    /// Its reader; `None` once the file is over.
+    pub reader: Option<Reader>,
+    /// What is kept of it, while another file has its turn.
+    pub file: File,
+    /// What its reader knew at the end.
+    pub contents: Contents,
+    /// What is wrong with the file as its bytes came, told after its last item.
+    pub damage: Option<Damage>,
+    /// Its own numbers of buses, while it is joined with others.
+    buses: Buses,
+    queue: VecDeque<Item>,
+    /// Frames it has read.
+    pub frames: u64,
+    clock: Option<Clock>,
+    date_ns: Option<i64>,
+    /// Its end was given too.
+    closed: bool,
+}
+
+impl Input {
+    fn new(name: &[u8], reader: Reader) -> Self {
+        Self {
+            reader: Some(reader),
+            file: File { name: name.to_vec(), ..File::default() },
+            contents: Contents::default(),
+            damage: None,
+            buses: Buses::default(),
+            queue: VecDeque::new(),
+            frames: 0,
+            clock: None,
+            date_ns: None,
+            closed: false,
+        }
+    }
+
+    fn take(&mut self, item: Item) {
+        match &item {
+            Item::Frame(frame) => {
+                self.frames += 1;
+                if self.clock.is_none() {
+                    self.clock = Some(clock(frame, self.date_ns));
+                    self.queue.extend(self.date_ns.map(|date_ns| Item::Marker(Marker::Start { date_ns })));
+                }
+            }
+            // Only the last one before the first frame counts, and is given with it.
+            Item::Marker(Marker::Start { date_ns }) if self.clock.is_none() => {
+                self.date_ns = Some(*date_ns);
+                return;
+            }
+            _ => {}
+        }
+        self.queue.push_back(item);
+    }
+
+    /// Takes the file's next bytes.
+    fn feed(&mut self, bytes: &[u8]) {
+        let Some(mut reader) = self.reader.take() else { return };
+        let mut buses = std::mem::take(&mut self.buses);
+        reader.feed(bytes, &mut buses, &mut |item, _| self.take(item));
+        (self.buses, self.reader) = (buses, Some(reader));
+    }
+
+    /// Takes the file's end.
+    fn end(&mut self, interrupted: bool) {
+        let Some(mut reader) = self.reader.take() else { return };
+        let mut buses = std::mem::take(&mut self.buses);
+        if interrupted || self.damage.is_some() {
+            reader.interrupt(&mut buses, &mut |item, _| self.take(item));
+        } else {
+            reader.finish(&mut buses, &mut |item, _| self.take(item));
+        }
+        self.queue.extend(self.damage.take().map(Item::Damaged));
+        (self.buses, self.contents) = (buses, reader.contents());
+    }
+
+    /// The item at the head, its bus as all files together number them.
+    fn pop(&mut self, buses: &mut Buses) -> Option<Item> {
+        let mut item = self.queue.pop_front()?;
+        match &mut item {
+            Item::Frame(Frame { bus, .. }) | Item::Marker(Marker::Dropped { bus, .. } | Marker::Error { bus, .. }) => {
+                *bus = common(*bus, &self.buses, buses);
+            }
+            _ => {}
+        }
+        Some(item)
+    }
+}
+
+fn common(bus: BusId, own: &Buses, all: &mut Buses) -> BusId {
+    all.intern(own.name(bus))
+}
+
+fn clock(frame: &Frame, date_ns: Option<i64>) -> Clock {
+    match (frame.t_ns, frame.stamp.map(|stamp| stamp.form)) {
+        (None, _) => Clock::Absent,
+        (Some(_), Some(StampForm::Calendar)) => Clock::Day,
+        (Some(t_ns), _) if t_ns >= ABSOLUTE_NS || date_ns.is_some() => Clock::Day,
+        _ => Clock::Start,
+    }
+}
+
+/// What comes next of files that are joined.
+#[derive(Clone, Copy, Debug)]
+pub enum Next {
+    /// An item of this file.
+    Item(usize, Item),
+    /// This file is over.
+    End(usize),
+}
+
+/// The files that are open.
+#[derive(Debug, Default)]
+pub struct Inputs {
+    all: Vec<Input>,
+    /// Every file has shown what its stamps count from.
+    begun: bool,
+    refusal: Option<Refusal>,
+}
+
+impl Inputs {
+    /// Opens one more file. `first`: it is the first of those that are open together.
+    pub fn open(&mut self, first: bool, name: &[u8], reader: Reader) {
+        if first {
+            *self = Self::default();
+        }
+        self.all.push(Input::new(name, reader));
+    }
+
+    /// One of them.
+    pub fn get(&mut self, input: usize) -> Option<&mut Input> {
+        self.all.get_mut(input)
+    }
+
+    /// The only one, if it is.
+    pub fn alone(&mut self) -> Option<&mut Input> {
+        if let [only] = self.all.as_mut_slice() { Some(only) } else { None }
+    }
+
+    /// How many are open, or were.
+    pub fn count(&self) -> usize {
+        self.all.len()
+    }
+
+    /// Takes the next bytes of a file, of several.
+    pub fn feed(&mut self, input: usize, bytes: &[u8]) {
+        if let Some(one) = self.all.get_mut(input) {
+            one.feed(bytes);
+        }
+    }
+
+    /// Takes the end of a file, of several.
+    pub fn end(&mut self, input: usize, interrupted: bool) {
+        if let Some(one) = self.all.get_mut(input) {
+            one.end(interrupted);
+        }
+    }
+
+    /// The file whose bytes are needed before anything can go on; `None` when all are over, or cannot be joined.
+    pub fn wants(&self) -> Option<usize> {
+        if self.refusal.is_some() {
+            return None;
+        }
+        let needy =
+            |one: &Input| one.reader.is_some() && if self.begun { one.queue.is_empty() } else { one.clock.is_none() };
+        self.all.iter().position(needy)
+    }
+
+    /// Why they cannot be joined.
+    pub fn refusal(&self) -> Option<Refusal> {
+        self.refusal
+    }
+
+    /// The next item, or a file's end; `None` when some file has to be fed first, or nothing is left. `date_ns` is the
+    /// date from which all stamps count, and is set before the first frame; `file` gives what is kept of a file.
+    pub fn next(&mut self, buses: &mut Buses, date_ns: &mut Option<i64>, turn: (usize, &File)) -> Option<Next> {
+        if self.refusal.is_some() {
+            return None;
+        }
+        if !self.begun {
+            // What comes before any frame of its file is said at once: it would be kept without bound.
+            for (index, one) in self.all.iter_mut().enumerate() {
+                let waits =
+                    matches!(one.queue.front(), None | Some(Item::Frame(_) | Item::Marker(Marker::Start { .. })));
+                if !waits {
+                    return Some(Next::Item(index, one.pop(buses)?));
+                }
+            }
+            if self.all.iter().any(|one| one.clock.is_none() && one.reader.is_some()) {
+                return None;
+            }
+            self.begin(date_ns);
+            if self.refusal.is_some() {
+                return None;
+            }
+        }
+        let mut earliest: Option<(usize, i64)> = None;
+        let mut missing = false;
+        for (index, one) in self.all.iter_mut().enumerate() {
+            match one.queue.front() {
+                Some(Item::Frame(frame)) => {
+                    let file = if turn.0 == index { turn.1 } else { &one.file };
+                    // A frame without a stamp among others goes on where its file stands: at once.
+                    let t_ns = frame.t_ns.map_or(i64::MIN, |t_ns| t_ns.saturating_add(file.shift_ns));
+                    if earliest.is_none_or(|(_, before)| t_ns < before) {
+                        earliest = Some((index, t_ns));
+                    }
+                }
+                Some(_) => return Some(Next::Item(index, one.pop(buses)?)),
+                None if one.reader.is_some() => missing = true,
+                None if !one.closed => {
+                    one.closed = true;
+                    return Some(Next::End(index));
+                }
+                None => {}
+            }
+        }
+        let (index, _) = earliest.filter(|_| !missing)?;
+        let item = self.all.get_mut(index)?.pop(buses)?;
+        Some(Next::Item(index, item))
+    }
+
+    /// Finds the clock that all of them share.
+    fn begin(&mut self, date_ns: &mut Option<i64>) {
+        self.begun = true;
+        let of = |clock| self.all.iter().position(|one| one.clock == Some(clock));
+        self.refusal = match (of(Clock::Absent), of(Clock::Day), of(Clock::Start)) {
+            (Some(input), _, _) => Some(Refusal::NoStamps(input)),
+            (None, Some(day), Some(start)) => Some(Refusal::NoCommonClock(day, start)),
+            _ => None,
+        };
+        let dates = self.all.iter().filter(|one| one.clock.is_some()).map(|one| one.date_ns);
+        if date_ns.is_none() && dates.clone().any(|date| date.is_some()) {
+            // Where others are times of day as they stand, what counts from a date becomes such too.
+            *date_ns = dates.map(|date| date.unwrap_or(0)).min();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+    use crate::frame::{CanId, Stamp};
+    use crate::readers::{Format, Settings};
+
+    fn frame(t_ns: Option<i64>, bus: u8) -> Item {
+        let stamp = t_ns.map(|ns| Stamp { form: StampForm::Seconds, ns, width: 1, decimals: 9 });
+        Item::Frame(Frame { t_ns, stamp, bus: BusId(bus), ..Frame::classic(CanId::standard(0x701), &[5]) })
+    }
+
+    fn start(date_ns: i64) -> Item {
+        Item::Marker(Marker::Start { date_ns })
+    }
+
+    fn opened(files: &[&[Item]]) -> Inputs {
+        let mut inputs = Inputs::default();
+        for (no, items) in files.iter().enumerate() {
+            inputs.open(no == 0, b"x", Reader::new(Format::Candump, &Settings::default()));
+            let input = inputs.get(no).unwrap();
+            input.buses.intern(format!("bus{no}").as_bytes());
+            for item in *items {
+                input.take(*item);
+            }
+        }
+        inputs
+    }
+
+    /// All that comes: file and absolute time of frames, and the names of buses in their order.
+    fn joined(inputs: &mut Inputs, date_ns: &mut Option<i64>) -> Vec<(usize, i64)> {
+        let (mut buses, mut file, mut turn) = (Buses::default(), File::default(), 0);
+        let mut found = Vec::new();
+        while let Some(next) = inputs.next(&mut buses, date_ns, (turn, &file)) {
+            let (Next::Item(input, _) | Next::End(input)) = next;
+            for other in [turn, input] {
+                std::mem::swap(&mut inputs.get(other).unwrap().file, &mut file);
+            }
+            turn = input;
+            match next {
+                Next::Item(_, Item::Frame(frame)) => found.push((input, frame.t_ns.unwrap_or(0) + file.shift_ns)),
+                Next::Item(_, Item::Marker(Marker::Start { date_ns: date })) => file.shift_ns = date - date_ns.unwrap(),
+                _ => {}
+            }
+        }
+        found
+    }
+
+    fn end_all(inputs: &mut Inputs) {
+        for input in 0..inputs.count() {
+            inputs.end(input, false);
+        }
+    }
+
+    #[test]
+    fn nothing_comes_while_a_file_has_nothing_to_give() {
+        let mut inputs = opened(&[&[frame(Some(1), 0), frame(Some(4), 0)], &[frame(Some(2), 0)]]);
+        let mut date = None;
+        assert_eq!(joined(&mut inputs, &mut date), [(0, 1), (1, 2)]);
+        assert_eq!(inputs.wants(), Some(1));
+        inputs.end(1, false);
+        assert_eq!(joined(&mut inputs, &mut date), [(0, 4)]);
+        assert_eq!(inputs.wants(), Some(0));
+        inputs.end(0, false);
+        assert_eq!(joined(&mut inputs, &mut date), []);
+        assert_eq!((inputs.wants(), date), (None, None));
+    }
+
+    #[test]
+    fn dates_make_one_clock() {
+        const DAY: i64 = 1_700_000_000_000_000_000;
+        // Both dated: stamps count from the earlier date.
+        let mut inputs =
+            opened(&[&[start(DAY + 10), frame(Some(0), 0), frame(Some(7), 0)], &[start(DAY), frame(Some(12), 0)]]);
+        end_all(&mut inputs);
+        let mut date = None;
+        assert_eq!(joined(&mut inputs, &mut date), [(0, 10), (1, 12), (0, 17)]);
+        assert_eq!(date, Some(DAY));
+        // Dated and absolute: all become absolute. A second date within a file counts from there on.
+        let late = [start(DAY + 10), frame(Some(0), 0), start(DAY + 100), frame(Some(1), 0)];
+        let mut inputs = opened(&[&late, &[frame(Some(DAY + 50), 0)]]);
+        end_all(&mut inputs);
+        let mut date = None;
+        assert_eq!(joined(&mut inputs, &mut date), [(0, DAY + 10), (1, DAY + 50), (0, DAY + 101)]);
+        assert_eq!(date, Some(0));
+    }
+
+    #[test]
+    fn clocks_that_are_not_shared_are_refused() {
+        const DAY: i64 = 1_700_000_000_000_000_000;
+        for (files, refusal) in [
+            ([frame(Some(DAY), 0), frame(Some(1), 0)], Refusal::NoCommonClock(0, 1)),
+            ([frame(Some(1), 0), frame(Some(DAY), 0)], Refusal::NoCommonClock(1, 0)),
+            ([frame(Some(1), 0), frame(None, 0)], Refusal::NoStamps(1)),
+        ] {
+            let mut inputs = opened(&[&files[..1], &files[1..]]);
+            assert_eq!(joined(&mut inputs, &mut None), []);
+            assert_eq!((inputs.refusal(), inputs.wants()), (Some(refusal), None));
+        }
+    }
+
+    #[test]
+    fn buses_are_numbered_in_the_order_of_what_is_given() {
+        let mut inputs = opened(&[&[frame(Some(5), 0)], &[frame(Some(3), 0)]]);
+        end_all(&mut inputs);
+        let mut buses = Buses::default();
+        let file = File::default();
+        while inputs.next(&mut buses, &mut None, (0, &file)).is_some() {}
+        assert_eq!(buses.names().collect::<Vec<_>>(), [b"bus1", b"bus0"]);
+    }
+
+    #[test]
+    fn what_comes_before_any_frame_is_not_kept() {
+        let unreadable = Item::Unreadable { place: Place::Line(1), reason: crate::readers::Unreadable::NoFrame };
+        let mut inputs = opened(&[&[], &[unreadable; 100]]);
+        assert_eq!(joined(&mut inputs, &mut None), []);
+        assert!(inputs.get(1).unwrap().queue.is_empty());
+        assert_eq!(inputs.wants(), Some(0));
+    }
+}

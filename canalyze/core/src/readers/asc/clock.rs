@@ -1,0 +1,159 @@
+//! What the stamps of a file count from: since the start, or since the event before; and from which date.
+//!
+//! Each block between triggers has a date of its own. Where its stamps go on from the file's date (Vector's programs,
+//! absolute stamps), or begin anew at the block's (split and joined files, python-can), is not said anywhere: they
+//! count from whichever date brings the block's first event nearer to the block's own. Must not: sort or repair.
+
+/// The latest that a file's first event can be behind the moment its header was written, for stamps that are taken as
+/// the time of the day.
+const LATE_NS: i64 = 10_000_000_000;
+const DAY_NS: i64 = 86_400_000_000_000;
+
+/// The clock of a file.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Clock {
+    relative: bool,
+    /// The last moment, for stamps that count from the event before.
+    sum: i64,
+    /// The date that the stamps count from.
+    origin: Option<i64>,
+    /// A date that was said since the last stamp.
+    block: Option<i64>,
+    /// No stamp has been seen.
+    begun: bool,
+    /// The dates are none: they only tell the blocks from one another, and count from 1970.
+    undated: bool,
+    /// The origin was not handed out yet.
+    unsaid: bool,
+}
+
+impl Clock {
+    /// Takes what the header says of stamps.
+    pub(super) fn set_relative(&mut self, relative: bool) {
+        self.relative = relative;
+    }
+
+    /// Takes a date of the header or of a block.
+    pub(super) fn set_date(&mut self, date_ns: i64) {
+        if self.begun || self.origin.is_some() {
+            self.block = Some(date_ns);
+        } else {
+            self.set_origin(date_ns);
+        }
+    }
+
+    /// Takes it that the dates of this file are none.
+    pub(super) fn set_undated(&mut self) {
+        self.undated = true;
+    }
+
+    fn set_origin(&mut self, date_ns: i64) {
+        self.origin = Some(date_ns);
+        self.unsaid = true;
+    }
+
+    /// The moment of a stamp. Every stamped line has to pass here, whatever it holds.
+    #[inline(always)]
+    pub(super) fn moment(&mut self, ns: i64) -> i64 {
+        if self.begun && self.block.is_none() && !self.relative && !self.undated {
+            self.sum = ns;
+            return ns;
+        }
+        self.any_moment(ns)
+    }
+
+    fn any_moment(&mut self, ns: i64) -> i64 {
+        let mut moment = if self.relative { self.sum.saturating_add(ns) } else { ns };
+        if let Some(date) = self.block.take() {
+            let behind = self.origin.map(|origin| date.saturating_sub(origin));
+            let near = |behind: i64| moment.saturating_sub(behind).saturating_abs() < ns.saturating_abs();
+            if !behind.is_some_and(|behind| behind == 0 || near(behind)) {
+                self.set_origin(date);
+                moment = ns;
+            }
+        }
+        if !self.begun {
+            self.begun = true;
+            self.time_of_day(ns);
+        }
+        self.sum = moment;
+        if self.undated { moment.saturating_add(self.origin.unwrap_or(0)) } else { moment }
+    }
+
+    /// A first stamp that is the time of the day of the header's date: the stamps count from midnight, as BusMaster
+    /// has them.
+    fn time_of_day(&mut self, ns: i64) {
+        let Some(origin) = self.origin else { return };
+        let time = origin.rem_euclid(DAY_NS);
+        if !self.relative && time > LATE_NS && (0..LATE_NS).contains(&ns.saturating_sub(time)) {
+            self.set_origin(origin.saturating_sub(time));
+        }
+    }
+
+    /// The date that stamps count from, where it was not handed out yet. To be asked behind [`Self::moment`].
+    #[inline(always)]
+    pub(super) fn start(&mut self) -> Option<i64> {
+        if self.unsaid && !self.undated {
+            self.unsaid = false;
+            return self.origin;
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Clock;
+
+    const S: i64 = 1_000_000_000;
+    const DATE: i64 = 1_506_784_000 * S;
+
+    #[test]
+    fn a_block_goes_on_or_begins_anew() {
+        let mut clock = Clock::default();
+        clock.set_date(DATE);
+        clock.set_date(DATE + 3 * S);
+        // Three seconds after the header, and the first event says so.
+        assert_eq!((clock.moment(3 * S + 1), clock.start()), (3 * S + 1, Some(DATE)));
+        assert_eq!((clock.moment(4 * S), clock.start()), (4 * S, None));
+        clock.set_date(DATE + 60 * S);
+        assert_eq!((clock.moment(61 * S), clock.start()), (61 * S, None));
+        clock.set_date(DATE + 90 * S);
+        assert_eq!((clock.moment(0), clock.start()), (0, Some(DATE + 90 * S)));
+        clock.set_date(DATE - 5 * S);
+        assert_eq!((clock.moment(10), clock.start()), (10, Some(DATE - 5 * S)));
+    }
+
+    #[test]
+    fn stamps_since_the_event_before() {
+        let mut clock = Clock::default();
+        clock.set_relative(true);
+        clock.set_date(DATE);
+        let moments: Vec<i64> = [0, 5, 5, 10].map(|ns| clock.moment(ns)).to_vec();
+        assert_eq!(moments, [0, 5, 10, 20]);
+        clock.set_date(DATE + 100 * S);
+        assert_eq!((clock.moment(7), clock.start()), (7, Some(DATE + 100 * S)));
+        assert_eq!(clock.moment(7), 14);
+    }
+
+    #[test]
+    fn stamps_that_are_the_time_of_day() {
+        let mut clock = Clock::default();
+        let midnight = DATE - DATE % (86_400 * S);
+        clock.set_date(midnight + 40_873 * S);
+        let stamp = 40_874_800_000_000;
+        assert_eq!((clock.moment(stamp), clock.start()), (stamp, Some(midnight)));
+    }
+
+    #[test]
+    fn no_date() {
+        let mut clock = Clock::default();
+        assert_eq!((clock.moment(7), clock.start()), (7, None));
+        let mut clock = Clock::default();
+        clock.set_date(0);
+        clock.set_undated();
+        assert_eq!((clock.moment(7), clock.start()), (7, None));
+        clock.set_date(-S);
+        assert_eq!((clock.moment(1), clock.start()), (1 - S, None));
+    }
+}

@@ -1,0 +1,343 @@
+//! Vector's ASC logs, and those of the many programs that write the like.
+//!
+//! This file cuts the input into lines and decides what each is, by its content alone: headers, blocks and comments
+//! may stand anywhere or be missing. A frame must never be made of prose, a damaged frame must never pass as another
+//! or as an event of another kind, and what is no frame is counted by kind. Requests to send (`TxRq`) are such: the
+//! frame follows as `Tx` when it is on the bus. Memory stays bounded whatever comes.
+
+mod classic;
+mod clock;
+mod date;
+mod fd;
+mod header;
+pub(crate) mod notes;
+#[cfg(test)]
+mod tests;
+mod words;
+
+use memchr::memchr;
+
+use self::clock::Clock;
+use self::header::{Header, Said};
+use self::notes::Note;
+pub(crate) use self::words::fd_code;
+use self::words::{Fail, Words};
+use super::candump::lex::skip_blanks;
+use super::{Contents, Item, Marker, Place, Unreadable};
+use crate::frame::{BusId, Buses, Frame, Kind, Stamp};
+
+/// A line longer than this is no line. The longest real one is a CAN XL frame of 2048 bytes.
+const MAX_LINE: usize = 64 * 1024;
+
+/// A channel's number as the file has it.
+pub(crate) type Channel = u16;
+/// Channels whose bus is remembered.
+const MAX_CHANNELS: usize = 256;
+
+/// A reader of an ASC log. One for each file.
+#[derive(Debug, Default)]
+pub struct Asc {
+    header: Header,
+    clock: Clock,
+    channels: Vec<(Channel, BusId)>,
+    /// Which of them the last frame was on.
+    last: usize,
+    /// A line whose end has not come yet.
+    partial: Vec<u8>,
+    /// Whether the rest of the line is thrown away: it was too long.
+    skipping: bool,
+    lines: u64,
+    /// The directions are only as the format wants them.
+    without_directions: bool,
+    /// The stamps are only as the format wants them.
+    without_stamps: bool,
+    /// What the comment before says of an error frame.
+    error: Option<Note>,
+    /// Whether the numbers of CAN FD were last seen to be hexadecimal in a file of base 10.
+    fd_hexadecimal: bool,
+}
+
+/// What the columns behind the stamp hold.
+#[derive(Clone, Copy, Debug)]
+#[allow(clippy::large_enum_variant, reason = "made once a line, never kept")]
+enum Event<'a> {
+    /// A frame; its bus and time are not set.
+    Frame(Frame),
+    /// No frame: the word that names its kind.
+    Passed(&'a [u8]),
+}
+
+impl Asc {
+    /// Takes the next bytes, in any chunking.
+    pub fn feed(&mut self, mut bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if self.skipping || !self.partial.is_empty() {
+            let Some(end) = memchr(b'\n', bytes) else { return self.keep(bytes, buses, sink) };
+            let (piece, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
+            self.keep(piece, buses, sink);
+            let mut whole = std::mem::take(&mut self.partial);
+            if !std::mem::take(&mut self.skipping) {
+                self.line(&whole, false, buses, sink);
+            }
+            whole.clear();
+            self.partial = whole;
+            bytes = rest.get(1..).unwrap_or_default();
+        }
+        while let Some(end) = memchr(b'\n', bytes) {
+            let (text, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
+            self.line(text, false, buses, sink);
+            bytes = rest.get(1..).unwrap_or_default();
+        }
+        self.keep(bytes, buses, sink);
+    }
+
+    /// Takes the end: a last line without a newline.
+    pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let last = std::mem::take(&mut self.partial);
+        if !last.is_empty() {
+            self.line(&last, true, buses, sink);
+        }
+        self.skipping = false;
+    }
+
+    /// Takes the end of what was read so far, where the reading was broken off: the last line is not there yet.
+    pub fn interrupt(&mut self) {
+        self.partial.clear();
+        self.skipping = false;
+    }
+
+    /// What is known of the file beyond frames.
+    pub fn contents(&self) -> Contents {
+        self.header.contents()
+    }
+
+    /// Lines seen so far.
+    pub fn lines(&self) -> u64 {
+        self.lines
+    }
+
+    /// Keeps a piece of a line, unless the line gets too long to be one.
+    fn keep(&mut self, piece: &[u8], buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if self.skipping || piece.is_empty() {
+            return;
+        }
+        if self.partial.len() + piece.len() > MAX_LINE {
+            self.partial.clear();
+            self.skipping = true;
+            self.too_long(buses, sink);
+        } else {
+            self.partial.extend_from_slice(piece);
+        }
+    }
+
+    #[cold]
+    fn too_long(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.lines += 1;
+        self.error = None;
+        sink(Item::Unreadable { place: Place::Line(self.lines), reason: Unreadable::NoFrame }, buses);
+    }
+
+    /// One line without its newline; `last` when it had none.
+    #[inline(always)]
+    fn line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if text.len() > MAX_LINE {
+            return self.too_long(buses, sink);
+        }
+        self.lines += 1;
+        match classic::plain(text) {
+            Some((mut frame, channel)) if !self.header.decimal => {
+                self.error = None;
+                if let Some(stamp) = &mut frame.stamp {
+                    stamp.ns = self.clock.moment(stamp.ns);
+                    frame.t_ns = Some(stamp.ns);
+                }
+                self.give(frame, channel, buses, sink);
+            }
+            _ => self.other_line(text, last, buses, sink),
+        }
+    }
+
+    fn other_line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let text = skip_blanks(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)).trim_ascii_end();
+        let result = match text {
+            [] | [b'#', ..] => Ok(()),
+            [b'/', b'/', ..] => {
+                self.comment(text, buses, sink);
+                return;
+            }
+            _ => match words::stamp(text) {
+                Some((stamp, rest)) => self.event(stamp, Words::new(rest), last, buses, sink),
+                None => self.header.line(text).map(|said| match said {
+                    Said::Nothing => {}
+                    Said::Relative(relative) => self.clock.set_relative(relative),
+                    Said::Date(date_ns) => self.clock.set_date(date_ns),
+                }),
+            },
+        };
+        self.error = None;
+        if let Err(Fail { reason, end }) = result {
+            let reason = if last && end { Unreadable::Cut } else { reason };
+            sink(Item::Unreadable { place: Place::Line(self.lines), reason }, buses);
+        }
+    }
+
+    fn comment(&mut self, text: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let Some(note) = Note::read(text) else { return self.header.comment(text) };
+        self.error = None;
+        match note {
+            Note::Channel(channel, name) => {
+                let bus = buses.intern(&name);
+                self.channels.retain(|(known, _)| *known != channel);
+                self.channels.truncate(MAX_CHANNELS - 1);
+                self.channels.push((channel, bus));
+            }
+            Note::NoDate => self.clock.set_undated(),
+            Note::Directions(known) => self.without_directions = !known,
+            Note::Stamps(known) => self.without_stamps = !known,
+            Note::Error(..) => self.error = Some(note),
+            Note::Dropped(count, channel, total) => {
+                let place = Place::Line(self.lines);
+                let bus = self.bus(channel, buses);
+                sink(Item::Marker(Marker::Dropped { bus, count, total, place }), buses);
+            }
+        }
+    }
+
+    /// The words behind a stamp.
+    fn event(
+        &mut self,
+        mut stamp: Stamp,
+        mut words: Words<'_>,
+        last: bool,
+        buses: &mut Buses,
+        sink: &mut impl FnMut(Item, &Buses),
+    ) -> Result<(), Fail> {
+        // A difference is shown as the moment that it means: in one file there may be both.
+        stamp.ns = self.clock.moment(stamp.ns);
+        let first = words.need(Unreadable::NoFrame)?;
+        let is = |name: &[u8]| first.eq_ignore_ascii_case(name);
+        let (fd, xl) = (is(b"canfd"), is(b"canxl"));
+        let channel = match fd || xl {
+            true => notes::channel(words.need(Unreadable::NoFrame)?),
+            false if first.iter().all(u8::is_ascii_digit) => notes::channel(first),
+            false => {
+                self.other_event(first, words, last)?;
+                return Ok(());
+            }
+        };
+        let Some(channel) = channel else { return words.fail(Unreadable::NoFrame) };
+        let event = if fd {
+            let decimal = self.header.decimal && {
+                self.fd_hexadecimal = fd::is_hexadecimal(words).unwrap_or(self.fd_hexadecimal);
+                !self.fd_hexadecimal
+            };
+            fd::event(words, stamp, decimal, last)
+        } else if xl {
+            fd::xl_event(words, stamp, last)
+        } else {
+            classic::event(words, stamp, self.header.decimal, last)
+        };
+        match event? {
+            Event::Frame(mut frame) => {
+                frame.t_ns = Some(stamp.ns);
+                self.give(frame, channel, buses, sink);
+            }
+            Event::Passed(name) => {
+                words.next();
+                self.other_event(name, words, last)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// An event that is no frame, `words` being what follows its kind: counted, unless it was meant as a frame.
+    fn other_event(&mut self, kind: &[u8], words: Words<'_>, last: bool) -> Result<(), Fail> {
+        // Kinds of Vector's that have a direction, or one word only.
+        const KNOWN: [&[u8]; 4] = [b"J1939TP", b"OverloadFrame", b"TxRq", b"Li"];
+        if !KNOWN.iter().any(|known| kind.eq_ignore_ascii_case(known)) {
+            let (mut left, mut before) = (words, false);
+            while let Some(word) = left.next() {
+                if before && matches!(word, b"d" | b"r") {
+                    return Err(Fail { reason: Unreadable::NoFrame, end: false });
+                }
+                before = words::way(word).is_some();
+            }
+            if last && words.is_empty() {
+                return Err(Fail { reason: Unreadable::NoFrame, end: true });
+            }
+        }
+        self.header.pass(match kind {
+            // `CAN 1 Status:`
+            b"CAN" => b"CAN Status",
+            b"Start" => b"Start of measurement",
+            _ => kind,
+        });
+        Ok(())
+    }
+
+    /// Hands a frame over.
+    #[inline(always)]
+    fn give(&mut self, mut frame: Frame, channel: Channel, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        frame.line = Some(self.lines);
+        frame.bus = match self.channels.get(self.last) {
+            Some((known, bus)) if *known == channel => *bus,
+            _ => self.bus(channel, buses),
+        };
+        if self.without_directions || self.without_stamps || frame.kind == Kind::Error {
+            self.restore(&mut frame);
+        }
+        if let Some(date_ns) = self.clock.start() {
+            sink(Item::Marker(Marker::Start { date_ns }), buses);
+        }
+        sink(Item::Frame(frame), buses);
+    }
+
+    /// What this program's own comments say of a frame.
+    fn restore(&mut self, frame: &mut Frame) {
+        if self.without_directions {
+            frame.dir = None;
+        }
+        if self.without_stamps {
+            (frame.stamp, frame.t_ns) = (None, None);
+        }
+        if let Some(Note::Error(class, data)) = self.error.take()
+            && frame.kind == Kind::Error
+        {
+            frame.id = class;
+            frame.len = data.len() as u8;
+            for (slot, byte) in frame.data.iter_mut().zip(data) {
+                *slot = byte;
+            }
+        }
+    }
+
+    /// The bus of a channel: `can0` for the first. A channel 0, which none should have, is none of them.
+    fn bus(&mut self, channel: Channel, buses: &mut Buses) -> BusId {
+        if let Some(index) = self.channels.iter().position(|(known, _)| *known == channel) {
+            self.last = index;
+        } else {
+            let bus = match channel.checked_sub(1) {
+                Some(number) => buses.intern(format!("can{number}").as_bytes()),
+                None => buses.intern(b"canX"),
+            };
+            self.last = self.channels.len().min(MAX_CHANNELS - 1);
+            self.channels.truncate(MAX_CHANNELS - 1);
+            self.channels.push((channel, bus));
+        }
+        self.channels.get(self.last).map_or(BusId(0), |(_, bus)| *bus)
+    }
+}
+
+/// One line by itself: its frame, if it holds one in hexadecimal digits.
+pub fn line(text: &[u8], buses: &mut Buses) -> Option<Frame> {
+    let mut found = None;
+    let mut reader = Asc::default();
+    let text = text.strip_suffix(b"\n").unwrap_or(text);
+    if memchr(b'\n', text).is_none() {
+        reader.line(text, false, buses, &mut |item, _| {
+            if let Item::Frame(frame) = item {
+                found = Some(Frame { line: None, ..frame });
+            }
+        });
+    }
+    found
+}

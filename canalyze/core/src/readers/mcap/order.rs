@@ -1,0 +1,113 @@
+//! Frames in the order of time, with bounded memory.
+//!
+//! Chunks may overlap in time, and the messages in one need not be sorted. Frames are held until nothing that is still
+//! to come can be earlier, as far as chunks say when they begin; at most [`MOST`] are held. One that comes later than
+//! that comes as it is. Frames of the same time keep the order of the file.
+
+use crate::frame::Frame;
+
+/// Most frames that are held; beyond it half of them go.
+const MOST: usize = 1 << 17;
+
+/// Frames waiting for earlier ones.
+#[derive(Debug)]
+pub(super) struct Order {
+    held: Vec<Frame>,
+    sorted: bool,
+    last_ns: i64,
+}
+
+impl Order {
+    pub(super) fn new() -> Self {
+        Self { held: Vec::new(), sorted: true, last_ns: i64::MIN }
+    }
+
+    /// Holds a frame; gives those that may go because there are too many to `to`.
+    #[inline(always)]
+    pub(super) fn push(&mut self, frame: Frame, to: &mut impl FnMut(Frame)) {
+        let t_ns = time(&frame);
+        self.sorted &= t_ns >= self.last_ns;
+        self.last_ns = t_ns;
+        if self.held.len() >= MOST {
+            self.relieve(to);
+        }
+        self.held.push(frame);
+    }
+
+    #[cold]
+    fn relieve(&mut self, to: &mut impl FnMut(Frame)) {
+        self.sort();
+        self.give(MOST / 2, to);
+    }
+
+    /// Nothing before this time will come any more.
+    pub(super) fn release(&mut self, before_ns: i64, to: &mut impl FnMut(Frame)) {
+        self.sort();
+        let count = self.held.partition_point(|frame| time(frame) < before_ns);
+        self.give(count, to);
+    }
+
+    /// Nothing will come any more.
+    pub(super) fn release_all(&mut self, to: &mut impl FnMut(Frame)) {
+        self.sort();
+        self.give(self.held.len(), to);
+        self.last_ns = i64::MIN;
+    }
+
+    fn sort(&mut self) {
+        if !self.sorted {
+            self.held.sort_by_key(time);
+            self.sorted = true;
+        }
+        self.last_ns = self.held.last().map_or(i64::MIN, time);
+    }
+
+    fn give(&mut self, count: usize, to: &mut impl FnMut(Frame)) {
+        for frame in self.held.drain(..count.min(self.held.len())) {
+            to(frame);
+        }
+    }
+}
+
+#[inline(always)]
+fn time(frame: &Frame) -> i64 {
+    frame.t_ns.unwrap_or(i64::MIN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::CanId;
+
+    fn frame(t_ns: i64, id: u16) -> Frame {
+        Frame { t_ns: Some(t_ns), ..Frame::classic(CanId::standard(id), &[]) }
+    }
+
+    #[test]
+    fn overlapping_chunks() {
+        let mut order = Order::new();
+        let mut out = Vec::new();
+        let mut to = |frame: Frame| out.push((time(&frame), frame.id.raw()));
+        for (t, id) in [(5, 1), (3, 2), (9, 3), (3, 4)] {
+            order.push(frame(t, id), &mut to);
+        }
+        order.release(4, &mut to);
+        for (t, id) in [(4, 5), (10, 6), (9, 7)] {
+            order.push(frame(t, id), &mut to);
+        }
+        order.release_all(&mut to);
+        assert_eq!(out, [(3, 2), (3, 4), (4, 5), (5, 1), (9, 3), (9, 7), (10, 6)]);
+    }
+
+    #[test]
+    fn memory_is_bounded() {
+        let mut order = Order::new();
+        let mut given = 0;
+        for t in 0..3 * MOST as i64 {
+            order.push(frame(-t, 1), &mut |_| given += 1);
+            assert!(order.held.len() <= MOST);
+        }
+        order.release_all(&mut |_| given += 1);
+        assert_eq!(given, 3 * MOST);
+    }
+}

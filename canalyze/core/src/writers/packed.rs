@@ -1,0 +1,87 @@
+//! The records that hand frames to programs of another language; `readers::packed` says how they look.
+//!
+//! Stamps are moments: where the capture names a date they count from 1970-01-01. Must not: judge what a format at the
+//! other end can hold; who writes that format counts its losses.
+
+use super::{Loss, Losses, Setting};
+use crate::frame::{BusId, Direction, Frame, Kind};
+use crate::readers::Marker;
+use crate::readers::packed::{EFF, ERR, HEAD, RTR, flag, kind};
+
+/// A writer of records.
+#[derive(Debug, Default)]
+pub struct Packed {
+    /// What could not be written.
+    pub losses: Losses,
+    /// Buses that have been named, a bit each.
+    named: u64,
+}
+
+impl Packed {
+    /// Appends a frame, and before it the name of its bus if that is new.
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
+        self.name(out, setting, frame.bus);
+        let mut flags = match frame.dir {
+            Some(Direction::Rx) => flag::RX,
+            Some(Direction::Tx) => flag::TX,
+            None => 0,
+        };
+        let mut id = frame.id.raw();
+        match frame.kind {
+            Kind::Data => {}
+            Kind::Remote => id |= RTR,
+            Kind::Error => id |= ERR,
+            Kind::Fd { brs, esi } => {
+                flags |= flag::FD | if brs { flag::BRS } else { 0 } | if esi { flag::ESI } else { 0 };
+            }
+        }
+        if frame.id.is_extended() {
+            id |= EFF;
+        }
+        let moment = setting.moment(frame);
+        if moment.is_some() {
+            flags |= flag::STAMP;
+        }
+        let decimals = frame.stamp.map_or(9, |stamp| stamp.decimals.min(9));
+        let payload = frame.payload();
+        let size = payload.len() as u8;
+        let raw = frame.length_form.raw_dlc;
+        out.extend_from_slice(&[kind::FRAME, flags, frame.bus.0, frame.len, raw, decimals, size, 0]);
+        out.extend_from_slice(&id.to_le_bytes());
+        out.extend_from_slice(&frame.line.and_then(|line| u32::try_from(line).ok()).unwrap_or(0).to_le_bytes());
+        out.extend_from_slice(&moment.unwrap_or(0).to_le_bytes());
+        out.extend_from_slice(payload);
+    }
+
+    /// Only an error marker becomes a record: an error frame of no class.
+    pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
+        match *marker {
+            Marker::Dropped { .. } => self.losses.count(Loss::Gap),
+            Marker::Error { bus, stamp, .. } => {
+                let frame = Frame {
+                    bus,
+                    t_ns: stamp.map(|stamp| stamp.ns),
+                    stamp,
+                    kind: Kind::Error,
+                    ..Frame::classic(crate::frame::CanId::standard(0), &[])
+                };
+                self.frame(out, setting, &frame);
+            }
+            Marker::Start { .. } | Marker::Backward { .. } => {}
+        }
+    }
+
+    fn name(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, bus: BusId) {
+        let bit = 1 << (bus.0 & 63);
+        if self.named & bit != 0 {
+            return;
+        }
+        self.named |= bit;
+        let name = setting.buses.name(bus);
+        let mut head = [0; HEAD];
+        let [record, which, low, ..] = &mut head;
+        (*record, *which, *low) = (kind::BUS, bus.0, name.len() as u8);
+        out.extend_from_slice(&head);
+        out.extend_from_slice(name);
+    }
+}

@@ -1,0 +1,128 @@
+"""What a file is, for people: one block a file, a line a fact.
+
+It lays out the object that the core hands over (`canalyze/core/src/render/jsonl/info.rs` documents it) and computes
+nothing but units. What a file does not have is left out.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+from canalyze.help import pad, width
+from canalyze.output import Output, printable
+from canalyze.words import Words
+
+Record = Mapping[str, Any]
+"""An object of the core."""
+
+_LISTED: Final = 20
+"""Topics, buses, damages and the like that are shown of each; JSON has more."""
+
+
+def show(record: Record, out: Output, words: Words, *, first: bool) -> None:
+    """Write the block of one file, a blank line before it if it is not the first one."""
+    rows = list(_rows(record, words))
+    left = max((width(term) for term, _ in rows), default=0)
+    text = "" if first else "\n"
+    text += printable(record["file"]) + "\n"
+    before = ""
+    for term, fact in rows:
+        text += f"  {pad('' if term == before else term, left)}  {printable(fact)}".rstrip() + "\n"
+        before = term
+    out.text(text)
+
+
+def _rows(record: Record, words: Words) -> Iterator[tuple[str, str]]:
+    """Give term and fact; a term that comes again is written once."""
+    contents = record["contents"]
+
+    def row(key: str, fact: str) -> tuple[str, str]:
+        return words(f"info.{key}"), fact
+
+    key = "info.packed" if record["compression"] else "info.plain"
+    title = words.of("info.title", record["format"])
+    yield row("format_row", words(key, format=title, compression=record["compression"], size=f"{record['size']:,}"))
+    for name, value in contents["dialect"].items():
+        yield row("dialect", f"{name}: {value}")
+    yield row("frames", _frames(record, words))
+    for fact in _times(record, words):
+        yield row("time", fact)
+    for bus in record["buses"][:_LISTED]:
+        yield row("buses", words("info.bus", bus=bus["bus"] or words("info.nameless"), frames=bus["frames"]))
+    yield from (row("buses", more) for more in _more(record["buses"], len(record["buses"]), words))
+    for topic in contents["topics"][:_LISTED]:
+        yield row("topics", _topic(topic, words))
+    yield from (row("topics", more) for more in _more(contents["topics"], len(contents["topics"]), words))
+    for kind in contents["passed_over"][:_LISTED]:
+        yield row("passed_over", f"{kind['kind']}: {kind['count']}")
+    yield from (
+        row("passed_over", more) for more in _more(contents["passed_over"], len(contents["passed_over"]), words)
+    )
+    for fact in _quality(record, words):
+        yield row("quality", fact)
+
+
+def _more(items: list[Record], count: int, words: Words) -> Iterator[str]:
+    shown = min(len(items), _LISTED)
+    if count > shown:
+        yield words("info.more", count=count - shown)
+
+
+def _frames(record: Record, words: Words) -> str:
+    parts = [str(record["frames"])]
+    kinds = record["kinds"]
+    parts += [words(f"info.{kind}", count=count) for kind, count in kinds.items() if count]
+    parts += [words(f"info.{way}", count=count) for way, count in record["directions"].items() if count]
+    return words("info.then").join(parts)
+
+
+def _times(record: Record, words: Words) -> Iterator[str]:
+    if record["first_t"] is None:
+        if record["frames"]:
+            yield words("info.no_stamps")
+        return
+    if record["zone"]:
+        zone = words(f"info.{record['zone']}")
+        yield words("info.dates", first=record["first_date"], last=record["last_date"], zone=zone)
+    else:
+        yield words("info.stamps", first=record["first_t"], last=record["last_t"])
+    fewest, most = record["decimals"]
+    digits = str(most) if fewest == most else f"{fewest}-{most}"
+    yield words("info.span", seconds=record["seconds"], digits=digits)
+    if record["unstamped"]:
+        yield words("info.unstamped", count=record["unstamped"])
+    if record["backward"]:
+        yield words("info.backward", count=record["backward"], most=f"{record['backward_most_us'] / 1000:g}")
+
+
+def _topic(topic: Record, words: Words) -> str:
+    kind = " ".join(part for part in (topic["schema"], f"({topic['encoding']})" if topic["encoding"] else "") if part)
+    read = words("info.read_as", fields=topic["read_as"]) if topic["read_as"] else words("info.not_read")
+    parts = [topic["name"], kind, words("info.messages", count=topic["messages"]), read, topic["bus"]]
+    return words("info.then").join(part for part in parts if part)
+
+
+def _quality(record: Record, words: Words) -> Iterator[str]:
+    """Say what is lost."""
+    unreadable = record["unreadable"]
+    if unreadable:
+        place = _place(unreadable["first_line"], unreadable["first_offset"], words)
+        yield words("info.unreadable", count=unreadable["count"], place=place)
+    if record["gaps"]:
+        yield words("info.gaps", count=record["gaps"], frames=record["dropped"])
+    if record["error_markers"]:
+        yield words("info.error_markers", count=record["error_markers"])
+    for damage in record["damage"][:_LISTED]:
+        lost = [words(f"info.lost_{key}", count=damage[key]) for key in ("bytes", "frames") if damage[key] is not None]
+        fact = words(
+            "info.damage",
+            place=_place(damage["line"], damage["offset"], words),
+            kind=words.of("damage", damage["kind"]),
+        )
+        yield words("info.then").join([fact, *lost])
+    yield from _more(record["damage"], record["damages"], words)
+    if not (unreadable or record["gaps"] or record["error_markers"] or record["damages"]):
+        yield words("info.whole")
+
+
+def _place(line: int | None, offset: int | None, words: Words) -> str:
+    return words("info.line", line=line) if line is not None else words("info.offset", offset=offset)

@@ -1,0 +1,264 @@
+"""Compressed files and text of another encoding, as the bytes that are in them.
+
+A layer reads what the one below it gives and hands on pieces of bounded size, whatever they hold: memory does not grow
+with what a file unpacks to. Damage ends it and is told, never raised. No format of captures is known here.
+"""
+
+import codecs
+import sys
+import zlib
+from collections.abc import Callable
+from typing import Final, NamedTuple, Protocol
+
+PIECE: Final = 1 << 20
+"""Most bytes that one `read` gives."""
+_TAKEN: Final = 1 << 12
+"""Bytes that a decompressor gets at once: what it says of damage among them costs what else it has made of them."""
+_KEPT: Final = 1 << 16
+"""Bytes of a member that are kept, so that nothing that a small one holds before its damage is lost."""
+_DICTIONARY: Final = 1 << 28
+"""Most memory that an xz file may ask for, four times what its highest preset needs."""
+
+
+class Damage(NamedTuple):
+    """A file that cannot be unpacked any further."""
+
+    kind: str
+    """One of the core's kinds of damage."""
+    offset: int
+    """Where in the file as it is, in bytes."""
+    lost: int | None
+    """Bytes of the file from there on; None where nothing follows."""
+
+
+class Layer(Protocol):
+    """Something that gives bytes."""
+
+    @property
+    def damage(self) -> Damage | None:
+        """Why nothing comes any more, where it is the file's fault."""
+        ...
+
+    def read(self) -> bytes:
+        """Give the next bytes, b"" at the end."""
+        ...
+
+
+class _Decompressor(Protocol):
+    """One member, stream or frame, as the standard library has it for bz2 and xz."""
+
+    @property
+    def eof(self) -> bool: ...
+    @property
+    def needs_input(self) -> bool: ...
+    @property
+    def unused_data(self) -> bytes: ...
+    def decompress(self, data: bytes, max_length: int = -1) -> bytes: ...
+
+
+class _Gzip:
+    """One member of a gzip file, with the ways of the others."""
+
+    def __init__(self, other: "_Gzip | None" = None) -> None:
+        self._inner: zlib._Decompress = other._inner.copy() if other else zlib.decompressobj(wbits=31)
+        self._full: bool = other._full if other else False
+
+    @property
+    def eof(self) -> bool:
+        return self._inner.eof
+
+    @property
+    def needs_input(self) -> bool:
+        return not self._inner.unconsumed_tail and not self._full
+
+    @property
+    def unused_data(self) -> bytes:
+        return self._inner.unused_data
+
+    def decompress(self, data: bytes, max_length: int = -1) -> bytes:
+        unpacked = self._inner.decompress(self._inner.unconsumed_tail + data, max_length)
+        self._full = len(unpacked) == max_length  # there may be more that needs no input
+        return unpacked
+
+
+def _xz() -> _Decompressor:
+    import lzma
+
+    return lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=_DICTIONARY)
+
+
+def _bzip2() -> _Decompressor:
+    import bz2
+
+    return bz2.BZ2Decompressor()
+
+
+def _zstd() -> _Decompressor:
+    if sys.version_info >= (3, 14):
+        from compression import zstd
+    else:
+        from backports import zstd
+    return zstd.ZstdDecompressor()
+
+
+def _errors() -> tuple[type[Exception], ...]:
+    """Give what the decompressors raise about what they read."""
+    import lzma
+
+    if sys.version_info >= (3, 14):
+        from compression import zstd
+    else:
+        from backports import zstd
+    return (OSError, EOFError, ValueError, MemoryError, zlib.error, lzma.LZMAError, zstd.ZstdError)
+
+
+COMPRESSIONS: Final[dict[str, tuple[Callable[[], _Decompressor], tuple[bytes, ...]]]] = {
+    "gzip": (_Gzip, (b"\x1f\x8b",)),
+    "xz": (_xz, (b"\xfd7zXZ\0",)),
+    "bzip2": (_bzip2, (b"BZh",)),
+    "zstd": (_zstd, (b"\x28\xb5\x2f\xfd", *(bytes([0x50 + n]) + b"\x2a\x4d\x18" for n in range(16)))),
+}
+"""By the name that the core's `sniff` has for it: what undoes it, and how its members, streams or frames begin."""
+
+
+class Unpacked:
+    """What is in a compressed file: all its members one after the other, as if they were one."""
+
+    def __init__(self, below: Layer, form: str) -> None:
+        """`form` is one of COMPRESSIONS."""
+        self.damage: Damage | None = None
+        self._below = below
+        self._new, self._signs = COMPRESSIONS[form]
+        self._member: _Decompressor | None = None
+        self._kept = b""
+        """What the member has got, while it is little."""
+        self._given = 0
+        """What it has given, in bytes."""
+        self._first = True
+        self._raw = b""
+        self._at = 0
+        """Where `_raw` goes on."""
+        self._offset = 0
+        """Bytes of the file before `_raw`."""
+        self._over = False
+
+    def read(self) -> bytes:
+        """Give what the next bytes of the file hold, at most PIECE; b"" at the end, or where damage ends it."""
+        pieces: list[bytes] = []
+        room = PIECE
+        while room and not self.damage:
+            member = self._member
+            # Bytes are waited for only while there is nothing to give: lines of a pipe are answered when they come.
+            if (member is None or member.needs_input) and self._at == len(self._raw) and not self._over:
+                if pieces:
+                    break
+                self._offset += len(self._raw)
+                self._raw, self._at = self._below.read(), 0
+                self._over = not self._raw
+            if member is None and not self._begin():
+                if self._over:
+                    break
+                continue
+            piece = self._step(room)
+            if piece:
+                pieces.append(piece)
+                room -= len(piece)
+        return b"".join(pieces)
+
+    def _begin(self) -> bool:
+        """Begin the next member; zeros before it are filling. False: there is none, or not yet."""
+        if not self._first:
+            rest = self._raw[self._at :].lstrip(b"\0")
+            self._at = len(self._raw) - len(rest)
+        longest = max(map(len, self._signs))
+        while len(self._raw) - self._at < longest and self._at < len(self._raw) and not self._over:
+            more = self._below.read()
+            self._over = not more
+            self._raw += more
+        head = self._raw[self._at : self._at + longest]
+        if not head:
+            return False
+        if not head.startswith(self._signs):
+            begun = len(head) < longest and any(sign.startswith(head) for sign in self._signs)
+            self._damaged("cut" if begun else "rest", self._at)
+            return False
+        self._first = False
+        self._member, self._kept, self._given = self._new(), b"", 0
+        return True
+
+    def _step(self, room: int) -> bytes:
+        member = self._member
+        assert member is not None
+        data = self._raw[self._at : self._at + _TAKEN] if member.needs_input else b""
+        if not data and member.needs_input:
+            if self._over:
+                self._damaged("cut", self._at)
+            return b""
+        self._at += len(data)
+        again, behind = self._again(member, data)
+        try:
+            piece = member.decompress(data, room)
+        except _errors():
+            piece, used = _bytewise(*again)
+            self._damaged("compression", self._at - behind + used)
+            return piece
+        self._given += len(piece)
+        if member.eof:
+            self._at -= len(member.unused_data)
+            self._member = None
+        return piece
+
+    def _again(self, member: _Decompressor, data: bytes) -> tuple[tuple[_Decompressor | None, bytes, int], int]:
+        """Give what is needed to unpack `data` again, should they be damaged, and how far back it begins."""
+        if isinstance(member, _Gzip):
+            return (_Gzip(member), data, 0), len(data)
+        if len(self._kept) > _KEPT:
+            return (None, b"", 0), len(data)
+        self._kept += data
+        return (self._new(), self._kept, self._given), len(self._kept)
+
+    def _damaged(self, kind: str, at: int) -> None:
+        """Nothing more can be unpacked: count what is left."""
+        lost = len(self._raw) - at
+        while kind != "cut" and (more := self._below.read()):
+            lost += len(more)
+        self.damage = Damage(kind, self._offset + at, None if kind == "cut" else lost)
+
+
+def _bytewise(member: _Decompressor | None, data: bytes, skipped: int) -> tuple[bytes, int]:
+    """Unpack damaged bytes one by one; give what they hold behind what is skipped, and how many are sound."""
+    pieces, used = b"", 0
+    try:
+        while member and len(pieces) < PIECE and not member.eof and (used < len(data) or not member.needs_input):
+            byte = data[used : used + 1] if member.needs_input else b""
+            piece = member.decompress(byte, PIECE)
+            used += len(byte)
+            pieces += piece[skipped:]
+            skipped = max(0, skipped - len(piece))
+    except _errors():
+        pass
+    return pieces, used
+
+
+class Transcoded:
+    """Text of another encoding, as UTF-8. What cannot be read becomes U+FFFD."""
+
+    def __init__(self, below: Layer, encoding: str) -> None:
+        """`encoding` is a name that Python knows."""
+        self._below = below
+        self._decoder = codecs.getincrementaldecoder(encoding)("replace")
+        self._over = False
+
+    @property
+    def damage(self) -> Damage | None:
+        """What the layer below says."""
+        return self._below.damage
+
+    def read(self) -> bytes:
+        """Give the next bytes, b"" at the end."""
+        text = ""
+        while not text and not self._over:
+            raw = self._below.read()
+            self._over = not raw
+            text = self._decoder.decode(raw, final=self._over)
+        return text.encode("utf-8")

@@ -1,0 +1,159 @@
+"""The records in which frames are handed to the core: the Python face of the core's `readers/packed.rs`.
+
+That file says how a record looks; this one packs what a python-can message holds. Must not: know a format.
+"""
+
+import struct
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from can import Message
+
+_FRAME: Final = struct.Struct("<BBBBBBBxIIq").pack
+_OTHER: Final = struct.Struct("<BBHIqq").pack
+_BUS, _START, _DAMAGE, _UNREADABLE, _PASSED_OVER, _DIALECT = 2, 3, 4, 5, 6, 7
+_STAMP, _FD, _BRS, _ESI, _RX, _TX = 1, 2, 4, 8, 16, 32
+_EFF, _RTR, _ERR = 0x8000_0000, 0x4000_0000, 0x2000_0000
+_MOST_ID: Final = 0x1FFF_FFFF
+_MOST_BUSES: Final = 256
+_MOST_NS: Final = (1 << 63) - 1
+
+PROPERTIES: Final = ("reader", "version", "application")
+"""Properties of a dialect, as the core numbers them."""
+CUT, CHECKSUM, STRUCTURE, COMPRESSION, REST = range(5)
+"""Kinds of damage, as the core numbers them."""
+NO_FRAME, IDENTIFIER, LENGTH, DATA, CUT_LINE = range(5)
+"""Why a line cannot be read, as the core numbers it."""
+
+SURE_BELOW: Final = 4e6
+"""Seconds up to which a float holds every ns (2**53 ns are 104 days); above, as for a date, µs are sure."""
+
+
+def nanoseconds(seconds: float) -> int:
+    """Give a stamp in ns, rounded to what is sure of a float of its size; ValueError, OverflowError if it is none."""
+    if -SURE_BELOW < seconds < SURE_BELOW:
+        return round(seconds * 1e9)
+    return round(seconds * 1e6) * 1000
+
+
+def start(date_ns: int) -> bytes:
+    """Stamps from here on count from this date."""
+    return _other(_START, 0, date_ns)
+
+
+def damage(kind: int, offset: int, size: int | None = None) -> bytes:
+    """A part of the file is lost, `size` bytes of it."""
+    return _other(_DAMAGE, kind, offset, -1 if size is None else size)
+
+
+def unreadable(reason: int, line: int) -> bytes:
+    """A line (or row) cannot be read."""
+    return _other(_UNREADABLE, reason, line)
+
+
+def passed_over(what: str, count: int) -> bytes:
+    """So many records of a kind are no frames."""
+    return _other(_PASSED_OVER, 0, count, text=what)
+
+
+def dialect(name: str, value: str) -> bytes:
+    """A property of the file, one of PROPERTIES."""
+    return _other(_DIALECT, PROPERTIES.index(name), text=value)
+
+
+def _other(kind: int, which: int, number: int = 0, further: int = 0, *, text: str = "") -> bytes:
+    behind = text.encode("utf-8", "backslashreplace")[:200]
+    return _OTHER(kind, which, len(behind), 0, number, further) + behind
+
+
+class Unfit(Exception):
+    """What a reader gave is no frame; `reason` is one of the core's."""
+
+    def __init__(self, reason: int) -> None:
+        """Take the reason."""
+        super().__init__(reason)
+        self.reason = reason
+
+
+class Packer:
+    """Packs messages of one file; keeps its buses and the resolution of its stamps."""
+
+    def __init__(self, decimals: int, *, directed: bool, bus: Callable[[object], str]) -> None:
+        """Take what is known of the format.
+
+        decimals: digits behind the point that stamps have at least; more when one has more. directed: it says who
+        sent a frame. bus: the name of the bus behind a channel.
+        """
+        self.decimals = decimals
+        self.directed = directed
+        self.frames = 0
+        self._bus = bus
+        self._indices: dict[object, int] = {}
+
+    def error(self, channel: object, seconds: float, line: int = 0) -> bytes:
+        """Give the record of an error frame of which nothing is known."""
+        before, index = self._index(channel)
+        self.frames += 1
+        return before + _FRAME(1, _STAMP, index, 0, 0, self.decimals, 0, _ERR, line, nanoseconds(seconds))
+
+    def frame(self, message: "Message", line: int = 0, bare: bool = False) -> bytes:
+        """Give the record of a frame, with that of its bus before it if it is new; Unfit if it is none.
+
+        bare: an identifier and data of error frames are not SocketCAN's, so that there was one is all that is said.
+        """
+        identifier, data, flags, raw = message.arbitration_id, message.data, 0, 0
+        length = size = len(data)
+        if not 0 <= identifier <= _MOST_ID:
+            raise Unfit(IDENTIFIER)
+        if size > 64:
+            raise Unfit(LENGTH)
+        if message.is_extended_id or identifier > 0x7FF:
+            identifier |= _EFF
+        if message.is_error_frame:
+            identifier |= _ERR
+            if bare:
+                identifier, data, length, size = _ERR, bytearray(), 0, 0
+        elif message.is_fd or size > 8:  # only an FD frame holds more
+            flags = _FD | (_BRS if message.bitrate_switch else 0) | (_ESI if message.error_state_indicator else 0)
+        elif message.is_remote_frame:
+            identifier |= _RTR
+            length, size = max(0, min(message.dlc, 8)), 0
+        elif message.dlc != size:
+            if size < 8 or message.dlc < 8:
+                raise Unfit(DATA)
+            raw = message.dlc if message.dlc < 16 else 0
+        if self.directed:
+            flags |= _RX if message.is_rx else _TX
+        try:
+            seconds = message.timestamp
+            if -SURE_BELOW < seconds < SURE_BELOW:
+                ns, decimals = round(seconds * 1e9), self.decimals
+                if decimals < 9 and ns % 10 ** (9 - decimals):
+                    self.decimals = decimals = 9 if ns % 1000 else 6
+                flags |= _STAMP
+            else:  # of the digits behind a date's microseconds none is sure
+                ns, decimals = nanoseconds(seconds), min(self.decimals, 6)
+                if -_MOST_NS <= ns <= _MOST_NS:
+                    flags |= _STAMP
+                else:
+                    ns = 0
+        except (ValueError, OverflowError):
+            ns, decimals = 0, 0
+        channel = message.channel
+        index = self._indices.get(channel)
+        self.frames += 1
+        if index is None:
+            before, index = self._index(channel)
+            return before + _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data[:size]
+        return _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data[:size]
+
+    def _index(self, channel: object) -> tuple[bytes, int]:
+        index = self._indices.get(channel)
+        if index is not None:
+            return b"", index
+        index = min(len(self._indices), _MOST_BUSES - 1)
+        name = self._bus(channel)
+        if len(self._indices) < _MOST_BUSES:
+            self._indices[channel] = index
+        return _other(_BUS, index, text=name), index

@@ -1,0 +1,194 @@
+"""Lines of a text format for python-can's readers, one line at a time, so that one bad line costs only itself.
+
+A reader of that library reads lines from an open file, and an exception in one ends it. Here it gets the lines through
+`Lines`, which knows which line a message came from; behind one that raised, reading begins anew with the next. PEAK's
+TRC has its header read here as well: the date is kept apart from the stamps, which keep their digits. Must not: import
+python-can.
+"""
+
+import datetime
+from collections import deque
+from collections.abc import Callable
+from decimal import Decimal, InvalidOperation
+from typing import Final, Self
+
+_LONGEST: Final = 64 << 10
+"""Longest line that is read; a longer one is none of these formats'."""
+_EPOCH: Final = datetime.date(1899, 12, 30)
+_VERSIONS: Final = frozenset({"1.0", "1.1", "1.2", "1.3", "2.0", "2.1"})
+
+
+class Lines:
+    """Bytes in, whole lines out, to a reader that takes this for an open text file."""
+
+    def __init__(self, change: Callable[[str], str | None]) -> None:
+        """Change: what a line becomes before it is handed out; None leaves it out."""
+        self.number = 0
+        """Of the line that was handed out last, from 1; 0 before the first and for what no line of the file is."""
+        self.line = ""
+        self.answered = True
+        """Something came of the last line."""
+        self.endless = 0
+        """The number of a last line that lacks its end, and may be cut."""
+        self.unanswered: Callable[[], None] = lambda: None
+        """Called when a further line is wanted, and nothing came of the last one."""
+        self._change = change
+        self._lines: deque[tuple[int, str]] = deque()
+        self._before: list[str] = []
+        self._rest = b""
+        self._taken = 0
+        self._long = False
+
+    def feed(self, data: bytes) -> None:
+        """Take the next bytes."""
+        *whole, rest = (self._rest + data).split(b"\n")
+        for line in whole:
+            self._add(line)
+        self._rest = rest
+        if len(rest) > _LONGEST:
+            self._rest, self._long = b"", True
+
+    def end(self) -> None:
+        """Take the end: a last line may lack its end."""
+        if self._rest or self._long:
+            self._add(self._rest)
+            self.endless = self._taken
+            self._rest = b""
+
+    def _add(self, line: bytes) -> None:
+        self._taken += 1
+        text = "\0" if self._long or len(line) > _LONGEST else line.decode("latin-1").strip()
+        self._long = False
+        if self._taken == 1:
+            text = text.removeprefix("\xef\xbb\xbf")
+        changed = self._change(text) if text else None
+        if changed is not None:
+            self._lines.append((self._taken, changed))
+
+    def begin(self, *lines: str) -> None:
+        """Have these handed out before what is there."""
+        self._before = [*lines]
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a line of the file is there."""
+        return bool(self._lines)
+
+    def __iter__(self) -> Self:
+        """Give the lines themselves."""
+        return self
+
+    def __next__(self) -> str:
+        """Give the next line; the end of what is there is the end of the file to whoever reads."""
+        self.settle()
+        if self._before:
+            self.number, self.line = 0, self._before.pop(0)
+            return self.line
+        if not self._lines:
+            raise StopIteration
+        self.number, self.line = self._lines.popleft()
+        self.answered = False
+        return self.line
+
+    def settle(self) -> None:
+        """Say of the last line that nothing came of it, if so."""
+        if not self.answered:
+            self.answered = True
+            self.unanswered()
+
+    def close(self) -> None:
+        """Do nothing: the reader closes what it has read to the end, and this is read on."""
+
+
+class Trc:
+    """The header of a TRC file, and what its columns are."""
+
+    def __init__(self) -> None:
+        """Nothing is known yet."""
+        self.version = ""
+        """As the file has it; empty for 1.0, which says none."""
+        self.date_ns: int | None = None
+        """The file's start in ns, civil time counted as if it were UTC; None if it is not said."""
+        self.header: list[str] = []
+        """What python-can has to see of it."""
+        self.complete = False
+        """A line behind it has come."""
+        self._columns: list[str] = []
+
+    @property
+    def known(self) -> bool:
+        """Whether the version is one that can be read."""
+        return not self.version or self.version in _VERSIONS
+
+    def change(self, line: str) -> str | None:
+        """Take a line: those of the header are kept back, those of version 1.2 become what 1.3 would have."""
+        if not line.startswith(";"):
+            self.complete = True
+            parts = line.split(None, 5) if self.version == "1.2" else []
+            # Version 1.3 has a reserved column behind the identifier, and is else the same.
+            return " ".join([*parts[:5], "-", parts[5]]) if len(parts) == 6 else line
+        if self.complete:
+            return None
+        key, _, value = line.partition("=")
+        value = value.strip()
+        match key:
+            case ";$FILEVERSION":
+                self.version = value
+                self.header.append(";$FILEVERSION=1.3" if value == "1.2" else line)
+            case ";$STARTTIME":
+                self.date_ns = _date(value)
+            case ";$COLUMNS":
+                self._columns = value.split(",")
+                self.header.append(line)
+            case _:
+                pass
+        return None
+
+    def _at(self, letter: str, place: dict[str, int]) -> int | None:
+        if self.version.startswith("2"):
+            return self._columns.index(letter) if letter in self._columns else None
+        return place.get(self.version or "1.0")
+
+    def decimals(self, line: str) -> int:
+        """Give the digits behind the point that stamps of such a line have, in seconds."""
+        at = self._at("O", {}) if self.version.startswith("2") else 1
+        parts = line.split(None, 9)
+        _, point, digits = parts[at].partition(".") if at is not None and at < len(parts) else ("", "", "")
+        return min(3 + len(digits), 9) if point else 3
+
+    def kind(self, line: str) -> str:
+        """Give the type that the line names; empty if it names none."""
+        parts = line.split()
+        at = self._at("T", {"1.1": 2, "1.2": 3, "1.3": 3})
+        if at is None:  # 1.0 has no types: a number that is no identifier
+            return "FFFFFFFF" if len(parts) > 2 and parts[2] == "FFFFFFFF" else ""
+        return parts[at] if at < len(parts) and parts[at].isalpha() else ""
+
+    def seconds(self, line: str) -> float:
+        """Give the line's stamp; ValueError if it has none."""
+        at = self._at("O", {}) if self.version.startswith("2") else 1
+        parts = line.split()
+        if at is None or at >= len(parts):
+            raise ValueError(line)
+        return float(parts[at]) / 1000
+
+    def channel(self, line: str) -> int:
+        """Give the line's bus, 1 where it has none."""
+        at = self._at("B", {"1.2": 2, "1.3": 2})
+        parts = line.split()
+        return int(parts[at]) if at is not None and at < len(parts) and parts[at].isdecimal() else 1
+
+
+def _date(days: str) -> int | None:
+    """Give a start time, in days since the end of 1899, in ns.
+
+    It has ten digits behind the point in PEAK's files, 8.6 µs: rounded to 10 µs, which gives back the ms that were
+    meant.
+    """
+    try:
+        units = int((Decimal(days) * 8_640_000_000).to_integral_value())
+    except (InvalidOperation, ValueError, OverflowError):
+        return None
+    since = units - (datetime.date(1970, 1, 1) - _EPOCH).days * 8_640_000_000
+    # Zero is what a program writes that knows no date.
+    return since * 10_000 if 0 < abs(since) < 10**14 else None
