@@ -32,11 +32,14 @@ def command(words: Words) -> click.Command:
         expression: str | None,
         stamps: str,
         decoded: bool,
-        mcap_fd_schema: str,
+        mcap_fd_schema: str | None,
         mcap_archive: bool,
         **given: Unpack[CaptureOptions],
     ) -> int:
         where = _where(out, to, words)
+        wanted = {"--decoded": decoded, "--mcap-fd-schema": mcap_fd_schema, "--mcap-archive": mcap_archive}
+        for option in (name for name, value in wanted.items() if value and where.form != "mcap"):
+            raise click.UsageError(words("convert.mcap_only", option=option), click.get_current_context())
         session = open_session(
             words,
             given,
@@ -86,7 +89,6 @@ def command(words: Words) -> click.Command:
             click.Option(
                 ["--mcap-fd-schema"],
                 type=OneOf(("ros2", "dataspeed"), words),
-                default="ros2",
                 help=words("convert.fd_schema"),
             ),
             click.Option(["--mcap-archive"], is_flag=True, help=words("convert.archive")),

@@ -32,9 +32,9 @@ SUFFIXES: Final = {
 """The form of a file by the end of its name."""
 
 _BOUND: Final = ("unknown_direction", "bus_name", "no_stamp")
-_TABLE: Final = ("direction", "bus_name", "stamp_digits", "no_stamp", "fd_flags", "fd_frame")
+_TABLE: Final = ("direction", "bus_name", "stamp_digits", "no_stamp", "fd_flags", "fd_format")
 LOSSES: Final[dict[str, tuple[str, ...]]] = {
-    "blf": (*_BOUND, "order", "stamp_digits"),
+    "blf": (*_BOUND, "direction", "order", "stamp_digits"),
     "trc": (*_BOUND, "stamp_digits", "no_date", "error_frame"),
     "mf4": (*_BOUND, "order", "stamp_digits", "raw_dlc"),
     "csv": _TABLE,
@@ -220,6 +220,8 @@ class _Blf:
         if since < 0:
             self._losses["order"] += 1
             since = 0
+        # Error frames have no direction there, and come back as received.
+        self._losses["direction"] += row.message.is_error_frame and not row.message.is_rx
         # The writer cuts off what is behind a ns: half a one more, so that no ns is lost to a double.
         row.message.timestamp = (since + 0.5) / 1e9
         self._losses["stamp_digits"] += int(row.message.timestamp * 1e9) != since
@@ -390,7 +392,7 @@ def _in_table(row: Row, losses: Counter[str]) -> None:
     losses["stamp_digits"] += nanoseconds(message.timestamp) != row.ns
     if message.is_fd:
         short = len(message.data) <= 8
-        losses["fd_frame"] += short
+        losses["fd_format"] += short
         losses["fd_flags"] += not short and (message.bitrate_switch or message.error_state_indicator)
 
 

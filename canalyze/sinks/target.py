@@ -4,13 +4,12 @@ The core gives the bytes of its own formats; python-can's are written from the c
 """
 
 from collections.abc import Mapping
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import PurePath
 from types import TracebackType
-from typing import Any, Final, NamedTuple, Self
+from typing import Final, NamedTuple, Self
 
 from canalyze.output import Output, open_output
+from canalyze.sinks import pythoncan
 from canalyze.sinks.compressed import COMPRESSIONS, CompressedOutput
 
 STDOUT: Final = "-"
@@ -49,23 +48,15 @@ def _own() -> tuple[str, ...]:
     return tuple(WRITERS)
 
 
-def _bridge() -> Any:
-    """Give the module that writes through python-can; None where there is none."""
-    name = "canalyze.sinks.pythoncan"
-    return import_module(name) if find_spec(name) else None
-
-
 def forms() -> tuple[str, ...]:
     """Give the names of all formats that can be written."""
-    bridge = _bridge()
-    return (*_own(), *(bridge.LOSSES if bridge else ()))
+    return (*_own(), *pythoncan.LOSSES)
 
 
 def suffixes() -> dict[str, str]:
     """Give the formats by the ends of names."""
-    bridge = _bridge()
     own = {suffix: form for form in _own() for suffix in _SUFFIXES.get(form, (f".{form}",))}
-    return own | (dict(bridge.SUFFIXES) if bridge else {})
+    return own | pythoncan.SUFFIXES
 
 
 def target(name: str, form: str | None) -> Target | None:
@@ -85,7 +76,7 @@ def open_target(where: Target, *, force: bool) -> tuple[Output, Mapping[str, int
     OutputError if the file exists and is not to be replaced, or cannot be written.
     """
     if where.written == RECORDS:
-        sink = _bridge().open_sink(where.name, where.form, force=force)
+        sink = pythoncan.open_sink(where.name, where.form, force=force)
         return _Records(sink), sink.losses
     if where.compression:
         return CompressedOutput(where.name, where.compression, force=force), {}
@@ -98,7 +89,7 @@ class _Records(Output):
     is_terminal = False
     is_quiet = True
 
-    def __init__(self, sink: Any) -> None:
+    def __init__(self, sink: pythoncan.Sink) -> None:
         """Take the sink, which has opened its file."""
         self._sink = sink
 

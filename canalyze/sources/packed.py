@@ -119,6 +119,7 @@ class Packer:
         elif message.is_remote_frame:
             identifier |= _RTR
             length, size = max(0, min(message.dlc, 8)), 0
+            raw = message.dlc if 8 < message.dlc < 16 else 0
         elif message.dlc != size:
             if size < 8 or message.dlc < 8:
                 raise Unfit(DATA)

@@ -191,4 +191,4 @@ def _date(days: str) -> int | None:
         return None
     since = units - (datetime.date(1970, 1, 1) - _EPOCH).days * 8_640_000_000
     # Zero is what a program writes that knows no date.
-    return since * 10_000 if 0 < abs(since) < 10**14 else None
+    return since * 10_000 if 0 < abs(since) < 9 * 10**14 else None

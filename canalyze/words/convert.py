@@ -79,6 +79,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{form} 是二进制格式，不写到终端；请给出文件名，或重定向",
         "{form} is binary and not written to a terminal; name a file, or redirect it",
     ),
+    ("convert.mcap_only", "{option} 只用于MCAP", "{option} is only for MCAP"),
     (
         "convert.itself",
         "{name}：就是输入文件本身；要用结果替换它请加 --force",

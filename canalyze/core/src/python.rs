@@ -174,6 +174,8 @@ impl Session {
         mcap_archive: bool,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
+        // What no user can ask for: records for another program's writer.
+        let to = if to == "packed" { Written::Packed } else { choose("to", to, Written::NAMES)? };
         let formats = [
             ("text", Format::Text),
             ("jsonl", Format::Jsonl),
@@ -181,7 +183,7 @@ impl Session {
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
-            ("convert", Format::Convert(choose("to", to, Written::NAMES)?)),
+            ("convert", Format::Convert(to)),
             ("info", Format::Info),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];

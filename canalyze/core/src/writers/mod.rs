@@ -199,6 +199,8 @@ pub enum Loss {
     NoDate,
     /// Bit rate switch or error state indicator of an FD frame.
     FdFlags,
+    /// That a frame was an FD frame; it is written as a classic one.
+    FdFormat,
     /// An FD frame as a whole.
     FdFrame,
     /// The raw DLC 9 to 15 of a classic frame.
@@ -226,6 +228,7 @@ impl Loss {
         ("order", Loss::Order),
         ("no_date", Loss::NoDate),
         ("fd_flags", Loss::FdFlags),
+        ("fd_format", Loss::FdFormat),
         ("fd_frame", Loss::FdFrame),
         ("raw_dlc", Loss::RawDlc),
         ("remote_length", Loss::RemoteLength),
@@ -256,3 +259,6 @@ impl Losses {
         self.0.iter().map(|(loss, count)| (*loss, *count))
     }
 }
+
+#[cfg(test)]
+mod tests;
