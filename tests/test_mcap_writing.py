@@ -184,7 +184,7 @@ def definitions(data: bytes) -> dict[str, dict[str, str]]:
     found = {}
     for channel in summary.channels.values():
         text = summary.schemas[channel.schema_id].data.decode()
-        rows = re.findall(r"^# .*, ([0-9A-F]{4})h:([0-9A-F]{2})(?:, .*)?\n\S+ (\S+)$", text, re.M)
+        rows = re.findall(r"^# (?:.*, )?([0-9A-F]{4})h:([0-9A-F]{2})(?:, .*)?\n\S+ (\S+)$", text, re.M)
         found[channel.topic] = {f"{index}:{sub}": field for index, sub, field in rows}
     return found
 

@@ -38,7 +38,7 @@ fn open(file: &[u8]) -> Vec<(u8, Vec<u8>)> {
 }
 
 /// The messages of a file: topic, sequence, log time, data.
-fn messages(file: &[u8]) -> Vec<(String, u32, u64, Vec<u8>)> {
+pub(super) fn messages(file: &[u8]) -> Vec<(String, u32, u64, Vec<u8>)> {
     let mut topics = BTreeMap::new();
     let mut found = Vec::new();
     for (opcode, content) in open(file) {
@@ -58,6 +58,22 @@ fn messages(file: &[u8]) -> Vec<(String, u32, u64, Vec<u8>)> {
         }
     }
     found
+}
+
+/// Names and texts of the schemas of a file.
+pub(super) fn texts(file: &[u8]) -> Vec<(String, String)> {
+    let schemas = open(file).into_iter().filter(|(opcode, _)| *opcode == 3);
+    let read = |(_, content): (u8, Vec<u8>)| {
+        let mut rest = &content[2..];
+        let mut parts = [(); 3].map(|()| {
+            let length = u32::from_le_bytes(rest[..4].try_into().unwrap()) as usize;
+            let part = String::from_utf8(rest[4..4 + length].to_vec()).unwrap();
+            rest = &rest[4 + length..];
+            part
+        });
+        (std::mem::take(&mut parts[0]), std::mem::take(&mut parts[2]))
+    };
+    schemas.map(read).collect()
 }
 
 fn write(settings: Settings, frames: &[Frame]) -> (Vec<u8>, Vec<(Loss, u64)>) {

@@ -16,6 +16,8 @@
 mod fields;
 mod pdo;
 mod report;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 

@@ -239,8 +239,11 @@ fn definition(lang: Lang, mapping: &Mapping, reach: usize) -> (Vec<Field>, Strin
         let Some(form) = Form::of(mapped) else { continue };
         let name = fields::name(mapped, &mut taken);
         text.push_str("# ");
-        fields::comment(&mut text, &how.name);
-        text.push_str(&format!(", {:04X}h:{:02X}", mapped.index, mapped.sub));
+        if signal::has_name(lang, mapped) {
+            fields::comment(&mut text, &how.name);
+            text.push_str(", ");
+        }
+        text.push_str(&format!("{:04X}h:{:02X}", mapped.index, mapped.sub));
         if !how.unit.is_empty() {
             text.push_str(", ");
             fields::comment(&mut text, &how.unit);
