@@ -92,12 +92,7 @@ pub struct Padded<const DIGITS: usize>(pub u64);
 
 impl<const N: usize> Put for Padded<N> {
     fn put(&self, out: &mut Vec<u8>) {
-        let start = out.len();
-        decimal(out, self.0);
-        let written = out.len() - start;
-        for _ in written..N {
-            out.insert(start, b'0');
-        }
+        filled(out, self.0, N, b'0');
     }
 }
 
@@ -161,13 +156,18 @@ pub fn binary(out: &mut Vec<u8>, value: u64, digits: usize) {
     }
 }
 
-/// A decimal number. Right to left into a buffer, by a constant divisor: dividing by a power found at run time costs
-/// several times as much, and numbers are half of what is written.
+/// A decimal number.
 pub fn decimal(out: &mut Vec<u8>, value: u64) {
     if value < 10 {
         return out.push(b'0' + value as u8);
     }
-    let mut digits = [0; 20];
+    filled(out, value, 0, b'0');
+}
+
+/// A decimal number with something before it up to a width, at most 20. Right to left into a buffer, by a constant
+/// divisor: dividing by a power found at run time costs several times as much, and numbers are half of what is written.
+pub fn filled(out: &mut Vec<u8>, value: u64, width: usize, fill: u8) {
+    let mut digits = [fill; 20];
     let mut rest = value;
     let mut count = 0;
     for slot in digits.iter_mut().rev() {
@@ -178,7 +178,21 @@ pub fn decimal(out: &mut Vec<u8>, value: u64) {
             break;
         }
     }
-    out.extend_from_slice(digits.get(digits.len() - count..).unwrap_or(&digits));
+    out.extend_from_slice(digits.get(digits.len() - count.max(width.min(20))..).unwrap_or(&digits));
+}
+
+/// A fraction of a second, given in ns, behind its point and to so many digits (at most 9); nothing for none.
+pub fn fraction(out: &mut Vec<u8>, ns: u32, count: u8) {
+    if count == 0 {
+        return;
+    }
+    let mut digits = *b".000000000";
+    let mut rest = ns;
+    for slot in digits.iter_mut().skip(1).rev() {
+        *slot = b'0' + (rest % 10) as u8;
+        rest /= 10;
+    }
+    out.extend_from_slice(digits.get(..=usize::from(count.min(9))).unwrap_or(&digits));
 }
 
 /// A decimal number with its sign.
@@ -223,6 +237,13 @@ mod tests {
         assert_eq!(written(Nibbles(0x1B)), "0001 1011b");
         assert_eq!(written(Padded::<2>(5)), "05");
         assert_eq!(written(Padded::<2>(345)), "345");
+        let mut out = Vec::new();
+        filled(&mut out, 7, 3, b' ');
+        filled(&mut out, 1234, 3, b' ');
+        fraction(&mut out, 120_000_009, 3);
+        fraction(&mut out, 9, 20);
+        fraction(&mut out, 9, 0);
+        assert_eq!(out, b"  71234.120.000000009");
         assert_eq!(written(Spaced(&[5, 0, 0xFF])), "05 00 FF");
         assert_eq!(written(Joined(&[5, 0xFF])), "05FF");
     }
