@@ -6,8 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// A module and the modules that it may use.
+type Row = (&'static str, &'static [&'static str]);
+
 /// A module (the longest prefix counts) and the modules that it may use. Its own files always may.
-const MAY_USE: &[(&str, &[&str])] = &[
+const MAY_USE: &[Row] = &[
     ("frame", &[]),
     ("calendar", &[]),
     ("select", &[]),
@@ -219,12 +222,12 @@ fn used(source: &str) -> BTreeSet<String> {
 }
 
 /// The row of a module.
-fn row(module: &str) -> Option<(&'static str, &'static [&'static str])> {
+fn row(module: &str) -> Option<Row> {
     MAY_USE.iter().filter(|(name, _)| belongs(module, name)).max_by_key(|(name, _)| name.len()).copied()
 }
 
 /// Every use of another module: by which, of which path, and the row of the one that uses it.
-fn uses() -> Vec<(String, String, (&'static str, &'static [&'static str]))> {
+fn uses() -> Vec<(String, String, Row)> {
     let mut found = Vec::new();
     for (module, source) in sources().iter().filter(|(module, _)| module != "lib" && !is_test(module)) {
         let row = row(module).unwrap_or_else(|| panic!("{module} has no row in this table"));
