@@ -6,7 +6,7 @@
 use super::{Loss, Losses, Setting, name_of};
 use crate::frame::{Direction, Frame, Kind, Stamp, StampForm};
 use crate::readers::Marker;
-use crate::text::digits::{Hex, Padded, hex_digits, put};
+use crate::text::digits::{Hex, Padded, eight_digits, hex_digits, put};
 use crate::text::escape;
 
 /// Longest bus name for which columns are aligned.
@@ -160,15 +160,7 @@ pub fn digits(out: &mut Vec<u8>, stamp: &Stamp) {
         }
         StampForm::Calendar => calendar(out, seconds),
     }
-    if stamp.decimals > 0 {
-        let mut digits = *b".000000000";
-        let mut rest = fraction;
-        for slot in digits.iter_mut().skip(1).rev() {
-            *slot = b'0' + (rest % 10) as u8;
-            rest /= 10;
-        }
-        out.extend_from_slice(digits.get(..=usize::from(stamp.decimals.min(9))).unwrap_or(&digits));
-    }
+    decimals(out, fraction, stamp.decimals);
 }
 
 /// `2026-09-15 18:44:56.479963`, of ns since 1970-01-01.
@@ -182,12 +174,8 @@ fn decimals(out: &mut Vec<u8>, fraction: u32, count: u8) {
     if count == 0 {
         return;
     }
-    let mut digits = *b".000000000";
-    let mut rest = fraction;
-    for slot in digits.iter_mut().skip(1).rev() {
-        *slot = b'0' + (rest % 10) as u8;
-        rest /= 10;
-    }
+    let [a, b, c, d, e, f, g, h] = eight_digits(fraction / 10);
+    let digits = [b'.', a, b, c, d, e, f, g, h, b'0' + (fraction % 10) as u8];
     out.extend_from_slice(digits.get(..=usize::from(count.min(9))).unwrap_or(&digits));
 }
 
@@ -215,11 +203,10 @@ fn direction(out: &mut Vec<u8>, frame: &Frame) {
         Kind::Fd { brs, esi } => (brs, esi),
         _ => (false, false),
     };
-    put!(out; match dir {
-        Direction::Rx => "RX ",
-        Direction::Tx => "TX ",
-    });
-    put!(out; if brs { "B " } else { "- " }, if esi { "E  " } else { "-  " });
+    // In one piece: every line has it where one has.
+    let [b, e] = [if brs { b'B' } else { b'-' }, if esi { b'E' } else { b'-' }];
+    let first = if dir == Direction::Rx { b'R' } else { b'T' };
+    out.extend_from_slice(&[first, b'X', b' ', b, b' ', e, b' ', b' ']);
 }
 
 /// Length or raw DLC, and a blank behind it: candump prints one before each byte, too.

@@ -17,6 +17,7 @@ mod choice;
 mod chunk;
 mod clock;
 mod fields;
+mod held;
 mod layout;
 mod order;
 mod plan;
@@ -34,11 +35,12 @@ use self::bytes::Bytes;
 use self::chunk::{Packing, Unpacker};
 use self::clock::Source;
 use self::fields::BusField;
+use self::held::Held;
 use self::order::Order;
 use self::plan::{Plan, Wire};
 use self::walk::{HEAD, Record, Step, Walk, op};
 use super::{Contents, Damage, DamageKind, Item, Place, Topic, Unreadable};
-use crate::frame::{BusId, Buses, Direction, Stamp, StampForm};
+use crate::frame::{BusId, Buses, Direction};
 
 /// Definitions that are kept, in bytes.
 const MOST_TEXT: usize = 16 << 20;
@@ -423,6 +425,15 @@ impl File {
         let times = (rest.u32(), rest.u64(), rest.u64());
         let (Some(_), Some(log), Some(publish)) = times else { return };
         let (log, publish) = (signed(log), signed(publish));
+        if plan.is_plain()
+            && let Some((stamp_ns, id, len, data)) = layout::plain(rest.0)
+        {
+            let t_ns = channel.source.time(Some(stamp_ns), publish, log);
+            self.lag_ns = self.lag_ns.max(log.saturating_sub(t_ns));
+            let bus = *channel.bus_id.get_or_insert_with(|| buses.intern(&channel.bus));
+            let frame = Held::classic(t_ns, id, bus, channel.dir, len, data);
+            return self.order.push(frame, &mut |frame| sink(Item::Frame(frame), buses));
+        }
         let fields = plan.read(rest.0).ok_or(Unreadable::Data);
         let read = fields.and_then(|fields| fields.frame().map(|frame| (fields, frame)));
         let (fields, mut frame) = match read {
@@ -431,15 +442,13 @@ impl File {
         };
         let t_ns = channel.source.time(fields.stamp_ns, publish, log);
         self.lag_ns = self.lag_ns.max(log.saturating_sub(t_ns));
-        frame.t_ns = Some(t_ns);
-        frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: t_ns, width: 1, decimals: 9 });
         frame.dir = channel.dir;
         frame.bus = match fields.bus {
             None => *channel.bus_id.get_or_insert_with(|| buses.intern(&channel.bus)),
             Some(BusField::Name(name)) => buses.intern(&topic::word(name)),
             Some(BusField::Number(number)) => buses.intern(format!("can{number}").as_bytes()),
         };
-        self.order.push(frame, &mut |frame| sink(Item::Frame(frame), buses));
+        self.order.push(Held::new(t_ns, &frame), &mut |frame| sink(Item::Frame(frame), buses));
     }
 
     fn chunk(&mut self, record: Record, body: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> Went {

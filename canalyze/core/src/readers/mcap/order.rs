@@ -4,6 +4,7 @@
 //! to come can be earlier, as far as chunks say when they begin; at most [`MOST`] are held. One that comes later than
 //! that comes as it is. Frames of the same time keep the order of the file.
 
+use super::held::Held;
 use crate::frame::Frame;
 
 /// Most frames that are held; beyond it half of them go.
@@ -12,7 +13,7 @@ const MOST: usize = 1 << 17;
 /// Frames waiting for earlier ones.
 #[derive(Debug)]
 pub(super) struct Order {
-    held: Vec<Frame>,
+    held: Vec<Held>,
     sorted: bool,
     last_ns: i64,
 }
@@ -24,10 +25,9 @@ impl Order {
 
     /// Holds a frame; gives those that may go because there are too many to `to`.
     #[inline(always)]
-    pub(super) fn push(&mut self, frame: Frame, to: &mut impl FnMut(Frame)) {
-        let t_ns = time(&frame);
-        self.sorted &= t_ns >= self.last_ns;
-        self.last_ns = t_ns;
+    pub(super) fn push(&mut self, frame: Held, to: &mut impl FnMut(Frame)) {
+        self.sorted &= frame.t_ns >= self.last_ns;
+        self.last_ns = frame.t_ns;
         if self.held.len() >= MOST {
             self.relieve(to);
         }
@@ -43,7 +43,7 @@ impl Order {
     /// Nothing before this time will come any more.
     pub(super) fn release(&mut self, before_ns: i64, to: &mut impl FnMut(Frame)) {
         self.sort();
-        let count = self.held.partition_point(|frame| time(frame) < before_ns);
+        let count = self.held.partition_point(|frame| frame.t_ns < before_ns);
         self.give(count, to);
     }
 
@@ -56,22 +56,17 @@ impl Order {
 
     fn sort(&mut self) {
         if !self.sorted {
-            self.held.sort_by_key(time);
+            self.held.sort_by_key(|frame| frame.t_ns);
             self.sorted = true;
         }
-        self.last_ns = self.held.last().map_or(i64::MIN, time);
+        self.last_ns = self.held.last().map_or(i64::MIN, |frame| frame.t_ns);
     }
 
     fn give(&mut self, count: usize, to: &mut impl FnMut(Frame)) {
-        for frame in self.held.drain(..count.min(self.held.len())) {
-            to(frame);
+        for held in self.held.drain(..count.min(self.held.len())) {
+            to(held.frame());
         }
     }
-}
-
-#[inline(always)]
-fn time(frame: &Frame) -> i64 {
-    frame.t_ns.unwrap_or(i64::MIN)
 }
 
 #[cfg(test)]
@@ -79,15 +74,15 @@ mod tests {
     use super::*;
     use crate::frame::CanId;
 
-    fn frame(t_ns: i64, id: u16) -> Frame {
-        Frame { t_ns: Some(t_ns), ..Frame::classic(CanId::standard(id), &[]) }
+    fn frame(t_ns: i64, id: u16) -> Held {
+        Held::new(t_ns, &Frame::classic(CanId::standard(id), &[]))
     }
 
     #[test]
     fn overlapping_chunks() {
         let mut order = Order::new();
         let mut out = Vec::new();
-        let mut to = |frame: Frame| out.push((time(&frame), frame.id.raw()));
+        let mut to = |frame: Frame| out.push((frame.t_ns.unwrap_or(0), frame.id.raw()));
         for (t, id) in [(5, 1), (3, 2), (9, 3), (3, 4)] {
             order.push(frame(t, id), &mut to);
         }
