@@ -14,6 +14,8 @@ pub(super) struct Held {
     pub(super) dir: Option<Direction>,
     len: u8,
     raw_dlc: u8,
+    /// It is said already by another one, and is not given.
+    pub(super) gone: bool,
     data: Data,
 }
 
@@ -29,13 +31,20 @@ impl Held {
     pub(super) fn new(t_ns: i64, frame: &Frame) -> Self {
         let data = if frame.len > 8 { Data::Long(Box::new(frame.data)) } else { Data::Short(frame.head()) };
         let Frame { id, bus, kind, dir, len, length_form: LengthForm { raw_dlc, .. }, .. } = *frame;
-        Self { t_ns, id, bus, kind, dir, len, raw_dlc, data }
+        Self { t_ns, id, bus, kind, dir, len, raw_dlc, gone: false, data }
     }
 
     /// Keeps a classic data frame; bytes from its length on are 0.
     #[inline(always)]
     pub(super) fn classic(t_ns: i64, id: CanId, bus: BusId, dir: Option<Direction>, len: u8, data: [u8; 8]) -> Self {
-        Self { t_ns, id, bus, kind: Kind::Data, dir, len, raw_dlc: 0, data: Data::Short(data) }
+        Self { t_ns, id, bus, kind: Kind::Data, dir, len, raw_dlc: 0, gone: false, data: Data::Short(data) }
+    }
+
+    /// Whether both are the same on the wire, and on the same bus.
+    pub(super) fn same(&self, other: &Self) -> bool {
+        self.id == other.id
+            && (self.bus, self.kind, self.len) == (other.bus, other.kind, other.len)
+            && self.data == other.data
     }
 
     /// The frame.

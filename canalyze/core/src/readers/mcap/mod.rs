@@ -1,7 +1,8 @@
 //! MCAP: the container of ROS recordings, of whose topics some hold CAN frames.
 //!
 //! `walk` cuts the input into records, `chunk` unpacks and checks them, `schema` and `plan` find out once for each type
-//! how its messages are frames, `fields` makes the frame, `topic` says its bus, `clock` its time, and `order` sorts.
+//! how its messages are frames, `fields` makes the frame, `topic` says its bus, `clock` its time, `order` sorts, and
+//! `echo` finds what is there twice.
 //! This file keeps what a file says of itself and puts these together. A topic whose messages are no frames is only
 //! listed. Of protobuf, FlatBuffers and JSON no messages are read.
 //!
@@ -16,6 +17,7 @@ mod bytes;
 mod choice;
 mod chunk;
 mod clock;
+mod echo;
 mod fields;
 mod held;
 mod layout;
@@ -381,7 +383,19 @@ impl File {
         let schema = name.to_owned();
         let channel = Channel { topic, schema, encoding: both, messages: 0, plan, bus, bus_id: None, dir, source };
         *slot = Some(Box::new(channel));
+        self.may_echo();
         Some(id)
+    }
+
+    /// Echoes are looked for where a bus has topics of both directions; not in files of our own, whose topics tell the
+    /// direction of frames that stand there once.
+    fn may_echo(&mut self) {
+        let frames = || self.channels.iter().flatten().filter(|channel| channel.plan.is_some());
+        let with = |dir| frames().filter(move |channel| channel.dir == Some(dir));
+        let both = with(Direction::Tx).any(|sent| with(Direction::Rx).any(|heard| heard.bus == sent.bus));
+        if both && !self.library.starts_with(b"canalyze") {
+            self.order.seek_echoes();
+        }
     }
 
     /// A message outside of chunks.
@@ -553,7 +567,8 @@ impl File {
             dialect.push(("compression", names.join(",").into_bytes()));
         }
         dialect.push(("chunks", chunks.to_string().into_bytes()));
-        let passed_over = self.passed_over.iter().map(|(op, count)| (kind_name(*op), *count)).collect();
+        let echoes = Some((b"Echo".to_vec(), self.order.echoes())).filter(|(_, count)| *count > 0);
+        let passed_over = self.passed_over.iter().map(|(op, count)| (kind_name(*op), *count)).chain(echoes).collect();
         let topics = self.channels.iter().flatten().take(MOST_TOPICS).map(|channel| Topic {
             name: channel.topic.clone().into_bytes(),
             schema: channel.schema.clone().into_bytes(),

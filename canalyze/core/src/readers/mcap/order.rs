@@ -4,6 +4,7 @@
 //! to come can be earlier, as far as chunks say when they begin; at most [`MOST`] are held. One that comes later than
 //! that comes as it is. Frames of the same time keep the order of the file.
 
+use super::echo::Echoes;
 use super::held::Held;
 use crate::frame::Frame;
 
@@ -16,11 +17,14 @@ pub(super) struct Order {
     held: Vec<Held>,
     sorted: bool,
     last_ns: i64,
+    echoes: Echoes,
+    /// Frames that were not given because they were echoes.
+    gone: u64,
 }
 
 impl Order {
     pub(super) fn new() -> Self {
-        Self { held: Vec::new(), sorted: true, last_ns: i64::MIN }
+        Self { held: Vec::new(), sorted: true, last_ns: i64::MIN, echoes: Echoes::default(), gone: 0 }
     }
 
     /// Holds a frame; gives those that may go because there are too many to `to`.
@@ -34,37 +38,76 @@ impl Order {
         self.held.push(frame);
     }
 
+    /// From here on a bus may have frames twice: sent, and heard.
+    pub(super) fn seek_echoes(&mut self) {
+        if !self.echoes.sought {
+            self.sort();
+            (self.echoes.sought, self.echoes.next) = (true, self.held.len());
+        }
+    }
+
+    /// Frames that were told already by their echoes.
+    pub(super) fn echoes(&self) -> u64 {
+        self.gone
+    }
+
     #[cold]
     fn relieve(&mut self, to: &mut impl FnMut(Frame)) {
         self.sort();
-        self.give(MOST / 2, to);
+        let mut count = MOST / 2;
+        if self.echoes.sought {
+            self.echoes.look(&mut self.held, MOST / 2);
+            self.echoes.decide(&mut self.held, false);
+            count = Some(self.echoes.free(&self.held)).filter(|free| *free > 0).unwrap_or(count);
+        }
+        self.give(count, to);
     }
 
     /// Nothing before this time will come any more.
     pub(super) fn release(&mut self, before_ns: i64, to: &mut impl FnMut(Frame)) {
         self.sort();
-        let count = self.held.partition_point(|frame| frame.t_ns < before_ns);
+        let mut count = self.held.partition_point(|frame| frame.t_ns < before_ns);
+        if self.echoes.sought {
+            self.echoes.look(&mut self.held, count);
+            count = self.echoes.free(&self.held);
+        }
         self.give(count, to);
     }
 
     /// Nothing will come any more.
     pub(super) fn release_all(&mut self, to: &mut impl FnMut(Frame)) {
         self.sort();
+        if self.echoes.sought {
+            let all = self.held.len();
+            self.echoes.look(&mut self.held, all);
+            self.echoes.decide(&mut self.held, true);
+        }
         self.give(self.held.len(), to);
         self.last_ns = i64::MIN;
     }
 
     fn sort(&mut self) {
         if !self.sorted {
-            self.held.sort_by_key(|frame| frame.t_ns);
+            // What echoes were looked for in stays where it is.
+            if let Some(rest) = self.held.get_mut(self.echoes.next..) {
+                rest.sort_by_key(|frame| frame.t_ns);
+            }
             self.sorted = true;
         }
         self.last_ns = self.held.last().map_or(i64::MIN, |frame| frame.t_ns);
     }
 
     fn give(&mut self, count: usize, to: &mut impl FnMut(Frame)) {
-        for held in self.held.drain(..count.min(self.held.len())) {
-            to(held.frame());
+        let count = count.min(self.held.len());
+        for held in self.held.drain(..count) {
+            if held.gone {
+                self.gone += 1;
+            } else {
+                to(held.frame());
+            }
+        }
+        if self.echoes.sought {
+            self.echoes.gone(count);
         }
     }
 }
