@@ -9,11 +9,11 @@ use std::sync::Arc;
 use crate::bus::Bus;
 use crate::context::{Chunk, Context};
 use crate::event::{Event, What};
-use crate::filter::Filter;
+use crate::filter::{Clock, Filter};
 use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::info::Info;
-use crate::inputs::{File, Inputs, Next, Refusal, Unreadable};
+use crate::inputs::{ABSOLUTE_NS, File, Inputs, Next, Refusal, Unreadable};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
 use crate::readers::mcap::Choice;
@@ -377,6 +377,9 @@ impl Stream {
         self.frames += 1;
         self.file.frames += 1;
         frame.no = self.frames;
+        if self.file.frames == 1 {
+            self.begins(&frame);
+        }
         if self.file.shift_ns != 0 {
             let shift = |ns: i64| ns.saturating_add(self.file.shift_ns);
             frame.t_ns = frame.t_ns.map(shift);
@@ -395,14 +398,17 @@ impl Stream {
             _ => ("sdo", event.node),
         });
         self.see(frame.bus, node);
-        let start_ns = *self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
+        self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
         if self.options.format == Format::Transfers {
             self.transfers(buses, out);
-        } else if self.options.filter.shows(&frame, service, node, buses, start_ns) {
+        } else if self.options.filter.shows(&frame, service, node, buses, self.clock()) {
             self.shown += 1;
             let setting = Setting { lang: self.options.lang, file: &self.file.name, buses, decimals: self.decimals };
             match self.options.format {
-                Format::Text => self.lines.frame(out, &frame, &self.events, buses),
+                Format::Text => {
+                    self.lines.date_ns = self.date();
+                    self.lines.frame(out, &frame, &self.events, buses);
+                }
                 Format::Signals | Format::SignalsCsv => {
                     self.signals.frame(out, setting, &frame, &self.events);
                 }
@@ -417,6 +423,19 @@ impl Stream {
         }
         self.extract(buses);
         self.events.clear();
+    }
+
+    /// The first frame of a file. Files whose stamps are absolute and files whose stamps count from a date follow one
+    /// another on one clock, which is that of the first.
+    fn begins(&mut self, frame: &Frame) {
+        if self.file.dated || frame.t_ns.is_none_or(|t_ns| t_ns < ABSOLUTE_NS) {
+            return;
+        }
+        let date_ns = *self.date_ns.get_or_insert(0);
+        if date_ns != 0 {
+            self.file.shift_ns = date_ns.saturating_neg();
+            self.file.dated = true;
+        }
     }
 
     /// The first frame of a file that follows another: files that are named out of order are worth a word.
@@ -627,14 +646,23 @@ impl Stream {
     }
 
     fn writing<'a>(&self, buses: &'a Buses) -> writers::Setting<'a> {
-        writers::Setting { buses, date_ns: self.date_ns.filter(|_| self.file.dated) }
+        writers::Setting { buses, date_ns: self.date() }
+    }
+
+    /// The date from which the stamps of the current file count, if they do.
+    fn date(&self) -> Option<i64> {
+        self.date_ns.filter(|_| self.file.dated)
+    }
+
+    fn clock(&self) -> Clock {
+        Clock { start_ns: self.start_ns.unwrap_or(0), date_ns: self.date().unwrap_or(0) }
     }
 
     fn transfers(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        let start_ns = self.start_ns.unwrap_or(0);
+        let clock = self.clock();
         for event in &self.events {
             if let What::Transfer(transfer) = &event.what
-                && self.options.filter.shows_transfer(transfer, buses, start_ns)
+                && self.options.filter.shows_transfer(transfer, buses, clock)
             {
                 self.shown += 1;
                 jsonl::transfer(out, self.setting(buses), transfer);
