@@ -430,6 +430,8 @@ class _Trc(_Text):
             self.packer.decimals = decimals
         if message.is_fd:
             message.dlc = len(message.data)  # the library leaves the code there
+        if self.lines.number == self.lines.endless and self._trc.may_go_on(line):
+            raise Unfit(packed.CUT_LINE)
 
     def nothing(self) -> bytes:
         line, trc = self.lines.line, self._trc

@@ -156,6 +156,13 @@ class Trc:
         _, point, digits = parts[at].partition(".") if at is not None and at < len(parts) else ("", "", "")
         return min(3 + len(digits), 9) if point else 3
 
+    def may_go_on(self, line: str) -> bool:
+        """Tell whether a line that lacks its end may be the beginning of another frame's.
+
+        Half a byte, or a length of 0 behind which `RTR` may have stood.
+        """
+        return not self.version.startswith("2") and len(line.split()[-1]) < 2
+
     def kind(self, line: str) -> str:
         """Give the type that the line names; empty if it names none."""
         parts = line.split()
