@@ -13,7 +13,7 @@ use crate::filter::Filter;
 use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::info::Info;
-use crate::inputs::{File, Inputs, Next, Refusal, Unreadable};
+use crate::inputs::{ABSOLUTE_NS, File, Inputs, Next, Refusal, Unreadable};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
 use crate::readers::mcap::Choice;
@@ -377,6 +377,12 @@ impl Stream {
         self.frames += 1;
         self.file.frames += 1;
         frame.no = self.frames;
+        if let (Some(t_ns), Some(date_ns), false) = (frame.t_ns, self.date_ns, self.file.dated)
+            && t_ns >= ABSOLUTE_NS
+        {
+            // A file of times of day behind one whose stamps count from a date.
+            (self.file.shift_ns, self.file.dated) = (date_ns.saturating_neg(), true);
+        }
         if self.file.shift_ns != 0 {
             let shift = |ns: i64| ns.saturating_add(self.file.shift_ns);
             frame.t_ns = frame.t_ns.map(shift);
@@ -434,7 +440,10 @@ impl Stream {
         }
         let (code, place, facts, bus) = match marker {
             Marker::Start { date_ns } => {
-                self.file.shift_ns = date_ns.saturating_sub(*self.date_ns.get_or_insert(date_ns));
+                // Behind a file of times of day, what counts from a date becomes such too.
+                let of_day = self.last.t_ns.is_some_and(|t_ns| t_ns >= ABSOLUTE_NS);
+                self.file.shift_ns =
+                    date_ns.saturating_sub(*self.date_ns.get_or_insert(if of_day { 0 } else { date_ns }));
                 self.file.dated = true;
                 return;
             }
@@ -522,7 +531,7 @@ impl Stream {
         let finding = self.capture_finding(Code::Cap001, first, facts, BusId(0));
         if unreadable.count > NAMED {
             let Unreadable { count, ranges, .. } = &unreadable;
-            self.complaints.push(complaints::unreadable_lines(self.options.lang, &self.file.name, *count, ranges));
+            self.complaints.push(complaints::unreadable_lines(self.options.lang, &self.file.name, first, *count, ranges));
         }
         self.tell(&finding, buses, out);
     }
