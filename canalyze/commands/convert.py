@@ -9,7 +9,7 @@ import click
 
 from canalyze.errors import OutputError
 from canalyze.help import Command
-from canalyze.options import CaptureOptions, OneOf, open_session, reading_options
+from canalyze.options import ANY_PATH, CaptureOptions, OneOf, open_session, reading_options
 from canalyze.output import Progress, complain
 from canalyze.run import Run
 from canalyze.sinks.compressed import COMPRESSIONS
@@ -87,8 +87,8 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            click.Argument(["files"], nargs=-1, type=click.Path(allow_dash=True), metavar="IN"),
-            click.Argument(["out"], required=False, type=click.Path(allow_dash=True), metavar="OUT"),
+            click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="IN"),
+            click.Argument(["out"], required=False, type=ANY_PATH, metavar="OUT"),
             click.Option(["--to"], type=OneOf(forms(), words), help=words("convert.to")),
             *reading_options(words),
             click.Option(["--decoded"], is_flag=True, help=words("convert.decoded")),

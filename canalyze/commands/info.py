@@ -7,6 +7,7 @@ import click
 
 from canalyze.help import Command
 from canalyze.options import (
+    ANY_PATH,
     CaptureOptions,
     OneOf,
     format_option,
@@ -62,7 +63,7 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            click.Argument(["files"], nargs=-1, type=click.Path(allow_dash=True), metavar="FILE"),
+            click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
             format_option(words, "info"),
             click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
             *topic_options(words),
