@@ -531,7 +531,13 @@ impl Stream {
         let finding = self.capture_finding(Code::Cap001, first, facts, BusId(0));
         if unreadable.count > NAMED {
             let Unreadable { count, ranges, .. } = &unreadable;
-            self.complaints.push(complaints::unreadable_lines(self.options.lang, &self.file.name, first, *count, ranges));
+            self.complaints.push(complaints::unreadable_lines(
+                self.options.lang,
+                &self.file.name,
+                first,
+                *count,
+                ranges,
+            ));
         }
         self.tell(&finding, buses, out);
     }

@@ -211,3 +211,23 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn binary_files_have_records() {
+        let (line, byte) = (Place::Line(7), Place::Byte(7));
+        let said = |lang, place| unreadable(lang, b"a", place, Unreadable::Cut);
+        assert_eq!(said(Lang::En, line), "a:7: cannot be read: the line is cut off");
+        assert_eq!(said(Lang::En, byte), "a: byte 7: cannot be read: the record is cut off");
+        assert_eq!(said(Lang::Zh, line), "a:7: 无法读取: 该行被截断");
+        assert_eq!(said(Lang::Zh, byte), "a: 偏移7: 无法读取: 该记录被截断");
+        let all = |lang, place| unreadable_lines(lang, b"a", place, 9, &[(7, 8), (20, 20)]);
+        assert_eq!(all(Lang::En, line), "a: 9 lines cannot be read: 7-8, 20, ...");
+        assert_eq!(all(Lang::En, byte), "a: 9 records cannot be read: byte 7-8, 20, ...");
+        assert_eq!(all(Lang::Zh, line), "a: 共9行无法读取: 第7-8, 20, ...行");
+        assert_eq!(all(Lang::Zh, byte), "a: 共9条记录无法读取: 偏移7-8, 20, ...");
+    }
+}

@@ -2,8 +2,8 @@
 //!
 //! Header lines may stand anywhere or be missing. Must not: know the columns of events.
 
-use super::{Channel, date};
 use super::words::{Fail, Words};
+use super::{Channel, date};
 use crate::readers::{Contents, Unreadable};
 
 /// Most kinds of lines that are counted apart.
