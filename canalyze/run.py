@@ -213,11 +213,12 @@ class Run:
         if capture.damage:
             session.damaged(capture.damage.kind, capture.damage.offset, capture.damage.lost, number)
         self._hand_over(session.end(input=number), hold=hold)
-        if stopped is None and session.file_frames == 0:
-            stopped = self._nothing(capture)
+        if session.file_frames == 0:
+            if stopped is None:
+                stopped = self._nothing(capture)
+                if stopped and not capture.damage:
+                    self._held, self._more = [], 0  # one line says it all
             self.understood = stopped is None
-            if stopped and not capture.damage:
-                self._held, self._more = [], 0  # one line says it all
         self._release()
         if stopped:
             self._failed(stopped)
@@ -234,11 +235,15 @@ class Run:
             return None
         if capture.format == "mcap":
             topics = json.loads(self._session.contents())["topics"]
+            topics.sort(key=lambda topic: topic["messages"] == 0)  # what holds nothing is listed last
             listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
             more = ", ..." if len(topics) > _LISTED else ""
-            names = f"{listed}{more}" or self._words("source.topics_empty")
-            return SourceError("source.no_topic", name=capture.name, topics=names)
-        return SourceError("source.nothing" if capture.format == "candump" else "source.frameless", name=capture.name)
+            if topics:
+                return SourceError("source.no_topic", name=capture.name, topics=f"{listed}{more}")
+        if capture.format == "candump" and not self._input_format:
+            return SourceError("source.nothing", name=capture.name)
+        form = self._words.of("info.title", capture.kind)
+        return SourceError("source.frameless", name=capture.name, form=form)
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:
         """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""

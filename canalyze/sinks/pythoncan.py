@@ -6,6 +6,8 @@ relative to a date of whole ms, for a double has no ns of a date; FD and remote 
 """
 
 import contextlib
+import errno
+import os
 import struct
 import threading
 import time
@@ -142,6 +144,8 @@ class Sink:
     def _failure(self, error: BaseException) -> BaseException:
         if isinstance(error, CanalyzeError) or not isinstance(error, Exception):
             return error
+        if getattr(error, "sqlite_errorname", "") == "SQLITE_FULL":
+            error = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         reason = error if isinstance(error, OSError) else " ".join(f"{type(error).__name__}: {error}".split())[:200]
         return OutputError("output.write", name=self.name, error=reason)
 

@@ -19,7 +19,7 @@ _MOST_ID: Final = 0x1FFF_FFFF
 _MOST_BUSES: Final = 256
 _MOST_NS: Final = (1 << 63) - 1
 
-PROPERTIES: Final = ("reader", "version", "application")
+PROPERTIES: Final = ("reader", "version", "application", "channels")
 """Properties of a dialect, as the core numbers them."""
 CUT, CHECKSUM, STRUCTURE, COMPRESSION, REST = range(5)
 """Kinds of damage, as the core numbers them."""
@@ -148,6 +148,11 @@ class Packer:
             before, index = self._index(channel)
             return before + _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data[:size]
         return _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data[:size]
+
+    @property
+    def buses(self) -> dict[object, str]:
+        """The buses met so far, by their channels."""
+        return {channel: self._bus(channel) for channel in self._indices}
 
     def _index(self, channel: object) -> tuple[bytes, int]:
         index = self._indices.get(channel)

@@ -246,6 +246,13 @@ def _as_numbered(channel: object) -> str:
     return f"can{channel}" if isinstance(channel, int) else "can0"
 
 
+def _channels(packer: Packer, more: int) -> Iterator[bytes]:
+    """Say which bus a channel of the file is; `more` is how far the file's numbers are above the library's."""
+    known = [f"{channel + more} = {bus}" for channel, bus in packer.buses.items() if isinstance(channel, int)]
+    if known:
+        yield packed.dialect("channels", ", ".join(known))
+
+
 def _only(_: object) -> str:
     """Give the bus of a form that has no channels."""
     return "can0"
@@ -272,6 +279,7 @@ class _Blf:
         for piece in self._objects.end():
             yield from self._start()
             yield from self._piece(piece)
+        yield from _channels(self._packer, 1)
         for what, count in sorted(self._objects.passed_over.items()):
             yield packed.passed_over(what, count)
 
@@ -419,6 +427,7 @@ class _Trc(_Text):
         if self.lines.waiting:
             yield from self._begin()
         yield from super().end()
+        yield from _channels(self.packer, 0)
 
     def reader(self) -> "Iterator[Message]":
         return iter(self._reader)

@@ -191,9 +191,10 @@ impl Capture {
             return (unreadable, None);
         }
         let facts = Facts::Lines { count: *count };
-        let finding = self.finding(Code::Cap001, first.unwrap_or(Place::Line(0)), facts, BusId(0));
+        let first = first.unwrap_or(Place::Line(0));
+        let finding = self.finding(Code::Cap001, first, facts, BusId(0));
         if *count > NAMED {
-            self.complaints.push(complaints::unreadable_lines(self.lang, &self.file.name, *count, ranges));
+            self.complaints.push(complaints::unreadable_lines(self.lang, &self.file.name, first, *count, ranges));
         }
         (unreadable, Some(finding))
     }

@@ -275,6 +275,14 @@ fn what_a_file_says_of_itself() {
 }
 
 #[test]
+fn channels_are_told_with_their_buses() {
+    let frame = "601 Rx d 1 40";
+    let text = format!("// canalyze: channel 3 is vcan0\n0.0 2 {frame}\n0.1 3 {frame}\n0.2 2 {frame}\n0.3 1 {frame}\n");
+    let dialect = items(text.as_bytes(), &[]).1.dialect;
+    assert_eq!(dialect, [("channels", b"3 = vcan0, 2 = can1, 1 = can0".to_vec())]);
+}
+
+#[test]
 fn dates_and_blocks() {
     const DATE: i64 = 1_506_783_973_191_000_000;
     let head = "date Sam Sep 30 15:06:13.191 2017\nbase hex  timestamps absolute\n";
