@@ -209,15 +209,15 @@ class Run:
         self, number: int, capture: "Capture | PythonCanCapture", stopped: SourceError | None, *, hold: bool
     ) -> None:
         session = self._session
-        self.understood = True
+        self.understood = stopped is None or session.file_frames > 0
         if capture.damage:
             session.damaged(capture.damage.kind, capture.damage.offset, capture.damage.lost, number)
         self._hand_over(session.end(input=number), hold=hold)
         if stopped is None and session.file_frames == 0:
             stopped = self._nothing(capture)
             self.understood = stopped is None
-            if stopped and not capture.damage:
-                self._held, self._more = [], 0  # one line says it all
+            if stopped and capture.format == "candump" and not capture.damage:
+                self._held, self._more = [], 0  # it is none: one line says it all
         self._release()
         if stopped:
             self._failed(stopped)
@@ -238,10 +238,11 @@ class Run:
             more = ", ..." if len(topics) > _LISTED else ""
             names = f"{listed}{more}" or self._words("source.topics_empty")
             return SourceError("source.no_topic", name=capture.name, topics=names)
-        return SourceError("source.nothing" if capture.format == "candump" else "source.frameless", name=capture.name)
+        guessed = capture.format == "candump" and not capture.damage  # of what could be unpacked little can be said
+        return SourceError("source.nothing" if guessed else "source.frameless", name=capture.name)
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:
-        """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""
+        """Pass a result on, then what is to be complained of; of a file that is no capture one line will do."""
         self._take(result)
         complaints = self._session.complaints()
         if hold and self._session.file_frames == 0:

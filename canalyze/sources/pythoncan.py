@@ -57,8 +57,8 @@ class Pieces(Protocol):
     def feed(self, data: bytes) -> Iterator[bytes]:
         """Take the next bytes; give records."""
 
-    def end(self) -> Iterator[bytes]:
-        """Take the end of the file; give the rest."""
+    def end(self, *, broken: bool) -> Iterator[bytes]:
+        """Take the end of the file; give the rest. `broken`: it was unpacked only so far, which is told elsewhere."""
 
 
 class PythonCanCapture:
@@ -97,6 +97,10 @@ class PythonCanCapture:
     def damage(self) -> "Damaged | None":
         """Why the file could be unpacked no further; known when nothing comes any more."""
         return self._source.damage
+
+    @property
+    def _broken(self) -> bool:
+        return self._source.damage is not None
 
     def read(self) -> bytes:
         """Give the next records, b"" at the end; SourceError if the system refuses or nothing can be read."""
@@ -140,7 +144,7 @@ class PythonCanCapture:
         while data:
             yield from _batched(pieces.feed(data))
             data = self._source.read()
-        yield from _batched(pieces.end())
+        yield from _batched(pieces.end(broken=self._broken))
 
     def _from_path(self, head: bytes) -> Iterator[bytes]:
         """Read what its reader opens by name: the file itself, or what was in it put down elsewhere."""
@@ -189,7 +193,8 @@ class PythonCanCapture:
             if packer.frames == 0:
                 raise self.refused(problem)
         if copy and copy.cut:
-            yield packed.damage(packed.CUT, *copy.cut)
+            if not self._broken:
+                yield packed.damage(packed.CUT, *copy.cut)
         elif problem:
             self.remark(problem)
             yield packed.damage(packed.REST, 0)
@@ -265,10 +270,11 @@ class _Blf:
             yield from self._start()
             yield from self._piece(piece)
 
-    def end(self) -> Iterator[bytes]:
+    def end(self, *, broken: bool) -> Iterator[bytes]:
         for piece in self._objects.end():
             yield from self._start()
-            yield from self._piece(piece)
+            if not (broken and isinstance(piece, Damage) and piece.kind == packed.CUT):
+                yield from self._piece(piece)
         for what, count in sorted(self._objects.passed_over.items()):
             yield packed.passed_over(what, count)
 
@@ -331,8 +337,9 @@ class _Text:
         self.lines.feed(data)
         yield from self.drain()
 
-    def end(self) -> Iterator[bytes]:
-        self.lines.end()
+    def end(self, *, broken: bool) -> Iterator[bytes]:
+        if not broken:
+            self.lines.end()
         yield from self.drain()
         for what, count in sorted(self.counts.items()):
             yield packed.passed_over(what, count)
@@ -402,11 +409,12 @@ class _Trc(_Text):
         if trc.date_ns is not None:
             yield packed.start(trc.date_ns)
 
-    def end(self) -> Iterator[bytes]:
-        self.lines.end()
+    def end(self, *, broken: bool) -> Iterator[bytes]:
+        if not broken:
+            self.lines.end()
         if self.lines.waiting:
             yield from self._begin()
-        yield from super().end()
+        yield from super().end(broken=broken)
 
     def reader(self) -> "Iterator[Message]":
         return iter(self._reader)
