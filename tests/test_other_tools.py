@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from captures import SAMPLES, CanFrame, Row, log_text, read_log, run_canalyze, sort_rows
+from captures import SAMPLES, CanFrame, Row, log_text, read_log
 from conftest import Runner
 
 from canalyze import _core
@@ -142,17 +142,27 @@ FORMS: dict[str, Form] = {
 }
 
 
+def rows_of(path: Path) -> list[Row]:
+    """What `decode --format jsonl` says, in process."""
+    session = _core.Session(lang="en", format="jsonl")
+    output = []
+    with open_capture(str(path)) as capture:
+        session.begin(capture.name, True, capture.format)
+        while data := capture.read():
+            output.append(session.feed(data))
+        output += [session.end(), session.finish()]
+    return [json.loads(line) for line in b"".join(output).splitlines()]
+
+
 def said(text: bytes, path: Path, *, stamped: bool = True) -> list[Row]:
     """All that is said, without what only the form tells; times from the first frame on."""
     path.write_bytes(text)
-    rows = [
-        json.loads(line) for line in run_canalyze(["decode", path, "--format", "jsonl", "--lang", "en"]).splitlines()
-    ]
+    rows = rows_of(path)
     start = next(Decimal(row["t"]) for row in rows if row["kind"] == "frame")
 
     def bare(value: Any) -> Any:
         if isinstance(value, dict):
-            left = ("file", "line", "cause_line", "first_line", "last_line", "dir") + (
+            left = ("file", "line", "about_line", "cause_line", "first_line", "last_line", "dir") + (
                 () if stamped else ("t", "text", "pdo", "duration")
             )
             return {key: bare(kept) for key, kept in value.items() if key not in left}
@@ -192,15 +202,8 @@ def test_a_fault_is_named_the_same_in_every_form(change: str, form: str, tmp_pat
 
 
 def frames_in(path: Path) -> list[tuple[Any, ...]]:
-    """Its frames, read in process."""
-    session = _core.Session(lang="en", format="jsonl")
-    output = []
-    with open_capture(str(path)) as capture:
-        session.begin(capture.name, True, capture.format)
-        while data := capture.read():
-            output.append(session.feed(data))
-        output += [session.end(), session.finish()]
-    return [(row["id"], row["rtr"], row["data"]) for row in sort_rows(b"".join(output)).frames]
+    """Its frames."""
+    return [(row["id"], row["rtr"], row["data"]) for row in rows_of(path) if row["kind"] == "frame"]
 
 
 @pytest.mark.parametrize("form", ["ASC", "ASC, decimal, German", "TRC 1.1", "TRC 1.3", "TRC 2.0", "TRC 2.1"])

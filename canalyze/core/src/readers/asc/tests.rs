@@ -333,7 +333,9 @@ fn a_file_that_is_cut() {
         assert_eq!(read(text), "1! Cut\n1 lines\n", "{text}");
     }
     // Digits of the last byte may be missing, unless it would become too large.
-    for (bytes, whole) in [("0 1", false), ("0 10", false), ("0 25", false), ("0 30", true), ("1 0", true), ("0 255", true)] {
+    for (bytes, whole) in
+        [("0 1", false), ("0 10", false), ("0 25", false), ("0 30", true), ("1 0", true), ("0 255", true)]
+    {
         for line in [format!("1.0 1 1793 Rx d 2 {bytes}"), format!("1.0 CANFD 1 Rx 1793 1 0 2 2 {bytes}")] {
             let got = read(&format!("base dec  timestamps absolute\n{line}"));
             assert_eq!(got.contains("can0 rx 701"), whole, "{line}: {got}");
