@@ -174,9 +174,10 @@ class Trc:
     def may_go_on(self, line: str) -> bool:
         """Tell whether a line that lacks its end may be the beginning of another frame's.
 
-        Half a byte, or a length of 0 behind which `RTR` may have stood.
+        Half a byte, or a length of 0 behind which `RTR` may have stood, whole or in part.
         """
-        return not self.version.startswith("2") and len(line.split()[-1]) < 2
+        last = line.split()[-1]
+        return not self.version.startswith("2") and (len(last) < 2 or last == "RT")
 
     def kind(self, line: str) -> str:
         """Give the type that the line names; empty if it names none."""
