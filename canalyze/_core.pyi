@@ -163,7 +163,7 @@ class Session:
         """After convert: what the format cannot hold, counted by kind, a line each that begins with `name`.
 
         further: what a writer outside of the core has lost of what it was handed, by the names of the core's losses
-        (`Loss::NAMES` in writers/mod.rs). ValueError for a name that is none.
+        (`Loss::NAMES` in writers/loss.rs). ValueError for a name that is none.
         """
     def extracted(self) -> list[tuple[str, bytes, str]]:
         """With extract: (file name, more bytes, status) since the last call.

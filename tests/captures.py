@@ -196,10 +196,10 @@ def session_output(
     return b"".join(output)
 
 
-def run_canalyze(arguments: Sequence[str | Path], *, expected_exit: int = 0) -> bytes:
-    """Standard output of the command line program; its exit status must be the expected one."""
+def run_canalyze(arguments: Sequence[str | Path], *, expected_exit: int = 0, folder: Path | None = None) -> bytes:
+    """Standard output of the command line program, run in this folder; its exit status must be the expected one."""
     command = [sys.executable, "-m", "canalyze", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, check=False)
+    done = subprocess.run(command, capture_output=True, check=False, cwd=folder)
     if done.returncode != expected_exit:
         raise AssertionError(f"{command[3:]} ended with {done.returncode}:\n{done.stderr.decode(errors='replace')}")
     return done.stdout

@@ -21,7 +21,11 @@ BRIEF = {"zephyr-sdo", "zephyr-sdo-causal", "string-5-bytes", "string-100-bytes"
 EXPLAIN = {"zephyr-sdo", "sdo-block", "services"}
 SUMMARY = {"services", "two-nodes-interleaved"}
 HANDMADE = ("dialects.asc",)
-"""Captures in other formats than candump's that have goldens; the other ones hold what a `.log` of that name holds."""
+"""Captures in other formats than candump's that have goldens."""
+CONVERTED = ("zephyr-sdo", "services", "sdo-block", "two-nodes-interleaved")
+"""Samples that exist in other formats as well, as `canalyze convert` makes them."""
+FORMATS = ("asc", "mcap")
+"""These formats; their names end so."""
 GIVEN = {"zephyr-sdo.brief.zh.txt"}
 NETWORKS = ("drive-states", "sync-and-pdos")
 """Sessions of whole networks that have goldens, decoded with the descriptions of their nodes."""
@@ -58,6 +62,17 @@ def goldens(capture: Path) -> dict[Path, dict[str, str]]:
     return {capture.parent / file: arguments for file, arguments in made.items()}
 
 
+def converted() -> list[Path]:
+    """The samples in other formats; what they hold stands in the `.log` of that name."""
+    return [SAMPLES / f"{name}.{form}" for name in CONVERTED for form in FORMATS]
+
+
+def conversion(capture: Path) -> bytes:
+    """What the program makes of the `.log` of that name now. The file that is written names the one it was made of."""
+    arguments = ["convert", f"{capture.stem}.log", "-", "--to", capture.suffix[1:]]
+    return run_canalyze(arguments, folder=capture.parent)
+
+
 def input_format(capture: Path) -> str:
     """The capture's format."""
     return sniff(capture.read_bytes(), True) or ""
@@ -76,18 +91,24 @@ def output(capture: Path, arguments: dict[str, str]) -> bytes:
 
 
 def main() -> None:
-    """Every golden file of the samples named on the command line."""
+    """Every golden file of the samples named on the command line, and these samples in other formats."""
     names = set(sys.argv[1:])
     for capture in samples():
         if names and capture.stem not in names:
             continue
         for golden, arguments in goldens(capture).items():
-            if golden.name in GIVEN:
-                continue
-            new = output(capture, arguments)
-            if not golden.exists() or golden.read_bytes() != new:
-                golden.write_bytes(new)
-                print(golden.relative_to(SAMPLES.parent))
+            if golden.name not in GIVEN:
+                keep(golden, output(capture, arguments))
+    for capture in converted():
+        if not names or capture.stem in names:
+            keep(capture, conversion(capture))
+
+
+def keep(file: Path, new: bytes) -> None:
+    """Write a file that is another one now."""
+    if not file.exists() or file.read_bytes() != new:
+        file.write_bytes(new)
+        print(file.relative_to(SAMPLES.parent))
 
 
 if __name__ == "__main__":

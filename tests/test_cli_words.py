@@ -4,9 +4,11 @@ import re
 import string
 
 import pytest
+from captures import TESTS
 
 from canalyze.words import LANGUAGES, ROWS, Words
 
+PACKAGE = TESTS.parent / "canalyze"
 CHINESE = re.compile("[\u4e00-\u9fff]")
 
 
@@ -21,6 +23,22 @@ def test_row_is_complete(key: str, zh: str, en: str) -> None:
     facts = [{name for _, name, _, _ in string.Formatter().parse(text) if name} for text in (zh, en)]
     assert facts[0] == facts[1]
     assert not CHINESE.search(en), "the English column holds Chinese"
+
+
+PAGES = {"short", "usage", "help", "format", "examples", "completion"}
+"""What every command has; the keys are made of its name."""
+SAID_BY_THE_CORE = {"damage", "info", "merge", "mode", "severity", "status"}
+"""Tables whose keys are made of what the core says."""
+PROGRAM = "".join(path.read_text() for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE / "words")
+
+
+@pytest.mark.parametrize("key", [row[0] for row in ROWS])
+def test_row_is_used(key: str) -> None:
+    table, _, name = key.partition(".")
+    if table in SAID_BY_THE_CORE or name in PAGES:
+        return
+    spelled = re.escape(name).replace("_", "[-_]")
+    assert re.search(rf"""["'](?:{re.escape(table)}\.|--)?{spelled}["']""", PROGRAM)
 
 
 @pytest.mark.parametrize("lang", LANGUAGES)

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from capture_frames import annotated
 from captures import SAMPLES, described_beside, run_canalyze, session_output
-from regenerate import goldens, input_format, output, samples
+from regenerate import conversion, converted, goldens, input_format, output, samples
 
 CAPTURES = [
     *samples(),
@@ -50,6 +51,23 @@ def in_chunks(text: bytes, source: random.Random) -> Iterator[bytes]:
 def test_the_output_is_the_golden_one(capture: Path, golden: Path) -> None:
     assert golden.is_file(), "no golden file: run tests/regenerate.py and read what it writes"
     assert output(capture, goldens(capture)[golden]).decode() == golden.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("capture", converted(), ids=lambda path: path.name)
+def test_a_sample_in_another_format_is_what_convert_makes(capture: Path) -> None:
+    assert conversion(capture) == capture.read_bytes()
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+@pytest.mark.parametrize("capture", converted(), ids=lambda path: path.name)
+def test_a_sample_in_another_format_is_annotated_alike(capture: Path, lang: str) -> None:
+    """All that is said of each frame; stamps and columns look as the format has them."""
+    said = [
+        annotated(session_output([path.read_bytes()], name="x", lang=lang, depth="explain"))
+        for path in (capture, capture.with_suffix(".log"))
+    ]
+    assert any(said[0])
+    assert said[0] == said[1]
 
 
 @pytest.mark.parametrize("lang", ["zh", "en"])

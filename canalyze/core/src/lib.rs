@@ -18,11 +18,14 @@
 //! # Modules
 //!
 //! Dependency runs one way: `frame`, `od`, `dictionary` <- `message` <- `event`, `finding` <- `services` <-
-//! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. `readers` sees only `frame`; `inputs` and
-//! `info` see `readers`; `text` sees `message`, `event`, `finding`, `od`; `summary` sees `event`; `render` sees `text`,
-//! `info` and `summary`. The whole table stands in `tests/layers.rs`, which keeps it.
+//! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. On the side of files, `readers` sees only
+//! `frame`; `inputs` (files joined by time) and `info` (what a file is) see `readers`; `writers` sees `frame`, `event`
+//! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `od`;
+//! `summary` and `repeats` see `event`; `render` sees `text`, `info`, `summary` and the columns of `writers::console`.
+//! `calendar` and `select` see nothing. The whole table stands in `tests/layers.rs`, which keeps it.
 
 pub mod bus;
+pub mod calendar;
 pub mod checks;
 pub mod cob_id;
 pub mod configuration;

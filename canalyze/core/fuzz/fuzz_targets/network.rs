@@ -15,8 +15,7 @@ use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
 
 /// Time since the frame before, in ns, by the byte's lowest three bits; bit 3 makes it a step back.
-const GAPS_NS: [i64; 8] =
-    [0, 200_000, 1_000_000, 4_900_000, 10_000_000, 50_000_000, 600_000_000, i64::MAX / 4];
+const GAPS_NS: [i64; 8] = [0, 200_000, 1_000_000, 4_900_000, 10_000_000, 50_000_000, 600_000_000, i64::MAX / 4];
 
 fn object(index: u16, sub: u8, data_type: u16, value: u64) -> Object {
     Object {

@@ -5,7 +5,6 @@
 //! arm of [`Reader`], and its sign in `sniff`.
 
 pub mod asc;
-pub(crate) mod calendar;
 pub mod candump;
 pub mod mcap;
 pub mod packed;

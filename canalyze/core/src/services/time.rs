@@ -8,6 +8,7 @@
 //! The wire names no time zone, and none is assumed here.
 
 use super::length;
+use crate::calendar::{date_of, days_to};
 use crate::cob_id::Role;
 use crate::message::Message;
 
@@ -27,35 +28,13 @@ pub fn decode(role: Role, payload: &[u8]) -> Message {
 ///
 /// 16 bits reach to 2163-06-06, over one year divisible by 4 that is no leap year: 2100.
 pub fn date(days: u16) -> (u16, u8, u8) {
-    let mut left = u32::from(days);
-    let mut year: u16 = 1984;
-    loop {
-        let length = if leap(year) { 366 } else { 365 };
-        if left < length {
-            break;
-        }
-        left -= length;
-        year += 1;
-    }
-    let february = if leap(year) { 29 } else { 28 };
-    let mut month = 1;
-    for length in [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31] {
-        if left < length {
-            break;
-        }
-        left -= length;
-        month += 1;
-    }
-    (year, month, left as u8 + 1)
+    let (year, month, day) = date_of(days_to(1984, 1, 1) + i64::from(days));
+    (year as u16, month as u8, day as u8)
 }
 
 /// Hours, minutes, seconds and milliseconds of a time of day; hours exceed 23 where `ms` exceeds a day.
 pub fn clock(ms: u32) -> (u32, u32, u32, u32) {
     (ms / 3_600_000, ms / 60_000 % 60, ms / 1000 % 60, ms % 1000)
-}
-
-const fn leap(year: u16) -> bool {
-    year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
 }
 
 #[cfg(test)]

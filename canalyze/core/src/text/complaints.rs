@@ -7,7 +7,7 @@ use super::digits::put;
 use super::{Lang, en, escape, zh};
 use crate::finding::Finding;
 use crate::readers::{Place, Unreadable};
-use crate::writers::Loss;
+use crate::writers::loss::Loss;
 
 fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>)) -> String {
     let mut out = Vec::new();

@@ -92,12 +92,7 @@ pub struct Padded<const DIGITS: usize>(pub u64);
 
 impl<const N: usize> Put for Padded<N> {
     fn put(&self, out: &mut Vec<u8>) {
-        let start = out.len();
-        decimal(out, self.0);
-        let written = out.len() - start;
-        for _ in written..N {
-            out.insert(start, b'0');
-        }
+        filled(out, self.0, N, b'0');
     }
 }
 
@@ -161,13 +156,18 @@ pub fn binary(out: &mut Vec<u8>, value: u64, digits: usize) {
     }
 }
 
-/// A decimal number. Right to left into a buffer, by a constant divisor: dividing by a power found at run time costs
-/// several times as much, and numbers are half of what is written.
+/// A decimal number.
 pub fn decimal(out: &mut Vec<u8>, value: u64) {
     if value < 10 {
         return out.push(b'0' + value as u8);
     }
-    let mut digits = [0; 20];
+    filled(out, value, 0, b'0');
+}
+
+/// A decimal number with something before it up to a width, at most 20. Right to left into a buffer, by a constant
+/// divisor: dividing by a power found at run time costs several times as much, and numbers are half of what is written.
+pub fn filled(out: &mut Vec<u8>, value: u64, width: usize, fill: u8) {
+    let mut digits = [fill; 20];
     let mut rest = value;
     let mut count = 0;
     for slot in digits.iter_mut().rev() {
@@ -178,7 +178,30 @@ pub fn decimal(out: &mut Vec<u8>, value: u64) {
             break;
         }
     }
-    out.extend_from_slice(digits.get(digits.len() - count..).unwrap_or(&digits));
+    out.extend_from_slice(digits.get(digits.len() - count.max(width.min(20))..).unwrap_or(&digits));
+}
+
+/// A fraction of a second, given in ns, behind its point and to so many digits (at most 9); nothing for none.
+pub fn fraction(out: &mut Vec<u8>, ns: u32, count: u8) {
+    if count == 0 {
+        return;
+    }
+    let [a, b, c, d, e, f, g, h] = eight_digits(ns / 10);
+    let digits = [b'.', a, b, c, d, e, f, g, h, b'0' + (ns % 10) as u8];
+    out.extend_from_slice(digits.get(..=usize::from(count.min(9))).unwrap_or(&digits));
+}
+
+/// Exactly eight decimal digits; higher ones are cut off. All at once within one number, without a division for each:
+/// a stamp of ns has nine of them on every line.
+pub fn eight_digits(value: u32) -> [u8; 8] {
+    let value = u64::from(value % 100_000_000);
+    // Two numbers of four digits, then four of two, then eight of one: each in a part of its own, the first one lowest.
+    let fours = value / 10_000 | value % 10_000 << 32;
+    let hundreds = (fours * 10_486 >> 20) & 0x0000_007F_0000_007F;
+    let twos = hundreds | (fours - 100 * hundreds) << 16;
+    let tens = (twos * 103 >> 10) & 0x000F_000F_000F_000F;
+    let ones = tens | (twos - 10 * tens) << 8;
+    (ones | 0x3030_3030_3030_3030).to_le_bytes()
 }
 
 /// A decimal number with its sign.
@@ -215,6 +238,15 @@ mod tests {
     }
 
     #[test]
+    fn eight_digits_at_once() {
+        for value in (0..100_000_000).step_by(1237).chain(0..10_000).chain(99_990_000..100_000_000) {
+            let digits = eight_digits(value);
+            let read = digits.iter().fold(0, |sum, digit| sum * 10 + u32::from(digit - b'0'));
+            assert_eq!(read, value);
+        }
+    }
+
+    #[test]
     fn digits_of_fixed_count() {
         assert_eq!(written(Hex::<4>(0x1008)), "1008");
         assert_eq!(written(Hex::<2>(0x1AB)), "AB");
@@ -223,6 +255,13 @@ mod tests {
         assert_eq!(written(Nibbles(0x1B)), "0001 1011b");
         assert_eq!(written(Padded::<2>(5)), "05");
         assert_eq!(written(Padded::<2>(345)), "345");
+        let mut out = Vec::new();
+        filled(&mut out, 7, 3, b' ');
+        filled(&mut out, 1234, 3, b' ');
+        fraction(&mut out, 120_000_009, 3);
+        fraction(&mut out, 9, 20);
+        fraction(&mut out, 9, 0);
+        assert_eq!(out, b"  71234.120.000000009");
         assert_eq!(written(Spaced(&[5, 0, 0xFF])), "05 00 FF");
         assert_eq!(written(Joined(&[5, 0xFF])), "05FF");
     }

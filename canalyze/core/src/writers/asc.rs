@@ -5,11 +5,12 @@
 //! reader takes (`readers::asc::notes`). Must not: write a line that another reader would take for a different frame.
 
 use super::{Loss, Losses, Setting};
+use crate::calendar::date_of;
 use crate::frame::{BusId, CanId, Direction, Frame, Kind};
 use crate::readers::Marker;
 use crate::readers::asc::notes::Note;
 use crate::readers::asc::{Channel, fd_code};
-use crate::readers::calendar::date_of;
+use crate::text::digits::{Hex, Padded, Spaced, filled, fraction, hex, put};
 
 const SECOND: i64 = 1_000_000_000;
 const MILLISECOND: i64 = 1_000_000;
@@ -76,8 +77,7 @@ impl Asc {
         stamp(out, moment.saturating_sub(origin), frame.stamp.map_or(6, |stamp| stamp.decimals));
         match frame.kind {
             Kind::Error => {
-                number(out, u64::from(channel), 0);
-                out.extend_from_slice(b"  ErrorFrame");
+                put!(out; channel, "  ErrorFrame");
             }
             Kind::Fd { brs, esi } => fd(out, channel, frame, brs, esi),
             Kind::Data | Kind::Remote => classic(out, channel, frame),
@@ -193,8 +193,7 @@ fn numbered(name: &[u8]) -> Option<Channel> {
 
 /// `1  601             Rx   d 8 40 08 10 00 00 00 00 00`
 fn classic(out: &mut Vec<u8>, channel: Channel, frame: &Frame) {
-    number(out, u64::from(channel), 0);
-    out.extend_from_slice(b"  ");
+    put!(out; channel, "  ");
     let start = out.len();
     identifier(out, frame.id);
     while out.len() < start + 15 {
@@ -202,9 +201,7 @@ fn classic(out: &mut Vec<u8>, channel: Channel, frame: &Frame) {
     }
     out.extend_from_slice(if frame.dir == Some(Direction::Tx) { b" Tx   " } else { b" Rx   " });
     let code = if frame.length_form.raw_dlc > 8 { frame.length_form.raw_dlc } else { frame.len.min(8) };
-    out.push(if frame.kind == Kind::Remote { b'r' } else { b'd' });
-    out.push(b' ');
-    hex(out, u64::from(code), 1);
+    put!(out; if frame.kind == Kind::Remote { "r " } else { "d " }, Hex::<1>(u64::from(code)));
     bytes(out, frame.payload());
 }
 
@@ -212,26 +209,23 @@ fn classic(out: &mut Vec<u8>, channel: Channel, frame: &Frame) {
 /// behind the data are unknown but for the flags.
 fn fd(out: &mut Vec<u8>, channel: Channel, frame: &Frame, brs: bool, esi: bool) {
     out.extend_from_slice(b"CANFD ");
-    number(out, u64::from(channel), 3);
+    filled(out, u64::from(channel), 3, b' ');
     out.extend_from_slice(if frame.dir == Some(Direction::Tx) { b" Tx   " } else { b" Rx   " });
     // Right-aligned in nine columns, the last being the `x`; then the room of a symbolic name.
-    let width = digits_of(frame.id) as usize;
+    let width = digits_of(frame.id);
     out.extend(std::iter::repeat_n(b' ', 8 - width.min(8)));
     identifier(out, frame.id);
     out.extend(std::iter::repeat_n(b' ', if frame.id.is_extended() { 34 } else { 35 }));
     out.extend_from_slice(if brs { b"1 " } else { b"0 " });
     out.extend_from_slice(if esi { b"1 " } else { b"0 " });
-    hex(out, fd_code(u64::from(frame.len)), 1);
-    out.push(b' ');
-    number(out, u64::from(frame.len), 2);
+    put!(out; Hex::<1>(fd_code(u64::from(frame.len))), " ");
+    filled(out, u64::from(frame.len), 2, b' ');
     bytes(out, frame.payload());
     let flags = 0x1000 | u64::from(brs) << 13 | u64::from(esi) << 14;
-    out.extend_from_slice(b"        0    0     ");
-    hex(out, flags, 4);
-    out.extend_from_slice(b"        0        0        0        0        0");
+    put!(out; "        0    0     ", Hex::<4>(flags), "        0        0        0        0        0");
 }
 
-fn digits_of(id: CanId) -> u32 {
+fn digits_of(id: CanId) -> usize {
     (1..8).find(|digits| id.raw() >> (4 * digits) == 0).unwrap_or(8)
 }
 
@@ -243,84 +237,32 @@ fn identifier(out: &mut Vec<u8>, id: CanId) {
 }
 
 fn bytes(out: &mut Vec<u8>, payload: &[u8]) {
-    for byte in payload {
-        out.push(b' ');
-        hex(out, u64::from(*byte), 2);
+    if !payload.is_empty() {
+        put!(out; " ", Spaced(payload));
     }
 }
 
 /// `   0.000000 `: seconds in four columns, six or nine decimals.
 fn stamp(out: &mut Vec<u8>, ns: i64, decimals: u8) {
-    number(out, ns.div_euclid(SECOND).unsigned_abs(), 4);
-    out.push(b'.');
-    let fraction = ns.rem_euclid(SECOND).unsigned_abs();
+    filled(out, ns.div_euclid(SECOND).unsigned_abs(), 4, b' ');
+    let rest = ns.rem_euclid(SECOND) as u32;
     // Moments of several files joined may be finer than their stamps.
-    if decimals > 6 || !fraction.is_multiple_of(1000) {
-        zeros(out, fraction, 9)
-    } else {
-        zeros(out, fraction / 1000, 6)
-    }
+    fraction(out, rest, if decimals > 6 || !rest.is_multiple_of(1000) { 9 } else { 6 });
     out.push(b' ');
 }
 
 /// `Thu Apr 28 10:44:52.480 am 2022`
 fn date(out: &mut Vec<u8>, ns: i64) {
-    const WEEKDAYS: [&[u8]; 7] = [b"Thu", b"Fri", b"Sat", b"Sun", b"Mon", b"Tue", b"Wed"];
-    const MONTHS: [&[u8]; 12] =
-        [b"Jan", b"Feb", b"Mar", b"Apr", b"May", b"Jun", b"Jul", b"Aug", b"Sep", b"Oct", b"Nov", b"Dec"];
+    const WEEKDAYS: [&str; 7] = ["Thu", "Fri", "Sat", "Sun", "Mon", "Tue", "Wed"];
+    const MONTHS: [&str; 12] = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
     let days = ns.div_euclid(86_400 * SECOND);
     let time = ns.rem_euclid(86_400 * SECOND).unsigned_abs() / MILLISECOND.unsigned_abs();
     let (year, month, day) = date_of(days);
     let (hour, minute, second) = (time / 3_600_000, time / 60_000 % 60, time / 1000 % 60);
-    let name = |names: &[&'static [u8]], index: i64| names.get(index as usize).copied().unwrap_or_default();
-    out.extend_from_slice(name(&WEEKDAYS, days.rem_euclid(7)));
-    out.push(b' ');
-    out.extend_from_slice(name(&MONTHS, month - 1));
-    out.push(b' ');
-    number(out, day.unsigned_abs(), 0);
-    out.push(b' ');
-    zeros(out, (hour + 11) % 12 + 1, 2);
-    out.push(b':');
-    zeros(out, minute, 2);
-    out.push(b':');
-    zeros(out, second, 2);
-    out.push(b'.');
-    zeros(out, time % 1000, 3);
-    out.extend_from_slice(if hour < 12 { b" am " } else { b" pm " });
-    zeros(out, year.unsigned_abs(), 4);
-}
-
-/// A decimal number, blanks before it up to a width.
-fn number(out: &mut Vec<u8>, value: u64, width: usize) {
-    decimal(out, value, width, b' ');
-}
-
-/// A decimal number, zeros before it up to a width.
-fn zeros(out: &mut Vec<u8>, value: u64, width: usize) {
-    decimal(out, value, width, b'0');
-}
-
-fn decimal(out: &mut Vec<u8>, value: u64, width: usize, fill: u8) {
-    let mut digits = [fill; 20];
-    let mut rest = value;
-    let mut count = 0;
-    for digit in digits.iter_mut().rev() {
-        *digit = b'0' + (rest % 10) as u8;
-        rest /= 10;
-        count += 1;
-        if rest == 0 {
-            break;
-        }
-    }
-    out.extend_from_slice(digits.get(digits.len() - count.max(width.min(20))..).unwrap_or(&digits));
-}
-
-/// A number in so many hexadecimal digits.
-fn hex(out: &mut Vec<u8>, value: u64, digits: u32) {
-    for place in (0..digits.min(16)).rev() {
-        let nibble = (value >> (4 * place)) as u8 & 0xF;
-        out.push(if nibble < 10 { b'0' + nibble } else { b'A' + nibble - 10 });
-    }
+    let name = |names: &[&'static str], index: i64| names.get(index as usize).copied().unwrap_or_default();
+    put!(out; name(&WEEKDAYS, days.rem_euclid(7)), " ", name(&MONTHS, month - 1), " ", day.unsigned_abs(), " ");
+    put!(out; Padded::<2>((hour + 11) % 12 + 1), ":", Padded::<2>(minute), ":", Padded::<2>(second));
+    put!(out; ".", Padded::<3>(time % 1000), if hour < 12 { " am " } else { " pm " }, Padded::<4>(year.unsigned_abs()));
 }
 
 #[cfg(test)]

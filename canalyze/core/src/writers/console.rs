@@ -4,11 +4,13 @@
 //! Formatting is by hand: it costs more than decoding. Must not: lose a digit of a stamp.
 
 use super::{Loss, Losses, Setting, name_of};
+use crate::calendar::date_of;
 use crate::frame::{Direction, Frame, Kind, Stamp, StampForm};
 use crate::readers::Marker;
-use crate::text::digits::{Hex, Padded, hex_digits, put};
+use crate::text::digits::{Hex, Padded, filled, fraction, hex_digits, put};
 use crate::text::escape;
 
+const SECOND: i64 = 1_000_000_000;
 /// Longest bus name for which columns are aligned.
 const NAME_WIDTH: usize = 16;
 
@@ -140,71 +142,20 @@ fn written(out: &mut Vec<u8>, stamp: &Stamp) {
 
 /// The same without its parentheses.
 pub fn digits(out: &mut Vec<u8>, stamp: &Stamp) {
-    let (seconds, fraction) = (stamp.ns.div_euclid(1_000_000_000), stamp.ns.rem_euclid(1_000_000_000) as u32);
+    let (seconds, ns) = (stamp.ns.div_euclid(SECOND), stamp.ns.rem_euclid(SECOND) as u32);
     match stamp.form {
-        StampForm::Seconds => {
-            // Right to left into a buffer: `{:0width$}` of the formatting machinery costs five times as much.
-            let mut digits = [b'0'; 20];
-            let mut rest = seconds.unsigned_abs();
-            let mut count = 0;
-            for slot in digits.iter_mut().rev() {
-                *slot = b'0' + (rest % 10) as u8;
-                rest /= 10;
-                count += 1;
-                if rest == 0 {
-                    break;
-                }
-            }
-            let shown = usize::from(stamp.width).clamp(count, digits.len());
-            out.extend_from_slice(digits.get(digits.len() - shown..).unwrap_or(&digits));
-        }
+        StampForm::Seconds => filled(out, seconds.unsigned_abs(), usize::from(stamp.width), b'0'),
         StampForm::Calendar => calendar(out, seconds),
     }
-    if stamp.decimals > 0 {
-        let mut digits = *b".000000000";
-        let mut rest = fraction;
-        for slot in digits.iter_mut().skip(1).rev() {
-            *slot = b'0' + (rest % 10) as u8;
-            rest /= 10;
-        }
-        out.extend_from_slice(digits.get(..=usize::from(stamp.decimals.min(9))).unwrap_or(&digits));
-    }
+    fraction(out, ns, stamp.decimals);
 }
 
-/// `2026-09-15 18:44:56.479963`, of ns since 1970-01-01.
-pub fn date(out: &mut Vec<u8>, ns: i64, digits: u8) {
-    calendar(out, ns.div_euclid(1_000_000_000));
-    decimals(out, ns.rem_euclid(1_000_000_000) as u32, digits);
-}
-
-/// A fraction of a second after its point, to so many digits.
-fn decimals(out: &mut Vec<u8>, fraction: u32, count: u8) {
-    if count == 0 {
-        return;
-    }
-    let mut digits = *b".000000000";
-    let mut rest = fraction;
-    for slot in digits.iter_mut().skip(1).rev() {
-        *slot = b'0' + (rest % 10) as u8;
-        rest /= 10;
-    }
-    out.extend_from_slice(digits.get(..=usize::from(count.min(9))).unwrap_or(&digits));
-}
-
-/// `2026-09-15 18:44:56` of seconds since 1970-01-01, by the proleptic Gregorian calendar.
+/// `2026-09-15 18:44:56` of seconds since 1970-01-01.
 fn calendar(out: &mut Vec<u8>, seconds: i64) {
-    let (days, second) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400) as u64);
-    // Years begin in March, so that the leap day is a year's last; 719 468 days lie between 0000-03-01 and 1970-01-01.
-    let shifted = days.saturating_add(719_468);
-    let (era, day) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
-    let year_of_era = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
-    let day_of_year = day - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month_from_march = (5 * day_of_year + 2) / 153;
-    let day_of_month = day_of_year - (153 * month_from_march + 2) / 5 + 1;
-    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
-    let year = year_of_era.saturating_add(era.saturating_mul(400)) + i64::from(month <= 2);
+    let (year, month, day) = date_of(seconds.div_euclid(86_400));
+    let second = seconds.rem_euclid(86_400).unsigned_abs();
     put!(out; Padded::<4>(year.unsigned_abs()), "-", Padded::<2>(month.unsigned_abs()), "-");
-    put!(out; Padded::<2>(day_of_month.unsigned_abs()), " ", Padded::<2>(second / 3600), ":");
+    put!(out; Padded::<2>(day.unsigned_abs()), " ", Padded::<2>(second / 3600), ":");
     put!(out; Padded::<2>(second / 60 % 60), ":", Padded::<2>(second % 60));
 }
 
@@ -215,11 +166,10 @@ fn direction(out: &mut Vec<u8>, frame: &Frame) {
         Kind::Fd { brs, esi } => (brs, esi),
         _ => (false, false),
     };
-    put!(out; match dir {
-        Direction::Rx => "RX ",
-        Direction::Tx => "TX ",
-    });
-    put!(out; if brs { "B " } else { "- " }, if esi { "E  " } else { "-  " });
+    // In one piece: every line has it where one has.
+    let [b, e] = [if brs { b'B' } else { b'-' }, if esi { b'E' } else { b'-' }];
+    let first = if dir == Direction::Rx { b'R' } else { b'T' };
+    out.extend_from_slice(&[first, b'X', b' ', b, b' ', e, b' ', b' ']);
 }
 
 /// Length or raw DLC, and a blank behind it: candump prints one before each byte, too.

@@ -5,8 +5,9 @@
 use super::{Loss, Losses, Setting, console, name_of};
 use crate::frame::{Direction, Frame, Kind};
 use crate::readers::Marker;
-use crate::text::digits::{hex, hex_byte};
+use crate::text::digits::{Hex, Joined, Padded, fraction, put};
 
+const SECOND: u64 = 1_000_000_000;
 /// Between the stamps that are invented for frames without any.
 const SPACING_NS: i64 = 1_000_000;
 
@@ -27,41 +28,33 @@ impl Log {
             self.last_ns.map_or(0, |last| last.saturating_add(SPACING_NS))
         });
         self.last_ns = Some(moment);
-        stamp(out, moment.unsigned_abs(), frame.stamp.map_or(6, |stamp| stamp.decimals));
+        let ns = moment.unsigned_abs();
+        // At least ten digits before the point, as candump writes them, and six behind it.
+        put!(out; "(", Padded::<10>(ns / SECOND));
+        fraction(out, (ns % SECOND) as u32, frame.stamp.map_or(6, |stamp| stamp.decimals.max(6)));
+        put!(out; ") ");
         let name = name_of(setting.buses, frame.bus, &mut self.losses);
         out.extend_from_slice(if name.is_empty() { b"can0" } else { &name });
-        out.push(b' ');
-        let raw = frame.id.raw();
+        let raw = u64::from(frame.id.raw());
         match frame.kind {
-            Kind::Error => hex(out, u64::from(raw | 0x2000_0000), 8),
-            _ if frame.id.is_extended() => hex(out, u64::from(raw), 8),
-            _ => hex(out, u64::from(raw), 3),
+            Kind::Error => put!(out; " ", Hex::<8>(raw | 0x2000_0000), "#"),
+            _ if frame.id.is_extended() => put!(out; " ", Hex::<8>(raw), "#"),
+            _ => put!(out; " ", Hex::<3>(raw), "#"),
         }
-        out.push(b'#');
         match frame.kind {
-            Kind::Fd { brs, esi } => {
-                out.push(b'#');
-                hex(out, u64::from(u8::from(brs) | u8::from(esi) << 1), 1);
-            }
-            Kind::Remote => {
-                out.push(b'R');
-                if frame.len > 0 {
-                    hex(out, u64::from(frame.len.min(8)), 1);
-                }
-            }
+            Kind::Fd { brs, esi } => put!(out; "#", Hex::<1>(u64::from(brs) | u64::from(esi) << 1)),
+            Kind::Remote if frame.len > 0 => put!(out; "R", frame.len.min(8)),
+            Kind::Remote => put!(out; "R"),
             Kind::Data | Kind::Error => {}
         }
-        for byte in frame.payload() {
-            hex_byte(out, *byte);
-        }
+        put!(out; Joined(frame.payload()));
         if frame.length_form.raw_dlc > 8 && !matches!(frame.kind, Kind::Fd { .. }) {
-            out.push(b'_');
-            hex(out, u64::from(frame.length_form.raw_dlc), 1);
+            put!(out; "_", Hex::<1>(u64::from(frame.length_form.raw_dlc)));
         }
-        out.extend_from_slice(match frame.dir {
-            Some(Direction::Rx) => b" R\n",
-            Some(Direction::Tx) => b" T\n",
-            None => b"\n",
+        put!(out; match frame.dir {
+            Some(Direction::Rx) => " R\n",
+            Some(Direction::Tx) => " T\n",
+            None => "\n",
         });
     }
 
@@ -75,35 +68,4 @@ impl Log {
             Marker::Start { .. } | Marker::Backward { .. } => {}
         }
     }
-}
-
-/// `(0000000001.500000) `: at least ten digits before the point, as candump writes them, and six behind it.
-fn stamp(out: &mut Vec<u8>, ns: u64, decimals: u8) {
-    out.push(b'(');
-    decimal(out, ns / 1_000_000_000, 10);
-    out.push(b'.');
-    let mut digits = [b'0'; 9];
-    let mut rest = ns % 1_000_000_000;
-    for digit in digits.iter_mut().rev() {
-        *digit = b'0' + (rest % 10) as u8;
-        rest /= 10;
-    }
-    out.extend_from_slice(digits.get(..usize::from(decimals.clamp(6, 9))).unwrap_or(&digits));
-    out.extend_from_slice(b") ");
-}
-
-/// A decimal number of at least so many digits, at most 20.
-fn decimal(out: &mut Vec<u8>, number: u64, width: usize) {
-    let mut digits = [b'0'; 20];
-    let mut rest = number;
-    let mut count = 0;
-    for digit in digits.iter_mut().rev() {
-        *digit = b'0' + (rest % 10) as u8;
-        rest /= 10;
-        count += 1;
-        if rest == 0 {
-            break;
-        }
-    }
-    out.extend_from_slice(digits.get(digits.len() - count.max(width.min(20))..).unwrap_or(&digits));
 }

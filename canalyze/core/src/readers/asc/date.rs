@@ -5,7 +5,7 @@
 //! not whole.
 
 use super::words::Words;
-use crate::readers::calendar::{days_of, days_to};
+use crate::calendar::{days_of, days_to};
 use crate::readers::candump::stamp::{digits, nanoseconds};
 
 /// The first letters of a month, in lower case, and its number. The umlaut as in UTF-8, Latin-1, code page 850 and

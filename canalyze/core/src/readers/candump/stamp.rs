@@ -5,8 +5,8 @@
 //! the meaning is decided from their order (`Clock`). A stamp must never be repaired or sorted here.
 
 use super::Stamps;
+use crate::calendar::{days_of, days_to};
 use crate::frame::{Stamp, StampForm};
-use crate::readers::calendar::{days_of, days_to};
 
 const SECOND: i64 = 1_000_000_000;
 /// Console stamps below this may be differences or counted from zero; above, they are an epoch (1973 on).

@@ -26,7 +26,7 @@ pub mod summary;
 use crate::event::{Event, Note, Scanned, What};
 use crate::finding::Finding;
 use crate::frame::{Buses, Direction, Frame, Kind};
-use crate::text::digits::{Hex, Joined, Padded, put};
+use crate::text::digits::{Hex, Joined, fraction, put};
 use crate::text::{Depth, Lang, en, escape, zh};
 
 pub use contents::contents;
@@ -247,11 +247,7 @@ pub(in crate::render) fn seconds(out: &mut Vec<u8>, ns: Option<i64>, decimals: u
     put!(out; if ns < 0 { "\"-" } else { "\"" });
     let ns = ns.unsigned_abs();
     put!(out; ns / 1_000_000_000);
-    if decimals > 0 {
-        let start = out.len();
-        put!(out; ".", Padded::<9>(ns % 1_000_000_000));
-        out.truncate(start + 1 + usize::from(decimals.min(9)));
-    }
+    fraction(out, (ns % 1_000_000_000) as u32, decimals);
     put!(out; "\"");
 }
 

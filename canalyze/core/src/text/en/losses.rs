@@ -1,7 +1,7 @@
 //! What a capture format cannot hold, in English.
 
 use crate::text::digits::put;
-use crate::writers::Loss;
+use crate::writers::loss::Loss;
 
 /// `12 frames: the direction is not kept`.
 pub fn loss(out: &mut Vec<u8>, loss: Loss, count: u64) {

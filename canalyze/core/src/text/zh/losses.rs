@@ -1,7 +1,7 @@
 //! What a capture format cannot hold, in Chinese.
 
 use crate::text::digits::put;
-use crate::writers::Loss;
+use crate::writers::loss::Loss;
 
 /// `12帧: 未保留收发方向`.
 pub fn loss(out: &mut Vec<u8>, loss: Loss, count: u64) {

@@ -1,9 +1,9 @@
-//! Days of the Gregorian calendar, for the formats that write dates.
+//! Days of the Gregorian calendar, for the formats that write dates and for TIME_OF_DAY.
 //!
 //! Times of day and zones are no concern of this file: what a format writes is counted as if it were UTC.
 
 /// Days of a month.
-pub(crate) fn days_of(year: i64, month: i64) -> i64 {
+pub fn days_of(year: i64, month: i64) -> i64 {
     match month {
         2 if year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) => 29,
         2 => 28,
@@ -13,7 +13,7 @@ pub(crate) fn days_of(year: i64, month: i64) -> i64 {
 }
 
 /// Days from 1970-01-01 to a date.
-pub(crate) fn days_to(year: i64, month: i64, day: i64) -> i64 {
+pub fn days_to(year: i64, month: i64, day: i64) -> i64 {
     // Years are taken from March on, so that the leap day is the last of its year.
     let year = if month > 2 { year } else { year - 1 };
     let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
@@ -23,7 +23,7 @@ pub(crate) fn days_to(year: i64, month: i64, day: i64) -> i64 {
 }
 
 /// Year, month and day of a number of days from 1970-01-01.
-pub(crate) fn date_of(days: i64) -> (i64, i64, i64) {
+pub fn date_of(days: i64) -> (i64, i64, i64) {
     let days = days + 719_468;
     let era = days.div_euclid(146_097);
     let day = days.rem_euclid(146_097);

@@ -1,0 +1,220 @@
+//! What is known of the capture as a whole, and what is said of it: numbers and times of frames, findings about files.
+//!
+//! A finding about the capture belongs to no frame. Must not: write output, or know what a frame means.
+
+use std::collections::BTreeMap;
+
+use crate::filter::Clock;
+use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
+use crate::inputs::{ABSOLUTE_NS, File, Unreadable};
+use crate::readers::{Damage, DamageKind, Marker, Place, Unreadable as Reason};
+use crate::render::jsonl;
+use crate::text::{Lang, complaints};
+use crate::writers;
+
+/// Unreadable lines of a file that are named one by one as they come.
+const NAMED: u64 = 5;
+/// What a file may begin before the end of the one before it: buses are not captured in strict order.
+const STEP_BACK_NS: i64 = 10_000_000;
+
+/// A capture, of one file or several.
+#[derive(Debug)]
+pub(super) struct Capture {
+    lang: Lang,
+    /// The file at hand.
+    pub(super) file: File,
+    /// The file before it, until its first frame.
+    before: Option<Vec<u8>>,
+    /// Frames so far, over all files.
+    pub(super) frames: u64,
+    /// Time of the first frame.
+    start_ns: Option<i64>,
+    /// The date from which the capture's stamps count, where its first dated file says one.
+    pub(super) date_ns: Option<i64>,
+    /// Digits after the point of the last stamp.
+    decimals: u8,
+    /// The last frame.
+    pub(super) last: FrameRef,
+    /// Lines for standard error.
+    pub(super) complaints: Vec<String>,
+}
+
+/// What output needs to know of the capture beside events.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View<'a> {
+    pub(super) buses: &'a Buses,
+    /// For filters.
+    pub(super) clock: Clock,
+    /// For JSON lines and signals.
+    pub(super) jsonl: jsonl::Setting<'a>,
+    /// For writers.
+    pub(super) writing: writers::Setting<'a>,
+}
+
+impl Capture {
+    pub(super) fn new(lang: Lang) -> Self {
+        Self {
+            lang,
+            file: File::default(),
+            before: None,
+            frames: 0,
+            start_ns: None,
+            date_ns: None,
+            decimals: 9,
+            last: FrameRef::default(),
+            complaints: Vec::new(),
+        }
+    }
+
+    /// The next file begins.
+    pub(super) fn begin(&mut self, name: &[u8]) {
+        let before = std::mem::replace(&mut self.file, File { name: name.to_vec(), ..File::default() });
+        self.before = (before.frames > 0).then_some(before.name);
+    }
+
+    pub(super) fn view<'a>(&'a self, buses: &'a Buses) -> View<'a> {
+        let date_ns = self.date_ns.filter(|_| self.file.dated);
+        View {
+            buses,
+            clock: Clock { start_ns: self.start_ns.unwrap_or(0), date_ns: date_ns.unwrap_or(0) },
+            jsonl: jsonl::Setting { lang: self.lang, file: &self.file.name, buses, decimals: self.decimals },
+            writing: writers::Setting { buses, date_ns },
+        }
+    }
+
+    /// Counts a frame.
+    pub(super) fn count(&mut self) {
+        self.frames += 1;
+        self.file.frames += 1;
+    }
+
+    /// Gives the next frame its number and its time among the capture's.
+    pub(super) fn place(&mut self, frame: &mut Frame) {
+        self.count();
+        frame.no = self.frames;
+        if self.file.frames == 1 {
+            self.begins(frame);
+        }
+        if self.file.shift_ns != 0 {
+            let shift = |ns: i64| ns.saturating_add(self.file.shift_ns);
+            frame.t_ns = frame.t_ns.map(shift);
+            frame.stamp = frame.stamp.map(|stamp| Stamp { ns: shift(stamp.ns), ..stamp });
+        }
+        self.decimals = frame.stamp.map_or(9, |stamp| stamp.decimals);
+        if let Some(before) = self.before.take() {
+            self.boundary(&before, frame);
+        }
+        self.last = frame.reference();
+        self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
+    }
+
+    /// The first frame of a file. Files whose stamps are absolute and files whose stamps count from a date follow one
+    /// another on one clock, which is that of the first.
+    fn begins(&mut self, frame: &Frame) {
+        if self.file.dated || frame.t_ns.is_none_or(|t_ns| t_ns < ABSOLUTE_NS) {
+            return;
+        }
+        let date_ns = *self.date_ns.get_or_insert(0);
+        if date_ns != 0 {
+            self.file.shift_ns = date_ns.saturating_neg();
+            self.file.dated = true;
+        }
+    }
+
+    /// The first frame of a file that follows another: files that are named out of order are worth a word.
+    fn boundary(&mut self, before: &[u8], frame: &Frame) {
+        let (Some(end_ns), Some(t_ns)) = (self.last.t_ns, frame.t_ns) else { return };
+        let back_ns = end_ns.saturating_sub(t_ns);
+        if back_ns > STEP_BACK_NS {
+            self.complaints.push(complaints::step_back(self.lang, &self.file.name, before, back_ns));
+        }
+    }
+
+    /// From here on the file's stamps count from this date.
+    pub(super) fn dated(&mut self, date_ns: i64) {
+        self.file.shift_ns = date_ns.saturating_sub(*self.date_ns.get_or_insert(date_ns));
+        self.file.dated = true;
+    }
+
+    /// What the capturing program says of itself is complained of, and may be a finding.
+    pub(super) fn marker(&mut self, marker: &Marker) -> Option<Finding> {
+        let (code, place, facts, bus) = match *marker {
+            Marker::Start { .. } => return None,
+            Marker::Dropped { bus, count, total, place } => {
+                (Some(Code::Cap002), place, Facts::Dropped { count, total }, bus)
+            }
+            Marker::Backward { place } => (Some(Code::Cap003), place, Facts::None, BusId(0)),
+            Marker::Error { bus, place, .. } => (None, place, Facts::None, bus),
+        };
+        let finding = code.map(|code| self.finding(code, place, facts, bus));
+        self.complaints.push(complaints::marker(self.lang, &self.file.name, place, finding.as_ref()));
+        finding
+    }
+
+    /// A part of the file is lost.
+    pub(super) fn damaged(&mut self, damage: Damage) -> Finding {
+        let Damage { place, kind, bytes, frames } = damage;
+        let (code, face) = match kind {
+            DamageKind::Cut => (Code::Cap005, 0),
+            DamageKind::Checksum => (Code::Cap004, 0),
+            DamageKind::Structure => (Code::Cap004, 1),
+            DamageKind::Compression => (Code::Cap004, 2),
+            DamageKind::Rest => (Code::Cap004, 3),
+            DamageKind::Undefined => (Code::Cap004, 4),
+        };
+        // The same with the number of frames.
+        let face = if frames.is_some() && code == Code::Cap004 && face < 3 { face + 5 } else { face };
+        let counted = |name, count: Option<u64>| count.map(|count| (name, Quantity::Count(count)));
+        let (Place::Line(at) | Place::Byte(at)) = place;
+        let measured = [counted("offset", Some(at)), counted("bytes", bytes), counted("frames", frames)];
+        let measured: Vec<_> = measured.into_iter().flatten().collect();
+        let finding = self.finding(code, place, Facts::told(face, &measured), BusId(0));
+        self.complaints.push(complaints::marker(self.lang, &self.file.name, place, Some(&finding)));
+        finding
+    }
+
+    /// A line of the file, or a record, cannot be read.
+    pub(super) fn unreadable(&mut self, place: Place, reason: Reason) {
+        self.file.unreadable.add(place);
+        if self.file.unreadable.count <= NAMED {
+            self.complaints.push(complaints::unreadable(self.lang, &self.file.name, place, reason));
+        }
+    }
+
+    /// The file is over: what of it could not be read, and the finding about that. Of a file without frames nothing is
+    /// said.
+    pub(super) fn end(&mut self) -> (Unreadable, Option<Finding>) {
+        let unreadable = std::mem::take(&mut self.file.unreadable);
+        let Unreadable { count, first, ranges } = &unreadable;
+        if *count == 0 || self.file.frames == 0 {
+            return (unreadable, None);
+        }
+        let facts = Facts::Lines { count: *count };
+        let first = first.unwrap_or(Place::Line(0));
+        let finding = self.finding(Code::Cap001, first, facts, BusId(0));
+        if *count > NAMED {
+            self.complaints.push(complaints::unreadable_lines(self.lang, &self.file.name, first, *count, ranges));
+        }
+        (unreadable, Some(finding))
+    }
+
+    /// The capture is over. `absent`: descriptions of nodes that are not in it, by file. `idle`: a filter let nothing
+    /// through.
+    pub(super) fn finish(&mut self, absent: BTreeMap<&str, Vec<u8>>, idle: bool) {
+        let lines = absent.into_iter().map(|(file, nodes)| complaints::absent(self.lang, file.as_bytes(), nodes));
+        self.complaints.extend(lines);
+        if idle {
+            self.complaints.push(complaints::nothing_shown(self.lang, self.frames));
+        }
+    }
+
+    /// Where the file has no lines a finding names the last frame before it.
+    fn finding(&self, code: Code, place: Place, facts: Facts, bus: BusId) -> Finding {
+        let at = match place {
+            Place::Line(line) => FrameRef { line: Some(line), ..FrameRef::default() },
+            Place::Byte(_) => self.last,
+        };
+        Finding { code, at, cause: None, bus, node: None, object: None, facts }
+    }
+}

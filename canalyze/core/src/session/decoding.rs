@@ -1,0 +1,188 @@
+//! The buses of a capture, each with its state: frames in, events out.
+//!
+//! Must not: know a format, or count what is shown.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::bus::Bus;
+use crate::context::{Chunk, Context};
+use crate::event::{Event, What};
+use crate::frame::{BusId, Buses, Frame, FrameRef};
+use crate::network::Network;
+use crate::repeats::Repeats;
+use crate::services::sdo::transfer::Status;
+use crate::services::sdo::wire::Mux;
+
+/// Bytes of a transfer for a file of its own.
+#[derive(Clone, Debug)]
+pub struct Extracted {
+    /// A safe file name: letters, digits, `.`, `_`, `-`.
+    pub name: String,
+    /// The next bytes.
+    pub bytes: Vec<u8>,
+    /// How the transfer ended; `None` while it runs.
+    pub status: Option<Status>,
+}
+
+/// What is known of all buses.
+#[derive(Debug)]
+pub(super) struct Decoding {
+    network: Arc<Network>,
+    /// Whether the bytes of SDO transfers are handed out.
+    extract: bool,
+    /// Nobody asks what frames mean, so no state is kept.
+    blind: bool,
+    /// Repeats of findings are counted instead of shown.
+    folds: bool,
+    state: Vec<Bus>,
+    /// What follows from the frame at hand.
+    pub(super) events: Vec<Event>,
+    chunks: Vec<Chunk>,
+    next_transfer: u64,
+    repeats: Repeats,
+    /// Which nodes had a frame, a bit each, by bus.
+    seen: Vec<u128>,
+    pub(super) extracted: Vec<Extracted>,
+}
+
+impl Decoding {
+    pub(super) fn new(network: Arc<Network>, extract: bool, blind: bool, folds: bool) -> Self {
+        Self {
+            network,
+            extract,
+            blind,
+            folds,
+            state: Vec::new(),
+            events: Vec::new(),
+            chunks: Vec::new(),
+            next_transfer: 0,
+            repeats: Repeats::default(),
+            seen: Vec::new(),
+            extracted: Vec::new(),
+        }
+    }
+
+    /// Takes a frame.
+    pub(super) fn step(&mut self, frame: &Frame, buses: &Buses) {
+        if self.blind {
+            return;
+        }
+        self.on_bus(frame.bus, frame.reference(), buses, |bus, cx| bus.step(frame, cx));
+        self.fold();
+        if let Some(node) = self.events.first().and_then(|event| event.node) {
+            self.see(frame.bus, node);
+        }
+    }
+
+    /// Frames of a bus are missing here, behind the frame `last`.
+    pub(super) fn lost(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
+        self.on_bus(bus, last, buses, |bus, cx| bus.lost(None, false, cx));
+    }
+
+    /// Frames of any bus are missing here.
+    pub(super) fn all_lost(&mut self, last: FrameRef, buses: &Buses) {
+        for index in 0..self.state.len() {
+            self.lost(BusId(index as u8), last, buses);
+        }
+    }
+
+    /// It is `now_ns` on the clock of the frames.
+    pub(super) fn advance(&mut self, now_ns: i64, last: FrameRef, buses: &Buses) {
+        for index in 0..self.state.len() {
+            self.on_bus(BusId(index as u8), last, buses, |bus, cx| bus.advance(now_ns, cx));
+        }
+        self.fold();
+    }
+
+    /// The capture is over.
+    pub(super) fn finish(&mut self, last: FrameRef, buses: &Buses) {
+        for index in 0..self.state.len() {
+            self.on_bus(BusId(index as u8), last, buses, Bus::finish);
+        }
+        self.fold();
+        self.repeats.finish(last, &mut self.events);
+    }
+
+    /// The events were told: keeps of them what is handed out, and forgets them.
+    pub(super) fn clear(&mut self, buses: &Buses) {
+        if self.extract {
+            self.hand_out(buses);
+        }
+        self.events.clear();
+    }
+
+    /// Descriptions of nodes that are not in the capture, by file: a number was mistyped, or the capture is another
+    /// one.
+    pub(super) fn absent(&self, buses: &Buses) -> BTreeMap<&str, Vec<u8>> {
+        let mut absent: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
+        for one in self.network.descriptions.iter().filter(|_| !self.blind) {
+            let on = |index: usize| Network::holds(one.bus.as_ref(), buses.name(BusId(index as u8)));
+            let mut seen = self.seen.iter().enumerate().filter(|(index, _)| on(*index));
+            if !seen.any(|(_, nodes)| nodes & 1 << (one.node & 0x7F) != 0) {
+                absent.entry(&one.dictionary.file).or_default().push(one.node);
+            }
+        }
+        absent
+    }
+
+    fn on_bus(&mut self, id: BusId, at: FrameRef, buses: &Buses, act: impl FnOnce(&mut Bus, &mut Context<'_>)) {
+        if self.blind {
+            return;
+        }
+        let index = usize::from(id.0);
+        while self.state.len() <= index {
+            let name = buses.name(BusId(self.state.len() as u8));
+            self.state.push(Bus::new(Arc::clone(&self.network), name));
+        }
+        let Some(bus) = self.state.get_mut(index) else { return };
+        let mut cx = Context {
+            events: &mut self.events,
+            next_transfer: &mut self.next_transfer,
+            extract: self.extract,
+            chunks: &mut self.chunks,
+            bus: id,
+            at,
+        };
+        act(bus, &mut cx);
+    }
+
+    fn fold(&mut self) {
+        if self.folds {
+            self.repeats.fold(&mut self.events);
+        }
+    }
+
+    fn see(&mut self, bus: BusId, node: u8) {
+        let index = usize::from(bus.0);
+        if self.seen.len() <= index {
+            self.seen.resize(index + 1, 0);
+        }
+        if let Some(nodes) = self.seen.get_mut(index) {
+            *nodes |= 1 << (node & 0x7F);
+        }
+    }
+
+    fn hand_out(&mut self, buses: &Buses) {
+        for Chunk { id, bus, node, mux, bytes } in self.chunks.drain(..) {
+            self.extracted.push(Extracted { name: file_name(id.0, buses.name(bus), node, mux), bytes, status: None });
+        }
+        for event in &self.events {
+            if let What::Transfer(transfer) = &event.what {
+                let name = file_name(transfer.id.0, buses.name(transfer.bus), transfer.node, transfer.mux);
+                self.extracted.push(Extracted { name, bytes: Vec::new(), status: Some(transfer.status) });
+            }
+        }
+    }
+}
+
+/// `00001_can1_node10_1008h_00.bin`: what a bus is called comes from the capture, so anything odd becomes `_`.
+fn file_name(id: u64, bus: &[u8], node: u8, mux: Option<Mux>) -> String {
+    let safe = |byte: &u8| if byte.is_ascii_alphanumeric() || *byte == b'-' { char::from(*byte) } else { '_' };
+    let bus: String = bus.iter().map(safe).collect();
+    let bus = if bus.is_empty() { "can".to_owned() } else { bus };
+    match mux {
+        Some(mux) => format!("{id:05}_{bus}_node{node}_{:04X}h_{:02X}.bin", mux.index, mux.sub),
+        None => format!("{id:05}_{bus}_node{node}.bin"),
+    }
+}

@@ -1,0 +1,371 @@
+//! One capture, from the bytes of its files to lines: the loop.
+//!
+//! bytes -> reader -> frame -> bus -> events -> output. `capture` says which frame it is and what is wrong with its
+//! file, `decoding` what it means, `output` writes it down; this file hands on from one to the next. It does no I/O
+//! and reads no clock; it must not know a service or a format by name.
+
+mod capture;
+mod decoding;
+mod output;
+
+use std::sync::Arc;
+
+use self::capture::Capture;
+use self::decoding::Decoding;
+use self::output::{Form, Output};
+use crate::filter::Filter;
+use crate::finding::{Code, Finding};
+use crate::frame::{Buses, Frame};
+use crate::inputs::{Inputs, Next, Refusal};
+use crate::network::Network;
+use crate::readers::candump::Stamps;
+use crate::readers::mcap::Choice;
+use crate::readers::{Contents, Damage, Format as Input, Item, Marker, Reader, Settings};
+use crate::render::jsonl;
+use crate::render::text::Time;
+use crate::select::Select;
+use crate::text::{Depth, Lang, complaints};
+use crate::writers::{self, Loss};
+
+pub use self::decoding::Extracted;
+
+/// What comes out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Format {
+    /// Annotated lines in candump's console form.
+    #[default]
+    Text,
+    /// JSON lines: frames, notes, findings, transfers.
+    Jsonl,
+    /// JSON lines of SDO transfers only.
+    Transfers,
+    /// JSON lines of decoded signals only.
+    Signals,
+    /// CSV of decoded signals.
+    SignalsCsv,
+    /// JSON lines of figures, all at the end.
+    Summary,
+    /// JSON lines of what each file is, one a file; nothing is decoded.
+    Info,
+    /// The frames themselves, in another capture format.
+    Convert(writers::Format),
+}
+
+/// How a capture is read and shown.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The language.
+    pub lang: Lang,
+    /// What comes out.
+    pub format: Format,
+    /// How much a line says.
+    pub depth: Depth,
+    /// What small stamps mean.
+    pub stamps: Stamps,
+    /// What of an MCAP file is read, and how.
+    pub mcap: Choice,
+    /// How time is shown; as it came, by default.
+    pub time: Option<Time>,
+    /// Which frames are shown.
+    pub filter: Filter,
+    /// Whether the bytes of SDO transfers are handed out.
+    pub extract: bool,
+    /// What is known of the network beforehand.
+    pub network: Arc<Network>,
+    /// Which signals are listed.
+    pub select: Select,
+    /// How the format that is written is written.
+    pub writing: writers::Settings,
+}
+
+/// A capture being read.
+#[derive(Debug)]
+pub struct Session {
+    lang: Lang,
+    /// How files are read.
+    reading: Settings,
+    inputs: Inputs,
+    /// The file that has its turn: what is kept of it is with the stream.
+    turn: usize,
+    /// The file that was fed last.
+    fed: usize,
+    buses: Buses,
+    stream: Stream,
+}
+
+/// Everything behind the reader.
+#[derive(Debug)]
+struct Stream {
+    capture: Capture,
+    decoding: Decoding,
+    output: Output,
+}
+
+impl Session {
+    /// A session at the beginning of a capture.
+    pub fn new(options: Options) -> Self {
+        let output = Output::new(&options);
+        let Options { lang, stamps, mcap, extract, network, .. } = options;
+        let decoding = Decoding::new(network, extract, output.is_blind(), output.folds());
+        Self {
+            lang,
+            reading: Settings { stamps, mcap, regular: false },
+            inputs: Inputs::default(),
+            turn: 0,
+            fed: 0,
+            buses: Buses::default(),
+            stream: Stream { capture: Capture::new(lang), decoding, output },
+        }
+    }
+
+    /// The next file begins, in this format. `regular`: it is a whole file, not a pipe.
+    pub fn begin(&mut self, name: &[u8], format: Input, regular: bool) {
+        self.begin_one(0, name, format, regular);
+    }
+
+    /// The same of one of several files that are joined by time. They are numbered from 0 in the order in which they
+    /// begin, and all of them begin before any is fed.
+    pub fn begin_one(&mut self, input: usize, name: &[u8], format: Input, regular: bool) {
+        let reader = Reader::new(format, &Settings { regular, ..self.reading.clone() });
+        self.inputs.open(input == 0, name, reader);
+        let format = Input::NAMES.iter().find(|row| row.1 == format).map_or("", |row| row.0);
+        self.stream.output.begin(name, format, input == 0);
+        if input == 0 {
+            self.stream.capture.begin(name);
+            (self.turn, self.fed) = (0, 0);
+            if let Form::Info(_) = self.stream.output.form {
+                self.buses = Buses::default();
+            }
+        }
+    }
+
+    /// More bytes of the current file, in any chunking; appends what they yield.
+    pub fn feed(&mut self, bytes: &[u8], out: &mut Vec<u8>) {
+        self.feed_one(0, bytes, out);
+    }
+
+    /// The same of one of several files.
+    pub fn feed_one(&mut self, input: usize, bytes: &[u8], out: &mut Vec<u8>) {
+        let Self { inputs, buses, stream, .. } = self;
+        if let Some(alone) = inputs.alone() {
+            let Some(reader) = &mut alone.reader else { return };
+            reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
+        } else {
+            inputs.feed(input, bytes);
+            self.fed = input;
+            self.join(out);
+        }
+    }
+
+    /// The bytes of a file go on no further than here, for this reason; it is told when the file ends.
+    pub fn damaged(&mut self, input: usize, damage: Damage) {
+        if let Some(one) = self.inputs.get(input) {
+            one.damage = Some(damage);
+        }
+    }
+
+    /// The current file is over. `interrupted`: its reading was broken off, so a last line that has no end is no
+    /// fault of the file.
+    pub fn end(&mut self, interrupted: bool, out: &mut Vec<u8>) {
+        self.end_one(0, interrupted, out);
+    }
+
+    /// The same of one of several files.
+    pub fn end_one(&mut self, input: usize, interrupted: bool, out: &mut Vec<u8>) {
+        let Self { inputs, buses, stream, .. } = self;
+        if let Some(alone) = inputs.alone() {
+            let Some(mut reader) = alone.reader.take() else { return };
+            let mut sink = |item, buses: &Buses| stream.item(item, buses, out);
+            if interrupted || alone.damage.is_some() {
+                reader.interrupt(buses, &mut sink);
+            } else {
+                reader.finish(buses, &mut sink);
+            }
+            if let Some(damage) = alone.damage.take() {
+                sink(Item::Damaged(damage), buses);
+            }
+            alone.contents = reader.contents();
+            stream.end_of_file(&alone.contents, buses, out);
+        } else {
+            inputs.end(input, interrupted);
+            self.fed = input;
+            self.join(out);
+        }
+    }
+
+    /// The file that has to be fed before anything can go on; `None` when all are over or cannot be joined.
+    pub fn wants(&self) -> Option<usize> {
+        self.inputs.wants()
+    }
+
+    /// Why the files that have begun cannot be joined by time.
+    pub fn refusal(&self) -> Option<Refusal> {
+        self.inputs.refusal()
+    }
+
+    /// Takes what the files that are open together have to give by now.
+    fn join(&mut self, out: &mut Vec<u8>) {
+        let Self { inputs, turn, buses, stream, .. } = self;
+        while let Some(next) = inputs.next(buses, &mut stream.capture.date_ns, (*turn, &stream.capture.file)) {
+            let (Next::Item(input, _) | Next::End(input)) = next;
+            if input != *turn {
+                for other in [*turn, input] {
+                    if let Some(one) = inputs.get(other) {
+                        std::mem::swap(&mut one.file, &mut stream.capture.file);
+                    }
+                }
+                *turn = input;
+            }
+            match next {
+                Next::Item(_, item) => stream.item(item, buses, out),
+                Next::End(_) => {
+                    let contents = inputs.get(input).map(|one| one.contents.clone()).unwrap_or_default();
+                    stream.end_of_file(&contents, buses, out);
+                }
+            }
+        }
+    }
+
+    /// The capture is over: what is still open, and what is known only now.
+    pub fn finish(&mut self, out: &mut Vec<u8>) {
+        for input in 0..self.inputs.count() {
+            self.end_one(input, false, out);
+        }
+        self.stream.finish(&self.buses, out);
+    }
+
+    /// Takes one frame that no reader of this crate has read.
+    pub fn push(&mut self, frame: Frame, out: &mut Vec<u8>) {
+        self.stream.item(Item::Frame(frame), &self.buses, out);
+    }
+
+    /// It is `now_ns` on the clock of the frames' stamps, though no frame has come: what should have happened by now
+    /// and has not. For live sources; a file's frames say the time themselves.
+    pub fn advance(&mut self, now_ns: i64, out: &mut Vec<u8>) {
+        self.stream.advance(now_ns, &self.buses, out);
+    }
+
+    /// What is known so far of the current file (the last one, between files; of several the one fed last) beyond its
+    /// frames, as a JSON object: see [`jsonl::contents`].
+    pub fn contents(&mut self) -> Vec<u8> {
+        let mut out = Vec::new();
+        let fed = if self.inputs.count() > 1 { self.fed } else { 0 };
+        let known = self.inputs.get(fed).map(|one| match &one.reader {
+            Some(reader) => reader.contents(),
+            None => one.contents.clone(),
+        });
+        jsonl::contents(&mut out, &known.unwrap_or_default());
+        out
+    }
+
+    /// Lines for standard error since the last call.
+    pub fn take_complaints(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.stream.capture.complaints)
+    }
+
+    /// Bytes of transfers since the last call.
+    pub fn take_extracted(&mut self) -> Vec<Extracted> {
+        std::mem::take(&mut self.stream.decoding.extracted)
+    }
+
+    /// What the format that is written cannot hold, a line each that begins with the name of the file. `further`: what
+    /// a writer outside of this crate has lost of what it was handed.
+    pub fn losses(&self, file: &[u8], further: &[(Loss, u64)]) -> Vec<String> {
+        let mut losses = self.stream.output.losses().cloned().unwrap_or_default();
+        for (loss, count) in further {
+            losses.add(*loss, *count);
+        }
+        let lost = losses.iter().filter(|(_, count)| *count > 0);
+        lost.map(|(loss, count)| complaints::lost(self.lang, file, loss, count)).collect()
+    }
+
+    /// Frames so far: those that all files have given, those that were read of the file that was fed last.
+    pub fn frames(&mut self) -> (u64, u64) {
+        let fed = if self.inputs.count() > 1 { self.inputs.get(self.fed) } else { None };
+        (self.stream.capture.frames, fed.map_or(self.stream.capture.file.frames, |one| one.frames))
+    }
+}
+
+impl Stream {
+    fn item(&mut self, item: Item, buses: &Buses, out: &mut Vec<u8>) {
+        if let Some(info) = self.output.info() {
+            if let Item::Frame(_) = item {
+                self.capture.count();
+            }
+            return info.take(&item);
+        }
+        match item {
+            Item::Frame(frame) => self.frame(frame, buses, out),
+            Item::Marker(marker) => self.marker(marker, buses, out),
+            Item::Unreadable { place, reason } => self.capture.unreadable(place, reason),
+            Item::Damaged(damage) => self.damaged(damage, buses, out),
+        }
+    }
+
+    fn frame(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
+        self.capture.place(&mut frame);
+        self.decoding.step(&frame, buses);
+        self.output.frame(out, self.capture.view(buses), &frame, &self.decoding.events);
+        self.decoding.clear(buses);
+    }
+
+    fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
+        self.output.marker(out, self.capture.view(buses), &marker);
+        if let Marker::Start { date_ns } = marker {
+            return self.capture.dated(date_ns);
+        }
+        if let Marker::Dropped { bus, .. } = marker {
+            self.decoding.lost(bus, self.capture.last, buses);
+        }
+        let finding = self.capture.marker(&marker);
+        self.tell(finding.as_ref(), buses, out);
+        self.aside(buses, out);
+    }
+
+    /// A part of the file is lost: across it nothing is judged on any bus.
+    fn damaged(&mut self, damage: Damage, buses: &Buses, out: &mut Vec<u8>) {
+        let finding = self.capture.damaged(damage);
+        if finding.code == Code::Cap004 {
+            self.decoding.all_lost(self.capture.last, buses);
+        }
+        self.tell(Some(&finding), buses, out);
+        self.aside(buses, out);
+    }
+
+    fn end_of_file(&mut self, contents: &Contents, buses: &Buses, out: &mut Vec<u8>) {
+        if let Some(info) = self.output.info() {
+            return jsonl::info(out, self.capture.view(buses).jsonl, info, contents);
+        }
+        let (unreadable, finding) = self.capture.end();
+        if self.capture.file.frames > 0 {
+            self.output.end_of_file(unreadable.count);
+        }
+        self.tell(finding.as_ref(), buses, out);
+    }
+
+    fn advance(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
+        self.decoding.advance(now_ns, self.capture.last, buses);
+        self.aside(buses, out);
+    }
+
+    fn finish(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.decoding.finish(self.capture.last, buses);
+        self.aside(buses, out);
+        if self.capture.frames > 0 {
+            self.capture.finish(self.decoding.absent(buses), self.output.is_idle());
+            self.output.finish(out, self.capture.view(buses));
+        }
+    }
+
+    fn tell(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {
+        if let Some(finding) = finding {
+            self.output.finding(out, self.capture.view(buses), finding);
+        }
+    }
+
+    /// What belongs to no frame at hand.
+    fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.output.aside(out, self.capture.view(buses), &self.decoding.events);
+        self.decoding.clear(buses);
+    }
+}

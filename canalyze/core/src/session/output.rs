@@ -1,0 +1,186 @@
+//! What comes out of a session, in each of its formats: what a frame, an event, a finding is there.
+//!
+//! The only place that knows one format from another: a new one is a variant here. Must not: keep state of a bus, or
+//! put words together.
+
+use std::sync::Arc;
+
+use super::capture::View;
+use super::{Format, Options};
+use crate::event::{Event, What};
+use crate::filter::Filter;
+use crate::finding::Finding;
+use crate::frame::Frame;
+use crate::info::Info;
+use crate::readers::Marker;
+use crate::render::jsonl;
+use crate::render::signals::Signals;
+use crate::render::text::Lines;
+use crate::summary::Summary;
+use crate::writers::{Losses, Writer};
+
+/// What of the frames passes the filter, in one format.
+#[derive(Debug)]
+pub(super) struct Output {
+    pub(super) form: Form,
+    filter: Filter,
+    /// Frames or transfers that passed it.
+    shown: u64,
+}
+
+/// The formats, each with what it keeps from line to line.
+#[derive(Debug)]
+pub(super) enum Form {
+    Text(Lines),
+    Jsonl,
+    Transfers,
+    Signals(Signals),
+    Summary(Box<Summary>),
+    Info(Box<Info>),
+    Convert(Box<Writer>),
+}
+
+impl Output {
+    pub(super) fn new(options: &Options) -> Self {
+        let signals = |csv| Form::Signals(Signals::new(options.lang, csv, options.select.clone()));
+        let form = match options.format {
+            Format::Text => Form::Text(Lines::new(options.lang, options.depth, options.time)),
+            Format::Jsonl => Form::Jsonl,
+            Format::Transfers => Form::Transfers,
+            Format::Signals => signals(false),
+            Format::SignalsCsv => signals(true),
+            Format::Summary => Form::Summary(Box::new(Summary::new(Arc::clone(&options.network)))),
+            Format::Info => Form::Info(Box::default()),
+            Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
+        };
+        Self { form, filter: options.filter.clone(), shown: 0 }
+    }
+
+    /// Nobody asks what frames mean.
+    pub(super) fn is_blind(&self) -> bool {
+        matches!(&self.form, Form::Convert(writer) if self.filter.is_plain() && !writer.wants_events())
+    }
+
+    /// A filter has let nothing through.
+    pub(super) fn is_idle(&self) -> bool {
+        self.shown == 0 && !self.filter.is_empty()
+    }
+
+    /// What the format that is written cannot hold.
+    pub(super) fn losses(&self) -> Option<&Losses> {
+        if let Form::Convert(writer) = &self.form { Some(writer.losses()) } else { None }
+    }
+
+    /// Repeats of one finding on one object are counted instead of shown; figures count by themselves.
+    pub(super) fn folds(&self) -> bool {
+        !matches!(self.form, Form::Summary(_))
+    }
+
+    /// What tells of the file itself takes an item before it is looked at any further.
+    pub(super) fn info(&mut self) -> Option<&mut Info> {
+        if let Form::Info(info) = &mut self.form { Some(info) } else { None }
+    }
+
+    /// The next file begins, in a format of this name. `first`: of those that are open together.
+    pub(super) fn begin(&mut self, file: &[u8], format: &str, first: bool) {
+        match &mut self.form {
+            Form::Convert(writer) => writer.source(file, format),
+            Form::Info(info) if first => **info = Info::default(),
+            _ => {}
+        }
+    }
+
+    /// A frame with what follows from it, if the filter lets it through.
+    pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &[Event]) {
+        if let Form::Transfers = self.form {
+            return self.transfers(out, view, events);
+        }
+        let (service, node) = service(events);
+        if !self.filter.shows(frame, service, node, view.buses, view.clock) {
+            return;
+        }
+        self.shown += 1;
+        match &mut self.form {
+            Form::Text(lines) => {
+                lines.date_ns = view.writing.date_ns;
+                lines.frame(out, frame, events, view.buses);
+            }
+            Form::Jsonl => jsonl::frame(out, view.jsonl, frame, events),
+            Form::Signals(signals) => signals.frame(out, view.jsonl, frame, events),
+            Form::Summary(summary) => summary.frame(frame, events),
+            Form::Convert(writer) => {
+                writer.frame(out, view.writing, frame);
+                writer.events(out, view.writing, Some(frame), events);
+            }
+            Form::Transfers | Form::Info(_) => {}
+        }
+    }
+
+    /// What belongs to no frame at hand.
+    pub(super) fn aside(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
+        match &mut self.form {
+            Form::Text(lines) => lines.end(out, events),
+            Form::Jsonl => jsonl::asides(out, view.jsonl, events),
+            Form::Transfers => self.transfers(out, view, events),
+            Form::Summary(summary) => summary.asides(events),
+            Form::Convert(writer) => writer.events(out, view.writing, None, events),
+            Form::Signals(_) | Form::Info(_) => {}
+        }
+    }
+
+    /// What the capturing program says of itself.
+    pub(super) fn marker(&mut self, out: &mut Vec<u8>, view: View<'_>, marker: &Marker) {
+        match &mut self.form {
+            Form::Text(lines) => lines.marker(out, marker, view.buses),
+            Form::Summary(summary) => summary.marker(marker),
+            Form::Convert(writer) => writer.marker(out, view.writing, marker),
+            Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+        }
+    }
+
+    /// A finding about the capture, which belongs to no frame; lines for people have it on standard error only.
+    pub(super) fn finding(&mut self, out: &mut Vec<u8>, view: View<'_>, finding: &Finding) {
+        match &mut self.form {
+            Form::Jsonl => jsonl::finding(out, view.jsonl, finding),
+            Form::Summary(summary) => summary.finding(finding),
+            Form::Convert(writer) => writer.finding(out, view.writing, finding),
+            Form::Text(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+        }
+    }
+
+    /// A file is over that had frames, and so many lines or records that cannot be read.
+    pub(super) fn end_of_file(&mut self, unreadable: u64) {
+        if let Form::Summary(summary) = &mut self.form {
+            summary.file(unreadable);
+        }
+    }
+
+    /// The capture, which has frames, is over.
+    pub(super) fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>) {
+        match &mut self.form {
+            Form::Summary(summary) if self.shown > 0 => jsonl::summary::write(out, view.jsonl, summary),
+            Form::Convert(writer) => writer.finish(out, view.writing),
+            _ => {}
+        }
+    }
+
+    fn transfers(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
+        for event in events {
+            if let What::Transfer(transfer) = &event.what
+                && self.filter.shows_transfer(transfer, view.buses, view.clock)
+            {
+                self.shown += 1;
+                jsonl::transfer(out, view.jsonl, transfer);
+            }
+        }
+    }
+}
+
+/// The service that a frame belongs to and the node that it is about, by the first of its events.
+fn service(events: &[Event]) -> (&'static str, Option<u8>) {
+    events.first().map_or(("foreign", None), |event| match &event.what {
+        What::Message(message) => (message.service(), event.node),
+        What::Pdo(_) | What::Mpdo(_) => ("pdo", event.node),
+        _ => ("sdo", event.node),
+    })
+}
