@@ -24,7 +24,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "convert.decoded",
-        "MCAP：另写入解码后的主题：每个PDO的信号、NMT状态、驱动器状态、EMCY、SDO传输和发现，"
+        "MCAP：另写入解码后的topic：每个PDO的信号、NMT状态、驱动器状态、EMCY、SDO传输和发现，"
         "供 Foxglove、PlotJuggler、Rerun 直接显示。",
         "MCAP: topics of what the frames mean as well: signals of each PDO, NMT states, states of drives, EMCY, SDO "
         "transfers, findings; Foxglove, PlotJuggler and Rerun show them as they are.",

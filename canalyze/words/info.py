@@ -14,7 +14,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("info.usage", "[选项] [文件]...", "[OPTIONS] [FILE]..."),
     (
         "info.help",
-        "说明每个文件本身：格式和方言、压缩、大小、总线及其帧数、时间范围和精度、各类帧的数量、主题及其读法、"
+        "说明每个文件本身：格式和方言、压缩、大小、总线及其帧数、时间范围和精度、各类帧的数量、topic及其读法、"
         "跳过的内容、无法读取的行、损坏及其位置。每个文件单独说明，不解析CANopen，所以很快。没有CAN帧的文件也说明其内容。",
         "Show what each file is: format and dialect, compression, size, buses with their frames, span and resolution "
         "of time, frames by kind, topics and how they are read, what was passed over, lines that cannot be read, "
@@ -42,7 +42,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("info.frames", "帧数", "frames"),
     ("info.time", "时间", "time"),
     ("info.buses", "总线", "buses"),
-    ("info.topics", "主题", "topics"),
+    ("info.topics", "topic", "topics"),
     ("info.passed_over", "跳过", "passed over"),
     ("info.quality", "质量", "quality"),
     ("info.title.candump", "candump文本", "candump text"),

@@ -21,7 +21,7 @@ pub fn loss(out: &mut Vec<u8>, loss: Loss, count: u64) {
         Loss::ErrorDetails => ("个错误帧", "未保留错误类别和详情"),
         Loss::ErrorFrame => ("个错误帧", "该格式没有这种帧, 未写入"),
         Loss::Gap => ("处缺口", "未保留记录程序丢帧的信息"),
-        Loss::Topics => ("帧", "主题数已达上限, 未写入其信号"),
+        Loss::Topics => ("帧", "topic数已达上限, 未写入其信号"),
     };
     put!(out; count, unit, ": ", what);
 }
