@@ -16,42 +16,63 @@ _DICTIONARY: Final = 1 << 28
 class Compressor(Protocol):
     """One file on its way out, as the standard library has it."""
 
-    def compress(self, data: bytes, /) -> bytes: ...
-    def flush(self) -> bytes: ...
+    def compress(self, data: bytes, /) -> bytes:
+        """Take more; give what is ready of the file."""
+        ...
+
+    def flush(self) -> bytes:
+        """Give the rest."""
+        ...
 
 
 class Decompressor(Protocol):
     """One member, stream or frame, as the standard library has it for bz2 and xz."""
 
     @property
-    def eof(self) -> bool: ...
+    def eof(self) -> bool:
+        """Whether the member is over."""
+        ...
+
     @property
-    def needs_input(self) -> bool: ...
+    def needs_input(self) -> bool:
+        """Whether there is nothing more to give of what it has got."""
+        ...
+
     @property
-    def unused_data(self) -> bytes: ...
-    def decompress(self, data: bytes, max_length: int = -1) -> bytes: ...
+    def unused_data(self) -> bytes:
+        """What came behind its end."""
+        ...
+
+    def decompress(self, data: bytes, max_length: int = -1) -> bytes:
+        """Take more; give at most so many bytes."""
+        ...
 
 
 class Gzip:
     """One member of a gzip file, with the ways of the others."""
 
     def __init__(self, other: "Gzip | None" = None) -> None:
+        """At the beginning of a member, or where another one stands."""
         self._inner: zlib._Decompress = other._inner.copy() if other else zlib.decompressobj(wbits=31)
         self._full: bool = other._full if other else False
 
     @property
     def eof(self) -> bool:
+        """Whether the member is over."""
         return self._inner.eof
 
     @property
     def needs_input(self) -> bool:
+        """Whether there is nothing more to give of what it has got."""
         return not self._inner.unconsumed_tail and not self._full
 
     @property
     def unused_data(self) -> bytes:
+        """What came behind its end."""
         return self._inner.unused_data
 
     def decompress(self, data: bytes, max_length: int = -1) -> bytes:
+        """Take more; give at most so many bytes."""
         unpacked = self._inner.decompress(self._inner.unconsumed_tail + data, max_length)
         self._full = len(unpacked) == max_length  # there may be more that needs no input
         return unpacked

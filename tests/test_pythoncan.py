@@ -145,7 +145,7 @@ def test_what_python_can_writes_is_read(form: str, tmp_path: Path) -> None:
     need(form)
     messages = list(session())
     path = written(form, tmp_path / f"session.{form}", messages)
-    frames, complaints = told(open_capture(str(path), "canalyze decode"))
+    frames, complaints = told(open_capture(str(path)))
     assert complaints == []
     kept = [(message, wanted) for message in messages if (wanted := expected(message, form))]
     assert len(frames) == len(kept)
@@ -169,7 +169,7 @@ def test_what_is_written_is_read_back(form: str, tmp_path: Path) -> None:
         for at in range(0, len(records), 1000):  # in any chunking
             sink.write(records[at : at + 1000])
     assert [child.name for child in tmp_path.iterdir()] == [path.name]
-    frames, complaints = told(open_capture(str(path), "canalyze decode"))
+    frames, complaints = told(open_capture(str(path)))
     assert complaints == []
     losses = {name: count for name, count in sink.losses.items() if count}
     assert set(losses) <= set(LOSSES[form])
@@ -209,7 +209,7 @@ def test_blf_keeps_every_ns(tmp_path: Path) -> None:
         for ns in stamps:
             sink.write(frame[:16] + ns.to_bytes(8, "little") + frame[24:])
     assert not sum(sink.losses.values())
-    frames, _ = told(open_capture(str(path), "canalyze decode"))
+    frames, _ = told(open_capture(str(path)))
     date = 1_700_000_000_000_000_000 + min(stamps) % 10**9 // 10**6 * 10**6
     read = [int(frame["t"].replace(".", "")) for frame in frames]
     assert min(stamps) // 10**6 * 10**6 >= date
@@ -223,7 +223,7 @@ def test_a_bus_gets_a_channel_of_its_own(tmp_path: Path) -> None:
     with open_sink(str(path), "blf", force=False) as sink:
         for name in names:
             sink.write(packer.frame(can.Message(timestamp=1.0, arbitration_id=1, channel=name)))
-    frames, _ = told(open_capture(str(path), "canalyze decode"))
+    frames, _ = told(open_capture(str(path)))
     assert [frame["bus"] for frame in frames] == ["can1", "can0", "can2", "can3", "can0"]
     assert sink.losses["bus_name"] == 5
 
@@ -252,7 +252,7 @@ def test_corpus(kind: str) -> None:
     for name, wanted in reference.items():
         if not name.startswith(kind):
             continue
-        frames, complaints = told(open_capture(str(CORPUS / name), "canalyze decode"))
+        frames, complaints = told(open_capture(str(CORPUS / name)))
         assert complaints == [], name
         assert len(frames) == wanted["frames"], name
         for frame, line in zip(frames, wanted["list"], strict=True):
@@ -466,7 +466,7 @@ def test_a_reader_that_raises_half_way(form: str, tmp_path: Path, monkeypatch: p
 
     module = sys.modules["can.io.csv" if form == "csv" else "can.io.sqlite"]
     monkeypatch.setattr(module, "Message", fails)
-    frames, complaints = told(open_capture(str(path), "canalyze decode"))
+    frames, complaints = told(open_capture(str(path)))
     if form == "csv":  # a line costs only itself
         assert len(frames) == 29
     else:
@@ -495,7 +495,7 @@ def test_mf4_without_asammdf_is_one_line(tmp_path: Path, monkeypatch: pytest.Mon
     path = tmp_path / "a.mf4"
     path.write_bytes(b"MDF     4.10    " + bytes(100))
     with pytest.raises(SourceError) as caught:
-        open_capture(str(path), "canalyze decode")
+        open_capture(str(path))
     assert str(caught.value) == f"{path}: MF4 needs asammdf, which is not installed: pip install 'canalyze[mf4]'"
     assert "pip install" in caught.value.in_words(Words("zh"))
     with pytest.raises(OutputError, match="needs asammdf"):
