@@ -4,7 +4,7 @@ Descriptions stand in `words`. An option of one command only stands in that comm
 """
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any, Final, TypedDict
 
 import click
 
@@ -14,6 +14,10 @@ from canalyze.words import LANGUAGES, Words
 
 if TYPE_CHECKING:
     from canalyze._core import Session
+
+
+ANY_PATH: Final = click.Path(allow_dash=True, readable=False)
+"""A name of a file, also `-`: what is wrong with it is said when it is opened, in the words of the run."""
 
 
 class OneOf(click.Choice[str]):
@@ -83,7 +87,7 @@ def common_options(words: Words) -> list[click.Parameter]:
     """Give the options that every command has. Language and configuration are settled before click sees them."""
     return [
         click.Option(["--lang"], type=OneOf(LANGUAGES, words), expose_value=False, help=words("opt.lang")),
-        click.Option(["--config"], type=click.Path(), metavar="FILE", expose_value=False, help=words("opt.config")),
+        click.Option(["--config"], type=ANY_PATH, metavar="FILE", expose_value=False, help=words("opt.config")),
         click.Option(
             ["-h", "--help"],
             is_flag=True,
@@ -106,7 +110,7 @@ def _show_help(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
 def capture_options(words: Words) -> list[click.Parameter]:
     """Give what every command that reads captures has."""
     return [
-        click.Argument(["files"], nargs=-1, type=click.Path(allow_dash=True), metavar="FILE"),
+        click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
         *reading_options(words),
         *output_options(words),
     ]
@@ -175,7 +179,7 @@ def bitrate_option(words: Words) -> click.Option:
 def output_options(words: Words) -> list[click.Parameter]:
     """Give what every command that may write a file has."""
     return [
-        click.Option(["-o", "--output"], type=click.Path(allow_dash=True), metavar="FILE", help=words("opt.output")),
+        click.Option(["-o", "--output"], type=ANY_PATH, metavar="FILE", help=words("opt.output")),
         click.Option(["--force"], is_flag=True, help=words("opt.force")),
     ]
 

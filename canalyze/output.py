@@ -211,6 +211,15 @@ def write_all(fd: int, data: bytes) -> None:
             select.select([], [fd], [])
 
 
+def _in_columns(text: str, columns: int) -> str:
+    """Cut a text that a terminal would break: the rest of a broken line could not be taken away again."""
+    from canalyze.help import width
+
+    while text and width(text) > columns:
+        text = text[:-1]
+    return text
+
+
 class Progress:
     """A line on standard error that says how far the work is: only on a terminal, and only after a second."""
 
@@ -240,8 +249,15 @@ class Progress:
         key = "progress.some" if self._total is None else "progress.of"
         total = (self._total or 0) / 1e6
         line = self._words(key, done=f"{self._done / 1e6:.1f}", total=f"{total:.1f}", frames=frames)
-        _put(f"\r{line}\x1b[K")
+        _put(f"\r{_in_columns(line, self._columns() - 1)}\x1b[K")
         self._shown = True
+
+    @staticmethod
+    def _columns() -> int:
+        try:
+            return os.get_terminal_size(sys.stderr.fileno()).columns or 80
+        except (OSError, ValueError):
+            return 80
 
     def clear(self) -> None:
         """Take the line away, before another is written."""

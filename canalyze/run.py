@@ -209,15 +209,16 @@ class Run:
         self, number: int, capture: "Capture | PythonCanCapture", stopped: SourceError | None, *, hold: bool
     ) -> None:
         session = self._session
-        self.understood = True
+        self.understood = stopped is None or session.file_frames > 0
         if capture.damage:
             session.damaged(capture.damage.kind, capture.damage.offset, capture.damage.lost, number)
         self._hand_over(session.end(input=number), hold=hold)
-        if stopped is None and session.file_frames == 0:
-            stopped = self._nothing(capture)
+        if session.file_frames == 0:
+            if stopped is None:
+                stopped = self._nothing(capture)
+                if stopped and capture.format == "candump" and not capture.damage:
+                    self._held, self._more = [], 0  # it is none: one line says it all
             self.understood = stopped is None
-            if stopped and not capture.damage:
-                self._held, self._more = [], 0  # one line says it all
         self._release()
         if stopped:
             self._failed(stopped)
@@ -234,14 +235,19 @@ class Run:
             return None
         if capture.format == "mcap":
             topics = json.loads(self._session.contents())["topics"]
+            topics.sort(key=lambda topic: topic["messages"] == 0)  # what holds nothing is listed last
             listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
             more = ", ..." if len(topics) > _LISTED else ""
-            names = f"{listed}{more}" or self._words("source.topics_empty")
-            return SourceError("source.no_topic", name=capture.name, topics=names)
-        return SourceError("source.nothing" if capture.format == "candump" else "source.frameless", name=capture.name)
+            if topics:
+                return SourceError("source.no_topic", name=capture.name, topics=f"{listed}{more}")
+        # Of what could not be unpacked, or is said to be something, there is nothing to guess.
+        if capture.format == "candump" and not self._input_format and not capture.damage:
+            return SourceError("source.nothing", name=capture.name)
+        form = self._words.of("info.title", capture.kind)
+        return SourceError("source.frameless", name=capture.name, form=form)
 
     def _hand_over(self, result: bytes, *, hold: bool) -> None:
-        """Pass a result on, then what is to be complained of; of a file without any frame one line will do."""
+        """Pass a result on, then what is to be complained of; of a file that is no capture one line will do."""
         self._take(result)
         complaints = self._session.complaints()
         if hold and self._session.file_frames == 0:

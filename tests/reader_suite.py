@@ -20,7 +20,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from decimal import Decimal
-from importlib.util import find_spec
 from pathlib import Path
 from typing import ClassVar
 
@@ -50,20 +49,6 @@ MS = 1_000_000
 
 BRIDGED = ("blf", "trc", "csv", "sqlite", "mf4")
 """Formats that come through python-can's readers."""
-PENDING = dict.fromkeys(("pcap", "pcapng", "to pcapng", "", "info"), "not merged yet")
-"""What is not here yet, and why: formats, commands, `""` for compression, `to X` for a format written."""
-
-
-def can_read(form: str) -> bool:
-    """Whether this checkout has a reader of the format."""
-    if form in BRIDGED:
-        return find_spec("canalyze.sources.pythoncan") is not None
-    return form in _core.FORMATS
-
-
-def packs() -> bool:
-    """Whether this checkout unpacks compressed files."""
-    return find_spec("canalyze.sources.compressed") is not None
 
 
 PACKERS: dict[str, Callable[[bytes], bytes]] = {
@@ -189,12 +174,6 @@ class ReaderSuite(ABC):
         return 0
 
     # What the tests share.
-
-    @pytest.fixture(autouse=True)
-    def _there(self) -> None:
-        if not can_read(self.form):
-            assert self.form in PENDING, f"no reader of {self.form}, and it is not pending"
-            pytest.skip(f"pending: {PENDING[self.form]}")
 
     def expected(self, frames: Sequence[Recorded]) -> list[Recorded]:
         return [self.keep(frame) for frame in frames if self.takes(frame)]
@@ -351,9 +330,6 @@ class ReaderSuite(ABC):
 
     @pytest.mark.parametrize("packed", ["", *PACKERS])
     def test_standard_input(self, packed: str, tmp_path: Path) -> None:
-        if packed and not packs():
-            assert "" in PENDING, "nothing unpacks, and it is not pending"
-            pytest.skip(f"pending: {PENDING['']}")
         if packed not in ("", "zst"):  # the others differ in the unpacking only, which files have below
             pytest.skip("as a file")
         path = self.file(random_session(79, count=50), tmp_path)
@@ -371,9 +347,6 @@ class ReaderSuite(ABC):
 
     @pytest.mark.parametrize("packed", PACKERS)
     def test_compressed(self, packed: str, tmp_path: Path) -> None:
-        if not packs():
-            assert "" in PENDING, "nothing unpacks, and it is not pending"
-            pytest.skip(f"pending: {PENDING['']}")
         path = self.file(random_session(80), tmp_path)
         squeezed = tmp_path / f"squeezed.{self.suffix}.{packed}"
         squeezed.write_bytes(PACKERS[packed](path.read_bytes()))
@@ -442,16 +415,8 @@ class ReaderSuite(ABC):
     # The other commands.
 
     def test_info(self, tmp_path: Path) -> None:
-        if not has_command("info"):
-            assert "info" in PENDING, "no command info, and it is not pending"
-            pytest.skip(f"pending: {PENDING['info']}")
         ran = run(["info", self.file(random_session(85, count=50), tmp_path)], tmp_path / "info.txt")
         assert ran.code == 0, ran.complaints
-
-
-def has_command(name: str) -> bool:
-    """Whether this checkout has the command."""
-    return find_spec(f"canalyze.commands.{name}") is not None
 
 
 def comparable(rows: Sequence[Row]) -> list[Row]:

@@ -276,10 +276,28 @@ def test_to_overrules_the_name(canalyze: Runner, notes: str, tmp_path: Path) -> 
     assert (tmp_path / "out.log").read_text().splitlines() == [f"  {line}" for line in NOTES.splitlines()]
 
 
-@pytest.mark.parametrize("args", [[], ["one.log"]])
+@pytest.mark.parametrize("args", [[], ["one.log"], ["-"], ["."]])
 def test_input_and_output_have_to_be_named(canalyze: Runner, args: list[str]) -> None:
-    done = canalyze("convert", *args, stdin=NOTES.encode())
+    done = canalyze("--lang", "en", "convert", *args, stdin=NOTES.encode())
     assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert (
+        "name the inputs, then the output" in done.err and f"canalyze convert {(*args, 'capture.asc')[0]} " in done.err
+    )
+
+
+@pytest.mark.parametrize("options", [[], ["--to", "asc"]])
+def test_a_directory_is_called_one(canalyze: Runner, notes: str, tmp_path: Path, options: list[str]) -> None:
+    (tmp_path / "out").mkdir()
+    done = canalyze("--lang", "en", "convert", notes, "out", *options)
+    assert (done.code, done.err) == (2, "canalyze: out: cannot be written: is a directory\n")
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+@pytest.mark.parametrize("form", forms())
+def test_a_full_device_is_said_in_the_words_of_the_run(canalyze: Runner, notes: str, form: str) -> None:
+    done = canalyze("convert", notes, "/dev/full", "--to", form)
+    assert (done.code, done.complaints[-1]) == (2, "canalyze: /dev/full：不能写入：磁盘已满")
 
 
 def test_existing_file(canalyze: Runner, notes: str, tmp_path: Path) -> None:
@@ -468,4 +486,18 @@ def test_stamps_of_a_dated_and_of_an_undated_file(canalyze: Runner, tmp_path: Pa
     (tmp_path / "a.log").write_text("(1700000000.5) can0 123#11\n")
     (tmp_path / "b.log").write_text("(1700000001.25) can0 123#22\n")
     done = canalyze("convert", "a.log", "b.log", "-", "--to", "candump")
+    assert done.lines == ["(1700000000.500000) can0 123#11", "(1700000001.250000) can0 123#22"]
+
+
+@pytest.mark.parametrize("names", [("a.log", "b.asc"), ("b.asc", "a.log")])
+def test_files_that_count_from_a_date_and_times_of_day_in_a_row(
+    canalyze: Runner, tmp_path: Path, names: tuple[str, str]
+) -> None:
+    """What comes of two formats in a row has one clock: times of day."""
+    first, second = names
+    (tmp_path / "one.log").write_text("(1700000000.500000) can0 123#11\n")
+    (tmp_path / "two.log").write_text("(1700000001.250000) can0 123#22\n")
+    assert canalyze("convert", "one.log", first).code == canalyze("convert", "two.log", second).code == 0
+    done = canalyze("convert", first, second, "-", "--to", "candump")
+    assert done.err == ""
     assert done.lines == ["(1700000000.500000) can0 123#11", "(1700000001.250000) can0 123#22"]

@@ -110,3 +110,44 @@ def test_output_goes_to_a_file(canalyze: Runner, notes: str, tmp_path: Path) -> 
     assert (tmp_path / "out.txt").read_text().startswith(notes)
     assert canalyze("info", "missing", "-o", "none.txt").code == 2
     assert not (tmp_path / "none.txt").exists()
+
+
+@pytest.mark.parametrize("form", ["asc", "blf", "trc"])
+def test_channels_are_told_with_their_buses(canalyze: Runner, tmp_path: Path, form: str) -> None:
+    (tmp_path / "a.log").write_text("(1700000000.5) can1 701#05\n(1700000000.6) can0 701#05\n")
+    assert canalyze("convert", "a.log", f"a.{form}").code == 0
+    (record,) = records(canalyze("info", "--format", "jsonl", f"a.{form}"))
+    told = record["contents"]["dialect"]["channels"]
+    assert sorted(told.split(", ")) == ["1 = can0", "2 = can1"]
+    assert f"channels: {told}" in canalyze("--lang", "en", "info", f"a.{form}").out
+
+
+def test_a_file_that_cannot_be_read_is_not_called_whole(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "a.db").write_bytes(b"SQLite format 3\0" + bytes(4080))
+    done = canalyze("info", "a.db")
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+@pytest.mark.parametrize("content", [b"%PDF-1.4\n%\xe2\xe3\xcf\xd3\n", b"PK\x03\x04\x14\0\0\0", b"\x7fELF\2\1\1"])
+def test_what_is_no_capture_hears_of_every_format(canalyze: Runner, tmp_path: Path, content: bytes, lang: str) -> None:
+    (tmp_path / "a.bin").write_bytes(content)
+    done = canalyze("--lang", lang, "decode", "a.bin")
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    for name in ("candump", "ASC", "BLF", "MCAP", "pcap", "TRC", "MF4", "CSV", "SQLite"):
+        assert name in done.err
+
+
+def test_a_format_that_was_asked_for_is_named(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "a.log").write_text(LOG)
+    for form, title in (("asc", "Vector ASC"), ("blf", "Vector BLF"), ("mcap", "MCAP"), ("pcap", "pcap")):
+        done = canalyze("--lang", "en", "decode", "--input-format", form, "a.log")
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+        assert f"read as {title}, no CAN frame in it" in done.err
+
+
+def test_info_takes_what_says_how_topics_are_read(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "a.log").write_text(LOG)
+    assert canalyze("convert", "a.log", "a.mcap").code == 0
+    (record,) = records(canalyze("info", "--format", "jsonl", "--topic", "/can1/*", "a.mcap"))
+    assert [bus["bus"] for bus in record["buses"] if bus["frames"]] == ["can1"]

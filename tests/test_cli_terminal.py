@@ -6,11 +6,13 @@ import pty
 import re
 import select
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from conftest import NOTES, command, environment
 
+from canalyze import output
 from canalyze.commands.sdo import COLUMNS
 from canalyze.commands.sdo import columns as sdo_columns
 from canalyze.help import width
@@ -185,3 +187,19 @@ def test_no_input_on_a_terminal_is_wrong_usage(tmp_path: Path) -> None:
 def test_short_work_shows_no_progress(tmp_path: Path) -> None:
     (tmp_path / "notes.log").write_text(NOTES)
     assert on_terminal(tmp_path, "decode", "notes.log", only_err=True) == (0, b"")
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_progress_keeps_to_a_narrow_terminal(monkeypatch: pytest.MonkeyPatch, lang: str) -> None:
+    shown: list[str] = []
+    monkeypatch.setattr(output, "_put", shown.append)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(output.Progress, "_columns", staticmethod(lambda: 20))
+    quiet = output.Output()
+    quiet.is_quiet = True
+    progress = output.Progress(Words(lang), quiet, 43_000_000)
+    progress._next = 0.0
+    progress.step(7_300_000, 170_767)
+    (line,) = shown
+    line = line.removeprefix("\r").removesuffix("\x1b[K")
+    assert "7.3/43.0 MB" in line and width(line) < 20

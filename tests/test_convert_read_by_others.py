@@ -17,7 +17,7 @@ from capture_frames import Recorded, candump_text, from_start, read, run
 from captures import SAMPLES
 from other_readers import Read
 from other_writers import run_program
-from reader_suite import PENDING, classic, every_kind, frames_of, has_command, random_session
+from reader_suite import classic, every_kind, frames_of, random_session
 
 CLASSIC = ("data", "remote", "error")
 ALL = (*CLASSIC, "fd")
@@ -102,10 +102,6 @@ READERS = {
 
 def converted(frames: Sequence[Recorded], suffix: str, scratch: Path) -> Path:
     """What `canalyze convert` makes of a candump log of the frames."""
-    pending = [key for key in ("convert", f"to {suffix}") if key in PENDING]
-    if pending:
-        pytest.skip(f"pending: {PENDING[pending[0]]}")
-    assert has_command("convert")
     source, target = scratch / "source.log", scratch / f"target.{suffix}"
     source.write_bytes(candump_text(frames))
     target.unlink(missing_ok=True)
@@ -201,7 +197,7 @@ def test_pcapng_has_as_many_packets_for_capinfos(tmp_path: Path) -> None:
     told = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
     assert told["Number of packets"] == "120"
     assert told["Number of interfaces in file"] == "3"
-    assert told["File encapsulation"] == "SocketCAN"
+    assert told["File encapsulation"].lower() == "socketcan"  # as -M has it, or not, by version
 
 
 def test_back_to_candump_is_the_same_text(tmp_path: Path) -> None:

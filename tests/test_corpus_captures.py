@@ -15,7 +15,6 @@ from pathlib import Path
 import pytest
 from capture_frames import Reading, Recorded, from_start, read, run
 from captures import SHARED
-from reader_suite import PENDING, can_read, has_command, packs
 
 CORPUS = SHARED / "corpus"
 REFERENCE = CORPUS / "transcripts" / "python_can_reference.json"
@@ -74,18 +73,7 @@ UNTOLD = {"trc/test_CanMessage_V1_0_BUS1.trc"}
 """Files that do not say the side of a frame; python-can says received."""
 
 
-def need(form: str) -> None:
-    if not can_read(form):
-        assert form in PENDING, f"no reader of {form}, and it is not pending"
-        pytest.skip(f"pending: {PENDING[form]}")
-
-
 def opened(name: str, scratch: Path) -> Reading:
-    form, file = name.split("/")
-    need(form)
-    if file.endswith(".gz") and not packs():
-        assert "" in PENDING
-        pytest.skip(f"pending: {PENDING['']}")
     return read(CORPUS / name, output=scratch / "said.jsonl")
 
 
@@ -116,17 +104,12 @@ def test_stamps_of_asc_are_those_of_the_lines(name: str, tmp_path: Path) -> None
 
 def test_a_raw_dlc_above_eight_stays(tmp_path: Path) -> None:
     """`d D`: DLC 13 of a classic frame, which has eight bytes. python-can makes 32 of it."""
-    need("asc")
     text = run(["decode", CORPUS / "asc" / "issue_1299.asc"], tmp_path / "frames.txt").out.decode()
     assert "{D}  55 AA 01 02 03 04 05 06" in text
 
 
 def test_passed_over_lines_of_asc_are_counted(tmp_path: Path) -> None:
     """J1939TP, Statistic and Status lines are no frames: `info` counts them by kind."""
-    need("asc")
-    if not has_command("info"):
-        assert "info" in PENDING
-        pytest.skip(f"pending: {PENDING['info']}")
     text = run(["info", CORPUS / "asc" / "logfile.asc"], tmp_path / "logfile.info").out.decode()
     for kind in ("J1939TP", "Statistic", "Status"):
         assert kind in text
@@ -165,10 +148,6 @@ def test_a_recording_without_can_has_no_frames_and_says_so(name: str, tmp_path: 
 
 @pytest.mark.parametrize("name", TOPICS)
 def test_info_shows_the_topics(name: str, tmp_path: Path) -> None:
-    need("mcap")
-    if not has_command("info"):
-        assert "info" in PENDING
-        pytest.skip(f"pending: {PENDING['info']}")
     lines = run(["info", CORPUS / name], tmp_path / "topics.info").out.decode().splitlines()
     for topic, messages in TOPICS[name].items():
         assert any(topic in line and str(messages) in line for line in lines), lines

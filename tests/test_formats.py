@@ -19,7 +19,7 @@ from capture_frames import Recorded
 from captures import run_canalyze
 from mcap.writer import CompressionType
 from other_writers import Write
-from reader_suite import PENDING, ReaderSuite, line_ends
+from reader_suite import ReaderSuite, line_ends
 
 from canalyze import _core
 
@@ -366,11 +366,3 @@ def test_every_format_has_its_suite() -> None:
     """A format that the core lists, and every one that the bridge brings, is proven here."""
     proven = {suite.form for suite in SUITES if hasattr(suite, "form")}
     assert proven >= {*_core.FORMATS, *reader_suite.BRIDGED}
-
-
-def test_nothing_is_pending_that_is_here() -> None:
-    """PENDING only shrinks: what has come must be tested."""
-    here = {name for name in ("asc", "mcap", "pcap", "pcapng", *reader_suite.BRIDGED) if reader_suite.can_read(name)}
-    here |= {name for name in ("info", "convert") if reader_suite.has_command(name)}
-    here |= {""} if reader_suite.packs() else set()
-    assert not here & set(PENDING)

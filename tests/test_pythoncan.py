@@ -4,7 +4,10 @@ A session of every kind of frame goes through that library's writers and comes b
 keeps it; files under the shared corpus are read with the answers that stand there.
 """
 
+import gzip
 import json
+import os
+import pty
 import random
 import sys
 from collections.abc import Iterator
@@ -189,8 +192,8 @@ def test_what_is_written_is_read_back(form: str, tmp_path: Path) -> None:
             "blf": {},
             "mf4": {},
             "trc": {"error_frame": count // 9},
-            "csv": {"direction": count, "bus_name": 20, "fd_frame": fd_short, "fd_flags": count // 9},
-            "db": {"direction": count, "bus_name": 20, "fd_frame": fd_short, "fd_flags": count // 9},
+            "csv": {"direction": count, "bus_name": 20, "fd_format": fd_short, "fd_flags": count // 9},
+            "db": {"direction": count, "bus_name": 20, "fd_format": fd_short, "fd_flags": count // 9},
         }[form]
     )
     with pytest.raises(OutputError, match="exists"):
@@ -501,6 +504,66 @@ def test_mf4_without_asammdf_is_one_line(tmp_path: Path, monkeypatch: pytest.Mon
     with pytest.raises(OutputError, match="needs asammdf"):
         open_sink(str(tmp_path / "b.mf4"), "mf4", force=False)
     assert [child.name for child in tmp_path.iterdir()] == ["a.mf4"]
+
+
+def on_terminal(*args: str) -> tuple[int, str]:
+    """Run a command whose terminal is a real one."""
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.execv(sys.executable, command(*args))
+    shown = b""
+    try:
+        while piece := os.read(terminal, 65536):
+            shown += piece
+    except OSError:  # the other side is gone
+        pass
+    os.close(terminal)
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), shown.decode()
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_terminal_sees_no_more_than_one_line_of_a_damaged_mf4(tmp_path: Path) -> None:
+    need("mf4")
+    data = written("mf4", tmp_path / "a.mf4", list(session())).read_bytes()
+    out, path = str(tmp_path / "out.txt"), tmp_path / "b.mf4"
+    rng = random.Random(403)
+    for turn in range(4):
+        changed = bytearray(data if turn else data[: len(data) // 2])
+        for _ in range(10 * turn):
+            changed[rng.randrange(64, len(changed))] ^= 255
+        path.write_bytes(changed)
+        _, shown = on_terminal("info", "--lang", "en", "--force", "-o", out, str(path))
+        lines = [line for line in shown.splitlines() if line.strip()]
+        assert len(lines) <= 1, lines
+        assert "Traceback" not in shown
+    converted = on_terminal("convert", "--lang", "en", str(tmp_path / "a.mf4"), str(tmp_path / "c.mf4"))
+    assert converted == (0, "")
+
+
+@pytest.mark.parametrize("form", ["blf", "trc", "csv", "db"])
+def test_a_file_unpacked_in_part_has_one_damage(form: str, canalyze: Runner, tmp_path: Path) -> None:
+    packed_up = gzip.compress(written(form, tmp_path / f"a.{form}", list(session())).read_bytes())
+    (tmp_path / "cut.gz").write_bytes(packed_up[: len(packed_up) * 3 // 4])
+    done = canalyze("decode", "--lang", "en", "cut.gz")
+    damage, *rest = done.complaints
+    assert "CAP005" in damage
+    assert [line for line in rest if "cannot be read as SQLite" not in line] == []
+    assert done.code == (2 if form == "db" else 0)
+
+
+def test_damage_of_which_nothing_came_is_told(canalyze: Runner, tmp_path: Path) -> None:
+    data, _ = blf(tmp_path)
+    (tmp_path / "bad.blf").write_bytes(data[:144] + bytes(range(1, 200)))
+    done = canalyze("decode", "--lang", "en", "bad.blf")
+    assert done.code == 2
+    assert "CAP004" in done.err
+    assert "no CAN frame in it" in done.err
+
+
+def test_info_says_nothing_of_a_file_that_cannot_be_read(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "broken.db").write_bytes(b"SQLite format 3\0" + bytes(84))
+    done = canalyze("info", "broken.db")
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
 
 
 def test_a_pipe_is_answered_when_lines_come() -> None:

@@ -1,5 +1,6 @@
 """`canalyze convert`: captures in another format. What a format holds and loses, the core and the sinks say."""
 
+import errno
 import os
 from pathlib import Path
 from typing import Unpack
@@ -8,7 +9,7 @@ import click
 
 from canalyze.errors import OutputError
 from canalyze.help import Command
-from canalyze.options import CaptureOptions, OneOf, open_session, reading_options
+from canalyze.options import ANY_PATH, CaptureOptions, OneOf, open_session, reading_options
 from canalyze.output import Progress, complain
 from canalyze.run import Run
 from canalyze.sinks.target import RECORDS, STDOUT, Target, compressions, forms, open_target, suffixes, target
@@ -25,7 +26,7 @@ def command(words: Words) -> click.Command:
 
     def run(
         files: tuple[str, ...],
-        out: str,
+        out: str | None,
         to: str | None,
         force: bool,
         expression: str | None,
@@ -35,6 +36,11 @@ def command(words: Words) -> click.Command:
         mcap_archive: bool,
         **given: Unpack[CaptureOptions],
     ) -> int:
+        if out is None:
+            raise click.UsageError(words("convert.none"), click.get_current_context())
+        if not files:
+            example = "capture.mcap" if out.endswith(".log") else "capture.log"
+            raise click.UsageError(words("convert.one", name=out, out=example), click.get_current_context())
         where = _where(out, to, words)
         wanted = {"--decoded": decoded, "--mcap-fd-schema": mcap_fd_schema, "--mcap-archive": mcap_archive}
         for option in (name for name, value in wanted.items() if value and where.form != "mcap"):
@@ -80,8 +86,8 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            click.Argument(["files"], nargs=-1, required=True, type=click.Path(allow_dash=True), metavar="IN"),
-            click.Argument(["out"], type=click.Path(allow_dash=True), metavar="OUT"),
+            click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="IN"),
+            click.Argument(["out"], required=False, type=ANY_PATH, metavar="OUT"),
             click.Option(["--to"], type=OneOf(forms(), words), help=words("convert.to")),
             *reading_options(words),
             click.Option(["--decoded"], is_flag=True, help=words("convert.decoded")),
@@ -101,6 +107,10 @@ def _where(out: str, to: str | None, words: Words) -> Target:
     context = click.get_current_context()
     where = target(out, to)
     if where is None:
+        if Path(out).is_dir():
+            raise OutputError(
+                "output.write", name=out, error=IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+            )
         if out == STDOUT:
             raise click.UsageError(words("convert.needs_to", choices=", ".join(forms())), context)
         allowed, packed = " ".join(suffixes()), " ".join(compressions())

@@ -8,7 +8,7 @@ import click
 from canalyze import network
 from canalyze.errors import CanalyzeError
 from canalyze.help import Command
-from canalyze.options import Spelled, format_option, inputs, output_options
+from canalyze.options import ANY_PATH, Spelled, format_option, inputs, output_options
 from canalyze.output import Output, complain, open_output
 from canalyze.words import Words
 
@@ -46,7 +46,7 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            click.Argument(["files"], nargs=-1, type=click.Path(allow_dash=True), metavar="FILE"),
+            click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
             click.Option(["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("eds.node")),
             click.Option(["--all", "every"], is_flag=True, help=words("eds.all")),
             format_option(words, "eds"),

@@ -1,12 +1,22 @@
 """`canalyze info`: what a file is, before anything is decoded. Each file is by itself; the core counts its frames."""
 
 import json
-from typing import Any
+from typing import Any, Unpack
 
 import click
 
 from canalyze.help import Command
-from canalyze.options import CaptureOptions, OneOf, format_option, input_formats, inputs, open_session, output_options
+from canalyze.options import (
+    ANY_PATH,
+    CaptureOptions,
+    OneOf,
+    format_option,
+    input_formats,
+    inputs,
+    open_session,
+    output_options,
+    topic_options,
+)
 from canalyze.output import Progress, open_output
 from canalyze.run import Run
 from canalyze.sources.file import total_size
@@ -16,11 +26,10 @@ from canalyze.words import Words
 def command(words: Words) -> click.Command:
     """Build the command in one language."""
 
-    def run(files: tuple[str, ...], form: str, output: str | None, force: bool, input_format: str | None) -> int:
+    def run(files: tuple[str, ...], form: str, output: str | None, force: bool, **given: Unpack[CaptureOptions]) -> int:
         from canalyze.reports.info_text import show
 
         names = inputs(files, words)
-        given = CaptureOptions(input_format=input_format)
         code = shown = 0
         with open_output(output, force=force) as out:
             progress = Progress(words, out, total_size(names))
@@ -54,9 +63,10 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            click.Argument(["files"], nargs=-1, type=click.Path(allow_dash=True), metavar="FILE"),
+            click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
             format_option(words, "info"),
             click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
+            *topic_options(words),
             *output_options(words),
         ],
     )

@@ -7,7 +7,7 @@ from typing import Any, Final, Unpack
 import click
 
 from canalyze.help import Command
-from canalyze.options import CaptureOptions, capture_options, format_option, inputs, open_session
+from canalyze.options import ANY_PATH, CaptureOptions, capture_options, format_option, inputs, open_session
 from canalyze.output import Output, Progress, complain, open_output
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.run import Run
@@ -89,7 +89,7 @@ def command(words: Words) -> click.Command:
         run,
         [
             format_option(words, "sdo"),
-            click.Option(["--extract"], type=click.Path(), metavar="DIR", help=words("sdo.extract")),
+            click.Option(["--extract"], type=ANY_PATH, metavar="DIR", help=words("sdo.extract")),
             *capture_options(words),
         ],
     )

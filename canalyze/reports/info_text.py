@@ -112,7 +112,7 @@ def _quality(record: Record, words: Words) -> Iterator[str]:
     if record["error_markers"]:
         yield words("info.error_markers", count=record["error_markers"])
     for damage in record["damage"][:_LISTED]:
-        lost = [words(f"info.lost_{key}", count=damage[key]) for key in ("bytes", "frames") if damage[key] is not None]
+        lost = [words(f"info.lost_{key}", count=damage[key]) for key in ("bytes", "frames") if damage[key]]
         fact = words(
             "info.damage",
             place=_place(damage["line"], damage["offset"], words),

@@ -6,6 +6,8 @@ relative to a date of whole ms, for a double has no ns of a date; FD and remote 
 """
 
 import contextlib
+import errno
+import os
 import struct
 import threading
 import time
@@ -15,6 +17,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Self
 
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output import FileOutput
+from canalyze.sources.library import library
 from canalyze.sources.packed import nanoseconds
 
 if TYPE_CHECKING:
@@ -71,8 +74,10 @@ class Sink:
         self._rest = b""
         self._names: dict[int, str] = {}
         self._channels: dict[int, tuple[int, bool]] = {}
-        if form == "mf4":
-            _need_asammdf(name)
+        try:
+            library(mf4=form == "mf4")
+        except ImportError as error:
+            raise OutputError("bridge.mf4", name=name, line="pip install 'canalyze[mf4]'") from error
         self._file = FileOutput(name, force=force)
         try:
             self._into = _INTO[form](self._file.path, name, self.losses)
@@ -131,6 +136,8 @@ class Sink:
     def _failure(self, error: BaseException) -> BaseException:
         if isinstance(error, CanalyzeError) or not isinstance(error, Exception):
             return error
+        if getattr(error, "sqlite_errorname", "") == "SQLITE_FULL":
+            error = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         reason = error if isinstance(error, OSError) else " ".join(f"{type(error).__name__}: {error}".split())[:200]
         return OutputError("output.write", name=self.name, error=reason)
 
@@ -176,15 +183,6 @@ class Sink:
         named = name == f"can{wanted}" and (self._into.most_channels > 0 or wanted == 0)
         self._channels[bus] = wanted, named or not name
         return self._channels[bus]
-
-
-def _need_asammdf(name: str) -> None:
-    try:
-        # In this order: asammdf may import python-can, which then would miss it.
-        import can  # noqa: F401, I001
-        import asammdf  # noqa: F401
-    except ImportError as error:
-        raise OutputError("bridge.mf4", name=name, line="pip install 'canalyze[mf4]'") from error
 
 
 class _Blf:

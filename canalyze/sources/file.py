@@ -13,7 +13,7 @@ from typing import Final, Self
 
 from canalyze.errors import SourceError
 
-CHUNK: Final = 1 << 20
+CHUNK: Final = 1 << 18
 STDIN: Final = "-"
 
 

@@ -17,9 +17,12 @@ _STAMP, _FD, _BRS, _ESI, _RX, _TX = 1, 2, 4, 8, 16, 32
 _EFF, _RTR, _ERR = 0x8000_0000, 0x4000_0000, 0x2000_0000
 _MOST_ID: Final = 0x1FFF_FFFF
 _MOST_BUSES: Final = 256
-_MOST_NS: Final = (1 << 63) - 1
+_MOST_SECONDS: Final = 9.2e9
+"""Seconds whose ns fit 64 bits."""
+_STEPS: Final = tuple(10 ** (9 - decimals) for decimals in range(10))
+"""The ns of the last digit of a stamp, by the digits behind the point."""
 
-PROPERTIES: Final = ("reader", "version", "application")
+PROPERTIES: Final = ("reader", "version", "application", "channels")
 """Properties of a dialect, as the core numbers them."""
 CUT, CHECKSUM, STRUCTURE, COMPRESSION, REST = range(5)
 """Kinds of damage, as the core numbers them."""
@@ -86,10 +89,20 @@ class Packer:
         sent a frame. bus: the name of the bus behind a channel.
         """
         self.decimals = decimals
-        self.directed = directed
         self.frames = 0
+        self._received = self._sent = 0
+        self.directed = directed
         self._bus = bus
         self._indices: dict[object, int] = {}
+
+    @property
+    def directed(self) -> bool:
+        """Whether the format says who sent a frame."""
+        return self._sent != 0
+
+    @directed.setter
+    def directed(self, directed: bool) -> None:
+        self._received, self._sent = (_RX, _TX) if directed else (0, 0)
 
     def error(self, channel: object, seconds: float, line: int = 0) -> bytes:
         """Give the record of an error frame of which nothing is known."""
@@ -102,52 +115,50 @@ class Packer:
 
         bare: an identifier and data of error frames are not SocketCAN's, so that there was one is all that is said.
         """
-        identifier, data, flags, raw = message.arbitration_id, message.data, 0, 0
+        identifier, data = message.arbitration_id, message.data
         length = size = len(data)
-        if not 0 <= identifier <= _MOST_ID:
-            raise Unfit(IDENTIFIER)
-        if size > 64:
-            raise Unfit(LENGTH)
-        if message.is_extended_id or identifier > 0x7FF:
-            identifier |= _EFF
-        if message.is_error_frame:
-            identifier |= _ERR
-            if bare:
-                identifier, data, length, size = _ERR, bytearray(), 0, 0
-        elif message.is_fd or size > 8:  # only an FD frame holds more
-            flags = _FD | (_BRS if message.bitrate_switch else 0) | (_ESI if message.error_state_indicator else 0)
-        elif message.is_remote_frame:
-            identifier |= _RTR
-            length, size = max(0, min(message.dlc, 8)), 0
-            raw = message.dlc if 8 < message.dlc < 16 else 0
-        elif message.dlc != size:
-            if size < 8 or message.dlc < 8:
-                raise Unfit(DATA)
-            raw = message.dlc if message.dlc < 16 else 0
-        if self.directed:
-            flags |= _RX if message.is_rx else _TX
+        flags, raw = self._received if message.is_rx else self._sent, 0
+        if (
+            message.dlc != size
+            or size > 8
+            or not 0 <= identifier <= 0x7FF
+            or message.is_extended_id
+            or message.is_fd
+            or message.is_remote_frame
+            or message.is_error_frame
+        ):
+            identifier, further, length, raw, size = _unusual(message, bare)
+            flags |= further
+            data = data[:size]
+        decimals = self.decimals
         try:
             seconds = message.timestamp
             if -SURE_BELOW < seconds < SURE_BELOW:
-                ns, decimals = round(seconds * 1e9), self.decimals
-                if decimals < 9 and ns % 10 ** (9 - decimals):
+                ns = round(seconds * 1e9)
+                if ns % _STEPS[decimals]:
                     self.decimals = decimals = 9 if ns % 1000 else 6
                 flags |= _STAMP
-            else:  # of the digits behind a date's microseconds none is sure
-                ns, decimals = nanoseconds(seconds), min(self.decimals, 6)
-                if -_MOST_NS <= ns <= _MOST_NS:
-                    flags |= _STAMP
-                else:
-                    ns = 0
-        except (ValueError, OverflowError):
+            elif -_MOST_SECONDS < seconds < _MOST_SECONDS:
+                ns = round(seconds * 1e6) * 1000
+                if decimals > 6:  # of the digits behind a date's microseconds none is sure
+                    decimals = 6
+                flags |= _STAMP
+            else:
+                ns, decimals = 0, 0
+        except ValueError:  # not a number
             ns, decimals = 0, 0
         channel = message.channel
         index = self._indices.get(channel)
         self.frames += 1
         if index is None:
             before, index = self._index(channel)
-            return before + _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data[:size]
-        return _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data[:size]
+            return before + _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data
+        return _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data
+
+    @property
+    def buses(self) -> dict[object, str]:
+        """The buses met so far, by their channels."""
+        return {channel: self._bus(channel) for channel in self._indices}
 
     def _index(self, channel: object) -> tuple[bytes, int]:
         index = self._indices.get(channel)
@@ -158,3 +169,28 @@ class Packer:
         if len(self._indices) < _MOST_BUSES:
             self._indices[channel] = index
         return _other(_BUS, index, text=name), index
+
+
+def _unusual(message: "Message", bare: bool) -> tuple[int, int, int, int, int]:
+    """Give identifier with its bits, flags, length, raw DLC and bytes of data of any message; Unfit if it is none."""
+    identifier, size, flags, raw = message.arbitration_id, len(message.data), 0, 0
+    length = size
+    if not 0 <= identifier <= _MOST_ID:
+        raise Unfit(IDENTIFIER)
+    if size > 64:
+        raise Unfit(LENGTH)
+    if message.is_extended_id or identifier > 0x7FF:
+        identifier |= _EFF
+    if message.is_error_frame:
+        return (_ERR, 0, 0, 0, 0) if bare else (identifier | _ERR, 0, length, 0, size)
+    if message.is_fd or size > 8:  # only an FD frame holds more
+        flags = _FD | (_BRS if message.bitrate_switch else 0) | (_ESI if message.error_state_indicator else 0)
+    elif message.is_remote_frame:
+        identifier |= _RTR
+        length, size = max(0, min(message.dlc, 8)), 0
+        raw = message.dlc if 8 < message.dlc < 16 else 0
+    elif message.dlc != size:
+        if size < 8 or message.dlc < 8:
+            raise Unfit(DATA)
+        raw = message.dlc if message.dlc < 16 else 0
+    return identifier, flags, length, raw, size

@@ -22,7 +22,7 @@ import tempfile
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TextIO, cast
@@ -30,6 +30,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TextIO, cast
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources import packed
 from canalyze.sources.blf import PYTHON_CAN, Damage, Objects
+from canalyze.sources.database import Copy, copied
+from canalyze.sources.library import library
 from canalyze.sources.packed import Packer, Unfit
 from canalyze.sources.trace import Lines, Trc
 
@@ -55,12 +57,8 @@ class Pieces(Protocol):
     def feed(self, data: bytes) -> Iterator[bytes]:
         """Take the next bytes; give records."""
 
-    def end(self) -> Iterator[bytes]:
-        """Take the end of the file; give the rest."""
-
-    @property
-    def frames(self) -> int:
-        """Frames so far."""
+    def end(self, *, broken: bool) -> Iterator[bytes]:
+        """Take the end of the file; give the rest. `broken`: it was unpacked only so far, which is told elsewhere."""
 
 
 class PythonCanCapture:
@@ -77,7 +75,6 @@ class PythonCanCapture:
         self.compression = source.compression
         """gzip, xz, bzip2 or zstd, if it is compressed."""
         self.regular = source.regular
-        self.compression = source.compression
         self._source = source
         self._form = form
         self._heard = _Heard()
@@ -100,6 +97,10 @@ class PythonCanCapture:
     def damage(self) -> "Damaged | None":
         """Why the file could be unpacked no further; known when nothing comes any more."""
         return self._source.damage
+
+    @property
+    def _broken(self) -> bool:
+        return self._source.damage is not None
 
     def read(self) -> bytes:
         """Give the next records, b"" at the end; SourceError if the system refuses or nothing can be read."""
@@ -126,17 +127,14 @@ class PythonCanCapture:
     def _need_asammdf(self) -> None:
         try:
             with self._heard:
-                # In this order: asammdf may import python-can, which then would miss it.
-                import can  # noqa: F401, I001
-                import asammdf  # noqa: F401
+                library(mf4=True)
         except ImportError as error:
             line = "pip install 'canalyze[mf4]'"
             raise SourceError("bridge.mf4", name=self.name, line=line) from error
         self._heard.take()
 
     def _batches(self, head: bytes) -> Generator[bytes, None, None]:
-        import can
-
+        can = library()
         yield packed.dialect("reader", f"python-can {can.__version__}")
         if self._form in ("mf4", "sqlite"):
             yield from self._from_path(head)
@@ -146,28 +144,32 @@ class PythonCanCapture:
         while data:
             yield from _batched(pieces.feed(data))
             data = self._source.read()
-        yield from _batched(pieces.end())
+        yield from _batched(pieces.end(broken=self._broken))
 
     def _from_path(self, head: bytes) -> Iterator[bytes]:
-        """Read what its reader opens by name: the file itself, or where it is none, all of it put down beside."""
-        with contextlib.ExitStack() as stack:
+        """Read what its reader opens by name: the file itself, or what was in it put down elsewhere."""
+        with tempfile.TemporaryDirectory(prefix="canalyze-") as directory:
             path = self._source.path
-            if path is None:
-                spool = stack.enter_context(tempfile.NamedTemporaryFile(suffix=f".{self._form}"))
-                path = Path(spool.name)
-                data = head
-                while data:
-                    try:
-                        spool.write(data)
-                    except OSError as error:
-                        raise SourceError("source.read", name=self.name, error=error) from error
-                    data = self._source.read()
-                spool.flush()
-            yield from _batched(self._messages(path))
+            copy = None
+            try:
+                if path is None:
+                    path = Path(directory, f"spool.{self._form}")
+                    self._put_down(path, head)
+                    copy = Copy(path, None) if self._form == "sqlite" else None
+                elif self._form == "sqlite":  # its reader would write in the file
+                    copy = copied(path, Path(directory))
+            except OSError as error:
+                raise SourceError("source.read", name=self.name, error=error) from error
+            yield from _batched(self._messages(copy.path if copy else path, copy))
 
-    def _messages(self, path: Path) -> Iterator[bytes]:
-        import can
+    def _put_down(self, path: Path, data: bytes) -> None:
+        with path.open("wb") as spool:
+            while data:
+                spool.write(data)
+                data = self._source.read()
 
+    def _messages(self, path: Path, copy: Copy | None) -> Iterator[bytes]:
+        can = library(mf4=self._form == "mf4")
         packer = Packer(6, directed=self._form == "mf4", bus=_as_numbered if self._form == "mf4" else _only)
         row = 0
         problem = None
@@ -190,9 +192,13 @@ class PythonCanCapture:
             gc.collect()  # what the library says when it is thrown away is heard as well
             if packer.frames == 0:
                 raise self.refused(problem)
+        if copy and copy.cut:
+            if not self._broken:
+                yield packed.damage(packed.CUT, *copy.cut)
+        elif problem:
             self.remark(problem)
             yield packed.damage(packed.REST, 0)
-        elif self._heard.errors:  # asammdf goes on without what it could not read
+        elif self._heard.errors or (copy and not copy.sound()):  # asammdf goes on without what it could not read
             yield packed.damage(packed.STRUCTURE, 0)
 
     def remark(self, problem: str) -> None:
@@ -246,6 +252,13 @@ def _as_numbered(channel: object) -> str:
     return f"can{channel}" if isinstance(channel, int) else "can0"
 
 
+def _channels(packer: Packer, more: int) -> Iterator[bytes]:
+    """Say which bus a channel of the file is; `more` is how far the file's numbers are above the library's."""
+    known = [f"{channel + more} = {bus}" for channel, bus in packer.buses.items() if isinstance(channel, int)]
+    if known:
+        yield packed.dialect("channels", ", ".join(known))
+
+
 def _only(_: object) -> str:
     """Give the bus of a form that has no channels."""
     return "can0"
@@ -259,19 +272,17 @@ class _Blf:
         self._packer = Packer(5, directed=True, bus=_vector)
         self._started = False
 
-    @property
-    def frames(self) -> int:
-        return self._packer.frames
-
     def feed(self, data: bytes) -> Iterator[bytes]:
         for piece in self._objects.feed(data):
             yield from self._start()
             yield from self._piece(piece)
 
-    def end(self) -> Iterator[bytes]:
+    def end(self, *, broken: bool) -> Iterator[bytes]:
         for piece in self._objects.end():
             yield from self._start()
-            yield from self._piece(piece)
+            if not (broken and isinstance(piece, Damage) and piece.kind == packed.CUT):
+                yield from self._piece(piece)
+        yield from _channels(self._packer, 1)
         for what, count in sorted(self._objects.passed_over.items()):
             yield packed.passed_over(what, count)
 
@@ -284,8 +295,6 @@ class _Blf:
             yield packed.start(self._objects.date_ns)
 
     def _piece(self, piece: bytes | Damage) -> Iterator[bytes]:
-        import can
-
         if isinstance(piece, Damage):
             yield piece.record
             return
@@ -301,7 +310,7 @@ class _Blf:
         batch: list[bytes] = []
         frame = self._packer.frame
         try:
-            for message in can.BLFReader(file):
+            for message in library().BLFReader(file):
                 try:
                     batch.append(frame(message, 0, bare))
                 except Unfit:
@@ -324,11 +333,9 @@ class _Text:
         self.counts: Counter[str] = Counter()
         self._out: list[bytes] = []
         self._reason = packed.NO_FRAME
+        self.before: Callable[[Message], None] | None = None
+        """Looks at a message before it is packed."""
         lines.unanswered = self._unanswered
-
-    @property
-    def frames(self) -> int:
-        return self.packer.frames
 
     def reader(self) -> "Iterator[Message]":
         """Give a reader that goes on with the next line."""
@@ -338,38 +345,35 @@ class _Text:
         self.lines.feed(data)
         yield from self.drain()
 
-    def end(self) -> Iterator[bytes]:
-        self.lines.end()
+    def end(self, *, broken: bool) -> Iterator[bytes]:
+        if not broken:
+            self.lines.end()
         yield from self.drain()
         for what, count in sorted(self.counts.items()):
             yield packed.passed_over(what, count)
 
     def drain(self) -> Iterator[bytes]:
         """Read the lines that are there; one that the library cannot read costs only itself."""
-        lines, frame = self.lines, self.packer.frame
+        lines, frame, before = self.lines, self.packer.frame, self.before
         out = self._out
+        append = out.append
         while lines.waiting:
             try:
                 for message in self.reader():
                     lines.answered = True
                     try:
-                        self.before(message)
-                        out.append(frame(message, lines.number))
+                        if before:
+                            before(message)
+                        append(frame(message, lines.number))
                     except (Unfit, TypeError, struct.error) as error:
                         reason = error.reason if isinstance(error, Unfit) else packed.DATA
                         out.append(self._unreadable(reason))
-                    if len(out) >= _BATCH:
-                        yield b"".join(out)
-                        out.clear()
             except Exception:  # of the line: its message says nothing that the line does not
                 lines.answered = True
                 out.append(self._unreadable(packed.NO_FRAME))
             lines.settle()
         yield b"".join(out)
         out.clear()
-
-    def before(self, message: "Message") -> None:
-        """Look at a message before it is packed."""
 
     def _unanswered(self) -> None:
         self._out.append(self.nothing())
@@ -388,12 +392,11 @@ class _Trc(_Text):
     """PEAK's traces."""
 
     def __init__(self, capture: PythonCanCapture) -> None:
-        import can
-
         self._trc = Trc()
         super().__init__(capture, Lines(self._trc.change), Packer(3, directed=False, bus=_peak))
+        self.before = self._settle
         self._begun = False
-        self._reader = can.TRCReader(cast("TextIO", self.lines))
+        self._reader = library().TRCReader(cast("TextIO", self.lines))
 
     def feed(self, data: bytes) -> Iterator[bytes]:
         self.lines.feed(data)
@@ -414,22 +417,25 @@ class _Trc(_Text):
         if trc.date_ns is not None:
             yield packed.start(trc.date_ns)
 
-    def end(self) -> Iterator[bytes]:
-        self.lines.end()
+    def end(self, *, broken: bool) -> Iterator[bytes]:
+        if not broken:
+            self.lines.end()
         if self.lines.waiting:
             yield from self._begin()
-        yield from super().end()
+        yield from super().end(broken=broken)
+        yield from _channels(self.packer, 0)
 
     def reader(self) -> "Iterator[Message]":
         return iter(self._reader)
 
-    def before(self, message: "Message") -> None:
-        line = self.lines.line
-        decimals = self._trc.decimals(line)
+    def _settle(self, message: "Message") -> None:
+        decimals = self._trc.decimals(self.lines.line)
         if decimals > self.packer.decimals:
             self.packer.decimals = decimals
         if message.is_fd:
             message.dlc = len(message.data)  # the library leaves the code there
+        if self.lines.number == self.lines.endless and self._trc.may_go_on(self.lines.line):
+            raise Unfit(packed.CUT_LINE)
 
     def nothing(self) -> bytes:
         line, trc = self.lines.line, self._trc
@@ -450,10 +456,8 @@ class _Csv(_Text):
     """python-can's own table."""
 
     def __init__(self, capture: PythonCanCapture) -> None:
-        import can
-
         super().__init__(capture, Lines(self._change), Packer(6, directed=False, bus=_only))
-        self._reader = can.CSVReader(cast("TextIO", self.lines))
+        self._reader = library().CSVReader(cast("TextIO", self.lines))
 
     @staticmethod
     def _change(line: str) -> str | None:

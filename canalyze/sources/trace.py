@@ -8,9 +8,9 @@ python-can.
 
 import datetime
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from decimal import Decimal, InvalidOperation
-from typing import Final, Self
+from typing import Final
 
 _LONGEST: Final = 64 << 10
 """Longest line that is read; a longer one is none of these formats'."""
@@ -35,35 +35,37 @@ class Lines:
         self._change = change
         self._lines: deque[tuple[int, str]] = deque()
         self._before: list[str] = []
-        self._rest = b""
+        self._rest = ""
         self._taken = 0
         self._long = False
 
     def feed(self, data: bytes) -> None:
         """Take the next bytes."""
-        *whole, rest = (self._rest + data).split(b"\n")
-        for line in whole:
-            self._add(line)
+        *whole, rest = (self._rest + data.decode("latin-1")).split("\n")
+        if self._long and whole:
+            whole[0], self._long = "\0", False
+        self._add(whole)
         self._rest = rest
         if len(rest) > _LONGEST:
-            self._rest, self._long = b"", True
+            self._rest, self._long = "", True
 
     def end(self) -> None:
         """Take the end: a last line may lack its end."""
         if self._rest or self._long:
-            self._add(self._rest)
+            self._add(["\0" if self._long else self._rest])
             self.endless = self._taken
-            self._rest = b""
+            self._rest, self._long = "", False
 
-    def _add(self, line: bytes) -> None:
-        self._taken += 1
-        text = "\0" if self._long or len(line) > _LONGEST else line.decode("latin-1").strip()
-        self._long = False
-        if self._taken == 1:
-            text = text.removeprefix("\xef\xbb\xbf")
-        changed = self._change(text) if text else None
-        if changed is not None:
-            self._lines.append((self._taken, changed))
+    def _add(self, lines: list[str]) -> None:
+        change, append = self._change, self._lines.append
+        if lines and self._taken == 0:
+            lines[0] = lines[0].removeprefix("\xef\xbb\xbf")
+        for number, line in enumerate(lines, self._taken + 1):
+            text = line.strip() if len(line) <= _LONGEST else "\0"
+            changed = change(text) if text else None
+            if changed is not None:
+                append((number, changed))
+        self._taken += len(lines)
 
     def begin(self, *lines: str) -> None:
         """Have these handed out before what is there."""
@@ -74,21 +76,24 @@ class Lines:
         """Whether a line of the file is there."""
         return bool(self._lines)
 
-    def __iter__(self) -> Self:
-        """Give the lines themselves."""
-        return self
+    def __iter__(self) -> Iterator[str]:
+        """Give what is there; its end is the end of the file to whoever reads."""
+        lines = self._lines
+        while True:
+            if not self.answered:
+                self.settle()
+            if self._before:
+                self.number, self.line = 0, self._before.pop(0)
+            elif lines:
+                self.number, self.line = lines.popleft()
+                self.answered = False
+            else:
+                return
+            yield self.line
 
     def __next__(self) -> str:
-        """Give the next line; the end of what is there is the end of the file to whoever reads."""
-        self.settle()
-        if self._before:
-            self.number, self.line = 0, self._before.pop(0)
-            return self.line
-        if not self._lines:
-            raise StopIteration
-        self.number, self.line = self._lines.popleft()
-        self.answered = False
-        return self.line
+        """Give the next line alone."""
+        return next(iter(self))
 
     def settle(self) -> None:
         """Say of the last line that nothing came of it, if so."""
@@ -114,6 +119,8 @@ class Trc:
         self.complete = False
         """A line behind it has come."""
         self._columns: list[str] = []
+        self._point = (0, 0, 3)
+        """Where the point and the end of the last stamp were, and the digits that it had."""
 
     @property
     def known(self) -> bool:
@@ -151,10 +158,25 @@ class Trc:
 
     def decimals(self, line: str) -> int:
         """Give the digits behind the point that stamps of such a line have, in seconds."""
+        begin, end, known = self._point
+        if line[begin : begin + 1] == "." and line[end : end + 1] == " ":  # in columns, as mostly
+            return known
         at = self._at("O", {}) if self.version.startswith("2") else 1
         parts = line.split(None, 9)
-        _, point, digits = parts[at].partition(".") if at is not None and at < len(parts) else ("", "", "")
-        return min(3 + len(digits), 9) if point else 3
+        stamp = parts[at] if at is not None and at < len(parts) else ""
+        _, point, digits = stamp.partition(".")
+        decimals = min(3 + len(digits), 9) if point else 3
+        if point and at == 1:  # the first point of the line
+            begin = line.index(".")
+            self._point = (begin, begin + 1 + len(digits), decimals)
+        return decimals
+
+    def may_go_on(self, line: str) -> bool:
+        """Tell whether a line that lacks its end may be the beginning of another frame's.
+
+        Half a byte, or a length of 0 behind which `RTR` may have stood.
+        """
+        return not self.version.startswith("2") and len(line.split()[-1]) < 2
 
     def kind(self, line: str) -> str:
         """Give the type that the line names; empty if it names none."""

@@ -12,11 +12,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "decode.help",
         "逐帧注释记录：每行是candump屏幕格式的一帧，后面是它的含义。多个文件按给出的顺序当作同一个记录。"
-        "“-”是标准输入；不给文件而有管道时也读标准输入，每一行立即输出。读不懂的行在标准错误上指出并计数，不会中断。",
+        "“-”是标准输入；不给文件而有管道时也读标准输入，每一行立即输出。无法读取的行在标准错误上指出并计数，不会中断。"
+        "可读candump的屏幕输出和记录、Vector ASC和BLF、MCAP、pcap、pcapng、PEAK TRC、MF4，以及python-can的CSV和SQLite，"
+        "也可以经gzip、zstd、xz或bzip2压缩；都由内容判断。",
         "Annotate captures: each line is a frame in candump's console form, followed by what it means. Several files "
         "are one capture in the given order. '-' is standard input, which is also read when no file is given and it "
         "is a pipe; every line comes out at once. Lines that cannot be read are named and counted on standard error "
-        "and never stop the run.",
+        "and never stop the run. Read are candump's console form and log, Vector ASC and BLF, MCAP, pcap, pcapng, PEAK "
+        "TRC, MF4, python-can's CSV and SQLite, also compressed by gzip, zstd, xz or bzip2; content tells which.",
     ),
     ("decode.brief", "只写简短的说法，不带内容。", "Only the phrase, without the content."),
     (

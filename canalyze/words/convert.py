@@ -7,7 +7,7 @@ from typing import Final
 
 ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("convert.short", "转换记录的格式", "Convert captures to another format"),
-    ("convert.usage", "[选项] IN... OUT", "[OPTIONS] IN... OUT"),
+    ("convert.usage", "[选项] 输入... 输出", "[OPTIONS] IN... OUT"),
     (
         "convert.help",
         "把记录转换成另一种格式，格式由输出的文件名决定，或由 --to 指定。多个输入按给出的顺序当作同一个记录。"
@@ -52,6 +52,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze convert --filter 'node=5 t=10..20' capture.log node5.log.zst\n"
         "candump -L can0 | canalyze convert - capture.pcapng\n"
         "canalyze convert capture.blf --to candump - | canplayer vcan0=can0",
+    ),
+    (
+        "convert.one",
+        "只给出了 {name}；先写输入，最后写输出，如 canalyze convert {name} {out}",
+        "only {name} is given; name the inputs, then the output, as canalyze convert {name} {out}",
+    ),
+    (
+        "convert.none",
+        "没有给出文件；先写输入，最后写输出，如 canalyze convert capture.asc capture.log",
+        "no file given; name the inputs, then the output, as canalyze convert capture.asc capture.log",
     ),
     ("convert.stdout", "标准输出", "standard output"),
     (

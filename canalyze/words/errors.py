@@ -180,10 +180,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("source.empty", "{name}：里面什么都没有", "{name}: there is nothing in it"),
     (
         "source.nothing",
-        "{name}：没有一行能读作CAN帧；可读的是candump的屏幕输出"
-        "（can0  60A   [8]  40 ...）和记录（(时间) can0 60A#40...）",
-        "{name}: no line of it can be read as a CAN frame; candump's console form (can0  60A   [8]  40 ...) and its "
-        "log form ((stamp) can0 60A#40...) can",
+        "{name}：没有CAN帧，不是可读的格式；可读的有candump的屏幕输出（can0  60A   [8]  40 ...）和记录"
+        "（(时间) can0 60A#40...）、Vector ASC和BLF、MCAP、pcap、pcapng、PEAK TRC、MF4，以及python-can的CSV和SQLite，"
+        "也可以是压缩过的",
+        "{name}: no CAN frame in it, and none of the formats that can be read: candump's console form "
+        "(can0  60A   [8]  40 ...) and its log form ((stamp) can0 60A#40...), Vector ASC and BLF, MCAP, pcap, pcapng, "
+        "PEAK TRC, MF4, python-can's CSV and SQLite, each also compressed",
     ),
     (
         "source.nested",
@@ -201,7 +203,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "the stamps of {name} are absolute, those of {other} count from a start that is not told: --merge finds no "
         "clock that they share",
     ),
-    ("source.frameless", "{name}：里面没有CAN帧", "{name}: no CAN frame in it"),
+    (
+        "source.frameless",
+        "{name}：作为{form}读取，里面没有CAN帧；文件里有什么，见 canalyze info",
+        "{name}: read as {form}, no CAN frame in it; canalyze info shows what it has",
+    ),
     ("bridge.said", "{name}：python-can报告：{problem}", "{name}: python-can says: {problem}"),
     (
         "bridge.unreadable",
@@ -220,7 +226,6 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}: no topic of it is read as CAN frames; there are: {topics}. Choose with --topic, name the fields with "
         "--mcap-map, as in --mcap-map topic=/x,id=can_id,data=payload",
     ),
-    ("source.topics_empty", "（无）", "none"),
     (
         "source.other",
         "{name}：转换编码后仍是{kind}，不能读取",

@@ -75,7 +75,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("info.unstamped", "没有时间戳的帧：{count}", "frames without a stamp: {count}"),
     ("info.dates", "{first} 到 {last}（{zone}）", "{first} to {last} ({zone})"),
     ("info.utc", "UTC", "UTC"),
-    ("info.local", "记录时的当地时间，时区未知", "local time where it was recorded, zone not told"),
+    (
+        "info.local",
+        "按文件所写，未注明时区，一般是记录地的当地时间",
+        "as the file has it, zone not told: local time where it was recorded, as a rule",
+    ),
     ("info.stamps", "{first} 到 {last}（秒，起点未知）", "{first} to {last} (seconds since a start that is not told)"),
     ("info.span", "共 {seconds} s，时间戳有 {digits} 位小数", "{seconds} s, stamps have {digits} decimals"),
     (

@@ -34,9 +34,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("opt.force", "允许覆盖已有的文件。", "Overwrite files that exist."),
     (
         "opt.filter",
-        "只显示符合条件的帧，如 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5'；"
+        "只取符合条件的帧，如 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5'；"
         "空格是“且”，逗号是“或”；状态仍由全部帧得出。t 的单位是秒：小于100000000时从记录的第一帧算起，否则是绝对时间。",
-        "Show only what fits, e.g. 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5'; "
+        "Only what fits, e.g. 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5'; "
         "blank is and, comma is or; state still comes from every frame. t is in seconds: below 100000000 since the "
         "first frame of the capture, else absolute.",
     ),
@@ -47,8 +47,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "opt.input_format",
-        "输入的格式；不给则由内容判断。",
-        "The format of the input; without it its content tells.",
+        "输入的格式，对所有输入有效；不给则由各文件的内容判断，与文件名无关。压缩总是由内容判断。",
+        "The format of all inputs; without it the content of each tells, never its name. Compression is always told by "
+        "content.",
     ),
     (
         "opt.merge",
@@ -120,9 +121,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("canalyze.usage", "[选项] 命令 [参数]...", "[OPTIONS] COMMAND [ARGS]..."),
     (
         "canalyze.help",
-        "被动式CANopen分析器：读candump的记录，结合此前的全部报文说明每一帧的含义。从不发送任何帧。",
-        "A passive CANopen analyzer: reads candump captures and says what each frame means, given everything seen "
-        "before it. It never sends a frame.",
+        "被动式CANopen分析器：读CAN记录（candump、Vector ASC和BLF、MCAP、pcap、PEAK TRC、MF4等），"
+        "结合此前的全部报文说明每一帧的含义，并在各种格式之间转换。从不发送任何帧。",
+        "A passive CANopen analyzer: reads CAN captures (candump, Vector ASC and BLF, MCAP, pcap, PEAK TRC, MF4 and "
+        "others) and says what each frame means, given everything seen before it; converts between their formats. It "
+        "never sends a frame.",
     ),
     (
         "canalyze.examples",
@@ -132,6 +135,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sdo capture.log --extract out/     列出SDO传输并取出数据\n"
         "canalyze signals --eds 5=drive.eds a.log    解析PDO里的信号\n"
         "canalyze summary --bitrate 500k capture.log 统计节点和总线负载\n"
+        "canalyze info capture.mcap                  说明文件本身：格式、总线、时间、损坏\n"
         "canalyze convert capture.asc capture.log    转换格式\n"
         "canalyze --lang en decode --help            英文说明",
         "canalyze decode samples/zephyr-sdo.log      annotate a capture frame by frame\n"
@@ -140,6 +144,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sdo capture.log --extract out/     list SDO transfers, take out their data\n"
         "canalyze signals --eds 5=drive.eds a.log    decode the signals in PDOs\n"
         "canalyze summary --bitrate 500k capture.log figures of nodes and bus load\n"
+        "canalyze info capture.mcap                  what a file is: format, buses, time, damage\n"
         "canalyze convert capture.asc capture.log    convert to another format\n"
         "canalyze --lang zh decode --help            help in Chinese",
     ),

@@ -37,6 +37,15 @@ pub struct Filter {
     clauses: Vec<Clause>,
 }
 
+/// What the stamps of frames count from, in ns.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Clock {
+    /// The stamp of the capture's first frame.
+    pub start_ns: i64,
+    /// The date that stamps count from; zero where they are absolute, or no date is known.
+    pub date_ns: i64,
+}
+
 #[derive(Clone, Debug)]
 enum Clause {
     Service(Vec<String>),
@@ -94,7 +103,7 @@ impl Filter {
     }
 
     /// Whether an SDO transfer is shown: its channel has both identifiers, its time is from first to last frame.
-    pub fn shows_transfer(&self, transfer: &Transfer, buses: &Buses, start_ns: i64) -> bool {
+    pub fn shows_transfer(&self, transfer: &Transfer, buses: &Buses, clock: Clock) -> bool {
         let node = u32::from(transfer.node);
         self.clauses.iter().all(|clause| match clause {
             Clause::Service(services) => services.iter().any(|known| known == "sdo"),
@@ -102,28 +111,32 @@ impl Filter {
             Clause::Id(ranges) => within(ranges, SDO_REQUEST + node) || within(ranges, SDO_RESPONSE + node),
             Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == buses.name(transfer.bus)),
             Clause::Time(spans) => match (transfer.first.t_ns, transfer.last.t_ns) {
-                (Some(first), Some(last)) => spans.iter().any(|span| overlaps(*span, first, last, start_ns)),
+                (Some(first), Some(last)) => spans.iter().any(|span| overlaps(*span, first, last, clock)),
                 _ => false,
             },
         })
     }
 
     /// Whether a frame is shown, given the service and node of its event.
-    pub fn shows(&self, frame: &Frame, service: &str, node: Option<u8>, buses: &Buses, start_ns: i64) -> bool {
+    pub fn shows(&self, frame: &Frame, service: &str, node: Option<u8>, buses: &Buses, clock: Clock) -> bool {
         self.clauses.iter().all(|clause| match clause {
             Clause::Service(services) => services.iter().any(|known| known == service),
             Clause::Node(ranges) => node.is_some_and(|node| within(ranges, u32::from(node))),
             Clause::Id(ranges) => frame.kind != Kind::Error && within(ranges, frame.id.raw()),
             Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == buses.name(frame.bus)),
-            Clause::Time(spans) => frame.t_ns.is_some_and(|t| spans.iter().any(|span| overlaps(*span, t, t, start_ns))),
+            Clause::Time(spans) => frame.t_ns.is_some_and(|t| spans.iter().any(|span| overlaps(*span, t, t, clock))),
         })
     }
 }
 
 /// Whether a span meets the time from `first` to `last`. Small numbers count from the capture's first frame.
-fn overlaps((from, to): (i64, i64), first: i64, last: i64, start_ns: i64) -> bool {
+fn overlaps((from, to): (i64, i64), first: i64, last: i64, clock: Clock) -> bool {
     let counts_from_start = |end: i64| end == i64::MIN || end == i64::MAX || end < EPOCH_NS;
-    let origin = if start_ns >= EPOCH_NS && counts_from_start(from) && counts_from_start(to) { start_ns } else { 0 };
+    let origin = match counts_from_start(from) && counts_from_start(to) {
+        true if clock.start_ns >= EPOCH_NS => clock.start_ns,
+        true => 0,
+        false => clock.date_ns.saturating_neg(),
+    };
     from <= last.saturating_sub(origin) && first.saturating_sub(origin) <= to
 }
 
@@ -173,7 +186,7 @@ mod tests {
         let mut frame = Frame::classic(CanId::standard(0x185), &[0; 8]);
         frame.bus = buses.intern(b"can1");
         frame.t_ns = Some(2_500_000_000);
-        let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, "pdo", Some(5), &buses, 0);
+        let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, "pdo", Some(5), &buses, Clock::default());
         for yes in ["", "service=sdo,pdo", "node=5", "node=1-9", "id=185", "id=180-1FF", "id=0x185", "bus=can0,can1"] {
             assert!(shows(yes), "{yes}");
         }
@@ -181,6 +194,22 @@ mod tests {
         for no in ["service=sdo", "node=6", "id=205", "bus=can0", "t=2.6..3", "service=pdo node=6"] {
             assert!(!shows(no), "{no}");
         }
+    }
+
+    #[test]
+    fn times_of_a_capture_whose_stamps_count_from_a_date() {
+        const DATE: i64 = 1_700_000_000_000_000_000;
+        let buses = Buses::default();
+        let mut frame = Frame::classic(CanId::standard(0x185), &[0; 8]);
+        frame.t_ns = Some(2_500_000_000);
+        let shows = |text: &str, date_ns| {
+            let clock = Clock { start_ns: 1_000_000_000, date_ns };
+            Filter::parse(text).unwrap().shows(&frame, "pdo", Some(5), &buses, clock)
+        };
+        for yes in ["t=1700000002..1700000003", "t=1700000002.5..", "t=2..3"] {
+            assert!(shows(yes, DATE), "{yes}");
+        }
+        assert!(!shows("t=1700000003..", DATE) && !shows("t=1700000002..", 0));
     }
 
     #[test]

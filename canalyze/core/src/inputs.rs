@@ -13,7 +13,7 @@ use crate::readers::{Contents, Damage, Item, Marker, Place, Reader};
 /// Ranges of unreadable lines that are listed at the end of a file.
 const RANGES: usize = 20;
 /// Stamps below this count from some start, as in filters; all others are of a clock that tells the date. In ns.
-const ABSOLUTE_NS: i64 = 100_000_000_000_000_000;
+pub const ABSOLUTE_NS: i64 = 100_000_000_000_000_000;
 
 /// What is kept of one file apart from all others.
 #[derive(Debug, Default)]

@@ -34,7 +34,7 @@ use crate::frame::{BusId, Buses, CanId, Direction, Frame, Kind, LengthForm, Stam
 /// Bytes of a head.
 pub const HEAD: usize = 24;
 /// Names of dialect properties, by the index that records have.
-pub const PROPERTIES: &[&str] = &["reader", "version", "application"];
+pub const PROPERTIES: &[&str] = &["reader", "version", "application", "channels"];
 
 /// Kinds of records.
 pub mod kind {

@@ -39,6 +39,8 @@ pub struct Lines {
     depth: Depth,
     time: Option<Time>,
     columns: Columns,
+    /// The date that the stamps of the next frames count from, where one is known.
+    pub date_ns: Option<i64>,
     first_ns: Option<i64>,
     last_ns: Option<i64>,
 }
@@ -46,7 +48,7 @@ pub struct Lines {
 impl Lines {
     /// A renderer at the beginning of a capture.
     pub fn new(lang: Lang, depth: Depth, time: Option<Time>) -> Self {
-        Self { lang, depth, time, columns: Columns::default(), first_ns: None, last_ns: None }
+        Self { lang, depth, time, columns: Columns::default(), date_ns: None, first_ns: None, last_ns: None }
     }
 
     /// One frame's line, and below it what else it shows.
@@ -180,12 +182,13 @@ impl Lines {
         let first = *self.first_ns.get_or_insert(now);
         let last = self.last_ns.replace(now).unwrap_or(now);
         let seconds = |ns| Stamp { form: StampForm::Seconds, ns, width: 3, decimals: stamp.decimals };
+        let moment = now.saturating_add(self.date_ns.unwrap_or(0));
         match time {
             Time::None => None,
-            Time::Absolute => Some(seconds(now)),
+            Time::Absolute => Some(seconds(moment)),
             Time::Delta => Some(seconds(now.saturating_sub(last))),
             Time::Zero => Some(seconds(now.saturating_sub(first))),
-            Time::Date => Some(Stamp { form: StampForm::Calendar, ..seconds(now) }),
+            Time::Date => Some(Stamp { form: StampForm::Calendar, ..seconds(moment) }),
         }
     }
 }

@@ -4,9 +4,10 @@
 
 use std::collections::BTreeMap;
 
+use crate::filter::Clock;
 use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
-use crate::inputs::{File, Unreadable};
+use crate::inputs::{ABSOLUTE_NS, File, Unreadable};
 use crate::readers::{Damage, DamageKind, Marker, Place, Unreadable as Reason};
 use crate::render::jsonl;
 use crate::text::{Lang, complaints};
@@ -43,8 +44,8 @@ pub(super) struct Capture {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View<'a> {
     pub(super) buses: &'a Buses,
-    /// Time of the first frame.
-    pub(super) start_ns: i64,
+    /// For filters.
+    pub(super) clock: Clock,
     /// For JSON lines and signals.
     pub(super) jsonl: jsonl::Setting<'a>,
     /// For writers.
@@ -73,11 +74,12 @@ impl Capture {
     }
 
     pub(super) fn view<'a>(&'a self, buses: &'a Buses) -> View<'a> {
+        let date_ns = self.date_ns.filter(|_| self.file.dated);
         View {
             buses,
-            start_ns: self.start_ns.unwrap_or(0),
+            clock: Clock { start_ns: self.start_ns.unwrap_or(0), date_ns: date_ns.unwrap_or(0) },
             jsonl: jsonl::Setting { lang: self.lang, file: &self.file.name, buses, decimals: self.decimals },
-            writing: writers::Setting { buses, date_ns: self.date_ns.filter(|_| self.file.dated) },
+            writing: writers::Setting { buses, date_ns },
         }
     }
 
@@ -91,6 +93,9 @@ impl Capture {
     pub(super) fn place(&mut self, frame: &mut Frame) {
         self.count();
         frame.no = self.frames;
+        if self.file.frames == 1 {
+            self.begins(frame);
+        }
         if self.file.shift_ns != 0 {
             let shift = |ns: i64| ns.saturating_add(self.file.shift_ns);
             frame.t_ns = frame.t_ns.map(shift);
@@ -102,6 +107,19 @@ impl Capture {
         }
         self.last = frame.reference();
         self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
+    }
+
+    /// The first frame of a file. Files whose stamps are absolute and files whose stamps count from a date follow one
+    /// another on one clock, which is that of the first.
+    fn begins(&mut self, frame: &Frame) {
+        if self.file.dated || frame.t_ns.is_none_or(|t_ns| t_ns < ABSOLUTE_NS) {
+            return;
+        }
+        let date_ns = *self.date_ns.get_or_insert(0);
+        if date_ns != 0 {
+            self.file.shift_ns = date_ns.saturating_neg();
+            self.file.dated = true;
+        }
     }
 
     /// The first frame of a file that follows another: files that are named out of order are worth a word.
@@ -173,9 +191,10 @@ impl Capture {
             return (unreadable, None);
         }
         let facts = Facts::Lines { count: *count };
-        let finding = self.finding(Code::Cap001, first.unwrap_or(Place::Line(0)), facts, BusId(0));
+        let first = first.unwrap_or(Place::Line(0));
+        let finding = self.finding(Code::Cap001, first, facts, BusId(0));
         if *count > NAMED {
-            self.complaints.push(complaints::unreadable_lines(self.lang, &self.file.name, *count, ranges));
+            self.complaints.push(complaints::unreadable_lines(self.lang, &self.file.name, first, *count, ranges));
         }
         (unreadable, Some(finding))
     }

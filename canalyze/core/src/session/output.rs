@@ -96,12 +96,15 @@ impl Output {
             return self.transfers(out, view, events);
         }
         let (service, node) = service(events);
-        if !self.filter.shows(frame, service, node, view.buses, view.start_ns) {
+        if !self.filter.shows(frame, service, node, view.buses, view.clock) {
             return;
         }
         self.shown += 1;
         match &mut self.form {
-            Form::Text(lines) => lines.frame(out, frame, events, view.buses),
+            Form::Text(lines) => {
+                lines.date_ns = view.writing.date_ns;
+                lines.frame(out, frame, events, view.buses);
+            }
             Form::Jsonl => jsonl::frame(out, view.jsonl, frame, events),
             Form::Signals(signals) => signals.frame(out, view.jsonl, frame, events),
             Form::Summary(summary) => summary.frame(frame, events),
@@ -164,7 +167,7 @@ impl Output {
     fn transfers(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
         for event in events {
             if let What::Transfer(transfer) = &event.what
-                && self.filter.shows_transfer(transfer, view.buses, view.start_ns)
+                && self.filter.shows_transfer(transfer, view.buses, view.clock)
             {
                 self.shown += 1;
                 jsonl::transfer(out, view.jsonl, transfer);

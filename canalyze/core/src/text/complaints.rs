@@ -23,30 +23,37 @@ fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>))
 
 /// One line or record that cannot be read.
 pub fn unreadable(lang: Lang, file: &[u8], place: Place, reason: Unreadable) -> String {
+    let of_text = matches!(place, Place::Line(_));
     let words = match (lang, reason) {
         (Lang::Zh, Unreadable::NoFrame) => "无法读取: 不是CAN帧",
         (Lang::Zh, Unreadable::Identifier) => "无法读取: CAN标识符超出范围",
         (Lang::Zh, Unreadable::Length) => "无法读取: 长度无效",
         (Lang::Zh, Unreadable::Data) => "无法读取: 数据字节与长度不符",
-        (Lang::Zh, Unreadable::Cut) => "无法读取: 该行被截断",
+        (Lang::Zh, Unreadable::Cut) if of_text => "无法读取: 该行被截断",
+        (Lang::Zh, Unreadable::Cut) => "无法读取: 该记录被截断",
         (Lang::Zh, Unreadable::CanXl) => "无法读取: 尚不支持CAN XL帧",
         (Lang::En, Unreadable::NoFrame) => "cannot be read: no CAN frame",
         (Lang::En, Unreadable::Identifier) => "cannot be read: CAN identifier out of range",
         (Lang::En, Unreadable::Length) => "cannot be read: invalid length",
         (Lang::En, Unreadable::Data) => "cannot be read: the data bytes do not match the length",
-        (Lang::En, Unreadable::Cut) => "cannot be read: the line is cut off",
+        (Lang::En, Unreadable::Cut) if of_text => "cannot be read: the line is cut off",
+        (Lang::En, Unreadable::Cut) => "cannot be read: the record is cut off",
         (Lang::En, Unreadable::CanXl) => "cannot be read: CAN XL frames are not supported",
     };
     line(lang, file, place, |out| put!(out; words))
 }
 
-/// All lines of a file that cannot be read, as ranges; the list may be cut.
-pub fn unreadable_lines(lang: Lang, file: &[u8], count: u64, ranges: &[(u64, u64)]) -> String {
+/// All lines, or records by their offsets, of a file that cannot be read, as ranges; the list may be cut. `first` is
+/// where the first one is.
+pub fn unreadable_lines(lang: Lang, file: &[u8], first: Place, count: u64, ranges: &[(u64, u64)]) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
-    match lang {
-        Lang::Zh => put!(&mut out; ": 共", count, "行无法读取: 第"),
-        Lang::En => put!(&mut out; ": ", count, " lines cannot be read: "),
+    let of_text = matches!(first, Place::Line(_));
+    match (lang, of_text) {
+        (Lang::Zh, true) => put!(&mut out; ": 共", count, "行无法读取: 第"),
+        (Lang::Zh, false) => put!(&mut out; ": 共", count, "条记录无法读取: 偏移"),
+        (Lang::En, true) => put!(&mut out; ": ", count, " lines cannot be read: "),
+        (Lang::En, false) => put!(&mut out; ": ", count, " records cannot be read: byte "),
     }
     let mut listed = 0;
     for (no, (from, to)) in ranges.iter().enumerate() {
@@ -62,7 +69,7 @@ pub fn unreadable_lines(lang: Lang, file: &[u8], count: u64, ranges: &[(u64, u64
     if listed < count {
         put!(&mut out; ", ...");
     }
-    if lang == Lang::Zh {
+    if lang == Lang::Zh && of_text {
         put!(&mut out; "行");
     }
     String::from_utf8_lossy(&out).into_owned()
@@ -202,5 +209,25 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
                 Lang::En => format!("filter {key}= does not take '{value}', use: {allowed}"),
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn binary_files_have_records() {
+        let (line, byte) = (Place::Line(7), Place::Byte(7));
+        let said = |lang, place| unreadable(lang, b"a", place, Unreadable::Cut);
+        assert_eq!(said(Lang::En, line), "a:7: cannot be read: the line is cut off");
+        assert_eq!(said(Lang::En, byte), "a: byte 7: cannot be read: the record is cut off");
+        assert_eq!(said(Lang::Zh, line), "a:7: 无法读取: 该行被截断");
+        assert_eq!(said(Lang::Zh, byte), "a: 偏移7: 无法读取: 该记录被截断");
+        let all = |lang, place| unreadable_lines(lang, b"a", place, 9, &[(7, 8), (20, 20)]);
+        assert_eq!(all(Lang::En, line), "a: 9 lines cannot be read: 7-8, 20, ...");
+        assert_eq!(all(Lang::En, byte), "a: 9 records cannot be read: byte 7-8, 20, ...");
+        assert_eq!(all(Lang::Zh, line), "a: 共9行无法读取: 第7-8, 20, ...行");
+        assert_eq!(all(Lang::Zh, byte), "a: 共9条记录无法读取: 偏移7-8, 20, ...");
     }
 }

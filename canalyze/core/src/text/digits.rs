@@ -186,13 +186,22 @@ pub fn fraction(out: &mut Vec<u8>, ns: u32, count: u8) {
     if count == 0 {
         return;
     }
-    let mut digits = *b".000000000";
-    let mut rest = ns;
-    for slot in digits.iter_mut().skip(1).rev() {
-        *slot = b'0' + (rest % 10) as u8;
-        rest /= 10;
-    }
+    let [a, b, c, d, e, f, g, h] = eight_digits(ns / 10);
+    let digits = [b'.', a, b, c, d, e, f, g, h, b'0' + (ns % 10) as u8];
     out.extend_from_slice(digits.get(..=usize::from(count.min(9))).unwrap_or(&digits));
+}
+
+/// Exactly eight decimal digits; higher ones are cut off. All at once within one number, without a division for each:
+/// a stamp of ns has nine of them on every line.
+pub fn eight_digits(value: u32) -> [u8; 8] {
+    let value = u64::from(value % 100_000_000);
+    // Two numbers of four digits, then four of two, then eight of one: each in a part of its own, the first one lowest.
+    let fours = value / 10_000 | value % 10_000 << 32;
+    let hundreds = (fours * 10_486 >> 20) & 0x0000_007F_0000_007F;
+    let twos = hundreds | (fours - 100 * hundreds) << 16;
+    let tens = (twos * 103 >> 10) & 0x000F_000F_000F_000F;
+    let ones = tens | (twos - 10 * tens) << 8;
+    (ones | 0x3030_3030_3030_3030).to_le_bytes()
 }
 
 /// A decimal number with its sign.
@@ -226,6 +235,15 @@ mod tests {
         assert_eq!(written(u64::MAX), u64::MAX.to_string());
         assert_eq!(written(i64::MIN), i64::MIN.to_string());
         assert_eq!(written(-1i64), "-1");
+    }
+
+    #[test]
+    fn eight_digits_at_once() {
+        for value in (0..100_000_000).step_by(1237).chain(0..10_000).chain(99_990_000..100_000_000) {
+            let digits = eight_digits(value);
+            let read = digits.iter().fold(0, |sum, digit| sum * 10 + u32::from(digit - b'0'));
+            assert_eq!(read, value);
+        }
     }
 
     #[test]

@@ -166,11 +166,10 @@ fn direction(out: &mut Vec<u8>, frame: &Frame) {
         Kind::Fd { brs, esi } => (brs, esi),
         _ => (false, false),
     };
-    put!(out; match dir {
-        Direction::Rx => "RX ",
-        Direction::Tx => "TX ",
-    });
-    put!(out; if brs { "B " } else { "- " }, if esi { "E  " } else { "-  " });
+    // In one piece: every line has it where one has.
+    let [b, e] = [if brs { b'B' } else { b'-' }, if esi { b'E' } else { b'-' }];
+    let first = if dir == Direction::Rx { b'R' } else { b'T' };
+    out.extend_from_slice(&[first, b'X', b' ', b, b' ', e, b' ', b' ']);
 }
 
 /// Length or raw DLC, and a blank behind it: candump prints one before each byte, too.

@@ -140,7 +140,9 @@ pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last:
     };
     let empty = frame(stamp, id, Kind::Data, dir, 0, [0; 64]);
     match words.need(Unreadable::NoFrame)? {
-        b"d" | b"D" => data(words, empty, decimal),
+        b"d" | b"D" => data(words, empty, decimal, last),
+        // The length may be what the file's end cuts off.
+        b"r" | b"R" if last && words.is_empty() => words.fail(Unreadable::Length),
         b"r" | b"R" => remote(words, empty, decimal),
         _ => words.fail(Unreadable::NoFrame),
     }
@@ -165,7 +167,7 @@ fn symbolic(mut words: Words<'_>, last: bool) -> Option<Result<CanId, Fail>> {
 
 /// The length and the data. Which length is meant shows in the bytes that follow: `8`, the raw code `D` before eight
 /// bytes, `40` before the 64 bytes of a frame that can only be CAN FD.
-fn data<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool) -> Result<Event<'a>, Fail> {
+fn data<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool, last: bool) -> Result<Event<'a>, Fail> {
     let code = words.need(Unreadable::Length)?;
     if code.len() > 2 {
         return words.fail(Unreadable::Length);
@@ -205,6 +207,9 @@ fn data<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool) -> Result<Eve
     for slot in frame.data.iter_mut().take(len as usize) {
         *slot = words.next().and_then(|word| data_byte(word, decimal)).unwrap_or_default();
     }
+    if last && may_go_on(words, decimal) {
+        return words.fail(Unreadable::Data);
+    }
     frame.len = len as u8;
     frame.length_form.raw_dlc = raw as u8;
     if len > 8 {
@@ -212,6 +217,11 @@ fn data<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool) -> Result<Eve
     }
     no_more_bytes(words, decimal)?;
     Ok(Event::Frame(frame))
+}
+
+/// Whether the last byte of a line without end may have had more digits.
+pub(super) fn may_go_on(words: Words<'_>, decimal: bool) -> bool {
+    decimal && words.is_empty() && matches!(words.last(), [b'1'..=b'9'] | [b'1'..=b'2', _])
 }
 
 /// How many data bytes follow, at most 65.

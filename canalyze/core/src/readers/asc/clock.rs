@@ -7,6 +7,8 @@
 /// The latest that a file's first event can be behind the moment its header was written, for stamps that are taken as
 /// the time of the day.
 const LATE_NS: i64 = 10_000_000_000;
+const SECOND_NS: i64 = 1_000_000_000;
+const MILLISECOND_NS: i64 = 1_000_000;
 const DAY_NS: i64 = 86_400_000_000_000;
 
 /// The clock of a file.
@@ -66,7 +68,13 @@ impl Clock {
         let mut moment = if self.relative { self.sum.saturating_add(ns) } else { ns };
         if let Some(date) = self.block.take() {
             let behind = self.origin.map(|origin| date.saturating_sub(origin));
-            let near = |behind: i64| moment.saturating_sub(behind).saturating_abs() < ns.saturating_abs();
+            // A date is no finer than its last digit: stamps that each count from the event before go on over it.
+            let digit = if date % SECOND_NS == 0 { SECOND_NS } else { MILLISECOND_NS };
+            let digit = if self.relative { digit } else { 0 };
+            let near = |behind: i64| {
+                let off = moment.saturating_sub(behind);
+                off.saturating_abs() < ns.saturating_abs() || (0..digit).contains(&off)
+            };
             if !behind.is_some_and(|behind| behind == 0 || near(behind)) {
                 self.set_origin(date);
                 moment = ns;
@@ -134,6 +142,17 @@ mod tests {
         clock.set_date(DATE + 100 * S);
         assert_eq!((clock.moment(7), clock.start()), (7, Some(DATE + 100 * S)));
         assert_eq!(clock.moment(7), 14);
+        // A block begins between two events, and its date has no more than ms: no event is earlier than one before it.
+        clock.set_date(DATE + 100 * S + 191_000_000);
+        assert_eq!((clock.moment(191_000_800), clock.start()), (191_000_814, None));
+        clock.set_date(DATE + 100 * S + 191_000_000);
+        assert_eq!((clock.moment(0), clock.start()), (191_000_814, None));
+        clock.set_date(DATE + 101 * S);
+        assert_eq!((clock.moment(900_000_000), clock.start()), (1_091_000_814, None));
+        clock.set_date(DATE + 101 * S);
+        assert_eq!((clock.moment(5), clock.start()), (1_091_000_819, None));
+        clock.set_date(DATE + 109 * S);
+        assert_eq!((clock.moment(5), clock.start()), (5, Some(DATE + 109 * S)));
     }
 
     #[test]

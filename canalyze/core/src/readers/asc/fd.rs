@@ -6,7 +6,7 @@
 //! that it is not.
 
 use super::Event;
-use super::classic::{error, frame, is_error};
+use super::classic::{error, frame, is_error, may_go_on};
 use super::words::{Fail, Way, Words, data_byte, fd_code, identifier, number, way};
 use crate::frame::{CanId, Frame, Kind, Stamp};
 use crate::readers::Unreadable;
@@ -67,7 +67,14 @@ pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last:
         return Ok(Event::Frame(frame));
     }
     let len = data(&mut words, &mut frame, decimal)?;
+    if last && may_go_on(words, decimal) {
+        return words.fail(Unreadable::Data);
+    }
     let flags = flags(words, 2, last)?;
+    // Whether the frame is a classic one stands behind the data.
+    if last && flags.is_none() && !old && !brs && !esi && len <= 8 {
+        return Err(Fail { reason: Unreadable::Data, end: true });
+    }
     let codes = [number(code, false), number(code, true)];
     // Some programs write the length in place of its code. One between two lengths has the code of the next.
     let fits = |len: u64| codes.iter().flatten().any(|code| *code == len || *code == fd_code(len));

@@ -2,8 +2,8 @@
 //!
 //! Header lines may stand anywhere or be missing. Must not: know the columns of events.
 
-use super::date;
 use super::words::{Fail, Words};
+use super::{Channel, date};
 use crate::readers::{Contents, Unreadable};
 
 /// Most kinds of lines that are counted apart.
@@ -100,6 +100,19 @@ impl Header {
     fn set(&mut self, name: &'static str, value: &[u8]) {
         if !self.dialect.iter().any(|(known, _)| *known == name) {
             self.dialect.push((name, value.get(..MAX_VALUE).unwrap_or(value).to_vec()));
+        }
+    }
+
+    /// Which bus a channel is: one row for all of them, in the order in which they are met.
+    pub(super) fn channel(&mut self, channel: Channel, bus: &[u8]) {
+        if !self.dialect.iter().any(|(known, _)| *known == "channels") {
+            self.dialect.push(("channels", Vec::new()));
+        }
+        let Some((_, row)) = self.dialect.iter_mut().find(|(known, _)| *known == "channels") else { return };
+        if row.len() < MAX_VALUE {
+            let comma = if row.is_empty() { "" } else { ", " };
+            row.extend_from_slice(format!("{comma}{channel} = ").as_bytes());
+            row.extend_from_slice(bus);
         }
     }
 

@@ -186,6 +186,7 @@ impl Asc {
         match note {
             Note::Channel(channel, name) => {
                 let bus = buses.intern(&name);
+                self.header.channel(channel, &name);
                 self.channels.retain(|(known, _)| *known != channel);
                 self.channels.truncate(MAX_CHANNELS - 1);
                 self.channels.push((channel, bus));
@@ -319,6 +320,7 @@ impl Asc {
                 Some(number) => buses.intern(format!("can{number}").as_bytes()),
                 None => buses.intern(b"canX"),
             };
+            self.header.channel(channel, buses.name(bus));
             self.last = self.channels.len().min(MAX_CHANNELS - 1);
             self.channels.truncate(MAX_CHANNELS - 1);
             self.channels.push((channel, bus));

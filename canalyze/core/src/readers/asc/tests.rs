@@ -275,6 +275,14 @@ fn what_a_file_says_of_itself() {
 }
 
 #[test]
+fn channels_are_told_with_their_buses() {
+    let frame = "601 Rx d 1 40";
+    let text = format!("// canalyze: channel 3 is vcan0\n0.0 2 {frame}\n0.1 3 {frame}\n0.2 2 {frame}\n0.3 1 {frame}\n");
+    let dialect = items(text.as_bytes(), &[]).1.dialect;
+    assert_eq!(dialect, [("channels", b"3 = vcan0, 2 = can1, 1 = can0".to_vec())]);
+}
+
+#[test]
 fn dates_and_blocks() {
     const DATE: i64 = 1_506_783_973_191_000_000;
     let head = "date Sam Sep 30 15:06:13.191 2017\nbase hex  timestamps absolute\n";
@@ -326,9 +334,23 @@ fn a_file_that_is_cut() {
         "1.0 Start",
         "1.0 1 Stat",
         "1.0 1 name Rx d 1 40 ID = 15",
+        "1.0 1 701 Rx r",
+        "1.0 CANFD 1 Rx 701 0 0 1 1 05",
+        "1.0 CANFD 1 Rx 701 0 0 1 1 05  ",
     ] {
         assert_eq!(read(text), "1! Cut\n1 lines\n", "{text}");
     }
+    // Digits of the last byte may be missing, unless it would become too large.
+    for (bytes, whole) in
+        [("0 1", false), ("0 10", false), ("0 25", false), ("0 30", true), ("1 0", true), ("0 255", true)]
+    {
+        for line in [format!("1.0 1 1793 Rx d 2 {bytes}"), format!("1.0 CANFD 1 Rx 1793 1 0 2 2 {bytes}")] {
+            let got = read(&format!("base dec  timestamps absolute\n{line}"));
+            assert_eq!(got.contains("can0 rx 701"), whole, "{line}: {got}");
+            assert_eq!(got.contains("! Cut"), !whole, "{line}: {got}");
+        }
+    }
+    assert_eq!(read("1.0 CANFD 1 Rx 701 1 0 1 1 05"), "1: 1000000000 can0 rx 701 fdB 1 05\n1 lines\n");
     let mut reader = Asc::default();
     let mut buses = Buses::default();
     reader.feed(b"1.0 1 601 R", &mut buses, &mut |_, _| panic!());

@@ -5,6 +5,7 @@
 use super::bytes::Bytes;
 use super::fields::Fields;
 use super::plan::Wire;
+use crate::frame::CanId;
 
 /// `can_msgs/Frame`, of ROS 1 and 2.
 pub(super) const CAN_FRAME: &str =
@@ -73,6 +74,26 @@ impl Layout {
             }
         }
     }
+}
+
+/// The plainest message by far, without the steps between: a classic data frame of at most eight bytes that nothing in
+/// the message contradicts. Its stamp, identifier, length and data; `None` for [`Layout::read`] to look at.
+#[inline(always)]
+pub(super) fn plain(message: &[u8]) -> Option<(i64, CanId, u8, [u8; 8])> {
+    let (head, rest) = message.split_first_chunk::<16>()?;
+    let [0, 1, _, _, s0, s1, s2, s3, n0, n1, n2, n3, l0, l1, l2, l3] = *head else { return None };
+    let name = u32::from_le_bytes([l0, l1, l2, l3]).checked_next_multiple_of(4)?;
+    let frame = rest.get(name as usize..)?.first_chunk::<16>()?;
+    let [i0, i1, i2, i3, 0, ext @ (0 | 1), 0, len @ 0..=8, data @ ..] = *frame else { return None };
+    let id = match (u32::from_le_bytes([i0, i1, i2, i3]), ext) {
+        (id @ 0..=0x7FF, 0) => CanId::standard(id as u16),
+        (id @ 0..=0x1FFF_FFFF, 1) => CanId::extended(id),
+        _ => return None,
+    };
+    let kept = u64::MAX.checked_shr(64 - 8 * u32::from(len)).unwrap_or(0);
+    let data = (u64::from_le_bytes(data) & kept).to_le_bytes();
+    let stamp_ns = nanoseconds(u32::from_le_bytes([s0, s1, s2, s3]), u32::from_le_bytes([n0, n1, n2, n3]));
+    Some((stamp_ns, id, len, data))
 }
 
 /// ns of a stamp; seconds are signed, and so may be negative.

@@ -1,7 +1,8 @@
 //! MCAP: the container of ROS recordings, of whose topics some hold CAN frames.
 //!
 //! `walk` cuts the input into records, `chunk` unpacks and checks them, `schema` and `plan` find out once for each type
-//! how its messages are frames, `fields` makes the frame, `topic` says its bus, `clock` its time, and `order` sorts.
+//! how its messages are frames, `fields` makes the frame, `topic` says its bus, `clock` its time, `order` sorts, and
+//! `echo` finds what is there twice.
 //! This file keeps what a file says of itself and puts these together. A topic whose messages are no frames is only
 //! listed. Of protobuf, FlatBuffers and JSON no messages are read.
 //!
@@ -16,7 +17,9 @@ mod bytes;
 mod choice;
 mod chunk;
 mod clock;
+mod echo;
 mod fields;
+mod held;
 mod layout;
 mod order;
 mod plan;
@@ -34,11 +37,12 @@ use self::bytes::Bytes;
 use self::chunk::{Packing, Unpacker};
 use self::clock::Source;
 use self::fields::BusField;
+use self::held::Held;
 use self::order::Order;
 use self::plan::{Plan, Wire};
 use self::walk::{HEAD, Record, Step, Walk, op};
 use super::{Contents, Damage, DamageKind, Item, Place, Topic, Unreadable};
-use crate::frame::{BusId, Buses, Direction, Stamp, StampForm};
+use crate::frame::{BusId, Buses, Direction};
 
 /// Definitions that are kept, in bytes.
 const MOST_TEXT: usize = 16 << 20;
@@ -379,7 +383,19 @@ impl File {
         let schema = name.to_owned();
         let channel = Channel { topic, schema, encoding: both, messages: 0, plan, bus, bus_id: None, dir, source };
         *slot = Some(Box::new(channel));
+        self.may_echo();
         Some(id)
+    }
+
+    /// Echoes are looked for where a bus has topics of both directions; not in files of our own, whose topics tell the
+    /// direction of frames that stand there once.
+    fn may_echo(&mut self) {
+        let frames = || self.channels.iter().flatten().filter(|channel| channel.plan.is_some());
+        let with = |dir| frames().filter(move |channel| channel.dir == Some(dir));
+        let both = with(Direction::Tx).any(|sent| with(Direction::Rx).any(|heard| heard.bus == sent.bus));
+        if both && !self.library.starts_with(b"canalyze") {
+            self.order.seek_echoes();
+        }
     }
 
     /// A message outside of chunks.
@@ -423,6 +439,15 @@ impl File {
         let times = (rest.u32(), rest.u64(), rest.u64());
         let (Some(_), Some(log), Some(publish)) = times else { return };
         let (log, publish) = (signed(log), signed(publish));
+        if plan.is_plain()
+            && let Some((stamp_ns, id, len, data)) = layout::plain(rest.0)
+        {
+            let t_ns = channel.source.time(Some(stamp_ns), publish, log);
+            self.lag_ns = self.lag_ns.max(log.saturating_sub(t_ns));
+            let bus = *channel.bus_id.get_or_insert_with(|| buses.intern(&channel.bus));
+            let frame = Held::classic(t_ns, id, bus, channel.dir, len, data);
+            return self.order.push(frame, &mut |frame| sink(Item::Frame(frame), buses));
+        }
         let fields = plan.read(rest.0).ok_or(Unreadable::Data);
         let read = fields.and_then(|fields| fields.frame().map(|frame| (fields, frame)));
         let (fields, mut frame) = match read {
@@ -431,15 +456,13 @@ impl File {
         };
         let t_ns = channel.source.time(fields.stamp_ns, publish, log);
         self.lag_ns = self.lag_ns.max(log.saturating_sub(t_ns));
-        frame.t_ns = Some(t_ns);
-        frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: t_ns, width: 1, decimals: 9 });
         frame.dir = channel.dir;
         frame.bus = match fields.bus {
             None => *channel.bus_id.get_or_insert_with(|| buses.intern(&channel.bus)),
             Some(BusField::Name(name)) => buses.intern(&topic::word(name)),
             Some(BusField::Number(number)) => buses.intern(format!("can{number}").as_bytes()),
         };
-        self.order.push(frame, &mut |frame| sink(Item::Frame(frame), buses));
+        self.order.push(Held::new(t_ns, &frame), &mut |frame| sink(Item::Frame(frame), buses));
     }
 
     fn chunk(&mut self, record: Record, body: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> Went {
@@ -544,7 +567,8 @@ impl File {
             dialect.push(("compression", names.join(",").into_bytes()));
         }
         dialect.push(("chunks", chunks.to_string().into_bytes()));
-        let passed_over = self.passed_over.iter().map(|(op, count)| (kind_name(*op), *count)).collect();
+        let echoes = Some((b"Echo".to_vec(), self.order.echoes())).filter(|(_, count)| *count > 0);
+        let passed_over = self.passed_over.iter().map(|(op, count)| (kind_name(*op), *count)).chain(echoes).collect();
         let topics = self.channels.iter().flatten().take(MOST_TOPICS).map(|channel| Topic {
             name: channel.topic.clone().into_bytes(),
             schema: channel.schema.clone().into_bytes(),

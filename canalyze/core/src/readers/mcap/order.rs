@@ -4,6 +4,8 @@
 //! to come can be earlier, as far as chunks say when they begin; at most [`MOST`] are held. One that comes later than
 //! that comes as it is. Frames of the same time keep the order of the file.
 
+use super::echo::Echoes;
+use super::held::Held;
 use crate::frame::Frame;
 
 /// Most frames that are held; beyond it half of them go.
@@ -12,66 +14,102 @@ const MOST: usize = 1 << 17;
 /// Frames waiting for earlier ones.
 #[derive(Debug)]
 pub(super) struct Order {
-    held: Vec<Frame>,
+    held: Vec<Held>,
     sorted: bool,
     last_ns: i64,
+    echoes: Echoes,
+    /// Frames that were not given because they were echoes.
+    gone: u64,
 }
 
 impl Order {
     pub(super) fn new() -> Self {
-        Self { held: Vec::new(), sorted: true, last_ns: i64::MIN }
+        Self { held: Vec::new(), sorted: true, last_ns: i64::MIN, echoes: Echoes::default(), gone: 0 }
     }
 
     /// Holds a frame; gives those that may go because there are too many to `to`.
     #[inline(always)]
-    pub(super) fn push(&mut self, frame: Frame, to: &mut impl FnMut(Frame)) {
-        let t_ns = time(&frame);
-        self.sorted &= t_ns >= self.last_ns;
-        self.last_ns = t_ns;
+    pub(super) fn push(&mut self, frame: Held, to: &mut impl FnMut(Frame)) {
+        self.sorted &= frame.t_ns >= self.last_ns;
+        self.last_ns = frame.t_ns;
         if self.held.len() >= MOST {
             self.relieve(to);
         }
         self.held.push(frame);
     }
 
+    /// From here on a bus may have frames twice: sent, and heard.
+    pub(super) fn seek_echoes(&mut self) {
+        if !self.echoes.sought {
+            self.sort();
+            (self.echoes.sought, self.echoes.next) = (true, self.held.len());
+        }
+    }
+
+    /// Frames that were told already by their echoes.
+    pub(super) fn echoes(&self) -> u64 {
+        self.gone
+    }
+
     #[cold]
     fn relieve(&mut self, to: &mut impl FnMut(Frame)) {
         self.sort();
-        self.give(MOST / 2, to);
+        let mut count = MOST / 2;
+        if self.echoes.sought {
+            self.echoes.look(&mut self.held, MOST / 2);
+            self.echoes.decide(&mut self.held, false);
+            count = Some(self.echoes.free(&self.held)).filter(|free| *free > 0).unwrap_or(count);
+        }
+        self.give(count, to);
     }
 
     /// Nothing before this time will come any more.
     pub(super) fn release(&mut self, before_ns: i64, to: &mut impl FnMut(Frame)) {
         self.sort();
-        let count = self.held.partition_point(|frame| time(frame) < before_ns);
+        let mut count = self.held.partition_point(|frame| frame.t_ns < before_ns);
+        if self.echoes.sought {
+            self.echoes.look(&mut self.held, count);
+            count = self.echoes.free(&self.held);
+        }
         self.give(count, to);
     }
 
     /// Nothing will come any more.
     pub(super) fn release_all(&mut self, to: &mut impl FnMut(Frame)) {
         self.sort();
+        if self.echoes.sought {
+            let all = self.held.len();
+            self.echoes.look(&mut self.held, all);
+            self.echoes.decide(&mut self.held, true);
+        }
         self.give(self.held.len(), to);
         self.last_ns = i64::MIN;
     }
 
     fn sort(&mut self) {
         if !self.sorted {
-            self.held.sort_by_key(time);
+            // What echoes were looked for in stays where it is.
+            if let Some(rest) = self.held.get_mut(self.echoes.next..) {
+                rest.sort_by_key(|frame| frame.t_ns);
+            }
             self.sorted = true;
         }
-        self.last_ns = self.held.last().map_or(i64::MIN, time);
+        self.last_ns = self.held.last().map_or(i64::MIN, |frame| frame.t_ns);
     }
 
     fn give(&mut self, count: usize, to: &mut impl FnMut(Frame)) {
-        for frame in self.held.drain(..count.min(self.held.len())) {
-            to(frame);
+        let count = count.min(self.held.len());
+        for held in self.held.drain(..count) {
+            if held.gone {
+                self.gone += 1;
+            } else {
+                to(held.frame());
+            }
+        }
+        if self.echoes.sought {
+            self.echoes.gone(count);
         }
     }
-}
-
-#[inline(always)]
-fn time(frame: &Frame) -> i64 {
-    frame.t_ns.unwrap_or(i64::MIN)
 }
 
 #[cfg(test)]
@@ -79,15 +117,15 @@ mod tests {
     use super::*;
     use crate::frame::CanId;
 
-    fn frame(t_ns: i64, id: u16) -> Frame {
-        Frame { t_ns: Some(t_ns), ..Frame::classic(CanId::standard(id), &[]) }
+    fn frame(t_ns: i64, id: u16) -> Held {
+        Held::new(t_ns, &Frame::classic(CanId::standard(id), &[]))
     }
 
     #[test]
     fn overlapping_chunks() {
         let mut order = Order::new();
         let mut out = Vec::new();
-        let mut to = |frame: Frame| out.push((time(&frame), frame.id.raw()));
+        let mut to = |frame: Frame| out.push((frame.t_ns.unwrap_or(0), frame.id.raw()));
         for (t, id) in [(5, 1), (3, 2), (9, 3), (3, 4)] {
             order.push(frame(t, id), &mut to);
         }

@@ -141,6 +141,12 @@ impl Plan {
         self.by_steps(message)
     }
 
+    /// Whether [`layout::plain`] may read its messages.
+    #[inline(always)]
+    pub(super) fn is_plain(&self) -> bool {
+        self.fast == Some(layout::Layout::Can) && self.wire == Wire::Cdr
+    }
+
     #[cfg(test)]
     pub(super) fn is_by_hand(&self) -> bool {
         self.fast.is_some()

@@ -181,4 +181,28 @@ proptest! {
             }
         }
     }
+
+    // The path of nearly every frame must never differ from the one that knows all cases.
+    #[test]
+    fn a_plain_message_is_no_other_frame(
+        name in 0..9u8,
+        id in prop_oneof![0..0x900u32, any::<u32>()],
+        flags in prop::array::uniform3(0..3u8),
+        len in 0..10u8,
+        data in prop::collection::vec(any::<u8>(), 0..12),
+    ) {
+        let head: &[u8] = &[0, 1, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, name, 0, 0, 0];
+        let padding = vec![0; usize::from(name.next_multiple_of(4))];
+        let message = [head, &padding, &id.to_le_bytes(), &flags, &[len], &data].concat();
+        let plan = Plan::new("can_msgs/Frame", Some(layout::CAN_FRAME), Wire::Cdr, &[]).unwrap();
+        prop_assert!(plan.is_plain());
+        if let Some((stamp_ns, id, len, data)) = layout::plain(&message) {
+            let fields = plan.by_steps(&message).unwrap();
+            prop_assert_eq!(fields.stamp_ns, Some(stamp_ns));
+            let known = Held::classic(stamp_ns, id, BusId(0), None, len, data);
+            prop_assert_eq!(Held::new(stamp_ns, &fields.frame().unwrap()), known);
+        } else {
+            prop_assert!(id > 0x7FF || flags != [0; 3] || len > 8 || data.len() < 8);
+        }
+    }
 }

@@ -3,9 +3,7 @@
 //! `header.frame_id` is not asked: drivers write a constant into it. Must not: know messages.
 //!
 //! A frame that a driver was asked to send (`to_can_bus`) is on the topic of received ones as well where the driver's
-//! sockets hear each other: always in `ros2_socketcan` up to 1.3, later if asked for. Both are kept, with their
-//! directions: an equal frame of another node cannot be told from the echo for sure. `--topic '*from_can_bus*'` reads
-//! the bus alone.
+//! sockets hear each other: always in `ros2_socketcan` up to 1.3, later if asked for. See `echo`.
 
 use crate::frame::{Direction, MAX_BUS_NAME};
 

@@ -134,14 +134,14 @@ pub fn rule(code: Code) -> RuleText {
     let text = |message, meaning, cause| RuleText { message, meaning, cause, faces: &[] };
     match code {
         Code::Cap001 => text(
-            "lines that cannot be read",
-            "These lines are neither frames of any known dialect nor comments; the others are decoded all the same.",
+            "lines or records that cannot be read",
+            "They are neither frames of the format that is read nor comments; all others are decoded all the same.",
             "The file was cut or edited, holds another program's output, or is of a format not supported yet.",
         ),
         Code::Cap002 => text(
             "frames lost by the capturing program",
             "The capturing program says itself that it lost frames. Across the gap no toggle bit, sequence number or answer is judged, and open transfers are incomplete.",
-            "The socket buffer is too small or the host too busy; candump takes a larger buffer with -r.",
+            "The receive buffer is too small, the host too busy or its disk too slow; candump takes a larger buffer with -r, dumpcap with -B, other programs in their settings.",
         ),
         Code::Cap003 => text(
             "time stamps go backwards",

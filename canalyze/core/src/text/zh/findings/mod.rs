@@ -130,14 +130,14 @@ pub fn rule(code: Code) -> RuleText {
     let text = |message, meaning, cause| RuleText { message, meaning, cause, faces: &[] };
     match code {
         Code::Cap001 => text(
-            "有无法读取的行",
-            "这些行既不是任何已知格式的帧, 也不是注释; 其余各行照常解析。",
+            "有无法读取的行或记录",
+            "它们既不是所读格式的帧, 也不是注释; 其余内容照常解析。",
             "文件被截断或编辑过, 混入了其他程序的输出, 或者是尚不支持的格式。",
         ),
         Code::Cap002 => text(
             "捕获程序丢帧",
             "捕获程序自己声明丢失了帧。丢帧处的toggle位、序列号和应答不再判断, 进行中的传输记为不完整。",
-            "套接字缓冲区太小或主机太忙; candump可用 -r 加大缓冲区。",
+            "接收缓冲区太小、主机太忙或存储太慢; candump可用 -r、dumpcap可用 -B 加大缓冲区, 其他记录程序见其缓冲设置。",
         ),
         Code::Cap003 => text(
             "时间戳倒退",
