@@ -25,6 +25,7 @@ from capture_frames import Recorded, candump_text
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from mcap_ros2.writer import Writer as Ros2Writer
+from ros_messages import DATASPEED, FD_FRAME, FRAME
 
 Write = Callable[[Iterable[Recorded], Path], None]
 
@@ -121,45 +122,6 @@ def log2asc(*options: str) -> Write:
     return write
 
 
-HEADER = """\
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-"""
-CAN_MSGS_FRAME = f"""\
-std_msgs/Header header
-uint32 id
-bool is_rtr
-bool is_extended
-bool is_error
-uint8 dlc
-uint8[8] data
-{HEADER}"""
-FD_FRAME = f"""\
-std_msgs/Header header
-uint32 id
-bool is_extended
-bool is_error
-uint8 len
-uint8[<=64] data
-{HEADER}"""
-DATASPEED_FRAME = f"""\
-std_msgs/Header header
-uint32 id
-bool extended
-bool fdf
-bool brs
-bool esi
-bool rtr
-uint8[<=64] data
-{HEADER}"""
-
-
 def _header(frame: Recorded) -> dict[str, Any]:
     seconds, rest = divmod(frame.t_ns, 1_000_000_000)
     return {"stamp": {"sec": seconds, "nanosec": rest}, "frame_id": "can"}
@@ -170,7 +132,7 @@ def mcap_ros2(compression: CompressionType, chunk_size: int = 1 << 20) -> Write:
 
     def write(frames: Iterable[Recorded], path: Path) -> None:
         with path.open("wb") as file, Ros2Writer(file, chunk_size=chunk_size, compression=compression) as out:
-            classic = out.register_msgdef("can_msgs/msg/Frame", CAN_MSGS_FRAME)
+            classic = out.register_msgdef("can_msgs/msg/Frame", FRAME)
             fd = out.register_msgdef("ros2_socketcan_msgs/msg/FdFrame", FD_FRAME)
             for number, frame in enumerate(frames):
                 head = {"header": _header(frame), "id": frame.can_id, "is_extended": frame.extended}
@@ -193,7 +155,7 @@ def mcap_ros2(compression: CompressionType, chunk_size: int = 1 << 20) -> Write:
 def mcap_dataspeed(frames: Iterable[Recorded], path: Path) -> None:
     """A Dataspeed recording, whose frames keep the flags of CAN FD."""
     with path.open("wb") as file, Ros2Writer(file) as out:
-        schema = out.register_msgdef("dataspeed_can_msgs/msg/Frame", DATASPEED_FRAME)
+        schema = out.register_msgdef("dataspeed_can_msgs/msg/Frame", DATASPEED)
         for number, frame in enumerate(frames):
             body = {
                 "header": _header(frame),
@@ -214,7 +176,7 @@ def mcap_bare(frames: Iterable[Recorded], path: Path) -> None:
     with path.open("wb") as file:
         out = McapWriter(file, use_chunking=False, enable_crcs=False, use_statistics=False)
         out.start(profile="ros2", library="tests")
-        schema = out.register_schema("can_msgs/msg/Frame", "ros2msg", CAN_MSGS_FRAME.encode())
+        schema = out.register_schema("can_msgs/msg/Frame", "ros2msg", FRAME.encode())
         channels: dict[str, int] = {}
         for frame in frames:
             topic = f"/{frame.bus}/{'to' if frame.sent else 'from'}_can_bus"

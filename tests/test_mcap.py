@@ -16,6 +16,7 @@ from typing import Any
 
 import mcap_files as files
 import pytest
+import ros_messages
 from captures import SAMPLES, SHARED, Analysis, CanFrame, read_log, sort_rows
 from mcap.writer import CompressionType, IndexType
 from mcap_files import Message, cdr, classic, header, raw, records
@@ -132,7 +133,7 @@ def test_fd_frames() -> None:
         Message(
             "/can0/to_can_bus_fd",
             "ros2_socketcan_msgs/msg/FdFrame",
-            files.FD_FRAME,
+            ros_messages.FD_FRAME,
             {
                 "header": header(10**18 + length),
                 "id": 0x100 + length,
@@ -161,12 +162,12 @@ def test_dataspeed() -> None:
         return Message("/can_bus_dbw/can_rx", name, definition, {"header": header(t_ns), **fields}, t_ns)
 
     flags = {"extended": False, "fdf": True, "brs": True, "esi": False, "rtr": False}
-    frame = message(0, "Frame", files.DATASPEED, id=0x181, **flags, data=list(range(12)))
-    padded = message(1, "Frame16", files.DATASPEED_16, id=0x182, **flags, size=12, data=list(range(16)))
-    small = message(2, "Frame16", files.DATASPEED_16, id=0x183, **{**flags, "fdf": False}, size=2, data=[7] * 16)
+    frame = message(0, "Frame", ros_messages.DATASPEED, id=0x181, **flags, data=list(range(12)))
+    padded = message(1, "Frame16", ros_messages.DATASPEED_16, id=0x182, **flags, size=12, data=list(range(16)))
+    small = message(2, "Frame16", ros_messages.DATASPEED_16, id=0x183, **{**flags, "fdf": False}, size=2, data=[7] * 16)
     nested = {"data": [1, 2, 3, 4, 5, 6, 7, 8], "id": 0x18FF1234, "extended": True, "dlc": 3}
-    stamped = message(3, "CanMessageStamped", files.STAMPED, msg=nested)
-    remote = message(4, "Frame", files.DATASPEED, id=0x701, **{**flags, "fdf": False, "rtr": True}, data=[])
+    stamped = message(3, "CanMessageStamped", ros_messages.STAMPED, msg=nested)
+    remote = message(4, "Frame", ros_messages.DATASPEED, id=0x701, **{**flags, "fdf": False, "rtr": True}, data=[])
     messages = [frame, padded, small, stamped, remote]
     messages = [replace(one, topic=f"/{number}/can_rx") for number, one in enumerate(messages)]
     said, contents = say(files.ros2(messages))
@@ -182,7 +183,7 @@ def test_dataspeed() -> None:
 
 
 def test_a_known_name_with_other_fields_is_read_by_its_fields() -> None:
-    definition = files.FRAME.replace("uint8 dlc\nuint8[8] data", "uint8[8] data\nuint8 dlc").replace(
+    definition = ros_messages.FRAME.replace("uint8 dlc\nuint8[8] data", "uint8[8] data\nuint8 dlc").replace(
         "uint32 id", "string why\nuint32 id"
     )
     frames = numbered(5)

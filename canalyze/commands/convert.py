@@ -12,8 +12,7 @@ from canalyze.help import Command
 from canalyze.options import ANY_PATH, CaptureOptions, OneOf, open_session, reading_options
 from canalyze.output import Progress, complain
 from canalyze.run import Run
-from canalyze.sinks.compressed import COMPRESSIONS
-from canalyze.sinks.target import RECORDS, STDOUT, Target, forms, open_target, suffixes, target
+from canalyze.sinks.target import RECORDS, STDOUT, Target, compressions, forms, open_target, suffixes, target
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import Words
 
@@ -114,7 +113,7 @@ def _where(out: str, to: str | None, words: Words) -> Target:
             )
         if out == STDOUT:
             raise click.UsageError(words("convert.needs_to", choices=", ".join(forms())), context)
-        allowed, packed = " ".join(suffixes()), " ".join(COMPRESSIONS)
+        allowed, packed = " ".join(suffixes()), " ".join(compressions())
         raise click.UsageError(words("convert.suffix", name=out, allowed=allowed, packed=packed), context)
     if where.written == RECORDS and (where.compression or out == STDOUT):
         key = "convert.no_stdout" if out == STDOUT else "convert.no_compression"

@@ -23,17 +23,6 @@ from canalyze.sources.packed import nanoseconds
 if TYPE_CHECKING:
     from can import Message
 
-SUFFIXES: Final = {
-    ".blf": "blf",
-    ".trc": "trc",
-    ".mf4": "mf4",
-    ".csv": "csv",
-    ".db": "db",
-    ".sqlite": "db",
-    ".sqlite3": "db",
-}
-"""The form of a file by the end of its name."""
-
 _BOUND: Final = ("unknown_direction", "bus_name", "no_stamp")
 _TABLE: Final = ("direction", "bus_name", "stamp_digits", "no_stamp", "fd_flags", "fd_format")
 LOSSES: Final[dict[str, tuple[str, ...]]] = {

@@ -8,16 +8,21 @@ from pathlib import PurePath
 from types import TracebackType
 from typing import Final, NamedTuple, Self
 
+from canalyze.compression import COMPRESSIONS
 from canalyze.output import Output, open_output
 from canalyze.sinks import pythoncan
-from canalyze.sinks.compressed import COMPRESSIONS, CompressedOutput
+from canalyze.sinks.compressed import CompressedOutput
 
 STDOUT: Final = "-"
 RECORDS: Final = "packed"
 """What the core writes for a writer outside of it."""
 
-_SUFFIXES: Final[dict[str, tuple[str, ...]]] = {"candump": (".log", ".candump"), "console": (".txt",)}
-"""The ends of names of the core's formats, where they are not the format's own name."""
+_SUFFIXES: Final[dict[str, tuple[str, ...]]] = {
+    "candump": (".log", ".candump"),
+    "console": (".txt",),
+    "db": (".db", ".sqlite", ".sqlite3"),
+}
+"""How names end, where that is not the format's own name."""
 _TEXT: Final = frozenset({"candump", "console", "asc"})
 """Formats that a terminal can show."""
 
@@ -55,8 +60,12 @@ def forms() -> tuple[str, ...]:
 
 def suffixes() -> dict[str, str]:
     """Give the formats by the ends of names."""
-    own = {suffix: form for form in _own() for suffix in _SUFFIXES.get(form, (f".{form}",))}
-    return own | pythoncan.SUFFIXES
+    return {suffix: form for form in forms() for suffix in _SUFFIXES.get(form, (f".{form}",))}
+
+
+def compressions() -> dict[str, str]:
+    """Give the compressions by the ends of names."""
+    return {one.suffix: name for name, one in COMPRESSIONS.items()}
 
 
 def target(name: str, form: str | None) -> Target | None:
@@ -64,7 +73,7 @@ def target(name: str, form: str | None) -> Target | None:
     if name == STDOUT:
         return Target(name, form, None) if form else None
     path = PurePath(name)
-    compression = path.suffix.lower() if path.suffix.lower() in COMPRESSIONS else None
+    compression = compressions().get(path.suffix.lower())
     inner = path.with_suffix("") if compression else path
     form = form or suffixes().get(inner.suffix.lower())
     return Target(name, form, compression) if form else None

@@ -5,10 +5,9 @@ with what a file unpacks to. Damage ends it and is told, never raised. No format
 """
 
 import codecs
-import sys
-import zlib
-from collections.abc import Callable
 from typing import Final, NamedTuple, Protocol
+
+from canalyze.compression import COMPRESSIONS, Decompressor, Gzip, errors
 
 PIECE: Final = 1 << 20
 """Most bytes that one `read` gives."""
@@ -16,8 +15,6 @@ _TAKEN: Final = 1 << 12
 """Bytes that a decompressor gets at once: what it says of damage among them costs what else it has made of them."""
 _KEPT: Final = 1 << 16
 """Bytes of a member that are kept, so that nothing that a small one holds before its damage is lost."""
-_DICTIONARY: Final = 1 << 28
-"""Most memory that an xz file may ask for, four times what its highest preset needs."""
 
 
 class Damage(NamedTuple):
@@ -44,83 +41,6 @@ class Layer(Protocol):
         ...
 
 
-class _Decompressor(Protocol):
-    """One member, stream or frame, as the standard library has it for bz2 and xz."""
-
-    @property
-    def eof(self) -> bool: ...
-    @property
-    def needs_input(self) -> bool: ...
-    @property
-    def unused_data(self) -> bytes: ...
-    def decompress(self, data: bytes, max_length: int = -1) -> bytes: ...
-
-
-class _Gzip:
-    """One member of a gzip file, with the ways of the others."""
-
-    def __init__(self, other: "_Gzip | None" = None) -> None:
-        self._inner: zlib._Decompress = other._inner.copy() if other else zlib.decompressobj(wbits=31)
-        self._full: bool = other._full if other else False
-
-    @property
-    def eof(self) -> bool:
-        return self._inner.eof
-
-    @property
-    def needs_input(self) -> bool:
-        return not self._inner.unconsumed_tail and not self._full
-
-    @property
-    def unused_data(self) -> bytes:
-        return self._inner.unused_data
-
-    def decompress(self, data: bytes, max_length: int = -1) -> bytes:
-        unpacked = self._inner.decompress(self._inner.unconsumed_tail + data, max_length)
-        self._full = len(unpacked) == max_length  # there may be more that needs no input
-        return unpacked
-
-
-def _xz() -> _Decompressor:
-    import lzma
-
-    return lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=_DICTIONARY)
-
-
-def _bzip2() -> _Decompressor:
-    import bz2
-
-    return bz2.BZ2Decompressor()
-
-
-def _zstd() -> _Decompressor:
-    if sys.version_info >= (3, 14):
-        from compression import zstd
-    else:
-        from backports import zstd
-    return zstd.ZstdDecompressor()
-
-
-def _errors() -> tuple[type[Exception], ...]:
-    """Give what the decompressors raise about what they read."""
-    import lzma
-
-    if sys.version_info >= (3, 14):
-        from compression import zstd
-    else:
-        from backports import zstd
-    return (OSError, EOFError, ValueError, MemoryError, zlib.error, lzma.LZMAError, zstd.ZstdError)
-
-
-COMPRESSIONS: Final[dict[str, tuple[Callable[[], _Decompressor], tuple[bytes, ...]]]] = {
-    "gzip": (_Gzip, (b"\x1f\x8b",)),
-    "xz": (_xz, (b"\xfd7zXZ\0",)),
-    "bzip2": (_bzip2, (b"BZh",)),
-    "zstd": (_zstd, (b"\x28\xb5\x2f\xfd", *(bytes([0x50 + n]) + b"\x2a\x4d\x18" for n in range(16)))),
-}
-"""By the name that the core's `sniff` has for it: what undoes it, and how its members, streams or frames begin."""
-
-
 class Unpacked:
     """What is in a compressed file: all its members one after the other, as if they were one."""
 
@@ -128,8 +48,9 @@ class Unpacked:
         """`form` is one of COMPRESSIONS."""
         self.damage: Damage | None = None
         self._below = below
-        self._new, self._signs = COMPRESSIONS[form]
-        self._member: _Decompressor | None = None
+        compression = COMPRESSIONS[form]
+        self._new, self._signs = compression.decompressor, compression.signs
+        self._member: Decompressor | None = None
         self._kept = b""
         """What the member has got, while it is little."""
         self._given = 0
@@ -198,7 +119,7 @@ class Unpacked:
         again, behind = self._again(member, data)
         try:
             piece = member.decompress(data, room)
-        except _errors():
+        except errors():
             piece, used = _bytewise(*again)
             self._damaged("compression", self._at - behind + used)
             return piece
@@ -208,10 +129,10 @@ class Unpacked:
             self._member = None
         return piece
 
-    def _again(self, member: _Decompressor, data: bytes) -> tuple[tuple[_Decompressor | None, bytes, int], int]:
+    def _again(self, member: Decompressor, data: bytes) -> tuple[tuple[Decompressor | None, bytes, int], int]:
         """Give what is needed to unpack `data` again, should they be damaged, and how far back it begins."""
-        if isinstance(member, _Gzip):
-            return (_Gzip(member), data, 0), len(data)
+        if isinstance(member, Gzip):
+            return (Gzip(member), data, 0), len(data)
         if len(self._kept) > _KEPT:
             return (None, b"", 0), len(data)
         self._kept += data
@@ -225,7 +146,7 @@ class Unpacked:
         self.damage = Damage(kind, self._offset + at, None if kind == "cut" else lost)
 
 
-def _bytewise(member: _Decompressor | None, data: bytes, skipped: int) -> tuple[bytes, int]:
+def _bytewise(member: Decompressor | None, data: bytes, skipped: int) -> tuple[bytes, int]:
     """Unpack damaged bytes one by one; give what they hold behind what is skipped, and how many are sound."""
     pieces, used = b"", 0
     try:
@@ -235,7 +156,7 @@ def _bytewise(member: _Decompressor | None, data: bytes, skipped: int) -> tuple[
             used += len(byte)
             pieces += piece[skipped:]
             skipped = max(0, skipped - len(piece))
-    except _errors():
+    except errors():
         pass
     return pieces, used
 

@@ -8,8 +8,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
+from canalyze.compression import COMPRESSIONS
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources.compressed import COMPRESSIONS, Damage, Layer, Transcoded, Unpacked
+from canalyze.sources.compressed import Damage, Layer, Transcoded, Unpacked
 from canalyze.sources.file import Source
 
 if TYPE_CHECKING:
