@@ -248,6 +248,48 @@ def test_buses_of_one_file() -> None:
     assert len(say(raw(messages), topics=["/pl*", "/ns/*"])[0].frames) == 200
 
 
+def recorded(frames: list[CanFrame], *, echoes: bool) -> bytes:
+    """As rosbag2 records a master on `ros2_socketcan`: its frames as they were asked for, and perhaps as heard."""
+    messages = []
+    for frame in frames:
+        t_ns = frame.t_us * 1000
+        own = frame.can_id in (0, 0x80) or 0x600 <= frame.can_id < 0x680
+        if own:
+            asked = cdr(replace(frame, t_us=frame.t_us - 300))
+            messages.append(("/can0/to_can_bus", t_ns - 200_000, asked))
+        if echoes or not own:
+            messages.append(("/can0/from_can_bus", t_ns + 50_000, cdr(frame)))
+    return raw(messages, chunk_size=1 << 14)
+
+
+@pytest.mark.parametrize("name", ["sdo-block", "string-100-bytes", "two-nodes-interleaved"])
+def test_echoes_of_a_master(name: str) -> None:
+    frames = [replace(frame, bus="can0") for frame in sample(name)]
+    alone, _ = say(as_raw(frames))
+    for size in (1 << 20, 700):
+        heard, contents = say(recorded(frames, echoes=True), size=size)
+        own = [row for row in heard.frames if row["dir"] == "tx"]
+        assert taken(heard) == frames
+        assert contents["passed_over"] == [{"kind": "Echo", "count": len(own)}]
+        assert [row["code"] for row in heard.findings] == [row["code"] for row in alone.findings]
+        # Nothing is missing of a driver that does not hear itself, and nothing is passed over.
+        deaf, contents = say(recorded(frames, echoes=False), size=size)
+        assert len(deaf.frames) == len(frames)
+        assert contents["passed_over"] == []
+
+
+def test_our_own_files_have_no_echoes() -> None:
+    frames = [CanFrame("can0", 0x601, b"\x40\x08\x10" + bytes(5), 10**9 + number * 500) for number in range(200)]
+    log = "".join(
+        f"({frame.t_us // 10**6}.{frame.t_us % 10**6:06}) can0 601#{frame.data.hex()} {'TR'[number % 2]}\n"
+        for number, frame in enumerate(frames)
+    )
+    session = _core.Session(format="convert", to="mcap")
+    session.begin("x.log", True, "candump")
+    made = session.feed(log.encode()) + session.end() + session.finish()
+    assert taken(say(made)[0]) == frames
+
+
 def test_clocks() -> None:
     base = 1_700_000_000 * 10**9
 

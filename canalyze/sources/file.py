@@ -1,6 +1,6 @@
 """Files, pipes and standard input as bytes.
 
-`read` gives what one read(2) gave, at most 1 MiB, so that a line of a pipe is answered when it comes. A source knows
+`read` gives what one read(2) gave, at most 256 KiB, so that a line of a pipe is answered when it comes. A source knows
 neither formats nor frames.
 """
 

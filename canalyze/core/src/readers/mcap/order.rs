@@ -40,10 +40,7 @@ impl Order {
 
     /// From here on a bus may have frames twice: sent, and heard.
     pub(super) fn seek_echoes(&mut self) {
-        if !self.echoes.sought {
-            self.sort();
-            (self.echoes.sought, self.echoes.next) = (true, self.held.len());
-        }
+        self.echoes.sought = true;
     }
 
     /// Frames that were told already by their echoes.
