@@ -602,6 +602,28 @@ def test_a_pipe_is_answered_when_lines_come() -> None:
     assert process.returncode == 0
 
 
+@pytest.mark.filterwarnings("ignore")
+def test_nothing_is_left_behind_after_ctrl_c(tmp_path: Path) -> None:
+    import signal
+    import subprocess
+
+    need("mf4")
+    messages = [can.Message(timestamp=1.5, arbitration_id=0x701, is_extended_id=False, data=b"\x05")] * 60_000
+    path = written("mf4", tmp_path / "long.mf4", messages)
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    with subprocess.Popen(
+        command("decode", str(path)), stdout=subprocess.PIPE, env=os.environ | {"TMPDIR": str(scratch)}
+    ) as process:
+        assert process.stdout
+        process.stdout.readline()
+        assert list(scratch.iterdir()) != []
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert list(scratch.iterdir()) == []
+
+
 @pytest.mark.parametrize("form", ["blf", "csv"])
 def test_ctrl_c_keeps_what_was_read(form: str, tmp_path: Path) -> None:
     import signal

@@ -5,6 +5,7 @@ piece: a tag, a size, and the piece. Where that process ends without a last piec
 a format.
 """
 
+import os
 import signal
 import struct
 import subprocess
@@ -28,14 +29,18 @@ class BroughtDown(Exception):
     """The other process ended where it should not; its message says by what."""
 
 
-def pieces(path: Path) -> Iterator[tuple[bytes, bytes]]:
-    """Give what the bridge in the other process gives of a file, each with its tag; BroughtDown where it breaks off."""
+def pieces(path: Path, scratch: Path) -> Iterator[tuple[bytes, bytes]]:
+    """Give what the bridge in the other process gives of a file, each with its tag; BroughtDown where it breaks off.
+
+    scratch: a directory for what that process puts down and may leave behind.
+    """
     # Not in this session: a Ctrl-C is for this process, which ends the other one.
     with subprocess.Popen(
         [sys.executable, "-c", _START, str(path), *sys.path],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
+        env=os.environ | {"TMPDIR": str(scratch)},
         start_new_session=True,
     ) as process:
         assert process.stdout is not None
@@ -56,7 +61,7 @@ def pieces(path: Path) -> Iterator[tuple[bytes, bytes]]:
     raise BroughtDown(name)
 
 
-def here(path: Path) -> Iterator[tuple[bytes, bytes]]:
+def here(path: Path, _: Path | None = None) -> Iterator[tuple[bytes, bytes]]:
     """Give the same as `pieces`, in this process."""
     from canalyze.sources.file import Source
     from canalyze.sources.format import Opened

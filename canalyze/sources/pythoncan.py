@@ -157,14 +157,14 @@ class PythonCanCapture:
             except OSError as error:
                 raise SourceError("source.read", name=self.name, error=error) from error
             if self._apart:
-                yield from self._from_other_process(path)
+                yield from self._from_other_process(path, Path(directory))
             else:
                 yield from _batched(self._messages(copy.path if copy else path, copy))
 
-    def _from_other_process(self, path: Path) -> Iterator[bytes]:
+    def _from_other_process(self, path: Path, scratch: Path) -> Iterator[bytes]:
         batches = 0
         try:
-            for tag, piece in apart.pieces(path):
+            for tag, piece in apart.pieces(path, scratch):
                 if tag == apart.RECORDS:
                     batches += 1
                     yield piece
