@@ -9,6 +9,8 @@ import json
 import os
 import pty
 import random
+import re
+import struct
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,7 +23,7 @@ from conftest import Runner, command
 from canalyze._core import Session
 from canalyze.errors import OutputError, SourceError
 from canalyze.sinks.pythoncan import LOSSES, open_sink
-from canalyze.sources import packed
+from canalyze.sources import apart, packed
 from canalyze.sources.file import Source
 from canalyze.sources.format import Opened, open_capture
 from canalyze.sources.packed import Packer
@@ -407,16 +409,12 @@ def test_blf_of_random_bytes(tmp_path: Path) -> None:
 
 def stored(*objects: bytes) -> bytes:
     """A BLF file of one container that is not compressed."""
-    import struct
-
     inner = b"".join(objects)
     header = struct.pack("<4sL4B4BQQLL8H8H", b"LOGG", 144, *[0] * 8, 0, 0, 0, 0, *[0] * 16).ljust(144, b"\0")
     return header + struct.pack("<4sHHLLH6xL4x", b"LOBJ", 16, 1, 32 + len(inner), 10, 0, len(inner)) + inner
 
 
 def blf_object(kind: int, body: bytes, *, size: int | None = None, flags: int = 1, stamp: int = 150_000) -> bytes:
-    import struct
-
     real = 32 + len(body)
     sizes = real if size is None else size
     return struct.pack("<4sHHLLLHHQ", b"LOBJ", 32, 1, sizes, kind, flags, 0, 0, stamp) + body
@@ -518,7 +516,8 @@ def on_terminal(*args: str) -> tuple[int, str]:
     except OSError:  # the other side is gone
         pass
     os.close(terminal)
-    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), shown.decode()
+    progress = re.compile(r"\r[^\r\n]*\x1b\[K")  # of what takes longer
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), progress.sub("", shown.decode())
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -566,6 +565,27 @@ def test_info_says_nothing_of_a_file_that_cannot_be_read(canalyze: Runner, tmp_p
     assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
 
 
+@pytest.mark.filterwarnings("ignore")
+def test_asammdf_that_takes_its_process_down(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    need("mf4")
+    path = written("mf4", tmp_path / "a.mf4", list(session()))
+    begin = "import os, signal, sys\nput = sys.stdout.buffer.write\n"
+    head = packed.dialect("reader", "python-can")
+    frames = b"".join(map(Packer(6, directed=True, bus=str).frame, session()))
+    for pieces, count in (([], 0), ([head], 0), ([head, frames], 60)):
+        puts = [f"put({struct.pack('<cI', apart.RECORDS, len(piece)) + piece!r})\n" for piece in pieces]
+        end = "sys.stdout.flush()\nos.kill(os.getpid(), signal.SIGSEGV)\n"
+        monkeypatch.setattr(apart, "_START", begin + "".join(puts) + end)
+        if count:
+            read, complaints = told(open_capture(str(path)))
+            assert len(read) == count
+            assert any("asammdf: SIGSEGV" in line for line in complaints), complaints
+            assert any("CAP004" in line for line in complaints), complaints
+        else:
+            with pytest.raises(SourceError, match=r"cannot be read as MF4 .*asammdf: SIGSEGV"):
+                told(open_capture(str(path)))
+
+
 def test_a_pipe_is_answered_when_lines_come() -> None:
     import subprocess
 
@@ -580,6 +600,28 @@ def test_a_pipe_is_answered_when_lines_come() -> None:
         assert b"702" in process.stdout.readline()
         process.stdin.close()
     assert process.returncode == 0
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_nothing_is_left_behind_after_ctrl_c(tmp_path: Path) -> None:
+    import signal
+    import subprocess
+
+    need("mf4")
+    messages = [can.Message(timestamp=1.5, arbitration_id=0x701, is_extended_id=False, data=b"\x05")] * 60_000
+    path = written("mf4", tmp_path / "long.mf4", messages)
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    with subprocess.Popen(
+        command("decode", str(path)), stdout=subprocess.PIPE, env=os.environ | {"TMPDIR": str(scratch)}
+    ) as process:
+        assert process.stdout
+        process.stdout.readline()
+        assert list(scratch.iterdir()) != []
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert list(scratch.iterdir()) == []
 
 
 @pytest.mark.parametrize("form", ["blf", "csv"])
@@ -608,7 +650,7 @@ def test_damage_is_told_and_never_raises(form: str, tmp_path: Path, capfd: pytes
     rng = random.Random(402)
     path = tmp_path / "b"
     capfd.readouterr()
-    for turn in range(60):
+    for turn in range(12 if form == "mf4" else 60):  # each in a process of its own
         changed = bytearray(data[: rng.randrange(1, len(data))] if turn % 3 == 0 else data)
         for _ in range(0 if turn % 3 == 0 else rng.choice((1, 1, 5, 50))):
             changed[rng.randrange(len(changed))] ^= rng.choice((255, 1, 128))

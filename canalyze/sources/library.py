@@ -5,6 +5,7 @@ rest. So it does not find it until an MF4 file comes. Must not: read or write an
 """
 
 import importlib
+import importlib.util
 import sys
 from types import ModuleType
 from typing import Final
@@ -26,6 +27,11 @@ def library(*, mf4: bool = False) -> ModuleType:
         for name in ("MF4Reader", "MF4Writer"):
             setattr(can, name, getattr(module, name))
     return can
+
+
+def has_asammdf() -> bool:
+    """Whether asammdf is installed."""
+    return importlib.util.find_spec(_ASAMMDF) is not None
 
 
 def _without_asammdf() -> ModuleType:

@@ -28,10 +28,10 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TextIO, cast
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources import packed
+from canalyze.sources import apart, packed
 from canalyze.sources.blf import PYTHON_CAN, Damage, Objects
 from canalyze.sources.database import Copy, copied
-from canalyze.sources.library import library
+from canalyze.sources.library import has_asammdf, library
 from canalyze.sources.packed import Packer, Unfit
 from canalyze.sources.trace import Lines, Trc
 
@@ -66,10 +66,11 @@ class PythonCanCapture:
 
     format: Final = "packed"
 
-    def __init__(self, source: "Opened", head: bytes, form: str) -> None:
+    def __init__(self, source: "Opened", head: bytes, form: str, *, trusting: bool = False) -> None:
         """Take over the source; `head` is what was read of it already, `form` one of TITLES.
 
-        SourceError if what the form needs is not installed.
+        trusting: in this process whatever the form, though the file may bring it down. SourceError if what the form
+        needs is not installed.
         """
         self.name = source.name
         self.compression = source.compression
@@ -79,9 +80,10 @@ class PythonCanCapture:
         self._form = form
         self._heard = _Heard()
         self._remarks: list[CanalyzeError] = []
-        self._records = self._batches(source.head)
-        if form == "mf4":
-            self._need_asammdf()
+        self._apart = form == "mf4" and not trusting
+        self._records = self._batches(head)
+        if form == "mf4" and not has_asammdf():
+            raise SourceError("bridge.mf4", name=self.name, line="pip install 'canalyze[mf4]'")
 
     @property
     def taken(self) -> int:
@@ -124,16 +126,10 @@ class PythonCanCapture:
         self._records.close()
         self._source.close()
 
-    def _need_asammdf(self) -> None:
-        try:
-            with self._heard:
-                library(mf4=True)
-        except ImportError as error:
-            line = "pip install 'canalyze[mf4]'"
-            raise SourceError("bridge.mf4", name=self.name, line=line) from error
-        self._heard.take()
-
     def _batches(self, head: bytes) -> Generator[bytes, None, None]:
+        if self._apart:
+            yield from self._from_path(head)
+            return
         can = library()
         yield packed.dialect("reader", f"python-can {can.__version__}")
         if self._form in ("mf4", "sqlite"):
@@ -160,7 +156,28 @@ class PythonCanCapture:
                     copy = copied(path, Path(directory))
             except OSError as error:
                 raise SourceError("source.read", name=self.name, error=error) from error
-            yield from _batched(self._messages(copy.path if copy else path, copy))
+            if self._apart:
+                yield from self._from_other_process(path, Path(directory))
+            else:
+                yield from _batched(self._messages(copy.path if copy else path, copy))
+
+    def _from_other_process(self, path: Path, scratch: Path) -> Iterator[bytes]:
+        batches = 0
+        try:
+            for tag, piece in apart.pieces(path, scratch):
+                if tag == apart.RECORDS:
+                    batches += 1
+                    yield piece
+                elif tag == apart.REMARK:
+                    self.remark(piece.decode())
+                elif tag == apart.REFUSED:
+                    raise self.refused(piece.decode())
+        except apart.BroughtDown as error:
+            problem = f"asammdf: {error}"
+            if batches < 2:  # the first says whose they are
+                raise self.refused(problem) from error
+            self.remark(problem)
+            yield packed.damage(packed.REST, 0)
 
     def _put_down(self, path: Path, data: bytes) -> None:
         with path.open("wb") as spool:
