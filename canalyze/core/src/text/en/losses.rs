@@ -14,7 +14,7 @@ pub fn loss(out: &mut Vec<u8>, loss: Loss, count: u64) {
         Loss::Order => ("frame", "frames", "the stamp steps back, which the format does not allow"),
         Loss::NoDate => ("frame", "frames", "the date is not known, the stamp counts from zero"),
         Loss::FdFlags => ("frame", "frames", "bit rate switch or error state indicator not kept"),
-        Loss::FdFormat => ("CAN FD frame", "CAN FD frames", "written as classic ones"),
+        Loss::FdFormat => ("CAN FD frame", "CAN FD frames", "written in the classic frame format"),
         Loss::FdFrame => ("CAN FD frame", "CAN FD frames", "left out, the format has none"),
         Loss::RawDlc => ("frame", "frames", "the raw DLC above 8 is not kept"),
         Loss::RemoteLength => ("remote frame", "remote frames", "the requested length is not kept"),

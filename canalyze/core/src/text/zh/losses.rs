@@ -14,7 +14,7 @@ pub fn loss(out: &mut Vec<u8>, loss: Loss, count: u64) {
         Loss::Order => ("帧", "时间戳倒退, 该格式不允许"),
         Loss::NoDate => ("帧", "日期未知, 时间戳从零开始"),
         Loss::FdFlags => ("帧", "未保留比特率切换或错误状态指示"),
-        Loss::FdFormat => ("个CAN FD帧", "写成了经典帧"),
+        Loss::FdFormat => ("个CAN FD帧", "以经典帧格式写入"),
         Loss::FdFrame => ("个CAN FD帧", "该格式没有这种帧, 未写入"),
         Loss::RawDlc => ("帧", "未保留大于8的原始DLC"),
         Loss::RemoteLength => ("个远程帧", "未保留所请求的长度"),
