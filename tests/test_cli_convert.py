@@ -127,7 +127,7 @@ EASED: dict[str, Ease] = {
     "no stamp that could": lambda frame: frame._replace(t=None),
     "the stamp steps back": lambda frame: frame._replace(t=None),
     "bit rate switch or error state": lambda frame: frame._replace(flags=None),
-    "written in the classic frame format": lambda frame: frame._replace(fd=frame.len > 8, flags=None) if frame.fd else frame,
+    "in the classic frame format": lambda frame: frame._replace(fd=frame.len > 8, flags=None) if frame.fd else frame,
     "CAN FD frames?: left out": lambda frame: None if frame.fd else frame,
     "the raw DLC": lambda frame: frame._replace(raw=None),
     "the requested length": lambda frame: frame._replace(len=0) if frame.rtr else frame,
