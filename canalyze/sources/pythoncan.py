@@ -349,7 +349,6 @@ class _Text:
         self.capture = capture
         self.counts: Counter[str] = Counter()
         self._out: list[bytes] = []
-        self._reason = packed.NO_FRAME
         self.before: Callable[[Message], None] | None = None
         """Looks at a message before it is packed."""
         lines.unanswered = self._unanswered
