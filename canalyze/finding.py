@@ -1,0 +1,78 @@
+"""A finding of the core, typed: the one form in which Python's commands, reports and library have it.
+
+It is read from the core's JSON lines and never made here: what a finding is, the core says.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal
+
+Severity = Literal["info", "warning", "error"]
+SEVERITIES: Final[tuple[Severity, ...]] = ("info", "warning", "error")
+"""From harmless to bad."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """An annotated line of the capture."""
+
+    frame: int
+    """Number of its frame in the capture, from 1."""
+    text: str
+    """The line as `decode` writes it, in the language of the run, without line end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something that an engineer should know, at a frame."""
+
+    code: str
+    """The rule: SDO001."""
+    name: str
+    """The rule's name in kebab-case."""
+    severity: Severity
+    """How bad it is; overrides of the configuration are in it."""
+    file: str
+    """The capture."""
+    frame: int | None
+    """The frame that shows it, from 1; None where the finding is about the file before any frame."""
+    line: int | None
+    """The line of the file, from 1, where its format has lines."""
+    t: str | None
+    """Time of the frame in seconds, a decimal string with all its digits; None without stamps."""
+    cause_frame: int | None
+    """The earlier frame that it is about, if another."""
+    cause_line: int | None
+    """The line of that frame."""
+    bus: str | None
+    """The bus, where the capture names it."""
+    node: int | None
+    """The node-ID, 1 to 127, where a node is concerned."""
+    index: str | None
+    """Index of the object, four hexadecimal digits, where an object is concerned."""
+    sub: int | None
+    """Its sub-index."""
+    message: str
+    """The sentence, in the language of the run."""
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    """What was measured, by the names of the rule."""
+    lines: tuple[Line, ...] = ()
+    """The annotated lines that led to it, oldest first, its own frame's among them; none where nobody asked."""
+
+    @classmethod
+    def from_json(cls, row: Mapping[str, Any]) -> "Finding":
+        """Take one object of the core (`"kind": "finding"`); keys that are not known here are passed over."""
+        known = {name: row[name] for name in _SIMPLE}
+        lines = tuple(Line(line["frame"], line["text"]) for line in row.get("lines", ()))
+        return cls(**known, facts=row.get("facts") or {}, lines=lines)
+
+    @property
+    def object(self) -> str | None:
+        """The object as the standard writes it, 1017h:00; None where none is concerned."""
+        return None if self.index is None else f"{self.index}h:{self.sub or 0:02X}"
+
+
+_SIMPLE: Final = (
+    *("code", "name", "severity", "file", "frame", "line", "t", "cause_frame", "cause_line", "bus", "node"),
+    *("index", "sub", "message"),
+)

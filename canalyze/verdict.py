@@ -1,0 +1,49 @@
+"""What `check` found in one capture: the one form that all of its reports are written from.
+
+Nothing here reads, judges or prints.
+"""
+
+from dataclasses import dataclass
+
+from canalyze.finding import Finding
+
+
+@dataclass(frozen=True, slots=True)
+class Counted:
+    """Findings of one kind: same rule, bus, node and object."""
+
+    finding: Finding
+    """The first of them, in the order of frames."""
+    shown: tuple[Finding, ...]
+    """The first ones, at most ten, `finding` among them."""
+    count: int
+    """How many there are; those that are not shown were only counted."""
+    known: int = 0
+    """How many of them the baseline allows; the finding counts only if there are more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """One capture, judged."""
+
+    file: str
+    """Its name as it was given, `-` for standard input."""
+    failures: tuple[Counted, ...] = ()
+    """Findings at or above the threshold, in the order of their first frame."""
+    others: tuple[Counted, ...] = ()
+    """Findings below the threshold, or that the baseline allows."""
+    overruled: int = 0
+    """Findings that an override, --select or --ignore took away."""
+    error: str | None = None
+    """Why the capture, or the rest of it, could not be read: one line, in the language of the run."""
+    complaints: tuple[str, ...] = ()
+    """Lines for standard error, in the language of the run."""
+    frames: int = 0
+    """Frames read."""
+    seconds: float = 0.0
+    """How long the work took."""
+
+    @property
+    def failed(self) -> bool:
+        """Tell whether there is anything that fails the check; a capture that cannot be read is another matter."""
+        return bool(self.failures)
