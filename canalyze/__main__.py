@@ -30,6 +30,17 @@ def _answer(handler: "Callable[[int, FrameType | None], None]") -> None:
             signal.signal(number, handler)
 
 
+def _keep_line_ends() -> None:
+    """Let bytes through standard input and output as they are, where the system would else translate line ends."""
+    if sys.platform == "win32":
+        import contextlib
+        import msvcrt
+
+        for stream in (0, 1, 2):
+            with contextlib.suppress(OSError):  # closed
+                msvcrt.setmode(stream, os.O_BINARY)
+
+
 _answer(_go)
 
 
@@ -38,6 +49,7 @@ def main() -> int:
     from canalyze.cli import main as run
 
     _answer(_leave)
+    _keep_line_ends()
     try:
         return run()
     finally:

@@ -16,6 +16,8 @@ from canalyze.errors import OutputError, ReaderGone
 from canalyze.words import Words
 
 _STDOUT: Final = 1
+_AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
+"""Where the system would else translate line ends."""
 _UTF8: Final = frozenset({"utf-8", "utf8", "utf_8"})
 
 
@@ -145,7 +147,7 @@ class FileOutput(Output):
                 flags = os.O_WRONLY
             elif self._path.exists() and not force:
                 raise OutputError("output.exists", name=name)
-            self._fd = os.open(self._beside or self._path, flags, 0o666)
+            self._fd = os.open(self._beside or self._path, flags | _AS_IT_IS, 0o666)
         except OSError as error:
             raise OutputError("output.write", name=name, error=error) from error
 

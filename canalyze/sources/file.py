@@ -14,6 +14,8 @@ from typing import Final, Self
 from canalyze.errors import SourceError
 
 CHUNK: Final = 1 << 18
+_AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
+"""Where the system would else translate line ends."""
 STDIN: Final = "-"
 
 
@@ -29,7 +31,7 @@ class Source:
         self._fd = -1
         self._own = name != STDIN
         try:
-            self._fd = os.open(name, os.O_RDONLY | os.O_CLOEXEC) if self._own else 0
+            self._fd = os.open(name, os.O_RDONLY | _AS_IT_IS) if self._own else 0
             self._status = os.fstat(self._fd)
             if stat.S_ISDIR(self._status.st_mode):
                 raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
