@@ -6,18 +6,19 @@ ConfigError, worded by who shows it.
 
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from canalyze import network
+from canalyze import network, policy
 from canalyze.errors import ConfigError
 from canalyze.toml import File, Key, as_text, as_toml, bit_rate, node, parsed, text
 from canalyze.words import LANGUAGES
 
 FILE: Final = "canalyze.toml"
 _NOTHING: Final = network.Known()
+_LENIENT: Final = policy.Policy()
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +31,8 @@ class Config:
     """Whether anybody chose the language: then it stands, whatever the terminal can show."""
     known: network.Known = _NOTHING
     """What canalyze.toml says of the network; options may overrule it."""
+    check: policy.Policy = _LENIENT
+    """What canalyze.toml says of findings; options may overrule it."""
 
 
 def _language(value: object) -> str | None:
@@ -42,6 +45,25 @@ def _nodes(value: object) -> tuple[int, ...] | None:
     found = [node(one) for one in (value if isinstance(value, list) else [value])]
     nodes = tuple(dict.fromkeys(node for node in found if node is not None))
     return nodes if nodes and None not in found else None
+
+
+def _several(value: object) -> tuple[int, ...] | None:
+    """Read node-IDs, each a number or a text as `_nodes` takes it."""
+    found = [_nodes(one) for one in value] if isinstance(value, list) else [_nodes(value)]
+    nodes = tuple(dict.fromkeys(node for some in found for node in some or ()))
+    return nodes if nodes and None not in found else None
+
+
+def _codes(value: object) -> tuple[str, ...] | None:
+    texts = value if isinstance(value, list) else [value]
+    joined = ",".join(one if isinstance(one, str) else "" for one in texts)
+    return policy.codes(joined) if texts else None
+
+
+def _globs(value: object) -> tuple[str, ...] | None:
+    found = [text(one) for one in value] if isinstance(value, list) else [text(value)]
+    globs = tuple(one for one in found if one is not None)
+    return globs if globs and None not in found else None
 
 
 def _tolerance(value: object) -> int | None:
@@ -68,12 +90,30 @@ SYNC: Final[Mapping[str, Key]] = {
     "window_us": Key(lambda value: _tolerance(value) or None, "period"),
 }
 """Keys of [sync]."""
+CHECK: Final[Mapping[str, Key]] = {
+    "fail_on": Key(lambda value: value if value in policy.THRESHOLDS else None, "threshold"),
+    "select": Key(_codes, "codes"),
+    "ignore": Key(_codes, "codes"),
+    "baseline": Key(text, "text"),
+}
+"""Keys of [check]."""
+OVERRIDE: Final[Mapping[str, Key]] = {
+    "codes": Key(_codes, "codes", needed=True),
+    "severity": Key(lambda value: value if value in policy.RULINGS else None, "ruling", needed=True),
+    "reason": Key(text, "text", needed=True),
+    "files": Key(_globs, "globs"),
+    "nodes": Key(_several, "several_nodes"),
+    "bus": _BUS,
+}
+"""Keys of [[check.override]]."""
 KEYS: Final[Mapping[str, Key]] = {
     "lang": Key(_language, "language"),
     "jitter_us": Key(_tolerance, "tolerance"),
     "bitrate": Key(bit_rate, "bit_rate"),
 }
 """Keys of canalyze.toml outside of tables."""
+TABLES: Final = ("sync", "check")
+"""Tables that come once."""
 
 
 def settle(lang: str | None, file: str | None) -> Config:
@@ -86,7 +126,7 @@ def settle(lang: str | None, file: str | None) -> Config:
         raise ConfigError("config.lang_env", value=wanted)
     filed = read(file)  # always: a broken file is said even where another choice wins
     choice = given or language(wanted) or (filed.lang if filed.chosen else None)
-    return Config(lang=choice or "zh", chosen=choice is not None, known=filed.known)
+    return Config(lang=choice or "zh", chosen=choice is not None, known=filed.known, check=filed.check)
 
 
 def spoken(lang: str | None) -> Config:
@@ -115,14 +155,11 @@ def read(file: str | None) -> Config:
     values = parsed(path, content)
     filed = File(path, content.decode("utf-8").splitlines())
     for key in values:
-        if key not in (*KEYS, *ENTRIES, "sync"):
-            allowed = ", ".join([*KEYS, "[sync]", *(f"[[{name}]]" for name in ENTRIES)])
+        if key not in (*KEYS, *ENTRIES, *TABLES):
+            allowed = ", ".join([*KEYS, *(f"[{name}]" for name in TABLES), *(f"[[{name}]]" for name in ENTRIES)])
             raise ConfigError("config.unknown", file=filed.at("", 0, key), key=key, allowed=allowed)
     top = filed.read("", 0, {key: value for key, value in values.items() if key in KEYS}, KEYS)
-    given = values.get("sync", {})
-    if not isinstance(given, dict):
-        raise ConfigError("config.table", file=filed.at("", 0, "sync"), key="sync", table="[sync]")
-    sync = filed.read("sync", 0, given, SYNC)
+    sync = filed.read("sync", 0, _table(filed, values, "sync"), SYNC)
     known = network.Known(
         tuple(
             network.Description(entry.get("bus"), entry.get("node") or (), str(path.parent / entry["file"]))
@@ -142,7 +179,33 @@ def read(file: str | None) -> Config:
         top.get("bitrate"),
     )
     lang = top.get("lang")
-    return Config(lang=lang or "zh", chosen=lang is not None, known=known)
+    return Config(lang=lang or "zh", chosen=lang is not None, known=known, check=_check(filed, values, path.parent))
+
+
+def _table(filed: File, values: Mapping[str, object], name: str) -> dict[str, Any]:
+    given = values.get(name, {})
+    if not isinstance(given, dict):
+        raise ConfigError("config.table", file=filed.at("", 0, name), key=name, table=f"[{name}]")
+    return given
+
+
+def _check(filed: File, values: Mapping[str, object], directory: Path) -> policy.Policy:
+    given = _table(filed, values, "check")
+    own = filed.read("check", 0, {key: value for key, value in given.items() if key != "override"}, CHECK)
+    entries = filed.entries("check.override", {"check.override": given.get("override", [])}, OVERRIDE)
+    overrides = [
+        policy.Override(**entry, at=filed.at("check.override", place, "codes")) for place, entry in enumerate(entries)
+    ]
+    baseline = own.get("baseline")
+    return policy.Policy(
+        own.get("fail_on"),
+        own.get("select", ()),
+        own.get("ignore", ()),
+        str(directory / baseline) if baseline else None,
+        tuple(overrides),
+        str(directory),
+        tuple((key, filed.at("check", 0, key)) for key in ("select", "ignore")),
+    )
 
 
 def _channels(filed: File, values: Mapping[str, Any]) -> list[dict[str, Any]]:
