@@ -65,7 +65,7 @@ class _Report:
                 below[one.finding.severity] += one.count
         for severity in reversed(SEVERITIES):
             if below[severity]:
-                yield self._words(f"check.{severity}s", count=below[severity])
+                yield self._words(f"check.{severity}", count=below[severity])
         if known:
             yield self._words("check.known", count=known)
         if verdict.overruled:
@@ -78,7 +78,7 @@ class _Report:
         for one in found:
             counts[one.finding.severity] += one.count
         return self._words("check.then").join(
-            self._dyed(self._words(f"check.{severity}s", count=counts[severity]), severity)
+            self._dyed(self._words(f"check.{severity}", count=counts[severity]), severity)
             for severity in reversed(SEVERITIES)
             if counts[severity]
         )
