@@ -280,7 +280,11 @@ def test_check_of_canalyze_toml(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "where", "said"),
     [
-        ("[check]\nfail_on = 'warn'\n", ":2", 'check.fail_on: "warn" is not one of "error", "warning", "info", "never"'),
+        (
+            "[check]\nfail_on = 'warn'\n",
+            ":2",
+            'check.fail_on: "warn" is not one of "error", "warning", "info", "never"',
+        ),
         ("[check]\nselect = ['SDO', 1]\n", ":2", "check.select"),
         ("[check]\nselect = []\n", ":2", "check.select"),
         ("[check]\nfailon = 'error'\n", ":2", "unknown key check.failon; allowed: fail_on, select, ignore, baseline"),
