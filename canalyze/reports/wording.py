@@ -45,11 +45,6 @@ def kind(finding: "Finding", words: Words) -> str:
     return printable(" ".join(part for part in parts if part))
 
 
-def message(finding: "Finding") -> str:
-    """Give the sentence."""
-    return printable(finding.message)
-
-
 def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list[str]:
     """Say where in the capture it stands; `cause` is how the frame is written that it is about."""
     said = []
@@ -84,10 +79,10 @@ def further(counted: Counted, words: Words) -> str | None:
     return words("reports.also", frames=listed + more)
 
 
-def sentence(counted: Counted, words: Words, *, cause: str | None = None, text: str | None = None) -> str:
-    """Give all of it in one line: the message (or `text` in its stead), then where and how often."""
+def sentence(counted: Counted, words: Words, *, cause: str | None = None) -> str:
+    """Give all of it in one line: the message, then where and how often; `cause` as in `where`."""
     parts = [*where(counted.finding, words, cause=cause), *repeats(counted, words)]
-    said = message(counted.finding) if text is None else text
+    said = printable(counted.finding.message)
     return words("reports.said", message=said, place=words("reports.then").join(parts)) if parts else said
 
 
