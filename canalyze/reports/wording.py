@@ -74,9 +74,9 @@ def further(counted: Counted, words: Words) -> str | None:
     frames = [one.frame for one in counted.shown if one != counted.finding and one.frame is not None]
     if not frames:
         return None
-    listed = words("reports.then").join(words("reports.frame", frame=frame) for frame in frames[:_ALSO])
-    more = words("reports.more") if counted.count > 1 + len(frames[:_ALSO]) else ""
-    return words("reports.also", frames=listed + more)
+    listed = words("reports.list").join(str(frame) for frame in frames[:_ALSO])
+    whole = counted.count <= 1 + len(frames[:_ALSO])
+    return words("reports.also" if whole else "reports.also_more", frames=listed)
 
 
 def sentence(counted: Counted, words: Words, *, cause: str | None = None) -> str:
