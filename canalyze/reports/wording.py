@@ -46,7 +46,7 @@ def kind(finding: "Finding", words: Words) -> str:
 
 
 def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list[str]:
-    """Say where in the capture it stands; `cause` is how the frame is written that it is about."""
+    """Say where in the capture it stands. The message itself names the frame that it is about: `cause` is a link to it."""
     said = []
     if finding.frame is not None:
         said.append(words("reports.frame", frame=finding.frame))
@@ -54,8 +54,8 @@ def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list
         said.append(words("reports.line", line=finding.line))
     if finding.t is not None:
         said.append(f"{printable(finding.t)} s")
-    if finding.cause_frame is not None:
-        said.append(words("reports.cause", frame=cause or words("reports.frame", frame=finding.cause_frame)))
+    if cause is not None and finding.cause_frame is not None:
+        said.append(words("reports.cause", frame=cause))
     return said
 
 
