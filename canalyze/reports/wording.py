@@ -46,7 +46,7 @@ def kind(finding: "Finding", words: Words) -> str:
 
 
 def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list[str]:
-    """Say where in the capture it stands. The message itself names the frame that it is about: `cause` is a link to it."""
+    """Say where in the capture it stands; `cause` is a link to the frame it is about, which the message names too."""
     said = []
     if finding.frame is not None:
         said.append(words("reports.frame", frame=finding.frame))
