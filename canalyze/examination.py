@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from canalyze import network
 from canalyze.baseline import Kind
+from canalyze.errors import CanalyzeError
 from canalyze.finding import Finding
 from canalyze.options import CaptureOptions, known_of, start_session
 from canalyze.run import Meter, Run
@@ -65,7 +66,10 @@ class Job:
         self._network = [known(self.filed, known_of(self.given), words)]
 
     def settings_for(self, name: str) -> Mapping[str, Any]:
-        """Give what the core is told about this capture: the place for what lies beside it."""
+        """Give what the core is told about this capture: the place for what lies beside it.
+
+        It is asked in the process that examines the capture. A CanalyzeError is an error of this capture only.
+        """
         return self.settings
 
     def open(self, name: str) -> Any:
@@ -116,7 +120,11 @@ def examine(name: str, job: Job, progress: Meter) -> Examined:
         if len(complaints) < _LINES:
             complaints.append(line)
 
-    session = job.open(name)
+    try:
+        session = job.open(name)
+    except CanalyzeError as error:  # what lies beside this capture; what holds for all was tried before
+        reason = error.in_words(words)
+        return Examined(name, error=reason, complaints=(f"canalyze: {reason}",))
     run = Run(session, words, progress, kinds.take, job.given, tell=tell)
     code = run.over((name,))
     return Examined(

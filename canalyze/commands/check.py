@@ -6,14 +6,14 @@ Exit codes: 0 nothing fails, 1 findings fail, 2 something could not be read.
 """
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from typing import Final, Unpack
 
 import click
 
 from canalyze import baseline, policy
 from canalyze.config import Config
-from canalyze.errors import ConfigError
+from canalyze.errors import ConfigError, ReaderGone
 from canalyze.examination import Examined, Job
 from canalyze.help import Command
 from canalyze.options import (
@@ -22,9 +22,11 @@ from canalyze.options import (
     CoreUsageError,
     OneOf,
     Spelled,
+    bitrate_option,
     capture_options,
     format_option,
     inputs,
+    known_of,
 )
 from canalyze.output import FileOutput, Output, Progress, complain, open_output
 from canalyze.sources.file import STDIN, total_size
@@ -65,28 +67,27 @@ def command(words: Words) -> click.Command:
         job = _job(Job(words.lang, given, config.known, {"filter": expression, "stamps": stamps}), words)
         named = list(expanded(inputs(files, words)))
         names = [one.name for one in named if one.error is None]
-        with ExitStack() as stack:
-            out = stack.enter_context(open_output(output, force=force))
-            reports = _reports(junit, sarif, stack, words, force=force)
-            progress = Progress(words, out, total_size(tuple(names)), until_output=True)
-            found, signal = examine_all(names, job, progress) if names else ([], 0)
-            progress.clear()
-            examined = _all(named, found, words)
-            read = not any(one.error for one in examined)
-            if update_baseline:
-                known = _update(held, examined, words, whole=read and not signal)
-            verdicts = [policy.judge(one, held, known) for one in examined]
-            for verdict in verdicts:
-                for line in verdict.complaints:
-                    complain(line)
-            if read and not signal:
-                _stale(held, known, examined, words)
-            _write(form, verdicts, out, words)
-            for report, document in reports:
-                if signal:  # half a set would pass for a whole one
-                    report.drop()
-                else:
-                    report.write(document(verdicts))
+        with open_output(output, force=force) as out:
+            with ExitStack() as stack:
+                reports = _reports(junit, sarif, stack, words, force=force)
+                progress = Progress(words, out, total_size(tuple(names)), until_output=True)
+                found, signal = examine_all(names, job, progress) if names else ([], 0)
+                progress.clear()
+                examined = _all(named, found, words)
+                _say(examined, [one.file for known in (config.known, known_of(given)) for one in known.descriptions])
+                read = not any(one.error for one in examined)
+                if update_baseline:
+                    known = _update(held, examined, words, whole=read and not signal)
+                elif read and not signal:
+                    _stale(held, known, examined, words)
+                verdicts = [policy.judge(one, held, known) for one in examined]
+                for report, document in reports:
+                    if signal:  # half a set would pass for a whole one
+                        report.drop()
+                    else:
+                        report.write(document(verdicts))
+            with suppress(ReaderGone):  # who has read enough has not passed the check
+                _write(form, verdicts, out, words)
         if signal:
             return 128 + signal
         return 2 if not read else 1 if any(verdict.failed for verdict in verdicts) else 0
@@ -105,6 +106,7 @@ def command(words: Words) -> click.Command:
             format_option(words, "check", ("text", "jsonl", "github")),
             click.Option(["--junit"], type=ANY_PATH, metavar="FILE", help=words("check.junit")),
             click.Option(["--sarif"], type=ANY_PATH, metavar="FILE", help=words("check.sarif")),
+            bitrate_option(words),
             *(option for option in capture_options(words) if option.name != "merge"),
         ],
     )
@@ -171,6 +173,9 @@ def _reports(
         return sarif.document(verdicts, rules(words.lang), words)
 
     wanted = ((junit, as_junit), (sarif, as_sarif))
+    if STDIN in (junit, sarif):
+        option = "--junit" if junit == STDIN else "--sarif"
+        raise click.UsageError(words("check.no_stdout", option=option), click.get_current_context())
     return [(stack.enter_context(FileOutput(name, force=force)), write) for name, write in wanted if name is not None]
 
 
@@ -185,6 +190,25 @@ def _all(named: Sequence[Named], found: Sequence[Examined | None], words: Words)
         elif (examined := next(waiting)) is not None:
             every.append(examined)
     return every
+
+
+def _say(examined: Sequence[Examined], descriptions: Sequence[str]) -> None:
+    """Hand on what is complained of.
+
+    That a node is in no capture is worth a line; that it is not in each capture of a set is none.
+    """
+    about_nodes = tuple(f"{file}: " for file in descriptions)
+    read = [set(one.complaints) for one in examined if one.frames]
+    common = set.intersection(*read) if read else set()
+    said: set[str] = set()
+    for one in examined:
+        for line in one.complaints:
+            if line.startswith(about_nodes):
+                if line in common and line not in said:
+                    complain(line)
+                    said.add(line)
+            else:
+                complain(line)
 
 
 def _update(held: policy.Policy, examined: Sequence[Examined], words: Words, *, whole: bool) -> baseline.Baseline:
