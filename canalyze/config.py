@@ -6,14 +6,14 @@ ConfigError, worded by who shows it.
 
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from canalyze import network
 from canalyze.errors import ConfigError
-from canalyze.toml import File, Key, as_text, as_toml, bit_rate, node, parsed, text
+from canalyze.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
 from canalyze.words import LANGUAGES
 
 FILE: Final = "canalyze.toml"
@@ -30,10 +30,6 @@ class Config:
     """Whether anybody chose the language: then it stands, whatever the terminal can show."""
     known: network.Known = _NOTHING
     """What canalyze.toml says of the network; options may overrule it."""
-
-
-def _language(value: object) -> str | None:
-    return value if isinstance(value, str) and value in LANGUAGES else None
 
 
 def _nodes(value: object) -> tuple[int, ...] | None:
@@ -69,7 +65,7 @@ SYNC: Final[Mapping[str, Key]] = {
 }
 """Keys of [sync]."""
 KEYS: Final[Mapping[str, Key]] = {
-    "lang": Key(_language, "language"),
+    "lang": choice(*LANGUAGES),
     "jitter_us": Key(_tolerance, "tolerance"),
     "bitrate": Key(bit_rate, "bit_rate"),
 }
@@ -112,12 +108,8 @@ def read(file: str | None) -> Config:
         raise ConfigError("config.unreadable", file=path, error=error) from error
     except OSError as error:
         raise ConfigError("config.unreadable", file=path, error=error) from error
-    values = parsed(path, content)
-    filed = File(path, content.decode("utf-8").splitlines())
-    for key in values:
-        if key not in (*KEYS, *ENTRIES, "sync"):
-            allowed = ", ".join([*KEYS, "[sync]", *(f"[[{name}]]" for name in ENTRIES)])
-            raise ConfigError("config.unknown", file=filed.at("", 0, key), key=key, allowed=allowed)
+    filed, values = File.parsed(path, content)
+    filed.allow(values, KEYS, tables=("sync",), lists=tuple(ENTRIES))
     top = filed.read("", 0, {key: value for key, value in values.items() if key in KEYS}, KEYS)
     given = values.get("sync", {})
     if not isinstance(given, dict):
