@@ -102,6 +102,7 @@ class Session:
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
         summary (JSON lines, one object a record, all of them from finish()) |
         info (JSON lines, one object a file, from its end(); nothing is decoded) |
+        check (JSON lines of findings only, with `lines`, the annotated lines that led to each) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from canalyze import network
+from canalyze import network, policy
 from canalyze.errors import ConfigError
 from canalyze.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
 from canalyze.words import LANGUAGES
 
 FILE: Final = "canalyze.toml"
 _NOTHING: Final = network.Known()
+_LENIENT: Final = policy.Policy()
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +31,8 @@ class Config:
     """Whether anybody chose the language: then it stands, whatever the terminal can show."""
     known: network.Known = _NOTHING
     """What canalyze.toml says of the network; options may overrule it."""
+    check: policy.Policy = _LENIENT
+    """What canalyze.toml says of findings; options may overrule it."""
 
 
 def _nodes(value: object) -> tuple[int, ...] | None:
@@ -38,6 +41,25 @@ def _nodes(value: object) -> tuple[int, ...] | None:
     found = [node(one) for one in (value if isinstance(value, list) else [value])]
     nodes = tuple(dict.fromkeys(node for node in found if node is not None))
     return nodes if nodes and None not in found else None
+
+
+def _several(value: object) -> tuple[int, ...] | None:
+    """Read node-IDs, each a number or a text as `_nodes` takes it."""
+    found = [_nodes(one) for one in value] if isinstance(value, list) else [_nodes(value)]
+    nodes = tuple(dict.fromkeys(node for some in found for node in some or ()))
+    return nodes if nodes and None not in found else None
+
+
+def _codes(value: object) -> tuple[str, ...] | None:
+    texts = value if isinstance(value, list) else [value]
+    joined = ",".join(one if isinstance(one, str) else "" for one in texts)
+    return policy.codes(joined) if texts else None
+
+
+def _globs(value: object) -> tuple[str, ...] | None:
+    found = [text(one) for one in value] if isinstance(value, list) else [text(value)]
+    globs = tuple(one for one in found if one is not None)
+    return globs if globs and None not in found else None
 
 
 def _tolerance(value: object) -> int | None:
@@ -64,12 +86,30 @@ SYNC: Final[Mapping[str, Key]] = {
     "window_us": Key(lambda value: _tolerance(value) or None, "period"),
 }
 """Keys of [sync]."""
+CHECK: Final[Mapping[str, Key]] = {
+    "fail_on": Key(lambda value: value if value in policy.THRESHOLDS else None, "threshold"),
+    "select": Key(_codes, "codes"),
+    "ignore": Key(_codes, "codes"),
+    "baseline": Key(text, "text"),
+}
+"""Keys of [check]."""
+OVERRIDE: Final[Mapping[str, Key]] = {
+    "codes": Key(_codes, "codes", needed=True),
+    "severity": Key(lambda value: value if value in policy.RULINGS else None, "ruling", needed=True),
+    "reason": Key(text, "text", needed=True),
+    "files": Key(_globs, "globs"),
+    "nodes": Key(_several, "several_nodes"),
+    "bus": _BUS,
+}
+"""Keys of [[check.override]]."""
 KEYS: Final[Mapping[str, Key]] = {
     "lang": choice(*LANGUAGES),
     "jitter_us": Key(_tolerance, "tolerance"),
     "bitrate": Key(bit_rate, "bit_rate"),
 }
 """Keys of canalyze.toml outside of tables."""
+TABLES: Final = ("sync", "check")
+"""Tables that come once."""
 
 
 def settle(lang: str | None, file: str | None) -> Config:
@@ -82,7 +122,7 @@ def settle(lang: str | None, file: str | None) -> Config:
         raise ConfigError("config.lang_env", value=wanted)
     filed = read(file)  # always: a broken file is said even where another choice wins
     choice = given or language(wanted) or (filed.lang if filed.chosen else None)
-    return Config(lang=choice or "zh", chosen=choice is not None, known=filed.known)
+    return Config(lang=choice or "zh", chosen=choice is not None, known=filed.known, check=filed.check)
 
 
 def spoken(lang: str | None) -> Config:
@@ -109,12 +149,9 @@ def read(file: str | None) -> Config:
     except OSError as error:
         raise ConfigError("config.unreadable", file=path, error=error) from error
     filed, values = File.parsed(path, content)
-    filed.allow(values, KEYS, tables=("sync",), lists=tuple(ENTRIES))
+    filed.allow(values, KEYS, tables=TABLES, lists=tuple(ENTRIES))
     top = filed.read("", 0, {key: value for key, value in values.items() if key in KEYS}, KEYS)
-    given = values.get("sync", {})
-    if not isinstance(given, dict):
-        raise ConfigError("config.table", file=filed.at("", 0, "sync"), key="sync", table="[sync]")
-    sync = filed.read("sync", 0, given, SYNC)
+    sync = filed.read("sync", 0, _table(filed, values, "sync"), SYNC)
     known = network.Known(
         tuple(
             network.Description(entry.get("bus"), entry.get("node") or (), str(path.parent / entry["file"]))
@@ -134,7 +171,33 @@ def read(file: str | None) -> Config:
         top.get("bitrate"),
     )
     lang = top.get("lang")
-    return Config(lang=lang or "zh", chosen=lang is not None, known=known)
+    return Config(lang=lang or "zh", chosen=lang is not None, known=known, check=_check(filed, values, path.parent))
+
+
+def _table(filed: File, values: Mapping[str, object], name: str) -> dict[str, Any]:
+    given = values.get(name, {})
+    if not isinstance(given, dict):
+        raise ConfigError("config.table", file=filed.at("", 0, name), key=name, table=f"[{name}]")
+    return given
+
+
+def _check(filed: File, values: Mapping[str, object], directory: Path) -> policy.Policy:
+    given = _table(filed, values, "check")
+    own = filed.read("check", 0, {key: value for key, value in given.items() if key != "override"}, CHECK)
+    entries = filed.entries("check.override", {"check.override": given.get("override", [])}, OVERRIDE)
+    overrides = [
+        policy.Override(**entry, at=filed.at("check.override", place, "codes")) for place, entry in enumerate(entries)
+    ]
+    baseline = own.get("baseline")
+    return policy.Policy(
+        own.get("fail_on"),
+        own.get("select", ()),
+        own.get("ignore", ()),
+        str(directory / baseline) if baseline else None,
+        tuple(overrides),
+        str(directory),
+        tuple((key, filed.at("check", 0, key)) for key in ("select", "ignore")),
+    )
 
 
 def _channels(filed: File, values: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -185,6 +185,7 @@ impl Session {
             ("summary", Format::Summary),
             ("convert", Format::Convert(to)),
             ("info", Format::Info),
+            ("check", Format::Check),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =

@@ -17,6 +17,7 @@ use crate::render::jsonl;
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
 use crate::summary::Summary;
+use crate::trail::Trail;
 use crate::writers::{Losses, Writer};
 
 /// What of the frames passes the filter, in one format.
@@ -38,6 +39,7 @@ pub(super) enum Form {
     Summary(Box<Summary>),
     Info(Box<Info>),
     Convert(Box<Writer>),
+    Check(Box<Trail>),
 }
 
 impl Output {
@@ -52,6 +54,7 @@ impl Output {
             Format::Summary => Form::Summary(Box::new(Summary::new(Arc::clone(&options.network)))),
             Format::Info => Form::Info(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
+            Format::Check => Form::Check(Box::default()),
         };
         Self { form, filter: options.filter.clone(), shown: 0 }
     }
@@ -90,13 +93,17 @@ impl Output {
         }
     }
 
-    /// A frame with what follows from it, if the filter lets it through.
-    pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &[Event]) {
+    /// A frame with what follows from it, if the filter lets it through. What keeps a frame's own event takes it.
+    pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &mut Vec<Event>) {
         if let Form::Transfers = self.form {
             return self.transfers(out, view, events);
         }
         let (service, node) = service(events);
-        if !self.filter.shows(frame, service, node, view.buses, view.clock) {
+        let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
+        if let Form::Check(trail) = &mut self.form {
+            trail.push(frame, (!events.is_empty()).then(|| events.remove(0)));
+        }
+        if !shown {
             return;
         }
         self.shown += 1;
@@ -112,6 +119,7 @@ impl Output {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
             }
+            Form::Check(trail) => findings(out, view, trail, events),
             Form::Transfers | Form::Info(_) => {}
         }
     }
@@ -124,6 +132,7 @@ impl Output {
             Form::Transfers => self.transfers(out, view, events),
             Form::Summary(summary) => summary.asides(events),
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
+            Form::Check(trail) => findings(out, view, trail, events),
             Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -134,7 +143,7 @@ impl Output {
             Form::Text(lines) => lines.marker(out, marker, view.buses),
             Form::Summary(summary) => summary.marker(marker),
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
-            Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+            Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) | Form::Check(_) => {}
         }
     }
 
@@ -144,6 +153,7 @@ impl Output {
             Form::Jsonl => jsonl::finding(out, view.jsonl, finding),
             Form::Summary(summary) => summary.finding(finding),
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
+            Form::Check(trail) => jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding)),
             Form::Text(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -172,6 +182,15 @@ impl Output {
                 self.shown += 1;
                 jsonl::transfer(out, view.jsonl, transfer);
             }
+        }
+    }
+}
+
+/// The findings among the events, each with the lines that led to it.
+fn findings(out: &mut Vec<u8>, view: View<'_>, trail: &Trail, events: &[Event]) {
+    for event in events {
+        if let What::Finding(finding) = &event.what {
+            jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding));
         }
     }
 }
