@@ -11,9 +11,9 @@ first of its kind, and
 | `known` | how many of them the baseline allows |
 | `fails` | whether the check fails by it |
 
-`check` has `file`, `frames` (how many were read), `failed`, `failures` and `others` (how many findings fail, and how many
-do not), `overruled` (how many were taken away), `reasons` (`{"reason","count"}` of each override that changed some) and
-`error` (why the file could not be read, or null).
+`check` has `file`, `frames` (how many were read), `failed`, `failures` and `others` (how many findings fail, and how
+many do not), `overruled` (how many were taken away), `reasons` (`{"reason","count"}` of each override that changed
+some) and `error` (why the file could not be read, or null).
 """
 
 import json

@@ -42,10 +42,10 @@ class _Report:
 
     def block(self, verdict: Verdict) -> Iterator[str]:
         """Give what is said of one capture."""
-        if verdict.error is not None and not verdict.frames:
-            yield self._dyed(printable(verdict.error), "error")
-            return
         name = printable("stdin" if verdict.file == STDIN else verdict.file)
+        if verdict.error is not None and not verdict.frames:  # the reason is on standard error
+            yield self._words("check.file", name=name, said=self._dyed(self._words("check.unreadable"), "error"))
+            return
         frames = self._words("check.frames", frames=verdict.frames)
         parts = [self._severities(verdict.failures), frames, *self._rest(verdict)]
         if verdict.error is not None:

@@ -22,14 +22,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "check.help",
         "逐个检查记录：每个文件自成一个记录，多个文件同时处理，结果按给出的顺序。文件名可以带通配符（* ? [..] **），"
         "加引号时由本程序展开。达到 --fail-on 级别的发现算作不合格：每类（规则、总线、节点、对象相同）一条，"
-        "附上导致它的注释行。退出码：0 合格，1 有不合格的发现，2 有文件不能读取。已知的发现可以存入基线文件，只有更多的才算不合格；"
+        "附上导致它的注释行。退出码：0 合格，1 有不合格的发现，2 有文件不能读取。"
+        "已知的发现可以存入基线文件，只有更多的才算不合格；"
         "按文件、节点的例外和理由写在 canalyze.toml 的 [[check.override]] 里。读不了的文件不影响其他文件的结果。",
         "Check captures one by one: every file is a capture of its own, several are worked on side by side, results "
-        "come in the order given. Names may hold * ? [..] and **, which are expanded here where the shell has not. Findings "
-        "at or above --fail-on fail the check: one entry a kind (same rule, bus, node and object), with the annotated "
-        "lines that led to it. Exit codes: 0 nothing fails, 1 findings fail, 2 a file could not be read. Known "
-        "findings may be kept in a baseline, of which only more fail; exceptions by file and node, with their reasons, are "
-        "[[check.override]] of canalyze.toml. A file that cannot be read does not hide the results of others.",
+        "come in the order given. Names may hold * ? [..] and **, which are expanded here where the shell has not. "
+        "Findings at or above --fail-on fail the check: one entry a kind (same rule, bus, node and object), with the "
+        "annotated lines that led to it. Exit codes: 0 nothing fails, 1 findings fail, 2 a file could not be read. "
+        "Known findings may be kept in a baseline, of which only more fail; exceptions by file and node, with their "
+        "reasons, are [[check.override]] of canalyze.toml. A file that cannot be read does not hide the results of "
+        "others.",
     ),
     (
         "check.fail_on",
@@ -79,6 +81,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("check.infos", "提示 {count}", "infos: {count}"),
     ("check.known", "基线内 {count}", "in the baseline: {count}"),
     ("check.overruled", "不计 {count}", "not counted: {count}"),
+    ("check.unreadable", "不能读取", "could not be read"),
     ("check.unread", "没有读完", "not read to its end"),
     ("check.node", "节点{node}", "node {node}"),
     ("check.frame", "第{frame}帧", "frame {frame}"),

@@ -46,34 +46,35 @@ const PLACES: usize = BY_NODE * NODES + FAMILIES - BY_NODE;
 
 use Family::{Emcy, ErrorControl, Lss, Nmt, Other, Pdo, Sdo, Srdo, Sync, Time};
 
-/// Which frames a rule is about, by the beginning of its code; the first row that fits counts.
-const ABOUT: &[(&str, &[Family])] = &[
-    ("CAP", &[]),
-    ("DRV", &[Pdo, Sdo, Emcy]),
-    ("EDS", &[Sdo]),
-    ("EMC004", &[Emcy, ErrorControl, Nmt]),
-    ("EMC", &[Emcy]),
-    ("GRD", &[ErrorControl, Nmt]),
-    ("HBT", &[ErrorControl, Nmt]),
-    ("LSS005", &[Lss, ErrorControl]),
-    ("LSS", &[Lss]),
-    ("MPD", &[Pdo]),
-    ("NMT", &[Nmt, ErrorControl]),
-    ("PDO002", &[Pdo, ErrorControl, Nmt]),
-    ("PDO003", &[Pdo, ErrorControl, Nmt]),
-    ("PDO008", &[Sdo]),
-    ("PDO009", &[Sdo]),
-    ("PDO010", &[Sdo]),
-    ("PDO014", &[Sdo]),
-    ("PDO016", &[Sdo]),
-    ("PDO", &[Pdo]),
-    ("SDO011", &[Sdo, ErrorControl, Nmt]),
-    ("SDO", &[Sdo]),
-    ("SRD005", &[Srdo, ErrorControl, Nmt]),
-    ("SRD", &[Srdo]),
-    ("SYN", &[Sync, Pdo]),
-    ("TIM", &[Time]),
-    ("", &[Sdo, Pdo, ErrorControl, Emcy, Srdo, Nmt, Sync]),
+/// Which frames a rule is about, by the beginning of its code, and whether of all PDOs it is about one: that at which a
+/// finding stands, or its cause. The first row that fits counts.
+const ABOUT: &[(&str, bool, &[Family])] = &[
+    ("CAP", false, &[]),
+    ("DRV", false, &[Pdo, Sdo, Emcy]),
+    ("EDS", false, &[Sdo]),
+    ("EMC004", false, &[Emcy, ErrorControl, Nmt]),
+    ("EMC", false, &[Emcy]),
+    ("GRD", false, &[ErrorControl, Nmt]),
+    ("HBT", false, &[ErrorControl, Nmt]),
+    ("LSS005", false, &[Lss, ErrorControl]),
+    ("LSS", false, &[Lss]),
+    ("MPD", true, &[Pdo]),
+    ("NMT", false, &[Nmt, ErrorControl]),
+    ("PDO002", true, &[Pdo, ErrorControl, Nmt]),
+    ("PDO003", true, &[Pdo, ErrorControl, Nmt]),
+    ("PDO008", true, &[Sdo]),
+    ("PDO009", true, &[Sdo]),
+    ("PDO010", true, &[Sdo]),
+    ("PDO014", true, &[Sdo]),
+    ("PDO016", true, &[Sdo]),
+    ("PDO", true, &[Pdo]),
+    ("SDO011", false, &[Sdo, ErrorControl, Nmt]),
+    ("SDO", false, &[Sdo]),
+    ("SRD005", false, &[Srdo, ErrorControl, Nmt]),
+    ("SRD", false, &[Srdo]),
+    ("SYN", true, &[Sync, Pdo]),
+    ("TIM", false, &[Time]),
+    ("", false, &[Sdo, Pdo, ErrorControl, Emcy, Srdo, Nmt, Sync]),
 ];
 
 /// A frame and what it means.
@@ -148,7 +149,7 @@ impl Ring {
 #[derive(Debug)]
 pub struct Trail {
     /// By bus and place: which ring; 0 where there is none yet.
-    places: Vec<Box<[u16; PLACES]>>,
+    places: Vec<[u16; PLACES]>,
     rings: Vec<Ring>,
     /// The ring of the last frame.
     last: usize,
@@ -176,7 +177,7 @@ impl Trail {
     /// for one that only counts further ones.
     pub fn led_to(&self, finding: &Finding) -> Vec<&Held> {
         let id = finding.code.rule().id;
-        let families = ABOUT.iter().find(|(code, _)| id.starts_with(code)).map_or(&[][..], |(_, families)| *families);
+        let Some((_, one, families)) = ABOUT.iter().find(|(code, ..)| id.starts_with(code)) else { return Vec::new() };
         if families.is_empty() || matches!(finding.facts, Facts::Repeated { .. }) {
             return Vec::new();
         }
@@ -184,10 +185,12 @@ impl Trail {
         let cause = finding.cause.and_then(|cause| self.find(cause.no, finding));
         // A cause is the better witness: that a PDO is missing may show at any frame.
         let pdo = |held: &&Held| held.family() == Pdo && held.node() == finding.node;
-        let one_pdo = [cause, at].into_iter().flatten().find(pdo).map(|held| held.frame.id);
+        let pdo = [cause, at].into_iter().flatten().find(pdo).map(|held| held.frame.id);
         let mut found: Vec<&Held> = Vec::new();
-        for family in families {
-            found.extend(self.of(*family, *finding, one_pdo));
+        // What is about both is about values: they came in PDOs, or by SDO.
+        let both = families.contains(&Pdo) && families.contains(&Sdo);
+        for family in families.iter().filter(|family| !both || pdo.is_none() || **family != Sdo) {
+            found.extend(self.of(*family, *finding, pdo.filter(|_| *one)));
         }
         found.sort_unstable_by_key(|held| held.frame.no);
         let opening = self.opening(finding, found.iter().rev().find_map(|held| held.transfer()));
@@ -238,7 +241,7 @@ impl Trail {
     fn ring_for(&mut self, bus: BusId, place: usize) -> usize {
         let bus = usize::from(bus.0);
         while self.places.len() <= bus {
-            self.places.push(Box::new([0; PLACES]));
+            self.places.push([0; PLACES]);
         }
         let Some(index) = self.places.get_mut(bus).and_then(|places| places.get_mut(place)) else { return 0 };
         if *index == 0 && self.rings.len() < RINGS {

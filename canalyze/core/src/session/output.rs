@@ -17,7 +17,7 @@ use crate::render::jsonl;
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
 use crate::summary::Summary;
-use crate::trail::Trail;
+use crate::trail::{Held, Trail};
 use crate::writers::{Losses, Writer};
 
 /// What of the frames passes the filter, in one format.
@@ -119,7 +119,7 @@ impl Output {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
             }
-            Form::Check(trail) => findings(out, view, trail, events),
+            Form::Check(trail) => findings(out, view, trail, events, |_, _| true),
             Form::Transfers | Form::Info(_) => {}
         }
     }
@@ -132,7 +132,17 @@ impl Output {
             Form::Transfers => self.transfers(out, view, events),
             Form::Summary(summary) => summary.asides(events),
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
-            Form::Check(trail) => findings(out, view, trail, events),
+            Form::Check(trail) => {
+                let passes = |held: &Held| {
+                    let (service, node) = service(held.event.as_slice());
+                    self.filter.shows(&held.frame, service, node, view.buses, view.clock)
+                };
+                findings(out, view, trail, events, |finding, led_to| {
+                    // The frame at hand only proves it: what it is about are the others, where there are any.
+                    let mut about = led_to.iter().filter(|held| led_to.len() == 1 || held.frame.no != finding.at.no);
+                    self.filter.is_empty() || led_to.is_empty() || about.any(|held| passes(held))
+                });
+            }
             Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -186,11 +196,19 @@ impl Output {
     }
 }
 
-/// The findings among the events, each with the lines that led to it.
-fn findings(out: &mut Vec<u8>, view: View<'_>, trail: &Trail, events: &[Event]) {
+/// The findings among the events that pass, each with the lines that led to it.
+fn findings(
+    out: &mut Vec<u8>,
+    view: View<'_>,
+    trail: &Trail,
+    events: &[Event],
+    passes: impl Fn(&Finding, &[&Held]) -> bool,
+) {
     for event in events {
-        if let What::Finding(finding) = &event.what {
-            jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding));
+        let What::Finding(finding) = &event.what else { continue };
+        let led_to = trail.led_to(finding);
+        if passes(finding, &led_to) {
+            jsonl::finding_with_lines(out, view.jsonl, finding, &led_to);
         }
     }
 }
