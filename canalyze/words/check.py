@@ -63,9 +63,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "check.expect",
-        "按这个期望文件（TOML）检验每个记录；不给则用记录旁边的 NAME.expect.toml（若有）。写法见 canalyze expect --help。",
-        "Judge every capture by this file of expectations (TOML); without it by NAME.expect.toml beside the capture, if "
-        "there is one. canalyze expect --help shows its form.",
+        "按这个期望文件（TOML）检验每个记录；不给则用记录旁边的 NAME.expect.toml（若有）。"
+        "写法见 canalyze expect --help。",
+        "Judge every capture by this file of expectations (TOML); without it by NAME.expect.toml beside the capture, "
+        "if there is one. canalyze expect --help shows its form.",
     ),
     ("check.no_expect", "不用记录旁边的期望文件。", "Leave out expectations beside a capture."),
     (
