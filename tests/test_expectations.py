@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
+from captures import TESTS
 
 from canalyze.errors import ConfigError
 from canalyze.expectations import DRIVE_STATES, STATES, TABLES, beside, normalize
@@ -28,18 +30,44 @@ def only(tmp_path: Path, table: str, content: str) -> dict[str, Any]:
 
 
 SDO: dict[str, Any] = {
-    "bus": None, "node": 5, "index": 0x1017, "sub": 0, "direction": None, "value": None, "outcome": "ok",
-    "abort": None, "sequence": None, "count": 1, "within_ns": None,
+    "bus": None,
+    "node": 5,
+    "index": 0x1017,
+    "sub": 0,
+    "direction": None,
+    "value": None,
+    "outcome": "ok",
+    "abort": None,
+    "sequence": None,
+    "count": 1,
+    "within_ns": None,
 }
 STATE: dict[str, Any] = {
-    "bus": None, "node": 5, "state": None, "drive": None, "axis": 1, "by_ns": None, "since": "start",
+    "bus": None,
+    "node": 5,
+    "state": None,
+    "drive": None,
+    "axis": 1,
+    "by_ns": None,
+    "since": "start",
     "stays": False,
 }
 SIGNAL: dict[str, Any] = {
-    "bus": None, "select": "5.*", "min": None, "max": None, "period_ns": None, "tolerance_ns": None,
+    "bus": None,
+    "select": "5.*",
+    "min": None,
+    "max": None,
+    "period_ns": None,
+    "tolerance_ns": None,
 }
 LATENCY: dict[str, Any] = {
-    "bus": None, "node": None, "of": "sdo", "index": None, "sub": None, "pdo": None, "max_ns": 20_000_000,
+    "bus": None,
+    "node": None,
+    "of": "sdo",
+    "index": None,
+    "sub": None,
+    "pdo": None,
+    "max_ns": 20_000_000,
 }
 A_WRITE = 'node = 5\nobject = "1017:00"\n'
 MEANT: list[tuple[str, str, dict[str, Any]]] = [
@@ -322,3 +350,26 @@ def test_the_name_of_a_capture_may_have_dots(tmp_path: Path) -> None:
     (tmp_path / "boot.v2.expect.toml").write_text("")
     assert beside(str(tmp_path / "boot.v2.log.xz")) == tmp_path / "boot.v2.expect.toml"
     assert beside(str(tmp_path / "boot.v2")) == tmp_path / "boot.v2.expect.toml"
+
+
+def written_examples() -> list[Any]:
+    """The files of expectations that help and README show."""
+    shown = [pytest.param(Words(lang)("expect.examples").partition("\n\n")[2], id=f"help-{lang}") for lang in LANGUAGES]
+    readme = (TESTS.parent / "README.md").read_text(encoding="utf-8")
+    fenced = re.findall(r"^```toml\n(.*?)^```$", readme, flags=re.DOTALL | re.MULTILINE)
+    return shown + [pytest.param(part, id=f"readme-{place}") for place, part in enumerate(fenced) if "[[emcy]]" in part]
+
+
+@pytest.mark.parametrize("content", written_examples())
+def test_what_is_shown_is_valid(tmp_path: Path, content: str) -> None:
+    assert all(normal(tmp_path, content)[table] for table in ("sdo", "state", "emcy"))
+
+
+@pytest.mark.parametrize("lang", LANGUAGES)
+def test_help_and_readme_show_every_key(lang: str) -> None:
+    readme = (TESTS.parent / "README.md").read_text(encoding="utf-8").partition("**Expectations**")[2]
+    for shown in (Words(lang)("expect.examples"), readme.partition("**Joining")[0]):
+        missing = {
+            key for table in TABLES.values() for key in (*table.keys, "bus") if not re.search(rf"\b{key}\b", shown)
+        }
+        assert not missing
