@@ -182,6 +182,8 @@ def _table(filed: File, values: Mapping[str, object], name: str) -> dict[str, An
 
 
 def _check(filed: File, values: Mapping[str, object], directory: Path) -> policy.Policy:
+    if "check" not in values:
+        return _LENIENT
     given = _table(filed, values, "check")
     own = filed.read("check", 0, {key: value for key, value in given.items() if key != "override"}, CHECK)
     entries = filed.entries("check.override", {"check.override": given.get("override", [])}, OVERRIDE)

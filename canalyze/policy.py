@@ -196,6 +196,10 @@ def _pattern(glob: str) -> re.Pattern[str]:
         elif piece in meaning:
             pattern += meaning[piece]
         else:
-            inner = piece[1:-1].replace("\\", "\\\\")
-            pattern += f"[^{inner[1:]}]" if inner.startswith("!") else f"[{inner}]"
-    return re.compile(pattern, re.DOTALL)
+            inner = piece[1:-1]
+            members = re.sub(r"([\\\[\]^&~|])", r"\\\1", inner.removeprefix("!"))
+            pattern += f"[^{members}]" if inner.startswith("!") else f"[{members}]"
+    try:
+        return re.compile(pattern, re.DOTALL)
+    except re.error:  # [z-a]: no set of characters, so what it says
+        return re.compile(re.escape(glob))

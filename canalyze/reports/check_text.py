@@ -11,7 +11,7 @@ from typing import Final
 
 from canalyze.finding import SEVERITIES
 from canalyze.output import Output, printable
-from canalyze.sources.file import STDIN
+from canalyze.reports import wording
 from canalyze.verdict import Counted, Verdict
 from canalyze.words import Words
 
@@ -42,7 +42,7 @@ class _Report:
 
     def block(self, verdict: Verdict) -> Iterator[str]:
         """Give what is said of one capture."""
-        name = printable("stdin" if verdict.file == STDIN else verdict.file)
+        name = wording.capture_name(verdict.file)
         if verdict.error is not None and not verdict.frames:  # the reason is on standard error
             yield self._words("check.file", name=name, said=self._dyed(self._words("check.unreadable"), "error"))
             return
@@ -65,7 +65,7 @@ class _Report:
                 below[one.finding.severity] += one.count
         for severity in reversed(SEVERITIES):
             if below[severity]:
-                yield self._words(f"check.{severity}s", count=below[severity])
+                yield self._words(f"check.{severity}", count=below[severity])
         if known:
             yield self._words("check.known", count=known)
         if verdict.overruled:
@@ -78,7 +78,7 @@ class _Report:
         for one in found:
             counts[one.finding.severity] += one.count
         return self._words("check.then").join(
-            self._dyed(self._words(f"check.{severity}s", count=counts[severity]), severity)
+            self._dyed(self._words(f"check.{severity}", count=counts[severity]), severity)
             for severity in reversed(SEVERITIES)
             if counts[severity]
         )
@@ -94,10 +94,8 @@ class _Report:
         place = self._words("check.then").join(str(part) for part in where if part)
         head = f"  {severity} {finding.code} {place}".rstrip()
         yield self._words("check.entry", head=head, message=printable(finding.message))
-        for line in finding.lines:
-            own = line.frame == finding.frame
-            text = printable(line.text)
-            yield f"    {self._dyed('> ' + text, 'own') if own else '  ' + text}"
+        for line in wording.annotated(finding):
+            yield f"    {self._dyed(line, 'own') if line.startswith('>') else line}"
         if one.count > 1 or one.known:
             yield f"    {self._repeats(one)}"
 

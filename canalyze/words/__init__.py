@@ -16,6 +16,7 @@ from canalyze.words import (
     expect,
     info,
     pages,
+    reports,
     summary,
     tables,
 )
@@ -30,6 +31,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *tables.ROWS,
     *summary.ROWS,
     *info.ROWS,
+    *reports.ROWS,
     *descriptions.ROWS,
     *defects.ROWS,
     *errors.ROWS,
