@@ -47,7 +47,7 @@ def expectations_of(capture: Path, scratch: Path, *options: str) -> Path:
 
 def checked(capture: Path, file: Path, *options: str) -> list[Row]:
     """What `check` says of expectations that are not met."""
-    arguments = [
+    arguments: list[str | Path] = [
         "check",
         "--format",
         "jsonl",
