@@ -123,22 +123,33 @@ def test_aborted_transfers_are_counted_only(tmp_path: Path) -> None:
     assert "1 aborted, 1 incomplete" in text
 
 
-def test_states_have_time_from_boot_up(tmp_path: Path) -> None:
+def test_states_of_booting_have_time(tmp_path: Path) -> None:
     state: Row = {"kind": "observed_state", "bus": "vcan0", "node": 5, "left": False, "first_frame": 1}
+    other = state | {"node": 6}
     _, found = drafted(
         tmp_path,
         CAPTURE,
+        {"kind": "summary_node", "bus": "vcan0", "node": 5, "boot_ups": 1},
+        {"kind": "summary_node", "bus": "vcan0", "node": 6, "boot_ups": 2},
         state | {"state": "boot-up", "since_boot_up_ns": 0},
+        state | {"state": "pre-operational", "since_boot_up_ns": 100_000_000},
         state | {"state": "operational", "since_boot_up_ns": 1_300_000_000},
-        state | {"state": "stopped", "since_boot_up_ns": None},
+        state | {"state": "stopped", "since_boot_up_ns": 9_000_000_000},
+        other | {"state": "operational", "since_boot_up_ns": 1_300_000_000},
+        other | {"node": 7, "state": "operational", "since_boot_up_ns": None},
         {**state, "kind": "observed_drive", "axis": 2, "state": "operation-enabled", "since_boot_up_ns": 10_000_000},
         {**state, "kind": "observed_drive", "axis": 1, "state": "switched-on", "since_boot_up_ns": 10_000_000},
     )
-    assert [(e["state"] or e["drive"], e["by_ns"], e["since"], e["axis"], e["stays"]) for e in found["state"]] == [
-        ("boot-up", None, "start", 1, False),
-        ("operational", 5_000_000_000, "boot-up", 1, False),
-        ("stopped", None, "start", 1, False),
-        ("operation-enabled", 500_000_000, "boot-up", 2, False),
+    assert [
+        (e["node"], e["state"] or e["drive"], e["by_ns"], e["since"], e["axis"], e["stays"]) for e in found["state"]
+    ] == [
+        (5, "boot-up", None, "start", 1, False),
+        (5, "pre-operational", 500_000_000, "boot-up", 1, False),
+        (5, "operational", 5_000_000_000, "boot-up", 1, False),
+        (5, "stopped", None, "start", 1, False),
+        (6, "operational", None, "start", 1, False),
+        (7, "operational", None, "start", 1, False),
+        (5, "operation-enabled", 500_000_000, "boot-up", 2, False),
     ]
 
 

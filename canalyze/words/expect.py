@@ -274,8 +274,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "expect.states",
-        "节点显示过的状态；期限是从启动（boot-up）到该状态的时间的两倍以上。",
-        "States that nodes have shown; the limit is at least twice the time that it took from boot-up.",
+        "节点显示过的状态；启动过程中的状态有期限，是从启动（boot-up）到该状态的时间的两倍以上。",
+        "States that nodes have shown; those of booting have a limit, at least twice the time it took from boot-up.",
     ),
     ("expect.after_boot_up", "启动后 {seconds} s", "{seconds} s after boot-up"),
     ("expect.heartbeats", "心跳周期，两次心跳之间。", "Periods of heartbeats."),
