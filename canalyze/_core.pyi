@@ -122,6 +122,7 @@ class Session:
         format: text | jsonl (frame, note, finding, transfer) | transfers (JSON lines of transfers only) |
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
         summary (JSON lines, one object a record, all of them from finish()) |
+        observed (the lines of transfers as they end; from finish() those of summary, then observed_...) |
         info (JSON lines, one object a file, from its end(); nothing is decoded) |
         check (JSON lines of findings only, with `lines`, the annotated lines that led to each) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).

@@ -198,6 +198,7 @@ impl Session {
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
+            ("observed", Format::Observed),
             ("convert", Format::Convert(to)),
             ("info", Format::Info),
             ("check", Format::Check),

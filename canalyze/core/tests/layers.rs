@@ -123,6 +123,7 @@ const MAY_USE: &[Row] = &[
         &[
             "select",
             "drive",
+            "expectation",
             "summary",
             "info",
             "frame",

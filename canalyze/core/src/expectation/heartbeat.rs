@@ -66,17 +66,20 @@ impl Heartbeats {
                     one.beat(extra, scene);
                 }
             }
-            Message::BootUp { node } => self.interrupt(Some(node), scene),
+            Message::BootUp { node } => self.reconfigured(scene.bus, node),
             Message::Nmt { command: RESET_NODE | RESET_COMMUNICATION, node } => {
-                self.interrupt(Some(node).filter(|node| *node != 0), scene);
+                for one in self.all.iter_mut().filter(|one| node == 0 || node == one.node) {
+                    one.interrupt(scene.bus);
+                }
             }
             _ => {}
         }
     }
 
-    fn interrupt(&mut self, node: Option<u8>, scene: &Scene<'_>) {
-        for one in self.all.iter_mut().filter(|one| node.is_none_or(|node| node == one.node)) {
-            one.interrupt(scene.bus);
+    /// The node has another period now, or begins anew.
+    pub(super) fn reconfigured(&mut self, bus: BusId, node: u8) {
+        for one in self.all.iter_mut().filter(|one| node == one.node) {
+            one.interrupt(bus);
         }
     }
 

@@ -12,6 +12,7 @@ mod emcy;
 mod heartbeat;
 mod latency;
 mod load;
+pub mod observed;
 mod rhythm;
 mod sdo;
 mod signal;
@@ -30,6 +31,7 @@ use crate::event::{Event, What};
 use crate::finding::{Code, Facts, Finding, Quantity, Said, Unmet};
 use crate::frame::{BusId, Buses, Frame, FrameRef, MAX_BUSES};
 use crate::message::Message;
+use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
 /// What is expected of a capture.
@@ -312,6 +314,7 @@ impl Verification {
         match (&event.what, frame) {
             (What::Transfer(transfer), _) => {
                 self.transfers.ended(transfer, scene);
+                self.reconfigured(transfer);
                 self.states.transfer(transfer, scene);
                 self.latencies.ended(transfer, scene);
             }
@@ -338,6 +341,16 @@ impl Verification {
                 self.latencies.message(message, scene);
             }
             _ => {}
+        }
+    }
+
+    /// What is written changes a period at once.
+    fn reconfigured(&mut self, transfer: &Transfer) {
+        let Some(written) = written(transfer) else { return };
+        match written {
+            Written::Heartbeat => self.heartbeats.reconfigured(transfer.bus, transfer.node),
+            Written::Pdo => self.signals.reconfigured(transfer.bus, transfer.node),
+            Written::Sync => self.syncs.lost(transfer.bus),
         }
     }
 
@@ -379,6 +392,30 @@ impl Verification {
         self.latencies.finish(&mut closing);
         self.loads.finish(&mut closing);
     }
+}
+
+/// What an acknowledged write has changed the period of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Written {
+    Heartbeat,
+    Pdo,
+    Sync,
+}
+
+fn written(transfer: &Transfer) -> Option<Written> {
+    let index = transfer.mux?.index;
+    let done = transfer.direction == Direction::Download && transfer.status == Status::Ok;
+    match index {
+        0x1017 if done => Some(Written::Heartbeat),
+        0x1005 | 0x1006 if done => Some(Written::Sync),
+        0x1400..=0x1BFF if done => Some(Written::Pdo),
+        _ => None,
+    }
+}
+
+/// The name of an NMT state in expectations.
+pub fn state_name(state: u8) -> Option<&'static str> {
+    state::NMT.iter().find(|row| row.1 == state).map(|row| row.0)
 }
 
 /// A mistake of the normalized form, at this line of the file.

@@ -11,6 +11,14 @@ pub(super) struct Period {
     pub(super) tolerance_ns: i64,
 }
 
+/// The time from one frame to the next.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Interval {
+    pub(super) ns: i64,
+    /// It may be short.
+    pub(super) loose: bool,
+}
+
 /// The last of the frames.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rhythm {
@@ -26,13 +34,20 @@ impl Rhythm {
     /// The next frame. Gives the time since the one before, where that is beyond the period. `extra`: it may come at
     /// any time, and the one after it too soon.
     pub(super) fn beat(&mut self, at: FrameRef, extra: bool, period: Period) -> Option<i64> {
+        let told = self.told;
+        let Interval { ns, loose } = self.next(at, extra)?;
+        let late = ns.saturating_sub(period.ns) > period.tolerance_ns;
+        let early = !loose && period.ns.saturating_sub(ns) > period.tolerance_ns;
+        (late && !told || early).then_some(ns)
+    }
+
+    /// The same without a period: what there is to judge.
+    pub(super) fn next(&mut self, at: FrameRef, extra: bool) -> Option<Interval> {
         let before = self.last.replace(at);
-        let told = std::mem::take(&mut self.told);
+        self.told = false;
         let loose = std::mem::replace(&mut self.loose, extra) || extra;
-        let gap = at.t_ns?.saturating_sub(before?.t_ns?);
-        let late = gap.saturating_sub(period.ns) > period.tolerance_ns;
-        let early = gap >= 0 && !loose && period.ns.saturating_sub(gap) > period.tolerance_ns;
-        (late && !told || early).then_some(gap)
+        let ns = at.t_ns?.saturating_sub(before?.t_ns?);
+        (ns >= 0).then_some(Interval { ns, loose })
     }
 
     /// It is `now_ns`. Gives the time since the last frame and that frame, once, where the next one is overdue.

@@ -57,11 +57,14 @@ impl Entry {
 }
 
 /// Which PDO.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Pdo {
-    transmit: bool,
-    number: u16,
-    node: u8,
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Pdo {
+    /// The node whose PDO it is.
+    pub node: u8,
+    /// Transmit or receive, seen from the node.
+    pub transmit: bool,
+    /// PDO number, from 1.
+    pub number: u16,
 }
 
 impl Pdo {
@@ -172,18 +175,19 @@ impl Signals {
 
     /// Takes a boot-up, error control or an NMT command: what stops a node's PDOs.
     pub(super) fn message(&mut self, message: &Message, scene: &Scene<'_>) {
-        let node = match *message {
-            Message::BootUp { node } => node,
-            Message::Heartbeat { node, state, .. } if state != OPERATIONAL => node,
-            Message::Nmt { command, node } if command != 0x01 => node,
-            _ => return,
-        };
-        self.interrupt(scene.bus, Some(node).filter(|node| *node != 0));
+        if let Some(node) = stopped(message) {
+            self.interrupt(scene.bus, Some(node).filter(|node| *node != 0));
+        }
     }
 
     /// Frames of a bus are missing.
     pub(super) fn lost(&mut self, bus: BusId) {
         self.interrupt(bus, None);
+    }
+
+    /// The node's PDOs are others now.
+    pub(super) fn reconfigured(&mut self, bus: BusId, node: u8) {
+        self.interrupt(bus, Some(node));
     }
 
     fn interrupt(&mut self, of: BusId, node: Option<u8>) {
@@ -300,8 +304,18 @@ impl Watched {
     }
 }
 
+/// The node whose PDOs a message stops; 0: all.
+pub(super) fn stopped(message: &Message) -> Option<u8> {
+    match *message {
+        Message::BootUp { node } => Some(node),
+        Message::Heartbeat { node, state, .. } if state != OPERATIONAL => Some(node),
+        Message::Nmt { command, node } if command != 0x01 => Some(node),
+        _ => None,
+    }
+}
+
 /// The physical value of a signal, where it is a finite number.
-fn value(mapping: &Mapping, mapped: &Mapped, frame: &Frame) -> Option<f64> {
+pub(super) fn value(mapping: &Mapping, mapped: &Mapped, frame: &Frame) -> Option<f64> {
     let raw = mapping.raw(mapped, frame.payload())?;
     signal::physical(mapped, raw).filter(|value| value.is_finite())
 }

@@ -18,12 +18,18 @@ use crate::services::sdo::transfer::{Direction, Status, Transfer};
 /// Statusword of the first axis.
 const STATUSWORD: u16 = 0x6041;
 
+/// The statusword of an axis, from 1.
+pub(super) fn object(axis: u8) -> u16 {
+    0x800 * u16::from(axis.saturating_sub(1)) + STATUSWORD
+}
+
 /// An NMT state, as error control carries it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 struct Nmt(u8);
 
-const NMT: [(&str, u8); 4] =
+/// The names of NMT states.
+pub(super) const NMT: [(&str, u8); 4] =
     [("boot-up", BOOT_UP), ("stopped", STOPPED), ("operational", OPERATIONAL), ("pre-operational", PRE_OPERATIONAL)];
 
 impl TryFrom<String> for Nmt {
@@ -92,7 +98,7 @@ impl Entry {
 
     fn target(&self) -> Target {
         match (self.state, self.drive) {
-            (_, Some(Drive(state))) => Target::Drive(state, 0x800 * u16::from(self.axis.unwrap_or(1) - 1) + STATUSWORD),
+            (_, Some(Drive(state))) => Target::Drive(state, object(self.axis.unwrap_or(1))),
             (Some(Nmt(state)), None) => Target::Nmt(state),
             (None, None) => Target::Nmt(BOOT_UP),
         }
@@ -394,15 +400,10 @@ impl States {
 
     /// Takes an SDO transfer: an upload of a statusword.
     pub(super) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
-        let whole = transfer.status == Status::Ok && !transfer.bad && !transfer.hole;
-        let (Some(mux), &[low, high]) = (transfer.mux, transfer.kept.as_slice()) else { return };
-        if !self.drives || !whole || transfer.direction != Direction::Upload || mux.sub != 0 {
-            return;
-        }
-        let word = u16::from_le_bytes([low, high]);
+        let Some((index, word)) = uploaded(transfer).filter(|_| self.drives) else { return };
         for one in self.of(transfer.node, scene.name) {
             if let Target::Drive(_, object) = one.target
-                && object == mux.index
+                && object == index
                 && State::of(word).is_some()
             {
                 one.show(Quantity::Statusword(word), scene);
@@ -430,8 +431,18 @@ pub(super) fn commanded(command: u8) -> Option<u8> {
     }
 }
 
+/// The index and the value of an object of 16 bits that was read whole.
+pub(super) fn uploaded(transfer: &Transfer) -> Option<(u16, u16)> {
+    let whole = transfer.status == Status::Ok && !transfer.bad && !transfer.hole;
+    let mux = transfer.mux.filter(|mux| whole && transfer.direction == Direction::Upload && mux.sub == 0)?;
+    match *transfer.kept.as_slice() {
+        [low, high] => Some((mux.index, u16::from_le_bytes([low, high]))),
+        _ => None,
+    }
+}
+
 /// The statusword in a PDO, where it is mapped whole.
-fn statusword(mapping: &Mapping, object: u16, frame: &Frame) -> Option<u16> {
+pub(super) fn statusword(mapping: &Mapping, object: u16, frame: &Frame) -> Option<u16> {
     let mapped = mapping.entries.iter().find(|one| one.index == object && one.sub == 0 && one.bits == 16)?;
     mapping.raw(mapped, frame.payload()).map(|raw| raw as u16)
 }

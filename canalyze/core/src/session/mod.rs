@@ -46,6 +46,8 @@ pub enum Format {
     SignalsCsv,
     /// JSON lines of figures, all at the end.
     Summary,
+    /// JSON lines of what expectations can be written from: transfers as they end, then figures.
+    Observed,
     /// JSON lines of what each file is, one a file; nothing is decoded.
     Info,
     /// The frames themselves, in another capture format.

@@ -119,6 +119,12 @@ pub fn physical(mapped: &Mapped, raw: u64) -> Option<f64> {
     }
 }
 
+/// Whether its value is a quantity: not a choice, a truth value or bits, of which least and greatest mean nothing.
+pub fn is_quantity(mapped: &Mapped) -> bool {
+    let choice = is_drives(mapped) && Object::at(mapped.index).is_some();
+    !choice && !is_bit_field(mapped) && mapped.bits > 1 && mapped.data_type != Some(DataType::Boolean)
+}
+
 fn named(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, alone: bool) {
     let (index, sub) = (mapped.index, mapped.sub);
     if mapped.dummy {
