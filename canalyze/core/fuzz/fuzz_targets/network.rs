@@ -122,7 +122,9 @@ fuzz_target!(|input: &[u8]| {
     }
     assert_eq!(counted, frames.len(), "an object for every frame");
     run(&frames, options(Format::SignalsCsv));
-    for line in run(&frames, options(Format::Summary)).lines() {
-        serde_json::from_str::<Value>(line).expect("every line is an object");
+    for format in [Format::Summary, Format::Check] {
+        for line in run(&frames, options(format)).lines() {
+            serde_json::from_str::<Value>(line).expect("every line is an object");
+        }
     }
 });
