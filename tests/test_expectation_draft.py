@@ -143,12 +143,12 @@ def test_states_of_booting_have_time(tmp_path: Path) -> None:
     assert [
         (e["node"], e["state"] or e["drive"], e["by_ns"], e["since"], e["axis"], e["stays"]) for e in found["state"]
     ] == [
-        (5, "boot-up", None, "start", 1, False),
-        (5, "pre-operational", 500_000_000, "boot-up", 1, False),
-        (5, "operational", 5_000_000_000, "boot-up", 1, False),
-        (5, "stopped", None, "start", 1, False),
-        (6, "operational", None, "start", 1, False),
-        (7, "operational", None, "start", 1, False),
+        (5, "boot-up", None, "start", None, False),
+        (5, "pre-operational", 500_000_000, "boot-up", None, False),
+        (5, "operational", 5_000_000_000, "boot-up", None, False),
+        (5, "stopped", None, "start", None, False),
+        (6, "operational", None, "start", None, False),
+        (7, "operational", None, "start", None, False),
         (5, "operation-enabled", 500_000_000, "boot-up", 2, False),
     ]
 
@@ -254,6 +254,7 @@ def test_limits_are_round(value: float, up: float) -> None:
         (10_017, 10_025.9, 10_068, (10_000, 1000)),
         (8_000, 10_000, 12_000, (10_000, 5_000)),
         (31_000, 31_250, 31_500, (31_000, 5_000)),
+        (99_900, 87_000, 100_300, (100_000, 10_000)),
         (4_000, 10_000, 16_000, None),
         (0, 0, 0, None),
     ],

@@ -110,7 +110,7 @@ class Draft:
         ):
             part = list(section())
             if part:
-                lines += ["", *part]
+                lines += ["", *part] if lines[-1] else part
         return "".join(f"{line}\n" for line in lines)
 
     def _said(self, key: str, **facts: object) -> list[str]:
@@ -343,6 +343,8 @@ def round_up(value: float) -> float:
 def period_of(row: Row, share: float) -> tuple[float, float] | None:
     """Give the period that times in µs mean, and a tolerance of at least that share of it; None if there is none."""
     mean = float(row["mean_us"])
+    if row["min_us"] is not None and mean < row["min_us"]:  # the mean has also those that may be too short
+        mean = (row["min_us"] + row["max_us"]) / 2
     if mean <= 0:
         return None
     period = next(
