@@ -124,6 +124,7 @@ class Session:
         summary (JSON lines, one object a record, all of them from finish()) |
         observed (the lines of transfers as they end; from finish() those of summary, then observed_...) |
         info (JSON lines, one object a file, from its end(); nothing is decoded) |
+        check (JSON lines of findings only, with `lines`, the annotated lines that led to each) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.

@@ -12,10 +12,10 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from types import FrameType, TracebackType
-from typing import TYPE_CHECKING, Final, Self, TypeVar
+from typing import TYPE_CHECKING, Final, Protocol, Self, TypeVar
 
 from canalyze.errors import SourceError
-from canalyze.output import Progress, complain
+from canalyze.output import complain
 from canalyze.sources.format import Capture, open_capture
 from canalyze.words import Words
 
@@ -94,6 +94,16 @@ class _Input:
         return given
 
 
+class Meter(Protocol):
+    """What is told how far the reading is: a line on a terminal, or another process."""
+
+    def step(self, size: int, frames: int) -> None:
+        """Count `size` bytes more; so many frames were read."""
+
+    def clear(self) -> None:
+        """Something else is about to be written."""
+
+
 class Run:
     """One capture of one or several inputs through one session."""
 
@@ -101,16 +111,19 @@ class Run:
         self,
         session: "Session",
         words: Words,
-        progress: Progress,
+        progress: Meter,
         take: Callable[[bytes], None],
         given: "CaptureOptions",
         *,
         frameless: bool = False,
+        tell: Callable[[str], None] = complain,
     ) -> None:
         """`take` gets every result of the session, in order, also an empty one; `given` says how inputs are read.
 
-        frameless: a file without any frame is fine, if it has the sign of its format.
+        frameless: a file without any frame is fine, if it has the sign of its format. tell: gets what is to be
+        complained of, line by line.
         """
+        self._tell = tell
         self._input_format = given.get("input_format")
         self._merge = given.get("merge", False)
         self._frameless = frameless
@@ -125,6 +138,8 @@ class Run:
         """The input that was read last, closed: what is known of it."""
         self.understood = False
         """Something could be read of it."""
+        self.failure: str | None = None
+        """Why an input, or its rest, could not be read: the first such reason, in words."""
 
     def over(self, names: tuple[str, ...]) -> int:
         """Read all of them, one after the other or joined by time, and finish the capture; give the exit code."""
@@ -144,10 +159,12 @@ class Run:
     def complain(self, line: str) -> None:
         """Write a line to standard error, with the progress out of its way."""
         self._progress.clear()
-        complain(line)
+        self._tell(line)
 
     def _failed(self, error: SourceError) -> None:
-        self.complain(f"canalyze: {error.in_words(self._words)}")
+        reason = error.in_words(self._words)
+        self.failure = self.failure or reason
+        self.complain(f"canalyze: {reason}")
         self._code = error.exit_code
 
     def _read(self, names: tuple[str, ...], interrupt: Interrupt) -> None:

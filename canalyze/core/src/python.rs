@@ -201,6 +201,7 @@ impl Session {
             ("observed", Format::Observed),
             ("convert", Format::Convert(to)),
             ("info", Format::Info),
+            ("check", Format::Check),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =

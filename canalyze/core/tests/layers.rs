@@ -137,8 +137,10 @@ const MAY_USE: &[Row] = &[
             "readers",
             "writers",
             "text",
+            "trail",
         ],
     ),
+    ("trail", &["frame", "cob_id", "message", "finding", "event", "services::sdo::wire"]),
     (
         "expectation",
         &["frame", "od", "drive", "select", "message", "finding", "event", "services", "summary", "text::signal"],
@@ -165,6 +167,7 @@ const MAY_USE: &[Row] = &[
             "text",
             "render",
             "repeats",
+            "trail",
         ],
     ),
     (

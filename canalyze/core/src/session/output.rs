@@ -18,6 +18,7 @@ use crate::render::jsonl;
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
 use crate::summary::Summary;
+use crate::trail::{Held, Trail};
 use crate::writers::{Losses, Writer};
 
 /// What of the frames passes the filter, in one format.
@@ -40,6 +41,7 @@ pub(super) enum Form {
     Observed(Box<(Summary, Observed)>),
     Info(Box<Info>),
     Convert(Box<Writer>),
+    Check(Box<Trail>),
 }
 
 impl Output {
@@ -57,6 +59,7 @@ impl Output {
             }
             Format::Info => Form::Info(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
+            Format::Check => Form::Check(Box::default()),
         };
         Self { form, filter: options.filter.clone(), shown: 0 }
     }
@@ -95,13 +98,17 @@ impl Output {
         }
     }
 
-    /// A frame with what follows from it, if the filter lets it through.
-    pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &[Event]) {
+    /// A frame with what follows from it, if the filter lets it through. What keeps a frame's own event takes it.
+    pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &mut Vec<Event>) {
         if let Form::Transfers = self.form {
             return self.transfers(out, view, events);
         }
         let (service, node) = service(events);
-        if !self.filter.shows(frame, service, node, view.buses, view.clock) {
+        let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
+        if let Form::Check(trail) = &mut self.form {
+            trail.push(frame, (!events.is_empty()).then(|| events.remove(0)));
+        }
+        if !shown {
             return;
         }
         self.shown += 1;
@@ -123,6 +130,7 @@ impl Output {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
             }
+            Form::Check(trail) => findings(out, view, trail, events, |_, _| true),
             Form::Transfers | Form::Info(_) => {}
         }
     }
@@ -139,6 +147,17 @@ impl Output {
                 ended(out, view, events);
             }
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
+            Form::Check(trail) => {
+                let passes = |held: &Held| {
+                    let (service, node) = service(held.event.as_slice());
+                    self.filter.shows(&held.frame, service, node, view.buses, view.clock)
+                };
+                findings(out, view, trail, events, |finding, led_to| {
+                    // The frame at hand only proves it: what it is about are the others, where there are any.
+                    let mut about = led_to.iter().filter(|held| led_to.len() == 1 || held.frame.no != finding.at.no);
+                    self.filter.is_empty() || led_to.is_empty() || about.any(|held| passes(held))
+                });
+            }
             Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -155,7 +174,7 @@ impl Output {
                 }
             }
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
-            Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+            Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) | Form::Check(_) => {}
         }
     }
 
@@ -171,6 +190,7 @@ impl Output {
                 }
             }
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
+            Form::Check(trail) => jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding)),
             Form::Text(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -214,6 +234,23 @@ fn ended(out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
     for event in events {
         if let What::Transfer(transfer) = &event.what {
             jsonl::transfer(out, view.jsonl, transfer);
+        }
+    }
+}
+
+/// The findings among the events that pass, each with the lines that led to it.
+fn findings(
+    out: &mut Vec<u8>,
+    view: View<'_>,
+    trail: &Trail,
+    events: &[Event],
+    passes: impl Fn(&Finding, &[&Held]) -> bool,
+) {
+    for event in events {
+        let What::Finding(finding) = &event.what else { continue };
+        let led_to = trail.led_to(finding);
+        if passes(finding, &led_to) {
+            jsonl::finding_with_lines(out, view.jsonl, finding, &led_to);
         }
     }
 }
