@@ -6,14 +6,14 @@ Exit codes: 0 nothing fails, 1 findings fail, 2 something could not be read.
 """
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from typing import Final, Unpack
 
 import click
 
 from canalyze import baseline, policy
 from canalyze.config import Config
-from canalyze.errors import ConfigError
+from canalyze.errors import ConfigError, ReaderGone
 from canalyze.examination import Examined, Job
 from canalyze.help import Command
 from canalyze.options import (
@@ -71,28 +71,29 @@ def command(words: Words) -> click.Command:
         job = _job(Job(words.lang, given, config.known, settings, expect, not no_expect), words)
         named = list(expanded(inputs(files, words)))
         names = [one.name for one in named if one.error is None]
-        with ExitStack() as stack:
-            out = stack.enter_context(open_output(output, force=force))
-            reports = _reports(junit, sarif, stack, words, force=force)
-            progress = Progress(words, out, total_size(tuple(names)), until_output=True)
-            found, signal = examine_all(names, job, progress) if names else ([], 0)
-            progress.clear()
-            examined = _all(named, found, words)
-            read = not any(one.error for one in examined)
-            if update_baseline:
-                known = _update(held, examined, words, whole=read and not signal)
-            verdicts = [policy.judge(one, held, known) for one in examined]
-            for verdict in verdicts:
-                for line in verdict.complaints:
-                    complain(line)
-            if read and not signal:
-                _stale(held, known, examined, words)
-            _write(form, verdicts, out, words)
-            for report, document in reports:
-                if signal:  # half a set would pass for a whole one
-                    report.drop()
-                else:
-                    report.write(document(verdicts))
+        with open_output(output, force=force) as out:
+            with ExitStack() as stack:
+                reports = _reports(junit, sarif, stack, words, force=force)
+                progress = Progress(words, out, total_size(tuple(names)), until_output=True)
+                found, signal = examine_all(names, job, progress) if names else ([], 0)
+                progress.clear()
+                examined = _all(named, found, words)
+                for one in examined:
+                    for line in one.complaints:
+                        complain(line)
+                read = not any(one.error for one in examined)
+                if update_baseline:
+                    known = _update(held, examined, words, whole=read and not signal)
+                elif read and not signal:
+                    _stale(held, known, examined, words)
+                verdicts = [policy.judge(one, held, known) for one in examined]
+                for report, document in reports:
+                    if signal:  # half a set would pass for a whole one
+                        report.drop()
+                    else:
+                        report.write(document(verdicts))
+            with suppress(ReaderGone):  # who has read enough has not passed the check
+                _write(form, verdicts, out, words)
         if signal:
             return 128 + signal
         return 2 if not read else 1 if any(verdict.failed for verdict in verdicts) else 0
