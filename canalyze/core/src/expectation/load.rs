@@ -14,8 +14,6 @@ use crate::summary::load::Window;
 const WINDOW_NS: i64 = 1_000_000_000;
 /// Stamps this much earlier than a former one mean that the clock was set back.
 const SET_BACK_NS: i64 = 1_000_000_000;
-/// Shortest window in ns: a tenth of it is what it slides by.
-const LEAST_NS: i64 = 1_000;
 
 /// One expectation as it stands in the file.
 #[derive(Clone, Debug, Deserialize)]
@@ -31,9 +29,6 @@ pub(super) struct Entry {
 impl Entry {
     pub(super) fn check(&self) -> Result<(), String> {
         check_times(self.line, &[self.window_ns], &[])?;
-        if self.window_ns.is_some_and(|ns| ns < LEAST_NS) {
-            return mistake(self.line, "window_ns");
-        }
         if self.bit_rate == Some(0) || !(0.0..=100.0).contains(&self.max_percent) {
             return mistake(self.line, "bit_rate or max_percent");
         }

@@ -50,6 +50,11 @@ pub struct Train {
 }
 
 impl Train {
+    /// Time from the last of them to the end of the capture in ns, where that is judged too.
+    pub fn rest_ns(&self, end_ns: Option<i64>) -> Option<i64> {
+        Some(end_ns?.saturating_sub(self.rhythm.last?.t_ns?))
+    }
+
     fn beat(&mut self, at: FrameRef, extra: bool) {
         self.count += 1;
         if let Some(interval) = self.rhythm.next(at, extra) {
@@ -112,6 +117,8 @@ pub struct Observed {
     /// First boot-ups.
     booted: BTreeMap<(BusId, u8), FrameRef>,
     start_ns: Option<i64>,
+    /// The last stamp.
+    pub end_ns: Option<i64>,
 }
 
 /// What is kept under a key, made where there is room.
@@ -124,6 +131,7 @@ impl Observed {
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         if let Some(now_ns) = frame.t_ns {
             self.start_ns.get_or_insert(now_ns);
+            self.end_ns = self.end_ns.max(Some(now_ns));
         }
         for event in events {
             let (bus, at) = (event.bus, event.at);

@@ -87,11 +87,11 @@ impl Entry {
         if self.state.is_some() == self.drive.is_some() {
             return mistake(self.line, "either state or drive");
         }
-        if self.axis.is_some_and(|axis| !(1..=drive::AXES).contains(&axis) || self.drive.is_none()) {
+        if self.axis.is_some_and(|axis| !(1..=drive::AXES).contains(&axis)) {
             return mistake(self.line, "axis");
         }
-        if self.state == Some(Nmt(BOOT_UP)) && (self.stays == Some(true) || self.since == Some(Since::BootUp)) {
-            return mistake(self.line, "boot-up with stays or since boot-up");
+        if self.state == Some(Nmt(BOOT_UP)) && self.stays == Some(true) {
+            return mistake(self.line, "boot-up with stays");
         }
         Ok(())
     }
@@ -213,7 +213,7 @@ impl Progress {
                 track.reached_since = false;
             }
         }
-        if self.target == Target::Nmt(BOOT_UP) || matches!(self.target, Target::Nmt(_)) {
+        if let Target::Nmt(_) = self.target {
             self.show(Quantity::State(BOOT_UP), scene);
         } else if let Some(track) = self.track(scene.bus)
             && std::mem::take(&mut track.inside)

@@ -152,7 +152,7 @@ fn mistakes_of_the_normalized_form() {
         r#"{"latency":[{"line":1,"of":"sync","index":1,"max_ns":1}]}"#,
         r#"{"latency":[{"line":1,"of":"sdo","sub":1,"max_ns":1}]}"#,
         r#"{"load":[{"line":1,"max_percent":101}]}"#,
-        r#"{"load":[{"line":1,"max_percent":10,"window_ns":10}]}"#,
+        r#"{"load":[{"line":1,"max_percent":10,"window_ns":0}]}"#,
     ] {
         assert!(Expectations::read(json).is_err(), "{json}");
     }
