@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from canalyze import expectations, network
 from canalyze.baseline import Kind
-from canalyze.errors import ConfigError
+from canalyze.errors import CanalyzeError
 from canalyze.finding import Finding
 from canalyze.options import CaptureOptions, known_of, start_session
 from canalyze.run import Meter, Run
@@ -71,12 +71,15 @@ class Job:
         self._network = [known(self.filed, known_of(self.given), words)]
 
     def settings_for(self, name: str) -> Mapping[str, Any]:
-        """Give what the core is told about this capture; ConfigError for mistakes in its expectations."""
+        """Give what the core is told about this capture, with the expectations of it.
+
+        It is asked in the process that examines the capture. A CanalyzeError is an error of this capture only.
+        """
         file = Path(self.expect) if self.expect else expectations.beside(name) if self.beside else None
         return self.settings if file is None else {**self.settings, "expectations": expectations.read(file)}
 
     def open(self, name: str) -> Any:
-        """Start a session for this capture; ValueError for what the core cannot accept, ConfigError as above."""
+        """Start a session for this capture; ValueError for what the core cannot accept."""
         if not self._network:
             self.know(None)
         settings = {"format": "check", "network": self._network[0], **self.settings_for(name)}
@@ -125,7 +128,7 @@ def examine(name: str, job: Job, progress: Meter) -> Examined:
 
     try:
         session = job.open(name)
-    except ConfigError as error:  # in what lies beside this capture: the others are examined all the same
+    except CanalyzeError as error:  # what lies beside this capture; what holds for all was tried before
         reason = error.in_words(words)
         return Examined(name, error=reason, complaints=(f"canalyze: {reason}",))
     run = Run(session, words, progress, kinds.take, job.given, tell=tell)
