@@ -7,10 +7,11 @@ and all that comes of it can be sent back. Must not: judge what counts, or print
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze import network
+from canalyze import expectations, network
 from canalyze.baseline import Kind
 from canalyze.errors import CanalyzeError
 from canalyze.finding import Finding
@@ -57,6 +58,10 @@ class Job:
     """What canalyze.toml says of the network."""
     settings: Mapping[str, Any]
     """What the core is told beside: filter, stamps."""
+    expect: str | None = None
+    """A file of expectations for every capture."""
+    beside: bool = True
+    """Without that file, the one that lies beside a capture counts."""
     _network: "list[Network | None]" = field(default_factory=list)
 
     def know(self, words: Words | None) -> None:
@@ -66,11 +71,12 @@ class Job:
         self._network = [known(self.filed, known_of(self.given), words)]
 
     def settings_for(self, name: str) -> Mapping[str, Any]:
-        """Give what the core is told about this capture: the place for what lies beside it.
+        """Give what the core is told about this capture, with the expectations of it.
 
         It is asked in the process that examines the capture. A CanalyzeError is an error of this capture only.
         """
-        return self.settings
+        file = Path(self.expect) if self.expect else expectations.beside(name) if self.beside else None
+        return self.settings if file is None else {**self.settings, "expectations": expectations.read(file)}
 
     def open(self, name: str) -> Any:
         """Start a session for this capture; ValueError for what the core cannot accept."""

@@ -19,6 +19,7 @@ from typing import Any
 from canalyze import _core
 from canalyze.dictionary import load
 from canalyze.dictionary.rows import flat
+from canalyze.expectations import normalize
 
 TESTS = Path(__file__).resolve().parent
 SAMPLES = TESTS.parent / "samples"
@@ -131,13 +132,17 @@ def analyze(
     regular: bool = True,
     eds: Mapping[int, str] | None = None,
     network: _core.Network | None = None,
+    expectations: _core.Expectations | None = None,
 ) -> Analysis:
     """What the program says about a capture, in process and at once.
 
     eds: files of eds/ by the node-IDs that they describe.
     """
     known = network or described(tuple(sorted((eds or {}).items())))
-    return sort_rows(session_output([text], regular, name=name, output_format="jsonl", lang=lang, network=known))
+    output = session_output(
+        [text], regular, name=name, output_format="jsonl", lang=lang, network=known, expectations=expectations
+    )
+    return sort_rows(output)
 
 
 @cache
@@ -163,6 +168,14 @@ def described_beside(capture: Path) -> _core.Network | None:
     return None
 
 
+def expected_beside(capture: Path) -> _core.Expectations | None:
+    """What is expected of a sample, and of its clean neighbour; None where nothing is."""
+    file = capture.with_name(f"{capture.name.split('.')[0]}.expect.toml")
+    if not file.is_file():
+        return None
+    return _core.Expectations(json.dumps(normalize(file) | {"file": file.name}))
+
+
 def sort_rows(output: bytes) -> Analysis:
     """JSON lines of `decode --format jsonl`, by kind."""
     said = Analysis()
@@ -184,9 +197,10 @@ def session_output(
     depth: str = "default",
     network: _core.Network | None = None,
     input_format: str | None = None,
+    expectations: _core.Expectations | None = None,
 ) -> bytes:
     """The output of one session over one file (or pipe: not regular) that came in these chunks."""
-    session = _core.Session(lang=lang, format=output_format, depth=depth, network=network)
+    session = _core.Session(lang=lang, format=output_format, depth=depth, network=network, expectations=expectations)
     chunks = list(chunks)
     form = input_format or _core.sniff(b"".join(chunks), True)
     session.begin(name, regular, form if form in _core.FORMATS else "candump")

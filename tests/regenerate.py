@@ -13,7 +13,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from captures import SAMPLES, described_beside, run_canalyze, session_output
+from captures import SAMPLES, described_beside, expected_beside, run_canalyze, session_output
 
 from canalyze._core import sniff
 
@@ -83,10 +83,16 @@ def output(capture: Path, arguments: dict[str, str]) -> bytes:
     if "command" in arguments:
         return run_canalyze([arguments["command"], capture, "--bitrate", "500k", "--lang", arguments["lang"]])
     regular = capture.stem not in PIPED
-    known = described_beside(capture)
+    known, expected = described_beside(capture), expected_beside(capture)
     form = input_format(capture)
     return session_output(
-        [capture.read_bytes()], regular, name=capture.name, network=known, input_format=form, **arguments
+        [capture.read_bytes()],
+        regular,
+        name=capture.name,
+        network=known,
+        input_format=form,
+        expectations=expected,
+        **arguments,
     )
 
 

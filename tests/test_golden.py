@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from capture_frames import annotated
-from captures import SAMPLES, described_beside, run_canalyze, session_output
+from captures import SAMPLES, described_beside, expected_beside, run_canalyze, session_output
 from regenerate import conversion, converted, goldens, input_format, output, samples
 
 CAPTURES = [
@@ -91,7 +91,12 @@ def test_the_chunks_do_not_matter(capture: Path, arguments: dict[str, Any]) -> N
     text = capture.read_bytes()
     form = input_format(capture)
     output = partial(
-        session_output, name=capture.name, network=described_beside(capture), input_format=form, **arguments
+        session_output,
+        name=capture.name,
+        network=described_beside(capture),
+        expectations=expected_beside(capture),
+        input_format=form,
+        **arguments,
     )
     whole = output([text])
     assert output(text[at : at + 1] for at in range(len(text))) == whole

@@ -6,7 +6,7 @@ import gzip
 import json
 from pathlib import Path
 
-from captures import SAMPLES, Row, analyze
+from captures import SAMPLES, Row, analyze, described_beside, session_output
 from conftest import Runner
 
 SOURCE = Path(__file__).parent.parent / "canalyze/core/src/render/jsonl"
@@ -46,6 +46,36 @@ CHECK = {
     "check": {"kind", "file", "frames", "failed", "failures", "others", "overruled", "reasons", "error"},
 }
 """Of `check`: a kind of finding, and the end of a capture."""
+OBSERVED = {
+    "signal": {
+        *("kind", "bus", "node", "pdo", "index", "sub", "signal", "select", "unit", "count", "min", "max"),
+        "first_frame",
+    },
+    "pdo": {"kind", "bus", "node", "pdo", "count", "period"},
+    "state": {
+        *(
+            "kind",
+            "bus",
+            "node",
+            "state",
+            "count",
+            "first_frame",
+            "first_t",
+            "since_start_ns",
+            "since_boot_up_ns",
+            "left",
+        ),
+    },
+    "drive": {
+        *("kind", "bus", "node", "axis", "state", "count", "first_frame", "first_t", "since_start_ns"),
+        *("since_boot_up_ns", "left"),
+    },
+    "emcy": {"kind", "bus", "node", "code", "count", "first_frame"},
+    "heartbeat": {"kind", "bus", "node", "count", "period"},
+    "sync": {"kind", "bus", "count", "period"},
+}
+"""Of the form `observed`, by what follows `observed_` in the kind."""
+PERIOD = {"count", "min_us", "mean_us", "max_us", "rest_us"}
 SDO = {"by", "command", "transfer", "index", "sub", "segment", "place", "answered_by"}
 MALFORMED = {"malformed", "least", "most"}
 """Of a frame whose length says that nothing can be read from it."""
@@ -100,6 +130,25 @@ def test_info_has_its_keys(canalyze: Runner, tmp_path: Path) -> None:
         assert objects and all(set(one) == INFO[key] for one in objects), key
     documented = (SOURCE / "info.rs").read_text()
     assert all(key in documented for keys in INFO.values() for key in keys if keys is not INFO["contents"])
+
+
+def test_observed_has_its_keys() -> None:
+    """All kinds, and what stands in them of a network with a drive on node 5."""
+    capture = SAMPLES / "network" / "sync-and-pdos.log"
+    emergency = b"(1700009999.000000) vcan0 085#3081110000000000\n"
+    text = capture.read_bytes() + emergency
+    known = described_beside(capture)
+    output = session_output([text], name=capture.name, output_format="observed", lang="en", network=known)
+    found = [json.loads(line) for line in output.decode().splitlines()]
+    assert {"transfer", "summary_capture", "summary_node"} <= {row["kind"] for row in found}
+    seen = {row["kind"]: row for row in found if row["kind"].startswith("observed_")}
+    assert set(seen) == {f"observed_{kind}" for kind in OBSERVED}
+    for row in found:
+        if row["kind"] in seen:
+            assert set(row) == OBSERVED[row["kind"].removeprefix("observed_")]
+            assert row.get("period") is None or set(row["period"]) == PERIOD
+    documented = (SOURCE / "observed.rs").read_text()
+    assert all(key in documented for keys in OBSERVED.values() for key in keys | PERIOD if key != "kind")
 
 
 def test_check_has_its_keys(canalyze: Runner) -> None:

@@ -1,9 +1,9 @@
 """Every rule has a capture that raises it and a clean one beside it, one change away, that does not.
 
 `samples/rules/CODE.log` (or `.mcap`) raises exactly what stands in the table, at that frame and no other;
-`CODE-FACE.log` are the rule's other faces; `CODE.eds` or `CODE.dcf` describes their node. A clean neighbour,
-`NAME.clean.log`, has nothing above info. A new rule without these fails here. What it must not do: look at the wording;
-the goldens beside the captures freeze that.
+`CODE-FACE.log` are the rule's other faces; `CODE.eds` or `CODE.dcf` describes their node, `CODE.expect.toml` says
+what is expected of both. A clean neighbour, `NAME.clean.log`, has nothing above info. A new rule without these fails
+here. What it must not do: look at the wording; the goldens beside the captures freeze that.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import difflib
 from pathlib import Path
 
 import pytest
-from captures import SAMPLES, Analysis, Row, analyze, described_beside
+from captures import SAMPLES, Analysis, Row, analyze, described_beside, expected_beside
 from regenerate import CAPTURES, PIPED
 
 from canalyze import _core
@@ -45,6 +45,22 @@ RAISED: dict[str, list[Raised]] = {
     "EMC004-reset": [("EMC004", 6, 5)],
     "EMC005": [("EMC005", 4, None)],
     "EMC006": [("EMC006", 3, None)],
+    "EXP001": [("EXP001", 3, None)],
+    "EXP002": [("EXP002", 4, None)],
+    "EXP003": [("EXP003", 4, None)],
+    "EXP004": [("EXP004", 4, None)],
+    "EXP005": [("EXP005", 7, None)],
+    "EXP006": [("EXP006", 6, None)],
+    "EXP007": [("EXP007", 9, None)],
+    "EXP008": [("EXP008", 9, 8), ("EXP008", 10, 9)],
+    "EXP009": [("EXP009", 6, 5), ("EXP009", 7, 6)],
+    "EXP010": [("EXP010", 7, 6), ("EXP010", 8, 7)],
+    "EXP011": [("EXP011", 5, None)],
+    "EXP012": [("EXP012", 5, None)],
+    "EXP013": [("EXP013", 4, 3)],
+    "EXP014": [("EXP014", 10, None)],
+    "EXP015": [("EXP015", 3, None)],
+    "EXP016": [("EXP016", 6, None)],
     "GRD001": [("GRD001", 8, None)],
     "GRD002": [("GRD002", 8, 7)],
     "GRD003": [("GRD003", 14, 13)],
@@ -223,7 +239,10 @@ def capture(name: str) -> Path:
 
 def analysis(path: Path, lang: str = "en") -> Analysis:
     piped = path.name.split(".")[0] in PIPED
-    return analyze(path.read_bytes(), name=path.name, lang=lang, regular=not piped, network=described_beside(path))
+    known, expected = described_beside(path), expected_beside(path)
+    return analyze(
+        path.read_bytes(), name=path.name, lang=lang, regular=not piped, network=known, expectations=expected
+    )
 
 
 def raised(said: Analysis) -> list[Raised]:

@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
+use crate::expectation::Expectations as Expected;
 use crate::filter::Filter;
 use crate::finding::RULES;
 use crate::frame::{Buses, CanId};
@@ -150,10 +151,23 @@ impl Network {
     }
 }
 
+#[pyclass(module = "canalyze._core", frozen)]
+struct Expectations {
+    expected: Arc<Expected>,
+}
+
+#[pymethods]
+impl Expectations {
+    #[new]
+    fn new(json: &str) -> PyResult<Self> {
+        Ok(Self { expected: Arc::new(Expected::read(json).map_err(PyValueError::new_err)?) })
+    }
+}
+
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, expectations = None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -172,6 +186,7 @@ impl Session {
         decoded: bool,
         mcap_fd_schema: &str,
         mcap_archive: bool,
+        expectations: Option<&Expectations>,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
         // What no user can ask for: records for another program's writer.
@@ -183,6 +198,7 @@ impl Session {
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
+            ("observed", Format::Observed),
             ("convert", Format::Convert(to)),
             ("info", Format::Info),
             ("check", Format::Check),
@@ -215,6 +231,7 @@ impl Session {
             select: Select::parse(select.unwrap_or("")),
             mcap,
             writing: writers::Settings { mcap: written },
+            expectations: expectations.map(|given| Arc::clone(&given.expected)),
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
     }
@@ -354,6 +371,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Rule>()?;
     module.add_class::<Dictionary>()?;
     module.add_class::<Network>()?;
+    module.add_class::<Expectations>()?;
     module.add_function(wrap_pyfunction!(rules, module)?)?;
     module.add_function(wrap_pyfunction!(explain, module)?)?;
     module.add_function(wrap_pyfunction!(sniffed, module)?)?;

@@ -55,6 +55,12 @@ struct Whose {
     node: u8,
 }
 
+impl Whose {
+    fn names(self, mapped: &Mapped) -> Vec<String> {
+        signal::names(self.transmit, self.number, self.node, mapped)
+    }
+}
+
 #[derive(Debug)]
 struct Chosen {
     mapping: Arc<Mapping>,
@@ -142,32 +148,12 @@ impl Signals {
         for (place, mapped) in mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy) {
             let mut shown = Vec::new();
             signal::name(&mut shown, self.lang, mapped);
-            if self.select.is_everything() || self.select.takes(names(whose, mapped).iter().map(String::as_str)) {
+            if self.select.is_everything() || self.select.takes(whose.names(mapped).iter().map(String::as_str)) {
                 entries.push((place, shown));
             }
         }
         entries
     }
-}
-
-/// All names by which a signal may be selected.
-fn names(whose: Whose, mapped: &Mapped) -> Vec<String> {
-    let (index, sub) = (mapped.index, mapped.sub);
-    let mut own = vec![format!("{index:04X}"), format!("{index:04X}:{sub:02X}"), format!("{index:04X}h:{sub:02X}")];
-    for lang in [Lang::Zh, Lang::En] {
-        let mut name = Vec::new();
-        signal::name(&mut name, lang, mapped);
-        own.push(String::from_utf8_lossy(&name).into_owned());
-    }
-    own.extend(mapped.name.as_deref().map(str::to_owned));
-    let pdo = format!("{}{}", if whose.transmit { "TPDO" } else { "RPDO" }, whose.number);
-    let mut all = Vec::new();
-    for name in own {
-        all.push(format!("{}.{name}", whose.node));
-        all.push(format!("{}.{pdo}.{name}", whose.node));
-        all.push(name);
-    }
-    all
 }
 
 #[allow(clippy::too_many_arguments, reason = "the columns of a row")]

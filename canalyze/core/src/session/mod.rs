@@ -13,6 +13,7 @@ use std::sync::Arc;
 use self::capture::Capture;
 use self::decoding::Decoding;
 use self::output::{Form, Output};
+use crate::expectation::Expectations;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
 use crate::frame::{Buses, Frame};
@@ -45,6 +46,8 @@ pub enum Format {
     SignalsCsv,
     /// JSON lines of figures, all at the end.
     Summary,
+    /// JSON lines of what expectations can be written from: transfers as they end, then figures.
+    Observed,
     /// JSON lines of what each file is, one a file; nothing is decoded.
     Info,
     /// The frames themselves, in another capture format.
@@ -78,6 +81,8 @@ pub struct Options {
     pub select: Select,
     /// How the format that is written is written.
     pub writing: writers::Settings,
+    /// What is expected of the capture.
+    pub expectations: Option<Arc<Expectations>>,
 }
 
 /// A capture being read.
@@ -107,8 +112,11 @@ impl Session {
     /// A session at the beginning of a capture.
     pub fn new(options: Options) -> Self {
         let output = Output::new(&options);
-        let Options { lang, stamps, mcap, extract, network, .. } = options;
-        let decoding = Decoding::new(network, extract, output.is_blind(), output.folds());
+        let Options { lang, stamps, mcap, extract, network, expectations, .. } = options;
+        let mut decoding = Decoding::new(network, extract, output.is_blind(), output.folds());
+        if let Some(expected) = expectations {
+            decoding.expect(&expected);
+        }
         Self {
             lang,
             reading: Settings { stamps, mcap, regular: false },

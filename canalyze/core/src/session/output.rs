@@ -8,8 +8,9 @@ use std::sync::Arc;
 use super::capture::View;
 use super::{Format, Options};
 use crate::event::{Event, What};
+use crate::expectation::observed::Observed;
 use crate::filter::Filter;
-use crate::finding::Finding;
+use crate::finding::{Code, Finding};
 use crate::frame::Frame;
 use crate::info::Info;
 use crate::readers::Marker;
@@ -37,6 +38,7 @@ pub(super) enum Form {
     Transfers,
     Signals(Signals),
     Summary(Box<Summary>),
+    Observed(Box<(Summary, Observed)>),
     Info(Box<Info>),
     Convert(Box<Writer>),
     Check(Box<Trail>),
@@ -52,6 +54,9 @@ impl Output {
             Format::Signals => signals(false),
             Format::SignalsCsv => signals(true),
             Format::Summary => Form::Summary(Box::new(Summary::new(Arc::clone(&options.network)))),
+            Format::Observed => {
+                Form::Observed(Box::new((Summary::new(Arc::clone(&options.network)), Observed::default())))
+            }
             Format::Info => Form::Info(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
             Format::Check => Form::Check(Box::default()),
@@ -76,7 +81,7 @@ impl Output {
 
     /// Repeats of one finding on one object are counted instead of shown; figures count by themselves.
     pub(super) fn folds(&self) -> bool {
-        !matches!(self.form, Form::Summary(_))
+        !matches!(self.form, Form::Summary(_) | Form::Observed(_))
     }
 
     /// What tells of the file itself takes an item before it is looked at any further.
@@ -115,6 +120,12 @@ impl Output {
             Form::Jsonl => jsonl::frame(out, view.jsonl, frame, events),
             Form::Signals(signals) => signals.frame(out, view.jsonl, frame, events),
             Form::Summary(summary) => summary.frame(frame, events),
+            Form::Observed(both) => {
+                let (summary, observed) = &mut **both;
+                summary.frame(frame, events);
+                observed.frame(frame, events);
+                ended(out, view, events);
+            }
             Form::Convert(writer) => {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
@@ -131,6 +142,10 @@ impl Output {
             Form::Jsonl => jsonl::asides(out, view.jsonl, events),
             Form::Transfers => self.transfers(out, view, events),
             Form::Summary(summary) => summary.asides(events),
+            Form::Observed(both) => {
+                both.0.asides(events);
+                ended(out, view, events);
+            }
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
             Form::Check(trail) => {
                 let passes = |held: &Held| {
@@ -152,6 +167,12 @@ impl Output {
         match &mut self.form {
             Form::Text(lines) => lines.marker(out, marker, view.buses),
             Form::Summary(summary) => summary.marker(marker),
+            Form::Observed(both) => {
+                both.0.marker(marker);
+                if let Marker::Dropped { bus, .. } = marker {
+                    both.1.lost(Some(*bus));
+                }
+            }
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
             Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) | Form::Check(_) => {}
         }
@@ -162,6 +183,12 @@ impl Output {
         match &mut self.form {
             Form::Jsonl => jsonl::finding(out, view.jsonl, finding),
             Form::Summary(summary) => summary.finding(finding),
+            Form::Observed(both) => {
+                both.0.finding(finding);
+                if finding.code == Code::Cap004 {
+                    both.1.lost(None);
+                }
+            }
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
             Form::Check(trail) => jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding)),
             Form::Text(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
@@ -170,8 +197,10 @@ impl Output {
 
     /// A file is over that had frames, and so many lines or records that cannot be read.
     pub(super) fn end_of_file(&mut self, unreadable: u64) {
-        if let Form::Summary(summary) = &mut self.form {
-            summary.file(unreadable);
+        match &mut self.form {
+            Form::Summary(summary) => summary.file(unreadable),
+            Form::Observed(both) => both.0.file(unreadable),
+            _ => {}
         }
     }
 
@@ -179,6 +208,10 @@ impl Output {
     pub(super) fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>) {
         match &mut self.form {
             Form::Summary(summary) if self.shown > 0 => jsonl::summary::write(out, view.jsonl, summary),
+            Form::Observed(both) if self.shown > 0 => {
+                jsonl::summary::write(out, view.jsonl, &both.0);
+                jsonl::observed::write(out, view.jsonl, &both.1);
+            }
             Form::Convert(writer) => writer.finish(out, view.writing),
             _ => {}
         }
@@ -192,6 +225,15 @@ impl Output {
                 self.shown += 1;
                 jsonl::transfer(out, view.jsonl, transfer);
             }
+        }
+    }
+}
+
+/// The transfers that end.
+fn ended(out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
+    for event in events {
+        if let What::Transfer(transfer) = &event.what {
+            jsonl::transfer(out, view.jsonl, transfer);
         }
     }
 }

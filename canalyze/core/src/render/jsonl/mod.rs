@@ -10,6 +10,7 @@
 //! | `finding` | `code name severity file frame line t cause_frame cause_line bus node index sub message facts`, in `check` also `lines` |
 //! | `transfer` | see [`transfer`] |
 //! | `summary_...` | see [`summary`] |
+//! | `observed_...` | see [`observed`] |
 //!
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
 //! raised at the frame, each of which has its own `finding` line after it. `lines` are the annotated lines that led to a
@@ -19,6 +20,7 @@ mod contents;
 mod facts;
 mod info;
 mod object;
+pub mod observed;
 mod pdo;
 pub mod sdo;
 pub mod services;

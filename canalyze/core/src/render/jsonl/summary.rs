@@ -323,7 +323,7 @@ fn basic(out: &mut Vec<u8>, times: &Spread) {
     }
 }
 
-fn us_or_null(out: &mut Vec<u8>, ns: Option<i64>) {
+pub(super) fn us_or_null(out: &mut Vec<u8>, ns: Option<i64>) {
     match ns {
         Some(ns) => us(out, ns),
         None => put!(out; "null"),
@@ -331,7 +331,7 @@ fn us_or_null(out: &mut Vec<u8>, ns: Option<i64>) {
 }
 
 /// Nanoseconds as microseconds.
-fn us(out: &mut Vec<u8>, ns: i64) {
+pub(super) fn us(out: &mut Vec<u8>, ns: i64) {
     put!(out; if ns < 0 { "-" } else { "" });
     thousandths(out, ns.unsigned_abs());
 }
