@@ -101,6 +101,8 @@ class Session:
         format: text | jsonl (frame, note, finding, transfer) | transfers (JSON lines of transfers only) |
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
         summary (JSON lines, one object a record, all of them from finish()) |
+        lines (JSON lines of `line`: what text has of each frame, with its number) |
+        records (JSON lines: transfers and findings as they come, and what summary has from finish()) |
         info (JSON lines, one object a file, from its end(); nothing is decoded) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).

@@ -183,6 +183,8 @@ impl Session {
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
+            ("records", Format::Records),
+            ("lines", Format::Lines),
             ("convert", Format::Convert(to)),
             ("info", Format::Info),
         ];

@@ -45,6 +45,10 @@ pub enum Format {
     SignalsCsv,
     /// JSON lines of figures, all at the end.
     Summary,
+    /// JSON lines: the annotated lines of [`Format::Text`], each with the number of its frame.
+    Lines,
+    /// JSON lines of SDO transfers and findings as they come, and the figures at the end.
+    Records,
     /// JSON lines of what each file is, one a file; nothing is decoded.
     Info,
     /// The frames themselves, in another capture format.

@@ -32,10 +32,12 @@ pub(super) struct Output {
 #[derive(Debug)]
 pub(super) enum Form {
     Text(Lines),
+    Lines(Lines),
     Jsonl,
     Transfers,
     Signals(Signals),
     Summary(Box<Summary>),
+    Records(Box<Summary>),
     Info(Box<Info>),
     Convert(Box<Writer>),
 }
@@ -45,11 +47,13 @@ impl Output {
         let signals = |csv| Form::Signals(Signals::new(options.lang, csv, options.select.clone()));
         let form = match options.format {
             Format::Text => Form::Text(Lines::new(options.lang, options.depth, options.time)),
+            Format::Lines => Form::Lines(Lines::new(options.lang, options.depth, options.time)),
             Format::Jsonl => Form::Jsonl,
             Format::Transfers => Form::Transfers,
             Format::Signals => signals(false),
             Format::SignalsCsv => signals(true),
             Format::Summary => Form::Summary(Box::new(Summary::new(Arc::clone(&options.network)))),
+            Format::Records => Form::Records(Box::new(Summary::new(Arc::clone(&options.network)))),
             Format::Info => Form::Info(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
         };
@@ -92,8 +96,11 @@ impl Output {
 
     /// A frame with what follows from it, if the filter lets it through.
     pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &[Event]) {
+        if let Form::Transfers | Form::Records(_) = self.form {
+            self.transfers(out, view, events);
+        }
         if let Form::Transfers = self.form {
-            return self.transfers(out, view, events);
+            return;
         }
         let (service, node) = service(events);
         if !self.filter.shows(frame, service, node, view.buses, view.clock) {
@@ -105,9 +112,17 @@ impl Output {
                 lines.date_ns = view.writing.date_ns;
                 lines.frame(out, frame, events, view.buses);
             }
+            Form::Lines(lines) => {
+                lines.date_ns = view.writing.date_ns;
+                jsonl::line(out, frame.no, |text| lines.frame(text, frame, events, view.buses));
+            }
             Form::Jsonl => jsonl::frame(out, view.jsonl, frame, events),
             Form::Signals(signals) => signals.frame(out, view.jsonl, frame, events),
             Form::Summary(summary) => summary.frame(frame, events),
+            Form::Records(summary) => {
+                summary.frame(frame, events);
+                findings(out, view, events);
+            }
             Form::Convert(writer) => {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
@@ -123,8 +138,13 @@ impl Output {
             Form::Jsonl => jsonl::asides(out, view.jsonl, events),
             Form::Transfers => self.transfers(out, view, events),
             Form::Summary(summary) => summary.asides(events),
+            Form::Records(summary) => {
+                summary.asides(events);
+                findings(out, view, events);
+                self.transfers(out, view, events);
+            }
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
-            Form::Signals(_) | Form::Info(_) => {}
+            Form::Lines(_) | Form::Signals(_) | Form::Info(_) => {}
         }
     }
 
@@ -132,9 +152,9 @@ impl Output {
     pub(super) fn marker(&mut self, out: &mut Vec<u8>, view: View<'_>, marker: &Marker) {
         match &mut self.form {
             Form::Text(lines) => lines.marker(out, marker, view.buses),
-            Form::Summary(summary) => summary.marker(marker),
+            Form::Summary(summary) | Form::Records(summary) => summary.marker(marker),
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
-            Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+            Form::Lines(_) | Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
         }
     }
 
@@ -143,14 +163,18 @@ impl Output {
         match &mut self.form {
             Form::Jsonl => jsonl::finding(out, view.jsonl, finding),
             Form::Summary(summary) => summary.finding(finding),
+            Form::Records(summary) => {
+                summary.finding(finding);
+                jsonl::finding(out, view.jsonl, finding);
+            }
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
-            Form::Text(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+            Form::Text(_) | Form::Lines(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
         }
     }
 
     /// A file is over that had frames, and so many lines or records that cannot be read.
     pub(super) fn end_of_file(&mut self, unreadable: u64) {
-        if let Form::Summary(summary) = &mut self.form {
+        if let Form::Summary(summary) | Form::Records(summary) = &mut self.form {
             summary.file(unreadable);
         }
     }
@@ -158,7 +182,7 @@ impl Output {
     /// The capture, which has frames, is over.
     pub(super) fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>) {
         match &mut self.form {
-            Form::Summary(summary) if self.shown > 0 => jsonl::summary::write(out, view.jsonl, summary),
+            Form::Summary(summary) | Form::Records(summary) if self.shown > 0 => jsonl::summary::write(out, view.jsonl, summary),
             Form::Convert(writer) => writer.finish(out, view.writing),
             _ => {}
         }
@@ -172,6 +196,14 @@ impl Output {
                 self.shown += 1;
                 jsonl::transfer(out, view.jsonl, transfer);
             }
+        }
+    }
+}
+
+fn findings(out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
+    for event in events {
+        if let What::Finding(finding) = &event.what {
+            jsonl::finding(out, view.jsonl, finding);
         }
     }
 }
