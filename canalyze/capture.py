@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
+from weakref import WeakSet
 
 from canalyze import event
 from canalyze.errors import SourceError
@@ -98,7 +99,7 @@ class Capture:
         self._frames: Rows[Frame] | None = None
         self._signals: Signals | None = None
         self._lists: dict[str, Any] = {}
-        self._running: list[Generator[Any, None, None]] = []
+        self._running: WeakSet[Generator[Event, None, None]] = WeakSet()
 
     @property
     def paths(self) -> tuple[Path, ...]:
@@ -123,8 +124,7 @@ class Capture:
 
     def close(self) -> None:
         """End what is being iterated over, so that no file stays open; lists that were read stay."""
-        running, self._running = self._running, []
-        for one in running:
+        for one in list(self._running):
             one.close()
 
     def __iter__(self) -> Iterator[Event]:
@@ -135,8 +135,7 @@ class Capture:
         if self._events is not None:
             return iter(self._events)
         events = self._stream()
-        self._running = [one for one in self._running if one.gi_frame is not None]
-        self._running.append(events)
+        self._running.add(events)
         return events
 
     @property
@@ -161,7 +160,7 @@ class Capture:
 
     @property
     def findings(self) -> Findings:
-        """Findings, in the order of frames; repeats on one object are folded after ten, the last one counts the rest."""
+        """Findings, in the order of frames; of one kind on one object ten, then one that counts the rest."""
         return self._list("finding", Findings)
 
     @property
@@ -209,6 +208,11 @@ class Capture:
         from canalyze.reports.snapshot import snapshot
 
         return snapshot(self)
+
+    def gave(self, row: object) -> bool:
+        """Tell whether this finding, transfer or signal is one of its lists that were read."""
+        lists = [*(self._records or {}).values(), self._signals or (), self._events or ()]
+        return any(row is one for rows in lists for one in rows)
 
     def _list(self, kind: str, form: Callable[[Iterable[Any]], T]) -> T:
         if kind not in self._lists:

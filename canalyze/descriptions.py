@@ -22,9 +22,7 @@ Carrier = tuple[str | None, int]
 """Bus (None is every bus) and node-ID."""
 
 
-def network(
-    filed: Known, given: Known, words: Words, say: Callable[[str], None] = complain
-) -> "_core.Network | None":
+def network(filed: Known, given: Known, words: Words, say: Callable[[str], None] = complain) -> "_core.Network | None":
     """Give what the core is to know, None for nothing; `given` (options) overrules `filed` (canalyze.toml).
 
     say: takes a line about a description that is worth one.

@@ -4,7 +4,7 @@ Read from the core's JSON lines and never made here: what something means, the c
 numbers and bytes; words are in the language of the capture. It must not read, judge or print.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal, TypeAlias
 
@@ -246,5 +246,10 @@ _NOTE: Final = tuple(Note.__dataclass_fields__)
 _MADE: Final = frozenset({"number", "data", "value", "abort", "duration", "findings"})
 _TRANSFER: Final = tuple(name for name in Transfer.__dataclass_fields__ if name not in _MADE)
 
-OF_KIND: Final = {"frame": frame, "note": note, "finding": Finding.from_json, "transfer": transfer}
+OF_KIND: Final[Mapping[str, Callable[[Mapping[str, Any]], Event]]] = {
+    "frame": frame,
+    "note": note,
+    "finding": Finding.from_json,
+    "transfer": transfer,
+}
 """What makes an event of an object, by its kind."""

@@ -5,12 +5,11 @@ canalyze.toml: what a program means does not depend on the folder in which it is
 """
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias, TypedDict, TypeVar
 
 from canalyze import network
-from canalyze.errors import SourceError
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -19,7 +18,16 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 StrPath: TypeAlias = str | os.PathLike[str]
-Descriptions: TypeAlias = Mapping[int | tuple[str, int], StrPath] | Iterable[str]
+
+
+class ByNode(Protocol):
+    """Files by node-ID, or by bus and node-ID: a dictionary whose keys may be of one kind, or of both."""
+
+    def items(self) -> Iterable[tuple[int | tuple[str, int], StrPath]]:
+        """Give node and file."""
+
+
+Descriptions: TypeAlias = ByNode | Sequence[str]
 
 
 class Options(TypedDict, total=False):
@@ -98,8 +106,9 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     if not names:
         raise ValueError("path: no file")
     paths = tuple(base / os.fspath(name) for name in names)
-    for one in paths:
-        _there(one)
+    shown = tuple(map(_shown, paths))
+    for one, shown_as in zip(paths, shown, strict=True):
+        _there(one, shown_as)
     given = network.Known(
         tuple(_described(eds, base, words)),
         tuple(_spelled("cob", text, network.cob, words) for text in _texts("cob", cob)),
@@ -123,7 +132,7 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     }
     plan = Plan(
         paths=paths,
-        shown=tuple(map(_shown, paths)),
+        shown=shown,
         settings={name: value for name, value in settings.items() if value is not None},
         filter=filter,
         words=words,
@@ -135,13 +144,13 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     return Capture(plan)
 
 
-def _there(path: Path) -> None:
+def _there(path: Path, shown: str) -> None:
     """Raise SourceError where the file cannot be opened: nobody wants to hear of it only when it is read."""
     from canalyze.sources.file import Source
 
     if path.is_fifo():  # opening it would take the writer's first bytes
         return
-    with Source(str(path)):
+    with Source(str(path), shown):
         pass
 
 
@@ -152,7 +161,7 @@ def _shown(path: Path) -> str:
 
 
 def _described(eds: Descriptions, base: Path, words: Words) -> Iterable[network.Description]:
-    if isinstance(eds, Mapping):
+    if not isinstance(eds, Sequence):
         for key, file in eds.items():
             bus, node = key if isinstance(key, tuple) else (None, key)
             if type(node) is not int or node not in network.NODES:

@@ -205,6 +205,4 @@ def node(row: Mapping[str, Any]) -> Node:
 def _spread(row: Mapping[str, Any] | None) -> Spread | None:
     if row is None:
         return None
-    return Spread(
-        row["count"], row["min_us"], row["mean_us"], row["max_us"], row["sigma_us"], row.get("p99_us")
-    )
+    return Spread(row["count"], row["min_us"], row["mean_us"], row["max_us"], row["sigma_us"], row.get("p99_us"))

@@ -7,7 +7,7 @@ read, and of a wish to end, says who reads.
 
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol, TypeVar
@@ -103,7 +103,7 @@ class Reading:
         self.understood = False
         """Something could be read of it."""
 
-    def over(self, names: Sequence[str]) -> Iterator[bytes]:
+    def over(self, names: Sequence[str]) -> Generator[bytes, None, None]:
         """Read all of them and finish the capture: give every result of the session, in order, also an empty one."""
         for group in [names] if self._merge else [(name,) for name in names]:
             if self._reader.ended:

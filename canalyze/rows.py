@@ -47,8 +47,8 @@ class Rows(Sequence[T]):
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        more = ", ..." if len(self) > _SHOWN else ""
-        return f"<{len(self)} {self._what}: {', '.join(map(self._one, self._rows[:_SHOWN]))}{more}>"
+        more = [*map(self._one, self._rows[:_SHOWN]), *["..."] * (len(self) > _SHOWN)]
+        return f"<{len(self)} {self._what}{': ' if more else ''}{', '.join(more)}>"
 
     def _one(self, row: T) -> str:
         return repr(row)

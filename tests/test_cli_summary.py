@@ -37,7 +37,18 @@ KEYS = {
     "summary_sync": {"kind", "bus", "frames", "period", "counted", "counter_min", "counter_max", "counter_jumps"},
     "summary_node": {
         *("kind", "bus", "node", "name", "name_from", "frames", "sent", "tpdo", "rpdo", "tpdo_rate", "rpdo_rate"),
-        *("state", "state_text", "state_name", "changes", "states", "boot_ups", "error_control", "heartbeats", "heartbeat", "sdo"),
+        *(
+            "state",
+            "state_text",
+            "state_name",
+            "changes",
+            "states",
+            "boot_ups",
+            "error_control",
+            "heartbeats",
+            "heartbeat",
+            "sdo",
+        ),
         *("response", "aborts", "emcys", "emcy"),
     },
     "summary_pdo": {
