@@ -174,11 +174,6 @@ class Signals(Rows[Signal]):
         hint = f"; there are {', '.join(near)}" if near else ""
         raise KeyError(f"no signal {place!r}{hint}")
 
-    def __contains__(self, key: object) -> bool:
-        if isinstance(key, str):
-            return any(key.lower() in _names(one) for one in self._groups)
-        return key in self._rows
-
 
 def _names(key: tuple[str | None, int, str, str, int, str]) -> set[str]:
     bus, node, pdo, index, sub, signal = key

@@ -63,7 +63,7 @@ KEYS = {
 INNER = {
     ("summary_bus", "burst"): {"frames", "length_us", "first_frame"},
     ("summary_sync", "period"): SPREAD | {"p99_us"},
-    ("summary_node", "states"): {"state", "text", "t", "frame", "commanded"},
+    ("summary_node", "states"): {"state", "text", "name", "t", "frame", "commanded"},
     ("summary_node", "heartbeat"): SPREAD,
     ("summary_node", "response"): SPREAD | {"p99_us"},
     ("summary_node", "sdo"): {"transfers", "ok", "aborted", "failed", "incomplete"},

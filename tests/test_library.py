@@ -81,7 +81,7 @@ def test_findings_are_found() -> None:
 
 
 def test_signals_are_those_of_the_command() -> None:
-    arguments = ["signals", "--lang", "en", "--format", "jsonl", "--eds", f"5={DRIVE}", NETWORK]
+    arguments: list[str | Path] = ["signals", "--lang", "en", "--format", "jsonl", "--eds", f"5={DRIVE}", NETWORK]
     rows = [json.loads(line) for line in run_canalyze(arguments).splitlines()]
     signals = canalyze.open(NETWORK, eds={5: DRIVE}).signals
     names = [one.name for one in fields(canalyze.Signal)]
@@ -97,7 +97,6 @@ def test_a_signal_is_a_series() -> None:
     assert len(series.values) == len(series.times_ns) == len(series.frames) == 34
     assert series.times_ns == sorted(time for time in series.times_ns if time is not None)
     assert signals["velocity actual value"] == series == signals["5.606c:00"] == signals["vcan0:5.tpdo4.606ch:00"]
-    assert "5.606C" in signals and "7.606C" not in signals
     assert series.name in signals.names
     with pytest.raises(KeyError, match=r"no signal '5\.velocity'; there are 5\.TPDO4\.velocity actual value"):
         signals["5.velocity"]
@@ -235,10 +234,10 @@ def test_nothing_of_the_folder_or_environment_counts(tmp_path: Path, monkeypatch
     (tmp_path / "canalyze.toml").write_text(f'lang = "zh"\n[[eds]]\nnode = 5\nfile = "{DRIVE.as_posix()}"\n')
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("CANALYZE_LANG", "zh")
-    assert "5.TPDO4.velocity actual value" not in canalyze.open(NETWORK).signals
+    assert "5.TPDO4.velocity actual value" not in canalyze.open(NETWORK).signals.names
     asked = canalyze.open(NETWORK, config="canalyze.toml")
-    assert "5.TPDO4.velocity actual value" in asked.signals
-    assert "速度实际值" in canalyze.open(NETWORK, config="canalyze.toml", lang="zh").signals
+    assert "5.TPDO4.velocity actual value" in asked.signals.names
+    assert "5.TPDO4.速度实际值" in canalyze.open(NETWORK, config="canalyze.toml", lang="zh").signals.names
     (tmp_path / "canalyze.toml").write_text("nonsense = 1\n")
     with pytest.raises(canalyze.ConfigError, match="nonsense"):
         canalyze.open(NETWORK, config="canalyze.toml")
