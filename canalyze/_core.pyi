@@ -104,6 +104,7 @@ class Session:
         lines (JSON lines of `line`: what text has of each frame, with its number) |
         records (JSON lines: transfers and findings as they come, and what summary has from finish()) |
         info (JSON lines, one object a file, from its end(); nothing is decoded) |
+        check (JSON lines of findings only, with `lines`, the annotated lines that led to each) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.

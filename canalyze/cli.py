@@ -3,6 +3,7 @@
 `main` is the one place where errors become a line and a code:
 
     0    done; also when the reader of a pipe went away
+    1    check: there are findings
     2    wrong usage, or something could not be read or written
     130  Ctrl-C (143: SIGTERM); what was known by then is written
 
@@ -24,7 +25,7 @@ from canalyze.options import common_options
 from canalyze.output import Output, complain, shows_chinese
 from canalyze.words import Words
 
-COMMANDS: Final = ("decode", "explain", "sdo", "signals", "summary", "convert", "info", "eds", "rules")
+COMMANDS: Final = ("decode", "explain", "sdo", "signals", "summary", "check", "convert", "info", "eds", "rules")
 """In the order of help; each stands in `commands/` under its name."""
 
 _SETTLED_FIRST: Final = ("--lang", "--config")

@@ -6,17 +6,19 @@ ConfigError, worded by who shows it.
 
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
-from canalyze import network
+from canalyze import network, policy
 from canalyze.errors import ConfigError
+from canalyze.toml import File, Key, as_text, as_toml, bit_rate, node, parsed, text
 from canalyze.words import LANGUAGES
 
 FILE: Final = "canalyze.toml"
 _NOTHING: Final = network.Known()
+_LENIENT: Final = policy.Policy()
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,39 +31,39 @@ class Config:
     """Whether anybody chose the language: then it stands, whatever the terminal can show."""
     known: network.Known = _NOTHING
     """What canalyze.toml says of the network; options may overrule it."""
-
-
-class Key(NamedTuple):
-    """How a value of canalyze.toml is read: None says that it cannot be, in the words `config.FORM`."""
-
-    read: Callable[[Any], object]
-    form: str
-    needed: bool = False
-
-
-def _text(value: object) -> str | None:
-    return value if isinstance(value, str) and value else None
+    check: policy.Policy = _LENIENT
+    """What canalyze.toml says of findings; options may overrule it."""
 
 
 def _language(value: object) -> str | None:
     return value if isinstance(value, str) and value in LANGUAGES else None
 
 
-def _node(value: object) -> int | None:
-    return value if type(value) is int and value in network.NODES else None
-
-
 def _nodes(value: object) -> tuple[int, ...] | None:
     if isinstance(value, str):
         return network.nodes(value)
-    found = [_node(one) for one in (value if isinstance(value, list) else [value])]
+    found = [node(one) for one in (value if isinstance(value, list) else [value])]
     nodes = tuple(dict.fromkeys(node for node in found if node is not None))
     return nodes if nodes and None not in found else None
 
 
-def _as_text(read: Callable[[str], object]) -> Callable[[object], object]:
-    """Give a reader of strings only: in 181 nobody sees whether it was meant in hexadecimal."""
-    return lambda value: read(value) if isinstance(value, str) else None
+def _several(value: object) -> tuple[int, ...] | None:
+    """Read node-IDs, each a number or a text as `_nodes` takes it."""
+    found = [_nodes(one) for one in value] if isinstance(value, list) else [_nodes(value)]
+    nodes = tuple(dict.fromkeys(node for some in found for node in some or ()))
+    return nodes if nodes and None not in found else None
+
+
+def _codes(value: object) -> tuple[str, ...] | None:
+    texts = value if isinstance(value, list) else [value]
+    joined = ",".join(one if isinstance(one, str) else "" for one in texts)
+    return policy.codes(joined) if texts else None
+
+
+def _globs(value: object) -> tuple[str, ...] | None:
+    found = [text(one) for one in value] if isinstance(value, list) else [text(value)]
+    globs = tuple(one for one in found if one is not None)
+    return globs if globs and None not in found else None
 
 
 def _tolerance(value: object) -> int | None:
@@ -70,21 +72,17 @@ def _tolerance(value: object) -> int | None:
     return network.nanoseconds(value)
 
 
-def _bit_rate(value: object) -> int | None:
-    return network.bit_rate(str(value)) if type(value) in (int, str) else None
-
-
-_BUS: Final = Key(_text, "text")
-_ID: Final = Key(_as_text(network.can_id), "can_id", needed=True)
+_BUS: Final = Key(text, "text")
+_ID: Final = Key(as_text(network.can_id), "can_id", needed=True)
 ENTRIES: Final[Mapping[str, Mapping[str, Key]]] = {
-    "eds": {"file": Key(_text, "text", needed=True), "node": Key(_nodes, "nodes"), "bus": _BUS},
+    "eds": {"file": Key(text, "text", needed=True), "node": Key(_nodes, "nodes"), "bus": _BUS},
     "cob": {
         "id": _ID,
-        "node": Key(_node, "node", needed=True),
-        "pdo": Key(_as_text(network.pdo), "pdo", needed=True),
+        "node": Key(node, "node", needed=True),
+        "pdo": Key(as_text(network.pdo), "pdo", needed=True),
         "bus": _BUS,
     },
-    "sdo": {"client": _ID, "server": _ID, "node": Key(_node, "node", needed=True), "bus": _BUS},
+    "sdo": {"client": _ID, "server": _ID, "node": Key(node, "node", needed=True), "bus": _BUS},
 }
 """Tables that may come several times, [[eds]], and their keys."""
 SYNC: Final[Mapping[str, Key]] = {
@@ -92,12 +90,30 @@ SYNC: Final[Mapping[str, Key]] = {
     "window_us": Key(lambda value: _tolerance(value) or None, "period"),
 }
 """Keys of [sync]."""
+CHECK: Final[Mapping[str, Key]] = {
+    "fail_on": Key(lambda value: value if value in policy.THRESHOLDS else None, "threshold"),
+    "select": Key(_codes, "codes"),
+    "ignore": Key(_codes, "codes"),
+    "baseline": Key(text, "text"),
+}
+"""Keys of [check]."""
+OVERRIDE: Final[Mapping[str, Key]] = {
+    "codes": Key(_codes, "codes", needed=True),
+    "severity": Key(lambda value: value if value in policy.RULINGS else None, "ruling", needed=True),
+    "reason": Key(text, "text", needed=True),
+    "files": Key(_globs, "globs"),
+    "nodes": Key(_several, "several_nodes"),
+    "bus": _BUS,
+}
+"""Keys of [[check.override]]."""
 KEYS: Final[Mapping[str, Key]] = {
     "lang": Key(_language, "language"),
     "jitter_us": Key(_tolerance, "tolerance"),
-    "bitrate": Key(_bit_rate, "bit_rate"),
+    "bitrate": Key(bit_rate, "bit_rate"),
 }
 """Keys of canalyze.toml outside of tables."""
+TABLES: Final = ("sync", "check")
+"""Tables that come once."""
 
 
 def settle(lang: str | None, file: str | None) -> Config:
@@ -110,7 +126,7 @@ def settle(lang: str | None, file: str | None) -> Config:
         raise ConfigError("config.lang_env", value=wanted)
     filed = read(file)  # always: a broken file is said even where another choice wins
     choice = given or language(wanted) or (filed.lang if filed.chosen else None)
-    return Config(lang=choice or "zh", chosen=choice is not None, known=filed.known)
+    return Config(lang=choice or "zh", chosen=choice is not None, known=filed.known, check=filed.check)
 
 
 def spoken(lang: str | None) -> Config:
@@ -129,36 +145,33 @@ def read(file: str | None) -> Config:
     """Read the named file, or canalyze.toml of the current directory if there is one, and check every key."""
     path = Path(FILE if file is None else file)
     try:
-        text = path.read_bytes()
+        content = path.read_bytes()
     except FileNotFoundError as error:
         if file is None:
             return Config()
         raise ConfigError("config.unreadable", file=path, error=error) from error
     except OSError as error:
         raise ConfigError("config.unreadable", file=path, error=error) from error
-    values = _parsed(path, text)
-    filed = _File(path, text.decode("utf-8").splitlines())
+    values = parsed(path, content)
+    filed = File(path, content.decode("utf-8").splitlines())
     for key in values:
-        if key not in (*KEYS, *ENTRIES, "sync"):
-            allowed = ", ".join([*KEYS, "[sync]", *(f"[[{name}]]" for name in ENTRIES)])
+        if key not in (*KEYS, *ENTRIES, *TABLES):
+            allowed = ", ".join([*KEYS, *(f"[{name}]" for name in TABLES), *(f"[[{name}]]" for name in ENTRIES)])
             raise ConfigError("config.unknown", file=filed.at("", 0, key), key=key, allowed=allowed)
     top = filed.read("", 0, {key: value for key, value in values.items() if key in KEYS}, KEYS)
-    given = values.get("sync", {})
-    if not isinstance(given, dict):
-        raise ConfigError("config.table", file=filed.at("", 0, "sync"), key="sync", table="[sync]")
-    sync = filed.read("sync", 0, given, SYNC)
+    sync = filed.read("sync", 0, _table(filed, values, "sync"), SYNC)
     known = network.Known(
         tuple(
             network.Description(entry.get("bus"), entry.get("node") or (), str(path.parent / entry["file"]))
-            for entry in filed.entries("eds", values)
+            for entry in filed.entries("eds", values, ENTRIES["eds"])
         ),
         tuple(
             network.Cob(entry.get("bus"), entry["id"], entry["node"], *entry["pdo"])
-            for entry in filed.entries("cob", values)
+            for entry in filed.entries("cob", values, ENTRIES["cob"])
         ),
         tuple(
             network.SdoChannel(entry.get("bus"), entry["client"], entry["server"], entry["node"])
-            for entry in filed.entries("sdo", values)
+            for entry in _channels(filed, values)
         ),
         sync.get("period_us"),
         sync.get("window_us"),
@@ -166,88 +179,41 @@ def read(file: str | None) -> Config:
         top.get("bitrate"),
     )
     lang = top.get("lang")
-    return Config(lang=lang or "zh", chosen=lang is not None, known=known)
+    return Config(lang=lang or "zh", chosen=lang is not None, known=known, check=_check(filed, values, path.parent))
 
 
-class _File:
-    """A file whose TOML is in order: reads its tables, and finds the lines that tomllib does not tell."""
-
-    def __init__(self, path: Path, lines: list[str]) -> None:
-        """Take the lines of its text."""
-        self._path = path
-        self._lines = lines
-        headings = ((number, _HEADING.fullmatch(line)) for number, line in enumerate(lines, 1))
-        self._headings = [(number, match[1]) for number, match in headings if match]
-
-    def at(self, table: str, place: int, key: str = "") -> str:
-        """Give FILE:LINE of a key, or of its table, of which it is number `place`; FILE if neither is seen."""
-        starts = [0] if table == "" else [number for number, name in self._headings if name == table]
-        if place >= len(starts):  # not under a heading of its own: sync.period_us = 1, eds = [{...}]
-            return self.at("", 0, table)
-        start = starts[place]
-        end = next((number for number, _ in self._headings if number > start), len(self._lines) + 1)
-        pattern = re.compile(rf"""\s*["']?{re.escape(key)}["']?\s*[=.]""")
-        seen = (number for number in range(start + 1, end) if pattern.match(self._lines[number - 1]))
-        opened = (number for number, name in self._headings if not table and name == key)
-        line = next(seen, None) or next(opened, start)
-        return f"{self._path}:{line}" if line else str(self._path)
-
-    def read(self, table: str, place: int, values: Mapping[str, object], keys: Mapping[str, Key]) -> dict[str, Any]:
-        """Read the values of one table; ConfigError for what cannot be."""
-        found = {}
-        for name, value in values.items():
-            shown = f"{table}.{name}" if table else name
-            if name not in keys:
-                file = self.at(table, place, name)
-                raise ConfigError("config.unknown", file=file, key=shown, allowed=", ".join(keys))
-            found[name] = keys[name].read(value)
-            if found[name] is None:
-                file = self.at(table, place, name)
-                raise ConfigError(f"config.{keys[name].form}", file=file, key=shown, value=_as_toml(value))
-        for name, key in keys.items():
-            if key.needed and name not in found:
-                raise ConfigError("config.lacks", file=self.at(table, place), key=f"{table}.{name}")
-        return found
-
-    def entries(self, table: str, values: Mapping[str, object]) -> list[dict[str, Any]]:
-        """Read all tables of one name."""
-        given = values.get(table, [])
-        if not isinstance(given, list) or not all(isinstance(entry, dict) for entry in given):
-            raise ConfigError("config.table", file=self.at(table, 0), key=table, table=f"[[{table}]]")
-        found = []
-        for place, entry in enumerate(given):
-            found.append(self.read(table, place, entry, ENTRIES[table]))
-            if table == "sdo" and found[-1]["client"] == found[-1]["server"]:
-                file = self.at(table, place, "server")
-                raise ConfigError("config.one_id", file=file, key="sdo.server", value=_as_toml(entry["server"]))
-        return found
+def _table(filed: File, values: Mapping[str, object], name: str) -> dict[str, Any]:
+    given = values.get(name, {})
+    if not isinstance(given, dict):
+        raise ConfigError("config.table", file=filed.at("", 0, name), key=name, table=f"[{name}]")
+    return given
 
 
-_HEADING: Final = re.compile(r"\s*\[{1,2}\s*([\w.-]+)\s*\]{1,2}\s*(?:#.*)?")
+def _check(filed: File, values: Mapping[str, object], directory: Path) -> policy.Policy:
+    if "check" not in values:
+        return _LENIENT
+    given = _table(filed, values, "check")
+    own = filed.read("check", 0, {key: value for key, value in given.items() if key != "override"}, CHECK)
+    entries = filed.entries("check.override", {"check.override": given.get("override", [])}, OVERRIDE)
+    overrides = [
+        policy.Override(**entry, at=filed.at("check.override", place, "codes")) for place, entry in enumerate(entries)
+    ]
+    baseline = own.get("baseline")
+    return policy.Policy(
+        own.get("fail_on"),
+        own.get("select", ()),
+        own.get("ignore", ()),
+        str(directory / baseline) if baseline else None,
+        tuple(overrides),
+        str(directory),
+        tuple((key, filed.at("check", 0, key)) for key in ("select", "ignore")),
+    )
 
 
-def _parsed(path: Path, text: bytes) -> dict[str, object]:
-    import tomllib
-
-    try:
-        return tomllib.loads(text.decode("utf-8"))
-    except UnicodeDecodeError as error:
-        line = text.count(b"\n", 0, error.start) + 1
-        raise ConfigError("config.not_utf8", file=path, line=line) from error
-    except tomllib.TOMLDecodeError as error:
-        line, column, problem = _place(str(error), text)
-        raise ConfigError("config.broken", file=path, line=line, column=column, problem=problem) from error
-
-
-def _place(message: str, text: bytes) -> tuple[int, int, str]:
-    """Take line and column out of tomllib's "... (at line 3, column 7)" or "... (at end of document)"."""
-    problem, _, where = message.partition(" (at ")
-    if match := re.match(r"line (\d+), column (\d+)", where):
-        return int(match[1]), int(match[2]), problem
-    lines = text.decode("utf-8").splitlines() or [""]
-    return len(lines), len(lines[-1]) + 1, problem
-
-
-def _as_toml(value: object) -> str:
-    write: Callable[[object], str] = str if not isinstance(value, bool) else lambda value: str(value).lower()
-    return f'"{value}"' if isinstance(value, str) else write(value)
+def _channels(filed: File, values: Mapping[str, Any]) -> list[dict[str, Any]]:
+    channels = filed.entries("sdo", values, ENTRIES["sdo"])
+    for place, channel in enumerate(channels):
+        if channel["client"] == channel["server"]:
+            file, server = filed.at("sdo", place, "server"), as_toml(values["sdo"][place]["server"])
+            raise ConfigError("config.one_id", file=file, key="sdo.server", value=server)
+    return channels

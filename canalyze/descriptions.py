@@ -22,11 +22,13 @@ Carrier = tuple[str | None, int]
 """Bus (None is every bus) and node-ID."""
 
 
-def network(filed: Known, given: Known, words: Words, say: Callable[[str], None] = complain) -> "_core.Network | None":
+def network(
+    filed: Known, given: Known, words: Words | None, say: Callable[[str], None] = complain
+) -> "_core.Network | None":
     """Give what the core is to know, None for nothing; `given` (options) overrules `filed` (canalyze.toml).
 
-    say: takes a line about a description that is worth one.
-    SourceError and ConfigError for a description that cannot be used; ValueError is the core's.
+    words: what is odd about a description is said in them, a line each to `say`; None: it was said before. SourceError
+    and ConfigError for a description that cannot be used; ValueError is the core's.
     """
     known = filed.overruled(given)
     if known == Known():
@@ -40,7 +42,8 @@ def network(filed: Known, given: Known, words: Words, say: Callable[[str], None]
         from canalyze.dictionary.rows import flat
 
         for file in dict.fromkeys(carried.values()):
-            _say(read[file], [node for (_, node), other in carried.items() if other == file], words, say)
+            if words is not None:
+                _say(read[file], [node for (_, node), other in carried.items() if other == file], words, say)
             tables[file] = flat(read[file])
     return _core.Network(
         descriptions=[(_name(bus), node, tables[file]) for (bus, node), file in carried.items()],

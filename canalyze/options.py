@@ -194,21 +194,27 @@ def open_session(words: Words, given: CaptureOptions, **settings: Any) -> "Sessi
 
     What the core cannot accept (a filter, a map) is a usage error; a setting that is None is left to the core.
     """
-    from canalyze._core import Session
     from canalyze.descriptions import network as known
 
     context = click.get_current_context()
     filed = (context.find_object(Config) or Config()).known
     try:
-        settings["network"] = known(filed, _known(given), words)
-        settings["topics"], settings["mcap_maps"] = given.get("topic", ()), given.get("mcap_map", ())
-        settings["time_source"] = given.get("time_source")
-        return Session(lang=words.lang, **{name: value for name, value in settings.items() if value is not None})
+        return start_session(words, given, network=known(filed, known_of(given), words), **settings)
     except ValueError as error:
         raise CoreUsageError(str(error), context) from error
 
 
-def _known(given: CaptureOptions) -> network.Known:
+def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":
+    """Start the core with these settings, the network among them; ValueError for what it cannot accept."""
+    from canalyze._core import Session
+
+    settings["topics"], settings["mcap_maps"] = given.get("topic", ()), given.get("mcap_map", ())
+    settings["time_source"] = given.get("time_source")
+    return Session(lang=words.lang, **{name: value for name, value in settings.items() if value is not None})
+
+
+def known_of(given: CaptureOptions) -> network.Known:
+    """Give what options say of the network."""
     return network.Known(
         given.get("eds", ()),
         given.get("cob", ()),

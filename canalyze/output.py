@@ -225,14 +225,18 @@ def _in_columns(text: str, columns: int) -> str:
 class Progress:
     """A line on standard error that says how far the work is: only on a terminal, and only after a second."""
 
-    def __init__(self, words: Words, output: Output, total: int | None) -> None:
-        """`total` is the size of all inputs in bytes, None if unknown."""
+    def __init__(self, words: Words, output: Output, total: int | None, *, until_output: bool = False) -> None:
+        """`total` is the size of all inputs in bytes, None if unknown.
+
+        until_output: nothing is written to `output` before the work is done, so the line may stand on its terminal.
+        """
         self._words = words
         self._total = total
         self._done = 0
         self._shown = False
         # Behind a pipe may be a pager or a filter on the same terminal: the line would stand in their way.
-        self._wanted = output.is_quiet and sys.stderr is not None and sys.stderr.isatty()
+        room = output.is_quiet or (until_output and output.is_terminal)
+        self._wanted = room and sys.stderr is not None and sys.stderr.isatty()
         if self._wanted:
             import time
 

@@ -10,10 +10,10 @@ from collections.abc import Callable
 from contextlib import closing
 from functools import partial
 from types import FrameType, TracebackType
-from typing import TYPE_CHECKING, Self, TypeVar
+from typing import TYPE_CHECKING, Protocol, Self, TypeVar
 
 from canalyze.errors import SourceError
-from canalyze.output import Progress, complain
+from canalyze.output import complain
 from canalyze.reading import Reading
 from canalyze.sources.format import Capture, open_capture
 from canalyze.words import Words
@@ -67,6 +67,16 @@ class Interrupt:
             self._waiting = False
 
 
+class Meter(Protocol):
+    """What is told how far the reading is: a line on a terminal, or another process."""
+
+    def step(self, size: int, frames: int) -> None:
+        """Count `size` bytes more; so many frames were read."""
+
+    def clear(self) -> None:
+        """Something else is about to be written."""
+
+
 class Run:
     """One capture of one or several inputs through one session."""
 
@@ -74,15 +84,17 @@ class Run:
         self,
         session: "Session",
         words: Words,
-        progress: Progress,
+        progress: Meter,
         take: Callable[[bytes], None],
         given: "CaptureOptions",
         *,
         frameless: bool = False,
+        tell: Callable[[str], None] = complain,
     ) -> None:
         """`take` gets every result of the session, in order, also an empty one; `given` says how inputs are read.
 
-        frameless: a file without any frame is fine, if it has the sign of its format.
+        frameless: a file without any frame is fine, if it has the sign of its format. tell: gets what is to be
+        complained of, line by line.
         """
         form = given.get("input_format")
         self._reading = Reading(
@@ -94,6 +106,9 @@ class Run:
             given_format=form is not None,
             frameless=frameless,
         )
+        self.failure: str | None = None
+        """Why an input, or its rest, could not be read: the first such reason, in words."""
+        self._tell = tell
         self._words = words
         self._progress = progress
         self._take = take
@@ -130,11 +145,13 @@ class Run:
     def complain(self, line: str) -> None:
         """Write a line to standard error, with the progress out of its way."""
         self._progress.clear()
-        complain(line)
+        self._tell(line)
 
     def failed(self, error: SourceError) -> None:
         """Say that an input cannot be read: the others are read all the same, and the exit code tells."""
-        self.complain(f"canalyze: {error.in_words(self._words)}")
+        reason = error.in_words(self._words)
+        self.failure = self.failure or reason
+        self.complain(f"canalyze: {reason}")
         self._code = error.exit_code
 
     def step(self, size: int, frames: int) -> None:

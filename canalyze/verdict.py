@@ -42,6 +42,8 @@ class Verdict:
     """Frames read."""
     seconds: float = 0.0
     """How long the work took."""
+    reasons: tuple[tuple[str, int], ...] = ()
+    """Why overrides of the configuration changed findings, and how many each, in the order of the reasons."""
 
     @property
     def failed(self) -> bool:

@@ -35,6 +35,7 @@ FORMATS = [
     {"output_format": "jsonl", "lang": "en"},
     {"output_format": "transfers", "lang": "en"},
     {"output_format": "summary", "lang": "en"},
+    {"output_format": "check", "lang": "en"},
 ]
 
 

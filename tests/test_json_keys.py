@@ -41,6 +41,11 @@ INFO = {
     "contents": {"dialect", "passed_over", "topics"},
 }
 """Of `info`: the object, and the objects in it."""
+CHECK = {
+    "finding": KEYS["finding"] | {"lines", "count", "frames", "known", "fails"},
+    "check": {"kind", "file", "frames", "failed", "failures", "others", "overruled", "reasons", "error"},
+}
+"""Of `check`: a kind of finding, and the end of a capture."""
 SDO = {"by", "command", "transfer", "index", "sub", "segment", "place", "answered_by"}
 MALFORMED = {"malformed", "least", "most"}
 """Of a frame whose length says that nothing can be read from it."""
@@ -95,6 +100,18 @@ def test_info_has_its_keys(canalyze: Runner, tmp_path: Path) -> None:
         assert objects and all(set(one) == INFO[key] for one in objects), key
     documented = (SOURCE / "info.rs").read_text()
     assert all(key in documented for keys in INFO.values() for key in keys if keys is not INFO["contents"])
+
+
+def test_check_has_its_keys(canalyze: Runner) -> None:
+    rules = [str(SAMPLES / "rules" / f"{code}.log") for code in ("SDO001", "SYN003", "CAP001")]
+    found = [json.loads(line) for line in canalyze("check", "--format", "jsonl", *rules).lines]
+    assert {row["kind"] for row in found} == set(CHECK)
+    for row in found:
+        assert set(row) == CHECK[row["kind"]]
+        for line in row.get("lines", ()):
+            assert set(line) == {"frame", "text"}
+    documented = (SOURCE.parents[3] / "reports/check_jsonl.py").read_text() + (SOURCE / "mod.rs").read_text()
+    assert all(key in documented for keys in CHECK.values() for key in keys)
 
 
 def test_the_source_documents_every_key() -> None:

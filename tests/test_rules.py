@@ -198,6 +198,7 @@ RAISED: dict[str, list[Raised]] = {
     "SYN011": [("SYN011", 32, None)],
     "SYN011-no-stamps": [("SYN011", 6, None)],
     "SYN012": [("SYN012", 13, 10)],
+    "SYN013": [("SYN013", 19, 15)],
     "TIM001": [("TIM001", 3, None)],
     "TIM001-length": [("TIM001", 3, None)],
     "TIM001-reserved": [("TIM001", 3, None)],

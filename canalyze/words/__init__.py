@@ -6,18 +6,33 @@ Rows (key, zh, en), complete in both languages, one file a topic; a test keeps i
 
 from typing import Final
 
-from canalyze.words import commands, convert, defects, descriptions, errors, info, library, pages, summary, tables
+from canalyze.words import (
+    check,
+    commands,
+    convert,
+    defects,
+    descriptions,
+    errors,
+    info,
+    library,
+    pages,
+    reports,
+    summary,
+    tables,
+)
 
 LANGUAGES: Final = ("zh", "en")
 
 ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *pages.ROWS,
     *commands.ROWS,
+    *check.ROWS,
     *convert.ROWS,
     *tables.ROWS,
     *summary.ROWS,
     *info.ROWS,
     *library.ROWS,
+    *reports.ROWS,
     *descriptions.ROWS,
     *defects.ROWS,
     *errors.ROWS,

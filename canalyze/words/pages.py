@@ -135,6 +135,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sdo capture.log --extract out/     列出SDO传输并取出数据\n"
         "canalyze signals --eds 5=drive.eds a.log    解析PDO里的信号\n"
         "canalyze summary --bitrate 500k capture.log 统计节点和总线负载\n"
+        "canalyze check 'captures/**/*.log'          检查记录，供CI使用\n"
         "canalyze info capture.mcap                  说明文件本身：格式、总线、时间、损坏\n"
         "canalyze convert capture.asc capture.log    转换格式\n"
         "canalyze --lang en decode --help            英文说明",
@@ -144,6 +145,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sdo capture.log --extract out/     list SDO transfers, take out their data\n"
         "canalyze signals --eds 5=drive.eds a.log    decode the signals in PDOs\n"
         "canalyze summary --bitrate 500k capture.log figures of nodes and bus load\n"
+        "canalyze check 'captures/**/*.log'          findings of many captures, for CI\n"
         "canalyze info capture.mcap                  what a file is: format, buses, time, damage\n"
         "canalyze convert capture.asc capture.log    convert to another format\n"
         "canalyze --lang zh decode --help            help in Chinese",

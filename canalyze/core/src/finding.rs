@@ -283,6 +283,8 @@ rules! {
     Syn011 "SYN011" "sync-not-judged" Info "-";
     /// A SYNC was late, and those after it came in time.
     Syn012 "SYN012" "late-sync" Info "CiA 301 7.2.5, 7.5.2.6";
+    /// SYNC has stopped, and nodes are Operational all the same.
+    Syn013 "SYN013" "sync-stopped" Info "CiA 301 7.2.5, 7.5.2.6";
     /// A time of day that cannot be, or reserved bits that are set.
     Tim001 "TIM001" "invalid-time" Warning "CiA 301 7.2.6";
     /// TIME jumps against the clock of the capture.

@@ -187,6 +187,7 @@ impl Session {
             ("lines", Format::Lines),
             ("convert", Format::Convert(to)),
             ("info", Format::Info),
+            ("check", Format::Check),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =

@@ -135,14 +135,16 @@ const MAY_USE: &[Row] = &[
             "readers",
             "writers",
             "text",
+            "trail",
         ],
     ),
+    ("trail", &["frame", "cob_id", "message", "finding", "event", "services::sdo::wire"]),
     ("repeats", &["frame", "finding", "event", "services::sdo::wire"]),
     (
         "session",
         &[
             "frame", "finding", "event", "context", "network", "services", "bus", "readers", "writers", "filter",
-            "select", "summary", "info", "inputs", "text", "render", "repeats",
+            "select", "summary", "info", "inputs", "text", "render", "repeats", "trail",
         ],
     ),
     (

@@ -36,6 +36,9 @@ const DRAINED_NS: i64 = 1_000_000;
 const STALL_NS: i64 = 1_000_000_000;
 /// SYNCs after which the configuration is taken as complete: a configurator writes one object after the other.
 const SETTLED: u64 = 2;
+/// How long at least SYNC is missed before it is taken to have stopped, and how many periods.
+const SILENT_NS: i64 = 1_000_000_000;
+const SILENT_PERIODS: i64 = 10;
 /// NMT commands after which a producer sends no SYNC for a while: stop, reset node, reset communication.
 const STOPS: [u8; 3] = [0x02, 0x81, 0x82];
 /// Heartbeat state Operational.
@@ -59,6 +62,8 @@ pub struct Sync {
     copies: Copies,
     /// The multiple of which all stamps were, in ns: their resolution, whatever their number of decimals.
     grain: Option<i64>,
+    /// SYNC is missed, and a node was Operational then.
+    silence: Silence,
     /// Two producers were told of.
     two: bool,
     /// Configured periods were held against the traffic.
@@ -75,6 +80,19 @@ struct Length {
     had: u8,
     /// SYNCs in a row since that had another.
     others: u8,
+}
+
+/// What is known of the time since the last SYNC.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Silence {
+    /// Nothing worth a word.
+    #[default]
+    Short,
+    /// It is long, and at this time a node was Operational. A machine that stood still may have SYNCs in its buffer, so
+    /// the next one is waited for.
+    Long(i64),
+    /// It was told.
+    Told,
 }
 
 /// SYNCs that stood twice, as every frame does in some captures.
@@ -159,7 +177,10 @@ impl Sync {
             }
             Message::Nmt { command, node } => self.restart((node != 0).then_some(node), STOPS.contains(&command)),
             Message::BootUp { node } => self.restart(Some(node), true),
-            Message::Heartbeat { node, state: OPERATIONAL, .. } => self.window.alive(node, &self.beat, cx),
+            Message::Heartbeat { node, state: OPERATIONAL, .. } => {
+                self.window.alive(node, &self.beat, cx);
+                self.judge_silence(node, frame.reference(), cx);
+            }
             Message::Heartbeat { node, .. } => self.window.restart(Some(node)),
             Message::PdoRequest { transmit: true, number, node } => self.window.asked(node, number),
             _ => {}
@@ -203,6 +224,7 @@ impl Sync {
     /// Frames of the bus were lost.
     pub fn lost(&mut self) {
         self.beat.broken();
+        self.silence = Silence::Told;
         self.counter.forget();
         self.window.restart(None);
     }
@@ -233,6 +255,7 @@ impl Sync {
             return;
         }
         let at = frame.reference();
+        self.silence = Silence::Short;
         self.see_grain(frame);
         if self.copy(counter, at, cx) {
             return;
@@ -353,6 +376,29 @@ impl Sync {
         if known.had >= LENGTHS && known.others == 0 {
             let facts = [("found", measured), ("expected", Quantity::Count(known.bytes.into()))];
             cx.find(Code::Syn001, None, None, None, Facts::told(1, &facts));
+        }
+    }
+
+    /// A node is Operational, and no SYNC has come for long.
+    fn judge_silence(&mut self, node: u8, at: FrameRef, cx: &mut Context<'_>) {
+        if self.stopped || self.restarted || self.silence == Silence::Told {
+            return;
+        }
+        let (Some(now), Some(silence), Some(period)) = (at.t_ns, self.beat.delay_ns(at), self.beat.period_ns()) else {
+            return;
+        };
+        if silence <= period.saturating_mul(SILENT_PERIODS).max(SILENT_NS) {
+            return;
+        }
+        match self.silence {
+            Silence::Long(since) if now.saturating_sub(since) > period => {
+                self.silence = Silence::Told;
+                let last = self.beat.sync(self.beat.cycle());
+                let facts = [("silence", Quantity::Ns(silence)), ("period", Quantity::Ns(period))];
+                cx.find(Code::Syn013, Some(node), None, last, Facts::told(0, &facts));
+            }
+            Silence::Short => self.silence = Silence::Long(now),
+            Silence::Long(_) | Silence::Told => {}
         }
     }
 

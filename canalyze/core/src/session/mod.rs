@@ -53,6 +53,8 @@ pub enum Format {
     Info,
     /// The frames themselves, in another capture format.
     Convert(writers::Format),
+    /// JSON lines of findings only, each with the annotated lines that led to it.
+    Check,
 }
 
 /// How a capture is read and shown.
@@ -309,7 +311,7 @@ impl Stream {
     fn frame(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
         self.capture.place(&mut frame);
         self.decoding.step(&frame, buses);
-        self.output.frame(out, self.capture.view(buses), &frame, &self.decoding.events);
+        self.output.frame(out, self.capture.view(buses), &frame, &mut self.decoding.events);
         self.decoding.clear(buses);
     }
 

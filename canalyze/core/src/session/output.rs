@@ -17,6 +17,7 @@ use crate::render::jsonl;
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
 use crate::summary::Summary;
+use crate::trail::{Held, Trail};
 use crate::writers::{Losses, Writer};
 
 /// What of the frames passes the filter, in one format.
@@ -37,9 +38,10 @@ pub(super) enum Form {
     Transfers,
     Signals(Signals),
     Summary(Box<Summary>),
-    Records(Box<Summary>),
+    Records(Box<Summary>, Box<Trail>),
     Info(Box<Info>),
     Convert(Box<Writer>),
+    Check(Box<Trail>),
 }
 
 impl Output {
@@ -53,9 +55,12 @@ impl Output {
             Format::Signals => signals(false),
             Format::SignalsCsv => signals(true),
             Format::Summary => Form::Summary(Box::new(Summary::new(Arc::clone(&options.network)))),
-            Format::Records => Form::Records(Box::new(Summary::new(Arc::clone(&options.network)))),
+            Format::Records => {
+                Form::Records(Box::new(Summary::new(Arc::clone(&options.network))), Box::default())
+            }
             Format::Info => Form::Info(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
+            Format::Check => Form::Check(Box::default()),
         };
         Self { form, filter: options.filter.clone(), shown: 0 }
     }
@@ -94,16 +99,25 @@ impl Output {
         }
     }
 
-    /// A frame with what follows from it, if the filter lets it through.
-    pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &[Event]) {
-        if let Form::Transfers | Form::Records(_) = self.form {
+    /// A frame with what follows from it, if the filter lets it through. What keeps a frame's own event takes it.
+    pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &mut Vec<Event>) {
+        if let Form::Transfers | Form::Records(..) = self.form {
             self.transfers(out, view, events);
         }
         if let Form::Transfers = self.form {
             return;
         }
         let (service, node) = service(events);
-        if !self.filter.shows(frame, service, node, view.buses, view.clock) {
+        let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
+        if let Form::Records(summary, _) = &mut self.form
+            && shown
+        {
+            summary.frame(frame, events);
+        }
+        if let Form::Check(trail) | Form::Records(_, trail) = &mut self.form {
+            trail.push(frame, (!events.is_empty()).then(|| events.remove(0)));
+        }
+        if !shown {
             return;
         }
         self.shown += 1;
@@ -119,31 +133,38 @@ impl Output {
             Form::Jsonl => jsonl::frame(out, view.jsonl, frame, events),
             Form::Signals(signals) => signals.frame(out, view.jsonl, frame, events),
             Form::Summary(summary) => summary.frame(frame, events),
-            Form::Records(summary) => {
-                summary.frame(frame, events);
-                findings(out, view, events);
-            }
             Form::Convert(writer) => {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
             }
+            Form::Check(trail) | Form::Records(_, trail) => findings(out, view, trail, events, |_, _| true),
             Form::Transfers | Form::Info(_) => {}
         }
     }
 
     /// What belongs to no frame at hand.
     pub(super) fn aside(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
+        if let Form::Records(summary, _) = &mut self.form {
+            summary.asides(events);
+            self.transfers(out, view, events);
+        }
         match &mut self.form {
             Form::Text(lines) => lines.end(out, events),
             Form::Jsonl => jsonl::asides(out, view.jsonl, events),
             Form::Transfers => self.transfers(out, view, events),
             Form::Summary(summary) => summary.asides(events),
-            Form::Records(summary) => {
-                summary.asides(events);
-                findings(out, view, events);
-                self.transfers(out, view, events);
-            }
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
+            Form::Check(trail) | Form::Records(_, trail) => {
+                let passes = |held: &Held| {
+                    let (service, node) = service(held.event.as_slice());
+                    self.filter.shows(&held.frame, service, node, view.buses, view.clock)
+                };
+                findings(out, view, trail, events, |finding, led_to| {
+                    // The frame at hand only proves it: what it is about are the others, where there are any.
+                    let mut about = led_to.iter().filter(|held| led_to.len() == 1 || held.frame.no != finding.at.no);
+                    self.filter.is_empty() || led_to.is_empty() || about.any(|held| passes(held))
+                });
+            }
             Form::Lines(_) | Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -152,9 +173,14 @@ impl Output {
     pub(super) fn marker(&mut self, out: &mut Vec<u8>, view: View<'_>, marker: &Marker) {
         match &mut self.form {
             Form::Text(lines) => lines.marker(out, marker, view.buses),
-            Form::Summary(summary) | Form::Records(summary) => summary.marker(marker),
+            Form::Summary(summary) | Form::Records(summary, _) => summary.marker(marker),
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
-            Form::Lines(_) | Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+            Form::Lines(_)
+            | Form::Jsonl
+            | Form::Transfers
+            | Form::Signals(_)
+            | Form::Info(_)
+            | Form::Check(_) => {}
         }
     }
 
@@ -163,18 +189,19 @@ impl Output {
         match &mut self.form {
             Form::Jsonl => jsonl::finding(out, view.jsonl, finding),
             Form::Summary(summary) => summary.finding(finding),
-            Form::Records(summary) => {
+            Form::Records(summary, trail) => {
                 summary.finding(finding);
-                jsonl::finding(out, view.jsonl, finding);
+                jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding));
             }
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
+            Form::Check(trail) => jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding)),
             Form::Text(_) | Form::Lines(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
         }
     }
 
     /// A file is over that had frames, and so many lines or records that cannot be read.
     pub(super) fn end_of_file(&mut self, unreadable: u64) {
-        if let Form::Summary(summary) | Form::Records(summary) = &mut self.form {
+        if let Form::Summary(summary) | Form::Records(summary, _) = &mut self.form {
             summary.file(unreadable);
         }
     }
@@ -182,7 +209,7 @@ impl Output {
     /// The capture, which has frames, is over.
     pub(super) fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>) {
         match &mut self.form {
-            Form::Summary(summary) | Form::Records(summary) if self.shown > 0 => jsonl::summary::write(out, view.jsonl, summary),
+            Form::Summary(summary) | Form::Records(summary, _) if self.shown > 0 => jsonl::summary::write(out, view.jsonl, summary),
             Form::Convert(writer) => writer.finish(out, view.writing),
             _ => {}
         }
@@ -200,10 +227,19 @@ impl Output {
     }
 }
 
-fn findings(out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
+/// The findings among the events that pass, each with the lines that led to it.
+fn findings(
+    out: &mut Vec<u8>,
+    view: View<'_>,
+    trail: &Trail,
+    events: &[Event],
+    passes: impl Fn(&Finding, &[&Held]) -> bool,
+) {
     for event in events {
-        if let What::Finding(finding) = &event.what {
-            jsonl::finding(out, view.jsonl, finding);
+        let What::Finding(finding) = &event.what else { continue };
+        let led_to = trail.led_to(finding);
+        if passes(finding, &led_to) {
+            jsonl::finding_with_lines(out, view.jsonl, finding, &led_to);
         }
     }
 }

@@ -7,13 +7,14 @@
 //! |---|---|
 //! | `frame` | `frame line file t bus dir id ext rtr fd err len data service node text findings`, then an object named after the service with its fields |
 //! | `note` | `note frame line about_frame about_line bus node transfer text facts` |
-//! | `finding` | `code name severity file frame line t cause_frame cause_line bus node index sub message facts` |
+//! | `finding` | `code name severity file frame line t cause_frame cause_line bus node index sub message facts`, in `check` also `lines` |
 //! | `transfer` | see [`transfer`] |
 //! | `line` | `frame text`: what [`super::text`] writes of a frame, without the last line end |
 //! | `summary_...` | see [`summary`] |
 //!
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
-//! raised at the frame, each of which has its own `finding` line after it.
+//! raised at the frame, each of which has its own `finding` line after it. `lines` are the annotated lines that led to a
+//! finding, `{"frame","text"}` each, oldest first.
 
 mod contents;
 mod facts;
@@ -27,8 +28,10 @@ pub mod summary;
 use crate::event::{Event, Note, Scanned, What};
 use crate::finding::Finding;
 use crate::frame::{Buses, Direction, Frame, Kind};
+use crate::render::text::Lines;
 use crate::text::digits::{Hex, Joined, fraction, put};
 use crate::text::{Depth, Lang, en, escape, zh};
+use crate::trail::Held;
 
 pub use contents::contents;
 pub use info::{DAMAGES, info};
@@ -150,6 +153,27 @@ pub fn asides(out: &mut Vec<u8>, setting: Setting<'_>, events: &[Event]) {
 
 /// A finding's object.
 pub fn finding(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
+    found(out, setting, finding);
+    put!(out; "}\n");
+}
+
+/// A finding's object with the lines that led to it.
+pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding, led_to: &[&Held]) {
+    found(out, setting, finding);
+    put!(out; ",\"lines\":[");
+    let mut lines = Lines::new(setting.lang, Depth::Default, None);
+    for (place, held) in led_to.iter().enumerate() {
+        put!(out; if place == 0 { "" } else { "," }, "{\"frame\":", held.frame.no, ",\"text\":");
+        quoted(out, |text| {
+            lines.frame(text, &held.frame, held.event.as_slice(), setting.buses);
+            text.pop();
+        });
+        put!(out; "}");
+    }
+    put!(out; "]}\n");
+}
+
+fn found(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
     let rule = finding.code.rule();
     put!(out; "{\"kind\":\"finding\",\"code\":\"", rule.id, "\",\"name\":\"", rule.name);
     put!(out; "\",\"severity\":\"", rule.severity.name(), "\",\"file\":");
@@ -179,7 +203,6 @@ pub fn finding(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
     });
     put!(out; ",\"facts\":");
     sdo::facts(out, &finding.facts);
-    put!(out; "}\n");
 }
 
 /// What `write` says of the frame of this number, for people.

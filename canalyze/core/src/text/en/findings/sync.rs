@@ -109,3 +109,10 @@ pub(super) const SYN012: RuleText = RuleText {
     cause: "The producer, or the recording computer, was busy with something else for a moment; a high bus load.",
     faces: &["{gap} since the SYNC before, the period is {period}; those after it came in time"],
 };
+
+pub(super) const SYN013: RuleText = RuleText {
+    message: "SYNC has stopped",
+    meaning: "SYNC came periodically and then no more, while nodes go on in Operational: synchronous PDOs are neither sent nor actuated any more. No NMT command, boot-up or write of 1005h or 1006h explains it.",
+    cause: "The producer was switched off, disconnected or has ended its program; its 1005h or 1006h was changed outside of the capture. At the end of a test this is often meant.",
+    faces: &["no SYNC for {silence}, the period was {period}; the node is still Operational"],
+};

@@ -322,5 +322,6 @@ pub fn rule(code: Code) -> RuleText {
         Code::Syn010 => sync::SYN010,
         Code::Syn011 => sync::SYN011,
         Code::Syn012 => sync::SYN012,
+        Code::Syn013 => sync::SYN013,
     }
 }

@@ -106,3 +106,10 @@ pub(super) const SYN012: RuleText = RuleText {
     cause: "同步报文的生产者或记录的计算机被别的任务占用了片刻; 总线负载高。",
     faces: &["同步报文间隔{gap}, 周期为{period}, 之后恢复原来的节拍"],
 };
+
+pub(super) const SYN013: RuleText = RuleText {
+    message: "同步报文停止",
+    meaning: "同步报文原来按周期发送, 之后不再出现, 而节点仍处于操作状态: 同步PDO既不再发送, 也不再生效。没有NMT命令、启动报文或对1005h、1006h的写入可以解释。",
+    cause: "同步报文的生产者断电、断线或程序结束; 它的1005h或1006h在捕获之外被改动。测试结束时往往是有意停止的。",
+    faces: &["已有{silence}没有同步报文, 原来的周期为{period}; 节点仍处于操作状态"],
+};

@@ -1,0 +1,234 @@
+"""`canalyze check`: captures as regression tests, each by itself.
+
+What a finding is, the core says; what counts, `policy`; how it is written, `reports`.
+
+Exit codes: 0 nothing fails, 1 findings fail, 2 something could not be read.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
+from typing import Final, Unpack
+
+import click
+
+from canalyze import baseline, policy
+from canalyze.config import Config
+from canalyze.errors import ConfigError, ReaderGone
+from canalyze.examination import Examined, Job
+from canalyze.help import Command
+from canalyze.options import (
+    ANY_PATH,
+    CaptureOptions,
+    CoreUsageError,
+    OneOf,
+    Spelled,
+    capture_options,
+    format_option,
+    inputs,
+)
+from canalyze.output import FileOutput, Output, Progress, complain, open_output
+from canalyze.sources.file import STDIN, total_size
+from canalyze.sources.names import Named, expanded
+from canalyze.verdict import Verdict
+from canalyze.words import Words
+
+_STALE: Final = 5
+"""Entries of the baseline that no longer occur and are named."""
+
+
+def command(words: Words) -> click.Command:
+    """Build the command in one language."""
+
+    def run(
+        files: tuple[str, ...],
+        form: str,
+        junit: str | None,
+        sarif: str | None,
+        update_baseline: bool,
+        output: str | None,
+        force: bool,
+        expression: str | None,
+        stamps: str,
+        fail_on: policy.Threshold | None,
+        select: tuple[tuple[str, ...], ...],
+        ignore: tuple[tuple[str, ...], ...],
+        baseline: str | None,
+        **given: Unpack[CaptureOptions],
+    ) -> int:
+        from canalyze.workers import examine_all
+
+        given["merge"] = False
+        config = click.get_current_context().find_object(Config) or Config()
+        asked = policy.Policy(fail_on, sum(select, ()), sum(ignore, ()), baseline)
+        held = _policy(config.check, asked, words)
+        known = _known(held, words, update=update_baseline)
+        job = _job(Job(words.lang, given, config.known, {"filter": expression, "stamps": stamps}), words)
+        named = list(expanded(inputs(files, words)))
+        names = [one.name for one in named if one.error is None]
+        with open_output(output, force=force) as out:
+            with ExitStack() as stack:
+                reports = _reports(junit, sarif, stack, words, force=force)
+                progress = Progress(words, out, total_size(tuple(names)), until_output=True)
+                found, signal = examine_all(names, job, progress) if names else ([], 0)
+                progress.clear()
+                examined = _all(named, found, words)
+                for one in examined:
+                    for line in one.complaints:
+                        complain(line)
+                read = not any(one.error for one in examined)
+                if update_baseline:
+                    known = _update(held, examined, words, whole=read and not signal)
+                elif read and not signal:
+                    _stale(held, known, examined, words)
+                verdicts = [policy.judge(one, held, known) for one in examined]
+                for report, document in reports:
+                    if signal:  # half a set would pass for a whole one
+                        report.drop()
+                    else:
+                        report.write(document(verdicts))
+            with suppress(ReaderGone):  # who has read enough has not passed the check
+                _write(form, verdicts, out, words)
+        if signal:
+            return 128 + signal
+        return 2 if not read else 1 if any(verdict.failed for verdict in verdicts) else 0
+
+    codes = Spelled(policy.codes, "codes", words)
+    return Command(
+        "check",
+        words,
+        run,
+        [
+            click.Option(["--fail-on"], type=OneOf(policy.THRESHOLDS, words), help=words("check.fail_on")),
+            click.Option(["--select"], type=codes, multiple=True, metavar="CODE,...", help=words("check.select")),
+            click.Option(["--ignore"], type=codes, multiple=True, metavar="CODE,...", help=words("check.ignore")),
+            click.Option(["--baseline"], type=ANY_PATH, metavar="FILE", help=words("check.baseline")),
+            click.Option(["--update-baseline"], is_flag=True, help=words("check.update_baseline")),
+            format_option(words, "check", ("text", "jsonl", "github")),
+            click.Option(["--junit"], type=ANY_PATH, metavar="FILE", help=words("check.junit")),
+            click.Option(["--sarif"], type=ANY_PATH, metavar="FILE", help=words("check.sarif")),
+            *(option for option in capture_options(words) if option.name != "merge"),
+        ],
+    )
+
+
+def _policy(filed: policy.Policy, asked: policy.Policy, words: Words) -> policy.Policy:
+    """Give what holds; codes that no rule has are a mistake of whoever wrote them."""
+    from canalyze._core import rules
+
+    catalogue = [rule.code for rule in rules(words.lang)]
+
+    def facts(prefix: str) -> dict[str, object]:
+        return {"value": prefix, "near": words("usage.or").join(policy.near(prefix, catalogue))}
+
+    for option, prefixes in (("--select", asked.select), ("--ignore", asked.ignore)):
+        if wrong := policy.unknown(prefixes, catalogue):
+            raise click.UsageError(words("usage.no_rule", option=option, **facts(wrong)), click.get_current_context())
+    places = dict(filed.at)
+    filed_codes = [(f"check.{key}", prefixes, places.get(key, "")) for key, prefixes in _chosen(filed)]
+    filed_codes += [("check.override.codes", override.codes, override.at) for override in filed.overrides]
+    for key, prefixes, at in filed_codes:
+        if wrong := policy.unknown(prefixes, catalogue):
+            raise ConfigError("config.no_rule", file=at, key=key, **facts(wrong))
+    return filed.overruled(asked)
+
+
+def _chosen(filed: policy.Policy) -> list[tuple[str, tuple[str, ...]]]:
+    return [("select", filed.select), ("ignore", filed.ignore)]
+
+
+def _known(held: policy.Policy, words: Words, *, update: bool) -> baseline.Baseline:
+    """Read the baseline; one that is to be written anew need not be there."""
+    if held.baseline is None:
+        if update:
+            raise click.UsageError(words("check.no_baseline"), click.get_current_context())
+        return {}
+    return {} if update else baseline.read(held.baseline)
+
+
+def _job(job: Job, words: Words) -> Job:
+    """Make sure that the core accepts what it will be told, before any capture is read."""
+    try:
+        job.know(words)
+        job.open(STDIN)
+    except ValueError as error:
+        raise CoreUsageError(str(error), click.get_current_context()) from error
+    return job
+
+
+def _reports(
+    junit: str | None, sarif: str | None, stack: ExitStack, words: Words, *, force: bool
+) -> list[tuple[Output, Callable[[Sequence[Verdict]], bytes]]]:
+    """Open the files of reports, and give how each is written."""
+
+    def as_junit(verdicts: Sequence[Verdict]) -> bytes:
+        from canalyze.reports import junit
+
+        return junit.document(verdicts, words)
+
+    def as_sarif(verdicts: Sequence[Verdict]) -> bytes:
+        from canalyze._core import rules
+        from canalyze.reports import sarif
+
+        return sarif.document(verdicts, rules(words.lang), words)
+
+    wanted = ((junit, as_junit), (sarif, as_sarif))
+    return [(stack.enter_context(FileOutput(name, force=force)), write) for name, write in wanted if name is not None]
+
+
+def _all(named: Sequence[Named], found: Sequence[Examined | None], words: Words) -> list[Examined]:
+    """Put what was examined, and what there is none of, in the order in which it was named."""
+    waiting = iter(found)
+    every: list[Examined] = []
+    for one in named:
+        if one.error is not None:
+            reason = one.error.in_words(words)
+            every.append(Examined(one.name, error=reason, complaints=(f"canalyze: {reason}",)))
+        elif (examined := next(waiting)) is not None:
+            every.append(examined)
+    return every
+
+
+def _update(held: policy.Policy, examined: Sequence[Examined], words: Words, *, whole: bool) -> baseline.Baseline:
+    """Write the baseline anew, of what would fail; not where something was not read, since that would be forgotten."""
+    name = held.baseline or ""
+    if not whole:
+        complain(f"canalyze: {words('baseline.kept', name=name)}")
+        return baseline.read(name) if baseline.exists(name) else {}
+    verdicts = [policy.judge(one, held, {}) for one in examined]
+    known = baseline.most(
+        {baseline.Kind.of(one.finding): one.count for one in verdict.failures} for verdict in verdicts
+    )
+    with FileOutput(name, force=True) as out:
+        out.text(baseline.text(known))
+    complain(f"canalyze: {words('baseline.written', name=name, count=len(known))}")
+    return known
+
+
+def _stale(held: policy.Policy, known: baseline.Baseline, examined: Sequence[Examined], words: Words) -> None:
+    """Say which entries of the baseline no longer occur."""
+    occurs = {baseline.Kind.of(one.finding) for capture in examined for one in capture.found}
+    gone = sorted((kind for kind in known if kind not in occurs), key=lambda kind: kind.order)
+    for kind in gone[:_STALE]:
+        where = [kind.bus, kind.node and words("check.node", node=kind.node), kind.object]
+        shown = " ".join([kind.code, words("check.then").join(str(part) for part in where if part)]).rstrip()
+        complain(f"canalyze: {words('baseline.gone', name=held.baseline, entry=shown)}")
+    if len(gone) > _STALE:
+        complain(f"canalyze: {words('baseline.more_gone', name=held.baseline, count=len(gone) - _STALE)}")
+
+
+def _write(form: str, verdicts: Sequence[Verdict], out: Output, words: Words) -> None:
+    if form == "text":
+        from canalyze.reports import check_text
+
+        check_text.show(verdicts, out, words)
+        return
+    if form == "jsonl":
+        from canalyze.reports import check_jsonl
+
+        lines = check_jsonl.lines(verdicts)
+    else:
+        from canalyze.reports import github
+
+        lines = github.lines(verdicts, words)
+    for line in lines:
+        out.text(line + "\n")

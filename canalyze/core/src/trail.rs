@@ -1,0 +1,410 @@
+//! The last frames of every service of every node, with what they mean: where a finding came from.
+//!
+//! Frames and their events are moved in as they are; nobody puts them into words until a finding asks for its few.
+//! A ring keeps [`DEPTH`] frames, under 6 kB, and an SDO ring the beginning of its transfer; there are at most
+//! [`RINGS`] rings, so memory stays under 13 MB whatever the capture: services of further nodes share one. Must not:
+//! judge, or write.
+
+use crate::cob_id::Role;
+use crate::event::{Event, What};
+use crate::finding::{Facts, Finding};
+use crate::frame::{BusId, CanId, Frame};
+use crate::message::Message;
+use crate::services::sdo::wire::{Command, Side};
+
+/// Frames that are kept of one service of one node.
+const DEPTH: usize = 16;
+/// Rings; the first one is shared by those for which there is no room.
+const RINGS: usize = 2048;
+/// Most frames of one finding.
+pub const MOST: usize = 8;
+/// Node-IDs, and 0 for what is about no node.
+const NODES: usize = 128;
+
+/// Frames that are kept together. Those up to `Srdo` are kept by node, the others by bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Family {
+    Sdo,
+    Pdo,
+    /// Boot-up, heartbeat, guarding.
+    ErrorControl,
+    Emcy,
+    Srdo,
+    /// All that commands or elects: node control, fail-safe, flying master.
+    Nmt,
+    Sync,
+    Time,
+    Lss,
+    Other,
+}
+
+/// Families that are kept by node.
+const BY_NODE: usize = 5;
+const FAMILIES: usize = 10;
+/// Rings that a bus may have.
+const PLACES: usize = BY_NODE * NODES + FAMILIES - BY_NODE;
+
+use Family::{Emcy, ErrorControl, Lss, Nmt, Other, Pdo, Sdo, Srdo, Sync, Time};
+
+/// Which frames a rule is about, by the beginning of its code, and whether of all PDOs it is about one: that at which a
+/// finding stands, or its cause. The first row that fits counts.
+const ABOUT: &[(&str, bool, &[Family])] = &[
+    ("CAP", false, &[]),
+    ("DRV", false, &[Pdo, Sdo, Emcy]),
+    ("EDS", false, &[Sdo]),
+    ("EMC004", false, &[Emcy, ErrorControl, Nmt]),
+    ("EMC", false, &[Emcy]),
+    ("GRD", false, &[ErrorControl, Nmt]),
+    ("HBT", false, &[ErrorControl, Nmt]),
+    ("LSS005", false, &[Lss, ErrorControl]),
+    ("LSS", false, &[Lss]),
+    ("MPD", true, &[Pdo]),
+    ("NMT", false, &[Nmt, ErrorControl]),
+    ("PDO002", true, &[Pdo, ErrorControl, Nmt]),
+    ("PDO003", true, &[Pdo, ErrorControl, Nmt]),
+    ("PDO008", true, &[Sdo]),
+    ("PDO009", true, &[Sdo]),
+    ("PDO010", true, &[Sdo]),
+    ("PDO014", true, &[Sdo]),
+    ("PDO016", true, &[Sdo]),
+    ("PDO", true, &[Pdo]),
+    ("SDO011", false, &[Sdo, ErrorControl, Nmt]),
+    ("SDO", false, &[Sdo]),
+    ("SRD005", false, &[Srdo, ErrorControl, Nmt]),
+    ("SRD", false, &[Srdo]),
+    ("SYN", true, &[Sync, Pdo]),
+    ("TIM", false, &[Time]),
+    ("", false, &[Sdo, Pdo, ErrorControl, Emcy, Srdo, Nmt, Sync]),
+];
+
+/// A frame and what it means.
+#[derive(Debug)]
+pub struct Held {
+    /// The frame.
+    pub frame: Frame,
+    /// Its own event; `None` where nobody said what it means.
+    pub event: Option<Event>,
+}
+
+impl Held {
+    fn family(&self) -> Family {
+        self.event.as_ref().map_or(Other, |event| family(&event.what))
+    }
+
+    fn node(&self) -> Option<u8> {
+        self.event.as_ref().and_then(|event| event.node)
+    }
+
+    fn transfer(&self) -> Option<u64> {
+        self.event.as_ref().and_then(|event| event.transfer).map(|id| id.0)
+    }
+
+    /// Who begins an SDO transfer with it, if it does that.
+    fn opens(&self) -> Option<Side> {
+        let What::Sdo(step) = &self.event.as_ref()?.what else { return None };
+        match step.command {
+            Command::InitiateDownload(..)
+            | Command::InitiateUpload(..)
+            | Command::InitiateBlockDownload { .. }
+            | Command::InitiateBlockUpload { .. } => Some(Side::Client),
+            Command::DownloadInitiated(..)
+            | Command::UploadInitiated(..)
+            | Command::BlockDownloadInitiated { .. }
+            | Command::BlockUploadInitiated { .. } => Some(Side::Server),
+            _ => None,
+        }
+    }
+}
+
+/// The last frames of one place.
+#[derive(Debug, Default)]
+struct Ring {
+    held: Vec<Held>,
+    /// Where the next frame goes once the ring is full.
+    next: usize,
+    /// The request and the response with which the last transfer began whose beginning has left the ring.
+    opening: Vec<Held>,
+}
+
+impl Ring {
+    fn push(&mut self, held: Held) {
+        if self.held.len() < DEPTH {
+            return self.held.push(held);
+        }
+        let Some(slot) = self.held.get_mut(self.next) else { return };
+        let left = std::mem::replace(slot, held);
+        self.next = (self.next + 1) % DEPTH;
+        match left.opens() {
+            Some(Side::Client) => {
+                self.opening.clear();
+                self.opening.push(left);
+            }
+            Some(Side::Server) if self.opening.len() == 1 => self.opening.push(left),
+            _ => {}
+        }
+    }
+}
+
+/// The last frames of all buses.
+#[derive(Debug)]
+pub struct Trail {
+    /// By bus and place: which ring; 0 where there is none yet.
+    places: Vec<[u16; PLACES]>,
+    rings: Vec<Ring>,
+    /// The ring of the last frame.
+    last: usize,
+}
+
+impl Default for Trail {
+    fn default() -> Self {
+        Self { places: Vec::new(), rings: vec![Ring::default()], last: 0 }
+    }
+}
+
+impl Trail {
+    /// Keeps a frame with its own event.
+    pub fn push(&mut self, frame: &Frame, event: Option<Event>) {
+        let held = Held { frame: *frame, event };
+        let index = self.ring_for(frame.bus, place(held.family(), held.node()));
+        self.last = index;
+        if let Some(ring) = self.rings.get_mut(index) {
+            ring.push(held);
+        }
+    }
+
+    /// The frames that led to a finding, oldest first: those of what the rule is about, the frame at which it stands
+    /// and the one that it names as the cause, as far as they are still held. None for a finding about a file, and
+    /// for one that only counts further ones.
+    pub fn led_to(&self, finding: &Finding) -> Vec<&Held> {
+        let id = finding.code.rule().id;
+        let Some((_, one, families)) = ABOUT.iter().find(|(code, ..)| id.starts_with(code)) else { return Vec::new() };
+        if families.is_empty() || matches!(finding.facts, Facts::Repeated { .. }) {
+            return Vec::new();
+        }
+        let at = self.find(finding.at.no, finding);
+        let cause = finding.cause.and_then(|cause| self.find(cause.no, finding));
+        // A cause is the better witness: that a PDO is missing may show at any frame.
+        let pdo = |held: &&Held| held.family() == Pdo && held.node() == finding.node;
+        let pdo = [cause, at].into_iter().flatten().find(pdo).map(|held| held.frame.id);
+        let mut found: Vec<&Held> = Vec::new();
+        // What is about both is about values: they came in PDOs, or by SDO.
+        let both = families.contains(&Pdo) && families.contains(&Sdo);
+        for family in families.iter().filter(|family| !both || pdo.is_none() || **family != Sdo) {
+            found.extend(self.of(*family, *finding, pdo.filter(|_| *one)));
+        }
+        found.sort_unstable_by_key(|held| held.frame.no);
+        let opening = self.opening(finding, found.iter().rev().find_map(|held| held.transfer()));
+        let named: Vec<&Held> = [at, cause].into_iter().flatten().chain(opening).collect();
+        found.retain(|held| named.iter().all(|one| one.frame.no != held.frame.no));
+        let room = MOST.saturating_sub(named.len());
+        let surplus = found.len().saturating_sub(room);
+        found.drain(..surplus);
+        found.extend(named);
+        found.sort_unstable_by_key(|held| held.frame.no);
+        found.dedup_by_key(|held| held.frame.no);
+        found
+    }
+
+    /// What is held of a family: of the finding's node, and of one PDO where the finding names one.
+    fn of(&self, family: Family, finding: Finding, one_pdo: Option<CanId>) -> impl Iterator<Item = &Held> {
+        let by_node = (family as usize) < BY_NODE;
+        let ring = self.ring(finding.bus, place(family, finding.node)).filter(|_| !by_node || finding.node.is_some());
+        ring.into_iter().flat_map(|ring| &ring.held).filter(move |held| {
+            let fits = match family {
+                Nmt => held.node().is_none() || finding.node.is_none() || held.node() == finding.node,
+                Pdo => held.node() == finding.node && one_pdo.is_none_or(|id| id == held.frame.id),
+                _ => !by_node || held.node() == finding.node,
+            };
+            fits && held.family() == family && held.frame.bus == finding.bus && held.frame.no <= finding.at.no
+        })
+    }
+
+    /// The beginning of this SDO transfer, where it has left the ring.
+    fn opening(&self, finding: &Finding, transfer: Option<u64>) -> impl Iterator<Item = &Held> {
+        let ring = self.ring(finding.bus, place(Sdo, finding.node));
+        let opening = ring.map_or(&[][..], |ring| &ring.opening);
+        opening.iter().filter(move |held| transfer.is_some() && held.transfer() == transfer)
+    }
+
+    /// The frame of this number, if it is held where a finding's frames are, or is the last of all.
+    fn find(&self, no: u64, finding: &Finding) -> Option<&Held> {
+        let of_node = (0..BY_NODE).map(|family| family * NODES + usize::from(finding.node.unwrap_or(0)) % NODES);
+        let places = of_node.chain(BY_NODE * NODES..PLACES);
+        let rings = places.filter_map(|place| self.ring(finding.bus, place)).chain(self.rings.get(self.last));
+        rings.flat_map(|ring| &ring.held).find(|held| held.frame.no == no)
+    }
+
+    fn ring(&self, bus: BusId, place: usize) -> Option<&Ring> {
+        self.rings.get(usize::from(*self.places.get(usize::from(bus.0))?.get(place)?))
+    }
+
+    fn ring_for(&mut self, bus: BusId, place: usize) -> usize {
+        let bus = usize::from(bus.0);
+        while self.places.len() <= bus {
+            self.places.push([0; PLACES]);
+        }
+        let Some(index) = self.places.get_mut(bus).and_then(|places| places.get_mut(place)) else { return 0 };
+        if *index == 0 && self.rings.len() < RINGS {
+            *index = self.rings.len() as u16;
+            self.rings.push(Ring::default());
+        }
+        usize::from(*index)
+    }
+}
+
+/// Where the frames of a family are kept on their bus.
+fn place(family: Family, node: Option<u8>) -> usize {
+    let family = family as usize;
+    match family < BY_NODE {
+        true => family * NODES + usize::from(node.unwrap_or(0)) % NODES,
+        false => BY_NODE * NODES + family - BY_NODE,
+    }
+}
+
+fn family(what: &What) -> Family {
+    match what {
+        What::Pdo(_) | What::Mpdo(_) => Pdo,
+        What::Sdo(_) => Sdo,
+        What::Message(message) => match message {
+            Message::Nmt { .. } | Message::Gfc | Message::FlyingMaster { .. } => Nmt,
+            Message::Sync { .. } => Sync,
+            Message::Time { .. } => Time,
+            Message::Emcy { .. } => Emcy,
+            Message::Pdo { .. } | Message::PdoRequest { .. } | Message::Mpdo { .. } => Pdo,
+            Message::Srdo { .. } => Srdo,
+            Message::BootUp { .. } | Message::Heartbeat { .. } | Message::GuardingRequest { .. } => ErrorControl,
+            Message::Lss { .. } => Lss,
+            Message::Usdo { .. } => Sdo,
+            Message::ErrorFrame => Other,
+            Message::Foreign { role } | Message::Malformed { role, .. } => of_role(*role),
+        },
+        What::Transfer(_) | What::Note(_) | What::Finding(_) => Other,
+    }
+}
+
+fn of_role(role: Role) -> Family {
+    match role {
+        Role::Nmt | Role::Gfc | Role::FlyingMaster(_) => Nmt,
+        Role::Sync => Sync,
+        Role::Emcy(_) => Emcy,
+        Role::Time => Time,
+        Role::Srdo { .. } => Srdo,
+        Role::Tpdo { .. } | Role::Rpdo { .. } => Pdo,
+        Role::SdoRequest(_) | Role::SdoResponse(_) => Sdo,
+        Role::ErrorControl(_) => ErrorControl,
+        Role::LssRequest | Role::LssResponse => Lss,
+        Role::DynamicSdo | Role::Reserved | Role::Unassigned | Role::Foreign => Other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::event::{ProcessData, Signals, Step, Unmapped};
+    use crate::finding::Code;
+    use crate::frame::FrameRef;
+    use crate::services::sdo::transfer::TransferId;
+
+    fn frame(no: u64, id: u16, payload: &[u8]) -> Frame {
+        Frame { no, ..Frame::classic(CanId::standard(id), payload) }
+    }
+
+    fn event(frame: &Frame, node: Option<u8>, what: What) -> Event {
+        Event { at: frame.reference(), about: None, bus: frame.bus, node, transfer: None, what }
+    }
+
+    fn heartbeat(trail: &mut Trail, no: u64, node: u8) {
+        let frame = frame(no, 0x700 + u16::from(node), &[5]);
+        let message = Message::Heartbeat { node, state: 5, toggle: false, guarding: false, previous: None };
+        trail.push(&frame, Some(event(&frame, Some(node), What::Message(message))));
+    }
+
+    fn pdo(trail: &mut Trail, no: u64, node: u8, number: u16) {
+        let frame = frame(no, 0x80 + 0x100 * number + u16::from(node), &[0; 8]);
+        let content = Signals::None(Unmapped::Unknown);
+        let data = ProcessData { transmit: true, number, node, content, state: None, sync: None };
+        trail.push(&frame, Some(event(&frame, Some(node), What::Pdo(data))));
+    }
+
+    fn sdo(trail: &mut Trail, no: u64, transfer: u64, side: Side, payload: &[u8]) {
+        let frame = frame(no, if side == Side::Client { 0x605 } else { 0x585 }, payload);
+        let mut event = event(&frame, Some(5), What::Sdo(Step::alone(side, &frame)));
+        event.transfer = Some(TransferId(transfer));
+        trail.push(&frame, Some(event));
+    }
+
+    fn finding(code: Code, at: u64, cause: Option<u64>, node: Option<u8>) -> Finding {
+        let reference = |no| FrameRef { no, ..FrameRef::default() };
+        let cause = cause.map(reference);
+        Finding { code, at: reference(at), cause, bus: BusId(0), node, object: None, facts: Facts::None }
+    }
+
+    fn numbers(trail: &Trail, finding: &Finding) -> Vec<u64> {
+        trail.led_to(finding).iter().map(|held| held.frame.no).collect()
+    }
+
+    #[test]
+    fn memory_is_what_is_said() {
+        assert!(size_of::<Held>() * (DEPTH + 2) * RINGS <= 13 << 20, "{}", size_of::<Held>());
+    }
+
+    #[test]
+    fn frames_are_of_the_node_and_the_service() {
+        let mut trail = Trail::default();
+        for no in 1..=40 {
+            heartbeat(&mut trail, no, if no % 2 == 0 { 5 } else { 6 });
+        }
+        pdo(&mut trail, 41, 5, 1);
+        let late = finding(Code::Hbt001, 41, Some(30), Some(5));
+        assert_eq!(numbers(&trail, &late), [28, 30, 32, 34, 36, 38, 40, 41][..].to_vec());
+        let forgotten = finding(Code::Hbt001, 41, Some(2), Some(5));
+        assert_eq!(numbers(&trail, &forgotten).len(), MOST);
+        assert!(numbers(&trail, &finding(Code::Cap001, 41, None, None)).is_empty());
+    }
+
+    #[test]
+    fn a_pdo_is_not_mixed_with_others_of_its_node() {
+        let mut trail = Trail::default();
+        for no in 1..=12 {
+            pdo(&mut trail, no, 5, 1 + (no % 3) as u16);
+        }
+        assert_eq!(numbers(&trail, &finding(Code::Pdo001, 12, None, Some(5))), [3, 6, 9, 12]);
+        // Nothing says which PDO it is about.
+        heartbeat(&mut trail, 13, 5);
+        assert_eq!(numbers(&trail, &finding(Code::Pdo005, 13, None, Some(5))), [6, 7, 8, 9, 10, 11, 12, 13]);
+        assert_eq!(numbers(&trail, &finding(Code::Pdo005, 13, Some(11), Some(5))), [2, 5, 8, 11, 13]);
+    }
+
+    #[test]
+    fn a_long_transfer_keeps_its_beginning() {
+        let mut trail = Trail::default();
+        sdo(&mut trail, 1, 1, Side::Client, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
+        sdo(&mut trail, 2, 1, Side::Server, &[0x41, 0x08, 0x10, 0, 0xFF, 0, 0, 0]);
+        for no in 3..=60 {
+            let side = if no % 2 == 1 { Side::Client } else { Side::Server };
+            sdo(&mut trail, no, 1, side, &[if no % 2 == 1 { 0x60 } else { 0 }; 8]);
+        }
+        let toggle = finding(Code::Sdo001, 60, Some(59), Some(5));
+        assert_eq!(numbers(&trail, &toggle), [1, 2, 55, 56, 57, 58, 59, 60]);
+        sdo(&mut trail, 61, 2, Side::Client, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]);
+        let next = finding(Code::Sdo002, 61, None, Some(5));
+        assert_eq!(numbers(&trail, &next), [54, 55, 56, 57, 58, 59, 60, 61]);
+    }
+
+    #[test]
+    fn more_places_than_rings_share_one() {
+        let mut trail = Trail::default();
+        for bus in 0..64 {
+            for node in 1..128u8 {
+                let mut one = frame(u64::from(bus) * 128 + u64::from(node), 0x700 + u16::from(node), &[5]);
+                one.bus = BusId(bus);
+                let mut said = event(&one, Some(node), What::Message(Message::BootUp { node }));
+                said.bus = one.bus;
+                trail.push(&one, Some(said));
+            }
+        }
+        assert_eq!(trail.rings.len(), RINGS);
+        let last = Finding { bus: BusId(63), ..finding(Code::Hbt001, 63 * 128 + 127, None, Some(127)) };
+        assert_eq!(numbers(&trail, &last), [63 * 128 + 127]);
+    }
+}

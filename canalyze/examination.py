@@ -1,0 +1,130 @@
+"""One capture examined: read through a session of its own, its findings typed and counted by kind.
+
+Why it exists: the same work is done in this process and in others (`workers`), so all that it needs can be sent there
+and all that comes of it can be sent back. Must not: judge what counts, or print.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Final
+
+from canalyze import network
+from canalyze.baseline import Kind
+from canalyze.finding import Finding
+from canalyze.options import CaptureOptions, known_of, start_session
+from canalyze.run import Meter, Run
+from canalyze.verdict import Counted
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze._core import Network
+
+_SHOWN: Final = 10
+"""Findings of one kind that are kept; further ones are counted."""
+_KINDS: Final = 4096
+"""Kinds that are kept apart in one capture; findings of further ones are counted by their rule."""
+_LINES: Final = 200
+"""Complaints that are kept of one capture."""
+
+
+@dataclass(frozen=True, slots=True)
+class Examined:
+    """What one capture has shown, before anything is judged."""
+
+    file: str
+    found: tuple[Counted, ...] = ()
+    """In the order of their first frames; what is about no frame comes first."""
+    error: str | None = None
+    """Why the capture, or the rest of it, could not be read."""
+    complaints: tuple[str, ...] = ()
+    """Lines for standard error."""
+    frames: int = 0
+    seconds: float = 0.0
+    signal: int = 0
+    """What ended the reading before its end: SIGINT or SIGTERM."""
+
+
+@dataclass
+class Job:
+    """How captures are examined: alike in this process and in others."""
+
+    lang: str
+    given: CaptureOptions
+    filed: network.Known
+    """What canalyze.toml says of the network."""
+    settings: Mapping[str, Any]
+    """What the core is told beside: filter, stamps."""
+    _network: "list[Network | None]" = field(default_factory=list)
+
+    def know(self, words: Words | None) -> None:
+        """Read what is known of the network, and say in words what is odd about it."""
+        from canalyze.descriptions import network as known
+
+        self._network = [known(self.filed, known_of(self.given), words)]
+
+    def settings_for(self, name: str) -> Mapping[str, Any]:
+        """Give what the core is told about this capture: the place for what lies beside it."""
+        return self.settings
+
+    def open(self, name: str) -> Any:
+        """Start a session for this capture; ValueError for what the core cannot accept."""
+        if not self._network:
+            self.know(None)
+        settings = {"format": "check", "network": self._network[0], **self.settings_for(name)}
+        return start_session(Words(self.lang), self.given, **settings)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what cannot be sent to another process: it reads the descriptions itself."""
+        return self.__dict__ | {"_network": []}
+
+
+class _Kinds:
+    """The findings of a capture, by kind."""
+
+    def __init__(self) -> None:
+        self._found: dict[Kind, tuple[list[Finding], int]] = {}
+
+    def take(self, result: bytes) -> None:
+        """Take JSON lines of the core."""
+        for line in result.splitlines():
+            finding = Finding.from_json(json.loads(line))
+            kind = Kind.of(finding)
+            if kind not in self._found and len(self._found) >= _KINDS:
+                kind = Kind(finding.code, None, None, None)
+            shown, count = self._found.get(kind, ([], 0))
+            repeated = finding.facts.get("repeated")
+            if repeated is None and len(shown) < _SHOWN:
+                shown.append(finding)
+            self._found[kind] = (shown, count + (1 if repeated is None else int(repeated)))
+
+    def counted(self) -> tuple[Counted, ...]:
+        """Give them in the order of their first frames."""
+        found = [Counted(shown[0], tuple(shown), count) for shown, count in self._found.values() if shown]
+        return tuple(sorted(found, key=lambda one: one.finding.frame or 0))
+
+
+def examine(name: str, job: Job, progress: Meter) -> Examined:
+    """Read one capture to its end; what is wrong with it is in the answer."""
+    began = monotonic()
+    words = Words(job.lang)
+    kinds = _Kinds()
+    complaints: list[str] = []
+
+    def tell(line: str) -> None:
+        if len(complaints) < _LINES:
+            complaints.append(line)
+
+    session = job.open(name)
+    run = Run(session, words, progress, kinds.take, job.given, tell=tell)
+    code = run.over((name,))
+    return Examined(
+        name,
+        kinds.counted(),
+        run.failure,
+        tuple(complaints),
+        session.frames,
+        monotonic() - began,
+        code - 128 if code > 128 else 0,
+    )

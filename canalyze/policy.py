@@ -1,0 +1,205 @@
+"""What of a capture's findings counts: the values behind [check] of canalyze.toml and behind the options of `check`.
+
+Values and their rules only: nothing here opens a file, prints, or knows the core. Whether a code exists, whoever has
+the catalogue says.
+"""
+
+import os
+import re
+from collections import Counter
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Final, Literal, get_args
+
+from canalyze.baseline import Baseline, Kind
+from canalyze.finding import SEVERITIES, Severity
+from canalyze.verdict import Counted, Verdict
+
+if TYPE_CHECKING:
+    from canalyze.examination import Examined
+
+Threshold = Literal["error", "warning", "info", "never"]
+THRESHOLDS: Final[tuple[Threshold, ...]] = get_args(Threshold)
+"""Values of --fail-on."""
+Ruling = Literal["ignore", "info", "warning", "error"]
+RULINGS: Final[tuple[Ruling, ...]] = get_args(Ruling)
+"""What an override may make of a finding."""
+
+_CODE: Final = re.compile(r"[A-Z]{1,3}|[A-Z]{3}[0-9]{1,3}")
+
+
+def codes(text: str) -> tuple[str, ...] | None:
+    """Read codes, or their beginnings, with commas between: `SDO001,HBT`; None if one cannot be one."""
+    found = tuple(dict.fromkeys(part.strip().upper() for part in text.split(",")))
+    return found if all(map(_CODE.fullmatch, found)) else None
+
+
+def unknown(prefixes: Collection[str], catalogue: Sequence[str]) -> str | None:
+    """Give the first that is the beginning of no code of the catalogue."""
+    return next((one for one in prefixes if not any(code.startswith(one) for code in catalogue)), None)
+
+
+def near(prefix: str, catalogue: Sequence[str]) -> list[str]:
+    """Give the codes, or the families of codes, that may have been meant."""
+    from difflib import get_close_matches
+
+    families = list(dict.fromkeys(code[:3] for code in catalogue))
+    if len(prefix) > 3 and prefix[:3] in families:
+        return get_close_matches(prefix, [code for code in catalogue if code.startswith(prefix[:3])], cutoff=0)
+    return get_close_matches(prefix[:3], families, cutoff=0.3) or families
+
+
+@dataclass(frozen=True, slots=True)
+class Override:
+    """What becomes of some findings, for a reason: [[check.override]]."""
+
+    codes: tuple[str, ...]
+    severity: Ruling
+    reason: str
+    files: tuple[str, ...] = ()
+    """Globs; none is every file."""
+    nodes: tuple[int, ...] = ()
+    """None is every node, and what is about no node."""
+    bus: str | None = None
+    """None is every bus."""
+    at: str = ""
+    """FILE:LINE of its codes."""
+
+    def covers(self, found: Counted, file: str, directory: str) -> bool:
+        """Tell whether it is about a finding of this file; globs are relative to the directory."""
+        finding = found.finding
+        return (
+            any(finding.code.startswith(prefix) for prefix in self.codes)
+            and (not self.nodes or finding.node in self.nodes)
+            and (self.bus is None or self.bus == finding.bus)
+            and (not self.files or any(named(file, glob, directory) for glob in self.files))
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """All that was said in one place; `Policy().overruled(...)` of both is what holds."""
+
+    fail_on: Threshold | None = None
+    """The least severity that fails; None: warning."""
+    select: tuple[str, ...] = ()
+    """Codes, or their beginnings, of what is judged; none is all."""
+    ignore: tuple[str, ...] = ()
+    """Those of what is not."""
+    baseline: str | None = None
+    """The file of known findings."""
+    overrides: tuple[Override, ...] = ()
+    directory: str = "."
+    """What globs of overrides are relative to: the directory of canalyze.toml."""
+    at: tuple[tuple[str, str], ...] = ()
+    """FILE:LINE of `select` and `ignore`, by their keys."""
+
+    def overruled(self, by: "Policy") -> "Policy":
+        """Give what holds of both: `by` puts the threshold, the selection and the baseline, and adds to `ignore`."""
+        return replace(
+            self,
+            fail_on=by.fail_on or self.fail_on,
+            select=by.select or self.select,
+            ignore=(*self.ignore, *by.ignore),
+            baseline=by.baseline or self.baseline,
+        )
+
+    def fails(self, severity: Severity) -> bool:
+        """Tell whether findings of this severity fail the check."""
+        threshold = self.fail_on or "warning"
+        return threshold != "never" and SEVERITIES.index(severity) >= SEVERITIES.index(threshold)
+
+    def takes(self, code: str) -> bool:
+        """Tell whether findings of this rule are judged: of several prefixes the longest one counts, then `ignore`."""
+        ignored = max((len(one) for one in self.ignore if code.startswith(one)), default=-1)
+        selected = max((len(one) for one in self.select if code.startswith(one)), default=-1 if self.select else 0)
+        return selected > ignored
+
+
+def judge(examined: "Examined", policy: Policy, known: Baseline) -> Verdict:
+    """Say which findings of a capture fail the check: at or above the threshold, and more than the baseline allows."""
+    judged, away, reasons = _ruled(policy, examined.found, examined.file)
+    failures: list[Counted] = []
+    others: list[Counted] = []
+    for one in judged:
+        if not policy.fails(one.finding.severity):
+            others.append(one)
+            continue
+        allowed = known.get(Kind.of(one.finding), 0)
+        (failures if one.count > allowed else others).append(replace(one, known=allowed))
+    return Verdict(
+        examined.file,
+        tuple(failures),
+        tuple(others),
+        away,
+        examined.error,
+        examined.complaints,
+        examined.frames,
+        examined.seconds,
+        tuple(sorted(reasons.items())),
+    )
+
+
+def _ruled(policy: Policy, found: Sequence[Counted], file: str) -> tuple[list[Counted], int, Counter[str]]:
+    """Give what is judged, with its severity; how many were taken away; and how many overrides changed, by reason.
+
+    Of several overrides that are about a finding the last one counts.
+    """
+    judged: list[Counted] = []
+    away = 0
+    reasons: Counter[str] = Counter()
+    for one in found:
+        if not policy.takes(one.finding.code):
+            away += one.count
+            continue
+        about = [override for override in policy.overrides if override.covers(one, file, policy.directory)]
+        if not about:
+            judged.append(one)
+            continue
+        override = about[-1]
+        reasons[override.reason] += one.count
+        if override.severity == "ignore":
+            away += one.count
+            continue
+        shown = tuple(replace(finding, severity=override.severity) for finding in one.shown)
+        judged.append(replace(one, finding=shown[0], shown=shown))
+    return judged, away, reasons
+
+
+def named(file: str, glob: str, directory: str) -> bool:
+    """Tell whether a glob names a file: as it was given, from the directory, or by its last part."""
+    names = [file, PurePath(file).as_posix(), _from(file, directory)]
+    if "/" not in glob:
+        names.append(PurePath(file).name)
+    pattern = _pattern(glob.removeprefix("./"))
+    return any(pattern.fullmatch(name.removeprefix("./")) for name in names)
+
+
+def _from(file: str, directory: str) -> str:
+    try:
+        return PurePath(os.path.relpath(file, directory)).as_posix()
+    except ValueError:  # another drive
+        return file
+
+
+@cache
+def _pattern(glob: str) -> re.Pattern[str]:
+    """Give a glob as a pattern: `*` and `?` stay within a directory, `**/` goes through any number of them."""
+    pieces = re.split(r"(\*\*/|\*\*|\*|\?|\[!?\]?[^\]]*\])", glob)
+    meaning = {"**/": "(?:.*/)?", "**": ".*", "*": "[^/]*", "?": "[^/]"}
+    pattern = ""
+    for place, piece in enumerate(pieces):
+        if place % 2 == 0:
+            pattern += re.escape(piece)
+        elif piece in meaning:
+            pattern += meaning[piece]
+        else:
+            inner = piece[1:-1]
+            members = re.sub(r"([\\\[\]^&~|])", r"\\\1", inner.removeprefix("!"))
+            pattern += f"[^{members}]" if inner.startswith("!") else f"[{members}]"
+    try:
+        return re.compile(pattern, re.DOTALL)
+    except re.error:  # [z-a]: no set of characters, so what it says
+        return re.compile(re.escape(glob))

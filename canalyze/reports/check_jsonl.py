@@ -1,0 +1,75 @@
+"""The verdicts of `check` as JSON lines: one object a kind of finding, and one at the end of each capture.
+
+Keys are only ever added, never renamed. `finding` has those of the core's (`canalyze/core/src/render/jsonl`), of the
+first of its kind, and
+
+| key | is |
+|---|---|
+| `lines` | the annotated lines that led to it, oldest first, `{"frame","text"}` each |
+| `count` | how many of the kind there are |
+| `frames` | where the first ten stand |
+| `known` | how many of them the baseline allows |
+| `fails` | whether the check fails by it |
+
+`check` has `file`, `frames` (how many were read), `failed`, `failures` and `others` (how many findings fail, and how
+many do not), `overruled` (how many were taken away), `reasons` (`{"reason","count"}` of each override that changed
+some) and `error` (why the file could not be read, or null).
+"""
+
+import json
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from canalyze.verdict import Counted, Verdict
+
+
+def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
+    """Give the lines, without their ends."""
+    for verdict in verdicts:
+        both = [(one, True) for one in verdict.failures] + [(one, False) for one in verdict.others]
+        for one, fails in sorted(both, key=lambda row: row[0].finding.frame or 0):
+            yield _line(_finding(one, fails))
+        yield _line(
+            {
+                "kind": "check",
+                "file": verdict.file,
+                "frames": verdict.frames,
+                "failed": verdict.failed,
+                "failures": sum(one.count for one in verdict.failures),
+                "others": sum(one.count for one in verdict.others),
+                "overruled": verdict.overruled,
+                "reasons": [{"reason": reason, "count": count} for reason, count in verdict.reasons],
+                "error": verdict.error,
+            }
+        )
+
+
+def _finding(one: Counted, fails: bool) -> dict[str, Any]:
+    finding = one.finding
+    return {
+        "kind": "finding",
+        "code": finding.code,
+        "name": finding.name,
+        "severity": finding.severity,
+        "file": finding.file,
+        "frame": finding.frame,
+        "line": finding.line,
+        "t": finding.t,
+        "cause_frame": finding.cause_frame,
+        "cause_line": finding.cause_line,
+        "bus": finding.bus,
+        "node": finding.node,
+        "index": finding.index,
+        "sub": finding.sub,
+        "message": finding.message,
+        "facts": finding.facts,
+        "lines": [{"frame": line.frame, "text": line.text} for line in finding.lines],
+        "count": one.count,
+        "frames": [other.frame for other in one.shown if other.frame is not None],
+        "known": one.known,
+        "fails": fails,
+    }
+
+
+def _line(row: dict[str, Any]) -> str:
+    return json.dumps(row, ensure_ascii=False, separators=(",", ":"))

@@ -1,0 +1,134 @@
+"""The report of `check` for people and for the log of a CI job: one block a capture, then a line of totals.
+
+A clean capture is one line. Findings of one kind are one entry: where and what, the annotated lines that led to the
+first of them, its own marked, and how many there are. Must not: judge.
+"""
+
+import os
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from canalyze.finding import SEVERITIES
+from canalyze.output import Output, printable
+from canalyze.reports import wording
+from canalyze.verdict import Counted, Verdict
+from canalyze.words import Words
+
+_COLOURS: Final = {"error": "31", "warning": "33", "info": "36", "clean": "32", "own": "1"}
+"""Of what stands out on a terminal, as codes of ECMA-48."""
+
+
+def show(verdicts: Sequence[Verdict], out: Output, words: Words) -> None:
+    """Write the whole report."""
+    report = _Report(words, coloured=out.is_terminal and _may_stand_out())
+    for verdict in verdicts:
+        for line in report.block(verdict):
+            out.text(line + "\n")
+    for line in report.totals(verdicts):
+        out.text(line + "\n")
+
+
+def _may_stand_out() -> bool:
+    return not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+class _Report:
+    """The lines of a report."""
+
+    def __init__(self, words: Words, *, coloured: bool) -> None:
+        self._words = words
+        self._coloured = coloured
+
+    def block(self, verdict: Verdict) -> Iterator[str]:
+        """Give what is said of one capture."""
+        name = wording.capture_name(verdict.file)
+        if verdict.error is not None and not verdict.frames:  # the reason is on standard error
+            yield self._words("check.file", name=name, said=self._dyed(self._words("check.unreadable"), "error"))
+            return
+        frames = self._words("check.frames", frames=verdict.frames)
+        parts = [self._severities(verdict.failures), frames, *self._rest(verdict)]
+        if verdict.error is not None:
+            parts.insert(0, self._dyed(self._words("check.unread"), "error"))
+        yield self._words("check.file", name=name, said=self._words("check.then").join(parts))
+        for one in verdict.failures:
+            yield from self._entry(one)
+        if verdict.failures:
+            yield ""
+
+    def _rest(self, verdict: Verdict) -> Iterator[str]:
+        """Say what does not count."""
+        known = sum(one.count for one in verdict.others if one.known)
+        below = Counter[str]()
+        for one in verdict.others:
+            if not one.known:
+                below[one.finding.severity] += one.count
+        for severity in reversed(SEVERITIES):
+            if below[severity]:
+                yield self._words(f"check.{severity}", count=below[severity])
+        if known:
+            yield self._words("check.known", count=known)
+        if verdict.overruled:
+            yield self._words("check.overruled", count=verdict.overruled)
+
+    def _severities(self, found: Sequence[Counted]) -> str:
+        if not found:
+            return self._dyed(self._words("check.clean"), "clean")
+        counts = Counter[str]()
+        for one in found:
+            counts[one.finding.severity] += one.count
+        return self._words("check.then").join(
+            self._dyed(self._words(f"check.{severity}", count=counts[severity]), severity)
+            for severity in reversed(SEVERITIES)
+            if counts[severity]
+        )
+
+    def _entry(self, one: Counted) -> Iterator[str]:
+        finding = one.finding
+        where = [
+            finding.bus and printable(finding.bus),
+            finding.frame and self._words("check.frame", frame=finding.frame),
+            finding.line and finding.line != finding.frame and self._words("check.line", line=finding.line),
+        ]
+        severity = self._dyed(self._words.of("severity", finding.severity), finding.severity)
+        place = self._words("check.then").join(str(part) for part in where if part)
+        head = f"  {severity} {finding.code} {place}".rstrip()
+        yield self._words("check.entry", head=head, message=printable(finding.message))
+        for line in wording.annotated(finding):
+            yield f"    {self._dyed(line, 'own') if line.startswith('>') else line}"
+        if one.count > 1 or one.known:
+            yield f"    {self._repeats(one)}"
+
+    def _repeats(self, one: Counted) -> str:
+        key = "check.times_known" if one.known else "check.times"
+        said = self._words(key, count=one.count, known=one.known)
+        frames = [str(other.frame) for other in one.shown[1:] if other.frame is not None]
+        if not frames:
+            return said
+        more = self._words("check.and_more") if one.count > len(one.shown) else ""
+        return said + self._words("check.also", frames=self._words("check.then").join(frames) + more)
+
+    def totals(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
+        """Give the closing lines: why findings were overruled, and all of it in figures."""
+        reasons = Counter[str]()
+        for verdict in verdicts:
+            reasons.update(dict(verdict.reasons))
+        for reason, count in sorted(reasons.items()):
+            yield self._words("check.reason", count=count, reason=printable(reason))
+        found = [one for verdict in verdicts for one in verdict.failures]
+        read = [verdict for verdict in verdicts if verdict.error is None]
+        failed = sum(verdict.failed for verdict in verdicts)
+        parts = [
+            self._words("check.files", files=len(verdicts)),
+            self._words("check.frames", frames=sum(verdict.frames for verdict in verdicts)),
+            self._severities(found) + self._words("check.in_files", files=failed)
+            if found
+            else self._dyed(self._words("check.none"), "clean"),
+        ]
+        if len(read) < len(verdicts):
+            said = self._words("check.unread_files", files=len(verdicts) - len(read))
+            parts.append(self._dyed(said, "error"))
+        yield self._words("check.total", said=self._words("check.then").join(parts))
+
+    def _dyed(self, text: str, colour: str) -> str:
+        return f"\x1b[{_COLOURS[colour]}m{text}\x1b[0m" if self._coloured else text

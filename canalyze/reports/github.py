@@ -1,0 +1,84 @@
+"""Annotations of GitHub Actions: workflow commands, which the runner reads from a step's output.
+
+What cannot be read comes first, then what fails the check, then what is below the threshold; what the baseline allows
+is not shown. GitHub shows ten annotations of each kind in a step and drops the others without a word: these are plain
+lines of the log here, and a closing annotation counts them. Nothing of a capture or of its name can become a command:
+a command begins a line, and in the older form stands anywhere behind `##[`. Must not: judge.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from canalyze.finding import SEVERITIES
+from canalyze.output import printable
+from canalyze.reports import wording
+from canalyze.sources.file import STDIN
+from canalyze.verdict import Counted, Verdict
+from canalyze.words import Words
+
+_COMMANDS: Final = {"error": "error", "warning": "warning", "info": "notice"}
+_MOST: Final = {"error": 10, "warning": 10, "info": 9}
+"""Of each kind in a step; the tenth notice counts the others."""
+_DATA: Final = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})
+_PROPERTY: Final = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A", ":": "%3A", ",": "%2C"})
+
+
+def lines(verdicts: Sequence[Verdict], words: Words) -> Iterator[str]:
+    """Give the lines of the report, without line ends."""
+    given = Counter[str]()
+    for verdict in verdicts:
+        if verdict.error is not None:
+            given["error"] += 1
+            shown = given["error"] <= _MOST["error"]
+            yield _unreadable(verdict.file, printable(verdict.error), words, as_command=shown)
+    for failing in (True, False):
+        for verdict in verdicts:
+            for one in verdict.failures if failing else verdict.others:
+                if one.known and not failing:
+                    continue
+                severity = one.finding.severity
+                given[severity] += 1
+                yield _finding(verdict.file, one, words, as_command=given[severity] <= _MOST[severity])
+    left = {severity: given[severity] - _MOST[severity] for severity in reversed(SEVERITIES)}
+    if any(count > 0 for count in left.values()):
+        counts = words("reports.then").join(
+            words("reports.count_of", severity=words.of("severity", severity), count=count)
+            for severity, count in left.items()
+            if count > 0
+        )
+        yield _command("notice", {}, words("reports.annotations", counts=counts))
+
+
+def _unreadable(file: str, error: str, words: Words, *, as_command: bool) -> str:
+    if as_command:
+        return _command("error", _file(file), error)
+    return _plain(f"{words.of('severity', 'error')} {error}")
+
+
+def _finding(file: str, one: Counted, words: Words, *, as_command: bool) -> str:
+    finding = one.finding
+    said = wording.sentence(one, words)
+    if not as_command:
+        severity = words.of("severity", finding.severity)
+        return _plain(f"{severity} {wording.title(finding)} {wording.place(file, finding.line)}: {said}")
+    properties = _file(file)
+    if properties and finding.line is not None:
+        properties["line"] = str(finding.line)
+    properties["title"] = wording.title(finding)
+    return _command(_COMMANDS[finding.severity], properties, "\n".join([said, *wording.annotated(finding)]))
+
+
+def _file(file: str) -> dict[str, str]:
+    """Give the property that names the file; standard input is none."""
+    return {} if file == STDIN else {"file": wording.capture_name(file)}
+
+
+def _command(name: str, properties: dict[str, str], message: str) -> str:
+    listed = ",".join(f"{key}={value.translate(_PROPERTY)}" for key, value in properties.items())
+    return f"::{name}{' ' if listed else ''}{listed}::{message.translate(_DATA)}"
+
+
+def _plain(text: str) -> str:
+    """Give a line of the log that is no command."""
+    return text.replace("##[", "##\\x5b")

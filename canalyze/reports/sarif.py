@@ -1,0 +1,210 @@
+"""SARIF 2.1.0: the form of findings that code scanning and editors read.
+
+One run; an artifact is a capture, a result a kind of finding (rule, bus, node, object) in it, at its first frame. The
+file keeps what GitHub's code scanning asks for: the fields it needs, its largest number of results, and a fingerprint
+that stays when a capture is recorded anew. Rules are those that occur. Must not: judge, or look into a file.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from canalyze import __version__
+from canalyze.finding import SEVERITIES, Finding
+from canalyze.output import printable
+from canalyze.reports import wording
+from canalyze.reports.uri import file_uri
+from canalyze.sources.file import STDIN
+from canalyze.verdict import Counted, Verdict
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze._core import Rule
+
+Json = dict[str, Any]
+
+_SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
+_LANGUAGES: Final = {"zh": "zh-CN", "en": "en-US"}
+_LEVELS: Final = {"error": "error", "warning": "warning", "info": "note"}
+_PROBLEMS: Final = {"error": "error", "warning": "warning", "info": "recommendation"}
+"""How code scanning calls severities that are not about security."""
+_MOST: Final = 25_000
+"""Results of a run that code scanning takes; a file with more is refused."""
+_LONGEST: Final = 1024
+"""Characters of a rule's description that it takes."""
+_CAUSE: Final = 1
+"""Identifies the location of the earlier frame within its result."""
+
+
+def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words) -> bytes:
+    """Give the whole file; `rules` is the catalogue in the language of `words`."""
+    found = [(verdict.file, one) for verdict in verdicts for one in (*verdict.failures, *verdict.others)]
+    kept = _worst(found)
+    baseline = any(one.known for _, one in found)
+    known = {rule.code: rule for rule in rules}
+    firsts: dict[str, Finding] = {}
+    for _, one in kept:
+        firsts.setdefault(one.finding.code, one.finding)
+    places = {code: number for number, code in enumerate(sorted(firsts))}
+    uris = {verdict.file: _uri(verdict.file) for verdict in verdicts}
+    artifacts = {uri: number for number, uri in enumerate(dict.fromkeys(uris.values()))}
+    results = []
+    for file, one in kept:
+        result = _result({"uri": uris[file], "index": artifacts[uris[file]]}, one, words)
+        result["ruleIndex"] = places[one.finding.code]
+        if baseline:
+            result["baselineState"] = _state(one)
+        results.append(result)
+    run = {
+        "tool": {
+            "driver": {
+                "name": "canalyze",
+                "version": __version__,
+                "semanticVersion": __version__,
+                "language": _LANGUAGES[words.lang],
+                "rules": [_rule(firsts[code], known.get(code), words) for code in places],
+            }
+        },
+        "language": _LANGUAGES[words.lang],
+        "columnKind": "unicodeCodePoints",
+        "invocations": [_invocation(verdicts, uris, len(found) - len(kept), words)],
+        "artifacts": [{"location": {"uri": uri}, "roles": ["analysisTarget"]} for uri in artifacts],
+        "results": results,
+    }
+    log = {"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}
+    return (json.dumps(log, ensure_ascii=False, indent=2) + "\n").encode()
+
+
+def _worst(found: list[tuple[str, Counted]]) -> list[tuple[str, Counted]]:
+    """Keep what a reader takes, the worst of it, in the order in which it is."""
+    if len(found) <= _MOST:
+        return found
+    by_severity = sorted(range(len(found)), key=lambda place: -SEVERITIES.index(found[place][1].finding.severity))
+    return [found[place] for place in sorted(by_severity[:_MOST])]
+
+
+def _state(one: Counted) -> str:
+    if not one.known:
+        return "new"
+    return "unchanged" if one.count <= one.known else "updated"
+
+
+def _rule(finding: Finding, rule: "Rule | None", words: Words) -> Json:
+    """Describe the rule of a finding; what no catalogue has, by the finding."""
+    severity = finding.severity if rule is None else rule.severity
+    facts = []
+    if rule is not None:
+        facts = [(words("rules.meaning"), rule.meaning), (words("rules.cause"), rule.cause)]
+        if rule.clause not in ("", "-"):
+            facts.append((words("rules.clause"), rule.clause.replace(" to ", " ~ ")))
+    short = wording.title(finding) if rule is None else rule.message
+    return {
+        "id": printable(finding.code),
+        "name": "".join(part.capitalize() for part in printable(finding.name).split("-")),
+        "shortDescription": {"text": short[:_LONGEST]},
+        "fullDescription": {"text": (short if rule is None else rule.meaning)[:_LONGEST]},
+        "help": {
+            "text": "\n".join(f"{term}: {text}" for term, text in facts) or short,
+            "markdown": "\n\n".join(f"**{term}**: {text}" for term, text in facts) or short,
+        },
+        "defaultConfiguration": {"level": _LEVELS[severity]},
+        "properties": {
+            "tags": ["CANopen", printable(finding.code)[:3]],
+            "precision": "high",
+            "problem.severity": _PROBLEMS[severity],
+        },
+    }
+
+
+def _result(artifact: Json, one: Counted, words: Words) -> Json:
+    finding = one.finding
+    location = _location(artifact, finding.line, _line_of(finding, finding.frame))
+    if names := list(_logical(finding)):
+        location["logicalLocations"] = names
+    text = wording.message(finding).replace("](", "] (")  # else a link, to wherever the capture says
+    link = None
+    result: Json = {
+        "ruleId": printable(finding.code),
+        "level": _LEVELS[finding.severity],
+        "message": {},
+        "locations": [location],
+        "partialFingerprints": _fingerprints(finding),
+        "occurrenceCount": one.count,
+    }
+    if finding.cause_frame is not None:
+        link = f"[{words('reports.frame', frame=finding.cause_frame)}]({_CAUSE})"
+        cause = _location(artifact, finding.cause_line, _line_of(finding, finding.cause_frame))
+        cause |= {"id": _CAUSE, "message": {"text": words("reports.cause_here")}}
+        result["relatedLocations"] = [cause]
+    result["message"]["text"] = wording.sentence(one, words, cause=link, text=text)
+    if one.known >= one.count:
+        result["suppressions"] = [{"kind": "external", "justification": words("reports.known", known=one.known)}]
+    properties = {
+        "frame": finding.frame,
+        "t": finding.t and printable(finding.t),
+        "bus": finding.bus and printable(finding.bus),
+        "node": finding.node,
+        "object": finding.object and printable(finding.object),
+        "lines": list(wording.annotated(finding)),
+    }
+    result["properties"] = {name: value for name, value in properties.items() if value not in (None, [])}
+    return result
+
+
+def _line_of(finding: Finding, frame: int | None) -> str | None:
+    return next((line.text for line in finding.lines if line.frame == frame), None)
+
+
+def _location(artifact: Json, line: int | None, text: str | None) -> Json:
+    """Say where: the line only where the format has lines."""
+    physical: Json = {"artifactLocation": artifact}
+    if line is not None:
+        physical["region"] = {"startLine": line, "startColumn": 1, "endLine": line}
+        if text is not None:
+            physical["region"]["snippet"] = {"text": printable(text)}
+    return {"physicalLocation": physical}
+
+
+def _logical(finding: Finding) -> Iterator[Json]:
+    """Name bus, node and object, each within the one before."""
+    path: list[str] = []
+    for kind, name in (("bus", finding.bus), ("node", finding.node), ("object", finding.object)):
+        if name is not None:
+            text = printable(str(name))
+            path.append(text.replace("/", "%2F"))
+            yield {"name": text, "fullyQualifiedName": "/".join(path), "kind": kind}
+
+
+def _fingerprints(finding: Finding) -> Mapping[str, str]:
+    """Tell a kind of finding again in the next run, wherever its frame is then; the reader adds the file."""
+    parts = [finding.code, finding.bus, finding.node, finding.object]
+    key = json.dumps(parts).encode()
+    digest = hashlib.sha256(key).hexdigest()[:16]
+    return {"primaryLocationLineHash": f"{digest}:1", "findingKind/v1": digest}
+
+
+def _invocation(verdicts: Sequence[Verdict], uris: Mapping[str, str], left: int, words: Words) -> Json:
+    """Say what could not be read, what was complained of, and what is not in the file."""
+    said: list[Json] = []
+    for verdict in verdicts:
+        lines = [("error", verdict.error)] if verdict.error is not None else []
+        lines += [("note", line) for line in verdict.complaints]
+        for level, text in lines:
+            location = _location({"uri": uris[verdict.file]}, None, None)
+            said.append({"level": level, "message": {"text": printable(text) or "-"}, "locations": [location]})
+    if left:
+        said.append({"level": "warning", "message": {"text": words("reports.results", count=left, most=_MOST)}})
+    whole = all(verdict.error is None for verdict in verdicts)
+    return {"executionSuccessful": whole, **({"toolExecutionNotifications": said} if said else {})}
+
+
+def _uri(file: str) -> str:
+    if file == STDIN:
+        return "stdin"
+    try:
+        here = str(Path.cwd())
+    except OSError:  # it is gone
+        here = None
+    return file_uri(file, here=here)

@@ -1,0 +1,98 @@
+"""How a finding is put for other programs' pages: what is alike in the JUnit, SARIF and GitHub reports.
+
+All text that leaves here is one printable line: what a capture or a file name holds can break no format and drive no
+terminal. Must not: know one of the formats.
+"""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Final
+
+from canalyze.output import printable
+from canalyze.sources.file import STDIN
+from canalyze.verdict import Counted
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze.finding import Finding
+
+_ALSO: Final = 9
+"""Frames of further findings of one kind that are named."""
+
+
+def capture_name(file: str) -> str:
+    """Give a capture's name for people."""
+    return "stdin" if file == STDIN else printable(file)
+
+
+def place(file: str, line: int | None) -> str:
+    """Give file and line as compilers do, for whoever makes links of it."""
+    return capture_name(file) if line is None else f"{capture_name(file)}:{line}"
+
+
+def title(finding: "Finding") -> str:
+    """Give the rule: SDO001 toggle-bit."""
+    return printable(f"{finding.code} {finding.name}")
+
+
+def kind(finding: "Finding", words: Words) -> str:
+    """Tell it from all other kinds of one capture: rule, bus, node, object."""
+    parts = [
+        title(finding),
+        finding.bus,
+        finding.node is not None and words("reports.node", node=finding.node),
+        finding.object,
+    ]
+    return printable(" ".join(part for part in parts if part))
+
+
+def message(finding: "Finding") -> str:
+    """Give the sentence."""
+    return printable(finding.message)
+
+
+def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list[str]:
+    """Say where in the capture it stands; `cause` is how the frame is written that it is about."""
+    said = []
+    if finding.frame is not None:
+        said.append(words("reports.frame", frame=finding.frame))
+    if finding.line is not None and finding.line != finding.frame:
+        said.append(words("reports.line", line=finding.line))
+    if finding.t is not None:
+        said.append(f"{printable(finding.t)} s")
+    if finding.cause_frame is not None:
+        said.append(words("reports.cause", frame=cause or words("reports.frame", frame=finding.cause_frame)))
+    return said
+
+
+def repeats(counted: Counted, words: Words) -> list[str]:
+    """Say how many there are, if more than one, and what of it the baseline allows."""
+    said = []
+    if counted.count > 1 or counted.known:
+        said.append(words("reports.count", count=counted.count))
+    if counted.known:
+        said.append(words("reports.known", known=counted.known))
+    return said
+
+
+def further(counted: Counted, words: Words) -> str | None:
+    """Name the frames of the others of its kind; None where there are none to name."""
+    frames = [one.frame for one in counted.shown if one != counted.finding and one.frame is not None]
+    if not frames:
+        return None
+    listed = words("reports.then").join(words("reports.frame", frame=frame) for frame in frames[:_ALSO])
+    more = words("reports.more") if counted.count > 1 + len(frames[:_ALSO]) else ""
+    return words("reports.also", frames=listed + more)
+
+
+def sentence(counted: Counted, words: Words, *, cause: str | None = None, text: str | None = None) -> str:
+    """Give all of it in one line: the message (or `text` in its stead), then where and how often."""
+    parts = [*where(counted.finding, words, cause=cause), *repeats(counted, words)]
+    said = message(counted.finding) if text is None else text
+    return words("reports.said", message=said, place=words("reports.then").join(parts)) if parts else said
+
+
+def annotated(finding: "Finding") -> Iterator[str]:
+    """Give the lines that led to it; its own is marked."""
+    for line in finding.lines:
+        mark = ">" if line.frame == finding.frame else " "
+        yield f"{mark} {printable(line.text)}"

@@ -1,0 +1,34 @@
+"""Words of the reports for CI: JUnit, SARIF, annotations of GitHub.
+
+Rows (key, zh, en), as the folder's `__init__` has it; nothing else.
+"""
+
+from typing import Final
+
+ROWS: Final[tuple[tuple[str, str, str], ...]] = (
+    ("reports.node", "节点{node}", "node {node}"),
+    ("reports.frame", "第{frame}帧", "frame {frame}"),
+    ("reports.line", "第{line}行", "line {line}"),
+    ("reports.cause", "另见{frame}", "see {frame}"),
+    ("reports.count", "共{count}次", "{count} times"),
+    ("reports.known", "基线允许{known}次", "the baseline allows {known}"),
+    ("reports.also", "还有{frames}", "also {frames}"),
+    ("reports.more", "等", " and more"),
+    ("reports.then", "，", ", "),
+    ("reports.said", "{message}（{place}）", "{message} ({place})"),
+    ("reports.cause_here", "它所指的帧", "the frame that it is about"),
+    ("reports.readable", "可以读取", "can be read"),
+    ("reports.clean", "没有使检查失败的发现", "no findings that fail the check"),
+    ("reports.below", "低于阈值", "below the threshold"),
+    (
+        "reports.annotations",
+        "GitHub每步每种注释最多显示10条；其余在日志中：{counts}",
+        "GitHub shows 10 annotations of each kind in a step; the others are in the log: {counts}",
+    ),
+    ("reports.count_of", "{severity}{count}条", "{severity} {count}"),
+    (
+        "reports.results",
+        "还有{count}个发现没有写入：代码扫描每次最多接受{most}个",
+        "{count} more findings are not in this file: code scanning takes {most} at most",
+    ),
+)

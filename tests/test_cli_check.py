@@ -1,0 +1,521 @@
+"""`canalyze check` as a user and a CI job run it: what fails, what is said, and with which exit code."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import time
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from captures import SAMPLES, SHARED
+from conftest import Runner, command, environment
+from test_cli_terminal import on_terminal
+
+RULES = SAMPLES / "rules"
+GOLDEN = SAMPLES / "check"
+CHINESE = re.compile("[\u4e00-\u9fff]")
+
+
+@pytest.fixture
+def set_of_captures(tmp_path: Path) -> Path:
+    """Give a directory of captures: clean.log, toggle.log (SDO001, an error), sync.log (SYN003, a warning)."""
+    folder = tmp_path / "captures"
+    folder.mkdir()
+    for name, source in (("clean", "SDO001.clean"), ("toggle", "SDO001"), ("sync", "SYN003")):
+        (folder / f"{name}.log").write_bytes((RULES / f"{source}.log").read_bytes())
+    return folder
+
+
+def jsonl(canalyze: Runner, *args: str, code: int = 1) -> list[dict[str, Any]]:
+    done = canalyze("check", "--format", "jsonl", "--lang", "en", *args)
+    assert done.code == code, done
+    return [json.loads(line) for line in done.lines]
+
+
+def ends(found: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [row for row in found if row["kind"] == "check"]
+
+
+def codes(found: list[dict[str, Any]], *, fails: bool = True) -> list[str]:
+    return [row["code"] for row in found if row["kind"] == "finding" and row["fails"] == fails]
+
+
+# What is written.
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_the_report_is_the_golden_one(tmp_path: Path, lang: str) -> None:
+    """Read it before it is kept: `canalyze check FILES -o samples/check/report.LANG.txt --force` in samples/rules."""
+    names = ["SDO001.log", "SDO001.clean.log", "SDO012.log", "HBT002.log", "PDO002.log", "CAP001.log", "NMT002.log"]
+    arguments = ["check", "--lang", lang, "--ignore", "CAP", *names]
+    done = subprocess.run(
+        command(*arguments), cwd=RULES, env=environment(), capture_output=True, check=False, timeout=60
+    )
+    assert done.returncode == 1
+    assert done.stdout.decode() == (GOLDEN / f"report.{lang}.txt").read_text(encoding="utf-8")
+    assert lang == "zh" or not CHINESE.search(done.stdout.decode())
+
+
+def test_a_clean_capture_is_one_line(canalyze: Runner, set_of_captures: Path) -> None:
+    done = canalyze("check", "--lang", "en", "captures/clean.log")
+    assert (done.code, done.err) == (0, "")
+    assert done.lines == ["captures/clean.log: clean, frames: 8", "total: files: 1, frames: 8, nothing fails"]
+
+
+def test_findings_of_one_kind_are_one_entry(canalyze: Runner, tmp_path: Path) -> None:
+    lines = ["(1.000000) can0 705#00\n"]
+    lines += [f"({2 + turn}.000000) can0 085#1081000000000000\n" for turn in range(25)]
+    (tmp_path / "emcy.log").write_text("".join(lines))
+    found = jsonl(canalyze, "emcy.log")
+    (row,) = [row for row in found if row.get("code") == "EMC001"]
+    assert (row["count"], row["frame"], row["frames"]) == (25, 2, list(range(2, 12)))
+    assert ends(found)[0]["failures"] == 25
+    done = canalyze("check", "--lang", "en", "emcy.log")
+    assert "    25 times; also at frames 3, 4, 5, 6, 7, 8, 9, 10, 11 ..." in done.lines
+
+
+def test_jsonl(canalyze: Runner, set_of_captures: Path) -> None:
+    found = jsonl(canalyze, "captures/toggle.log", "captures/clean.log")
+    (finding,) = [row for row in found if row["kind"] == "finding"]
+    assert (finding["code"], finding["severity"], finding["file"]) == ("SDO001", "error", "captures/toggle.log")
+    assert (finding["frame"], finding["count"], finding["known"], finding["fails"]) == (8, 1, 0, True)
+    assert [line["frame"] for line in finding["lines"]] == list(range(1, 9))
+    assert ends(found) == [
+        {
+            "kind": "check",
+            "file": f"captures/{name}.log",
+            "frames": 8,
+            "failed": failed,
+            "failures": int(failed),
+            "others": 0,
+            "overruled": 0,
+            "reasons": [],
+            "error": None,
+        }
+        for name, failed in (("toggle", True), ("clean", False))
+    ]
+
+
+def test_lines_are_those_of_decode(canalyze: Runner, set_of_captures: Path) -> None:
+    decoded = canalyze("decode", "--lang", "en", "captures/toggle.log").lines
+    for row in jsonl(canalyze, "captures/toggle.log"):
+        for line in row.get("lines", ()):
+            assert line["text"] in decoded
+
+
+def test_reports_are_written_beside(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
+    args = ("check", "captures/toggle.log", "--junit", "j.xml", "--sarif", "s.json", "-o", "out.txt")
+    assert canalyze(*args).code == 1
+    assert ElementTree.parse(tmp_path / "j.xml").getroot().find(".//failure") is not None
+    (run,) = json.loads((tmp_path / "s.json").read_text())["runs"]
+    assert [result["ruleId"] for result in run["results"]] == ["SDO001"]
+    assert "SDO001" in (tmp_path / "out.txt").read_text()
+    again = canalyze(*args)
+    assert again.code == 2 and "--force" in again.err
+    assert canalyze(*args, "--force").code == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["captures", "j.xml", "out.txt", "s.json"]
+
+
+def test_github(canalyze: Runner, set_of_captures: Path) -> None:
+    done = canalyze("check", "--format", "github", "captures/toggle.log", "captures/sync.log")
+    assert done.code == 1
+    assert [line.split(" ")[0] for line in done.lines] == ["::error", "::warning"]
+
+
+def test_colours_are_for_terminals(set_of_captures: Path, tmp_path: Path) -> None:
+    code, shown = on_terminal(tmp_path, "check", "captures/toggle.log")
+    assert code == 1 and b"\x1b[31m" in shown
+    for env in ({"NO_COLOR": "1"}, {"TERM": "dumb"}):
+        code, shown = on_terminal(tmp_path, "check", "captures/toggle.log", **env)
+        assert code == 1 and b"\x1b" not in shown
+    assert (
+        b"\x1b"
+        not in subprocess.run(
+            command("check", "captures/toggle.log"), cwd=tmp_path, env=environment(), capture_output=True, check=False
+        ).stdout
+    )
+
+
+# What fails.
+
+
+@pytest.mark.parametrize(
+    ("threshold", "name", "code"),
+    [
+        ("error", "toggle", 1),
+        ("error", "sync", 0),
+        ("warning", "sync", 1),
+        ("info", "clean", 0),
+        ("never", "toggle", 0),
+    ],
+)
+def test_threshold(canalyze: Runner, set_of_captures: Path, threshold: str, name: str, code: int) -> None:
+    assert canalyze("check", "--fail-on", threshold, f"captures/{name}.log").code == code
+
+
+def test_select_and_ignore(canalyze: Runner, set_of_captures: Path) -> None:
+    both = ("captures/toggle.log", "captures/sync.log")
+    assert codes(jsonl(canalyze, *both)) == ["SDO001", "SYN003"]
+    assert codes(jsonl(canalyze, "--select", "sdo", *both)) == ["SDO001"]
+    assert codes(jsonl(canalyze, "--ignore", "SDO,PDO", "--ignore=NMT", *both)) == ["SYN003"]
+    found = jsonl(canalyze, "--select", "SDO", "--ignore", "SDO001", *both, code=0)
+    assert [row["overruled"] for row in ends(found)] == [1, 1]
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "said"),
+    [
+        ("--select", "SD0", "SDO"),
+        ("--ignore", "HBT,SYC", "SYN"),
+        ("--select", "SDO999", "SDO0"),
+        ("--select", "SDO 1", "SDO,HBT001"),
+        ("--select", "", "SDO,HBT001"),
+        ("--fail-on", "warn", "error, warning, info, never"),
+    ],
+)
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_codes_that_cannot_be(canalyze: Runner, option: str, value: str, said: str, lang: str) -> None:
+    done = canalyze("--lang", lang, "check", f"{option}={value}", "x.log")
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert said in done.err and option in done.err
+
+
+def test_overrides_of_the_configuration(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
+    (tmp_path / "canalyze.toml").write_text(
+        "[check]\nfail_on = 'error'\n"
+        "[[check.override]]\nfiles = ['captures/t*.log']\nnodes = [10]\ncodes = ['SDO']\n"
+        "severity = 'ignore'\nreason = 'old server'\n"
+        "[[check.override]]\ncodes = ['SYN003']\nseverity = 'error'\nreason = 'drives depend on it'\n"
+    )
+    both = ("captures/toggle.log", "captures/sync.log")
+    found = jsonl(canalyze, *both)
+    assert [(row["code"], row["severity"]) for row in found if row["kind"] == "finding"] == [("SYN003", "error")]
+    assert [row["reasons"] for row in ends(found)] == [
+        [{"reason": "old server", "count": 1}],
+        [{"reason": "drives depend on it", "count": 1}],
+    ]
+    done = canalyze("check", "--lang", "en", *both)
+    assert "overridden, 1 times: old server" in done.lines
+    assert "captures/toggle.log: clean, frames: 8, not counted: 1" in done.lines
+    absolute = [str(set_of_captures / "toggle.log")]
+    assert jsonl(canalyze, *absolute, code=0)
+
+
+def test_codes_of_the_configuration_are_held_against_the_rules(canalyze: Runner, tmp_path: Path) -> None:
+    for text, line in (
+        ("[check]\n\nselect = ['SDX']\n", 3),
+        ("[check]\nignore = 'ABC'\n", 2),
+        ("[[check.override]]\nreason = 'x'\nseverity = 'info'\ncodes = ['HBX']\n", 4),
+    ):
+        (tmp_path / "canalyze.toml").write_text(text)
+        done = canalyze("check", "--lang", "en", "x.log")
+        assert (done.code, len(done.complaints)) == (2, 1)
+        assert done.err.startswith(f"canalyze: canalyze.toml:{line}: ")
+        assert canalyze("decode", str(SAMPLES / "sdo-abort.log")).code == 0
+
+
+# The baseline.
+
+
+def test_baseline_round_trip(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
+    every = ("captures/toggle.log", "captures/sync.log", "captures/clean.log")
+    missing = canalyze("check", "--lang", "en", "--baseline", "known.json", *every)
+    assert (missing.code, len(missing.complaints)) == (2, 1) and "--update-baseline" in missing.err
+    done = canalyze("check", "--lang", "en", "--baseline", "known.json", "--update-baseline", *every)
+    assert done.code == 0
+    assert done.complaints == ["canalyze: known.json: baseline written, entries: 2"]
+    written = (tmp_path / "known.json").read_text()
+    assert [json.loads(line.rstrip(","))["code"] for line in written.splitlines()[1:-1]] == ["SDO001", "SYN003"]
+    again = canalyze("check", "--lang", "en", "--baseline", "known.json", *every)
+    assert (again.code, again.err) == (0, "")
+    assert "captures/toggle.log: clean, frames: 8, in the baseline: 1" in again.lines
+    canalyze("check", "--baseline", "known.json", "--update-baseline", *every)
+    assert (tmp_path / "known.json").read_text() == written
+    less = canalyze("check", "--lang", "en", "--baseline", "known.json", "captures/clean.log", "captures/sync.log")
+    assert less.code == 0
+    assert less.complaints == [
+        "canalyze: known.json: no longer occurs: SDO001 can0, node 10, 1008:00; --update-baseline takes it out"
+    ]
+    canalyze("check", "--baseline", "known.json", "--update-baseline", "captures/clean.log")
+    assert json.loads((tmp_path / "known.json").read_text()) == {"canalyze_baseline": 1, "findings": []}
+
+
+def test_more_than_the_baseline_fails(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
+    args = ("check", "--lang", "en", "--baseline", "known.json")
+    emcy = "(2.000000) can0 085#1081000000000000\n"
+    (tmp_path / "two.log").write_text("(1.000000) can0 705#00\n" + emcy * 2)
+    (tmp_path / "three.log").write_text("(1.000000) can0 705#00\n" + emcy * 3)
+    assert canalyze(*args, "--update-baseline", "two.log").code == 0
+    assert canalyze(*args, "two.log").code == 0
+    done = canalyze(*args, "two.log", "three.log")
+    assert done.code == 1
+    assert "two.log: clean, frames: 3, in the baseline: 2" in done.lines
+    assert "    3 times, baseline 2; also at frames 3, 4" in done.lines
+
+
+def test_the_baseline_of_the_configuration(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
+    (set_of_captures / "canalyze.toml").write_text("[check]\nbaseline = 'known.json'\n")
+    args = ("check", "--config", "captures/canalyze.toml")
+    assert canalyze(*args, "--update-baseline", "captures/toggle.log").code == 0
+    assert (set_of_captures / "known.json").exists()
+    assert canalyze(*args, "captures/toggle.log").code == 0
+    assert canalyze("check", "--update-baseline", "captures/toggle.log").code == 2
+
+
+def test_a_baseline_is_not_made_of_half_a_set(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
+    done = canalyze("check", "--baseline", "b.json", "--update-baseline", "captures/toggle.log", "nothing.log")
+    assert done.code == 2
+    assert not (tmp_path / "b.json").exists()
+
+
+def test_a_broken_baseline(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
+    (tmp_path / "b.json").write_text('{"canalyze_baseline": 1, "findings": [\n{"code": 5}]}')
+    done = canalyze("check", "--lang", "en", "--baseline", "b.json", "captures/toggle.log")
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert done.err.startswith("canalyze: b.json:2: ")
+
+
+# Many captures.
+
+
+def test_results_come_in_the_order_given(canalyze: Runner, set_of_captures: Path) -> None:
+    big = (set_of_captures / "clean.log").read_text() * 2000
+    (set_of_captures / "big.log").write_text(big)
+    names = ["captures/big.log", "captures/toggle.log", "captures/clean.log", "captures/sync.log"]
+    for order in (names, names[::-1]):
+        assert [row["file"] for row in ends(jsonl(canalyze, *order))] == order
+
+
+def test_quoted_globs(canalyze: Runner, set_of_captures: Path) -> None:
+    deep = set_of_captures / "a" / "b"
+    deep.mkdir(parents=True)
+    (deep / "deep.log").write_bytes((set_of_captures / "clean.log").read_bytes())
+    (set_of_captures / "odd[1].log").write_bytes((set_of_captures / "clean.log").read_bytes())
+    found = jsonl(canalyze, "captures/toggle.log", "captures/**/*.log")
+    assert [row["file"] for row in ends(found)] == [
+        "captures/toggle.log",
+        "captures/a/b/deep.log",
+        "captures/clean.log",
+        "captures/odd[1].log",
+        "captures/sync.log",
+    ]
+    assert [row["file"] for row in ends(jsonl(canalyze, "captures/odd[1].log", code=0))] == ["captures/odd[1].log"]
+
+
+def test_a_pattern_that_nothing_fits_is_an_error(canalyze: Runner, set_of_captures: Path) -> None:
+    done = canalyze("check", "--lang", "en", "captures/*.asc", "captures/toggle.log")
+    assert done.code == 2
+    assert done.complaints == ["canalyze: captures/*.asc: no file fits"]
+    assert "SDO001" in done.out
+    assert canalyze("check", "captures/*.asc").code == 2
+
+
+def test_what_cannot_be_read_hides_nothing(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
+    (set_of_captures / "empty.log").write_bytes(b"")
+    (set_of_captures / "notes.log").write_text("no capture\n")
+    names = ["empty.log", "toggle.log", "notes.log", "missing.log", "sync.log"]
+    args = [f"captures/{name}" for name in names]
+    done = canalyze("check", "--lang", "en", *args)
+    assert done.code == 2
+    assert [line.split(": ")[1] for line in done.complaints] == [args[0], args[2], args[3]]
+    assert "SDO001" in done.out and "SYN003" in done.out
+    assert done.lines[-1].endswith("files that could not be read: 3")
+    found = jsonl(canalyze, *args, code=2)
+    assert [row["error"] is None for row in ends(found)] == [False, True, False, False, True]
+
+
+def test_a_damaged_capture_is_judged_as_far_as_it_goes(canalyze: Runner, tmp_path: Path) -> None:
+    import gzip
+
+    whole = (RULES / "SDO001.log").read_bytes() + (RULES / "SDO001.clean.log").read_bytes() * 3000
+    packed = gzip.compress(whole)
+    (tmp_path / "cut.log.gz").write_bytes(packed[: len(packed) // 2])
+    found = jsonl(canalyze, "--ignore", "CAP003", "cut.log.gz")
+    assert "SDO001" in codes(found) and "CAP005" in codes(found, fails=False)
+
+
+def test_other_formats(canalyze: Runner, tmp_path: Path) -> None:
+    for form in ("asc", "mcap", "pcapng", "log.gz"):
+        assert canalyze("convert", str(RULES / "SDO001.log"), f"a.{form}").code == 0
+        (finding,) = [row for row in jsonl(canalyze, f"a.{form}") if row["kind"] == "finding"]
+        assert (finding["code"], len(finding["lines"])) == ("SDO001", 8)
+    assert [row["frames"] for row in ends(jsonl(canalyze, "a.*"))] == [8, 8, 8, 8]
+
+
+def test_standard_input(canalyze: Runner, set_of_captures: Path) -> None:
+    text = (set_of_captures / "toggle.log").read_bytes()
+    for args in ((), ("-",)):
+        done = canalyze("check", "--lang", "en", *args, stdin=text)
+        assert done.code == 1
+        assert done.lines[0] == "stdin: errors: 1, frames: 8"
+    done = canalyze("check", "--format", "jsonl", "captures/sync.log", "-", "captures/clean.log", stdin=text)
+    assert [row["file"] for row in map(json.loads, done.lines) if row["kind"] == "check"] == [
+        "captures/sync.log",
+        "-",
+        "captures/clean.log",
+    ]
+    assert "SDO001" in done.out
+
+
+def test_descriptions_are_read_for_every_capture(canalyze: Runner, tmp_path: Path) -> None:
+    eds = RULES / "PDO012.eds"
+    names = [str(RULES / "PDO012.log"), str(RULES / "PDO012.clean.log")]
+    found = jsonl(canalyze, "--eds", f"5={eds}", *names)
+    assert codes(found) == ["PDO012"]
+    assert codes(jsonl(canalyze, *names, code=0)) == []
+
+
+def test_a_mistake_in_an_option_is_one_line(canalyze: Runner, set_of_captures: Path) -> None:
+    for args in (("--filter", "nodes=5"), ("--eds", "5=missing.eds"), ("--merge",), ("--update-baseline",)):
+        done = canalyze("check", *args, "captures/toggle.log", "captures/sync.log")
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1), args
+
+
+def test_a_filter_shows_findings_of_what_passes(canalyze: Runner, tmp_path: Path) -> None:
+    """Also those that only the end of the capture proves."""
+    lines = ["(1.000000) can0 705#00\n", "(1.000000) can0 706#00\n"]
+    for turn in range(30):
+        lines += [f"({2 + turn / 10:.6f}) can0 {node}#7F\n" for node in ("705", "706")]
+    lines += [f"({5 + turn / 10:.6f}) can0 706#7F\n" for turn in range(20)]
+    (tmp_path / "lost.log").write_text("".join(lines))
+    assert codes(jsonl(canalyze, "lost.log")) == ["HBT002"]
+    assert codes(jsonl(canalyze, "--filter", "service=heartbeat", "lost.log")) == ["HBT002"]
+    assert codes(jsonl(canalyze, "--filter", "service=sync", "lost.log", code=0)) == []
+
+
+def test_a_process_that_dies_is_an_error_of_its_capture(
+    canalyze: Runner, set_of_captures: Path, tmp_path: Path
+) -> None:
+    code = (
+        "import os, signal, sys\n"
+        "from canalyze import workers\n"
+        "examine = workers.examine\n"
+        "def dying(name, job, progress):\n"
+        "    if 'sync' in name:\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n"
+        "    return examine(name, job, progress)\n"
+        "workers.examine = dying\n"
+        "from canalyze.cli import main\n"
+        "raise SystemExit(main(sys.argv[1:]))\n"
+    )
+    args = ["check", "--lang", "en", *(f"captures/{name}.log" for name in ("toggle", "sync", "clean"))]
+    done = subprocess.run(
+        [command()[0], "-c", code, *args], cwd=tmp_path, env=environment(), capture_output=True, check=False, timeout=60
+    )
+    assert done.returncode == 2
+    assert b"SDO001" in done.stdout and b"captures/clean.log: clean" in done.stdout
+    assert b"captures/sync.log: the process that worked on it has died (SIGKILL)" in done.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("other", [[], ["captures/clean.log"]], ids=["alone", "in a set"])
+def test_the_end_can_be_wished(set_of_captures: Path, tmp_path: Path, number: signal.Signals, other: list[str]) -> None:
+    """What is known by then is said; no process is left; reports of half a set are not written."""
+    fifo = tmp_path / "live"
+    os.mkfifo(fifo)
+    process = subprocess.Popen(
+        command("check", "--lang", "en", *other, "live", "--junit", "j.xml"),
+        cwd=tmp_path,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    with fifo.open("wb", buffering=0) as live:
+        live.write((set_of_captures / "toggle.log").read_bytes())
+        time.sleep(1)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=20)
+    assert process.returncode == 128 + number
+    assert b"Traceback" not in err
+    assert (b"captures/clean.log: clean" if other else b"SDO001") in out
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["captures", "live"]
+
+
+def test_a_reader_that_leaves_does_not_pass_the_check(set_of_captures: Path, tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        command("check", "captures/toggle.log", "--junit", "j.xml"),
+        cwd=tmp_path,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout and process.stderr
+    process.stdout.close()
+    with process.stderr:
+        assert process.stderr.read() == b""
+    assert process.wait(timeout=20) == 1
+    assert (tmp_path / "j.xml").exists()
+
+
+# Real captures.
+
+
+def stacks(*folders: Path) -> list[Path]:
+    return [path for folder in folders for path in sorted(folder.glob("*.log"))]
+
+
+def test_sessions_of_real_stacks_are_clean(canalyze: Runner) -> None:
+    names = stacks(SAMPLES / "stacks", SAMPLES / "network", SHARED / "stacks")
+    done = canalyze("check", "--lang", "en", *map(str, names))
+    assert (done.code, done.err) == (0, ""), done.out
+    assert done.lines[-1].endswith("nothing fails")
+
+
+def test_every_sample_as_a_user_would(canalyze: Runner) -> None:
+    """Each rule's capture fails or not by the severity of its rule; its clean neighbour never does."""
+    from canalyze._core import rules
+
+    severities = {rule.code: rule.severity for rule in rules("en")}
+    names = [str(path) for path in sorted(RULES.glob("*.log")) if path.name != "CAP003.log"]  # that one is for pipes
+    alone = [name for name in names if not any(Path(name).with_name(f"{code(name)}{form}").exists() for form in EDS)]
+    found = jsonl(canalyze, *alone)
+    failed = {row["file"]: row["failed"] for row in ends(found)}
+    raised: dict[str, set[str]] = {}
+    for row in found:
+        if row["kind"] == "finding":
+            raised.setdefault(row["file"], set()).add(row["code"])
+            own = row["frame"] is None or row["frame"] in {line["frame"] for line in row["lines"]}
+            assert own or row["code"].startswith("CAP"), row
+            assert len(row["lines"]) <= 8
+            assert row["lines"] == sorted(row["lines"], key=lambda line: line["frame"])
+    for name in alone:
+        rule = code(name)[:6]
+        if ".clean." in name:
+            assert not failed[name], name
+        else:
+            assert rule in raised[name]
+            assert failed[name] or severities[rule] == "info", name
+    assert len(alone) > 150
+
+
+EDS = (".eds", ".dcf")
+
+
+def code(name: str) -> str:
+    return Path(name).name.split(".")[0]
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="Linux tells the peak of a process")
+def test_memory_is_flat(tmp_path: Path) -> None:
+    """Ten times the frames, and the findings, take no more memory."""
+    peaks = []
+    for frames in (20_000, 200_000):
+        path = tmp_path / f"{frames}.log"
+        with path.open("w") as out:
+            for turn in range(frames):
+                out.write(f"({turn // 1000}.{turn % 1000:03d}000) can0 {0x81 + turn % 100:03X}#1081000000000000\n")
+        script = (
+            "import sys; from canalyze.cli import main; main(sys.argv[1:]);"
+            "peak = next(line for line in open('/proc/self/status') if line.startswith('VmHWM'));"
+            "sys.stderr.write(peak.split()[1])"
+        )
+        arguments = [command()[0], "-c", script, "check", str(path)]
+        done = subprocess.run(arguments, capture_output=True, check=True, cwd=tmp_path)
+        peaks.append(int(done.stderr))
+    assert peaks[1] - peaks[0] < 6 * 1024, peaks  # in KiB

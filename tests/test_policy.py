@@ -1,0 +1,306 @@
+"""What of the findings counts: prefixes, thresholds, overrides, and the baseline with its file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from canalyze import baseline, policy
+from canalyze.baseline import Kind
+from canalyze.config import read
+from canalyze.errors import ConfigError
+from canalyze.examination import Examined
+from canalyze.finding import Finding, Severity
+from canalyze.policy import Override, Policy, judge, named
+from canalyze.verdict import Counted
+
+
+def counted(
+    code: str = "SDO001",
+    severity: Severity = "error",
+    *,
+    count: int = 1,
+    node: int | None = 5,
+    bus: str | None = "can0",
+    index: str | None = "1017",
+) -> Counted:
+    """Give findings of one kind."""
+    sub = None if index is None else 0
+    finding = Finding(code, "name", severity, "a.log", 3, 3, "1.0", None, None, bus, node, index, sub, "message")
+    return Counted(finding, (finding,), count)
+
+
+def kinds(found: tuple[Counted, ...]) -> list[tuple[str, str]]:
+    return [(one.finding.code, one.finding.severity) for one in found]
+
+
+@pytest.mark.parametrize(
+    ("text", "read"),
+    [
+        ("SDO001", ("SDO001",)),
+        (" sdo , hbt0 ", ("SDO", "HBT0")),
+        ("S", ("S",)),
+        ("SDO,SDO", ("SDO",)),
+        ("", None),
+        ("SDO,", None),
+        ("SDO0011", None),
+        ("S1", None),
+        ("SDO 001", None),
+        ("*", None),
+    ],
+)
+def test_codes(text: str, read: tuple[str, ...] | None) -> None:
+    assert policy.codes(text) == read
+
+
+@pytest.mark.parametrize(
+    ("select", "ignore", "taken", "left"),
+    [
+        ((), (), "SDO001 HBT001", ""),
+        (("SDO",), (), "SDO001", "HBT001"),
+        ((), ("SDO",), "HBT001", "SDO001 SDO002"),
+        (("SDO001",), ("SDO",), "SDO001", "SDO002 HBT001"),
+        (("SDO",), ("SDO002", "HBT"), "SDO001", "SDO002 HBT001"),
+        (("SDO",), ("SDO",), "", "SDO001"),
+    ],
+)
+def test_the_longest_prefix_counts(select: tuple[str, ...], ignore: tuple[str, ...], taken: str, left: str) -> None:
+    held = Policy(select=select, ignore=ignore)
+    assert all(held.takes(code) for code in taken.split())
+    assert not any(held.takes(code) for code in left.split())
+
+
+@pytest.mark.parametrize(
+    ("threshold", "fails"),
+    [(None, ["warning", "error"]), ("error", ["error"]), ("info", ["info", "warning", "error"]), ("never", [])],
+)
+def test_threshold(threshold: policy.Threshold | None, fails: list[str]) -> None:
+    severities: tuple[Severity, ...] = ("info", "warning", "error")
+    assert [one for one in severities if Policy(threshold).fails(one)] == fails
+
+
+def test_options_overrule_the_file() -> None:
+    filed = Policy("error", ("SDO",), ("SDO005",), "a.json", directory="d")
+    assert filed.overruled(Policy()) == filed
+    held = filed.overruled(Policy("info", ("HBT",), ("HBT002",), "b.json"))
+    assert held == Policy("info", ("HBT",), ("SDO005", "HBT002"), "b.json", directory="d")
+
+
+@pytest.mark.parametrize(
+    ("file", "glob", "fits"),
+    [
+        ("captures/boot.log", "captures/*.log", True),
+        ("captures/boot.log", "captures/**/*.log", True),
+        ("captures/a/b/boot.log", "captures/**/*.log", True),
+        ("captures/a/boot.log", "captures/*.log", False),
+        ("captures/boot.log", "boot.log", True),
+        ("captures/boot.log", "*.asc", False),
+        ("./boot.log", "boot.log", True),
+        ("boot.log", "./boot.log", True),
+        ("captures/boot[1].log", "captures/boot[[]1].log", True),
+        ("captures/boot2.log", "captures/boot[!1].log", True),
+        ("captures/boot1.log", "captures/boot[!1].log", False),
+        ("captures/boot.log", "captures/b??t.log", True),
+        ("captures/x.log", "captures", False),
+        ("-", "*.log", False),
+    ],
+)
+def test_globs_of_overrides(file: str, glob: str, fits: bool) -> None:
+    assert named(file, glob, ".") == fits
+
+
+def test_a_glob_is_relative_to_the_configuration(tmp_path: Path) -> None:
+    assert named(str(tmp_path / "captures/boot.log"), "captures/*.log", str(tmp_path))
+    assert not named(str(tmp_path / "other/boot.log"), "captures/*.log", str(tmp_path))
+
+
+def test_an_override_needs_all_that_it_says() -> None:
+    override = Override(("SDO",), "ignore", "known", ("a.log",), (5,), "can0")
+    assert override.covers(counted(), "a.log", ".")
+    assert not override.covers(counted("HBT001"), "a.log", ".")
+    assert not override.covers(counted(), "b.log", ".")
+    assert not override.covers(counted(node=6), "a.log", ".")
+    assert not override.covers(counted(node=None), "a.log", ".")
+    assert not override.covers(counted(bus="can1"), "a.log", ".")
+    assert Override(("SDO",), "ignore", "known").covers(counted(node=None, bus=None), "b.log", ".")
+
+
+def test_overrides_are_counted_by_their_reason() -> None:
+    overrides = (
+        Override(("SDO",), "ignore", "old server"),
+        Override(("SDO001",), "info", "harmless"),
+        Override(("PDO006",), "error", "must not be"),
+    )
+    found = (counted(count=3), counted("SDO002", "warning"), counted("PDO006", "warning"), counted("SYN003", "warning"))
+    verdict = judge(Examined("a.log", found, frames=9), Policy("error", ignore=("SYN",), overrides=overrides), {})
+    assert kinds(verdict.failures) == [("PDO006", "error")]
+    assert kinds(verdict.others) == [("SDO001", "info")]
+    assert verdict.overruled == 2
+    assert verdict.reasons == (("harmless", 3), ("must not be", 1), ("old server", 1))
+
+
+def test_only_more_than_the_baseline_fails() -> None:
+    known = {Kind("SDO001", "can0", 5, "1017:00"): 2}
+    for count, failed in ((1, False), (2, False), (3, True)):
+        verdict = judge(Examined("a.log", (counted(count=count),)), Policy(), known)
+        (one,) = verdict.failures or verdict.others
+        assert (verdict.failed, one.known, one.count) == (failed, 2, count)
+    for other in (counted("SDO002"), counted(node=6), counted(bus=None), counted(index="1018")):
+        assert judge(Examined("a.log", (other,)), Policy(), known).failed
+
+
+def test_baseline_comes_back_as_it_was(tmp_path: Path) -> None:
+    known = {
+        Kind("SYN003", None, None, None): 1,
+        Kind("SDO001", "can1", 5, "1017:00"): 2,
+        Kind("SDO001", "can0", 127, None): 12,
+        Kind("SDO001", "\u603b\u7ebf", 1, "6041:FF"): 7,
+    }
+    file = tmp_path / "known.json"
+    file.write_text(baseline.text(known), encoding="utf-8")
+    assert baseline.read(str(file)) == known
+    assert baseline.text(baseline.read(str(file))) == file.read_text(encoding="utf-8")
+    assert [line[2:20] for line in file.read_text(encoding="utf-8").splitlines()[1:-1]] == [
+        '{"code": "SDO001",',
+        '{"code": "SDO001",',
+        '{"code": "SDO001",',
+        '{"code": "SYN003",',
+    ]
+    file.write_text(baseline.text({}))
+    assert baseline.read(str(file)) == {}
+    file.write_text(json.dumps(json.loads(baseline.text(known)), indent=4))  # by another program
+    assert baseline.read(str(file)) == known
+
+
+def test_a_new_entry_is_one_more_line() -> None:
+    before = {Kind("SDO001", "can0", 5, None): 1, Kind("SYN003", "can0", None, None): 1}
+    after = before | {Kind("SDO002", "can0", 5, None): 1}
+    lines = baseline.text(before).splitlines()
+    assert [line for line in baseline.text(after).splitlines() if line not in lines] == [
+        '  {"code": "SDO002", "bus": "can0", "node": 5, "object": null, "count": 1},'
+    ]
+
+
+def test_the_most_in_any_one_capture() -> None:
+    one, other = Kind("SDO001", None, 5, None), Kind("SDO002", None, 5, None)
+    assert baseline.most([{one: 3}, {one: 1, other: 2}, {}]) == {one: 3, other: 2}
+
+
+ENTRY = '{"code": "SDO001", "bus": null, "node": 5, "object": null, "count": 1}'
+HEAD = '{"canalyze_baseline": 1, "findings": [\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "said"),
+    [
+        ("", ":1:1", "not valid JSON"),
+        (f"{HEAD}{ENTRY},\n<<<<<<< HEAD\n]}}", ":3:1", "not valid JSON"),
+        ("[]", "", "no baseline"),
+        ('{"findings": []}', "", "no baseline"),
+        ('{"canalyze_baseline": 2, "findings": []}', "", "version 2"),
+        (f"{HEAD}{ENTRY},\n{ENTRY}]}}", ":3", "already"),
+        (f"{HEAD}{ENTRY},\n5]}}", ":3", "5"),
+        (HEAD + ENTRY.replace('"SDO001"', '"sdo"') + "]}", ":2", 'code of an entry of the baseline: "sdo"'),
+        (HEAD + ENTRY.replace("5", "128") + "]}", ":2", "node of an entry of the baseline: 128"),
+        (HEAD + ENTRY.replace("5", "true") + "]}", ":2", "node of an entry of the baseline: true"),
+        (HEAD + ENTRY.replace('"count": 1', '"count": 0') + "]}", ":2", "count of an entry of the baseline: 0"),
+        (HEAD + ENTRY.replace('"object": null', '"object": "1017"') + "]}", ":2", "object of an entry"),
+        (HEAD + ENTRY.replace('"bus"', '"buss"') + "]}", ":2", "buss of an entry"),
+    ],
+)
+def test_broken_baseline_is_one_line(tmp_path: Path, text: str, where: str, said: str) -> None:
+    file = tmp_path / "known.json"
+    file.write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        baseline.read(str(file))
+    assert str(caught.value).startswith(f"{file}{where}: ")
+    assert said in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_baseline_that_is_no_text(tmp_path: Path) -> None:
+    file = tmp_path / "known.json"
+    file.write_bytes(b'{\n"canalyze_baseline": "\xff"}')
+    with pytest.raises(ConfigError, match=r"known\.json:2"):
+        baseline.read(str(file))
+    file.write_text("[" * 100_000)
+    with pytest.raises(ConfigError):
+        baseline.read(str(file))
+
+
+TOML = """\
+[check]
+fail_on = "error"
+select = ["SDO", "hbt"]
+ignore = "SDO005"
+baseline = "known.json"
+
+[[check.override]]
+files = ["captures/**/*.log"]
+nodes = [5, "7-9"]
+bus = "can1"
+codes = ["HBT001", "SDO"]
+severity = "ignore"
+reason = "the old master"
+
+[[check.override]]
+codes = "SYN003"
+severity = "info"
+reason = "jitter of the adapter"
+"""
+
+
+def test_check_of_canalyze_toml(tmp_path: Path) -> None:
+    file = tmp_path / "canalyze.toml"
+    file.write_text(TOML)
+    held = read(str(file)).check
+    assert held == Policy(
+        "error",
+        ("SDO", "HBT"),
+        ("SDO005",),
+        str(tmp_path / "known.json"),
+        (
+            Override(
+                ("HBT001", "SDO"),
+                "ignore",
+                "the old master",
+                ("captures/**/*.log",),
+                (5, 7, 8, 9),
+                "can1",
+                f"{file}:11",
+            ),
+            Override(("SYN003",), "info", "jitter of the adapter", at=f"{file}:16"),
+        ),
+        str(tmp_path),
+        (("select", f"{file}:3"), ("ignore", f"{file}:4")),
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "said"),
+    [
+        (
+            "[check]\nfail_on = 'warn'\n",
+            ":2",
+            'check.fail_on: "warn" is not one of "error", "warning", "info", "never"',
+        ),
+        ("[check]\nselect = ['SDO', 1]\n", ":2", "check.select"),
+        ("[check]\nselect = []\n", ":2", "check.select"),
+        ("[check]\nfailon = 'error'\n", ":2", "unknown key check.failon; allowed: fail_on, select, ignore, baseline"),
+        ("check = 1\n", ":1", "[check]"),
+        ("[check]\noverride = 1\n", "", "[[check.override]]"),
+        ("[[check.override]]\ncodes = ['SDO']\nseverity = 'info'\n", ":1", "key check.override.reason is missing"),
+        ("[[check.override]]\nreason = 'x'\nseverity = 'off'\ncodes = 'SDO'\n", ":3", '"off" is not one of "ignore"'),
+        ("[[check.override]]\nnodes = [5, '200']\n", ":2", "such as [5, "),
+        ("[[check.override]]\nfiles = []\n", ":2", "check.override.files"),
+        ("[[check.override]]\ncode = 'SDO'\n", ":2", "unknown key check.override.code; allowed: codes, severity"),
+    ],
+)
+def test_what_cannot_be_in_check(tmp_path: Path, text: str, where: str, said: str) -> None:
+    file = tmp_path / "canalyze.toml"
+    file.write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        read(str(file))
+    assert str(caught.value).startswith(f"{file}{where}: ")
+    assert said in str(caught.value)
