@@ -3,12 +3,14 @@
 //! Every call that works on a capture releases the GIL. Nothing here raises on the content of a capture. The
 //! signatures are documented in `canalyze/_core.pyi`.
 
+mod columns;
 mod network;
 mod session;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use self::columns::{Batch, Table};
 use self::network::{Dictionary, Network};
 use self::session::Session;
 use crate::finding::RULES;
@@ -16,6 +18,7 @@ use crate::frame::Buses;
 use crate::readers::candump;
 use crate::readers::{Format as Input, sniff};
 use crate::render;
+use crate::render::columns::Name;
 use crate::text::{Lang, RuleText, en, zh};
 use crate::writers::Format as Written;
 
@@ -84,9 +87,12 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Rule>()?;
     module.add_class::<Dictionary>()?;
     module.add_class::<Network>()?;
+    module.add_class::<Batch>()?;
+    module.add_class::<Table>()?;
     module.add_function(wrap_pyfunction!(rules, module)?)?;
     module.add_function(wrap_pyfunction!(explain, module)?)?;
     module.add_function(wrap_pyfunction!(sniffed, module)?)?;
+    module.add("TABLES", Name::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
     module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
     module.add("WRITERS", Written::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())
 }

@@ -9,6 +9,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use super::columns::Batch;
 use super::network::Network;
 use super::{choose, language};
 use crate::filter::Filter;
@@ -17,6 +18,7 @@ use crate::readers::candump::Stamps;
 use crate::readers::mcap::{Choice, Clock, Map};
 use crate::readers::{Damage, Format as Input, Place};
 use crate::render;
+use crate::render::columns::Name;
 use crate::render::text::Time;
 use crate::select::Select;
 use crate::session::{Format, Options, Session as Core};
@@ -57,7 +59,7 @@ impl Session {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, tables = Vec::new()))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -76,6 +78,7 @@ impl Session {
         decoded: bool,
         mcap_fd_schema: &str,
         mcap_archive: bool,
+        tables: Vec<String>,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
         // What no user can ask for: records for another program's writer.
@@ -89,6 +92,7 @@ impl Session {
             ("summary", Format::Summary),
             ("convert", Format::Convert(to)),
             ("info", Format::Info),
+            ("columns", Format::Columns),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =
@@ -117,6 +121,7 @@ impl Session {
             network: network.map(|network| Arc::clone(&network.known)).unwrap_or_default(),
             select: Select::parse(select.unwrap_or("")),
             mcap,
+            tables: tables.iter().map(|table| choose("tables", table, Name::NAMES)).collect::<PyResult<_>>()?,
             writing: writers::Settings { mcap: written },
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
@@ -164,6 +169,12 @@ impl Session {
 
     fn finish<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         self.output(py, Core::finish)
+    }
+
+    #[pyo3(signature = (flush = false))]
+    fn batches(&self, py: Python<'_>, flush: bool) -> Vec<(String, Batch)> {
+        let batches = self.run(py, |core| core.take_batches(flush));
+        batches.into_iter().map(|batch| (batch.name.to_string(), Batch::from(batch))).collect()
     }
 
     fn contents(&self, py: Python<'_>) -> String {

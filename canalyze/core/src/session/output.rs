@@ -10,9 +10,10 @@ use super::{Format, Options};
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::Finding;
-use crate::frame::Frame;
+use crate::frame::{Buses, Frame};
 use crate::info::Info;
 use crate::readers::Marker;
+use crate::render::columns::{Batch, Columns, Seen};
 use crate::render::jsonl;
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
@@ -26,6 +27,8 @@ pub(super) struct Output {
     filter: Filter,
     /// Frames or transfers that passed it.
     shown: u64,
+    /// The SYNC cycle that runs on the bus of the frame at hand; only set where [`Output::wants_cycle`].
+    pub(super) cycle: u64,
 }
 
 /// The formats, each with what it keeps from line to line.
@@ -38,6 +41,7 @@ pub(super) enum Form {
     Summary(Box<Summary>),
     Info(Box<Info>),
     Convert(Box<Writer>),
+    Columns(Box<Columns>),
 }
 
 impl Output {
@@ -52,13 +56,24 @@ impl Output {
             Format::Summary => Form::Summary(Box::new(Summary::new(Arc::clone(&options.network)))),
             Format::Info => Form::Info(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
+            Format::Columns => Form::Columns(Box::new(Columns::new(options.lang, &options.select, &options.tables))),
         };
-        Self { form, filter: options.filter.clone(), shown: 0 }
+        Self { form, filter: options.filter.clone(), shown: 0, cycle: 0 }
     }
 
     /// Nobody asks what frames mean.
     pub(super) fn is_blind(&self) -> bool {
         matches!(&self.form, Form::Convert(writer) if self.filter.is_plain() && !writer.wants_events())
+    }
+
+    /// Whether it asks which SYNC cycle runs.
+    pub(super) fn wants_cycle(&self) -> bool {
+        matches!(self.form, Form::Columns(_))
+    }
+
+    /// The batches that are complete; `flush`: those that run end now.
+    pub(super) fn take_batches(&mut self, flush: bool) -> Vec<Batch> {
+        if let Form::Columns(columns) = &mut self.form { columns.take(flush) } else { Vec::new() }
     }
 
     /// A filter has let nothing through.
@@ -96,10 +111,16 @@ impl Output {
             return self.transfers(out, view, events);
         }
         let (service, node) = service(events);
-        if !self.filter.shows(frame, service, node, view.buses, view.clock) {
+        let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
+        self.shown += u64::from(shown);
+        if let Form::Columns(columns) = &mut self.form {
+            let seen = Seen { service: (service, node), cycle: self.cycle, shown, setting: view.jsonl };
+            columns.frame(seen, frame, events);
+            return self.transfers(out, view, events);
+        }
+        if !shown {
             return;
         }
-        self.shown += 1;
         match &mut self.form {
             Form::Text(lines) => {
                 lines.date_ns = view.writing.date_ns;
@@ -112,7 +133,7 @@ impl Output {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
             }
-            Form::Transfers | Form::Info(_) => {}
+            Form::Transfers | Form::Info(_) | Form::Columns(_) => {}
         }
     }
 
@@ -124,6 +145,10 @@ impl Output {
             Form::Transfers => self.transfers(out, view, events),
             Form::Summary(summary) => summary.asides(events),
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
+            Form::Columns(columns) => {
+                columns.asides(view.jsonl, events);
+                self.transfers(out, view, events);
+            }
             Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -134,7 +159,7 @@ impl Output {
             Form::Text(lines) => lines.marker(out, marker, view.buses),
             Form::Summary(summary) => summary.marker(marker),
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
-            Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+            Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) | Form::Columns(_) => {}
         }
     }
 
@@ -144,6 +169,7 @@ impl Output {
             Form::Jsonl => jsonl::finding(out, view.jsonl, finding),
             Form::Summary(summary) => summary.finding(finding),
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
+            Form::Columns(columns) => columns.finding(view.jsonl, finding),
             Form::Text(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -164,13 +190,23 @@ impl Output {
         }
     }
 
+    /// The capture, which may have no frame, is over.
+    pub(super) fn close(&mut self, buses: &Buses) {
+        if let Form::Columns(columns) = &mut self.form {
+            columns.finish(buses);
+        }
+    }
+
     fn transfers(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
         for event in events {
             if let What::Transfer(transfer) = &event.what
                 && self.filter.shows_transfer(transfer, view.buses, view.clock)
             {
                 self.shown += 1;
-                jsonl::transfer(out, view.jsonl, transfer);
+                match &mut self.form {
+                    Form::Columns(columns) => columns.transfer(view.jsonl, transfer),
+                    _ => jsonl::transfer(out, view.jsonl, transfer),
+                }
             }
         }
     }
