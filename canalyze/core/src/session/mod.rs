@@ -21,6 +21,7 @@ use crate::network::Network;
 use crate::readers::candump::Stamps;
 use crate::readers::mcap::Choice;
 use crate::readers::{Contents, Damage, Format as Input, Item, Marker, Reader, Settings};
+use crate::render::columns::{self, Batch};
 use crate::render::jsonl;
 use crate::render::text::Time;
 use crate::select::Select;
@@ -55,6 +56,8 @@ pub enum Format {
     Convert(writers::Format),
     /// JSON lines of findings only, each with the annotated lines that led to it.
     Check,
+    /// Tables of columns: nothing comes out as bytes, batches are taken with [`Session::take_batches`].
+    Columns,
 }
 
 /// How a capture is read and shown.
@@ -80,6 +83,8 @@ pub struct Options {
     pub network: Arc<Network>,
     /// Which signals are listed.
     pub select: Select,
+    /// Which tables of columns are built.
+    pub tables: Vec<columns::Name>,
     /// How the format that is written is written.
     pub writing: writers::Settings,
 }
@@ -269,6 +274,12 @@ impl Session {
         std::mem::take(&mut self.stream.capture.complaints)
     }
 
+    /// Batches of the tables since the last call: those that are complete, after [`Session::finish`] all. `flush`:
+    /// those that run end now.
+    pub fn take_batches(&mut self, flush: bool) -> Vec<Batch> {
+        self.stream.output.take_batches(flush)
+    }
+
     /// Bytes of transfers since the last call.
     pub fn take_extracted(&mut self) -> Vec<Extracted> {
         std::mem::take(&mut self.stream.decoding.extracted)
@@ -311,6 +322,9 @@ impl Stream {
     fn frame(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
         self.capture.place(&mut frame);
         self.decoding.step(&frame, buses);
+        if self.output.wants_cycle() {
+            self.output.cycle = self.decoding.sync_cycle(frame.bus);
+        }
         self.output.frame(out, self.capture.view(buses), &frame, &mut self.decoding.events);
         self.decoding.clear(buses);
     }
@@ -361,6 +375,7 @@ impl Stream {
             self.capture.finish(self.decoding.absent(buses), self.output.is_idle());
             self.output.finish(out, self.capture.view(buses));
         }
+        self.output.close(buses);
     }
 
     fn tell(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {

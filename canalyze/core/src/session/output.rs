@@ -10,9 +10,10 @@ use super::{Format, Options};
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::Finding;
-use crate::frame::Frame;
+use crate::frame::{Buses, Frame};
 use crate::info::Info;
 use crate::readers::Marker;
+use crate::render::columns::{Batch, Columns, Seen};
 use crate::render::jsonl;
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
@@ -27,6 +28,8 @@ pub(super) struct Output {
     filter: Filter,
     /// Frames or transfers that passed it.
     shown: u64,
+    /// The SYNC cycle that runs on the bus of the frame at hand; only set where [`Output::wants_cycle`].
+    pub(super) cycle: u64,
 }
 
 /// The formats, each with what it keeps from line to line.
@@ -42,6 +45,7 @@ pub(super) enum Form {
     Info(Box<Info>),
     Convert(Box<Writer>),
     Check(Box<Trail>),
+    Columns(Box<Columns>),
 }
 
 impl Output {
@@ -61,13 +65,24 @@ impl Output {
             Format::Info => Form::Info(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
             Format::Check => Form::Check(Box::default()),
+            Format::Columns => Form::Columns(Box::new(Columns::new(options.lang, &options.select, &options.tables))),
         };
-        Self { form, filter: options.filter.clone(), shown: 0 }
+        Self { form, filter: options.filter.clone(), shown: 0, cycle: 0 }
     }
 
     /// Nobody asks what frames mean.
     pub(super) fn is_blind(&self) -> bool {
         matches!(&self.form, Form::Convert(writer) if self.filter.is_plain() && !writer.wants_events())
+    }
+
+    /// Whether it asks which SYNC cycle runs.
+    pub(super) fn wants_cycle(&self) -> bool {
+        matches!(self.form, Form::Columns(_))
+    }
+
+    /// The batches that are complete; `flush`: those that run end now.
+    pub(super) fn take_batches(&mut self, flush: bool) -> Vec<Batch> {
+        if let Form::Columns(columns) = &mut self.form { columns.take(flush) } else { Vec::new() }
     }
 
     /// A filter has let nothing through.
@@ -109,6 +124,7 @@ impl Output {
         }
         let (service, node) = service(events);
         let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
+        self.shown += u64::from(shown);
         if let Form::Records(summary, _) = &mut self.form
             && shown
         {
@@ -117,10 +133,14 @@ impl Output {
         if let Form::Check(trail) | Form::Records(_, trail) = &mut self.form {
             trail.push(frame, (!events.is_empty()).then(|| events.remove(0)));
         }
+        if let Form::Columns(columns) = &mut self.form {
+            let seen = Seen { service: (service, node), cycle: self.cycle, shown, setting: view.jsonl };
+            columns.frame(seen, frame, events);
+            return self.transfers(out, view, events);
+        }
         if !shown {
             return;
         }
-        self.shown += 1;
         match &mut self.form {
             Form::Text(lines) => {
                 lines.date_ns = view.writing.date_ns;
@@ -138,7 +158,7 @@ impl Output {
                 writer.events(out, view.writing, Some(frame), events);
             }
             Form::Check(trail) | Form::Records(_, trail) => findings(out, view, trail, events, |_, _| true),
-            Form::Transfers | Form::Info(_) => {}
+            Form::Transfers | Form::Info(_) | Form::Columns(_) => {}
         }
     }
 
@@ -165,6 +185,10 @@ impl Output {
                     self.filter.is_empty() || led_to.is_empty() || about.any(|held| passes(held))
                 });
             }
+            Form::Columns(columns) => {
+                columns.asides(view.jsonl, events);
+                self.transfers(out, view, events);
+            }
             Form::Lines(_) | Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -180,6 +204,7 @@ impl Output {
             | Form::Transfers
             | Form::Signals(_)
             | Form::Info(_)
+            | Form::Columns(_)
             | Form::Check(_) => {}
         }
     }
@@ -195,6 +220,7 @@ impl Output {
             }
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
             Form::Check(trail) => jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding)),
+            Form::Columns(columns) => columns.finding(view.jsonl, finding),
             Form::Text(_) | Form::Lines(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -215,13 +241,23 @@ impl Output {
         }
     }
 
+    /// The capture, which may have no frame, is over.
+    pub(super) fn close(&mut self, buses: &Buses) {
+        if let Form::Columns(columns) = &mut self.form {
+            columns.finish(buses);
+        }
+    }
+
     fn transfers(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
         for event in events {
             if let What::Transfer(transfer) = &event.what
                 && self.filter.shows_transfer(transfer, view.buses, view.clock)
             {
                 self.shown += 1;
-                jsonl::transfer(out, view.jsonl, transfer);
+                match &mut self.form {
+                    Form::Columns(columns) => columns.transfer(view.jsonl, transfer),
+                    _ => jsonl::transfer(out, view.jsonl, transfer),
+                }
             }
         }
     }
