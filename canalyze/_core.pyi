@@ -71,6 +71,26 @@ class Network:
         """
 
 @final
+class Expectations:
+    """What is expected of a capture: a file of expectations, read and normalized (`canalyze.expectations`)."""
+
+    def __init__(self, json: str) -> None:
+        """Take over the normalized form: an object with `file`, its name in messages, and a list for each kind.
+
+        Each row has `line`; times are in ns; a bus is the name in the capture; null is the same as no key.
+        sdo: node index sub, and bus, direction upload | download, value {"number"} | {"text"} | {"bool"} |
+        {"data": hex}, outcome ok | aborted | any, abort, sequence, count (at least; 0: never), within_ns.
+        state: node, either state boot-up | stopped | operational | pre-operational, or drive (a state of CiA 402 in
+        kebab-case) and axis 1 to 8; and bus, by_ns, since start | boot-up, stays.
+        signal: select (globs as --select), and bus, min, max, period_ns with tolerance_ns.
+        heartbeat: node period_ns tolerance_ns, and bus. sync: period_ns tolerance_ns, and bus.
+        emcy: occurs must | may | never, and bus, node, code [value, mask].
+        latency: of sdo | sync | nmt, max_ns, and bus, node, index and sub (sdo), pdo (sync).
+        load: max_percent, and bus, bit_rate in bit/s, window_ns.
+        ValueError for anything else, in terms of this form: no user writes it.
+        """
+
+@final
 class Session:
     """One capture, of one or several files, from bytes to text or JSON lines.
 
@@ -98,6 +118,7 @@ class Session:
         mcap_fd_schema: str = "ros2",
         mcap_archive: bool = False,
         tables: Sequence[str] = (),
+        expectations: Expectations | None = None,
     ) -> None:
         """Start a capture.
 
@@ -124,6 +145,7 @@ class Session:
         decoded: topics of what the frames mean as well, where the format has such.
         mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
         tables: which of TABLES are built; columns only.
+        expectations: what the capture is held against; what does not hold is a finding like others.
         ValueError (one line, in the session's language) for a value that is none of these or a filter or map that
         cannot be read.
         """

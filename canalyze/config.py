@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from canalyze import network, policy
 from canalyze.errors import ConfigError
-from canalyze.toml import File, Key, as_text, as_toml, bit_rate, node, parsed, text
+from canalyze.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
 from canalyze.words import LANGUAGES
 
 FILE: Final = "canalyze.toml"
@@ -33,10 +33,6 @@ class Config:
     """What canalyze.toml says of the network; options may overrule it."""
     check: policy.Policy = _LENIENT
     """What canalyze.toml says of findings; options may overrule it."""
-
-
-def _language(value: object) -> str | None:
-    return value if isinstance(value, str) and value in LANGUAGES else None
 
 
 def _nodes(value: object) -> tuple[int, ...] | None:
@@ -107,7 +103,7 @@ OVERRIDE: Final[Mapping[str, Key]] = {
 }
 """Keys of [[check.override]]."""
 KEYS: Final[Mapping[str, Key]] = {
-    "lang": Key(_language, "language"),
+    "lang": choice(*LANGUAGES),
     "jitter_us": Key(_tolerance, "tolerance"),
     "bitrate": Key(bit_rate, "bit_rate"),
 }
@@ -152,12 +148,8 @@ def read(file: str | None) -> Config:
         raise ConfigError("config.unreadable", file=path, error=error) from error
     except OSError as error:
         raise ConfigError("config.unreadable", file=path, error=error) from error
-    values = parsed(path, content)
-    filed = File(path, content.decode("utf-8").splitlines())
-    for key in values:
-        if key not in (*KEYS, *ENTRIES, *TABLES):
-            allowed = ", ".join([*KEYS, *(f"[{name}]" for name in TABLES), *(f"[[{name}]]" for name in ENTRIES)])
-            raise ConfigError("config.unknown", file=filed.at("", 0, key), key=key, allowed=allowed)
+    filed, values = File.parsed(path, content)
+    filed.allow(values, KEYS, tables=TABLES, lists=tuple(ENTRIES))
     top = filed.read("", 0, {key: value for key, value in values.items() if key in KEYS}, KEYS)
     sync = filed.read("sync", 0, _table(filed, values, "sync"), SYNC)
     known = network.Known(

@@ -7,11 +7,13 @@ and all that comes of it can be sent back. Must not: judge what counts, or print
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze import network
+from canalyze import expectations, network
 from canalyze.baseline import Kind
+from canalyze.errors import ConfigError
 from canalyze.finding import Finding
 from canalyze.options import CaptureOptions, known_of, start_session
 from canalyze.run import Meter, Run
@@ -56,6 +58,10 @@ class Job:
     """What canalyze.toml says of the network."""
     settings: Mapping[str, Any]
     """What the core is told beside: filter, stamps."""
+    expect: str | None = None
+    """A file of expectations for every capture."""
+    beside: bool = True
+    """Without that file, the one that lies beside a capture counts."""
     _network: "list[Network | None]" = field(default_factory=list)
 
     def know(self, words: Words | None) -> None:
@@ -65,11 +71,12 @@ class Job:
         self._network = [known(self.filed, known_of(self.given), words)]
 
     def settings_for(self, name: str) -> Mapping[str, Any]:
-        """Give what the core is told about this capture: the place for what lies beside it."""
-        return self.settings
+        """Give what the core is told about this capture; ConfigError for mistakes in its expectations."""
+        file = Path(self.expect) if self.expect else expectations.beside(name) if self.beside else None
+        return self.settings if file is None else {**self.settings, "expectations": expectations.read(file)}
 
     def open(self, name: str) -> Any:
-        """Start a session for this capture; ValueError for what the core cannot accept."""
+        """Start a session for this capture; ValueError for what the core cannot accept, ConfigError as above."""
         if not self._network:
             self.know(None)
         settings = {"format": "check", "network": self._network[0], **self.settings_for(name)}
@@ -116,7 +123,11 @@ def examine(name: str, job: Job, progress: Meter) -> Examined:
         if len(complaints) < _LINES:
             complaints.append(line)
 
-    session = job.open(name)
+    try:
+        session = job.open(name)
+    except ConfigError as error:  # in what lies beside this capture: the others are examined all the same
+        reason = error.in_words(words)
+        return Examined(name, error=reason, complaints=(f"canalyze: {reason}",))
     run = Run(session, words, progress, kinds.take, job.given, tell=tell)
     code = run.over((name,))
     return Examined(

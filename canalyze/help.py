@@ -138,7 +138,7 @@ def _definitions(rows: list[tuple[str, str]], columns: int) -> list[str]:
 
 
 def _verbatim(text: str) -> list[str]:
-    return [" " * _MARGIN + line for line in text.splitlines()]
+    return [(" " * _MARGIN + line).rstrip() for line in text.splitlines()]
 
 
 def usage_line(error: click.UsageError, words: Words) -> str:

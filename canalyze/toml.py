@@ -5,20 +5,28 @@ a ConfigError, worded by who shows it.
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, NoReturn, Self
 
 from canalyze import network
 from canalyze.errors import ConfigError
 
 
 class Key(NamedTuple):
-    """How a value of canalyze.toml is read: None says that it cannot be, in the words `config.FORM`."""
+    """How a value is read: None says that it cannot be, in the words `config.FORM`."""
 
     read: Callable[[Any], object]
     form: str
     needed: bool = False
+    allowed: str = ""
+    """What the words name as allowed, where they leave it open."""
+
+
+def choice(*values: str, needed: bool = False) -> Key:
+    """Give a key that takes one of some words."""
+    allowed = ", ".join(f'"{value}"' for value in values)
+    return Key(lambda value: value if isinstance(value, str) and value in values else None, "choice", needed, allowed)
 
 
 def text(value: object) -> str | None:
@@ -54,18 +62,49 @@ class File:
         headings = ((number, _HEADING.fullmatch(line)) for number, line in enumerate(lines, 1))
         self._headings = [(number, match[1]) for number, match in headings if match]
 
-    def at(self, table: str, place: int, key: str = "") -> str:
-        """Give FILE:LINE of a key, or of its table, of which it is number `place`; FILE if neither is seen."""
+    @classmethod
+    def parsed(cls, path: Path, content: bytes) -> tuple[Self, dict[str, Any]]:
+        """Give a file of this content, and its values; ConfigError if it is no TOML."""
+        values = parsed(path, content)
+        return cls(path, content.decode("utf-8").splitlines()), values
+
+    def line(self, table: str, place: int, key: str = "") -> int | None:
+        """Give the line of a key, or of its table, of which it is number `place`; None if neither is seen."""
         starts = [0] if table == "" else [number for number, name in self._headings if name == table]
         if place >= len(starts):  # not under a heading of its own: sync.period_us = 1, eds = [{...}]
-            return self.at("", 0, table)
+            return self.line("", 0, table)
         start = starts[place]
         end = next((number for number, _ in self._headings if number > start), len(self._lines) + 1)
         pattern = re.compile(rf"""\s*["']?{re.escape(key)}["']?\s*[=.]""")
-        seen = (number for number in range(start + 1, end) if pattern.match(self._lines[number - 1]))
+        seen = (number for number in range(start + 1, end) if key and pattern.match(self._lines[number - 1]))
         opened = (number for number, name in self._headings if not table and name == key)
-        line = next(seen, None) or next(opened, start)
+        return next(seen, None) or next(opened, start) or None
+
+    def at(self, table: str, place: int, key: str = "") -> str:
+        """Give FILE:LINE as `line` does; FILE if no line is seen."""
+        line = self.line(table, place, key)
         return f"{self._path}:{line}" if line else str(self._path)
+
+    def allow(
+        self, values: Mapping[str, object], keys: Iterable[str], *, tables: Iterable[str], lists: Iterable[str]
+    ) -> None:
+        """Check the names at the top: keys, tables [NAME], and tables that may come several times, [[NAME]]."""
+        allowed = {key: key for key in keys} | {name: f"[{name}]" for name in tables}
+        allowed |= {name: f"[[{name}]]" for name in lists}
+        for name in values:
+            if name not in allowed:
+                self._unknown("", 0, name, allowed)
+
+    def _unknown(self, table: str, place: int, name: str, allowed: Mapping[str, str]) -> NoReturn:
+        """Say that there is no such key, and which one may be meant."""
+        from difflib import get_close_matches
+
+        near = get_close_matches(name.lower(), allowed, n=1, cutoff=0.7)
+        shown = f"{table}.{name}" if table else name
+        file, listed = self.at(table, place, name), ", ".join(allowed.values())
+        if near:
+            raise ConfigError("config.unknown_near", file=file, key=shown, near=allowed[near[0]], allowed=listed)
+        raise ConfigError("config.unknown", file=file, key=shown, allowed=listed)
 
     def read(self, table: str, place: int, values: Mapping[str, object], keys: Mapping[str, Key]) -> dict[str, Any]:
         """Read the values of one table; ConfigError for what cannot be."""
@@ -73,12 +112,14 @@ class File:
         for name, value in values.items():
             shown = f"{table}.{name}" if table else name
             if name not in keys:
-                file = self.at(table, place, name)
-                raise ConfigError("config.unknown", file=file, key=shown, allowed=", ".join(keys))
+                self._unknown(table, place, name, {key: key for key in keys})
             found[name] = keys[name].read(value)
             if found[name] is None:
                 file = self.at(table, place, name)
-                raise ConfigError(f"config.{keys[name].form}", file=file, key=shown, value=as_toml(value))
+                allowed = keys[name].allowed
+                raise ConfigError(
+                    f"config.{keys[name].form}", file=file, key=shown, value=as_toml(value), allowed=allowed
+                )
         for name, key in keys.items():
             if key.needed and name not in found:
                 raise ConfigError("config.lacks", file=self.at(table, place), key=f"{table}.{name}")

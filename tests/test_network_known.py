@@ -344,7 +344,7 @@ def test_canalyze_toml(tmp_path: Path) -> None:
         (
             "[[eds]]\nfile = 'a'\n\n[[eds]]\nfile = 'b'\nnod = 5\n",
             ":6",
-            "unknown key eds.nod; allowed: file, node, bus",
+            "unknown key eds.nod, did you mean node; allowed: file, node, bus",
         ),
         ("eds = 'a.eds'\n", ":1", "eds has to be a table, [[eds]]"),
         ("eds = [{ file = 'a', node = 200 }]\n", ":1", "eds.node: 200"),
@@ -358,7 +358,11 @@ def test_canalyze_toml(tmp_path: Path) -> None:
         ("# one\n[sync] # two\nperiod_us = 0\n", ":3", "sync.period_us: 0"),
         ("[sync]\nwindow_us = '1ms'\n", ":2", "sync.window_us"),
         ("[sync]\nwindow_us = nan\n", ":2", "sync.window_us"),
-        ("[sync]\nwindow = 1\n", ":2", "unknown key sync.window; allowed: period_us, window_us"),
+        (
+            "[sync]\nwindow = 1\n",
+            ":2",
+            "unknown key sync.window, did you mean window_us; allowed: period_us, window_us",
+        ),
         ("sync = 1000\n", ":1", "[sync]"),
         ("sync.period_us = -1\n", ":1", "sync.period_us"),
         ("jitter_us = -1\n", ":1", "jitter_us: -1"),
@@ -366,9 +370,9 @@ def test_canalyze_toml(tmp_path: Path) -> None:
         (
             "lang = 'en'\njiter_us = 1\n",
             ":2",
-            "unknown key jiter_us; allowed: lang, jitter_us, bitrate, [sync], [check], [[eds]]",
+            "unknown key jiter_us, did you mean jitter_us; allowed: lang, jitter_us, bitrate, [sync], [check], [[eds]]",
         ),
-        ("[[ed]]\nfile = 'a'\n", ":1", "unknown key ed;"),
+        ("[[ed]]\nfile = 'a'\n", ":1", "unknown key ed, did you mean [[eds]];"),
     ],
 )
 def test_what_cannot_be_in_canalyze_toml(tmp_path: Path, text: str, where: str, said: str) -> None:

@@ -287,14 +287,22 @@ def test_check_of_canalyze_toml(tmp_path: Path) -> None:
         ),
         ("[check]\nselect = ['SDO', 1]\n", ":2", "check.select"),
         ("[check]\nselect = []\n", ":2", "check.select"),
-        ("[check]\nfailon = 'error'\n", ":2", "unknown key check.failon; allowed: fail_on, select, ignore, baseline"),
+        (
+            "[check]\nfailon = 'error'\n",
+            ":2",
+            "unknown key check.failon, did you mean fail_on; allowed: fail_on, select, ignore, baseline",
+        ),
         ("check = 1\n", ":1", "[check]"),
         ("[check]\noverride = 1\n", "", "[[check.override]]"),
         ("[[check.override]]\ncodes = ['SDO']\nseverity = 'info'\n", ":1", "key check.override.reason is missing"),
         ("[[check.override]]\nreason = 'x'\nseverity = 'off'\ncodes = 'SDO'\n", ":3", '"off" is not one of "ignore"'),
         ("[[check.override]]\nnodes = [5, '200']\n", ":2", "such as [5, "),
         ("[[check.override]]\nfiles = []\n", ":2", "check.override.files"),
-        ("[[check.override]]\ncode = 'SDO'\n", ":2", "unknown key check.override.code; allowed: codes, severity"),
+        (
+            "[[check.override]]\ncode = 'SDO'\n",
+            ":2",
+            "unknown key check.override.code, did you mean codes; allowed: codes, severity",
+        ),
     ],
 )
 def test_what_cannot_be_in_check(tmp_path: Path, text: str, where: str, said: str) -> None:

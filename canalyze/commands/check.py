@@ -53,6 +53,8 @@ def command(words: Words) -> click.Command:
         select: tuple[tuple[str, ...], ...],
         ignore: tuple[tuple[str, ...], ...],
         baseline: str | None,
+        expect: str | None,
+        no_expect: bool,
         **given: Unpack[CaptureOptions],
     ) -> int:
         from canalyze.workers import examine_all
@@ -62,7 +64,11 @@ def command(words: Words) -> click.Command:
         asked = policy.Policy(fail_on, sum(select, ()), sum(ignore, ()), baseline)
         held = _policy(config.check, asked, words)
         known = _known(held, words, update=update_baseline)
-        job = _job(Job(words.lang, given, config.known, {"filter": expression, "stamps": stamps}), words)
+        if expect is not None and no_expect:
+            problem = words("usage.exclusive", one="--expect", other="--no-expect")
+            raise click.UsageError(problem, click.get_current_context())
+        settings = {"filter": expression, "stamps": stamps}
+        job = _job(Job(words.lang, given, config.known, settings, expect, not no_expect), words)
         named = list(expanded(inputs(files, words)))
         names = [one.name for one in named if one.error is None]
         with open_output(output, force=force) as out:
@@ -103,6 +109,8 @@ def command(words: Words) -> click.Command:
             click.Option(["--ignore"], type=codes, multiple=True, metavar="CODE,...", help=words("check.ignore")),
             click.Option(["--baseline"], type=ANY_PATH, metavar="FILE", help=words("check.baseline")),
             click.Option(["--update-baseline"], is_flag=True, help=words("check.update_baseline")),
+            click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("check.expect")),
+            click.Option(["--no-expect"], is_flag=True, help=words("check.no_expect")),
             format_option(words, "check", ("text", "jsonl", "github")),
             click.Option(["--junit"], type=ANY_PATH, metavar="FILE", help=words("check.junit")),
             click.Option(["--sarif"], type=ANY_PATH, metavar="FILE", help=words("check.sarif")),

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from canalyze.finding import SEVERITIES
+from canalyze.finding import SEVERITIES, Finding
 from canalyze.output import Output, printable
 from canalyze.reports import wording
 from canalyze.verdict import Counted, Verdict
@@ -85,6 +85,18 @@ class _Report:
 
     def _entry(self, one: Counted) -> Iterator[str]:
         finding = one.finding
+        yield self._head(finding)
+        for line in wording.annotated(finding):
+            yield f"    {self._dyed(line, 'own') if line.startswith('>') else line}"
+        told = {finding.facts.get("expectation")}
+        for other in one.shown:  # of one kind, but each of another expectation
+            if other.facts.get("expectation") not in told:
+                told.add(other.facts.get("expectation"))
+                yield self._head(other)
+        if one.count > 1 or one.known:
+            yield f"    {self._repeats(one)}"
+
+    def _head(self, finding: Finding) -> str:
         where = [
             finding.bus and printable(finding.bus),
             finding.frame and self._words("check.frame", frame=finding.frame),
@@ -93,11 +105,7 @@ class _Report:
         severity = self._dyed(self._words.of("severity", finding.severity), finding.severity)
         place = self._words("check.then").join(str(part) for part in where if part)
         head = f"  {severity} {finding.code} {place}".rstrip()
-        yield self._words("check.entry", head=head, message=printable(finding.message))
-        for line in wording.annotated(finding):
-            yield f"    {self._dyed(line, 'own') if line.startswith('>') else line}"
-        if one.count > 1 or one.known:
-            yield f"    {self._repeats(one)}"
+        return self._words("check.entry", head=head, message=printable(finding.message))
 
     def _repeats(self, one: Counted) -> str:
         key = "check.times_known" if one.known else "check.times"

@@ -13,6 +13,7 @@ from canalyze.words import (
     defects,
     descriptions,
     errors,
+    expect,
     info,
     library,
     pages,
@@ -36,6 +37,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *descriptions.ROWS,
     *defects.ROWS,
     *errors.ROWS,
+    *expect.ROWS,
 )
 
 

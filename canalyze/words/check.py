@@ -11,6 +11,7 @@ _EXAMPLES: Final = (
     "canalyze check --fail-on error --ignore SYN003,PDO 'captures/*.asc'\n"
     "canalyze check --baseline known.json --update-baseline captures/*.log\n"
     "canalyze check --baseline known.json captures/*.log\n"
+    "canalyze check --expect boot.expect.toml 'captures/*.log'\n"
     "canalyze check --eds 5=drive.eds --format jsonl capture.log | jq -r 'select(.fails) | .message'\n"
     "candump -L can0 | canalyze check -"
 )
@@ -60,6 +61,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "把此次不合格的发现写入基线文件（原有内容被取代），退出码为0。",
         "Write the baseline anew, of what would fail now, and exit with 0.",
     ),
+    (
+        "check.expect",
+        "按这个期望文件（TOML）检验每个记录；不给则用记录旁边的 NAME.expect.toml（若有）。"
+        "写法见 canalyze expect --help。",
+        "Judge every capture by this file of expectations (TOML); without it by NAME.expect.toml beside the capture, "
+        "if there is one. canalyze expect --help shows its form.",
+    ),
+    ("check.no_expect", "不用记录旁边的期望文件。", "Leave out expectations beside a capture."),
     (
         "check.format",
         "text 给人看；jsonl 每类发现一个JSON对象，每个文件末尾再有一个；github 是GitHub Actions的注解。",

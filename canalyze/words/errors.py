@@ -121,12 +121,17 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{file}：没有配置项 {key}，可以有的是 {allowed}",
         "{file}: unknown key {key}; allowed: {allowed}",
     ),
+    (
+        "config.unknown_near",
+        "{file}：没有配置项 {key}，是 {near} 吗；可以有的是 {allowed}",
+        "{file}: unknown key {key}, did you mean {near}; allowed: {allowed}",
+    ),
     ("config.lacks", "{file}：缺少配置项 {key}", "{file}: key {key} is missing"),
     ("config.table", "{file}：配置项 {key} 应写成表 {table}", "{file}: key {key} has to be a table, {table}"),
     (
-        "config.language",
-        '{file}：配置项 {key} 不能是 {value}，可以是 "zh", "en"',
-        '{file}: key {key}: {value} is not one of "zh", "en"',
+        "config.choice",
+        "{file}：配置项 {key} 不能是 {value}，可以是 {allowed}",
+        "{file}: key {key}: {value} is not one of {allowed}",
     ),
     (
         "config.text",

@@ -127,6 +127,20 @@ impl State {
         Fault,
     ];
 
+    /// The name in machine output, that of the standard in kebab-case.
+    pub const fn name(self) -> &'static str {
+        match self {
+            NotReadyToSwitchOn => "not-ready-to-switch-on",
+            SwitchOnDisabled => "switch-on-disabled",
+            ReadyToSwitchOn => "ready-to-switch-on",
+            SwitchedOn => "switched-on",
+            OperationEnabled => "operation-enabled",
+            QuickStopActive => "quick-stop-active",
+            FaultReactionActive => "fault-reaction-active",
+            Fault => "fault",
+        }
+    }
+
     /// The state of a statusword; `None` where its bits are those of no state.
     pub fn of(statusword: u16) -> Option<Self> {
         STATES.iter().find(|(mask, left, _)| statusword & mask == *left).map(|row| row.2)

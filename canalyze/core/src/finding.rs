@@ -3,6 +3,8 @@
 //! A rule has a code, a name, a default severity and the clause it rests on; its words stand in `text`. A rule
 //! is added here and in `text/{zh,en}/findings/`, and gets a sample that raises it.
 
+use std::sync::Arc;
+
 use crate::frame::{BusId, CanId, FrameRef};
 use crate::services::sdo::wire::{Mux, Side};
 
@@ -111,6 +113,38 @@ rules! {
     Emc005 "EMC005" "emcy-inhibit-time" Warning "CiA 301 7.5.2.18";
     /// An emergency has another length than 8 bytes.
     Emc006 "EMC006" "emcy-length" Warning "CiA 301 7.2.7.3";
+    /// An SDO transfer that is expected has not come, or not in time.
+    Exp001 "EXP001" "transfer-missing" Error "-";
+    /// An SDO transfer of a sequence came before the one that is expected before it.
+    Exp002 "EXP002" "transfer-out-of-order" Error "-";
+    /// An SDO transfer carried another value, or ended otherwise, than expected.
+    Exp003 "EXP003" "transfer-differs" Error "-";
+    /// An SDO transfer that must not occur.
+    Exp004 "EXP004" "forbidden-transfer" Error "-";
+    /// A node or a drive has not shown an expected state, or not in time.
+    Exp005 "EXP005" "state-not-reached" Error "-";
+    /// A node or a drive has left a state that it should keep.
+    Exp006 "EXP006" "state-left" Error "-";
+    /// The value of a signal is beyond its expected limits.
+    Exp007 "EXP007" "signal-out-of-range" Error "-";
+    /// The PDOs of a signal do not come at the expected rate.
+    Exp008 "EXP008" "signal-rate" Error "-";
+    /// Heartbeats do not come with the expected period.
+    Exp009 "EXP009" "heartbeat-period" Error "-";
+    /// SYNCs do not come with the expected period.
+    Exp010 "EXP010" "sync-period" Error "-";
+    /// An emergency that is expected has not come.
+    Exp011 "EXP011" "emcy-missing" Error "-";
+    /// An emergency that must not occur.
+    Exp012 "EXP012" "emcy-unexpected" Error "-";
+    /// Something took longer than expected.
+    Exp013 "EXP013" "latency" Error "-";
+    /// The bus is busier than expected.
+    Exp014 "EXP014" "bus-load" Error "-";
+    /// The capture cannot show whether an expectation holds.
+    Exp015 "EXP015" "expectation-not-checked" Info "-";
+    /// A signal that is expected has not come.
+    Exp016 "EXP016" "signal-missing" Error "-";
     /// The toggle bit of guarding answers does not alternate.
     Grd001 "GRD001" "guarding-toggle" Error "CiA 301 7.2.8.3.2.1";
     /// A guarding request was not answered.
@@ -299,7 +333,7 @@ impl Code {
 }
 
 /// What a finding measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Facts {
     /// Nothing beyond the code.
     None,
@@ -405,6 +439,8 @@ pub enum Facts {
         /// What was measured, by the names that stand in the sentence and in JSON. Unused places are [`NOTHING`].
         measured: [(&'static str, Quantity); MEASURED],
     },
+    /// An expectation does not hold, or cannot be checked. Rare, and large: apart, so that findings stay small.
+    Unmet(Arc<Unmet>),
     /// The finding stands for this many more of its kind on the same object.
     Repeated {
         /// How many were not shown.
@@ -427,6 +463,46 @@ impl Facts {
         }
         Self::Told { face, measured }
     }
+
+    /// What a finding says that stands for so many more like this one.
+    pub fn repeated(&self, count: u64) -> Self {
+        match self {
+            Self::Unmet(unmet) => {
+                Self::Unmet(Arc::new(Unmet { said: Vec::new(), repeated: count, ..Unmet::clone(unmet) }))
+            }
+            _ => Self::Repeated { count },
+        }
+    }
+}
+
+/// An expectation that does not hold, or cannot be checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unmet {
+    /// Its file and line, `boot.expect.toml:12`; to be escaped.
+    pub expectation: Arc<str>,
+    /// Which of the rule's sentences, from 0.
+    pub face: u8,
+    /// What was expected and found, by the names that stand in the sentence and in JSON.
+    pub said: Vec<(&'static str, Said)>,
+    /// The finding stands for this many more of its kind; 0: for itself.
+    pub repeated: u64,
+}
+
+/// Something expected or found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Said {
+    /// As other rules measure it.
+    Quantity(Quantity),
+    /// A number with a fraction.
+    Real(f64),
+    /// A truth value.
+    Bool(bool),
+    /// Text of the capture or of an expectation; to be escaped.
+    Text(Arc<str>),
+    /// Bytes.
+    Bytes(Arc<[u8]>),
+    /// A word of the rule's sentence, the same in JSON: it is not shown to people.
+    Word(&'static str),
 }
 
 /// Something measured or expected. Its kind says how it is printed and what it is in JSON.
@@ -470,6 +546,10 @@ pub enum Quantity {
     Emcy(u16),
     /// A data type code (CiA 301, 7.4.7).
     Type(u16),
+    /// A state of CiA 402's power drive system, as a statusword that says it: words name it.
+    Drive(u16),
+    /// An SDO abort code: words name it.
+    Abort(u32),
 }
 
 /// What a wrong CRC would be right for: it tells an engineer where the fault is.
@@ -486,7 +566,7 @@ pub enum CrcMatch {
 }
 
 /// Something an engineer should know, at a frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Finding {
     /// The rule.
     pub code: Code,
@@ -502,4 +582,11 @@ pub struct Finding {
     pub object: Option<Mux>,
     /// What was measured.
     pub facts: Facts,
+}
+
+impl Finding {
+    /// The expectation that it is about, `boot.expect.toml:12`, where it is about one.
+    pub fn expectation(&self) -> Option<&Arc<str>> {
+        if let Facts::Unmet(unmet) = &self.facts { Some(&unmet.expectation) } else { None }
+    }
 }

@@ -8,6 +8,11 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BusId(pub u8);
 
+impl BusId {
+    /// No bus of the capture: what did not come has none.
+    pub const NONE: Self = Self(u8::MAX);
+}
+
 /// Most buses kept apart in one capture (invariant 6). Further ones share the last index.
 pub const MAX_BUSES: usize = 64;
 /// Longest bus name kept, in bytes; Linux allows 15.

@@ -34,6 +34,7 @@ pub mod context;
 pub mod dictionary;
 pub mod drive;
 pub mod event;
+pub mod expectation;
 pub mod filter;
 pub mod finding;
 pub mod frame;

@@ -3,9 +3,10 @@
 //! A fault that stands in every cycle would else bury all others. Must not: judge, or forget a count.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::event::{Event, What};
-use crate::finding::{Code, Facts, Finding};
+use crate::finding::{Code, Finding};
 use crate::frame::{BusId, FrameRef};
 use crate::services::sdo::wire::Mux;
 
@@ -14,8 +15,8 @@ const SHOWN: u64 = 10;
 /// Distinct (rule, bus, node, object) that are counted apart; more are shown one by one.
 const COUNTED: usize = 4096;
 
-/// Findings of one kind: same rule, bus, node and object.
-type Kind = (Code, BusId, Option<u8>, Option<Mux>);
+/// Findings of one kind: same rule, bus, node and object, and of the same expectation.
+type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>);
 
 /// How often which finding was raised.
 #[derive(Debug, Default)]
@@ -32,11 +33,12 @@ impl Repeats {
         let counted = &mut self.counted;
         events.retain(|event| {
             let What::Finding(finding) = &event.what else { return true };
-            let key = (finding.code, finding.bus, finding.node, finding.object);
+            let expectation = finding.expectation().map(Arc::clone);
+            let key = (finding.code, finding.bus, finding.node, finding.object, expectation);
             if counted.len() >= COUNTED && !counted.contains_key(&key) {
                 return true;
             }
-            let (count, _) = counted.entry(key).or_insert((0, **finding));
+            let (count, _) = counted.entry(key).or_insert_with(|| (0, Finding::clone(finding)));
             *count += 1;
             *count <= SHOWN
         });
@@ -46,9 +48,9 @@ impl Repeats {
     pub fn finish(&mut self, at: FrameRef, events: &mut Vec<Event>) {
         for (_, (count, finding)) in std::mem::take(&mut self.counted) {
             if count > SHOWN {
-                let facts = Facts::Repeated { count: count - SHOWN };
-                let what = What::Finding(Box::new(Finding { at, cause: None, facts, ..finding }));
                 let Finding { bus, node, .. } = finding;
+                let facts = finding.facts.repeated(count - SHOWN);
+                let what = What::Finding(Box::new(Finding { at, cause: None, facts, ..finding }));
                 events.push(Event { at, about: None, bus, node, transfer: None, what });
             }
         }

@@ -54,6 +54,19 @@ const ABOUT: &[(&str, bool, &[Family])] = &[
     ("EDS", false, &[Sdo]),
     ("EMC004", false, &[Emcy, ErrorControl, Nmt]),
     ("EMC", false, &[Emcy]),
+    ("EXP005", false, &[ErrorControl, Nmt, Pdo, Sdo]),
+    ("EXP006", false, &[ErrorControl, Nmt, Pdo, Sdo]),
+    ("EXP007", true, &[Pdo]),
+    ("EXP008", true, &[Pdo]),
+    ("EXP009", false, &[ErrorControl, Nmt]),
+    ("EXP010", false, &[Sync]),
+    ("EXP011", false, &[Emcy]),
+    ("EXP012", false, &[Emcy]),
+    ("EXP013", false, &[Sdo, Sync, Pdo, Nmt]),
+    ("EXP014", false, &[]),
+    ("EXP015", false, &[]),
+    ("EXP016", true, &[Pdo]),
+    ("EXP", false, &[Sdo]),
     ("GRD", false, &[ErrorControl, Nmt]),
     ("HBT", false, &[ErrorControl, Nmt]),
     ("LSS005", false, &[Lss, ErrorControl]),
@@ -178,7 +191,12 @@ impl Trail {
     pub fn led_to(&self, finding: &Finding) -> Vec<&Held> {
         let id = finding.code.rule().id;
         let Some((_, one, families)) = ABOUT.iter().find(|(code, ..)| id.starts_with(code)) else { return Vec::new() };
-        if families.is_empty() || matches!(finding.facts, Facts::Repeated { .. }) {
+        let counts = match &finding.facts {
+            Facts::Repeated { .. } => true,
+            Facts::Unmet(unmet) => unmet.repeated > 0,
+            _ => false,
+        };
+        if families.is_empty() || counts {
             return Vec::new();
         }
         let at = self.find(finding.at.no, finding);
@@ -190,7 +208,7 @@ impl Trail {
         // What is about both is about values: they came in PDOs, or by SDO.
         let both = families.contains(&Pdo) && families.contains(&Sdo);
         for family in families.iter().filter(|family| !both || pdo.is_none() || **family != Sdo) {
-            found.extend(self.of(*family, *finding, pdo.filter(|_| *one)));
+            found.extend(self.of(*family, finding, pdo.filter(|_| *one)));
         }
         found.sort_unstable_by_key(|held| held.frame.no);
         let opening = self.opening(finding, found.iter().rev().find_map(|held| held.transfer()));
@@ -206,16 +224,17 @@ impl Trail {
     }
 
     /// What is held of a family: of the finding's node, and of one PDO where the finding names one.
-    fn of(&self, family: Family, finding: Finding, one_pdo: Option<CanId>) -> impl Iterator<Item = &Held> {
+    fn of(&self, family: Family, finding: &Finding, one_pdo: Option<CanId>) -> impl Iterator<Item = &Held> + use<'_> {
+        let (bus, node, until) = (finding.bus, finding.node, finding.at.no);
         let by_node = (family as usize) < BY_NODE;
-        let ring = self.ring(finding.bus, place(family, finding.node)).filter(|_| !by_node || finding.node.is_some());
+        let ring = self.ring(bus, place(family, node)).filter(|_| !by_node || node.is_some());
         ring.into_iter().flat_map(|ring| &ring.held).filter(move |held| {
             let fits = match family {
-                Nmt => held.node().is_none() || finding.node.is_none() || held.node() == finding.node,
-                Pdo => held.node() == finding.node && one_pdo.is_none_or(|id| id == held.frame.id),
-                _ => !by_node || held.node() == finding.node,
+                Nmt => held.node().is_none() || node.is_none() || held.node() == node,
+                Pdo => held.node() == node && one_pdo.is_none_or(|id| id == held.frame.id),
+                _ => !by_node || held.node() == node,
             };
-            fits && held.family() == family && held.frame.bus == finding.bus && held.frame.no <= finding.at.no
+            fits && held.family() == family && held.frame.bus == bus && held.frame.no <= until
         })
     }
 

@@ -25,7 +25,7 @@ const LATE: u64 = 2;
 const HELD: usize = 8;
 
 /// A frame that a node should not have sent.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Held {
     at: FrameRef,
     code: Code,
@@ -100,7 +100,7 @@ impl Permitted {
             let asked_after = stay.request.is_some_and(|request| request.no > reset.no);
             if asked_after && since(Some(reset), cx.at).is_some_and(|age| age > OBEYED_NS) {
                 let facts = Facts::told(2, &[]);
-                stay.early = stay.early.or(Some(Held { at: cx.at, code: Code::Sdo011, object: None, facts }));
+                stay.early = stay.early.take().or(Some(Held { at: cx.at, code: Code::Sdo011, object: None, facts }));
             }
         }
         let request = self.nodes.get(node).and_then(|stay| stay.request);
@@ -126,7 +126,7 @@ impl Permitted {
             let stay = self.nodes.entry(node);
             if since(Some(reset), cx.at).is_some_and(|age| age > OBEYED_NS) {
                 let facts = Facts::told(1, &[]);
-                stay.early = stay.early.or(Some(Held { at: cx.at, code: Code::Emc004, object: None, facts }));
+                stay.early = stay.early.take().or(Some(Held { at: cx.at, code: Code::Emc004, object: None, facts }));
             }
         }
         let Some(known) = nmt.known(node).filter(|known| known.state == STOPPED) else { return };
@@ -184,8 +184,8 @@ impl Permitted {
                 Some(age) => !(0..SETTLED_NS).contains(&age) && at.no > held.at.no,
                 None => at.no > held.at.no + LATE,
             };
-            while let Some(held) = stay.held.first().copied().filter(settled) {
-                stay.held.remove(0);
+            while stay.held.first().is_some_and(settled) {
+                let held = stay.held.remove(0);
                 self.held = self.held.saturating_sub(1);
                 cx.find(held.code, Some(node), held.object, Some(held.at), held.facts);
             }

@@ -11,7 +11,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use self::columns::{Batch, Table};
-use self::network::{Dictionary, Network};
+use self::network::{Dictionary, Expectations, Network};
 use self::session::Session;
 use crate::finding::RULES;
 use crate::frame::Buses;
@@ -87,6 +87,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Rule>()?;
     module.add_class::<Dictionary>()?;
     module.add_class::<Network>()?;
+    module.add_class::<Expectations>()?;
     module.add_class::<Batch>()?;
     module.add_class::<Table>()?;
     module.add_function(wrap_pyfunction!(rules, module)?)?;

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use super::columns::Batch;
-use super::network::Network;
+use super::network::{Expectations, Network};
 use super::{choose, language};
 use crate::filter::Filter;
 use crate::inputs::Refusal;
@@ -59,7 +59,7 @@ impl Session {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, tables = Vec::new()))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, tables = Vec::new(), expectations = None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -79,6 +79,7 @@ impl Session {
         mcap_fd_schema: &str,
         mcap_archive: bool,
         tables: Vec<String>,
+        expectations: Option<&Expectations>,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
         // What no user can ask for: records for another program's writer.
@@ -126,6 +127,7 @@ impl Session {
             mcap,
             tables: tables.iter().map(|table| choose("tables", table, Name::NAMES)).collect::<PyResult<_>>()?,
             writing: writers::Settings { mcap: written },
+            expectations: expectations.map(|given| Arc::clone(&given.expected)),
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
     }

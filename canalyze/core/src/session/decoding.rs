@@ -8,6 +8,7 @@ use std::sync::Arc;
 use crate::bus::Bus;
 use crate::context::{Chunk, Context};
 use crate::event::{Event, What};
+use crate::expectation::{Expectations, Verification};
 use crate::frame::{BusId, Buses, Frame, FrameRef};
 use crate::network::Network;
 use crate::repeats::Repeats;
@@ -41,6 +42,8 @@ pub(super) struct Decoding {
     chunks: Vec<Chunk>,
     next_transfer: u64,
     repeats: Repeats,
+    /// What is expected of the capture.
+    verification: Option<Box<Verification>>,
     /// Which nodes had a frame, a bit each, by bus.
     seen: Vec<u128>,
     pub(super) extracted: Vec<Extracted>,
@@ -58,9 +61,15 @@ impl Decoding {
             chunks: Vec::new(),
             next_transfer: 0,
             repeats: Repeats::default(),
+            verification: None,
             seen: Vec::new(),
             extracted: Vec::new(),
         }
+    }
+
+    /// The capture is held against what is expected of it.
+    pub(super) fn expect(&mut self, expected: &Expectations) {
+        self.verification = Some(Box::new(Verification::new(expected, self.network.bit_rate)));
     }
 
     /// Takes a frame.
@@ -69,6 +78,9 @@ impl Decoding {
             return;
         }
         self.on_bus(frame.bus, frame.reference(), buses, |bus, cx| bus.step(frame, cx));
+        if let Some(verification) = &mut self.verification {
+            verification.frame(frame, &mut self.events, buses);
+        }
         self.fold();
         if let Some(node) = self.events.first().and_then(|event| event.node) {
             self.see(frame.bus, node);
@@ -77,7 +89,12 @@ impl Decoding {
 
     /// Frames of a bus are missing here, behind the frame `last`.
     pub(super) fn lost(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
+        let from = self.events.len();
         self.on_bus(bus, last, buses, |bus, cx| bus.lost(None, false, cx));
+        if let Some(verification) = &mut self.verification {
+            verification.asides(&mut self.events, from, buses);
+            verification.lost(bus);
+        }
     }
 
     /// Frames of any bus are missing here.
@@ -92,6 +109,9 @@ impl Decoding {
         for index in 0..self.state.len() {
             self.on_bus(BusId(index as u8), last, buses, |bus, cx| bus.advance(now_ns, cx));
         }
+        if let Some(verification) = &mut self.verification {
+            verification.advance(now_ns, last, &mut self.events);
+        }
         self.fold();
     }
 
@@ -99,6 +119,10 @@ impl Decoding {
     pub(super) fn finish(&mut self, last: FrameRef, buses: &Buses) {
         for index in 0..self.state.len() {
             self.on_bus(BusId(index as u8), last, buses, Bus::finish);
+        }
+        if let Some(verification) = self.verification.as_mut().filter(|_| last.no > 0) {
+            verification.asides(&mut self.events, 0, buses);
+            verification.finish(last, &mut self.events, buses);
         }
         self.fold();
         self.repeats.finish(last, &mut self.events);

@@ -13,6 +13,7 @@ use std::sync::Arc;
 use self::capture::Capture;
 use self::decoding::Decoding;
 use self::output::{Form, Output};
+use crate::expectation::Expectations;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
 use crate::frame::{Buses, Frame};
@@ -87,6 +88,8 @@ pub struct Options {
     pub tables: Vec<columns::Name>,
     /// How the format that is written is written.
     pub writing: writers::Settings,
+    /// What is expected of the capture.
+    pub expectations: Option<Arc<Expectations>>,
 }
 
 /// A capture being read.
@@ -116,8 +119,11 @@ impl Session {
     /// A session at the beginning of a capture.
     pub fn new(options: Options) -> Self {
         let output = Output::new(&options);
-        let Options { lang, stamps, mcap, extract, network, .. } = options;
-        let decoding = Decoding::new(network, extract, output.is_blind(), output.folds());
+        let Options { lang, stamps, mcap, extract, network, expectations, .. } = options;
+        let mut decoding = Decoding::new(network, extract, output.is_blind(), output.folds());
+        if let Some(expected) = expectations {
+            decoding.expect(&expected);
+        }
         Self {
             lang,
             reading: Settings { stamps, mcap, regular: false },

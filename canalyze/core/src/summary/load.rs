@@ -39,7 +39,7 @@ pub struct Peak {
 
 /// A sliding window.
 #[derive(Clone, Debug)]
-struct Window {
+pub struct Window {
     step_ns: i64,
     /// When the step at hand ends.
     end_ns: i64,
@@ -52,8 +52,9 @@ struct Window {
 }
 
 impl Window {
-    fn new(length_ns: i64) -> Self {
-        let step_ns = length_ns / STEPS as i64;
+    /// A window of this length, of at least ten ns.
+    pub fn new(length_ns: i64) -> Self {
+        let step_ns = (length_ns / STEPS as i64).max(1);
         Self {
             step_ns,
             end_ns: step_ns,
@@ -65,7 +66,8 @@ impl Window {
         }
     }
 
-    fn add(&mut self, at_ns: i64, bits: u64, frame: FrameRef) {
+    /// Takes a frame of so many bits, at so many ns since the first one.
+    pub fn add(&mut self, at_ns: i64, bits: u64, frame: FrameRef) {
         if at_ns >= self.end_ns {
             self.slide(at_ns);
         }
@@ -78,6 +80,11 @@ impl Window {
                 *peak = Peak { amount: sum, at: frame };
             }
         }
+    }
+
+    /// Bits in it, with the last frame.
+    pub fn bits_now(&self) -> u64 {
+        self.sum.0
     }
 
     fn slide(&mut self, at_ns: i64) {

@@ -84,6 +84,41 @@ pub fn has_name(lang: Lang, mapped: &Mapped) -> bool {
     standard_name(lang, mapped).is_some() || mapped.name.as_deref().is_some_and(|given| !given.is_empty())
 }
 
+/// All names by which a signal of a PDO may be selected: its own in both languages, that of the description and its
+/// object, each by itself, behind the node, and behind node and PDO.
+pub fn names(transmit: bool, number: u16, node: u8, mapped: &Mapped) -> Vec<String> {
+    let (index, sub) = (mapped.index, mapped.sub);
+    let mut own = vec![format!("{index:04X}"), format!("{index:04X}:{sub:02X}"), format!("{index:04X}h:{sub:02X}")];
+    for lang in [Lang::Zh, Lang::En] {
+        let mut written = Vec::new();
+        name(&mut written, lang, mapped);
+        own.push(String::from_utf8_lossy(&written).into_owned());
+    }
+    own.extend(mapped.name.as_deref().map(str::to_owned));
+    let pdo = format!("{}{number}", if transmit { "TPDO" } else { "RPDO" });
+    let mut all = Vec::new();
+    for name in own {
+        all.push(format!("{node}.{name}"));
+        all.push(format!("{node}.{pdo}.{name}"));
+        all.push(name);
+    }
+    all
+}
+
+/// The value of an entry as a number with sign, type and factor; `None` where it is no number. BOOLEAN is 0 or 1.
+pub fn physical(mapped: &Mapped, raw: u64) -> Option<f64> {
+    let scaled = |read: f64| if mapped.factor == 1.0 { read } else { product(read, mapped.factor) };
+    match number(mapped.data_type, raw, mapped.bits) {
+        Number::Bool(on) => Some(f64::from(u8::from(on))),
+        Number::Unsigned(read) => Some(scaled(read as f64)),
+        Number::Signed(read) => Some(scaled(read as f64)),
+        // The shortest decimal of the single precision number, not of its double.
+        Number::Real32(read) => read.to_string().parse().ok().map(|read: f64| read * mapped.factor),
+        Number::Real64(read) => Some(read * mapped.factor),
+        Number::Bytes => None,
+    }
+}
+
 fn named(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, alone: bool) {
     let (index, sub) = (mapped.index, mapped.sub);
     if mapped.dummy {

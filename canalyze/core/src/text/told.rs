@@ -2,22 +2,57 @@
 //!
 //! It must not choose a sentence; the finding says which one. Quantities are printed here, once for all rules.
 
-use super::digits::{Hex, put};
-use super::{Lang, signal, terms, value};
-use crate::finding::Quantity;
+use super::digits::{Hex, Spaced, put};
+use super::{Lang, en, escape, signal, terms, value, zh};
+use crate::finding::{Quantity, Said};
+
+/// Most bytes of one value in a sentence.
+const BYTES: usize = 16;
+/// Most characters of one text in a sentence.
+const CHARACTERS: usize = 64;
 
 /// Appends a sentence; a name in braces is replaced by its quantity, in the unit that suits it.
 pub fn fill(out: &mut Vec<u8>, lang: Lang, sentence: &str, measured: &[(&'static str, Quantity)]) {
+    names(out, sentence, |out, name| {
+        if let Some((_, quantity)) = measured.iter().find(|(known, _)| *known == name) {
+            print(out, lang, *quantity);
+        }
+    });
+}
+
+/// The same with what was expected and found.
+pub fn fill_said(out: &mut Vec<u8>, lang: Lang, sentence: &str, said: &[(&'static str, Said)]) {
+    names(out, sentence, |out, name| match said.iter().find(|(known, _)| *known == name) {
+        None => {}
+        Some((_, Said::Quantity(quantity))) => print(out, lang, *quantity),
+        Some((_, Said::Real(number))) => out.extend_from_slice(number.to_string().as_bytes()),
+        Some((_, Said::Bool(on))) => put!(out; if *on { "TRUE" } else { "FALSE" }),
+        Some((_, Said::Text(text))) => quoted(out, text),
+        Some((_, Said::Bytes(bytes))) => {
+            put!(out; Spaced(bytes.get(..BYTES).unwrap_or(bytes)), if bytes.len() > BYTES { " ..." } else { "" });
+        }
+        Some((_, Said::Word(word))) => put!(out; *word),
+    });
+}
+
+/// Appends a sentence; what stands for a name in braces is written by `write`.
+fn names(out: &mut Vec<u8>, sentence: &str, write: impl Fn(&mut Vec<u8>, &str)) {
     let mut rest = sentence;
     while let Some((before, after)) = rest.split_once('{') {
         put!(out; before);
         let Some((name, after)) = after.split_once('}') else { return };
-        if let Some((_, quantity)) = measured.iter().find(|(known, _)| *known == name) {
-            print(out, lang, *quantity);
-        }
+        write(out, name);
         rest = after;
     }
     put!(out; rest);
+}
+
+/// Appends text of a capture or a file in quotes; long text is cut.
+fn quoted(out: &mut Vec<u8>, text: &str) {
+    put!(out; "\"");
+    let end = text.char_indices().nth(CHARACTERS).map(|(end, _)| end);
+    escape::terminal(out, text.get(..end.unwrap_or(text.len())).unwrap_or(text).as_bytes());
+    put!(out; if end.is_some() { "...\"" } else { "\"" });
 }
 
 /// Appends one quantity.
@@ -56,6 +91,13 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         }
         Quantity::Statusword(word) => drive_word(out, lang, 0x6041, word),
         Quantity::Controlword(word) => drive_word(out, lang, 0x6040, word),
+        Quantity::Drive(word) => {
+            put!(out; crate::drive::State::of(word).map_or("", |state| terms::drive::state(lang, state)));
+        }
+        Quantity::Abort(code) => match lang {
+            Lang::Zh => zh::sdo::abort(out, code),
+            Lang::En => en::sdo::abort(out, code),
+        },
         Quantity::Mode(mode) => put!(out; i64::from(mode), " ", terms::drive::mode(lang, mode)),
         Quantity::Emcy(code) => {
             put!(out; Hex::<4>(u64::from(code)), "h");

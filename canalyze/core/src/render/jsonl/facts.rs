@@ -2,10 +2,12 @@
 //!
 //! Times have `_ns` appended to their key, hexadecimal quantities are strings, a PDO is `TPDO1`.
 
-use super::number_or_null;
+use super::{number_or_null, truth};
+use crate::drive;
 use crate::event::{Note, Scanned};
-use crate::finding::Quantity;
-use crate::text::digits::{Hex, put};
+use crate::finding::{Quantity, Said, Unmet};
+use crate::text::digits::{Hex, Joined, put};
+use crate::text::escape;
 
 /// The parts of an LSS address.
 const PARTS: [&str; 4] = ["vendor", "product", "revision", "serial"];
@@ -57,38 +59,73 @@ pub(super) fn told(out: &mut Vec<u8>, measured: &[(&'static str, Quantity)]) {
         if *quantity == Quantity::Nothing {
             continue;
         }
-        put!(out; before, *name);
+        put!(out; before);
         before = ",\"";
-        if matches!(quantity, Quantity::Ns(_)) {
-            put!(out; "_ns");
-        }
-        put!(out; "\":");
-        match *quantity {
-            Quantity::Nothing => {}
-            Quantity::Count(number) => put!(out; number),
-            Quantity::Signed(number) => put!(out; number),
-            Quantity::Ns(ns) => put!(out; ns),
-            Quantity::Hex2(number)
-            | Quantity::State(number)
-            | Quantity::Command(number)
-            | Quantity::Lss(number)
-            | Quantity::LssError(_, number) => {
-                put!(out; "\"", Hex::<2>(u64::from(number)), "\"");
-            }
-            Quantity::Hex4(number)
-            | Quantity::Statusword(number)
-            | Quantity::Controlword(number)
-            | Quantity::Emcy(number)
-            | Quantity::Type(number) => put!(out; "\"", Hex::<4>(u64::from(number)), "\""),
-            Quantity::Hex8(number) => put!(out; "\"", Hex::<8>(u64::from(number)), "\""),
-            Quantity::Object(mux) => {
-                put!(out; "\"", Hex::<4>(u64::from(mux.index)), ":", Hex::<2>(u64::from(mux.sub)), "\"");
-            }
-            Quantity::Id(id) if id.is_extended() => put!(out; "\"", Hex::<8>(u64::from(id.raw())), "\""),
-            Quantity::Id(id) => put!(out; "\"", Hex::<3>(u64::from(id.raw())), "\""),
-            Quantity::Pdo(transmit, number) => put!(out; if transmit { "\"TPDO" } else { "\"RPDO" }, number, "\""),
-            Quantity::Mode(mode) => put!(out; i64::from(mode)),
-        }
+        pair(out, name, *quantity);
     }
     put!(out; if before == "{\"" { "{}" } else { "}" });
+}
+
+/// Appends the object of an expectation: `expectation` is its file and line; the rest as above, mostly `expected` and
+/// `found`. Bytes are a hex string.
+pub(super) fn unmet(out: &mut Vec<u8>, unmet: &Unmet) {
+    put!(out; "{\"expectation\":");
+    escape::json(out, unmet.expectation.as_bytes());
+    for (name, said) in &unmet.said {
+        put!(out; ",\"");
+        if let Said::Quantity(quantity) = said {
+            pair(out, name, *quantity);
+            continue;
+        }
+        put!(out; *name, "\":");
+        match said {
+            Said::Quantity(_) => {}
+            Said::Real(number) if number.is_finite() => out.extend_from_slice(number.to_string().as_bytes()),
+            Said::Real(_) => put!(out; "null"),
+            Said::Bool(on) => put!(out; truth(*on)),
+            Said::Text(text) => escape::json(out, text.as_bytes()),
+            Said::Bytes(bytes) => put!(out; "\"", Joined(bytes), "\""),
+            Said::Word(word) => put!(out; "\"", *word, "\""),
+        }
+    }
+    if unmet.repeated > 0 {
+        put!(out; ",\"repeated\":", unmet.repeated);
+    }
+    put!(out; "}");
+}
+
+/// Appends `name":value`.
+fn pair(out: &mut Vec<u8>, name: &str, quantity: Quantity) {
+    put!(out; name);
+    if matches!(quantity, Quantity::Ns(_)) {
+        put!(out; "_ns");
+    }
+    put!(out; "\":");
+    match quantity {
+        Quantity::Nothing => {}
+        Quantity::Count(number) => put!(out; number),
+        Quantity::Signed(number) => put!(out; number),
+        Quantity::Ns(ns) => put!(out; ns),
+        Quantity::Hex2(number)
+        | Quantity::State(number)
+        | Quantity::Command(number)
+        | Quantity::Lss(number)
+        | Quantity::LssError(_, number) => {
+            put!(out; "\"", Hex::<2>(u64::from(number)), "\"");
+        }
+        Quantity::Hex4(number)
+        | Quantity::Statusword(number)
+        | Quantity::Controlword(number)
+        | Quantity::Emcy(number)
+        | Quantity::Type(number) => put!(out; "\"", Hex::<4>(u64::from(number)), "\""),
+        Quantity::Hex8(number) | Quantity::Abort(number) => put!(out; "\"", Hex::<8>(u64::from(number)), "\""),
+        Quantity::Object(mux) => {
+            put!(out; "\"", Hex::<4>(u64::from(mux.index)), ":", Hex::<2>(u64::from(mux.sub)), "\"");
+        }
+        Quantity::Id(id) if id.is_extended() => put!(out; "\"", Hex::<8>(u64::from(id.raw())), "\""),
+        Quantity::Id(id) => put!(out; "\"", Hex::<3>(u64::from(id.raw())), "\""),
+        Quantity::Pdo(transmit, number) => put!(out; if transmit { "\"TPDO" } else { "\"RPDO" }, number, "\""),
+        Quantity::Mode(mode) => put!(out; i64::from(mode)),
+        Quantity::Drive(word) => put!(out; "\"", drive::State::of(word).map_or("", drive::State::name), "\""),
+    }
 }

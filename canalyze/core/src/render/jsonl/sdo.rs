@@ -244,6 +244,7 @@ pub fn facts(out: &mut Vec<u8>, facts: &Facts) {
         Facts::Command(command) => put!(out; "{\"command\":\"", Hex::<2>(u64::from(command)), "\"}"),
         Facts::Frames { count } => put!(out; "{\"frames\":", count, "}"),
         Facts::Told { measured, .. } => super::facts::told(out, &measured),
+        Facts::Unmet(ref unmet) => super::facts::unmet(out, unmet),
         Facts::Repeated { count } => put!(out; "{\"repeated\":", count, "}"),
     }
 }

@@ -15,7 +15,7 @@ use crate::frame::FrameRef;
 pub const MOST: u8 = 127;
 
 /// A segment out of sequence.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Wrong {
     at: FrameRef,
     /// The number that was due when it came: an acknowledgement of it accepts what is wrong.
@@ -46,7 +46,7 @@ pub enum Taken {
 }
 
 /// What an acknowledgement settled.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Acked {
     /// Part of the sub-block will be sent again.
     pub retransmission: bool,
@@ -278,11 +278,11 @@ impl Block {
         } else if ackseq > in_sequence {
             transfer.hole = true;
         }
-        if let Some(wrong) = current.wrong
+        if let Some(wrong) = &current.wrong
             && ackseq >= wrong.expected
             && acked.fault.is_none()
         {
-            acked.fault = Some((wrong.facts, Some(wrong.at)));
+            acked.fault = Some((wrong.facts.clone(), Some(wrong.at)));
         }
         acked.retransmission = ackseq < current.sent || !whole;
         self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
@@ -353,6 +353,6 @@ impl Block {
 
     /// The first segment out of sequence since the last acknowledgement.
     pub fn wrong(&self) -> Option<(Facts, FrameRef)> {
-        self.current.wrong.map(|wrong| (wrong.facts, wrong.at))
+        self.current.wrong.as_ref().map(|wrong| (wrong.facts.clone(), wrong.at))
     }
 }

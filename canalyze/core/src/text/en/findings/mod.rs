@@ -5,6 +5,7 @@
 mod capture;
 mod description;
 mod drive;
+mod expectation;
 mod lss;
 mod nodes;
 mod pdo;
@@ -15,7 +16,7 @@ use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
 use crate::services::sdo::wire::Side;
 use crate::text::digits::{Hex, put};
-use crate::text::{Lang, RuleText, told, value};
+use crate::text::{Lang, RuleText, escape, told, value};
 
 /// The word for a severity.
 pub fn severity(severity: Severity) -> &'static str {
@@ -108,8 +109,21 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
             Some(sentence) => told::fill(out, Lang::En, sentence, &measured),
             None => put!(out; rule(finding.code).message),
         },
-        Facts::Repeated { count } => put!(out; count, " more of the same"),
+        Facts::Unmet(ref unmet) => {
+            match rule(finding.code).faces.get(usize::from(unmet.face)).filter(|_| unmet.repeated == 0) {
+                Some(sentence) => told::fill_said(out, Lang::En, sentence, &unmet.said),
+                None => repeated(out, unmet.repeated),
+            }
+            put!(out; " (expected by ");
+            escape::terminal(out, unmet.expectation.as_bytes());
+            put!(out; ")");
+        }
+        Facts::Repeated { count } => repeated(out, count),
     }
+}
+
+fn repeated(out: &mut Vec<u8>, count: u64) {
+    put!(out; count, " more of the same");
 }
 
 /// Appends a note of what has become known of an earlier frame.
@@ -175,6 +189,22 @@ pub fn rule(code: Code) -> RuleText {
         Code::Emc004 => nodes::EMC004,
         Code::Emc005 => nodes::EMC005,
         Code::Emc006 => nodes::EMC006,
+        Code::Exp001 => expectation::EXP001,
+        Code::Exp002 => expectation::EXP002,
+        Code::Exp003 => expectation::EXP003,
+        Code::Exp004 => expectation::EXP004,
+        Code::Exp005 => expectation::EXP005,
+        Code::Exp006 => expectation::EXP006,
+        Code::Exp007 => expectation::EXP007,
+        Code::Exp008 => expectation::EXP008,
+        Code::Exp009 => expectation::EXP009,
+        Code::Exp010 => expectation::EXP010,
+        Code::Exp011 => expectation::EXP011,
+        Code::Exp012 => expectation::EXP012,
+        Code::Exp013 => expectation::EXP013,
+        Code::Exp014 => expectation::EXP014,
+        Code::Exp015 => expectation::EXP015,
+        Code::Exp016 => expectation::EXP016,
         Code::Tim001 => nodes::TIM001,
         Code::Tim002 => nodes::TIM002,
         Code::Eds001 => description::EDS001,

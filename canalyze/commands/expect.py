@@ -1,0 +1,50 @@
+"""`canalyze expect`: writes a first version of a file of expectations from a good capture.
+
+What was seen, the core says; how much room it gets, `reports/expectation_draft.py`.
+"""
+
+import json
+from pathlib import PurePath
+from typing import Unpack
+
+import click
+
+from canalyze.help import Command
+from canalyze.options import CaptureOptions, bitrate_option, capture_options, inputs, open_session
+from canalyze.output import Progress, complain, open_output
+from canalyze.reports.expectation_draft import Draft
+from canalyze.run import Run
+from canalyze.sources.file import total_size
+from canalyze.words import Words
+
+
+def command(words: Words) -> click.Command:
+    """Build the command in one language."""
+
+    def run(
+        files: tuple[str, ...],
+        output: str | None,
+        force: bool,
+        expression: str | None,
+        stamps: str,
+        **given: Unpack[CaptureOptions],
+    ) -> int:
+        names = inputs(files, words)
+        session = open_session(words, given, format="observed", stamps=stamps, filter=expression)
+        draft = Draft()
+
+        def take(result: bytes) -> None:
+            for line in result.splitlines():
+                draft.take(json.loads(line))
+
+        with open_output(output, force=force) as out:
+            code = Run(session, words, Progress(words, out, total_size(names)), take, given).over(names)
+            if draft.frames:
+                out.text(draft.text(words, ", ".join(PurePath(name).name for name in names)))
+            else:
+                out.drop()
+        if draft.findings:
+            complain(f"canalyze: {words('expect.not_good', codes=', '.join(draft.findings))}")
+        return code
+
+    return Command("expect", words, run, [bitrate_option(words), *capture_options(words)])

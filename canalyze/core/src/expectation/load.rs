@@ -1,0 +1,138 @@
+//! How busy a bus may be at most.
+//!
+//! Bits are counted as in `summary`. A limit that is passed is said once, until the load falls below it.
+
+use serde::Deserialize;
+
+use super::{Closing, Place, Scene, check_times, mistake, unchecked};
+use crate::finding::{Code, Quantity, Said};
+use crate::frame::{BusId, Frame};
+use crate::summary::bits;
+use crate::summary::load::Window;
+
+/// A window's length in ns where none is given.
+const WINDOW_NS: i64 = 1_000_000_000;
+/// Stamps this much earlier than a former one mean that the clock was set back.
+const SET_BACK_NS: i64 = 1_000_000_000;
+/// Shortest window in ns: a tenth of it is what it slides by.
+const LEAST_NS: i64 = 1_000;
+
+/// One expectation as it stands in the file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Entry {
+    line: u32,
+    bus: Option<String>,
+    max_percent: f64,
+    bit_rate: Option<u32>,
+    window_ns: Option<i64>,
+}
+
+impl Entry {
+    pub(super) fn check(&self) -> Result<(), String> {
+        check_times(self.line, &[self.window_ns], &[])?;
+        if self.window_ns.is_some_and(|ns| ns < LEAST_NS) {
+            return mistake(self.line, "window_ns");
+        }
+        if self.bit_rate == Some(0) || !(0.0..=100.0).contains(&self.max_percent) {
+            return mistake(self.line, "bit_rate or max_percent");
+        }
+        Ok(())
+    }
+}
+
+/// The load of one bus.
+#[derive(Debug)]
+struct Measured {
+    bus: BusId,
+    window: Window,
+    /// Where its time begins, and the greatest stamp, in ns.
+    start_ns: i64,
+    high_ns: i64,
+    above: bool,
+}
+
+/// An expectation and what was measured.
+#[derive(Debug)]
+struct Watched {
+    place: Place,
+    max_percent: f64,
+    bit_rate: Option<u32>,
+    window_ns: i64,
+    buses: Vec<Measured>,
+}
+
+/// All expectations of the load.
+#[derive(Debug)]
+pub(super) struct Loads {
+    all: Vec<Watched>,
+}
+
+impl Loads {
+    /// `bit_rate` in bit/s is that of expectations that give none.
+    pub(super) fn new(file: &str, entries: &[Entry], bit_rate: Option<u32>) -> Self {
+        let all = entries.iter().map(|entry| Watched {
+            place: Place::new(file, entry.line, entry.bus.as_ref(), None),
+            max_percent: entry.max_percent,
+            bit_rate: entry.bit_rate.or(bit_rate).filter(|rate| *rate > 0),
+            window_ns: entry.window_ns.unwrap_or(WINDOW_NS),
+            buses: Vec::new(),
+        });
+        Self { all: all.collect() }
+    }
+
+    /// Takes a frame.
+    pub(super) fn frame(&mut self, frame: &Frame, mut scene: Scene<'_>) {
+        let Some(now_ns) = frame.t_ns.filter(|_| !self.all.is_empty()) else { return };
+        let bits = u64::from(bits::on_the_wire(frame));
+        for one in self.all.iter_mut().filter(|one| one.place.is_on(scene.name)) {
+            one.take(bits, now_ns, &mut scene);
+        }
+    }
+
+    /// The capture is over.
+    pub(super) fn finish(&self, closing: &mut Closing<'_>) {
+        for one in &self.all {
+            if one.bit_rate.is_none() {
+                closing.unchecked(&one.place, unchecked::NO_BIT_RATE);
+            } else if closing.end_ns.is_none() {
+                closing.unchecked(&one.place, unchecked::NO_STAMPS);
+            } else if one.buses.is_empty() {
+                closing.unchecked(&one.place, unchecked::NOTHING);
+            }
+        }
+    }
+}
+
+impl Watched {
+    fn take(&mut self, bits: u64, now_ns: i64, scene: &mut Scene<'_>) {
+        let Some(bit_rate) = self.bit_rate else { return };
+        let fresh = |window_ns| Measured {
+            bus: scene.bus,
+            window: Window::new(window_ns),
+            start_ns: now_ns,
+            high_ns: now_ns,
+            above: false,
+        };
+        let known = self.buses.iter().position(|one| one.bus == scene.bus);
+        let place = known.unwrap_or_else(|| {
+            self.buses.push(fresh(self.window_ns));
+            self.buses.len() - 1
+        });
+        let Some(measured) = self.buses.get_mut(place) else { return };
+        if measured.high_ns.saturating_sub(now_ns) >= SET_BACK_NS {
+            *measured = fresh(self.window_ns);
+        }
+        measured.high_ns = measured.high_ns.max(now_ns);
+        measured.window.add(measured.high_ns.saturating_sub(measured.start_ns), bits, scene.at);
+        let room = f64::from(bit_rate) * self.window_ns as f64 / 1e9;
+        let percent = measured.window.bits_now() as f64 / room * 100.0;
+        let above = percent > self.max_percent;
+        if above && !std::mem::replace(&mut measured.above, above) {
+            let breach = scene.breach(Code::Exp014, 0).quantity("window", Quantity::Ns(self.window_ns));
+            let breach = breach.said("expected", Said::Real(self.max_percent));
+            scene.raise(&self.place, breach.said("found", Said::Real((percent * 100.0).round() / 100.0)));
+        }
+        measured.above = above;
+    }
+}

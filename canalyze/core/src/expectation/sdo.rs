@@ -1,0 +1,383 @@
+//! SDO transfers that must occur, alone or in order, and those that must not.
+//!
+//! What is missing is known at the end; there the transfer that came instead is named, if there was one that no other
+//! expectation asks for. It must not know of the frames of a transfer.
+
+use serde::Deserialize;
+
+use super::value::{Same, Value, found};
+use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake, unchecked};
+use crate::finding::{Code, Quantity, Said};
+use crate::frame::{BusId, FrameRef};
+use crate::services::sdo::transfer::{Direction, Status, Transfer};
+use crate::services::sdo::wire::Mux;
+
+/// Which way the data go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Way {
+    Upload,
+    Download,
+}
+
+/// How it ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Outcome {
+    Ok,
+    Aborted,
+    Any,
+}
+
+/// One expectation as it stands in the file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Entry {
+    line: u32,
+    bus: Option<String>,
+    node: u8,
+    index: u16,
+    sub: u8,
+    direction: Option<Way>,
+    value: Option<Value>,
+    outcome: Option<Outcome>,
+    abort: Option<u32>,
+    sequence: Option<String>,
+    count: Option<u64>,
+    within_ns: Option<i64>,
+}
+
+impl Entry {
+    pub(super) fn check(&self) -> Result<(), String> {
+        check_node(self.line, Some(self.node))?;
+        check_times(self.line, &[], &[self.within_ns])?;
+        let outcome = self.outcome();
+        if self.value.is_some() && outcome == Outcome::Aborted {
+            return mistake(self.line, "value and aborted");
+        }
+        if self.abort.is_some() && outcome != Outcome::Aborted {
+            return mistake(self.line, "abort and not aborted");
+        }
+        if self.count == Some(0) && (self.sequence.is_some() || self.within_ns.is_some()) {
+            return mistake(self.line, "count 0 with sequence or within_ns");
+        }
+        Ok(())
+    }
+
+    fn outcome(&self) -> Outcome {
+        self.outcome.unwrap_or(Outcome::Ok)
+    }
+
+    fn count(&self) -> u64 {
+        self.count.unwrap_or(1)
+    }
+
+    /// How an ended transfer stands to it.
+    fn fit(&self, transfer: &Transfer) -> Fit {
+        let way = match transfer.direction {
+            Direction::Upload => Way::Upload,
+            Direction::Download => Way::Download,
+        };
+        let object = Mux { index: self.index, sub: self.sub };
+        if transfer.node != self.node
+            || transfer.mux != Some(object)
+            || self.direction.is_some_and(|wanted| wanted != way)
+        {
+            return Fit::Elsewhere;
+        }
+        let valued = |value: &Value| match value.is_of(transfer) {
+            Same::Yes => Fit::Fits,
+            Same::Unknown => Fit::Undecided,
+            Same::No => Fit::Other(Other::Value(found(transfer, Some(value)))),
+        };
+        let status = if transfer.bad && transfer.status == Status::Ok { Status::Failed } else { transfer.status };
+        match (self.outcome(), status) {
+            (Outcome::Ok | Outcome::Any, Status::Ok) => self.value.as_ref().map_or(Fit::Fits, valued),
+            (Outcome::Any, _) if self.value.is_some() => Fit::Undecided,
+            (Outcome::Any, _) => Fit::Fits,
+            (_, Status::Incomplete | Status::Open) => Fit::Cut,
+            (_, Status::Failed) => Fit::Other(Other::Failed),
+            (Outcome::Ok, Status::Aborted) => Fit::Other(Other::Aborted(transfer.abort.map_or(0, |abort| abort.code))),
+            (Outcome::Aborted, Status::Ok) => Fit::Other(Other::Succeeded),
+            (Outcome::Aborted, Status::Aborted) => match (self.abort, transfer.abort) {
+                (Some(wanted), Some(abort)) if wanted != abort.code => Fit::Other(Other::Aborted(abort.code)),
+                _ => Fit::Fits,
+            },
+        }
+    }
+
+    /// What is expected, for a finding.
+    fn said(&self) -> Said {
+        match (&self.value, self.abort, self.outcome()) {
+            (Some(value), ..) => value.said(),
+            (None, Some(code), _) => Said::Quantity(Quantity::Abort(code)),
+            (None, None, Outcome::Aborted) => Said::Word("aborted"),
+            (None, None, _) => Said::Word("ok"),
+        }
+    }
+}
+
+/// How a transfer stands to an expectation.
+#[derive(Clone, Debug)]
+enum Fit {
+    /// It is about something else.
+    Elsewhere,
+    Fits,
+    /// Its value is not known in whole: it may be the one.
+    Undecided,
+    /// It was not completed in the capture.
+    Cut,
+    Other(Other),
+}
+
+/// What is other than expected.
+#[derive(Clone, Debug)]
+enum Other {
+    Value(Said),
+    Aborted(u32),
+    Succeeded,
+    Failed,
+}
+
+/// Where a transfer was.
+#[derive(Clone, Copy, Debug)]
+struct Sighting {
+    at: FrameRef,
+    bus: BusId,
+}
+
+/// An expectation and what has come of it.
+#[derive(Debug)]
+struct Progress {
+    entry: Entry,
+    place: Place,
+    /// How often it has come (of a step of a sequence: in its place).
+    done: u64,
+    /// The last of these.
+    completed: Option<Sighting>,
+    /// It came, and its value is not known in whole.
+    undecided: Option<Sighting>,
+    /// It came before its place in the sequence.
+    early: Option<Sighting>,
+    /// What came instead.
+    other: Option<(Sighting, Other)>,
+    /// It began, and was not completed.
+    cut: Option<Sighting>,
+    late: bool,
+    /// It has a time limit, and came without a stamp.
+    untimed: bool,
+}
+
+impl Progress {
+    fn is_done(&self) -> bool {
+        self.done >= self.entry.count()
+    }
+
+    /// It has come.
+    fn come(&mut self, decided: bool, scene: &mut Scene<'_>) {
+        let seen = Sighting { at: scene.at, bus: scene.bus };
+        if !decided {
+            self.undecided.get_or_insert(seen);
+        }
+        if self.entry.count() == 0 {
+            if decided {
+                self.forbid(scene);
+            }
+            return;
+        }
+        if !self.is_done()
+            && let Some(limit) = self.entry.within_ns
+        {
+            match scene.elapsed_ns() {
+                None => self.untimed = true,
+                Some(elapsed) if elapsed > limit && !std::mem::replace(&mut self.late, true) => {
+                    let breach = scene.breach(Code::Exp001, 7).quantity("expected", Quantity::Ns(limit));
+                    scene.raise(&self.place, breach.quantity("found", Quantity::Ns(elapsed)));
+                }
+                Some(_) => {}
+            }
+        }
+        self.done += 1;
+        self.completed = Some(seen);
+    }
+
+    fn forbid(&self, scene: &mut Scene<'_>) {
+        let value = self.entry.value.as_ref().map(Value::said);
+        let mut breach = scene.breach(Code::Exp004, u8::from(value.is_some()));
+        if let Some(value) = value {
+            breach = breach.said("found", value);
+        }
+        scene.raise(&self.place, breach);
+    }
+
+    /// It has not come, or not in its place, until the end.
+    fn missing(&self, closing: &mut Closing<'_>) {
+        let expected = self.entry.said();
+        if let Some((seen, other)) = &self.other {
+            let (face, found) = match (other, self.entry.outcome()) {
+                (Other::Value(value), _) => (0, value.clone()),
+                (Other::Aborted(code), Outcome::Aborted) => (4, Said::Quantity(Quantity::Abort(*code))),
+                (Other::Aborted(code), _) => (1, Said::Quantity(Quantity::Abort(*code))),
+                (Other::Succeeded, _) => (if self.entry.abort.is_some() { 3 } else { 2 }, Said::Word("ok")),
+                (Other::Failed, _) => (5, Said::Word("failed")),
+            };
+            let breach = Breach::new(Code::Exp003, face, seen.at, seen.bus);
+            return closing.raise(&self.place, breach.said("expected", expected).said("found", found));
+        }
+        let breach = |closing: &Closing<'_>, face| closing.breach(&self.place, Code::Exp001, face);
+        let breach = if self.done > 0 {
+            let counted = breach(closing, 6).quantity("expected", Quantity::Count(self.entry.count()));
+            counted.quantity("found", Quantity::Count(self.done))
+        } else if let Some(seen) = self.cut {
+            Breach { bus: seen.bus, ..breach(closing, 8).about(seen.at) }.said("expected", expected)
+        } else {
+            let way = match self.entry.direction {
+                None => 0,
+                Some(Way::Upload) => 1,
+                Some(Way::Download) => 2,
+            };
+            let face = match (self.entry.outcome(), &self.entry.value, self.entry.abort) {
+                (Outcome::Aborted, _, abort) => 9 + u8::from(abort.is_some()),
+                (_, value, _) => way + 3 * u8::from(value.is_some()),
+            };
+            breach(closing, face).said("expected", expected)
+        };
+        closing.raise(&self.place, breach);
+    }
+}
+
+/// Transfers that complete one after the other.
+#[derive(Debug)]
+struct Sequence {
+    name: String,
+    /// Places of its steps among all expectations, in order.
+    steps: Vec<usize>,
+    /// Steps that are done.
+    done: usize,
+}
+
+/// All expectations of SDO transfers.
+#[derive(Debug)]
+pub(super) struct Transfers {
+    all: Vec<Progress>,
+    sequences: Vec<Sequence>,
+    /// How the transfer at hand stands to each.
+    fits: Vec<Fit>,
+}
+
+impl Transfers {
+    pub(super) fn new(file: &str, entries: &[Entry]) -> Self {
+        let mut sequences: Vec<Sequence> = Vec::new();
+        for (place, entry) in entries.iter().enumerate() {
+            let Some(name) = &entry.sequence else { continue };
+            match sequences.iter_mut().find(|one| one.name == *name) {
+                Some(one) => one.steps.push(place),
+                None => sequences.push(Sequence { name: name.clone(), steps: vec![place], done: 0 }),
+            }
+        }
+        let all = entries.iter().map(|entry| Progress {
+            place: Place {
+                object: Some(Mux { index: entry.index, sub: entry.sub }),
+                ..Place::new(file, entry.line, entry.bus.as_ref(), Some(entry.node))
+            },
+            entry: entry.clone(),
+            done: 0,
+            completed: None,
+            undecided: None,
+            early: None,
+            other: None,
+            cut: None,
+            late: false,
+            untimed: false,
+        });
+        Self { all: all.collect(), sequences, fits: Vec::new() }
+    }
+
+    /// A transfer has ended.
+    pub(super) fn ended(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        let Self { all, sequences, fits } = self;
+        fits.clear();
+        fits.extend(all.iter().map(
+            |one| {
+                if one.place.is_on(scene.name) { one.entry.fit(transfer) } else { Fit::Elsewhere }
+            },
+        ));
+        let asked_for = fits.iter().any(|fit| matches!(fit, Fit::Fits | Fit::Undecided));
+        let seen = Sighting { at: scene.at, bus: scene.bus };
+        for (one, fit) in all.iter_mut().zip(fits.iter()) {
+            match fit {
+                Fit::Fits | Fit::Undecided if one.entry.sequence.is_none() => {
+                    one.come(matches!(fit, Fit::Fits), scene);
+                }
+                Fit::Other(other) if !asked_for && !one.is_done() => one.other = Some((seen, other.clone())),
+                Fit::Cut => one.cut = Some(Sighting { at: transfer.first, bus: scene.bus }),
+                _ => {}
+            }
+        }
+        for sequence in sequences {
+            sequence.take(all, fits, scene);
+        }
+    }
+
+    /// The capture is over.
+    pub(super) fn finish(&mut self, closing: &mut Closing<'_>) {
+        for one in self.all.iter().filter(|one| one.entry.sequence.is_none() && !one.is_done()) {
+            one.missing(closing);
+        }
+        for sequence in &self.sequences {
+            sequence.finish(&self.all, closing);
+        }
+        for one in &self.all {
+            if let Some(seen) = one.undecided {
+                let breach = Breach::new(Code::Exp015, unchecked::NOT_WHOLE, seen.at, seen.bus);
+                closing.raise(&one.place, breach);
+            }
+            if one.untimed && !one.late {
+                closing.unchecked(&one.place, unchecked::NO_STAMPS);
+            }
+        }
+    }
+}
+
+impl Sequence {
+    /// Takes a transfer: the step that is due, else one that came too early.
+    fn take(&mut self, all: &mut [Progress], fits: &[Fit], scene: &mut Scene<'_>) {
+        let fit = |step: usize| fits.get(step).filter(|fit| matches!(fit, Fit::Fits | Fit::Undecided));
+        let mut open = self.steps.iter().skip(self.done);
+        if let Some(due) = open.next()
+            && let Some(fit) = fit(*due)
+            && let Some(one) = all.get_mut(*due)
+        {
+            one.come(matches!(fit, Fit::Fits), scene);
+            self.done += usize::from(one.is_done());
+            return;
+        }
+        let seen = Sighting { at: scene.at, bus: scene.bus };
+        for step in open.filter(|step| fit(**step).is_some()) {
+            if let Some(one) = all.get_mut(*step) {
+                one.early = Some(seen);
+            }
+        }
+    }
+
+    /// Names the steps that were never in their place. One that came too early holds up none of those after it: these
+    /// are held against the last one that was in its place.
+    fn finish(&self, all: &[Progress], closing: &mut Closing<'_>) {
+        let steps = || self.steps.iter().filter_map(|step| all.get(*step));
+        let mut before = None;
+        for one in steps() {
+            let seen = if one.is_done() { one.completed } else { one.early };
+            let due = before.is_none_or(|(no, _): (u64, _)| seen.is_some_and(|seen| seen.at.no > no));
+            match seen {
+                Some(seen) if one.is_done() || due => before = Some((seen.at.no, one)),
+                Some(seen) => {
+                    let first = before.map_or("", |(_, one)| &one.place.label);
+                    let breach = Breach::new(Code::Exp002, 0, seen.at, seen.bus);
+                    let breach = breach.said("sequence", Said::Text(self.name.as_str().into()));
+                    closing.raise(&one.place, breach.said("before", Said::Text(first.into())));
+                }
+                None => one.missing(closing),
+            }
+        }
+    }
+}

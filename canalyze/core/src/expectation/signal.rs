@@ -1,0 +1,307 @@
+//! Signals in PDOs: that they come, how often, and between which limits their values stay.
+//!
+//! Values are physical, as `canalyze signals` prints them, and names are those of `--select`. It must not know how a
+//! mapping has become known.
+
+use std::sync::Arc;
+
+use serde::Deserialize;
+
+use super::heartbeat::late;
+use super::rhythm::{Period, Rhythm};
+use super::{Breach, Closing, Place, Scene, check_times, mistake, raise, unchecked};
+use crate::event::{Addressed, Event, ProcessData, Signals as Content, Unmapped};
+use crate::finding::{Code, Quantity, Said};
+use crate::frame::{BusId, Frame, FrameRef};
+use crate::message::Message;
+use crate::select::Select;
+use crate::services::heartbeat::OPERATIONAL;
+use crate::services::pdo::mapping::{Mapped, Mapping};
+use crate::services::sdo::wire::Mux;
+use crate::text::signal;
+
+/// Mappings whose selection is remembered at most.
+const REMEMBERED: usize = 4096;
+/// PDOs whose rate is followed for one expectation, and PDOs without mapping that are remembered, at most.
+const PDOS: usize = 1024;
+/// What a value may be beyond a limit by, as a part of it: a decimal number is not exact.
+const PRECISION: f64 = 1e-9;
+
+/// One expectation as it stands in the file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Entry {
+    line: u32,
+    bus: Option<String>,
+    select: String,
+    min: Option<f64>,
+    max: Option<f64>,
+    period_ns: Option<i64>,
+    tolerance_ns: Option<i64>,
+}
+
+impl Entry {
+    pub(super) fn check(&self) -> Result<(), String> {
+        check_times(self.line, &[self.period_ns], &[self.tolerance_ns])?;
+        if Select::parse(&self.select).is_everything() {
+            return mistake(self.line, "select");
+        }
+        if self.period_ns.is_some() != self.tolerance_ns.is_some() {
+            return mistake(self.line, "period_ns and tolerance_ns");
+        }
+        if self.min.zip(self.max).is_some_and(|(min, max)| min > max) {
+            return mistake(self.line, "min above max");
+        }
+        Ok(())
+    }
+}
+
+/// Which PDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Pdo {
+    transmit: bool,
+    number: u16,
+    node: u8,
+}
+
+impl Pdo {
+    fn said(self) -> Said {
+        Said::Quantity(Quantity::Pdo(self.transmit, self.number))
+    }
+}
+
+/// An expectation and what has come of it.
+#[derive(Debug)]
+struct Watched {
+    place: Place,
+    select: Select,
+    /// As it stands in the file.
+    expression: String,
+    min: Option<f64>,
+    max: Option<f64>,
+    period: Option<Period>,
+    seen: bool,
+    rhythms: Vec<(BusId, Pdo, Rhythm)>,
+}
+
+/// What of a mapping is expected.
+#[derive(Debug)]
+struct Chosen {
+    mapping: Arc<Mapping>,
+    pdo: Pdo,
+    /// The expectation, and the place in the mapping; in order of the expectations.
+    picks: Vec<(usize, usize)>,
+}
+
+/// All expectations of signals.
+#[derive(Debug)]
+pub(super) struct Signals {
+    all: Vec<Watched>,
+    chosen: Vec<Chosen>,
+    /// PDOs that came without a known mapping.
+    unmapped: Vec<Pdo>,
+}
+
+impl Signals {
+    pub(super) fn new(file: &str, entries: &[Entry]) -> Self {
+        let all = entries.iter().map(|entry| Watched {
+            place: Place::new(file, entry.line, entry.bus.as_ref(), None),
+            select: Select::parse(&entry.select),
+            expression: entry.select.clone(),
+            min: entry.min,
+            max: entry.max,
+            period: entry.period_ns.zip(entry.tolerance_ns).map(|(ns, tolerance_ns)| Period { ns, tolerance_ns }),
+            seen: false,
+            rhythms: Vec::new(),
+        });
+        Self { all: all.collect(), chosen: Vec::new(), unmapped: Vec::new() }
+    }
+
+    /// Takes a PDO.
+    pub(super) fn process_data(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
+        if self.all.is_empty() {
+            return;
+        }
+        let pdo = Pdo { transmit: data.transmit, number: data.number, node: data.node };
+        match &data.content {
+            Content::Mapped(mapping, _) | Content::ByConsumer(mapping, ..) => {
+                let known = self.chosen.iter().position(|one| Arc::ptr_eq(&one.mapping, mapping) && one.pdo == pdo);
+                let place = known.unwrap_or_else(|| {
+                    if self.chosen.len() >= REMEMBERED {
+                        self.chosen.clear();
+                    }
+                    let picks = self.picks(pdo, mapping);
+                    self.chosen.push(Chosen { mapping: Arc::clone(mapping), pdo, picks });
+                    self.chosen.len() - 1
+                });
+                // The one just used is likely to be used again soon.
+                self.chosen.swap(0, place);
+                let Self { all, chosen, .. } = self;
+                if let Some(one) = chosen.first() {
+                    take(all, &one.picks, pdo, mapping, frame, scene);
+                }
+            }
+            Content::None(Unmapped::Unknown) if self.unmapped.len() < PDOS && !self.unmapped.contains(&pdo) => {
+                self.unmapped.push(pdo);
+            }
+            Content::None(_) => {}
+        }
+    }
+
+    /// Takes a multiplex PDO: it has one signal, another one in every frame.
+    pub(super) fn multiplexed(&mut self, data: &Addressed, frame: &Frame, scene: &mut Scene<'_>) {
+        let pdo = Pdo { transmit: data.transmit, number: data.number, node: data.node };
+        let picks = self.picks(pdo, &data.mapping);
+        take(&mut self.all, &picks, pdo, &data.mapping, frame, scene);
+    }
+
+    fn picks(&self, pdo: Pdo, mapping: &Mapping) -> Vec<(usize, usize)> {
+        let Pdo { transmit, number, node } = pdo;
+        let mut picks = Vec::new();
+        for (place, mapped) in mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy) {
+            let names = signal::names(transmit, number, node, mapped);
+            for (expected, one) in self.all.iter().enumerate() {
+                if one.select.takes(names.iter().map(String::as_str)) {
+                    picks.push((expected, place));
+                }
+            }
+        }
+        picks.sort_unstable();
+        picks
+    }
+
+    /// Takes a boot-up, error control or an NMT command: what stops a node's PDOs.
+    pub(super) fn message(&mut self, message: &Message, scene: &Scene<'_>) {
+        let node = match *message {
+            Message::BootUp { node } => node,
+            Message::Heartbeat { node, state, .. } if state != OPERATIONAL => node,
+            Message::Nmt { command, node } if command != 0x01 => node,
+            _ => return,
+        };
+        self.interrupt(scene.bus, Some(node).filter(|node| *node != 0));
+    }
+
+    /// Frames of a bus are missing.
+    pub(super) fn lost(&mut self, bus: BusId) {
+        self.interrupt(bus, None);
+    }
+
+    fn interrupt(&mut self, of: BusId, node: Option<u8>) {
+        let rhythms = self.all.iter_mut().flat_map(|one| &mut one.rhythms);
+        let concerned = |bus: BusId, pdo: &Pdo| bus == of && node.is_none_or(|node| node == pdo.node);
+        for (_, _, rhythm) in rhythms.filter(|(bus, pdo, _)| concerned(*bus, pdo)) {
+            rhythm.interrupt();
+        }
+    }
+
+    /// It is `now_ns`: what is overdue. Findings stand at `at`.
+    pub(super) fn overdue(&mut self, now_ns: i64, at: FrameRef, found: &mut Vec<Event>) {
+        for Watched { place, period, rhythms, .. } in &mut self.all {
+            let Some(period) = *period else { continue };
+            for (bus, pdo, rhythm) in rhythms {
+                let Some((gap, last)) = rhythm.overdue(now_ns, period) else { continue };
+                let breach = Breach::new(Code::Exp008, 1, at, *bus).of(pdo.node).said("pdo", pdo.said());
+                raise(found, place, late(breach, gap, period).about(last));
+            }
+        }
+    }
+
+    /// The capture is over.
+    pub(super) fn finish(&mut self, closing: &mut Closing<'_>) {
+        if let Some(end_ns) = closing.end_ns {
+            self.overdue(end_ns, closing.last, closing.found);
+        }
+        for one in &self.all {
+            if !one.seen && self.unmapped.iter().any(|pdo| one.may_mean(*pdo)) {
+                closing.unchecked(&one.place, unchecked::NO_MAPPING);
+            } else if !one.seen {
+                let breach = closing.breach(&one.place, Code::Exp016, 0);
+                closing.raise(&one.place, breach.said("expected", Said::Text(one.expression.as_str().into())));
+            } else if one.period.is_some() && closing.end_ns.is_none() {
+                closing.unchecked(&one.place, unchecked::NO_STAMPS);
+            }
+        }
+    }
+}
+
+impl Watched {
+    /// Whether a signal of a PDO could be meant, for all that its names would be.
+    fn may_mean(&self, pdo: Pdo) -> bool {
+        self.expression.split(',').any(|pattern| {
+            let pattern = pattern.trim();
+            let Some((node, rest)) = pattern.split_once('.') else { return true };
+            let Ok(node) = node.parse::<u8>() else { return true };
+            let named = rest.split_once('.').filter(|(name, _)| is_pdo(name));
+            let pdo_name = || format!("{}{}", if pdo.transmit { "TPDO" } else { "RPDO" }, pdo.number);
+            node == pdo.node && named.is_none_or(|(name, _)| name.eq_ignore_ascii_case(&pdo_name()))
+        })
+    }
+}
+
+/// Whether a part of a pattern is `TPDO4`.
+fn is_pdo(name: &str) -> bool {
+    let digits = name.get(4..).filter(|digits| !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()));
+    let kind = name.get(..4).unwrap_or("");
+    digits.is_some() && (kind.eq_ignore_ascii_case("TPDO") || kind.eq_ignore_ascii_case("RPDO"))
+}
+
+/// Takes the signals of a PDO that are expected.
+fn take(
+    all: &mut [Watched],
+    picks: &[(usize, usize)],
+    pdo: Pdo,
+    mapping: &Mapping,
+    frame: &Frame,
+    scene: &mut Scene<'_>,
+) {
+    let mut before = None;
+    for (expected, place) in picks {
+        let Some(one) = all.get_mut(*expected).filter(|one| one.place.is_on(scene.name)) else { continue };
+        if before.replace(*expected) != Some(*expected) {
+            one.seen = true;
+            one.beat(pdo, scene);
+        }
+        if let Some(mapped) = mapping.entries.get(*place)
+            && let Some(value) = value(mapping, mapped, frame)
+        {
+            one.judge(value, pdo, mapped, scene);
+        }
+    }
+}
+
+impl Watched {
+    fn beat(&mut self, pdo: Pdo, scene: &mut Scene<'_>) {
+        let Some(period) = self.period else { return };
+        let known = self.rhythms.iter().position(|(bus, one, _)| *bus == scene.bus && *one == pdo);
+        let index = match known {
+            Some(index) => index,
+            None if self.rhythms.len() >= PDOS => return,
+            None => {
+                self.rhythms.push((scene.bus, pdo, Rhythm::default()));
+                self.rhythms.len() - 1
+            }
+        };
+        let Some((_, _, rhythm)) = self.rhythms.get_mut(index) else { return };
+        let before = rhythm.last;
+        if let Some(gap) = rhythm.beat(scene.at, false, period) {
+            let breach = scene.breach(Code::Exp008, 0).of(pdo.node).said("pdo", pdo.said());
+            scene.raise(&self.place, Breach { cause: before, ..late(breach, gap, period) });
+        }
+    }
+
+    fn judge(&self, value: f64, pdo: Pdo, mapped: &Mapped, scene: &mut Scene<'_>) {
+        let beyond = |limit: f64, by: f64| by > limit.abs().max(value.abs()) * PRECISION;
+        let below = self.min.filter(|min| beyond(*min, min - value)).map(|min| (0, min, "min"));
+        let above = self.max.filter(|max| beyond(*max, value - max)).map(|max| (1, max, "max"));
+        let Some((face, limit, name)) = below.or(above) else { return };
+        let breach = scene.breach(Code::Exp007, face).of(pdo.node).said("pdo", pdo.said());
+        let breach = breach.object(Mux { index: mapped.index, sub: mapped.sub }).said("limit", Said::Word(name));
+        scene.raise(&self.place, breach.said("expected", Said::Real(limit)).said("found", Said::Real(value)));
+    }
+}
+
+/// The physical value of a signal, where it is a finite number.
+fn value(mapping: &Mapping, mapped: &Mapped, frame: &Frame) -> Option<f64> {
+    let raw = mapping.raw(mapped, frame.payload())?;
+    signal::physical(mapped, raw).filter(|value| value.is_finite())
+}
