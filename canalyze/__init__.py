@@ -6,6 +6,7 @@ imported when it is first asked for, so that the command can answer Ctrl-C from 
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from canalyze._core import Batch, Table
     from canalyze.capture import Capture
     from canalyze.errors import CanalyzeError, ConfigError, CoreError, OutputError, ReaderGone, SourceError
     from canalyze.event import Abort, Event, Frame, Note, Transfer
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 _FROM = {
+    "_core": ("Batch", "Table"),
     "capture": ("Capture",),
     "errors": ("CanalyzeError", "ConfigError", "CoreError", "OutputError", "ReaderGone", "SourceError"),
     "event": ("Abort", "Event", "Frame", "Note", "Transfer"),
@@ -29,6 +31,7 @@ _FROM = {
 __all__ = [
     "Abort",
     "Aborts",
+    "Batch",
     "CanalyzeError",
     "Capture",
     "ConfigError",
@@ -51,6 +54,7 @@ __all__ = [
     "SourceError",
     "Spread",
     "StateChange",
+    "Table",
     "Transfer",
     "Transfers",
     "__version__",

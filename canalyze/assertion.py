@@ -105,7 +105,7 @@ def _sections(parts: list[Any], captures: list[Capture], statement: str, words: 
         # all(... for one in capture.transfers): pytest keeps no list of those.
         findings, transfers = _loaded(whole, transfers=".transfers" in statement)
     if findings:
-        blocks = [(_finding(one), _around(one)) for one in findings[:_SHOWN]]
+        blocks = [(_finding(one), one.lines or _around(one)) for one in findings[:_SHOWN]]
         yield words("test.findings"), _shown(blocks, findings, captures, words)
     if transfers:
         wrong = [one for one in transfers if one.status != "ok"] or transfers
@@ -141,7 +141,7 @@ def _value(signal: Signal) -> float:
 
 
 def _around(finding: Finding) -> list[Range]:
-    """Give the frames that led to a finding."""
+    """Give the frames that may have led to a finding that comes without lines."""
     if finding.frame is None:
         return []
     near = max(finding.frame - _BEFORE, 1)
@@ -149,20 +149,28 @@ def _around(finding: Finding) -> list[Range]:
     return [(cause, finding.frame)] if near <= cause + _LINES else [(cause, cause), (near, finding.frame)]
 
 
-def _shown(blocks: list[tuple[str, list[Range]]], rows: Sequence[Any], captures: list[Capture], words: Words) -> str:
-    """Write what each is, and its lines below; the lines are read in one pass."""
+Block = tuple[str, Sequence[Line] | list[Range]]
+"""What it is, and its lines, or the frames whose lines are to be read."""
+
+
+def _shown(blocks: Sequence[Block], rows: Sequence[Any], captures: list[Capture], words: Words) -> str:
+    """Write what each is, and its lines below; lines that are not there yet are read in one pass."""
+    wanted = [part for _, below in blocks for one in below if not isinstance(one, Line) for part in _ends(one)]
     capture = next((one for one in captures if one.gave(rows[0])), None)
     lines: dict[int, list[Line]] = {}
     said: list[str] = []
-    if capture is not None:
+    if capture is not None and wanted:
         try:
-            for line in capture.annotated(part for _, ranges in blocks for one in ranges for part in _ends(one)):
+            for line in capture.annotated(wanted):
                 lines.setdefault(line.frame, []).append(line)
         except CanalyzeError as error:
             said.append(words("test.unread", problem=error.in_words(words)))
-    for title, ranges in blocks:
+    for title, below in blocks:
         said.append(title)
-        for one in ranges:
+        for one in below:
+            if isinstance(one, Line):
+                said.append(f"  {one.text}")
+                continue
             parts = _ends(one)
             for place, (first, last) in enumerate(parts):
                 if place:

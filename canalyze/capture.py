@@ -17,7 +17,7 @@ from weakref import WeakSet
 from canalyze import event
 from canalyze.errors import SourceError
 from canalyze.event import Event, Frame
-from canalyze.finding import Finding, Line
+from canalyze.finding import Finding, Line, Severity
 from canalyze.node import Nodes, node
 from canalyze.reading import Reading
 from canalyze.rows import Findings, Rows, Transfers
@@ -26,7 +26,8 @@ from canalyze.sources.format import open_capture
 from canalyze.words import Words
 
 if TYPE_CHECKING:
-    from canalyze._core import Session
+    from canalyze._core import Batch, Session, Table
+    from canalyze.library import StrPath
 
 T = TypeVar("T")
 
@@ -38,6 +39,8 @@ _RECORDS: Final = {"transfer": event.transfer, "finding": Finding.from_json, "su
 class Plan:
     """How a capture is read, checked."""
 
+    folder: Path
+    """Where relative names are looked for."""
     paths: tuple[Path, ...]
     """Its files, absolute."""
     shown: tuple[str, ...]
@@ -55,11 +58,11 @@ class Plan:
     said: tuple[str, ...]
     """Lines about descriptions."""
 
-    def session(self, form: str, filter: str | None = None) -> "Session":  # noqa: A002  the command line's word
+    def session(self, form: str, filter: str | None = None, **more: Any) -> "Session":  # noqa: A002  an option's name
         """Start the core; ValueError for what it cannot accept."""
         from canalyze._core import Session
 
-        return Session(format=form, filter=filter or self.filter, **self.settings)
+        return Session(format=form, filter=filter or self.filter, **self.settings, **more)
 
 
 class _Silent:
@@ -99,6 +102,7 @@ class Capture:
         self._frames: Rows[Frame] | None = None
         self._signals: Signals | None = None
         self._lists: dict[str, Any] = {}
+        self._checked: list[Finding] = []
         self._running: WeakSet[Generator[Event, None, None]] = WeakSet()
 
     @property
@@ -203,6 +207,43 @@ class Capture:
                     break
         return lines
 
+    def tables(self, *names: str, select: str | None = None) -> "dict[str, Table]":
+        """Give tables of columns for Arrow's readers, all in one pass: `pyarrow.table(tables["transfers"])`.
+
+        names: frames, transfers, states, emcy, findings, sync_cycles, signals, pdo (one table for each PDO and mapping,
+        `pdo/can1/5.TPDO4/1`); none: all of them. select: which signals, as --select. Times are `t_ns`, in nanoseconds;
+        `canalyze/core/src/render/columns/mod.rs` lists the columns. Nothing is kept but what is given. ValueError for
+        another name.
+        """
+        from canalyze._core import TABLES, Table
+
+        session = self._plan.session("columns", tables=names or TABLES, select=select)
+        batches: dict[str, list[Batch]] = {}
+        with closing(self._results(session)) as results:
+            for _ in results:
+                for name, batch in session.batches():
+                    batches.setdefault(name, []).append(batch)
+        for name, batch in session.batches():
+            batches.setdefault(name, []).append(batch)
+        return {name: Table(parts) for name, parts in batches.items()}
+
+    def check(self, expect: "StrPath | None" = None, *, at_least: Severity = "warning") -> Findings:
+        """Give what `canalyze check` finds, as severe as that or worse; of expectations too, where they are given.
+
+        expect: a file of expectations (boot.expect.toml), relative to the folder of `open`; none is looked for.
+        ConfigError for a mistake in it. Each call reads the capture.
+        """
+        more: dict[str, Any] = {}
+        if expect is not None:
+            from canalyze.expectations import read
+            from canalyze.library import shown_as
+
+            more["expectations"] = read(Path(shown_as(self._plan.folder / expect)))
+        with closing(self._objects(self._plan.session("check", **more))) as rows:
+            found = [Finding.from_json(row) for row in rows]
+        self._checked += found
+        return Findings(found).at_least(at_least)
+
     def snapshot(self) -> str:
         """Give what the capture shows as text that two recordings of the same session share: no times, no bus loads."""
         from canalyze.reports.snapshot import snapshot
@@ -211,7 +252,7 @@ class Capture:
 
     def gave(self, row: object) -> bool:
         """Tell whether this finding, transfer or signal is one of its lists that were read."""
-        lists = [*(self._records or {}).values(), self._signals or (), self._events or ()]
+        lists = [*(self._records or {}).values(), self._checked, self._signals or (), self._events or ()]
         return any(row is one for rows in lists for one in rows)
 
     def _list(self, kind: str, form: Callable[[Iterable[Any]], T]) -> T:

@@ -106,9 +106,9 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     if not names:
         raise ValueError("path: no file")
     paths = tuple(base / os.fspath(name) for name in names)
-    shown = tuple(map(_shown, paths))
-    for one, shown_as in zip(paths, shown, strict=True):
-        _there(one, shown_as)
+    shown = tuple(map(shown_as, paths))
+    for one, name in zip(paths, shown, strict=True):
+        _there(one, name)
     given = network.Known(
         tuple(_described(eds, base, words)),
         tuple(_spelled("cob", text, network.cob, words) for text in _texts("cob", cob)),
@@ -131,6 +131,7 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
         "mcap_maps": _texts("mcap_map", mcap_map),
     }
     plan = Plan(
+        folder=base,
         paths=paths,
         shown=shown,
         settings={name: value for name, value in settings.items() if value is not None},
@@ -154,7 +155,7 @@ def _there(path: Path, shown: str) -> None:
         pass
 
 
-def _shown(path: Path) -> str:
+def shown_as(path: Path) -> str:
     """Give the name for messages: relative to the current directory where the file is below it."""
     here = Path.cwd()
     return str(path.relative_to(here)) if path.is_relative_to(here) else str(path)
@@ -166,11 +167,11 @@ def _described(eds: Descriptions, base: Path, words: Words) -> Iterable[network.
             bus, node = key if isinstance(key, tuple) else (None, key)
             if type(node) is not int or node not in network.NODES:
                 raise ValueError(words("usage.node", option="eds", value=repr(key)))
-            yield network.Description(bus, (node,), _shown(base / os.fspath(file)))
+            yield network.Description(bus, (node,), shown_as(base / os.fspath(file)))
         return
     for text in _texts("eds", eds):
         found = _spelled("eds", text, network.description, words)
-        yield network.Description(found.bus, found.nodes, _shown(base / found.file))
+        yield network.Description(found.bus, found.nodes, shown_as(base / found.file))
 
 
 def _texts(name: str, given: Iterable[str]) -> list[str]:

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import warnings
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -45,7 +45,8 @@ def test_lists_are_those_of_iterating() -> None:
     capture = canalyze.open(ABORTS)
     events = list(capture)
     assert list(capture.transfers) == [one for one in events if isinstance(one, canalyze.Transfer)]
-    assert list(capture.findings) == [one for one in events if isinstance(one, canalyze.Finding)]
+    findings = [replace(one, lines=()) for one in capture.findings]
+    assert findings == [one for one in events if isinstance(one, canalyze.Finding)]
     assert list(capture.frames) == [one for one in events if isinstance(one, canalyze.Frame)]
     assert capture.events == events
     assert list(capture) == events  # now out of the list
@@ -307,3 +308,39 @@ def test_rows_are_shown_short() -> None:
     assert repr(capture.transfers.of(node=1)) == "<0 transfers>"
     assert repr(capture.transfers[0]) == "<Transfer 1: node 10 download 2005h:00 aborted 06010002h, frames 1-2>"
     assert repr(canalyze.open(NETWORK).nodes) == "<3 nodes: 5 pre-operational, 6 pre-operational, 7 pre-operational>"
+
+
+def test_tables_are_the_lists_as_columns() -> None:
+    capture = canalyze.open(NETWORK, eds={5: DRIVE})
+    tables = capture.tables("transfers", "signals", "pdo")
+    assert tables["transfers"].column("data") == [one.data for one in capture.transfers]
+    assert tables["transfers"].column("t_ns") == [one.t_ns for one in capture.transfers]
+    assert tables["signals"].column("signal") == [one.signal for one in capture.signals]
+    assert tables["pdo/vcan0/5.TPDO4/1"].num_rows == 34
+    assert capture.tables("signals", select="5.TPDO4.*")["signals"].num_rows == 34 * 3
+    assert {"frames", "transfers", "states", "emcy", "findings", "sync_cycles", "signals"} <= set(capture.tables())
+    with pytest.raises(ValueError, match="colours"):
+        capture.tables("colours")
+
+
+def test_expectations_are_checked(tmp_path: Path) -> None:
+    (tmp_path / "boot.expect.toml").write_text(
+        '[[sdo]]\nnode = 5\nobject = "1017:00"\nvalue = 100\n\n[[sdo]]\nnode = 5\nobject = "1017:00"\nvalue = 1000\n'
+    )
+    (tmp_path / "wrong.expect.toml").write_text("[[colours]]\n")
+    (tmp_path / "boot.log").write_bytes(NETWORK.read_bytes())
+    capture = canalyze.open("boot.log", folder=tmp_path)
+    assert capture.check() == []
+    (found,) = capture.check(expect="boot.expect.toml")
+    assert found.code.startswith("EXP") and found.severity == "error" and "boot.expect.toml" in found.message
+    assert capture.gave(found)
+    assert canalyze.open(ABORTS).check(at_least="error") == canalyze.open(ABORTS).findings.at_least("error")
+    for name, said in (("wrong.expect.toml", "colours"), ("missing.toml", "missing")):
+        with pytest.raises(canalyze.ConfigError, match=said):
+            capture.check(expect=name)
+
+
+def test_findings_come_with_the_lines_that_led_to_them() -> None:
+    for finding in canalyze.open(ABORTS).findings.at_least("warning"):
+        assert finding.lines and finding.lines[-1].frame == finding.frame
+        assert all("  # " in line.text for line in finding.lines)
