@@ -91,7 +91,7 @@ def sections(
         if name.startswith("@py_assert") or re.search(rf"(?<![\w.]){re.escape(name)}\b", statement)
     ]
     everything = [value for one in failure.traceback for value in one.frame.f_locals.values()]
-    captures = list({id(one): one for one in [*opened, *everything] if isinstance(one, Capture)}.values())
+    captures = list({id(one): one for one in [*opened, *everything] if _is(one, Capture)}.values())
     return list(_sections(parts, captures, statement, words))
 
 
@@ -100,7 +100,7 @@ def _sections(parts: list[Any], captures: list[Capture], statement: str, words: 
     findings = _last(parts, Finding, Findings)
     transfers = _last(parts, Transfer, Transfers)
     signals = _last(parts, Signal, Series)
-    whole = next((one for one in parts if isinstance(one, Capture)), None)
+    whole = next((one for one in parts if _is(one, Capture)), None)
     if not (findings or transfers or signals) and whole is not None:
         # all(... for one in capture.transfers): pytest keeps no list of those.
         findings, transfers = _loaded(whole, transfers=".transfers" in statement)
@@ -119,10 +119,15 @@ def _sections(parts: list[Any], captures: list[Capture], statement: str, words: 
         yield words("test.signals"), _shown(blocks, signals[:1], captures, words)
 
 
+def _is(value: object, kind: type) -> bool:
+    """Tell what something is, not what it says it is: a mock of it has nothing to show."""
+    return issubclass(type(value), kind)
+
+
 def _last(parts: list[Any], one: type, several: type[Rows[Any]]) -> list[Any]:
     """Give the things of a kind, or those of the last list of them."""
-    single = {id(part): part for part in parts if isinstance(part, one)}
-    lists = [part for part in parts if isinstance(part, several)]
+    single = {id(part): part for part in parts if _is(part, one)}
+    lists = [part for part in parts if _is(part, several)]
     return list(single.values()) or (list(lists[-1]) if lists else [])
 
 

@@ -14,6 +14,7 @@ from typing import Any, Final
 
 import pytest
 
+from canalyze.library import shown_as
 from canalyze.words import Words
 
 FOLDER: Final = "__canalyze__"
@@ -41,12 +42,12 @@ class Snapshots:
     def compare(self, item: pytest.Item, text: str, name: str | None, words: Words) -> str | None:
         """Compare with the file, or write it; give what is wrong in words."""
         path = item.path.parent / FOLDER / f"{stem(item)}{'' if name is None else '.' + _safe(name)}.txt"
-        shown = _relative(path)
+        shown = shown_as(path)
         used = item.stash.setdefault(_KEY, {})
         if str(path) in used:
             return words("test.again", file=shown)
         used[str(path)] = False
-        test = "::".join([_relative(item.path), *item.nodeid.split("::")[1:]])
+        test = "::".join([shown_as(item.path), *item.nodeid.split("::")[1:]])
         command = f'python -m pytest "{test}" --canalyze-update'
         try:
             kept = path.read_text(encoding="utf-8") if path.exists() else None
@@ -110,7 +111,7 @@ class Snapshots:
         if self._written:
             terminalreporter.write_line(words("test.written", count=self._written))
         for path in self._orphans():
-            terminalreporter.write_line(words("test.orphan", file=_relative(path)))
+            terminalreporter.write_line(words("test.orphan", file=shown_as(path)))
 
     def _orphans(self) -> list[Path]:
         """Give the files that no test has, or that a test which passed has not asked for."""
@@ -160,8 +161,3 @@ def _safe(name: str) -> str:
     plain = re.sub(r"\[(.*)\]$", r"-\1", name)
     safe = re.sub(r"[^\w.-]", "_", plain)[:_LONGEST].rstrip(".")
     return safe if safe == plain else f"{safe}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
-
-
-def _relative(path: Path) -> str:
-    here = Path.cwd()
-    return str(path.relative_to(here)) if path.is_relative_to(here) else str(path)

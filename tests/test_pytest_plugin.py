@@ -24,7 +24,7 @@ def tests(pytester: pytest.Pytester) -> pytest.Pytester:
 def run(tests: pytest.Pytester, source: str, *args: str) -> pytest.RunResult:
     """Run a test file of this source."""
     (tests.path / "tests/test_it.py").write_text(source, encoding="utf-8")
-    return tests.runpytest_inprocess("-p", "no:cacheprovider", "-vv", *args)
+    return tests.runpytest_subprocess("-p", "no:cacheprovider", "-vv", *args)
 
 
 def test_captures_are_opened_beside_the_test(tests: pytest.Pytester) -> None:
@@ -80,6 +80,12 @@ def test_without_fixture():
 def test_other():
     assert [1, 2] == [1, 3]
 
+def test_mock(canalyze_open):
+    from unittest.mock import Mock
+    import canalyze
+    capture = Mock(spec=canalyze.Capture)
+    assert capture.findings == 1
+
 def test_long(canalyze_open):
     capture = canalyze_open("caps/sdo-abort.log")
     assert capture.transfers == capture.transfers[::-1]
@@ -88,7 +94,7 @@ def test_long(canalyze_open):
 
 def test_failures_show_annotated_lines(tests: pytest.Pytester) -> None:
     done = run(tests, FAILING)
-    done.assert_outcomes(failed=10)
+    done.assert_outcomes(failed=11)
     text = done.stdout.str()
     parts = {}
     for part in text.split("\n____")[1:]:

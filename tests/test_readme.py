@@ -47,10 +47,10 @@ def test_the_example_of_the_library_holds(boot: Path, monkeypatch: pytest.Monkey
 def test_the_example_of_pytest_holds(boot: Path, pytester: pytest.Pytester) -> None:
     (example,) = (example for example in EXAMPLES if "def test_" in example)
     (boot / "test_boot.py").write_text(example)
-    done = pytester.runpytest_inprocess("--canalyze-update", "-p", "no:cacheprovider", str(boot))
+    done = pytester.runpytest_subprocess("--canalyze-update", "-p", "no:cacheprovider", str(boot))
     done.assert_outcomes(passed=1)
     (boot / "test_boot.py").write_text(example + "    " + _failing() + "\n")
-    done = pytester.runpytest_inprocess("-p", "no:cacheprovider", str(boot))
+    done = pytester.runpytest_subprocess("-p", "no:cacheprovider", str(boot))
     done.assert_outcomes(failed=1)
     shown = README.split("shows the annotated lines that it is about:\n\n```\n")[1].split("```")[0]
     for line in shown.splitlines():
@@ -58,7 +58,7 @@ def test_the_example_of_pytest_holds(boot: Path, pytester: pytest.Pytester) -> N
 
 
 def _failing() -> str:
-    return re.findall(r"^>       (assert capture.+)$", README, flags=re.MULTILINE)[0]
+    return README.split("\n>       ")[1].split("\n")[0]
 
 
 def test_there_are_listings_in_both_languages() -> None:
