@@ -59,9 +59,7 @@ impl Output {
             Format::Signals => signals(false),
             Format::SignalsCsv => signals(true),
             Format::Summary => Form::Summary(Box::new(Summary::new(Arc::clone(&options.network)))),
-            Format::Records => {
-                Form::Records(Box::new(Summary::new(Arc::clone(&options.network))), Box::default())
-            }
+            Format::Records => Form::Records(Box::new(Summary::new(Arc::clone(&options.network))), Box::default()),
             Format::Info => Form::Info(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
             Format::Check => Form::Check(Box::default()),
@@ -235,7 +233,9 @@ impl Output {
     /// The capture, which has frames, is over.
     pub(super) fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>) {
         match &mut self.form {
-            Form::Summary(summary) | Form::Records(summary, _) if self.shown > 0 => jsonl::summary::write(out, view.jsonl, summary),
+            Form::Summary(summary) | Form::Records(summary, _) if self.shown > 0 => {
+                jsonl::summary::write(out, view.jsonl, summary)
+            }
             Form::Convert(writer) => writer.finish(out, view.writing),
             _ => {}
         }

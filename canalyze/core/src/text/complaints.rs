@@ -187,10 +187,14 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
     use crate::filter::{Mistake, SERVICES};
     match (lang, mistake) {
         (Lang::Zh, Mistake::Key(word)) => {
-            format!("过滤条件“{word}”无法识别: 应为 service= node= id= bus= t= frame= 之一, 例如 'service=sdo,emcy node=5'")
+            format!(
+                "过滤条件“{word}”无法识别: 应为 service= node= id= bus= t= frame= 之一, 例如 'service=sdo,emcy node=5'"
+            )
         }
         (Lang::En, Mistake::Key(word)) => {
-            format!("filter '{word}' is unknown: use service= node= id= bus= t= or frame=, as in 'service=sdo,emcy node=5'")
+            format!(
+                "filter '{word}' is unknown: use service= node= id= bus= t= or frame=, as in 'service=sdo,emcy node=5'"
+            )
         }
         (lang, Mistake::Value(key, value)) => {
             let allowed = match (lang, key.as_str()) {

@@ -42,7 +42,8 @@ use crate::text::{Lang, en, escape, zh};
 const NS: u64 = 1_000_000_000;
 
 /// NMT states (CiA 301 7.2.8.3.2) by the names that programs compare with.
-const STATES: [(u8, &str); 4] = [(0x00, "boot-up"), (0x04, "stopped"), (0x05, "operational"), (0x7F, "pre-operational")];
+const STATES: [(u8, &str); 4] =
+    [(0x00, "boot-up"), (0x04, "stopped"), (0x05, "operational"), (0x7F, "pre-operational")];
 
 /// Appends all records.
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
