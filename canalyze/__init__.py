@@ -6,18 +6,69 @@ imported when it is first asked for, so that the command can answer Ctrl-C from 
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from canalyze._core import Batch, Table
+    from canalyze.capture import Capture
     from canalyze.errors import CanalyzeError, ConfigError, CoreError, OutputError, ReaderGone, SourceError
+    from canalyze.event import Abort, Event, Frame, Note, Transfer
+    from canalyze.finding import Finding, Line
+    from canalyze.library import Options, open
+    from canalyze.node import Aborts, Emcy, Node, Nodes, Spread, StateChange
+    from canalyze.rows import Findings, Transfers
+    from canalyze.series import Series, Signal, Signals
 
 __version__ = "0.1.0"
-__all__ = ["CanalyzeError", "ConfigError", "CoreError", "OutputError", "ReaderGone", "SourceError", "__version__"]
+_FROM = {
+    "_core": ("Batch", "Table"),
+    "capture": ("Capture",),
+    "errors": ("CanalyzeError", "ConfigError", "CoreError", "OutputError", "ReaderGone", "SourceError"),
+    "event": ("Abort", "Event", "Frame", "Note", "Transfer"),
+    "finding": ("Finding", "Line"),
+    "library": ("Options", "open"),
+    "node": ("Aborts", "Emcy", "Node", "Nodes", "Spread", "StateChange"),
+    "rows": ("Findings", "Transfers"),
+    "series": ("Series", "Signal", "Signals"),
+}
+__all__ = [
+    "Abort",
+    "Aborts",
+    "Batch",
+    "CanalyzeError",
+    "Capture",
+    "ConfigError",
+    "CoreError",
+    "Emcy",
+    "Event",
+    "Finding",
+    "Findings",
+    "Frame",
+    "Line",
+    "Node",
+    "Nodes",
+    "Note",
+    "Options",
+    "OutputError",
+    "ReaderGone",
+    "Series",
+    "Signal",
+    "Signals",
+    "SourceError",
+    "Spread",
+    "StateChange",
+    "Table",
+    "Transfer",
+    "Transfers",
+    "__version__",
+    "open",
+]
 
 
 def __getattr__(name: str) -> object:
-    if name not in __all__:
+    module = next((module for module, names in _FROM.items() if name in names), None)
+    if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from canalyze import errors
+    import importlib
 
-    value: object = getattr(errors, name)
+    value: object = getattr(importlib.import_module(f"{__name__}.{module}"), name)
     globals()[name] = value
     return value
 

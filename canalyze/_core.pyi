@@ -4,7 +4,7 @@ Words in the core's output are in the session's language; nothing here raises on
 """
 
 from collections.abc import Mapping, Sequence
-from typing import final
+from typing import Any, final
 
 __version__: str
 
@@ -13,6 +13,9 @@ FORMATS: list[str]
 
 WRITERS: list[str]
 """Names of the formats that the core writes: those of `convert --to`."""
+
+TABLES: list[str]
+"""Names of the tables of columns that a session builds; `pdo` stands for those of all PDOs."""
 
 @final
 class Dictionary:
@@ -114,6 +117,7 @@ class Session:
         decoded: bool = False,
         mcap_fd_schema: str = "ros2",
         mcap_archive: bool = False,
+        tables: Sequence[str] = (),
         expectations: Expectations | None = None,
     ) -> None:
         """Start a capture.
@@ -123,21 +127,25 @@ class Session:
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
         summary (JSON lines, one object a record, all of them from finish()) |
         observed (the lines of transfers as they end; from finish() those of summary, then observed_...) |
+        lines (JSON lines of `line`: what text has of each frame, with its number) |
+        records (JSON lines: transfers and findings as they come, and what summary has from finish()) |
         info (JSON lines, one object a file, from its end(); nothing is decoded) |
         check (JSON lines of findings only, with `lines`, the annotated lines that led to each) |
+        columns (tables, taken with batches(); nothing comes out as bytes) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.
         time: None (as they came) or one of a d z A n.
         filter: the expression of --filter.
         network: what is known of the network before its capture is read.
-        select: the globs of --select; signals and signals-csv only.
+        select: the globs of --select; signals, signals-csv and columns only.
         topics: globs of the topics that are read of an MCAP file; none: all.
         time_source: stamp | publish | log, the time of its messages; None: found out for each topic.
         mcap_maps: fields of its messages, each `topic=/x,id=can_id,data=payload` as in --mcap-map.
         to: one of WRITERS; convert only.
         decoded: topics of what the frames mean as well, where the format has such.
         mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
+        tables: which of TABLES are built; columns only.
         expectations: what the capture is held against; what does not hold is a finding like others.
         ValueError (one line, in the session's language) for a value that is none of these or a filter or map that
         cannot be read.
@@ -174,6 +182,14 @@ class Session:
         """
     def finish(self) -> bytes:
         """The capture is over: transfers still open, and what else is said at the end."""
+    def batches(self, flush: bool = False) -> list[tuple[str, Batch]]:
+        """With columns: the batches that were completed since the last call, each with the name of its table.
+
+        A batch ends after 65,536 rows or 16 MiB of text and data, those of PDOs also where all of them together would
+        take more than 64 MiB. flush: those that run end now (live sources). After finish(): all of them, and of each
+        table but those of PDOs that had none, one without rows, for its columns. Taken after each feed, memory does
+        not grow with the capture.
+        """
     def contents(self) -> str:
         """What is known of the current or last file beyond its frames: a JSON object.
 
@@ -201,6 +217,58 @@ class Session:
     @property
     def file_frames(self) -> int:
         """Frames read so far in the file that was fed or ended last."""
+
+@final
+class Batch:
+    """Rows of one table of columns, as Arrow's PyCapsule interface hands them over; it outlives its session.
+
+    `render/columns/mod.rs` of the core lists the tables with their columns. `pyarrow.record_batch(batch)`,
+    `polars.DataFrame(batch)` and the like take it as it is, without a copy.
+    """
+
+    @property
+    def name(self) -> str:
+        """The table: one of TABLES, or `pdo/BUS/NODE.PDO/VERSION`, `pdo/NODE.PDO/VERSION` on a bus without a name."""
+    @property
+    def num_rows(self) -> int:
+        """Rows."""
+    @property
+    def column_names(self) -> list[str]:
+        """Names of the columns, in order."""
+    @property
+    def metadata(self) -> dict[str, str]:
+        """Of the schema: `table`, its name; of those of PDOs also bus, node, pdo, version and lang."""
+    def __len__(self) -> int: ...
+    def column(self, name: str) -> list[Any]:
+        """The values of a column as int, float, str, bytes, bool, lists of these, or None. KeyError: there is none."""
+    def __arrow_c_array__(self, requested_schema: object | None = None) -> tuple[object, object]: ...
+    def __arrow_c_schema__(self) -> object: ...
+
+@final
+class Table:
+    """Batches of one table, as a stream for Arrow's readers: `pyarrow.table(table)`, `polars.DataFrame(table)`."""
+
+    def __init__(self, batches: Sequence[Batch]) -> None:
+        """Put them together, in this order. ValueError: there is none, or they are not all of one table."""
+    @property
+    def name(self) -> str:
+        """As that of its batches."""
+    @property
+    def num_rows(self) -> int:
+        """Rows of all batches."""
+    @property
+    def column_names(self) -> list[str]:
+        """As those of its batches."""
+    @property
+    def metadata(self) -> dict[str, str]:
+        """As that of its batches."""
+    def __len__(self) -> int: ...
+    def batches(self) -> list[Batch]:
+        """Give them one by one."""
+    def column(self, name: str) -> list[Any]:
+        """The values of a column, of all batches. KeyError: there is none."""
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+    def __arrow_c_schema__(self) -> object: ...
 
 @final
 class Rule:

@@ -6,6 +6,7 @@ The core and python-canopen are imported only where something is known, and wher
 import os
 import shlex
 from collections import Counter
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from canalyze.errors import ConfigError, SourceError
@@ -21,11 +22,13 @@ Carrier = tuple[str | None, int]
 """Bus (None is every bus) and node-ID."""
 
 
-def network(filed: Known, given: Known, words: Words | None) -> "_core.Network | None":
+def network(
+    filed: Known, given: Known, words: Words | None, say: Callable[[str], None] = complain
+) -> "_core.Network | None":
     """Give what the core is to know, None for nothing; `given` (options) overrules `filed` (canalyze.toml).
 
-    words: what is odd about a description is said in them; None: it was said before. SourceError and ConfigError for a
-    description that cannot be used; ValueError is the core's.
+    words: what is odd about a description is said in them, a line each to `say`; None: it was said before. SourceError
+    and ConfigError for a description that cannot be used; ValueError is the core's.
     """
     known = filed.overruled(given)
     if known == Known():
@@ -40,7 +43,7 @@ def network(filed: Known, given: Known, words: Words | None) -> "_core.Network |
 
         for file in dict.fromkeys(carried.values()):
             if words is not None:
-                _say(read[file], [node for (_, node), other in carried.items() if other == file], words)
+                _say(read[file], [node for (_, node), other in carried.items() if other == file], words, say)
             tables[file] = flat(read[file])
     return _core.Network(
         descriptions=[(_name(bus), node, tables[file]) for (bus, node), file in carried.items()],
@@ -86,14 +89,14 @@ def _among(chosen: frozenset[Carrier], bus: str | None, node: int) -> bool:
     return (None, node) in chosen or (bus, node) in chosen
 
 
-def _say(found: "Dictionary", nodes: list[int], words: Words) -> None:
+def _say(found: "Dictionary", nodes: list[int], words: Words, say: Callable[[str], None]) -> None:
     """Say what a user should know of a file: once, in a line each."""
     from canalyze.dictionary.model import EFFECTS
 
     others = sorted({node for node in nodes if node != found.node})
     if found.form == "dcf" and found.node is not None and others:
         shown = ", ".join(map(str, others))
-        complain(f"canalyze: {words('network.other_node', name=found.file, own=found.node, nodes=shown)}")
+        say(f"canalyze: {words('network.other_node', name=found.file, own=found.node, nodes=shown)}")
     effects: Counter[str] = Counter()
     for defect in found.defects:
         if defect.code == "more":  # stands for many that are not listed
@@ -103,7 +106,7 @@ def _say(found: "Dictionary", nodes: list[int], words: Words) -> None:
     facts = {effect: effects[effect] for effect in ("repaired", "unused")}
     if any(facts.values()):
         command = f"canalyze eds {shlex.quote(found.file)}"
-        complain(f"canalyze: {words('network.defects', name=found.file, **facts, command=command)}")
+        say(f"canalyze: {words('network.defects', name=found.file, **facts, command=command)}")
 
 
 def _name(bus: str | None) -> str | None:

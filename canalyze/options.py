@@ -118,6 +118,8 @@ def capture_options(words: Words) -> list[click.Parameter]:
 
 def reading_options(words: Words) -> list[click.Parameter]:
     """Give how captures are read, whatever becomes of them."""
+    from canalyze.sources.format import input_formats
+
     return [
         click.Option(["--filter", "expression"], metavar="EXPR", help=words("opt.filter")),
         click.Option(
@@ -140,14 +142,6 @@ def topic_options(words: Words) -> list[click.Parameter]:
         click.Option(["--time-source"], type=OneOf(("stamp", "publish", "log"), words), help=words("opt.time_source")),
         click.Option(["--mcap-map"], metavar="KEY=FIELD,...", multiple=True, help=words("opt.mcap_map")),
     ]
-
-
-def input_formats() -> tuple[str, ...]:
-    """Give the names of the formats that can be read."""
-    from canalyze._core import FORMATS
-    from canalyze.sources.format import BRIDGED
-
-    return (*FORMATS, *BRIDGED)
 
 
 def network_options(words: Words) -> list[click.Parameter]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+pytest_plugins = ["pytester"]
 pytest.register_assert_rewrite("reader_suite", "capture_frames")
 
 NOTES = """\

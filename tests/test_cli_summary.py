@@ -37,7 +37,18 @@ KEYS = {
     "summary_sync": {"kind", "bus", "frames", "period", "counted", "counter_min", "counter_max", "counter_jumps"},
     "summary_node": {
         *("kind", "bus", "node", "name", "name_from", "frames", "sent", "tpdo", "rpdo", "tpdo_rate", "rpdo_rate"),
-        *("state", "state_text", "changes", "states", "boot_ups", "error_control", "heartbeats", "heartbeat", "sdo"),
+        *(
+            "state",
+            "state_text",
+            "state_name",
+            "changes",
+            "states",
+            "boot_ups",
+            "error_control",
+            "heartbeats",
+            "heartbeat",
+            "sdo",
+        ),
         *("response", "aborts", "emcys", "emcy"),
     },
     "summary_pdo": {
@@ -52,7 +63,7 @@ KEYS = {
 INNER = {
     ("summary_bus", "burst"): {"frames", "length_us", "first_frame"},
     ("summary_sync", "period"): SPREAD | {"p99_us"},
-    ("summary_node", "states"): {"state", "text", "t", "frame", "commanded"},
+    ("summary_node", "states"): {"state", "text", "name", "t", "frame", "commanded"},
     ("summary_node", "heartbeat"): SPREAD,
     ("summary_node", "response"): SPREAD | {"p99_us"},
     ("summary_node", "sdo"): {"transfers", "ok", "aborted", "failed", "incomplete"},

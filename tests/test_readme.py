@@ -26,6 +26,41 @@ def test_listings_are_the_programs_own(listing: str) -> None:
         assert part in said
 
 
+EXAMPLES = re.findall(r"^```python\n(.+?)^```$", README, flags=re.DOTALL | re.MULTILINE)
+
+
+@pytest.fixture
+def boot(tmp_path: Path) -> Path:
+    """Give a folder with the files that the examples name."""
+    (tmp_path / "boot.log").write_bytes((SAMPLES / "network/sync-and-pdos.log").read_bytes())
+    (tmp_path / "drive.eds").write_bytes((ROOT / "eds/drive.eds").read_bytes())
+    (tmp_path / "boot.expect.toml").write_text('[[sdo]]\nnode = 5\nobject = "1017:00"\nvalue = 100\n')
+    return tmp_path
+
+
+def test_the_example_of_the_library_holds(boot: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (example,) = (example for example in EXAMPLES if "import canalyze" in example)
+    monkeypatch.chdir(boot)
+    exec(example, {})
+
+
+def test_the_example_of_pytest_holds(boot: Path, pytester: pytest.Pytester) -> None:
+    (example,) = (example for example in EXAMPLES if "def test_" in example)
+    (boot / "test_boot.py").write_text(example)
+    done = pytester.runpytest_subprocess("--canalyze-update", "-p", "no:cacheprovider", str(boot))
+    done.assert_outcomes(passed=1)
+    (boot / "test_boot.py").write_text(example + "    " + _failing() + "\n")
+    done = pytester.runpytest_subprocess("-p", "no:cacheprovider", str(boot))
+    done.assert_outcomes(failed=1)
+    shown = README.split("shows the annotated lines that it is about:\n\n```\n")[1].split("```")[0]
+    for line in shown.splitlines():
+        assert line.strip(" >-") in done.stdout.str()
+
+
+def _failing() -> str:
+    return README.split("\n>       ")[1].split("\n")[0]
+
+
 def test_there_are_listings_in_both_languages() -> None:
     assert len(LISTINGS) == 4
 

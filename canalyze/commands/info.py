@@ -11,7 +11,6 @@ from canalyze.options import (
     CaptureOptions,
     OneOf,
     format_option,
-    input_formats,
     inputs,
     open_session,
     output_options,
@@ -25,6 +24,7 @@ from canalyze.words import Words
 
 def command(words: Words) -> click.Command:
     """Build the command in one language."""
+    from canalyze.sources.format import input_formats
 
     def run(files: tuple[str, ...], form: str, output: str | None, force: bool, **given: Unpack[CaptureOptions]) -> int:
         from canalyze.reports.info_text import show

@@ -22,9 +22,9 @@ STDIN: Final = "-"
 class Source:
     """An open file; a context manager."""
 
-    def __init__(self, name: str) -> None:
-        """Open `name` ('-' is standard input, called stdin); SourceError if that cannot be."""
-        self.name = "stdin" if name == STDIN else name
+    def __init__(self, name: str, shown: str | None = None) -> None:
+        """Open `name` ('-' is standard input, called stdin); SourceError if that cannot be. shown: for people."""
+        self.name = shown or ("stdin" if name == STDIN else name)
         self._name = name
         self.taken = 0
         """Bytes read so far."""

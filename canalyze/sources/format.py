@@ -23,6 +23,13 @@ _SIGN: Final = 6
 """Bytes that tell a compression, whatever they are."""
 
 
+def input_formats() -> tuple[str, ...]:
+    """Give the names of the formats that can be read."""
+    from canalyze._core import FORMATS
+
+    return (*FORMATS, *BRIDGED)
+
+
 class _PutBack:
     """A layer with the bytes that were looked at before it again."""
 
@@ -151,14 +158,14 @@ class Capture:
         self._source.close()
 
 
-def open_capture(name: str, asked: str | None = None) -> "Capture | PythonCanCapture":
+def open_capture(name: str, asked: str | None = None, shown: str | None = None) -> "Capture | PythonCanCapture":
     """Open the input of that name ('-' is standard input) and find out what it is; SourceError if that cannot be.
 
-    asked: the format that the user says it has, or that what is compressed in it has.
+    asked: the format that the user says it has, or that what is compressed in it has. shown: its name for people.
     """
     from canalyze._core import FORMATS
 
-    source = Source(name)
+    source = Source(name, shown)
     try:
         opened = Opened(source)
         form = opened.told(asked)

@@ -75,6 +75,11 @@ impl Bus {
         self.checks.sync_statistics()
     }
 
+    /// The SYNC cycle that runs; 0 before the first.
+    pub fn sync_cycle(&self) -> u64 {
+        self.checks.sync_cycle()
+    }
+
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
     /// from it.
     pub fn step(&mut self, frame: &Frame, cx: &mut Context<'_>) {

@@ -1,6 +1,6 @@
 //! The expression of `--filter`: which frames are shown. State still sees every frame.
 //!
-//! `service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5`: a blank is "and", a comma is "or". It only compares
+//! `service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5 frame=10-20`: a blank is "and", a comma is "or". It only compares
 //! what a frame and its own event say; it must not decode.
 
 use crate::frame::{Buses, Frame, Kind};
@@ -54,6 +54,8 @@ enum Clause {
     Bus(Vec<String>),
     /// Seconds in ns, both ends inclusive.
     Time(Vec<(i64, i64)>),
+    /// Numbers in the capture, from 1.
+    Number(Vec<(u32, u32)>),
 }
 
 /// Why an expression is no filter.
@@ -85,6 +87,9 @@ impl Filter {
                 "id" => Clause::Id(each.map(|v| range(v, 16).ok_or_else(|| wrong(v))).collect::<Result<_, _>>()?),
                 "bus" if values.is_empty() => return Err(wrong(values)),
                 "bus" => Clause::Bus(each.map(str::to_owned).collect()),
+                "frame" => {
+                    Clause::Number(each.map(|v| range(v, 10).ok_or_else(|| wrong(v))).collect::<Result<_, _>>()?)
+                }
                 "t" => Clause::Time(each.map(|v| span(v).ok_or_else(|| wrong(v))).collect::<Result<_, _>>()?),
                 _ => return Err(Mistake::Key(word.into())),
             });
@@ -114,6 +119,12 @@ impl Filter {
                 (Some(first), Some(last)) => spans.iter().any(|span| overlaps(*span, first, last, clock)),
                 _ => false,
             },
+            Clause::Number(ranges) => {
+                let meets = |(from, to): &(u32, u32)| {
+                    u64::from(*from) <= transfer.last.no && transfer.first.no <= u64::from(*to)
+                };
+                ranges.iter().any(meets)
+            }
         })
     }
 
@@ -125,6 +136,7 @@ impl Filter {
             Clause::Id(ranges) => frame.kind != Kind::Error && within(ranges, frame.id.raw()),
             Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == buses.name(frame.bus)),
             Clause::Time(spans) => frame.t_ns.is_some_and(|t| spans.iter().any(|span| overlaps(*span, t, t, clock))),
+            Clause::Number(ranges) => u32::try_from(frame.no).is_ok_and(|number| within(ranges, number)),
         })
     }
 }
@@ -186,11 +198,13 @@ mod tests {
         let mut frame = Frame::classic(CanId::standard(0x185), &[0; 8]);
         frame.bus = buses.intern(b"can1");
         frame.t_ns = Some(2_500_000_000);
+        frame.no = 12;
         let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, "pdo", Some(5), &buses, Clock::default());
         for yes in ["", "service=sdo,pdo", "node=5", "node=1-9", "id=185", "id=180-1FF", "id=0x185", "bus=can0,can1"] {
             assert!(shows(yes), "{yes}");
         }
         assert!(shows("t=1.0..2.5") && shows("t=2.5..") && shows("service=pdo node=5 bus=can1 t=..3"));
+        assert!(shows("frame=12") && shows("frame=1,10-12") && !shows("frame=13-20"));
         for no in ["service=sdo", "node=6", "id=205", "bus=can0", "t=2.6..3", "service=pdo node=6"] {
             assert!(!shows(no), "{no}");
         }
@@ -221,6 +235,7 @@ mod tests {
             ("node=x", Mistake::Value("node".into(), "x".into())),
             ("id=1FF-180", Mistake::Value("id".into(), "1FF-180".into())),
             ("t=1", Mistake::Value("t".into(), "1".into())),
+            ("frame=20-10", Mistake::Value("frame".into(), "20-10".into())),
             ("bus=", Mistake::Value("bus".into(), String::new())),
         ] {
             assert_eq!(Filter::parse(text).unwrap_err(), mistake, "{text}");

@@ -7,7 +7,7 @@
 //!    opening or reading a file can fail.
 //! 3. No word for people outside `text/`; no protocol knowledge in Python.
 //! 4. Every finding names a frame. A transfer cut by the edge of the capture is incomplete, never a violation.
-//! 5. Only `python.rs` knows Python. Python objects never cross per frame on the file path.
+//! 5. Only `python` knows Python. Python objects never cross per frame on the file path.
 //! 6. Memory is bounded whatever the input: at most 64 buses; per transfer a stated part is kept, length and
 //!    CRC run on. A claimed size allocates nothing.
 //! 7. Nothing is dropped in silence: unreadable lines, error frames, foreign identifiers and gaps are counted

@@ -136,6 +136,11 @@ impl Checks {
         self.sync.statistics()
     }
 
+    /// The SYNC cycle that runs; 0 before the first.
+    pub fn sync_cycle(&self) -> u64 {
+        self.sync.cycle()
+    }
+
     /// The NMT state of a node, where it is known.
     pub fn state(&self, node: u8) -> Option<u8> {
         self.nodes.state(node)

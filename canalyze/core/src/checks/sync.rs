@@ -141,6 +141,11 @@ impl Sync {
         }
     }
 
+    /// The cycle that runs; 0 before the first.
+    pub fn cycle(&self) -> u64 {
+        self.beat.cycle()
+    }
+
     /// Where a PDO stands in its SYNC cycle, if it is a synchronous one.
     pub fn place(&self, node: u8, pdo: Option<&Pdo>, frame: &Frame) -> Option<Placement> {
         let pdo = pdo.filter(|pdo| pdo.transmission.is_some_and(|(kind, _)| synchronous(kind)))?;

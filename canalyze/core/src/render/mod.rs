@@ -2,7 +2,9 @@
 //!
 //! It must not decide or count anything, and holds no words of its own: those come from `text`.
 
+pub mod columns;
 pub mod jsonl;
 mod number;
+mod selection;
 pub mod signals;
 pub mod text;

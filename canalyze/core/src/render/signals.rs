@@ -23,6 +23,7 @@ use std::sync::Arc;
 
 use super::jsonl::{self, Setting};
 use super::number::{self, Shape};
+use super::selection::{Chosen, Selection, Whose};
 use crate::configuration::Provenance;
 use crate::event::{Addressed, Event, Signals as Content, What};
 use crate::frame::Frame;
@@ -33,46 +34,20 @@ use crate::text::{Lang, escape, signal};
 
 /// The columns of CSV.
 const HEAD: &str = "t,frame,bus,node,pdo,signal,value,raw,unit,provenance,object\n";
-/// Mappings whose selection is remembered at most.
-const REMEMBERED: usize = 4096;
 
 /// The renderer.
 #[derive(Debug)]
 pub struct Signals {
     lang: Lang,
     csv: bool,
-    select: Select,
     headed: bool,
-    /// Which entries of a mapping are selected, and their names: found once a mapping, PDO and node.
-    chosen: Vec<Chosen>,
-}
-
-/// The PDO that a signal is in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Whose {
-    transmit: bool,
-    number: u16,
-    node: u8,
-}
-
-impl Whose {
-    fn names(self, mapped: &Mapped) -> Vec<String> {
-        signal::names(self.transmit, self.number, self.node, mapped)
-    }
-}
-
-#[derive(Debug)]
-struct Chosen {
-    mapping: Arc<Mapping>,
-    whose: Whose,
-    /// Place of each selected entry, and its name as it is written.
-    entries: Vec<(usize, Vec<u8>)>,
+    selection: Selection,
 }
 
 impl Signals {
     /// A renderer at the beginning of a capture.
     pub fn new(lang: Lang, csv: bool, select: Select) -> Self {
-        Self { lang, csv, select, headed: false, chosen: Vec::new() }
+        Self { lang, csv, headed: false, selection: Selection::new(lang, select) }
     }
 
     /// Appends the rows of a frame.
@@ -104,7 +79,7 @@ impl Signals {
         from: Provenance,
     ) {
         let (lang, csv) = (self.lang, self.csv);
-        for (place, name) in self.chosen(whose, mapping) {
+        for Chosen { place, name, .. } in self.selection.of(whose, mapping) {
             let Some(mapped) = mapping.entries.get(*place) else { continue };
             if csv {
                 row(out, setting, frame, whose, mapping, mapped, name, from);
@@ -118,7 +93,7 @@ impl Signals {
     fn multiplexed(&self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, data: &Addressed) {
         let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
         let mapping = &data.mapping;
-        for (place, name) in self.choose(whose, mapping) {
+        for Chosen { place, name, .. } in self.selection.choose(whose, mapping) {
             let Some(mapped) = mapping.entries.get(place) else { continue };
             if self.csv {
                 row(out, setting, frame, whose, mapping, mapped, &name, data.from);
@@ -126,33 +101,6 @@ impl Signals {
                 line(out, self.lang, setting, frame, whose, mapping, mapped, &name, data.from);
             }
         }
-    }
-
-    fn chosen(&mut self, whose: Whose, mapping: &Arc<Mapping>) -> &[(usize, Vec<u8>)] {
-        let known = self.chosen.iter().position(|one| Arc::ptr_eq(&one.mapping, mapping) && one.whose == whose);
-        let place = known.unwrap_or_else(|| {
-            if self.chosen.len() >= REMEMBERED {
-                self.chosen.clear();
-            }
-            let entries = self.choose(whose, mapping);
-            self.chosen.push(Chosen { mapping: Arc::clone(mapping), whose, entries });
-            self.chosen.len() - 1
-        });
-        // The one just used is likely to be used again soon: frames of few PDOs make a capture.
-        self.chosen.swap(0, place);
-        self.chosen.first().map_or(&[], |one| &one.entries)
-    }
-
-    fn choose(&self, whose: Whose, mapping: &Mapping) -> Vec<(usize, Vec<u8>)> {
-        let mut entries = Vec::new();
-        for (place, mapped) in mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy) {
-            let mut shown = Vec::new();
-            signal::name(&mut shown, self.lang, mapped);
-            if self.select.is_everything() || self.select.takes(whose.names(mapped).iter().map(String::as_str)) {
-                entries.push((place, shown));
-            }
-        }
-        entries
     }
 }
 
@@ -164,7 +112,7 @@ fn row(
     whose: Whose,
     mapping: &Mapping,
     mapped: &Mapped,
-    name: &[u8],
+    name: &str,
     from: Provenance,
 ) {
     if frame.t_ns.is_some() {
@@ -177,7 +125,7 @@ fn row(
     put!(out; ",", frame.no, ",");
     cell(out, setting.buses.name(frame.bus));
     put!(out; ",", whose.node, if whose.transmit { ",TPDO" } else { ",RPDO" }, whose.number, ",");
-    cell(out, name);
+    cell(out, name.as_bytes());
     put!(out; ",");
     bare(out, |out| number::value(out, mapping, mapped, frame.payload()));
     put!(out; ",");
@@ -222,7 +170,7 @@ fn line(
     whose: Whose,
     mapping: &Mapping,
     mapped: &Mapped,
-    name: &[u8],
+    name: &str,
     from: Provenance,
 ) {
     put!(out; "{\"kind\":\"signal\",\"t\":");
@@ -235,7 +183,7 @@ fn line(
     jsonl::name_or_null(out, setting.buses.name(frame.bus));
     put!(out; ",\"node\":", whose.node, if whose.transmit { ",\"pdo\":\"TPDO" } else { ",\"pdo\":\"RPDO" }, whose.number);
     put!(out; "\",\"index\":\"", Hex::<4>(u64::from(mapped.index)), "\",\"sub\":", mapped.sub, ",\"signal\":");
-    escape::json(out, name);
+    escape::json(out, name.as_bytes());
     put!(out; ",\"value\":");
     jsonl::marked(out, |out| number::value(out, mapping, mapped, frame.payload()));
     put!(out; ",\"raw\":");

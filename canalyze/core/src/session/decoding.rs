@@ -136,6 +136,11 @@ impl Decoding {
         self.events.clear();
     }
 
+    /// The SYNC cycle that runs on a bus; 0 before the first.
+    pub(super) fn sync_cycle(&self, bus: BusId) -> u64 {
+        self.state.get(usize::from(bus.0)).map_or(0, Bus::sync_cycle)
+    }
+
     /// Descriptions of nodes that are not in the capture, by file: a number was mistyped, or the capture is another
     /// one.
     pub(super) fn absent(&self, buses: &Buses) -> BTreeMap<&str, Vec<u8>> {

@@ -22,6 +22,7 @@ use crate::network::Network;
 use crate::readers::candump::Stamps;
 use crate::readers::mcap::Choice;
 use crate::readers::{Contents, Damage, Format as Input, Item, Marker, Reader, Settings};
+use crate::render::columns::{self, Batch};
 use crate::render::jsonl;
 use crate::render::text::Time;
 use crate::select::Select;
@@ -48,12 +49,18 @@ pub enum Format {
     Summary,
     /// JSON lines of what expectations can be written from: transfers as they end, then figures.
     Observed,
+    /// JSON lines: the annotated lines of [`Format::Text`], each with the number of its frame.
+    Lines,
+    /// JSON lines of SDO transfers and findings as they come, and the figures at the end.
+    Records,
     /// JSON lines of what each file is, one a file; nothing is decoded.
     Info,
     /// The frames themselves, in another capture format.
     Convert(writers::Format),
     /// JSON lines of findings only, each with the annotated lines that led to it.
     Check,
+    /// Tables of columns: nothing comes out as bytes, batches are taken with [`Session::take_batches`].
+    Columns,
 }
 
 /// How a capture is read and shown.
@@ -79,6 +86,8 @@ pub struct Options {
     pub network: Arc<Network>,
     /// Which signals are listed.
     pub select: Select,
+    /// Which tables of columns are built.
+    pub tables: Vec<columns::Name>,
     /// How the format that is written is written.
     pub writing: writers::Settings,
     /// What is expected of the capture.
@@ -273,6 +282,12 @@ impl Session {
         std::mem::take(&mut self.stream.capture.complaints)
     }
 
+    /// Batches of the tables since the last call: those that are complete, after [`Session::finish`] all. `flush`:
+    /// those that run end now.
+    pub fn take_batches(&mut self, flush: bool) -> Vec<Batch> {
+        self.stream.output.take_batches(flush)
+    }
+
     /// Bytes of transfers since the last call.
     pub fn take_extracted(&mut self) -> Vec<Extracted> {
         std::mem::take(&mut self.stream.decoding.extracted)
@@ -315,6 +330,9 @@ impl Stream {
     fn frame(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
         self.capture.place(&mut frame);
         self.decoding.step(&frame, buses);
+        if self.output.wants_cycle() {
+            self.output.cycle = self.decoding.sync_cycle(frame.bus);
+        }
         self.output.frame(out, self.capture.view(buses), &frame, &mut self.decoding.events);
         self.decoding.clear(buses);
     }
@@ -365,6 +383,7 @@ impl Stream {
             self.capture.finish(self.decoding.absent(buses), self.output.is_idle());
             self.output.finish(out, self.capture.view(buses));
         }
+        self.output.close(buses);
     }
 
     fn tell(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {

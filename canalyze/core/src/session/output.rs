@@ -11,9 +11,10 @@ use crate::event::{Event, What};
 use crate::expectation::observed::Observed;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
-use crate::frame::Frame;
+use crate::frame::{Buses, Frame};
 use crate::info::Info;
 use crate::readers::Marker;
+use crate::render::columns::{Batch, Columns, Seen};
 use crate::render::jsonl;
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
@@ -28,20 +29,25 @@ pub(super) struct Output {
     filter: Filter,
     /// Frames or transfers that passed it.
     shown: u64,
+    /// The SYNC cycle that runs on the bus of the frame at hand; only set where [`Output::wants_cycle`].
+    pub(super) cycle: u64,
 }
 
 /// The formats, each with what it keeps from line to line.
 #[derive(Debug)]
 pub(super) enum Form {
     Text(Lines),
+    Lines(Lines),
     Jsonl,
     Transfers,
     Signals(Signals),
     Summary(Box<Summary>),
     Observed(Box<(Summary, Observed)>),
+    Records(Box<Summary>, Box<Trail>),
     Info(Box<Info>),
     Convert(Box<Writer>),
     Check(Box<Trail>),
+    Columns(Box<Columns>),
 }
 
 impl Output {
@@ -49,6 +55,7 @@ impl Output {
         let signals = |csv| Form::Signals(Signals::new(options.lang, csv, options.select.clone()));
         let form = match options.format {
             Format::Text => Form::Text(Lines::new(options.lang, options.depth, options.time)),
+            Format::Lines => Form::Lines(Lines::new(options.lang, options.depth, options.time)),
             Format::Jsonl => Form::Jsonl,
             Format::Transfers => Form::Transfers,
             Format::Signals => signals(false),
@@ -57,16 +64,28 @@ impl Output {
             Format::Observed => {
                 Form::Observed(Box::new((Summary::new(Arc::clone(&options.network)), Observed::default())))
             }
+            Format::Records => Form::Records(Box::new(Summary::new(Arc::clone(&options.network))), Box::default()),
             Format::Info => Form::Info(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
             Format::Check => Form::Check(Box::default()),
+            Format::Columns => Form::Columns(Box::new(Columns::new(options.lang, &options.select, &options.tables))),
         };
-        Self { form, filter: options.filter.clone(), shown: 0 }
+        Self { form, filter: options.filter.clone(), shown: 0, cycle: 0 }
     }
 
     /// Nobody asks what frames mean.
     pub(super) fn is_blind(&self) -> bool {
         matches!(&self.form, Form::Convert(writer) if self.filter.is_plain() && !writer.wants_events())
+    }
+
+    /// Whether it asks which SYNC cycle runs.
+    pub(super) fn wants_cycle(&self) -> bool {
+        matches!(self.form, Form::Columns(_))
+    }
+
+    /// The batches that are complete; `flush`: those that run end now.
+    pub(super) fn take_batches(&mut self, flush: bool) -> Vec<Batch> {
+        if let Form::Columns(columns) = &mut self.form { columns.take(flush) } else { Vec::new() }
     }
 
     /// A filter has let nothing through.
@@ -100,22 +119,39 @@ impl Output {
 
     /// A frame with what follows from it, if the filter lets it through. What keeps a frame's own event takes it.
     pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &mut Vec<Event>) {
+        if let Form::Transfers | Form::Records(..) = self.form {
+            self.transfers(out, view, events);
+        }
         if let Form::Transfers = self.form {
-            return self.transfers(out, view, events);
+            return;
         }
         let (service, node) = service(events);
         let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
-        if let Form::Check(trail) = &mut self.form {
+        self.shown += u64::from(shown);
+        if let Form::Records(summary, _) = &mut self.form
+            && shown
+        {
+            summary.frame(frame, events);
+        }
+        if let Form::Check(trail) | Form::Records(_, trail) = &mut self.form {
             trail.push(frame, (!events.is_empty()).then(|| events.remove(0)));
+        }
+        if let Form::Columns(columns) = &mut self.form {
+            let seen = Seen { service: (service, node), cycle: self.cycle, shown, setting: view.jsonl };
+            columns.frame(seen, frame, events);
+            return self.transfers(out, view, events);
         }
         if !shown {
             return;
         }
-        self.shown += 1;
         match &mut self.form {
             Form::Text(lines) => {
                 lines.date_ns = view.writing.date_ns;
                 lines.frame(out, frame, events, view.buses);
+            }
+            Form::Lines(lines) => {
+                lines.date_ns = view.writing.date_ns;
+                jsonl::line(out, frame.no, |text| lines.frame(text, frame, events, view.buses));
             }
             Form::Jsonl => jsonl::frame(out, view.jsonl, frame, events),
             Form::Signals(signals) => signals.frame(out, view.jsonl, frame, events),
@@ -130,13 +166,17 @@ impl Output {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
             }
-            Form::Check(trail) => findings(out, view, trail, events, |_, _| true),
-            Form::Transfers | Form::Info(_) => {}
+            Form::Check(trail) | Form::Records(_, trail) => findings(out, view, trail, events, |_, _| true),
+            Form::Transfers | Form::Info(_) | Form::Columns(_) => {}
         }
     }
 
     /// What belongs to no frame at hand.
     pub(super) fn aside(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
+        if let Form::Records(summary, _) = &mut self.form {
+            summary.asides(events);
+            self.transfers(out, view, events);
+        }
         match &mut self.form {
             Form::Text(lines) => lines.end(out, events),
             Form::Jsonl => jsonl::asides(out, view.jsonl, events),
@@ -147,7 +187,7 @@ impl Output {
                 ended(out, view, events);
             }
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
-            Form::Check(trail) => {
+            Form::Check(trail) | Form::Records(_, trail) => {
                 let passes = |held: &Held| {
                     let (service, node) = service(held.event.as_slice());
                     self.filter.shows(&held.frame, service, node, view.buses, view.clock)
@@ -158,7 +198,11 @@ impl Output {
                     self.filter.is_empty() || led_to.is_empty() || about.any(|held| passes(held))
                 });
             }
-            Form::Signals(_) | Form::Info(_) => {}
+            Form::Columns(columns) => {
+                columns.asides(view.jsonl, events);
+                self.transfers(out, view, events);
+            }
+            Form::Lines(_) | Form::Signals(_) | Form::Info(_) => {}
         }
     }
 
@@ -166,7 +210,7 @@ impl Output {
     pub(super) fn marker(&mut self, out: &mut Vec<u8>, view: View<'_>, marker: &Marker) {
         match &mut self.form {
             Form::Text(lines) => lines.marker(out, marker, view.buses),
-            Form::Summary(summary) => summary.marker(marker),
+            Form::Summary(summary) | Form::Records(summary, _) => summary.marker(marker),
             Form::Observed(both) => {
                 both.0.marker(marker);
                 if let Marker::Dropped { bus, .. } = marker {
@@ -174,7 +218,13 @@ impl Output {
                 }
             }
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
-            Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) | Form::Check(_) => {}
+            Form::Lines(_)
+            | Form::Jsonl
+            | Form::Transfers
+            | Form::Signals(_)
+            | Form::Info(_)
+            | Form::Columns(_)
+            | Form::Check(_) => {}
         }
     }
 
@@ -189,16 +239,21 @@ impl Output {
                     both.1.lost(None);
                 }
             }
+            Form::Records(summary, trail) => {
+                summary.finding(finding);
+                jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding));
+            }
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
             Form::Check(trail) => jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding)),
-            Form::Text(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+            Form::Columns(columns) => columns.finding(view.jsonl, finding),
+            Form::Text(_) | Form::Lines(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
         }
     }
 
     /// A file is over that had frames, and so many lines or records that cannot be read.
     pub(super) fn end_of_file(&mut self, unreadable: u64) {
         match &mut self.form {
-            Form::Summary(summary) => summary.file(unreadable),
+            Form::Summary(summary) | Form::Records(summary, _) => summary.file(unreadable),
             Form::Observed(both) => both.0.file(unreadable),
             _ => {}
         }
@@ -207,13 +262,22 @@ impl Output {
     /// The capture, which has frames, is over.
     pub(super) fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>) {
         match &mut self.form {
-            Form::Summary(summary) if self.shown > 0 => jsonl::summary::write(out, view.jsonl, summary),
             Form::Observed(both) if self.shown > 0 => {
                 jsonl::summary::write(out, view.jsonl, &both.0);
                 jsonl::observed::write(out, view.jsonl, &both.1);
             }
+            Form::Summary(summary) | Form::Records(summary, _) if self.shown > 0 => {
+                jsonl::summary::write(out, view.jsonl, summary)
+            }
             Form::Convert(writer) => writer.finish(out, view.writing),
             _ => {}
+        }
+    }
+
+    /// The capture, which may have no frame, is over.
+    pub(super) fn close(&mut self, buses: &Buses) {
+        if let Form::Columns(columns) = &mut self.form {
+            columns.finish(buses);
         }
     }
 
@@ -223,7 +287,10 @@ impl Output {
                 && self.filter.shows_transfer(transfer, view.buses, view.clock)
             {
                 self.shown += 1;
-                jsonl::transfer(out, view.jsonl, transfer);
+                match &mut self.form {
+                    Form::Columns(columns) => columns.transfer(view.jsonl, transfer),
+                    _ => jsonl::transfer(out, view.jsonl, transfer),
+                }
             }
         }
     }

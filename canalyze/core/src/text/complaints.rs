@@ -187,10 +187,14 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
     use crate::filter::{Mistake, SERVICES};
     match (lang, mistake) {
         (Lang::Zh, Mistake::Key(word)) => {
-            format!("过滤条件“{word}”无法识别: 应为 service= node= id= bus= t= 之一, 例如 'service=sdo,emcy node=5'")
+            format!(
+                "过滤条件“{word}”无法识别: 应为 service= node= id= bus= t= frame= 之一, 例如 'service=sdo,emcy node=5'"
+            )
         }
         (Lang::En, Mistake::Key(word)) => {
-            format!("filter '{word}' is unknown: use service= node= id= bus= or t=, as in 'service=sdo,emcy node=5'")
+            format!(
+                "filter '{word}' is unknown: use service= node= id= bus= t= or frame=, as in 'service=sdo,emcy node=5'"
+            )
         }
         (lang, Mistake::Value(key, value)) => {
             let allowed = match (lang, key.as_str()) {
@@ -201,6 +205,8 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
                 (Lang::En, "id") => "a hexadecimal CAN identifier or range, such as 185 or 180-1FF".into(),
                 (Lang::Zh, "t") => "以秒计的时间段, 如 1.0..2.5 或 10..".into(),
                 (Lang::En, "t") => "a span in seconds, such as 1.0..2.5 or 10..".into(),
+                (Lang::Zh, "frame") => "帧序号或范围, 如 12 或 10-20".into(),
+                (Lang::En, "frame") => "the number of a frame or a range, such as 12 or 10-20".into(),
                 (Lang::Zh, _) => "总线名".into(),
                 (Lang::En, _) => "a bus name".into(),
             };

@@ -155,6 +155,13 @@ pub fn value(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
     worded(out, lang, mapped, &write(mapped, lang), raw);
 }
 
+/// The same of the entry at a place in its mapping: what does not change from frame to frame is not found anew.
+pub fn value_at(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, place: usize, raw: u64) {
+    if let (Some(mapped), Some(how)) = (mapping.entries.get(place), written(mapping, lang).get(place)) {
+        worded(out, lang, mapped, how, raw);
+    }
+}
+
 fn worded(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, how: &Written, raw: u64) {
     let digits = usize::from(mapped.bits.clamp(1, 64)).div_ceil(4);
     let scaled = mapped.factor != 1.0;

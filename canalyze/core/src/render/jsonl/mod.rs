@@ -9,6 +9,7 @@
 //! | `note` | `note frame line about_frame about_line bus node transfer text facts` |
 //! | `finding` | `code name severity file frame line t cause_frame cause_line bus node index sub message facts`, in `check` also `lines` |
 //! | `transfer` | see [`transfer`] |
+//! | `line` | `frame text`: what [`super::text`] writes of a frame, without the last line end |
 //! | `summary_...` | see [`summary`] |
 //! | `observed_...` | see [`observed`] |
 //!
@@ -204,6 +205,16 @@ fn found(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
     });
     put!(out; ",\"facts\":");
     sdo::facts(out, &finding.facts);
+}
+
+/// What `write` says of the frame of this number, for people.
+pub fn line(out: &mut Vec<u8>, frame: u64, write: impl FnOnce(&mut Vec<u8>)) {
+    put!(out; "{\"kind\":\"line\",\"frame\":", frame, ",\"text\":");
+    quoted(out, |text| {
+        write(text);
+        text.pop();
+    });
+    put!(out; "}\n");
 }
 
 fn note(out: &mut Vec<u8>, setting: Setting<'_>, event: &Event, note: Note) {

@@ -80,7 +80,8 @@ pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, fram
     put!(out; "}");
 }
 
-fn side(side: Side) -> &'static str {
+/// The word for a side.
+pub(in crate::render) fn side(side: Side) -> &'static str {
     match side {
         Side::Client => "client",
         Side::Server => "server",

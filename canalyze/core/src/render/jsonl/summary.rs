@@ -5,7 +5,7 @@
 //! | `summary_capture` | `files frames unstamped buses first_t last_t seconds backward backward_most_us pause_us pause_frame reordered unreadable gaps dropped bit_rate` |
 //! | `summary_bus` | `bus frames rate peak_rate_1s peak_rate_100ms sent_by_host remote fd fd_switched extended errors gaps dropped services bits load load_peak_1s load_peak_1s_frame load_peak_100ms load_peak_100ms_frame burst` |
 //! | `summary_sync` | `bus frames period counted counter_min counter_max counter_jumps` |
-//! | `summary_node` | `bus node name name_from frames sent tpdo rpdo tpdo_rate rpdo_rate state state_text changes states boot_ups error_control heartbeats heartbeat sdo response aborts emcys emcy` |
+//! | `summary_node` | `bus node name name_from frames sent tpdo rpdo tpdo_rate rpdo_rate state state_text state_name changes states boot_ups error_control heartbeats heartbeat sdo response aborts emcys emcy` |
 //! | `summary_pdo` | `bus node pdo id ext frames rate interval synchronous before_sync delay` |
 //! | `summary_finding` | `code name severity message count first_frame first_line first_t last_frame last_line last_t buses nodes` |
 //!
@@ -20,7 +20,8 @@
 //! `seconds` is the time from the first to the last frame, `pause_us` the longest time without a frame; `reordered`
 //! are SDO requests captured after their response; `gaps` is how often the capturing program says that it `dropped`
 //! frames. `services` has a count for each service seen. `burst` is null or `{"frames","length_us","first_frame"}`.
-//! `states` are `{"state","text","t","frame","commanded"}`, the first 64; `commanded` is true where a node that sends no
+//! `states` are `{"state","text","name","t","frame","commanded"}`, the first 64; `name` (`state_name` of the node) is
+//! boot-up, stopped, operational or pre-operational in every language; `commanded` is true where a node that sends no
 //! state was told to enter it. `sdo` is `{"transfers","ok","aborted","failed","incomplete"}`, `aborts` are
 //! `{"code","text","by","count","first_frame","last_frame"}`, `emcy` likewise without `by`, at most 32 each. `name_from`
 //! is `description` or `1008`; `error_control` is `heartbeat`, `guarding` or null. `before_sync` are PDOs captured before
@@ -39,6 +40,10 @@ use crate::text::terms::{abort_code, emcy, nmt};
 use crate::text::{Lang, en, escape, zh};
 
 const NS: u64 = 1_000_000_000;
+
+/// NMT states (CiA 301 7.2.8.3.2) by the names that programs compare with.
+const STATES: [(u8, &str); 4] =
+    [(0x00, "boot-up"), (0x04, "stopped"), (0x05, "operational"), (0x7F, "pre-operational")];
 
 /// Appends all records.
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
@@ -173,11 +178,11 @@ fn node(
     rate(out, node.rpdos, elapsed_ns);
     let states = node.states();
     put!(out; ",\"state\":");
-    state(out, setting.lang, states.state, "state_text");
+    state(out, setting.lang, states.state, ["state_text", "state_name"]);
     put!(out; ",\"changes\":", states.changes, ",\"states\":[");
     for (place, change) in states.listed.iter().enumerate() {
         put!(out; if place > 0 { ",{\"state\":" } else { "{\"state\":" });
-        state(out, setting.lang, Some(change.state), "text");
+        state(out, setting.lang, Some(change.state), ["text", "name"]);
         put!(out; ",\"t\":");
         seconds(out, change.at.t_ns, setting.decimals);
         put!(out; ",\"frame\":", change.at.no, ",\"commanded\":", truth(change.commanded), "}");
@@ -217,14 +222,17 @@ fn counted(out: &mut Vec<u8>, count: u64, first: FrameRef, last: FrameRef) {
     put!(out; ",\"count\":", count, ",\"first_frame\":", first.no, ",\"last_frame\":", last.no, "}");
 }
 
-/// A state in hexadecimal, and its word under the key `word`.
-fn state(out: &mut Vec<u8>, lang: Lang, state: Option<u8>, word: &'static str) {
+/// A state in hexadecimal, then its word and its name under these keys.
+fn state(out: &mut Vec<u8>, lang: Lang, state: Option<u8>, [word, name]: [&'static str; 2]) {
     match state {
         Some(state) => put!(out; "\"", Hex::<2>(u64::from(state)), "\""),
         None => put!(out; "null"),
     }
     put!(out; ",\"", word, "\":");
     text_or_null(out, state.and_then(|state| nmt::state(lang, state)));
+    put!(out; ",\"", name, "\":");
+    let named = STATES.iter().find(|(code, _)| state == Some(*code));
+    text_or_null(out, named.map(|(_, name)| *name));
 }
 
 fn pdo(out: &mut Vec<u8>, name: &[u8], pdo: &Pdo, elapsed_ns: Option<u64>) {

@@ -1,7 +1,6 @@
-//! The binding: bytes in, bytes out. The only file that knows Python.
+//! One capture, from the bytes of its files to what comes out.
 //!
-//! Every call that works on a capture releases the GIL. Nothing here raises on the content of a capture. The
-//! signatures are documented in `canalyze/_core.pyi`.
+//! Options of Python become the core's own. Must not: look at what passes through.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,37 +9,25 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
-use crate::expectation::Expectations as Expected;
+use super::columns::Batch;
+use super::network::{Expectations, Network};
+use super::{choose, language};
 use crate::filter::Filter;
-use crate::finding::RULES;
-use crate::frame::{Buses, CanId};
 use crate::inputs::Refusal;
-use crate::network::{Cob, Description, Network as Known, Sdo};
-use crate::readers::candump::{self, Stamps};
+use crate::readers::candump::Stamps;
 use crate::readers::mcap::{Choice, Clock, Map};
-use crate::readers::{Damage, Format as Input, Place, sniff};
+use crate::readers::{Damage, Format as Input, Place};
 use crate::render;
+use crate::render::columns::Name;
 use crate::render::text::Time;
 use crate::select::Select;
 use crate::session::{Format, Options, Session as Core};
-use crate::text::{Depth, Lang, RuleText, complaints, en, zh};
+use crate::text::{Depth, complaints};
 use crate::writers::mcap::{self, FdSchema};
 use crate::writers::{self, Format as Written, Loss};
 
-fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
-    choices.iter().find(|(word, _)| *word == value).map(|(_, choice)| *choice).ok_or_else(|| {
-        let words: Vec<&str> = choices.iter().map(|(word, _)| *word).collect();
-        PyValueError::new_err(format!("{name}={value:?}: {}", words.join(" ")))
-    })
-}
-
-fn language(lang: &str) -> PyResult<Lang> {
-    choose("lang", lang, &[("zh", Lang::Zh), ("en", Lang::En)])
-}
-
 #[pyclass(module = "canalyze._core", frozen)]
-struct Session {
+pub(super) struct Session {
     core: Mutex<(Core, Vec<u8>)>,
 }
 
@@ -69,105 +56,10 @@ impl Session {
     }
 }
 
-/// A row of a description, as Python hands it over: index, sub-index, name, type, access, value, relative to the
-/// node-ID, configured by a DCF, mappable, unit, factor.
-type Row = (u16, u8, String, u16, String, Option<i128>, bool, bool, bool, String, f64);
-
-#[pyclass(module = "canalyze._core", frozen)]
-struct Dictionary {
-    table: Arc<Table>,
-}
-
-#[pymethods]
-impl Dictionary {
-    #[new]
-    #[pyo3(signature = (*, file, form, device, rows))]
-    fn new(file: String, form: &str, device: String, rows: Vec<Row>) -> PyResult<Self> {
-        let form = choose("form", form, &[("eds", Form::Eds), ("dcf", Form::Dcf), ("xdd", Form::Eds)])?;
-        let objects = rows.into_iter().map(object).collect::<PyResult<_>>()?;
-        Ok(Self { table: Arc::new(Table::new(file, form, device, objects)) })
-    }
-}
-
-fn object(row: Row) -> PyResult<Object> {
-    let (index, sub, name, data_type, access, value, relative, configured, mappable, unit, factor) = row;
-    let access = Access::from_name(&access).ok_or_else(|| PyValueError::new_err(format!("access={access:?}")))?;
-    // Two's complement: what an object holds is at most 64 bits.
-    let preset = value.map(|value| Preset { value: value as u64, relative, configured });
-    let unit = (!unit.is_empty()).then(|| Arc::from(unit));
-    Ok(Object { index, sub, name: Arc::from(name), data_type, access, preset, mappable, unit, factor })
-}
-
-fn identifier(id: u32, extended: bool) -> CanId {
-    if extended { CanId::extended(id) } else { CanId::standard((id & 0x7FF) as u16) }
-}
-
-#[pyclass(module = "canalyze._core", frozen)]
-struct Network {
-    known: Arc<Known>,
-}
-
-#[pymethods]
-impl Network {
-    #[new]
-    #[pyo3(signature = (*, descriptions = Vec::new(), cobs = Vec::new(), sdos = Vec::new(), sync_period_ns = None, sync_window_ns = None, jitter_ns = None, bitrate = None))]
-    #[allow(clippy::type_complexity, reason = "tuples of a Python call")]
-    fn new(
-        descriptions: Vec<(Option<String>, u8, PyRef<'_, Dictionary>)>,
-        cobs: Vec<(Option<String>, u32, bool, u8, String, u16)>,
-        sdos: Vec<(Option<String>, u32, bool, u32, bool, u8)>,
-        sync_period_ns: Option<i64>,
-        sync_window_ns: Option<i64>,
-        jitter_ns: Option<i64>,
-        bitrate: Option<u32>,
-    ) -> PyResult<Self> {
-        let describe = |(bus, node, dictionary): (_, _, PyRef<'_, Dictionary>)| Description {
-            bus,
-            node,
-            dictionary: Arc::clone(&dictionary.table),
-        };
-        let cob = |(bus, id, extended, node, direction, number): (_, _, _, _, String, _)| -> PyResult<Cob> {
-            let transmit = choose("direction", &direction, &[("tpdo", true), ("rpdo", false)])?;
-            Ok(Cob { bus, id: identifier(id, extended), node, transmit, number })
-        };
-        let known = Known {
-            descriptions: descriptions.into_iter().map(describe).collect(),
-            cobs: cobs.into_iter().map(cob).collect::<PyResult<_>>()?,
-            sdos: sdos
-                .into_iter()
-                .map(|(bus, client, client_extended, server, server_extended, node)| Sdo {
-                    bus,
-                    client: identifier(client, client_extended),
-                    server: identifier(server, server_extended),
-                    node,
-                })
-                .collect(),
-            sync_period_ns,
-            sync_window_ns,
-            jitter_ns,
-            bit_rate: bitrate,
-        };
-        Ok(Self { known: Arc::new(known) })
-    }
-}
-
-#[pyclass(module = "canalyze._core", frozen)]
-struct Expectations {
-    expected: Arc<Expected>,
-}
-
-#[pymethods]
-impl Expectations {
-    #[new]
-    fn new(json: &str) -> PyResult<Self> {
-        Ok(Self { expected: Arc::new(Expected::read(json).map_err(PyValueError::new_err)?) })
-    }
-}
-
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, expectations = None))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, tables = Vec::new(), expectations = None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -186,6 +78,7 @@ impl Session {
         decoded: bool,
         mcap_fd_schema: &str,
         mcap_archive: bool,
+        tables: Vec<String>,
         expectations: Option<&Expectations>,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
@@ -199,9 +92,12 @@ impl Session {
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
             ("observed", Format::Observed),
+            ("records", Format::Records),
+            ("lines", Format::Lines),
             ("convert", Format::Convert(to)),
             ("info", Format::Info),
             ("check", Format::Check),
+            ("columns", Format::Columns),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =
@@ -230,6 +126,7 @@ impl Session {
             network: network.map(|network| Arc::clone(&network.known)).unwrap_or_default(),
             select: Select::parse(select.unwrap_or("")),
             mcap,
+            tables: tables.iter().map(|table| choose("tables", table, Name::NAMES)).collect::<PyResult<_>>()?,
             writing: writers::Settings { mcap: written },
             expectations: expectations.map(|given| Arc::clone(&given.expected)),
         };
@@ -280,6 +177,12 @@ impl Session {
         self.output(py, Core::finish)
     }
 
+    #[pyo3(signature = (flush = false))]
+    fn batches(&self, py: Python<'_>, flush: bool) -> Vec<(String, Batch)> {
+        let batches = self.run(py, |core| core.take_batches(flush));
+        batches.into_iter().map(|batch| (batch.name.to_string(), Batch::from(batch))).collect()
+    }
+
     fn contents(&self, py: Python<'_>) -> String {
         String::from_utf8_lossy(&self.run(py, |core| core.contents())).into_owned()
     }
@@ -315,66 +218,4 @@ impl Session {
     fn file_frames(&self, py: Python<'_>) -> u64 {
         self.run(py, |core| core.frames().1)
     }
-}
-
-#[pyclass(module = "canalyze._core", frozen, get_all)]
-struct Rule {
-    code: &'static str,
-    name: &'static str,
-    severity: &'static str,
-    clause: &'static str,
-    message: &'static str,
-    meaning: &'static str,
-    cause: &'static str,
-}
-
-#[pyfunction]
-#[pyo3(signature = (lang = "zh"))]
-fn rules(lang: &str) -> PyResult<Vec<Rule>> {
-    let lang = language(lang)?;
-    let words = |code| match lang {
-        Lang::Zh => zh::findings::rule(code),
-        Lang::En => en::findings::rule(code),
-    };
-    Ok(RULES
-        .iter()
-        .map(|rule| {
-            let RuleText { message, meaning, cause, faces: _ } = words(rule.code);
-            let severity = rule.severity.name();
-            Rule { code: rule.id, name: rule.name, severity, clause: rule.clause, message, meaning, cause }
-        })
-        .collect())
-}
-
-#[pyfunction]
-#[pyo3(signature = (line, lang = "zh"))]
-fn explain(line: &str, lang: &str) -> PyResult<Option<String>> {
-    let lang = language(lang)?;
-    let mut buses = Buses::default();
-    Ok(candump::line(line.as_bytes(), &mut buses).map(|frame| {
-        let mut out = Vec::new();
-        render::text::explain(&mut out, lang, &frame, &buses);
-        String::from_utf8_lossy(&out).into_owned()
-    }))
-}
-
-#[pyfunction]
-#[pyo3(name = "sniff")]
-fn sniffed(head: &[u8], complete: bool) -> Option<&'static str> {
-    sniff::sniff(head, complete)
-}
-
-#[pymodule]
-fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_class::<Session>()?;
-    module.add_class::<Rule>()?;
-    module.add_class::<Dictionary>()?;
-    module.add_class::<Network>()?;
-    module.add_class::<Expectations>()?;
-    module.add_function(wrap_pyfunction!(rules, module)?)?;
-    module.add_function(wrap_pyfunction!(explain, module)?)?;
-    module.add_function(wrap_pyfunction!(sniffed, module)?)?;
-    module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
-    module.add("WRITERS", Written::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())
 }

@@ -1,0 +1,300 @@
+"""A capture as a Python program has it: iterated over, or asked for its transfers, signals, findings, nodes.
+
+It reads by `reading`, with the core's sessions, only when it is asked, and keeps what it was asked for. One pass gives
+transfers, findings and nodes together, one the signals, one frames with everything else. It must not write anything,
+listen to signals of the system, or know what a frame means.
+"""
+
+import json
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
+from weakref import WeakSet
+
+from canalyze import event
+from canalyze.errors import SourceError
+from canalyze.event import Event, Frame
+from canalyze.finding import Finding, Line, Severity
+from canalyze.node import Nodes, node
+from canalyze.reading import Reading
+from canalyze.rows import Findings, Rows, Transfers
+from canalyze.series import Signals, signal
+from canalyze.sources.format import open_capture
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze._core import Batch, Session, Table
+    from canalyze.library import StrPath
+
+T = TypeVar("T")
+
+_RECORDS: Final = {"transfer": event.transfer, "finding": Finding.from_json, "summary_node": node}
+"""What makes an item of a list of an object, by its kind."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How a capture is read, checked."""
+
+    folder: Path
+    """Where relative names are looked for."""
+    paths: tuple[Path, ...]
+    """Its files, absolute."""
+    shown: tuple[str, ...]
+    """Their names for people."""
+    settings: Mapping[str, Any]
+    """Arguments of the core's session."""
+    filter: str | None
+    """Which frames are told of."""
+    words: Words
+    """The language of complaints."""
+    input_format: str | None
+    """What the files are, where their content does not tell."""
+    merge: bool
+    """Whether files are joined by time."""
+    said: tuple[str, ...]
+    """Lines about descriptions."""
+
+    def session(self, form: str, filter: str | None = None, **more: Any) -> "Session":  # noqa: A002  an option's name
+        """Start the core; ValueError for what it cannot accept."""
+        from canalyze._core import Session
+
+        return Session(format=form, filter=filter or self.filter, **self.settings, **more)
+
+
+class _Silent:
+    """Reads without a word: complaints are kept, and what cannot be read is raised."""
+
+    ended: Final = False
+
+    def __init__(self) -> None:
+        self.complaints: list[str] = []
+
+    def during(self, wait: Callable[[], T]) -> T | None:
+        return wait()
+
+    def complain(self, line: str) -> None:
+        self.complaints.append(line)
+
+    def failed(self, error: SourceError) -> None:
+        raise error
+
+    def step(self, size: int, frames: int) -> None:
+        pass
+
+
+class Capture:
+    """A capture of one file or several, by `canalyze.open`; a context manager.
+
+    Iterating gives every `Event` in order and keeps none of them: memory does not grow. What is asked for as a list is
+    read once and kept.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        """Take how it is read; nothing is read yet."""
+        self._plan = plan
+        self._complaints: tuple[str, ...] | None = None
+        self._records: dict[str, list[Any]] | None = None
+        self._events: Rows[Event] | None = None
+        self._frames: Rows[Frame] | None = None
+        self._signals: Signals | None = None
+        self._lists: dict[str, Any] = {}
+        self._checked: list[Finding] = []
+        self._running: WeakSet[Generator[Event, None, None]] = WeakSet()
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """Its files, as absolute paths."""
+        return self._plan.paths
+
+    @property
+    def name(self) -> str:
+        """Its files for people: relative to the directory where it was opened, joined by commas."""
+        return ", ".join(self._plan.shown)
+
+    def __repr__(self) -> str:
+        return f"<Capture {self.name}>"
+
+    def __enter__(self) -> Self:
+        """Give the capture itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        """Close it."""
+        self.close()
+
+    def close(self) -> None:
+        """End what is being iterated over, so that no file stays open; lists that were read stay."""
+        for one in list(self._running):
+            one.close()
+
+    def __iter__(self) -> Iterator[Event]:
+        """Give frames, notes, findings and transfers in order, from the file unless `events` were read.
+
+        SourceError where a file cannot be read, or no further, or holds no frame.
+        """
+        if self._events is not None:
+            return iter(self._events)
+        events = self._stream()
+        self._running.add(events)
+        return events
+
+    @property
+    def events(self) -> Sequence[Event]:
+        """All of them, in order: frames, notes, findings, transfers. About 2.4 KiB of memory a frame."""
+        if self._events is None:
+            with closing(self._stream()) as events:
+                self._events = Rows(events)
+        return self._events
+
+    @property
+    def frames(self) -> Sequence[Frame]:
+        """All frames, out of `events`."""
+        if self._frames is None:
+            self._frames = Rows(one for one in self.events if isinstance(one, Frame))
+        return self._frames
+
+    @property
+    def transfers(self) -> Transfers:
+        """SDO transfers, in the order in which they end."""
+        return self._list("transfer", Transfers)
+
+    @property
+    def findings(self) -> Findings:
+        """Findings, in the order of frames; of one kind on one object ten, then one that counts the rest."""
+        return self._list("finding", Findings)
+
+    @property
+    def nodes(self) -> Nodes:
+        """Nodes with their states, heartbeats, SDO figures and EMCYs."""
+        return self._list("summary_node", Nodes)
+
+    @property
+    def signals(self) -> Signals:
+        """Signals of PDOs, one row a value; `signals["5.TPDO4.velocity actual value"]` is a series."""
+        if self._signals is None:
+            with closing(self._objects(self._plan.session("signals"))) as rows:
+                self._signals = Signals(map(signal, rows))
+        return self._signals
+
+    @property
+    def complaints(self) -> tuple[str, ...]:
+        """What is to be told of the files, in words: damage, lines that cannot be read, repaired descriptions."""
+        if self._complaints is None:
+            self._read_records()
+        return self._plan.said + (self._complaints or ())
+
+    def lines(self, first: int, last: int | None = None) -> list[Line]:
+        """Give the annotated lines of the frames from `first` to `last`, both included: what `decode` writes."""
+        return self.annotated([(first, first if last is None else last)])
+
+    def annotated(self, ranges: Iterable[tuple[int, int]]) -> list[Line]:
+        """Give the annotated lines of several ranges of frames, in order of frames, in one pass."""
+        wanted = [(max(first, 1), last) for first, last in ranges if last >= max(first, 1)]
+        if not wanted:
+            return []
+        session = self._plan.session("lines", "frame=" + ",".join(f"{first}-{last}" for first, last in wanted))
+        end = max(last for _, last in wanted)
+        lines: list[Line] = []
+        with closing(self._results(session)) as results:
+            for result in results:
+                for row in map(json.loads, result.splitlines()):
+                    lines += (Line(row["frame"], text) for text in row["text"].split("\n"))
+                if session.frames >= end:
+                    break
+        return lines
+
+    def tables(self, *names: str, select: str | None = None) -> "dict[str, Table]":
+        """Give tables of columns for Arrow's readers, all in one pass: `pyarrow.table(tables["transfers"])`.
+
+        names: frames, transfers, states, emcy, findings, sync_cycles, signals, pdo (one table for each PDO and mapping,
+        `pdo/can1/5.TPDO4/1`); none: all of them. select: which signals, as --select. Times are `t_ns`, in nanoseconds;
+        `canalyze/core/src/render/columns/mod.rs` lists the columns. Nothing is kept but what is given. ValueError for
+        another name.
+        """
+        from canalyze._core import TABLES, Table
+
+        session = self._plan.session("columns", tables=names or TABLES, select=select)
+        batches: dict[str, list[Batch]] = {}
+        with closing(self._results(session)) as results:
+            for _ in results:
+                for name, batch in session.batches():
+                    batches.setdefault(name, []).append(batch)
+        for name, batch in session.batches():
+            batches.setdefault(name, []).append(batch)
+        return {name: Table(parts) for name, parts in batches.items()}
+
+    def check(self, expect: "StrPath | None" = None, *, at_least: Severity = "warning") -> Findings:
+        """Give what `canalyze check` finds, as severe as that or worse; of expectations too, where they are given.
+
+        expect: a file of expectations (boot.expect.toml), relative to the folder of `open`; none is looked for.
+        ConfigError for a mistake in it. Each call reads the capture.
+        """
+        more: dict[str, Any] = {}
+        if expect is not None:
+            from canalyze.expectations import read
+            from canalyze.library import shown_as
+
+            more["expectations"] = read(Path(shown_as(self._plan.folder / expect)))
+        with closing(self._objects(self._plan.session("check", **more))) as rows:
+            found = [Finding.from_json(row) for row in rows]
+        self._checked += found
+        return Findings(found).at_least(at_least)
+
+    def snapshot(self) -> str:
+        """Give what the capture shows as text that two recordings of the same session share: no times, no bus loads."""
+        from canalyze.reports.snapshot import snapshot
+
+        return snapshot(self)
+
+    def gave(self, row: object) -> bool:
+        """Tell whether this finding, transfer or signal is one of its lists that were read."""
+        lists = [*(self._records or {}).values(), self._checked, self._signals or (), self._events or ()]
+        return any(row is one for rows in lists for one in rows)
+
+    def _list(self, kind: str, form: Callable[[Iterable[Any]], T]) -> T:
+        if kind not in self._lists:
+            self._lists[kind] = form(self._read_records()[kind])
+        found: T = self._lists[kind]
+        return found
+
+    def _read_records(self) -> dict[str, list[Any]]:
+        if self._records is None:
+            records: dict[str, list[Any]] = {kind: [] for kind in _RECORDS}
+            with closing(self._objects(self._plan.session("records"))) as rows:
+                for row in rows:
+                    kind = row["kind"]
+                    if kind in records:
+                        records[kind].append(_RECORDS[kind](row))
+            self._records = records
+        return self._records
+
+    def _stream(self) -> Generator[Event, None, None]:
+        with closing(self._objects(self._plan.session("jsonl"))) as rows:
+            for row in rows:
+                yield event.OF_KIND[row["kind"]](row)
+
+    def _objects(self, session: "Session") -> Generator[dict[str, Any], None, None]:
+        with closing(self._results(session)) as results:
+            for result in results:
+                yield from map(json.loads, result.splitlines())
+
+    def _results(self, session: "Session") -> Generator[bytes, None, None]:
+        """Read all files through a session; when it comes to its end the complaints are known."""
+        plan = self._plan
+        reader = _Silent()
+        shown = dict(zip(map(str, plan.paths), plan.shown, strict=True))
+        reading = Reading(
+            session,
+            plan.words,
+            reader,
+            open_input=lambda name: open_capture(name, plan.input_format, shown[name]),
+            merge=plan.merge,
+            given_format=plan.input_format is not None,
+        )
+        yield from reading.over(list(shown))
+        if self._complaints is None:
+            self._complaints = tuple(reader.complaints)

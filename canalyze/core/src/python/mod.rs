@@ -1,0 +1,99 @@
+//! The binding: bytes in, bytes out. The only folder that knows Python.
+//!
+//! Every call that works on a capture releases the GIL. Nothing here raises on the content of a capture. The
+//! signatures are documented in `canalyze/_core.pyi`.
+
+mod columns;
+mod network;
+mod session;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use self::columns::{Batch, Table};
+use self::network::{Dictionary, Expectations, Network};
+use self::session::Session;
+use crate::finding::RULES;
+use crate::frame::Buses;
+use crate::readers::candump;
+use crate::readers::{Format as Input, sniff};
+use crate::render;
+use crate::render::columns::Name;
+use crate::text::{Lang, RuleText, en, zh};
+use crate::writers::Format as Written;
+
+fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
+    choices.iter().find(|(word, _)| *word == value).map(|(_, choice)| *choice).ok_or_else(|| {
+        let words: Vec<&str> = choices.iter().map(|(word, _)| *word).collect();
+        PyValueError::new_err(format!("{name}={value:?}: {}", words.join(" ")))
+    })
+}
+
+fn language(lang: &str) -> PyResult<Lang> {
+    choose("lang", lang, &[("zh", Lang::Zh), ("en", Lang::En)])
+}
+
+#[pyclass(module = "canalyze._core", frozen, get_all)]
+struct Rule {
+    code: &'static str,
+    name: &'static str,
+    severity: &'static str,
+    clause: &'static str,
+    message: &'static str,
+    meaning: &'static str,
+    cause: &'static str,
+}
+
+#[pyfunction]
+#[pyo3(signature = (lang = "zh"))]
+fn rules(lang: &str) -> PyResult<Vec<Rule>> {
+    let lang = language(lang)?;
+    let words = |code| match lang {
+        Lang::Zh => zh::findings::rule(code),
+        Lang::En => en::findings::rule(code),
+    };
+    Ok(RULES
+        .iter()
+        .map(|rule| {
+            let RuleText { message, meaning, cause, faces: _ } = words(rule.code);
+            let severity = rule.severity.name();
+            Rule { code: rule.id, name: rule.name, severity, clause: rule.clause, message, meaning, cause }
+        })
+        .collect())
+}
+
+#[pyfunction]
+#[pyo3(signature = (line, lang = "zh"))]
+fn explain(line: &str, lang: &str) -> PyResult<Option<String>> {
+    let lang = language(lang)?;
+    let mut buses = Buses::default();
+    Ok(candump::line(line.as_bytes(), &mut buses).map(|frame| {
+        let mut out = Vec::new();
+        render::text::explain(&mut out, lang, &frame, &buses);
+        String::from_utf8_lossy(&out).into_owned()
+    }))
+}
+
+#[pyfunction]
+#[pyo3(name = "sniff")]
+fn sniffed(head: &[u8], complete: bool) -> Option<&'static str> {
+    sniff::sniff(head, complete)
+}
+
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<Session>()?;
+    module.add_class::<Rule>()?;
+    module.add_class::<Dictionary>()?;
+    module.add_class::<Network>()?;
+    module.add_class::<Expectations>()?;
+    module.add_class::<Batch>()?;
+    module.add_class::<Table>()?;
+    module.add_function(wrap_pyfunction!(rules, module)?)?;
+    module.add_function(wrap_pyfunction!(explain, module)?)?;
+    module.add_function(wrap_pyfunction!(sniffed, module)?)?;
+    module.add("TABLES", Name::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
+    module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
+    module.add("WRITERS", Written::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())
+}

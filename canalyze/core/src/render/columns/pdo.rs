@@ -1,0 +1,369 @@
+//! `pdo/BUS/NODE.PDO/VERSION`: one wide table a PDO and mapping, a row a frame, a column a signal.
+//!
+//! The mapping seen first is version 1, the next other one 2; one that comes again has its own number again. Signals
+//! have the type that they have on the bus, without factor: what a column is, its metadata say (`object`, `index`,
+//! `sub`, `unit`, `factor`, `type`, `bits`, `offset`). A cell is null where the payload does not reach. Columns are
+//! named as the signals are; of several with one name the later ones have their object behind it. Multiplex PDOs have
+//! no such table: their object is another one in every frame. Must not: decide what a mapping is.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use arrow_array::ArrayRef;
+use arrow_array::builder::{BinaryBuilder, BooleanBuilder};
+use arrow_array::types::{
+    Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
+};
+use arrow_schema::Field;
+
+use super::column::{Batch, Column, Columns, Numbers, Table, Words};
+use crate::configuration::Provenance;
+use crate::event::{Placement, ProcessData, Signals};
+use crate::frame::{BusId, Frame};
+use crate::od::DataType;
+use crate::render::jsonl::Setting;
+use crate::render::selection::{Chosen, Selection, Whose};
+use crate::services::pdo::mapping::{Mapped, Mapping, Number, number};
+use crate::text::Lang;
+
+/// Columns that every such table has before those of its signals.
+const FIXED: [&str; 5] = ["t_ns", "frame", "provenance", "cycle", "delay_ns"];
+/// Most tables that rows are kept for; with one more all of them end their batches and are forgotten.
+const MOST: usize = 4096;
+/// Bytes that the rows of all tables may take before all of them end their batches.
+const BYTES: usize = 64 << 20;
+
+/// One of the types that a signal may have.
+#[derive(Debug)]
+enum Cells {
+    Bool(BooleanBuilder),
+    U8(Numbers<UInt8Type>),
+    U16(Numbers<UInt16Type>),
+    U32(Numbers<UInt32Type>),
+    U64(Numbers<UInt64Type>),
+    I8(Numbers<Int8Type>),
+    I16(Numbers<Int16Type>),
+    I32(Numbers<Int32Type>),
+    I64(Numbers<Int64Type>),
+    Real32(Numbers<Float32Type>),
+    Real64(Numbers<Float64Type>),
+    Bytes(BinaryBuilder),
+}
+
+/// Does the same with a builder of any type.
+macro_rules! each {
+    ($cells:expr, $builder:ident => $do:expr) => {
+        match $cells {
+            Cells::Bool($builder) => $do,
+            Cells::U8($builder) => $do,
+            Cells::U16($builder) => $do,
+            Cells::U32($builder) => $do,
+            Cells::U64($builder) => $do,
+            Cells::I8($builder) => $do,
+            Cells::I16($builder) => $do,
+            Cells::I32($builder) => $do,
+            Cells::I64($builder) => $do,
+            Cells::Real32($builder) => $do,
+            Cells::Real64($builder) => $do,
+            Cells::Bytes($builder) => $do,
+        }
+    };
+}
+
+impl Cells {
+    /// Those of an entry; `None` where it has no bits. There are many tables: nothing is reserved.
+    fn of(mapped: &Mapped) -> Option<Self> {
+        let bits = mapped.bits;
+        if bits == 0 {
+            return None;
+        }
+        let whole = bits.is_multiple_of(8) && mapped.offset.is_multiple_of(8);
+        Some(match number(mapped.data_type, 0, bits) {
+            _ if bits > 64 => Self::Bytes(BinaryBuilder::with_capacity(0, 0)),
+            Number::Bytes if whole => Self::Bytes(BinaryBuilder::with_capacity(0, 0)),
+            Number::Bool(_) if bits == 1 => Self::Bool(BooleanBuilder::with_capacity(0)),
+            Number::Real32(_) => Self::Real32(Numbers::with_capacity(0)),
+            Number::Real64(_) => Self::Real64(Numbers::with_capacity(0)),
+            Number::Signed(_) => match bits {
+                ..=8 => Self::I8(Numbers::with_capacity(0)),
+                ..=16 => Self::I16(Numbers::with_capacity(0)),
+                ..=32 => Self::I32(Numbers::with_capacity(0)),
+                _ => Self::I64(Numbers::with_capacity(0)),
+            },
+            Number::Bool(_) | Number::Unsigned(_) | Number::Bytes => match bits {
+                ..=8 => Self::U8(Numbers::with_capacity(0)),
+                ..=16 => Self::U16(Numbers::with_capacity(0)),
+                ..=32 => Self::U32(Numbers::with_capacity(0)),
+                _ => Self::U64(Numbers::with_capacity(0)),
+            },
+        })
+    }
+
+    /// Appends what the payload holds of the entry.
+    fn append(&mut self, mapping: &Mapping, mapped: &Mapped, payload: &[u8]) {
+        let raw = mapping.raw(mapped, payload);
+        let signed = |raw| match number(mapped.data_type, raw, mapped.bits) {
+            Number::Signed(read) => read,
+            _ => 0,
+        };
+        match self {
+            Self::Bool(column) => column.append_option(raw.map(|raw| raw != 0)),
+            Self::U8(column) => column.append_option(raw.map(|raw| raw as u8)),
+            Self::U16(column) => column.append_option(raw.map(|raw| raw as u16)),
+            Self::U32(column) => column.append_option(raw.map(|raw| raw as u32)),
+            Self::U64(column) => column.append_option(raw),
+            Self::I8(column) => column.append_option(raw.map(|raw| signed(raw) as i8)),
+            Self::I16(column) => column.append_option(raw.map(|raw| signed(raw) as i16)),
+            Self::I32(column) => column.append_option(raw.map(|raw| signed(raw) as i32)),
+            Self::I64(column) => column.append_option(raw.map(signed)),
+            Self::Real32(column) => column.append_option(raw.map(|raw| f32::from_bits(raw as u32))),
+            Self::Real64(column) => column.append_option(raw.map(f64::from_bits)),
+            Self::Bytes(column) => column.append_option(mapping.octets(mapped, payload)),
+        }
+    }
+}
+
+/// The type of the column behind a builder.
+fn type_of<C: Column>(_: &C) -> arrow_schema::DataType {
+    C::data_type()
+}
+
+/// The columns of a PDO by one mapping.
+#[derive(Debug)]
+struct Wide {
+    t_ns: Numbers<Int64Type>,
+    frame: Numbers<UInt64Type>,
+    provenance: Words,
+    cycle: Numbers<UInt64Type>,
+    delay_ns: Numbers<Int64Type>,
+    /// Place in the mapping, the column as the schema has it, its values.
+    signals: Vec<(usize, Field, Cells)>,
+}
+
+impl Wide {
+    fn new(mapping: &Mapping, chosen: &[Chosen]) -> Self {
+        let mut taken: Vec<String> = FIXED.map(str::to_owned).to_vec();
+        let mut signals = Vec::new();
+        for one in chosen {
+            let Some(mapped) = mapping.entries.get(one.place) else { continue };
+            let Some(cells) = Cells::of(mapped) else { continue };
+            let name = unique(one, &mut taken);
+            let data_type = each!(&cells, builder => type_of(builder));
+            let field = Field::new(name, data_type, true).with_metadata(metadata(mapped, &one.object));
+            signals.push((one.place, field, cells));
+        }
+        Self {
+            t_ns: Numbers::with_capacity(0),
+            frame: Numbers::with_capacity(0),
+            provenance: Words::default(),
+            cycle: Numbers::with_capacity(0),
+            delay_ns: Numbers::with_capacity(0),
+            signals,
+        }
+    }
+
+    fn append(&mut self, mapping: &Mapping, frame: &Frame, from: Provenance, sync: Option<Placement>) {
+        self.t_ns.append_option(frame.t_ns);
+        self.frame.append_value(frame.no);
+        self.provenance.word(from.name());
+        self.cycle.append_option(sync.map(|sync| sync.cycle));
+        self.delay_ns.append_option(sync.and_then(|sync| sync.delay_ns));
+        for (place, _, cells) in &mut self.signals {
+            if let Some(mapped) = mapping.entries.get(*place) {
+                cells.append(mapping, mapped, frame.payload());
+            }
+        }
+    }
+}
+
+impl Columns for Wide {
+    fn fields(&self) -> Vec<Field> {
+        let fixed = [
+            (Numbers::<Int64Type>::data_type(), true),
+            (Numbers::<UInt64Type>::data_type(), false),
+            (Words::data_type(), false),
+            (Numbers::<UInt64Type>::data_type(), true),
+            (Numbers::<Int64Type>::data_type(), true),
+        ];
+        let fixed = FIXED.iter().zip(fixed).map(|(name, (data_type, null))| Field::new(*name, data_type, null));
+        fixed.chain(self.signals.iter().map(|(_, field, _)| field.clone())).collect()
+    }
+
+    fn arrays(&mut self) -> Vec<ArrayRef> {
+        let mut arrays = vec![
+            Column::take(&mut self.t_ns),
+            Column::take(&mut self.frame),
+            Column::take(&mut self.provenance),
+            Column::take(&mut self.cycle),
+            Column::take(&mut self.delay_ns),
+        ];
+        let signals = self.signals.iter_mut();
+        arrays.extend(signals.map(|(_, _, cells)| each!(cells, builder => Column::take(builder))));
+        arrays
+    }
+}
+
+/// The name of a signal, or one made of it that no other column has.
+fn unique(one: &Chosen, taken: &mut Vec<String>) -> String {
+    let mut name = one.name.clone();
+    let mut number = 1;
+    while taken.contains(&name) {
+        name = format!("{} ({})", one.name, one.object);
+        if number > 1 {
+            name.push_str(&format!(" {number}"));
+        }
+        number += 1;
+    }
+    taken.push(name.clone());
+    name
+}
+
+fn metadata(mapped: &Mapped, object: &str) -> HashMap<String, String> {
+    let mut all = vec![
+        ("object", object.to_owned()),
+        ("index", mapped.index.to_string()),
+        ("sub", mapped.sub.to_string()),
+        ("factor", mapped.factor.to_string()),
+        ("bits", mapped.bits.to_string()),
+        ("offset", mapped.offset.to_string()),
+    ];
+    all.extend(mapped.unit.as_deref().map(|unit| ("unit", unit.to_owned())));
+    all.extend(mapped.data_type.map(|one| ("type", DataType::name(one).to_owned())));
+    all.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+/// One mapping of a PDO, and its table.
+#[derive(Debug)]
+struct Version {
+    /// The mapping by which it was made; others with the same entries are the same.
+    mapping: Arc<Mapping>,
+    table: Table<Wide>,
+    /// About what a row takes.
+    width: usize,
+}
+
+/// The mappings of one PDO, the one used last first.
+#[derive(Debug, Default)]
+struct Versions {
+    /// How many there were, also those that are forgotten.
+    count: usize,
+    known: Vec<Version>,
+}
+
+/// The tables of all PDOs.
+#[derive(Debug)]
+pub(super) struct Pdos {
+    lang: Lang,
+    selection: Selection,
+    tables: BTreeMap<(BusId, Whose), Versions>,
+    /// Tables that are known.
+    count: usize,
+    /// About what the rows of all of them take.
+    bytes: usize,
+}
+
+impl Pdos {
+    /// No table yet.
+    pub(super) fn new(lang: Lang, selection: Selection) -> Self {
+        Self { lang, selection, tables: BTreeMap::new(), count: 0, bytes: 0 }
+    }
+
+    /// Appends the signals of a PDO.
+    pub(super) fn process_data(
+        &mut self,
+        done: &mut Vec<Batch>,
+        setting: Setting<'_>,
+        frame: &Frame,
+        data: &ProcessData,
+    ) {
+        let (Signals::Mapped(mapping, from) | Signals::ByConsumer(mapping, from, ..)) = &data.content else { return };
+        let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
+        if self.count >= MOST || self.bytes >= BYTES {
+            self.flush(done);
+        }
+        if self.count >= MOST {
+            self.forget();
+        }
+        let versions = self.tables.entry((frame.bus, whose)).or_default();
+        let same = |one: &Version| {
+            Arc::ptr_eq(&one.mapping, mapping)
+                || (one.mapping.bits == mapping.bits && one.mapping.entries == mapping.entries)
+        };
+        let place = match versions.known.iter().position(same) {
+            Some(place) => place,
+            None => {
+                versions.count += 1;
+                self.count += 1;
+                let bus = setting.buses.name(frame.bus);
+                let chosen = self.selection.choose(whose, mapping);
+                versions.known.push(version(self.lang, bus, whose, versions.count, mapping, &chosen));
+                versions.known.len() - 1
+            }
+        };
+        versions.known.swap(0, place);
+        let Some(version) = versions.known.first_mut().filter(|one| !one.table.columns.signals.is_empty()) else {
+            return;
+        };
+        if !Arc::ptr_eq(&version.mapping, mapping) {
+            // The newer of two that are the same is the one that comes again.
+            version.mapping = Arc::clone(mapping);
+        }
+        version.table.columns.append(mapping, frame, *from, data.sync);
+        version.table.end_row(0, done);
+        self.bytes += version.width;
+    }
+
+    /// Ends all batches.
+    pub(super) fn flush(&mut self, done: &mut Vec<Batch>) {
+        for version in self.tables.values_mut().flat_map(|versions| &mut versions.known) {
+            version.table.flush(done);
+        }
+        self.bytes = 0;
+    }
+
+    /// Forgets all mappings, but not which numbers are taken.
+    fn forget(&mut self) {
+        for versions in self.tables.values_mut() {
+            versions.known = Vec::new();
+        }
+        self.count = 0;
+    }
+}
+
+fn version(lang: Lang, bus: &[u8], whose: Whose, number: usize, mapping: &Arc<Mapping>, chosen: &[Chosen]) -> Version {
+    let mut table = "pdo/".to_owned();
+    if !bus.is_empty() {
+        part(&mut table, bus);
+        table.push('/');
+    }
+    table.push_str(&format!("{}.{}/{number}", whose.node, whose.pdo()));
+    let columns = Wide::new(mapping, chosen);
+    let width = 8 * (FIXED.len() + columns.signals.len()) + mapping.bytes();
+    let metadata = [
+        ("bus", String::from_utf8_lossy(bus).into_owned()),
+        ("node", whose.node.to_string()),
+        ("pdo", whose.pdo()),
+        ("version", number.to_string()),
+        ("lang", if lang == Lang::Zh { "zh" } else { "en" }.to_owned()),
+    ];
+    Version { mapping: Arc::clone(mapping), table: Table::new(&table, columns, &metadata), width }
+}
+
+/// Appends a bus's name as a part of a table's name: what would end the part, or is not a plain character, is `%2F`.
+fn part(table: &mut String, bus: &[u8]) {
+    for chunk in bus.utf8_chunks() {
+        for c in chunk.valid().chars() {
+            if matches!(c, '/' | '%') || c.is_whitespace() || crate::text::escape::unsafe_on_a_terminal(c) {
+                let mut bytes = [0; 4];
+                for byte in c.encode_utf8(&mut bytes).bytes() {
+                    table.push_str(&format!("%{byte:02X}"));
+                }
+            } else {
+                table.push(c);
+            }
+        }
+        for byte in chunk.invalid() {
+            table.push_str(&format!("%{byte:02X}"));
+        }
+    }
+}

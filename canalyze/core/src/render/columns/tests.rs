@@ -1,0 +1,247 @@
+//! The tables against what is fed: names and types frozen, the ends of batches, what is forgotten.
+//!
+//! That rows say the same as JSON lines is seen in Python, over all samples (`tests/test_columns.py`).
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+
+use std::sync::Arc;
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Int64Type, UInt32Type, UInt64Type};
+use arrow_schema::{DataType, Schema};
+
+use super::column::ROWS;
+use super::{Batch, Columns, Name, Seen};
+use crate::configuration::Provenance;
+use crate::event::{Event, Placement, ProcessData, Signals, What};
+use crate::finding::{Code, Facts, Finding};
+use crate::frame::{BusId, Buses, CanId, Frame};
+use crate::message::Message;
+use crate::render::jsonl::Setting;
+use crate::select::Select;
+use crate::services::pdo::mapping::Mapping;
+use crate::text::Lang;
+
+/// Names and types of all columns, as libraries know them: lines are only ever added.
+const FROZEN: &str = "\
+frames: frame u64, line u64?, file word, t_ns i64?, bus word?, id u32, extended bool, kind word, brs bool?, esi bool?, \
+dir word?, len u8, data binary, service word, node u8?
+transfers: transfer u64, bus word?, node u8, direction word, mode word, index u16?, sub u8?, object word?, name word?, \
+type word?, size_indicated u32?, size u64, data binary, string utf8?, boolean bool?, integer i64?, raw u64?, value f64?, \
+text utf8, status word, abort_code u32?, abort_by word?, abort_text word?, first_frame u64, last_frame u64, \
+first_line u64?, last_line u64?, t_ns i64?, duration_ns i64?, reordered bool, retransmissions u32, crc_negotiated bool?, \
+findings [utf8?]
+states: t_ns i64?, frame u64, bus word?, node u8?, state u8?, name word?, source word, command u8?
+emcy: t_ns i64?, frame u64, bus word?, node u8, code u16, name word?, register u8, manufacturer binary, active [u16?], \
+cleared [u16?]
+findings: code word, name word, severity word, file word, frame u64?, line u64?, t_ns i64?, cause_frame u64?, \
+cause_line u64?, bus word?, node u8?, index u16?, sub u8?, message utf8, facts utf8
+sync_cycles: cycle u64, frame u64, t_ns i64?, bus word?, period_ns i64?, counter u8?, pdos u32, delay_min_ns i64?, \
+delay_max_ns i64?
+signals: t_ns i64?, frame u64, line u64?, bus word?, node u8, pdo word, signal word, object word, value f64?, \
+integer i64?, raw u64?, data binary?, unit word?, text utf8?, provenance word
+pdo/can0/5.TPDO1/1: t_ns i64?, frame u64, provenance word, cycle u64?, delay_ns i64?, statusword u16?, \
+position actual value i32?, 2000h:00 bool?, 2001h:00 u64?, 2002h:00 u8?
+";
+
+fn type_name(data_type: &DataType) -> String {
+    match data_type {
+        DataType::Boolean => "bool".to_owned(),
+        DataType::Dictionary(key, value) if **key == DataType::Int32 && **value == DataType::Utf8 => "word".to_owned(),
+        DataType::List(field) => format!("[{}{}]", type_name(field.data_type()), null(field.is_nullable())),
+        other => format!("{other:?}").to_lowercase().replace("uint", "u").replace("int", "i").replace("float", "f"),
+    }
+}
+
+fn null(nullable: bool) -> &'static str {
+    if nullable { "?" } else { "" }
+}
+
+fn columns_of(schema: &Schema) -> String {
+    let fields = schema.fields().iter();
+    let fields: Vec<String> = fields
+        .map(|field| format!("{} {}{}", field.name(), type_name(field.data_type()), null(field.is_nullable())))
+        .collect();
+    fields.join(", ")
+}
+
+/// A capture on one bus, `can0`, without the session: events are made by hand.
+struct Capture {
+    columns: Columns,
+    buses: Buses,
+    no: u64,
+    cycle: u64,
+}
+
+impl Capture {
+    fn new(tables: &[Name]) -> Self {
+        let mut buses = Buses::default();
+        buses.intern(b"can0");
+        Self { columns: Columns::new(Lang::En, &Select::default(), tables), buses, no: 0, cycle: 0 }
+    }
+
+    fn frame(&mut self, payload: &[u8], what: What) {
+        self.no += 1;
+        let id = CanId::standard(0x185);
+        let frame = Frame { no: self.no, t_ns: Some(1000 * self.no as i64), ..Frame::classic(id, payload) };
+        let event = Event { at: frame.reference(), about: None, bus: BusId(0), node: Some(5), transfer: None, what };
+        let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
+        let seen = Seen { service: ("pdo", Some(5)), cycle: self.cycle, shown: true, setting };
+        self.columns.frame(seen, &frame, &[event]);
+    }
+
+    fn pdo(&mut self, number: u16, mapping: &Arc<Mapping>, sync: Option<Placement>) {
+        let content = Signals::Mapped(Arc::clone(mapping), Provenance::Eds);
+        let data = ProcessData { transmit: true, number, node: 5, content, state: None, sync };
+        self.frame(&[1, 2, 3, 4, 5, 6, 7, 8], What::Pdo(data));
+    }
+
+    fn sync(&mut self, counter: u8) {
+        self.cycle += 1;
+        self.frame(&[counter], What::Message(Message::Sync { counter: Some(counter) }));
+    }
+
+    fn lost(&mut self, code: Code) {
+        let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
+        let at = Frame::classic(CanId::standard(0), &[]).reference();
+        let facts = Facts::Dropped { count: 1, total: 1 };
+        let finding = Finding { code, at, cause: None, bus: BusId(0), node: None, object: None, facts };
+        self.columns.finding(setting, &finding);
+    }
+
+    fn end(mut self) -> Vec<Batch> {
+        self.columns.finish(&self.buses);
+        self.columns.take(false)
+    }
+}
+
+fn shapes(batches: &[Batch]) -> Vec<(&str, usize)> {
+    batches.iter().map(|batch| (&*batch.name, batch.rows.num_rows())).collect()
+}
+
+#[test]
+fn names_and_types_are_frozen() {
+    let all: Vec<Name> = Name::NAMES.iter().map(|(_, name)| *name).collect();
+    let mut capture = Capture::new(&all);
+    let words = [0x6041_0010, 0x6064_0020, 0x0005_0001, 0x2000_0001, 0x2001_0021, 0x2002_0005];
+    let mut mapping = Mapping::from_words(&words);
+    mapping.entries[3].data_type = Some(crate::od::DataType::Boolean);
+    capture.pdo(1, &Arc::new(mapping), None);
+    let said: String = capture
+        .end()
+        .iter()
+        .map(|batch| format!("{}: {}\n", batch.name, columns_of(batch.rows.schema_ref())))
+        .collect();
+    assert_eq!(said, FROZEN);
+}
+
+#[test]
+fn what_the_head_lists_is_there() {
+    let head = include_str!("mod.rs");
+    for line in FROZEN.lines() {
+        let (table, columns) = line.split_once(": ").unwrap();
+        let columns = columns.split(", ").map(|column| {
+            let (name, form) = column.rsplit_once(' ').unwrap();
+            format!("{name}{}", if form.ends_with('?') { "?" } else { "" })
+        });
+        let listed = columns.collect::<Vec<_>>().join(" ");
+        match table.strip_prefix("pdo/") {
+            None => {
+                let row = head.lines().find(|line| line.contains(&format!("`{table}`"))).unwrap();
+                assert!(row.ends_with(&format!("| `{listed}` |")), "{table}: {listed}");
+            }
+            Some(_) => assert!(head.contains("`t_ns? frame provenance cycle? delay_ns?`")),
+        }
+    }
+}
+
+#[test]
+fn batches_end_by_rows_and_by_bytes() {
+    let mapping = Arc::new(Mapping::from_words(&[0x6041_0010]));
+    let mut capture = Capture::new(&[Name::Frames, Name::Signals, Name::Pdo]);
+    for _ in 0..=ROWS {
+        capture.pdo(1, &mapping, None);
+    }
+    let done = capture.columns.take(false);
+    assert_eq!(shapes(&done), [("frames", ROWS), ("signals", ROWS), ("pdo/can0/5.TPDO1/1", ROWS)]);
+    assert!(capture.columns.take(false).is_empty());
+    assert_eq!(shapes(&capture.columns.take(true)), [("frames", 1), ("signals", 1), ("pdo/can0/5.TPDO1/1", 1)]);
+    assert!(capture.end().is_empty());
+
+    let mut table = super::column::Table::new("texts", super::findings::Findings::default(), &[]);
+    let mut done = Vec::new();
+    table.end_row(17 << 20, &mut done);
+    // The columns have no row, so that no batch holds together; but it was ended.
+    table.finish(&mut done);
+    assert_eq!(done.len(), 1);
+}
+
+#[test]
+fn many_mappings_are_forgotten_but_not_their_numbers() {
+    let mut capture = Capture::new(&[Name::Pdo]);
+    let mappings: Vec<_> =
+        (0..5000).map(|number| Arc::new(Mapping::from_words(&[(0x2000 + number) << 16 | 0x10]))).collect();
+    for mapping in &mappings {
+        capture.pdo(1, mapping, None);
+    }
+    capture.pdo(1, &mappings[4999], None);
+    capture.pdo(1, &mappings[0], None);
+    let batches = capture.end();
+    let mut names: Vec<_> = batches.iter().map(|batch| Arc::clone(&batch.name)).collect();
+    assert_eq!(batches.iter().map(|batch| batch.rows.num_rows()).sum::<usize>(), 5002);
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), 5001, "the first came again after all were forgotten: another table");
+    assert!(names.contains(&Arc::from("pdo/can0/5.TPDO1/5001")));
+}
+
+#[test]
+fn equal_mappings_share_a_table() {
+    let mut capture = Capture::new(&[Name::Pdo]);
+    for _ in 0..10 {
+        capture.pdo(2, &Arc::new(Mapping::from_words(&[0x6041_0010])), None);
+        capture.pdo(2, &Arc::new(Mapping::from_words(&[0x6064_0020])), None);
+    }
+    let mut batches = capture.end();
+    batches.sort_by(|one, other| one.name.cmp(&other.name));
+    assert_eq!(shapes(&batches), [("pdo/can0/5.TPDO2/1", 10), ("pdo/can0/5.TPDO2/2", 10)]);
+}
+
+#[test]
+fn cycles_end_with_the_next() {
+    let mapping = Arc::new(Mapping::from_words(&[0x6041_0010]));
+    let placed = |cycle, delay| Some(Placement { cycle, delay_ns: Some(delay) });
+    let mut capture = Capture::new(&[Name::SyncCycles]);
+    capture.pdo(1, &mapping, None);
+    capture.sync(1);
+    capture.pdo(1, &mapping, placed(1, 30));
+    capture.pdo(2, &mapping, placed(1, 10));
+    // Its SYNC comes late.
+    capture.pdo(3, &mapping, placed(2, -5));
+    capture.sync(2);
+    // A copy of it begins no cycle.
+    capture.cycle -= 1;
+    capture.sync(2);
+    capture.lost(Code::Cap002);
+    capture.sync(3);
+    capture.lost(Code::Cap003);
+    capture.sync(4);
+    let batches = capture.end();
+    assert_eq!(shapes(&batches), [("sync_cycles", 4)]);
+    let rows = &batches[0].rows;
+    let numbers = |name| rows.column_by_name(name).unwrap().as_primitive::<Int64Type>().iter().collect::<Vec<_>>();
+    let cycles = rows.column_by_name("cycle").unwrap().as_primitive::<UInt64Type>();
+    assert_eq!(cycles.values(), &[1, 2, 3, 4]);
+    assert_eq!(rows.column_by_name("pdos").unwrap().as_primitive::<UInt32Type>().values(), &[2, 1, 0, 0]);
+    assert_eq!(numbers("delay_min_ns"), [Some(10), Some(-5), None, None]);
+    assert_eq!(numbers("delay_max_ns"), [Some(30), Some(-5), None, None]);
+    assert_eq!(numbers("period_ns"), [None, Some(4000), None, Some(1000)]);
+}
+
+#[test]
+fn nothing_asked_for_is_nothing() {
+    assert!(Capture::new(&[]).end().is_empty());
+    let all: Vec<Name> = Name::NAMES.iter().map(|(_, name)| *name).collect();
+    let names: Vec<_> = Capture::new(&all).end().iter().map(|batch| (batch.name.to_string(), 0)).collect();
+    let expected = Name::NAMES.iter().filter(|row| row.1 != Name::Pdo).map(|(name, _)| ((*name).to_owned(), 0));
+    assert_eq!(names, expected.collect::<Vec<_>>());
+}

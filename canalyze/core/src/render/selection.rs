@@ -1,0 +1,114 @@
+//! Which signals of a PDO are listed, and under which names.
+//!
+//! Found once a mapping, PDO and node, and remembered: nine tenths of a capture's frames ask the same again. Must not:
+//! write anything.
+
+use std::sync::Arc;
+
+use crate::select::Select;
+use crate::services::pdo::mapping::{Mapped, Mapping};
+use crate::text::{Lang, signal};
+
+/// Mappings whose selection is remembered at most.
+const REMEMBERED: usize = 4096;
+
+/// The PDO that a signal is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Whose {
+    pub(super) transmit: bool,
+    pub(super) number: u16,
+    pub(super) node: u8,
+}
+
+impl Whose {
+    /// `TPDO1`.
+    pub(super) fn pdo(self) -> String {
+        format!("{}{}", if self.transmit { "TPDO" } else { "RPDO" }, self.number)
+    }
+}
+
+/// A signal that is listed.
+#[derive(Clone, Debug)]
+pub(super) struct Chosen {
+    /// Place of its entry in the mapping.
+    pub(super) place: usize,
+    /// Its name as it is written.
+    pub(super) name: String,
+    /// `6041:00`.
+    pub(super) object: String,
+    /// `TPDO1`.
+    pub(super) pdo: String,
+}
+
+/// The signals of the mappings seen so far.
+#[derive(Debug)]
+pub(super) struct Selection {
+    lang: Lang,
+    select: Select,
+    known: Vec<Known>,
+}
+
+#[derive(Debug)]
+struct Known {
+    mapping: Arc<Mapping>,
+    whose: Whose,
+    chosen: Vec<Chosen>,
+}
+
+impl Selection {
+    /// Nothing seen yet.
+    pub(super) fn new(lang: Lang, select: Select) -> Self {
+        Self { lang, select, known: Vec::new() }
+    }
+
+    /// The signals of a mapping that are listed, in its order.
+    pub(super) fn of(&mut self, whose: Whose, mapping: &Arc<Mapping>) -> &[Chosen] {
+        let known = self.known.iter().position(|one| Arc::ptr_eq(&one.mapping, mapping) && one.whose == whose);
+        let place = known.unwrap_or_else(|| {
+            if self.known.len() >= REMEMBERED {
+                self.known.clear();
+            }
+            let chosen = self.choose(whose, mapping);
+            self.known.push(Known { mapping: Arc::clone(mapping), whose, chosen });
+            self.known.len() - 1
+        });
+        // The one just used is likely to be used again soon: frames of few PDOs make a capture.
+        self.known.swap(0, place);
+        self.known.first().map_or(&[], |one| &one.chosen)
+    }
+
+    /// The same of a mapping that will not come again: that of a multiplex PDO.
+    pub(super) fn choose(&self, whose: Whose, mapping: &Mapping) -> Vec<Chosen> {
+        let mut chosen = Vec::new();
+        for (place, mapped) in mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy) {
+            if self.select.is_everything() || self.select.takes(names(whose, mapped).iter().map(String::as_str)) {
+                let mut name = Vec::new();
+                signal::name(&mut name, self.lang, mapped);
+                let name = String::from_utf8_lossy(&name).into_owned();
+                let object = format!("{:04X}:{:02X}", mapped.index, mapped.sub);
+                chosen.push(Chosen { place, name, object, pdo: whose.pdo() });
+            }
+        }
+        chosen
+    }
+}
+
+/// All names by which a signal may be selected.
+fn names(whose: Whose, mapped: &Mapped) -> Vec<String> {
+    let (index, sub) = (mapped.index, mapped.sub);
+    let mut own = vec![format!("{index:04X}"), format!("{index:04X}:{sub:02X}"), format!("{index:04X}h:{sub:02X}")];
+    for lang in [Lang::Zh, Lang::En] {
+        let mut name = Vec::new();
+        signal::name(&mut name, lang, mapped);
+        own.push(String::from_utf8_lossy(&name).into_owned());
+    }
+    own.extend(mapped.name.as_deref().map(str::to_owned));
+    let pdo = whose.pdo();
+    let mut all = Vec::new();
+    for name in own {
+        all.push(format!("{}.{name}", whose.node));
+        all.push(format!("{}.{pdo}.{name}", whose.node));
+        all.push(name);
+    }
+    all
+}

@@ -1,0 +1,255 @@
+"""What a capture contains, typed: frames, notes, findings and SDO transfers, in the order in which they came.
+
+Read from the core's JSON lines and never made here: what something means, the core says. Identifiers and bytes are
+numbers and bytes; words are in the language of the capture. It must not read, judge or print.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Literal, TypeAlias
+
+from canalyze.finding import Finding
+
+
+def nanoseconds(t: str | None) -> int | None:
+    """Give a time of the core, a decimal string of seconds, in nanoseconds: exact, as a double is not."""
+    if t is None:
+        return None
+    whole, _, fraction = t.partition(".")
+    ns = int(whole or "0") * 1_000_000_000
+    part = int(f"{fraction:0<9}"[:9])
+    return ns - part if t.startswith("-") else ns + part
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A frame of the bus, and what it means given everything before it."""
+
+    frame: int
+    """Number in the capture, from 1, over all of its files."""
+    line: int | None
+    """The line of the file, from 1, where its format has lines."""
+    file: str
+    """The file."""
+    t: str | None
+    """Time in seconds as the capture has it, a decimal string with all its digits; None without stamps."""
+    bus: str | None
+    """The bus, where the capture names it."""
+    direction: Literal["rx", "tx"] | None
+    """Received or sent by the capturing host, where the capture tells."""
+    id: int
+    """The CAN identifier (COB-ID), 11 or 29 bits."""
+    extended: bool
+    """Whether it has 29 bits."""
+    remote: bool
+    """Whether it is a remote frame (RTR)."""
+    fd: bool
+    """Whether it is a CAN FD frame."""
+    brs: bool
+    """Bit rate switch, of CAN FD frames."""
+    esi: bool
+    """Error state indicator, of CAN FD frames."""
+    error: bool
+    """Whether it is an error frame of the interface, which was not on the bus as such."""
+    length: int
+    """Bytes of data; of a remote frame those asked for."""
+    data: bytes
+    """The data."""
+    service: str
+    """What it belongs to, by the names of --filter: nmt, sync, emcy, pdo, sdo, heartbeat ..."""
+    node: int | None
+    """The node-ID, 1 to 127, where a node is concerned."""
+    text: str
+    """What it means, in words."""
+    findings: tuple[str, ...]
+    """Codes of the findings raised at it; each follows as a `Finding`."""
+    fields: Mapping[str, Any]
+    """What the service reads in it, as the object of that name in `decode --format jsonl`."""
+
+    @property
+    def t_ns(self) -> int | None:
+        """The time in nanoseconds; None without stamps."""
+        return nanoseconds(self.t)
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What became known only later, said at the frame that proves it."""
+
+    note: str
+    """request_not_captured, answered_by_abort, lost_by_reset, node_id_changed ..."""
+    frame: int
+    """The frame that proves it."""
+    line: int | None
+    """Its line, where the format has lines."""
+    about_frame: int
+    """The earlier frame that it is about, or the same."""
+    about_line: int | None
+    """The line of that frame."""
+    bus: str | None
+    """The bus, where the capture names it."""
+    node: int | None
+    """The node-ID, where a node is concerned."""
+    transfer: int | None
+    """The number of the SDO transfer, where one is concerned."""
+    text: str
+    """What it says, in words."""
+    facts: Mapping[str, Any]
+    """What was measured, by the names of `decode --format jsonl`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Abort:
+    """How an SDO transfer was aborted."""
+
+    code: int
+    """The SDO abort code (CiA 301 table 22)."""
+    by: Literal["client", "server"]
+    """Who aborted it."""
+    text: str | None
+    """What the code means; None for codes that the standard does not have."""
+
+    def __str__(self) -> str:
+        return f"{self.code:08X}h by the {self.by}" + (f": {self.text}" if self.text else "")
+
+
+@dataclass(frozen=True, slots=True)
+class Transfer:
+    """An SDO transfer, as far as the capture has it."""
+
+    number: int
+    """Number in the capture, from 1, in the order in which transfers begin."""
+    bus: str | None
+    """The bus, where the capture names it."""
+    node: int
+    """Node-ID of the server, 1 to 127."""
+    direction: Literal["upload", "download"]
+    """upload reads from the server, download writes to it."""
+    mode: str
+    """expedited, segmented or block."""
+    index: str | None
+    """Index of the object, four hexadecimal digits; None where its first frame is not in the capture."""
+    sub: int | None
+    """Its sub-index."""
+    name: str | None
+    """The object's name, by the description of the node or the standard."""
+    type: str | None
+    """Its data type, such as UNSIGNED16, where it is known."""
+    size_indicated: int | None
+    """Bytes as announced, where they were."""
+    size: int
+    """Bytes that were transferred."""
+    data: bytes
+    """The bytes, the first 65536 of them."""
+    value: int | float | str | bool | None
+    """The value by its data type; None for bytes, for unknown types and for transfers that are not ok."""
+    text: str | None
+    """The value in words."""
+    status: Literal["ok", "aborted", "incomplete", "failed"]
+    """incomplete: the capture has not all of it, which is no fault."""
+    abort: Abort | None
+    """How it was aborted, if it was."""
+    first_frame: int
+    """Its first frame."""
+    last_frame: int
+    """Its last frame."""
+    t: str | None
+    """Time of its first frame in seconds, a decimal string with all its digits; None without stamps."""
+    duration: float | None
+    """Seconds from its first frame to its last; None without stamps."""
+    reordered: bool
+    """Whether a request was captured after its response."""
+    retransmissions: int
+    """Segments of a block transfer that were sent again."""
+    crc_negotiated: bool | None
+    """Whether a block transfer has a CRC; None for other modes."""
+    findings: tuple[str, ...]
+    """Codes of the findings about it."""
+
+    @property
+    def object(self) -> str | None:
+        """The object as the standard writes it, 1017h:00; None where it is not known."""
+        return None if self.index is None else f"{self.index}h:{self.sub or 0:02X}"
+
+    @property
+    def t_ns(self) -> int | None:
+        """Time of its first frame in nanoseconds; None without stamps."""
+        return nanoseconds(self.t)
+
+    def __repr__(self) -> str:
+        if self.status == "ok":
+            shown = repr(self.value) if self.value is not None else f"{self.size} bytes"
+            outcome = f"= {shown}"
+        else:
+            outcome = f"{self.status} {self.abort.code:08X}h" if self.abort else self.status
+        frames = f"frames {self.first_frame}-{self.last_frame}"
+        return f"<Transfer {self.number}: node {self.node} {self.direction} {self.object or '?'} {outcome}, {frames}>"
+
+
+Event: TypeAlias = Frame | Note | Finding | Transfer
+"""Anything that a capture yields, in order."""
+
+
+def frame(row: Mapping[str, Any]) -> Frame:
+    """Take a frame's object."""
+    fd = row["fd"]
+    return Frame(
+        row["frame"],
+        row["line"],
+        row["file"],
+        row["t"],
+        row["bus"],
+        row["dir"],
+        int(row["id"], 16),
+        row["ext"],
+        row["rtr"],
+        fd is not False,
+        bool(fd and fd["brs"]),
+        bool(fd and fd["esi"]),
+        row["err"],
+        row["len"],
+        bytes.fromhex(row["data"]),
+        row["service"],
+        row["node"],
+        row["text"],
+        tuple(row["findings"]),
+        row.get(row["service"]) or {},
+    )
+
+
+def note(row: Mapping[str, Any]) -> Note:
+    """Take a note's object."""
+    return Note(**{name: row[name] for name in _NOTE})
+
+
+def transfer(row: Mapping[str, Any]) -> Transfer:
+    """Take a transfer's object."""
+    abort = row["abort"]
+    duration = row["duration"]
+    given = {name: row[name] for name in _TRANSFER}
+    given["number"] = row["transfer"]
+    given["data"] = bytes.fromhex(row["data"] or "")
+    given["value"] = _number(row["value"], row["type"])
+    given["abort"] = Abort(int(abort["code"], 16), abort["by"], abort["text"]) if abort else None
+    given["duration"] = None if duration is None else float(duration)
+    given["findings"] = tuple(row["findings"])
+    return Transfer(**given)
+
+
+def _number(value: Any, kind: str | None) -> Any:
+    """Give a value; integers beyond 2^53 are strings in JSON."""
+    whole = isinstance(value, str) and kind is not None and kind.startswith(("INTEGER", "UNSIGNED"))
+    return int(value) if whole else value
+
+
+_NOTE: Final = tuple(Note.__dataclass_fields__)
+_MADE: Final = frozenset({"number", "data", "value", "abort", "duration", "findings"})
+_TRANSFER: Final = tuple(name for name in Transfer.__dataclass_fields__ if name not in _MADE)
+
+OF_KIND: Final[Mapping[str, Callable[[Mapping[str, Any]], Event]]] = {
+    "frame": frame,
+    "note": note,
+    "finding": Finding.from_json,
+    "transfer": transfer,
+}
+"""What makes an event of an object, by its kind."""

@@ -1,0 +1,208 @@
+"""Nodes of a capture in figures, typed: states, heartbeats, SDO, emergencies.
+
+Read from the records of the core's summary and never made here. It must not read a capture, judge or print.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+State = Literal["boot-up", "stopped", "operational", "pre-operational"]
+"""NMT states; boot-up is the message, after which a node is pre-operational."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateChange:
+    """A node has entered a state."""
+
+    state: State | None
+    """The state; None for a number that the standard does not have."""
+    text: str | None
+    """The state in words."""
+    t: str | None
+    """Time in seconds, a decimal string with all its digits; None without stamps."""
+    frame: int
+    """The frame that shows it."""
+    commanded: bool
+    """Whether the node, which sends no state, was only told to enter it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Times that were measured, in microseconds."""
+
+    count: int
+    """How many."""
+    min_us: float
+    """The least."""
+    mean_us: float
+    """The mean."""
+    max_us: float
+    """The greatest."""
+    sigma_us: float
+    """The standard deviation."""
+    p99_us: float | None
+    """99 % of them are not above this, which is at most 3.2 % too high; None where it is not kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class Emcy:
+    """An EMCY error code that a node sent."""
+
+    code: int
+    """The error code, as 8130h."""
+    text: str | None
+    """What it means."""
+    count: int
+    """How often."""
+    first_frame: int
+    """The first frame with it."""
+    last_frame: int
+    """The last frame with it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Aborts:
+    """SDO transfers that were aborted with one code by one side."""
+
+    code: int
+    """The SDO abort code."""
+    by: Literal["client", "server"]
+    """Who aborted."""
+    text: str | None
+    """What the code means."""
+    count: int
+    """How often."""
+    first_frame: int
+    """The first of these aborts."""
+    last_frame: int
+    """The last of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A node that was seen or addressed."""
+
+    bus: str | None
+    """The bus, where the capture names it."""
+    node: int
+    """The node-ID, 1 to 127."""
+    name: str | None
+    """The device's name, by its description or by 1008h; None where neither is known."""
+    frames: int
+    """Frames that belong to it."""
+    sent: int
+    """Frames that it sent."""
+    tpdos: int
+    """PDOs that it sent."""
+    rpdos: int
+    """PDOs that it was sent."""
+    state: State | None
+    """The last NMT state; None where nothing tells."""
+    states: tuple[StateChange, ...]
+    """The states that it entered, in order, the first 64."""
+    changes: int
+    """How often it entered a state."""
+    boot_ups: int
+    """Boot-up messages."""
+    error_control: Literal["heartbeat", "guarding"] | None
+    """How it is watched; None where it is not."""
+    heartbeats: int
+    """Heartbeats, or answers to node guarding."""
+    heartbeat: Spread | None
+    """Time from heartbeat to heartbeat; None where nothing was measured."""
+    transfers: int
+    """SDO transfers with it as the server."""
+    ok: int
+    """Of these, those that came to their end."""
+    aborted: int
+    """Of these, those that were aborted."""
+    failed: int
+    """Of these, those that broke the protocol or had no answer."""
+    incomplete: int
+    """Of these, those that are cut by an end of the capture, which is no fault."""
+    response: Spread | None
+    """Time from an SDO request to its response; None where nothing was measured."""
+    aborts: tuple[Aborts, ...]
+    """SDO aborts by code, at most 32 kinds."""
+    emcy_count: int
+    """EMCY messages."""
+    emcys: tuple[Emcy, ...]
+    """EMCYs by error code, at most 32 kinds."""
+
+
+class Nodes:
+    """The nodes of a capture by bus and node-ID: `nodes[5]`, or `nodes["can1", 5]` where several buses have it."""
+
+    def __init__(self, nodes: Iterable[Node]) -> None:
+        """Take them in the order of buses and node-IDs."""
+        self._nodes = tuple(nodes)
+
+    def __getitem__(self, key: int | tuple[str, int]) -> Node:
+        """Give the node; KeyError, with the nodes there are, if it is not in the capture or on several buses."""
+        bus, number = key if isinstance(key, tuple) else (None, key)
+        found = [one for one in self._nodes if one.node == number and bus in (None, one.bus)]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            buses = ", ".join(f'["{one.bus}", {number}]' for one in found)
+            raise KeyError(f"node {number} is on several buses: {buses}")
+        there = ", ".join(str(one.node) for one in self._nodes) or "none"
+        raise KeyError(f"no node {key!r}; nodes: {there}")
+
+    def __contains__(self, key: object) -> bool:
+        return any(key in (one.node, (one.bus, one.node)) for one in self._nodes)
+
+    def __iter__(self) -> Iterator[Node]:
+        return iter(self._nodes)
+
+    def __len__(self) -> int:
+        return len(self._nodes)
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{one.node} {one.state or '?'}" for one in self._nodes)
+        return f"<{len(self)} nodes: {shown}>"
+
+
+def node(row: Mapping[str, Any]) -> Node:
+    """Take one object of the core (`"kind": "summary_node"`)."""
+    sdo = row["sdo"]
+    return Node(
+        bus=row["bus"],
+        node=row["node"],
+        name=row["name"],
+        frames=row["frames"],
+        sent=row["sent"],
+        tpdos=row["tpdo"],
+        rpdos=row["rpdo"],
+        state=row["state_name"],
+        states=tuple(
+            StateChange(one["name"], one["text"], one["t"], one["frame"], one["commanded"]) for one in row["states"]
+        ),
+        changes=row["changes"],
+        boot_ups=row["boot_ups"],
+        error_control=row["error_control"],
+        heartbeats=row["heartbeats"],
+        heartbeat=_spread(row["heartbeat"]),
+        transfers=sdo["transfers"],
+        ok=sdo["ok"],
+        aborted=sdo["aborted"],
+        failed=sdo["failed"],
+        incomplete=sdo["incomplete"],
+        response=_spread(row["response"]),
+        aborts=tuple(
+            Aborts(int(one["code"], 16), one["by"], one["text"], one["count"], one["first_frame"], one["last_frame"])
+            for one in row["aborts"]
+        ),
+        emcy_count=row["emcys"],
+        emcys=tuple(
+            Emcy(int(one["code"], 16), one["text"], one["count"], one["first_frame"], one["last_frame"])
+            for one in row["emcy"]
+        ),
+    )
+
+
+def _spread(row: Mapping[str, Any] | None) -> Spread | None:
+    if row is None:
+        return None
+    return Spread(row["count"], row["min_us"], row["mean_us"], row["max_us"], row["sigma_us"], row.get("p99_us"))

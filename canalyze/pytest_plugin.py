@@ -1,0 +1,127 @@
+"""The pytest plugin: captures in tests, what failed in annotated lines, snapshots beside the test.
+
+`-p no:canalyze` turns it off. Until a fixture is used it imports nothing but pytest: every pytest run of an environment
+loads it. Must not: make a test pass or fail by itself, but for a snapshot that differs.
+"""
+
+import sys
+from collections.abc import Generator, Iterator
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Unpack
+
+    from canalyze.capture import Capture
+    from canalyze.library import Options, StrPath
+    from canalyze.snapshots import Snapshots
+    from canalyze.words import Words
+
+
+class Opener(Protocol):
+    """The fixture `canalyze_open`."""
+
+    def __call__(self, path: "StrPath | Sequence[StrPath]", **options: "Unpack[Options]") -> "Capture":
+        """Open a capture as `canalyze.open` does, relative names from the folder of the test's file."""
+
+
+class Snapshot(Protocol):
+    """The fixture `canalyze_snapshot`."""
+
+    def __call__(self, capture: "Capture", name: str | None = None) -> None:
+        """Compare what the capture shows with the file kept beside the test; `name` for a second one in a test."""
+
+
+CAPTURES: "Final[pytest.StashKey[list[Capture]]]" = pytest.StashKey()
+SNAPSHOTS: "Final[pytest.StashKey[Snapshots]]" = pytest.StashKey()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add --canalyze-update and the setting canalyze_lang."""
+    from canalyze.words import Words
+
+    words = Words("en")
+    group = parser.getgroup("canalyze")
+    group.addoption("--canalyze-update", action="store_true", help=words("test.update"))
+    parser.addini("canalyze_lang", words("test.lang"), default="en")
+
+
+def language(config: pytest.Config) -> "Words":
+    """Give the words of the language that the configuration names."""
+    from canalyze.words import LANGUAGES, Words
+
+    lang = str(config.getini("canalyze_lang"))
+    if lang not in LANGUAGES:
+        raise pytest.UsageError(f"canalyze_lang = {lang}: {' '.join(LANGUAGES)}")
+    return Words(lang)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Take part in the run, with what is known of its snapshots."""
+    from canalyze.snapshots import Snapshots
+
+    language(config)
+    config.stash[SNAPSHOTS] = Snapshots(config)
+    config.pluginmanager.register(config.stash[SNAPSHOTS], "canalyze-snapshots")
+
+
+@pytest.fixture
+def canalyze_open(request: pytest.FixtureRequest) -> Iterator[Opener]:
+    """Open captures as `canalyze.open` does, relative names from the folder of the test's file."""
+    import canalyze
+
+    captures = request.node.stash.setdefault(CAPTURES, [])
+    lang = language(request.config).lang
+
+    def opened(path: "StrPath | Sequence[StrPath]", **options: "Unpack[Options]") -> "Capture":
+        given: Any = {"folder": request.path.parent, "lang": lang, **options}
+        capture = canalyze.open(path, **given)
+        captures.append(capture)
+        return capture
+
+    yield opened
+    for capture in captures:
+        capture.close()
+
+
+@pytest.fixture
+def canalyze_snapshot(request: pytest.FixtureRequest) -> Snapshot:
+    """Compare what a capture shows with `__canalyze__/MODULE.TEST.txt`, which --canalyze-update writes."""
+    snapshots = request.config.stash[SNAPSHOTS]
+    words = language(request.config)
+    node: pytest.Item = request.node
+
+    def compare(capture: "Capture", name: str | None = None) -> None:
+        __tracebackhide__ = True
+        node.stash.setdefault(CAPTURES, []).append(capture)
+        problem = snapshots.compare(node, capture.snapshot(), name, words)
+        if problem:
+            pytest.fail(problem, pytrace=False)
+
+    return compare
+
+
+def pytest_assertrepr_compare(config: pytest.Config, op: str, left: object, right: object) -> list[str] | None:
+    """Say where two transfers, findings or lists of them differ."""
+    if "canalyze.rows" not in sys.modules:
+        return None
+    from canalyze.assertion import compared
+
+    return compared(op, left, right, language(config))
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, Any, None]:
+    """Add the annotated lines of what a failed assertion was about."""
+    outcome = yield
+    report: pytest.TestReport = outcome.get_result()
+    item.config.stash[SNAPSHOTS].tell(item, report)
+    if not report.failed or call.excinfo is None or "canalyze.capture" not in sys.modules:
+        return
+    if call.excinfo.errisinstance(AssertionError):
+        from canalyze.assertion import sections
+
+        captures: list[Capture] = item.stash.setdefault(CAPTURES, [])
+        report.sections += sections(call.excinfo, captures, language(item.config))

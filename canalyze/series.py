@@ -1,0 +1,201 @@
+"""Signals of PDOs, typed: long rows, one a value, and the values of one signal as a series.
+
+Read from the core's JSON lines and never made here. It must not read a capture, judge or print.
+"""
+
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, overload
+
+from canalyze.event import nanoseconds
+from canalyze.rows import Rows
+
+Value = int | float | str | None
+"""A number; bytes as hexadecimal text, an integer beyond 2^53 as decimal text; None where the payload is too short."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """One value of one signal."""
+
+    t: str | None
+    """Time of the frame in seconds, a decimal string with all its digits; None without stamps."""
+    frame: int
+    """Number of the frame, from 1."""
+    bus: str | None
+    """The bus, where the capture names it."""
+    node: int
+    """Node-ID of the PDO's owner."""
+    pdo: str
+    """The PDO: TPDO1."""
+    signal: str
+    """The signal's name, as a line of `decode` has it."""
+    value: Value
+    """The value with sign, type and factor applied, in `unit`."""
+    raw: Value
+    """The unsigned number in the payload."""
+    unit: str | None
+    """The unit, by the description of the device."""
+    provenance: str
+    """Where the mapping is known from: observed, option, dcf or eds."""
+    index: str
+    """Index of the mapped object, four hexadecimal digits."""
+    sub: int
+    """Its sub-index."""
+    text: str | None
+    """The value in words."""
+
+    @property
+    def object(self) -> str:
+        """The object as the standard writes it, 6041h:00."""
+        return f"{self.index}h:{self.sub:02X}"
+
+    @property
+    def t_ns(self) -> int | None:
+        """The time in nanoseconds; None without stamps."""
+        return nanoseconds(self.t)
+
+
+class Series(Rows[Signal]):
+    """All values of one signal, in the order of frames."""
+
+    @property
+    def name(self) -> str:
+        """The name by which it is found: 5.TPDO4.velocity actual value."""
+        return "".join(f"{row.node}.{row.pdo}.{row.signal}" for row in self._rows[:1])
+
+    @property
+    def unit(self) -> str | None:
+        """The unit of the values."""
+        return self._rows[0].unit if self._rows else None
+
+    @property
+    def values(self) -> list[Value]:
+        """The values, with sign, type and factor applied."""
+        return [row.value for row in self._rows]
+
+    @property
+    def times_ns(self) -> list[int | None]:
+        """The times of the values in nanoseconds, as the capture has them; None without stamps."""
+        return [row.t_ns for row in self._rows]
+
+    @property
+    def frames(self) -> list[int]:
+        """The frames of the values."""
+        return [row.frame for row in self._rows]
+
+    @property
+    def min(self) -> float:
+        """The least value. ValueError where no value is a number."""
+        return min(self._numbers())
+
+    @property
+    def max(self) -> float:
+        """The greatest value. ValueError where no value is a number."""
+        return max(self._numbers())
+
+    @property
+    def last(self) -> Value:
+        """The last value; None where there is none."""
+        return self._rows[-1].value if self._rows else None
+
+    def _numbers(self) -> list[int | float]:
+        numbers = [row.value for row in self._rows if isinstance(row.value, int | float)]
+        if not numbers:
+            raise ValueError(f"{self.name}: no value is a number")
+        return numbers
+
+    def __repr__(self) -> str:
+        try:
+            between = f", {self.min} to {self.max}" + (f" {self.unit}" if self.unit else "")
+        except ValueError:
+            between = ""
+        return f"<Series {self.name}: {len(self)} values{between}>"
+
+
+class Signals(Rows[Signal]):
+    """Every value of every signal, in the order of frames; `signals["5.TPDO4.velocity actual value"]` is a series."""
+
+    _what = "values"
+
+    def __init__(self, rows: Iterable[Signal]) -> None:
+        """Take the rows, in the order of frames."""
+        super().__init__(rows)
+        self._grouped: dict[tuple[str | None, int, str, str, int, str], list[Signal]] | None = None
+
+    @property
+    def _groups(self) -> dict[tuple[str | None, int, str, str, int, str], list[Signal]]:
+        if self._grouped is None:
+            self._grouped = {}
+            for row in self._rows:
+                key = (row.bus, row.node, row.pdo, row.index, row.sub, row.signal)
+                self._grouped.setdefault(key, []).append(row)
+        return self._grouped
+
+    def _one(self, row: Signal) -> str:
+        return f"{row.node}.{row.pdo}.{row.signal}"
+
+    @property
+    def names(self) -> list[str]:
+        """The names of all signals, with the bus before them (can1:5.TPDO1.statusword) where there are several."""
+        return [self._name(key) for key in self._groups]
+
+    def _name(self, key: tuple[str | None, int, str, str, int, str]) -> str:
+        bus, node, pdo, _, _, signal = key
+        several = len({key[0] for key in self._groups}) > 1
+        return (f"{bus}:" if several else "") + f"{node}.{pdo}.{signal}"
+
+    @overload
+    def __getitem__(self, place: int) -> Signal: ...
+    @overload
+    def __getitem__(self, place: slice) -> "Signals": ...
+    @overload
+    def __getitem__(self, place: str) -> Series: ...
+    def __getitem__(self, place: int | slice | str) -> "Signal | Signals | Series":
+        """Give one value, some, or the series of a signal.
+
+        A signal is named as for --select: by its name or its object (6041:00), alone, behind the node (`5.`) or behind
+        node and PDO (`5.TPDO4.`), with the bus before it where needed (`can1:`); case does not matter. KeyError if no
+        signal is called so, or several.
+        """
+        if isinstance(place, int):
+            return self._rows[place]
+        if isinstance(place, slice):
+            return Signals(self._rows[place])
+        wanted = place.lower()
+        found = [key for key in self._groups if wanted in _names(key)]
+        if len(found) == 1:
+            return Series(self._groups[found[0]])
+        if found:
+            several = ", ".join(map(self._name, found))
+            raise KeyError(f"{place!r} is the name of several signals: {several}")
+        near = difflib.get_close_matches(place, self.names, 3, 0.4) or self.names[:3]
+        hint = f"; there are {', '.join(near)}" if near else ""
+        raise KeyError(f"no signal {place!r}{hint}")
+
+
+def _names(key: tuple[str | None, int, str, str, int, str]) -> set[str]:
+    bus, node, pdo, index, sub, signal = key
+    own = [signal, index, f"{index}:{sub:02X}", f"{index}h:{sub:02X}"]
+    names = [prefix + name for name in own for prefix in ("", f"{node}.", f"{node}.{pdo}.")]
+    return {name.lower() for name in [*names, *(f"{bus}:{name}" for name in names)]}
+
+
+def signal(row: Mapping[str, Any]) -> Signal:
+    """Take one object of the core (`"kind": "signal"`)."""
+    return Signal(
+        row["t"],
+        row["frame"],
+        row["bus"],
+        row["node"],
+        row["pdo"],
+        row["signal"],
+        row["value"],
+        row["raw"],
+        row["unit"],
+        row["provenance"],
+        row["index"],
+        row["sub"],
+        row["text"],
+    )

@@ -1,0 +1,578 @@
+"""The tables of columns: the same facts as the JSON lines of the same capture, whoever reads them and in what order."""
+
+from __future__ import annotations
+
+import gc
+import json
+import struct
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import polars
+import pyarrow as pa
+import pytest
+from captures import SAMPLES, Row, described, described_beside, session_output, sort_rows
+
+from canalyze import _core
+
+FIXED = [table for table in _core.TABLES if table != "pdo"]
+CAPTURES = sorted(
+    path for path in SAMPLES.rglob("*") if path.suffix in {".log", ".asc", ".mcap"} and "recorded" not in path.parts
+)
+DRIVE = described(((5, "drive.eds"),))
+BATCH = 65_536
+"""Most rows of a batch."""
+
+
+def batches_of(
+    chunks: Iterable[bytes],
+    tables: Sequence[str] = tuple(_core.TABLES),
+    *,
+    name: str = "capture.log",
+    network: _core.Network | None = None,
+    form: str | None = None,
+    **options: Any,
+) -> list[tuple[str, _core.Batch]]:
+    """All batches of one file that came in these chunks."""
+    session = _core.Session(format="columns", tables=tables, network=network, **({"lang": "en"} | options))
+    chunks = list(chunks)
+    sniffed = _core.sniff(b"".join(chunks), True)
+    session.begin(name, True, form or (sniffed if sniffed in _core.FORMATS else "candump"))
+    found = []
+    for chunk in chunks:
+        assert session.feed(chunk) == b""
+        found += session.batches()
+    assert session.end() + session.finish() == b""
+    return found + session.batches()
+
+
+def tables_of(chunks: Iterable[bytes], tables: Sequence[str] = tuple(_core.TABLES), **options: Any) -> dict[str, Any]:
+    """The same, put together by table."""
+    parts: dict[str, list[_core.Batch]] = defaultdict(list)
+    for name, batch in batches_of(chunks, tables, **options):
+        assert name == batch.name == batch.metadata["table"]
+        parts[name].append(batch)
+    return {name: _core.Table(batches) for name, batches in parts.items()}
+
+
+def rows_of(table: _core.Table) -> list[Row]:
+    """The rows of a table, each by the names of its columns."""
+    columns = {name: table.column(name) for name in table.column_names}
+    assert {len(values) for values in columns.values()} == {len(table)}
+    return [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
+
+
+def ns(t: str | None) -> int | None:
+    """Seconds as JSON has them."""
+    return None if t is None else int(Decimal(t) * 1_000_000_000)
+
+
+def hexadecimal(text: str | None) -> int | None:
+    return None if text is None else int(text, 16)
+
+
+def exact(row: Row) -> Any:
+    """The value of a transfer, as its columns have it."""
+    given = (row[column] for column in ("string", "boolean", "integer", "raw", "value"))
+    return next((value for value in given if value is not None), None)
+
+
+def as_number(value: Any) -> Any:
+    """JSON has whole numbers beyond 2^53 as strings."""
+    return int(value) if isinstance(value, str) and value.lstrip("-").isdigit() else value
+
+
+def same_frames(said: list[Row], table: _core.Table) -> None:
+    for row, frame in zip(rows_of(table), said, strict=True):
+        fd = frame["fd"] or {"brs": None, "esi": None}
+        kind = "error" if frame["err"] else "remote" if frame["rtr"] else "fd" if frame["fd"] else "data"
+        assert row == {
+            **{key: frame[key] for key in ("frame", "line", "file", "bus", "dir", "len", "service", "node")},
+            "t_ns": ns(frame["t"]),
+            "id": int(frame["id"], 16),
+            "extended": frame["ext"],
+            "kind": kind,
+            "brs": fd["brs"],
+            "esi": fd["esi"],
+            "data": bytes.fromhex(frame["data"]),
+        }
+
+
+def same_transfers(said: list[Row], table: _core.Table) -> None:
+    own = {"string", "boolean", "integer", "raw", "value", "first_line", "last_line"}
+    for row, transfer in zip(rows_of(table), said, strict=True):
+        text = isinstance(transfer["value"], str) and row["string"] is not None
+        assert exact(row) == (transfer["value"] if text else as_number(transfer["value"]))
+        abort = transfer["abort"] or {"code": None, "by": None, "text": None}
+        shared = {key: value for key, value in transfer.items() if key in row and key not in own}
+        named = f"{transfer['index']}:{transfer['sub']:02X}" if transfer["index"] else None
+        assert {key: value for key, value in row.items() if key not in own} == {
+            **shared,
+            "index": hexadecimal(transfer["index"]),
+            "object": named,
+            "data": bytes.fromhex(transfer["data"]),
+            "abort_code": hexadecimal(abort["code"]),
+            "abort_by": abort["by"],
+            "abort_text": abort["text"],
+            "t_ns": ns(transfer["t"]),
+            "duration_ns": ns(transfer["duration"]),
+        }
+
+
+def same_findings(said: list[Row], table: _core.Table) -> None:
+    for row, finding in zip(rows_of(table), said, strict=True):
+        expected = {key: value for key, value in finding.items() if key not in {"kind", "t"}}
+        facts = json.loads(row["facts"])
+        assert row | {"facts": facts} == expected | {
+            "t_ns": ns(finding["t"]),
+            "index": hexadecimal(finding["index"]),
+        }
+
+
+def states(frame: Row) -> Row | None:
+    """What a frame says of a state, as a row."""
+    said = frame.get(frame["service"], {})
+    row: Row = {"node": frame["node"], "command": None}
+    if "malformed" in said or said.get("request"):
+        return None
+    if frame["service"] == "nmt":
+        command = int(said["command"], 16)
+        state = {1: 5, 2: 4, 128: 127}.get(command)
+        return row | {"node": said["target"] or None, "state": state, "source": "command", "command": command}
+    if frame["service"] not in {"heartbeat", "guarding"}:
+        return None
+    state = int(said["state"], 16)
+    if said.get("boot_up"):
+        return row | {"state": 0, "source": "boot-up"}
+    if said["previous"] is not None and not said["changed"]:
+        return None
+    return row | {"state": state, "source": frame["service"]}
+
+
+def same_states(frames: list[Row], table: _core.Table) -> None:
+    words = {0: "Initialisation", 4: "Stopped", 5: "Operational", 127: "Pre-operational", None: None}
+    expected = [
+        {"frame": frame["frame"], "t_ns": ns(frame["t"]), "bus": frame["bus"], "name": words.get(row["state"]), **row}
+        for frame in frames
+        if (row := states(frame))
+    ]
+    assert rows_of(table) == expected
+
+
+def same_emcys(frames: list[Row], table: _core.Table) -> None:
+    said = [frame for frame in frames if frame["service"] == "emcy" and "code" in frame["emcy"]]
+    for row, frame in zip(rows_of(table), said, strict=True):
+        emcy = frame["emcy"]
+        assert row == {
+            "t_ns": ns(frame["t"]),
+            "frame": frame["frame"],
+            "bus": frame["bus"],
+            "node": frame["node"],
+            "code": int(emcy["code"], 16),
+            "name": emcy["name"],
+            "register": int(emcy["register"], 16),
+            "manufacturer": bytes.fromhex(emcy["manufacturer"]),
+            "active": [int(code, 16) for code in emcy["active"]],
+            "cleared": [int(code, 16) for code in emcy["cleared"]],
+        }
+
+
+def same_cycles(frames: list[Row], table: _core.Table) -> None:
+    delays: dict[tuple[str, int], list[int | None]] = defaultdict(list)
+    syncs = {frame["frame"]: frame for frame in frames if frame["service"] == "sync"}
+    for frame in frames:
+        placed = frame.get("pdo", {}).get("sync")
+        if placed:
+            delay = placed["delay_us"]
+            delays[frame["bus"], placed["cycle"]].append(None if delay is None else round(delay * 1000))
+    counts: dict[str, int] = defaultdict(int)
+    rows = sorted(rows_of(table), key=lambda row: row["frame"])
+    for row in rows:
+        counts[row["bus"]] += 1
+        assert row["cycle"] == counts[row["bus"]]
+        frame = syncs[row["frame"]]
+        assert (row["t_ns"], row["bus"]) == (ns(frame["t"]), frame["bus"])
+        assert row["counter"] == frame["sync"].get("counter")
+        of_cycle = delays.pop((row["bus"], row["cycle"]), [])
+        known = [delay for delay in of_cycle if delay is not None]
+        assert row["pdos"] == len(of_cycle)
+        assert (row["delay_min_ns"], row["delay_max_ns"]) == ((min(known), max(known)) if known else (None, None))
+    assert len(rows) <= len(syncs)
+    assert not delays
+
+
+def same_signals(said: list[Row], table: _core.Table) -> None:
+    for row, signal in zip(rows_of(table), said, strict=True):
+        shared = ("frame", "line", "bus", "node", "pdo", "signal", "unit", "text", "provenance")
+        assert {key: row[key] for key in shared} == {key: signal[key] for key in shared}
+        assert (row["t_ns"], row["object"]) == (ns(signal["t"]), f"{signal['index']}:{signal['sub']:02X}")
+        if row["data"] is not None:
+            assert row["data"].hex().upper() == signal["value"]
+        elif row["integer"] is not None:
+            assert row["integer"] == as_number(signal["value"])
+            assert row["value"] == float(row["integer"])
+        elif row["value"] is not None and row["value"] == row["value"]:
+            assert row["value"] == pytest.approx(float(signal["value"]), rel=1e-7)
+        else:
+            assert signal["value"] is None
+        if row["raw"] is not None:
+            assert row["raw"] == as_number(signal["raw"])
+
+
+def same_pdos(said: list[Row], tables: dict[str, _core.Table]) -> None:
+    expected: dict[tuple[Any, ...], list[Row]] = defaultdict(list)
+    for signal in said:
+        expected[signal["frame"], signal["bus"], signal["node"], signal["pdo"]].append(signal)
+    for name, table in tables.items():
+        about, schema = table.metadata, pa.schema(table)
+        assert name == "/".join(
+            filter(None, ("pdo", about["bus"], f"{about['node']}.{about['pdo']}", about["version"]))
+        )
+        assert schema.names[:5] == ["t_ns", "frame", "provenance", "cycle", "delay_ns"]
+        fields = [field for field in schema if field.metadata]
+        for row in rows_of(table):
+            signals = expected.pop((row["frame"], about["bus"] or None, int(about["node"]), about["pdo"]))
+            signals = [signal for signal in signals if (signal["value"], signal["raw"]) != (None, None) or fields]
+            assert row["t_ns"] == ns(signals[0]["t"])
+            for field, signal in zip(fields, signals, strict=True):
+                meta = {key.decode(): value.decode() for key, value in field.metadata.items()}
+                assert meta["object"] == f"{signal['index']}:{signal['sub']:02X}"
+                assert (meta.get("unit"), row["provenance"]) == (signal["unit"], signal["provenance"])
+                value, shown = row[field.name], as_number(signal["value"])
+                if isinstance(value, bytes):
+                    assert value.hex().upper() == signal["value"]
+                elif value is not None and shown is not None:
+                    assert value * float(meta["factor"]) == pytest.approx(float(shown), rel=1e-7)
+                else:
+                    assert value is None or signal["raw"] is not None
+    # What is left are multiplex PDOs.
+    assert all(len(signals) == 1 for signals in expected.values())
+
+
+@pytest.mark.parametrize("path", CAPTURES, ids=lambda path: str(path.relative_to(SAMPLES)))
+def test_the_same_as_json(path: Path) -> None:
+    text, network = path.read_bytes(), described_beside(path)
+    said = sort_rows(session_output([text], output_format="jsonl", lang="en", network=network))
+    signals = session_output([text], output_format="signals", lang="en", network=network).decode().splitlines()
+    listed = [json.loads(line) for line in signals]
+    tables = tables_of([text], network=network)
+    assert set(FIXED) <= set(tables)
+    same_frames(said.frames, tables["frames"])
+    same_transfers(said.transfers, tables["transfers"])
+    same_findings(said.findings, tables["findings"])
+    same_states(said.frames, tables["states"])
+    same_emcys(said.frames, tables["emcy"])
+    same_cycles(said.frames, tables["sync_cycles"])
+    same_signals(listed, tables["signals"])
+    same_pdos(listed, {name: table for name, table in tables.items() if name not in FIXED})
+
+
+@pytest.mark.parametrize(
+    "path", [path for path in CAPTURES if path.parent.name == "network"], ids=lambda path: path.name
+)
+def test_others_read_the_same(path: Path) -> None:
+    for table in tables_of([path.read_bytes()], network=described_beside(path), lang="zh").values():
+        own = {name: table.column(name) for name in table.column_names}
+        arrow = pa.table(table)
+        arrow.validate(full=True)
+        assert arrow.to_pydict() == own
+        assert arrow.schema.metadata == {key.encode(): value.encode() for key, value in table.metadata.items()}
+        assert polars.DataFrame(table).to_dict(as_series=False) == own
+        for batch in table.batches():
+            one = pa.record_batch(batch)
+            one.validate(full=True)
+            assert one.schema.equals(pa.schema(batch), check_metadata=True)
+        assert pa.schema(table).equals(arrow.schema, check_metadata=True)
+
+
+def test_languages_differ_in_words_only() -> None:
+    text = (SAMPLES / "network/sync-and-pdos.log").read_bytes()
+    words = {"name", "text", "message", "signal", "abort_text"}
+    zh, en = (tables_of([text], FIXED, network=DRIVE, lang=lang) for lang in ("zh", "en"))
+    for name, table in en.items():
+        for column in set(table.column_names) - (words if name != "findings" else {"message"}):
+            assert table.column(column) == zh[name].column(column), (name, column)
+    assert "状态字" in zh["signals"].column("signal")
+
+
+@pytest.mark.parametrize(
+    "path", [SAMPLES / "network/sync-and-pdos.log", SAMPLES / "sdo-block.mcap"], ids=lambda p: p.name
+)
+def test_chunks_do_not_matter(path: Path) -> None:
+    text, network = path.read_bytes(), described_beside(path)
+    whole = {name: rows_of(table) for name, table in tables_of([text], network=network).items()}
+    pieces = tables_of([text[start : start + 997] for start in range(0, len(text), 997)], network=network)
+    assert {name: rows_of(table) for name, table in pieces.items()} == whole
+
+
+def test_nothing_but_what_is_asked_for() -> None:
+    text = (SAMPLES / "network/sync-and-pdos.log").read_bytes()
+    for table in _core.TABLES:
+        names = {name.split("/")[0] for name, _ in batches_of([text], [table], network=DRIVE)}
+        assert names == {table}
+    assert batches_of([text], []) == []
+    selected = tables_of([text], ["signals", "pdo"], network=DRIVE, select="5.TPDO4.*")
+    assert set(selected["signals"].column("pdo")) == {"TPDO4"}
+    assert {name.split("/")[2] for name in selected if name != "signals"} == {"5.TPDO4"}
+    shown = tables_of([text], FIXED, network=DRIVE, filter="service=sync")
+    assert set(shown["frames"].column("service")) == {"sync"}
+    assert not len(shown["signals"])
+    assert max(shown["sync_cycles"].column("pdos")) > 0
+
+
+def test_what_is_refused() -> None:
+    with pytest.raises(ValueError, match='tables="frame": frames transfers'):
+        _core.Session(format="columns", tables=["frame"])
+    with pytest.raises(ValueError):
+        _core.Table([])
+    one, two = (batches_of([b""], [table])[0][1] for table in ("frames", "emcy"))
+    with pytest.raises(ValueError):
+        _core.Table([one, two])
+    with pytest.raises(KeyError):
+        one.column("nothing")
+    with pytest.raises(KeyError):
+        _core.Table([one]).column("nothing")
+
+
+def test_an_empty_capture_has_columns() -> None:
+    full = tables_of([(SAMPLES / "services.log").read_bytes()], FIXED)
+    for text in ([], [b""], [b"nothing of a capture\n"]):
+        tables = tables_of(text)
+        assert list(tables) == FIXED
+        for name, table in tables.items():
+            assert len(table) == 0
+            assert pa.table(table).schema.equals(pa.table(full[name]).schema, check_metadata=True)
+            assert polars.DataFrame(table).height == 0
+
+
+def log(count: int, bus: str = "can0", can_id: str = "701", data: str = "05") -> bytes:
+    return b"".join(f"({1000 + number / 1000:.6f}) {bus} {can_id}#{data}\n".encode() for number in range(count))
+
+
+def test_batches_end() -> None:
+    batches = batches_of([log(2 * BATCH + 5)], ["frames", "states"])
+    assert [(name, len(batch)) for name, batch in batches] == [
+        *(("frames", BATCH), ("frames", BATCH), ("frames", 5), ("states", 1)),
+    ]
+    table = _core.Table([batch for name, batch in batches if name == "frames"])
+    assert len(table) == pa.table(table).num_rows == 2 * BATCH + 5
+    assert table.column("frame") == list(range(1, 2 * BATCH + 6))
+    assert len(pa.table(table).to_batches()) == 3
+
+
+def test_a_live_source_ends_them_itself() -> None:
+    session = _core.Session(format="columns", tables=["frames", "signals"], network=DRIVE)
+    session.begin("-", False)
+    session.feed(log(3))
+    assert session.batches() == []
+    assert [(name, len(batch)) for name, batch in session.batches(flush=True)] == [("frames", 3)]
+    assert session.batches(flush=True) == []
+    session.feed(log(2))
+    session.end()
+    session.finish()
+    assert [(name, len(batch)) for name, batch in session.batches()] == [("frames", 2), ("signals", 0)]
+    assert session.batches(flush=True) == []
+
+
+HOSTILE = [
+    b"a/b",
+    b"a%2Fb",
+    b"\x1b[31m",
+    "\u202eevil".encode(),
+    b"x" * 40,
+    b"50%",
+    "总线".encode(),
+    b"c\xffn\xc3",
+    b" ",
+]
+
+
+def packed(buses: Sequence[bytes], can_id: int, data: bytes) -> bytes:
+    """A frame on each of these buses, whose names may be anything."""
+    stream = b""
+    for number, bus in enumerate(buses):
+        stream += struct.pack("<BBHIqq", 2, number, len(bus), 0, 0, 0) + bus
+        stream += struct.pack("<BBBBBBBBIIq", 1, 1, number, len(data), 0, 6, len(data), 0, can_id, 0, 10**9) + data
+    return stream
+
+
+@pytest.mark.parametrize("bus", HOSTILE, ids=ascii)
+def test_hostile_names_of_buses(bus: bytes) -> None:
+    tables = tables_of([packed([bus], 0x185, b"\x37\x02\x00")], network=DRIVE, form="packed")
+    shown = bus[:32].decode(errors="replace")
+    assert tables["frames"].column("bus") == [shown]
+    assert set(tables["signals"].column("bus")) == {shown}
+    (name,) = set(tables) - set(FIXED)
+    assert name.count("/") == 3
+    assert name.isprintable()
+    assert " " not in name
+    assert tables[name].metadata["bus"] == shown
+    pa.table(tables[name]).validate(full=True)
+
+
+def test_buses_whose_names_look_alike() -> None:
+    names = [*HOSTILE, b"", b"5.TPDO1", b"c\xfen\xc3"]
+    tables = tables_of([packed(names, 0x185, b"\x37\x02")], ["pdo"], network=DRIVE, form="packed")
+    assert len(tables) == len(names)
+    assert "pdo/5.TPDO1/1" in tables
+    assert "pdo/5.TPDO1/5.TPDO1/1" in tables
+
+
+def test_hostile_names_of_files() -> None:
+    tables = tables_of([log(1)], name="\u202e\0.log")
+    assert tables["frames"].column("file") == ["\u202e\0.log"]
+    assert pa.table(tables["frames"]).column("file").to_pylist() == ["\u202e\0.log"]
+
+
+def described_as(*rows: tuple[int, str, int, str]) -> _core.Network:
+    """TPDO1 of node 5 with these objects: index, name, type, unit."""
+    sizes = {1: 1, 5: 8, 6: 16, 7: 32, 8: 32, 0x1B: 64, 9: 8}
+    table: list[Any] = [(0x1800, 1, "COB-ID", 7, "rw", 0x180, True, False, False, "", 1.0)]
+    table.append((0x1A00, 0, "entries", 5, "rw", len(rows), False, False, False, "", 1.0))
+    for number, (index, name, kind, unit) in enumerate(rows, 1):
+        entry = index << 16 | sizes[kind]
+        table.append((0x1A00, number, "entry", 7, "rw", entry, False, False, False, "", 1.0))
+        table.append((index, 0, name, kind, "ro", None, False, False, True, unit, 1.0))
+    described_by = _core.Dictionary(file="hostile.eds", form="eds", device="", rows=table)
+    return _core.Network(descriptions=[(None, 5, described_by)])
+
+
+def test_hostile_names_of_signals() -> None:
+    names = ["frame", "t_ns", "same", "same", "", "\x1b[2J", "\u202e", "same (2003:00)"]
+    network = described_as(*((0x2000 + number, name, 5, "\x00\u202e") for number, name in enumerate(names)))
+    tables = tables_of([log(2, "can0", "185", "0102030405060708")], network=network)
+    (wide,) = [table for name, table in tables.items() if name.startswith("pdo/")]
+    assert len(set(wide.column_names)) == 5 + 8
+    assert wide.column_names[5:9] == ["frame (2000:00)", "t_ns (2001:00)", "same", "same (2003:00)"]
+    assert [wide.column(name)[0] for name in wide.column_names[5:]] == list(range(1, 9))
+    assert set(tables["signals"].column("unit")) == {"\x00\u202e"}
+    arrow = pa.table(wide)
+    arrow.validate(full=True)
+    assert all(name.isprintable() for name in arrow.column_names)
+    assert polars.DataFrame(wide).height == 2
+
+
+def test_types_are_those_of_the_bus() -> None:
+    network = described_as((0x2000, "flag", 1, ""), (0x2001, "whole", 6, "V"), (0x2002, "real", 8, ""))
+    tables = tables_of([log(1, "can0", "185", "0102") + log(1, "can0", "185", "01000000803F0000")], network=network)
+    wide = pa.table(tables["pdo/can0/5.TPDO1/1"])
+    assert [str(field.type) for field in wide.schema][5:] == ["bool", "uint16", "float"]
+    assert wide.schema.field("whole").metadata[b"unit"] == b"V"
+    assert wide.column("flag").to_pylist() == [True, True]
+    assert wide.column("whole").to_pylist()[0] is None
+    assert wide.column("real").to_pylist()[0] is None
+
+
+def mapped(entry: int) -> bytes:
+    """Node 5's TPDO1 is mapped anew, to one object."""
+    lines = []
+    for index, sub, value in ((0x1A00, 0, 0), (0x1A00, 1, entry), (0x1A00, 0, 1)):
+        size = 4 if sub else 1
+        command = 0x43 - 0x20 if size == 4 else 0x2F
+        data = bytes([command]) + index.to_bytes(2, "little") + bytes([sub]) + value.to_bytes(4, "little")
+        lines.append(f"(1.0) can0 605#{data.hex().upper()}\n(1.0) can0 585#60{data[1:4].hex().upper()}00000000\n")
+    return "".join(lines).encode()
+
+
+def test_mappings_have_versions() -> None:
+    first, second = mapped(0x6041_0010), mapped(0x6064_0020)
+    pdo = b"(1.0) can0 185#37020000\n"
+    text = first + pdo + second + pdo + first + pdo + pdo
+    tables = tables_of([text], ["pdo"])
+    assert {name: len(table) for name, table in tables.items()} == {"pdo/can0/5.TPDO1/1": 3, "pdo/can0/5.TPDO1/2": 1}
+    assert tables["pdo/can0/5.TPDO1/1"].column_names[5:] == ["statusword"]
+    assert set(tables["pdo/can0/5.TPDO1/1"].column("provenance")) == {"observed"}
+
+
+def test_what_a_signal_is_beyond_a_double() -> None:
+    network = described_as((0x2000, "great", 0x1B, ""))
+    signals = tables_of([log(1, "can0", "185", "FFFFFFFFFFFFFFFF")], ["signals"], network=network)["signals"]
+    (row,) = rows_of(signals)
+    assert (row["raw"], row["integer"], row["value"]) == (2**64 - 1, None, float(2**64))
+
+
+def drive_batches() -> list[_core.Batch]:
+    text = (SAMPLES / "network/sync-and-pdos.log").read_bytes()
+    return [batch for name, batch in batches_of([text], ["signals"], network=DRIVE) if name == "signals"]
+
+
+def test_columns_outlive_what_they_came_from() -> None:
+    batch = drive_batches()[0]
+    values = batch.column("value")
+    table = _core.Table([batch])
+    array = pa.record_batch(batch)
+    whole = pa.table(table)
+    frame = polars.DataFrame(table)
+    del batch, table
+    gc.collect()
+    assert array.column("value").to_pylist() == whole.column("value").to_pylist() == values
+    del array
+    gc.collect()
+    assert whole.column("value").to_pylist() == values
+    del whole
+    gc.collect()
+    assert frame["value"].to_list() == values
+
+
+def test_capsules_that_nobody_takes() -> None:
+    batch = drive_batches()[0]
+    table = _core.Table([batch])
+    for _ in range(1000):
+        batch.__arrow_c_array__()
+        batch.__arrow_c_schema__()
+        table.__arrow_c_stream__()
+    kept = table.__arrow_c_stream__(), batch.__arrow_c_array__(None)
+    values = batch.column("value")
+    del batch, table
+    gc.collect()
+    del kept
+    gc.collect()
+    assert values
+
+
+class Once:
+    """Hands the same capsule out again and again."""
+
+    def __init__(self, capsule: object) -> None:
+        """Keep it."""
+        self.capsule = capsule
+
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
+        return self.capsule
+
+
+def test_a_capsule_is_taken_once() -> None:
+    table = _core.Table(drive_batches())
+    once = Once(table.__arrow_c_stream__())
+    first = pa.table(once)
+    with pytest.raises((ValueError, pa.ArrowInvalid)):
+        pa.table(once)
+    assert first.equals(pa.table(table))
+    half = pa.RecordBatchReader.from_stream(table)
+    half.read_next_batch()
+    del half, once
+    gc.collect()
+    assert first.num_rows == len(table)
+
+
+def test_nothing_is_kept() -> None:
+    batch = drive_batches()[0]
+    before = pa.total_allocated_bytes()
+    resident = []
+    for round_ in range(3):
+        for _ in range(2000):
+            pa.record_batch(batch)
+            pa.table(_core.Table([batch]))
+        gc.collect()
+        resident.append(memory())
+        assert pa.total_allocated_bytes() == before, round_
+    assert resident[-1] - resident[0] < 4 << 20
+
+
+def memory() -> int:
+    """What this process takes now, in bytes."""
+    pages = Path("/proc/self/statm")
+    return int(pages.read_text().split()[1]) * 4096 if pages.exists() else 0

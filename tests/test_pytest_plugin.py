@@ -1,0 +1,294 @@
+"""The pytest plugin as its user has it: fixtures, what a failed assertion shows, snapshots, and that it stays away."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from captures import SAMPLES
+
+DRIVE = SAMPLES.parent / "eds/drive.eds"
+NETWORK = SAMPLES / "network/sync-and-pdos.log"
+
+
+@pytest.fixture
+def tests(pytester: pytest.Pytester) -> pytest.Pytester:
+    """Give an empty project with a folder of captures beside its tests."""
+    folder = pytester.mkdir("tests")
+    (folder / "caps").mkdir()
+    for path in (NETWORK, DRIVE, SAMPLES / "sdo-abort.log"):
+        (folder / "caps" / path.name).write_bytes(path.read_bytes())
+    return pytester
+
+
+def run(tests: pytest.Pytester, source: str, *args: str) -> pytest.RunResult:
+    """Run a test file of this source."""
+    (tests.path / "tests/test_it.py").write_text(source, encoding="utf-8")
+    return tests.runpytest_subprocess("-p", "no:cacheprovider", "-vv", *args)
+
+
+def test_captures_are_opened_beside_the_test(tests: pytest.Pytester) -> None:
+    done = run(
+        tests,
+        """
+        def test_clean(canalyze_open):
+            capture = canalyze_open("caps/sync-and-pdos.log", eds={5: "caps/drive.eds"})
+            assert not capture.findings.at_least("warning")
+            assert capture.nodes[5].state == "pre-operational"
+            assert capture.signals["5.TPDO4.velocity actual value"].max == 900
+            same = canalyze_open("caps/sync-and-pdos.log", eds=["5=caps/drive.eds"], filter="node=5")
+            assert {frame.node for frame in same.frames} == {5}
+        """.replace("\n        ", "\n"),
+    )
+    done.assert_outcomes(passed=1)
+
+
+FAILING = """
+def test_findings(canalyze_open):
+    capture = canalyze_open("caps/sdo-abort.log")
+    assert not capture.findings.at_least("error")
+
+def test_generator(canalyze_open):
+    capture = canalyze_open("caps/sdo-abort.log")
+    assert all(one.status == "ok" for one in capture.transfers)
+
+def test_value(canalyze_open):
+    (one,) = canalyze_open("caps/sync-and-pdos.log").transfers.of(node=5, object="1017")
+    assert one.value == 1000
+
+def test_two(canalyze_open):
+    one, other = canalyze_open("caps/sync-and-pdos.log").transfers.of(object="1017")[:2]
+    assert one == other
+
+def test_none(canalyze_open):
+    assert canalyze_open("caps/sdo-abort.log").findings.of("SDO001") == []
+
+def test_signal(canalyze_open):
+    signals = canalyze_open("caps/sync-and-pdos.log", eds={5: "caps/drive.eds"}).signals
+    assert signals["5.TPDO4.velocity actual value"].max < 800
+
+def test_series(canalyze_open):
+    signals = canalyze_open("caps/sync-and-pdos.log", eds={5: "caps/drive.eds"}).signals
+    assert signals["5.TPDO4.velocity actual value"] == [1, 2]
+
+def test_without_fixture():
+    import canalyze
+    from pathlib import Path
+    capture = canalyze.open("caps/sdo-abort.log", folder=Path(__file__).parent)
+    assert capture.findings == ()
+
+def test_other():
+    assert [1, 2] == [1, 3]
+
+def test_mock(canalyze_open):
+    from unittest.mock import Mock
+    import canalyze
+    capture = Mock(spec=canalyze.Capture)
+    assert capture.findings == 1
+
+def test_long(canalyze_open):
+    capture = canalyze_open("caps/sdo-abort.log")
+    assert capture.transfers == capture.transfers[::-1]
+"""
+
+
+def test_failures_show_annotated_lines(tests: pytest.Pytester) -> None:
+    done = run(tests, FAILING)
+    done.assert_outcomes(failed=11)
+    text = done.stdout.str()
+    parts = {}
+    for part in text.split("\n____")[1:]:
+        name, _, rest = part.lstrip("_ ").partition(" ")
+        parts[name] = rest.partition("=== short test")[0]
+    aborted = "# abort transfer from the server: 1008h:00 05030000h toggle bit not alternated"
+    assert "canalyze: findings" in parts["test_findings"] and aborted in parts["test_findings"]
+    assert "SDO001 error, frame 14: node 10 1008h:00: frame 13" in parts["test_findings"]
+    assert "SDO017 info, frame" not in parts["test_findings"]
+    assert "canalyze: SDO transfers" in parts["test_generator"] and "... and 9 more" in parts["test_generator"]
+    assert "2B 17 10 00 64 00 00 00  # SDO write request" in parts["test_value"]
+    assert "node: 5, expected 6" in parts["test_two"] and parts["test_two"].count("<Transfer") >= 4
+    assert "3 there, 0 expected" in parts["test_none"]
+    assert "velocity actual value=900 rpm" in parts["test_signal"] and "=-900 rpm" in parts["test_signal"]
+    assert "compare the .values of a series" in parts["test_series"]
+    assert "canalyze: findings" in parts["test_without_fixture"]
+    assert "canalyze" not in parts["test_other"].replace("test_canalyze", "")
+    assert "item 0:" in parts["test_long"]
+
+
+def test_words_are_in_the_language_of_the_project(tests: pytest.Pytester) -> None:
+    tests.makeini("[pytest]\ncanalyze_lang = zh\n")
+    done = run(tests, FAILING, "-k", "findings")
+    assert "canalyze：诊断" in done.stdout.str() and "从站发送的中止" in done.stdout.str()
+    tests.makeini("[pytest]\ncanalyze_lang = de\n")
+    assert run(tests, FAILING).ret == pytest.ExitCode.USAGE_ERROR
+
+
+SNAPSHOT = """
+import pytest
+
+class TestBoot:
+    @pytest.mark.parametrize("name", ["sdo-abort", "network/x"])
+    def test_it(self, canalyze_open, canalyze_snapshot, name):
+        capture = canalyze_open("caps/sdo-abort.log" if name == "sdo-abort" else "caps/sync-and-pdos.log")
+        canalyze_snapshot(capture)
+        canalyze_snapshot(capture, name="again")
+"""
+
+
+def test_a_snapshot_is_written_and_compared(tests: pytest.Pytester) -> None:
+    missing = run(tests, SNAPSHOT)
+    missing.assert_outcomes(failed=2)
+    missing.stdout.fnmatch_lines(
+        [
+            "*no snapshot tests?__canalyze__?test_it.TestBoot.test_it-sdo-abort.txt; look at it and write it: "
+            'python -m pytest "tests?test_it.py::TestBoot::test_it*sdo-abort*" --canalyze-update',
+            "*sdo download 2005h:00 expedited aborted 06010002h by server*",
+        ]
+    )
+    written = run(tests, SNAPSHOT, "--canalyze-update")
+    written.assert_outcomes(passed=2)
+    written.stdout.fnmatch_lines(["*canalyze: snapshots written: 4*"])
+    folder = tests.path / "tests/__canalyze__"
+    files = sorted(path.name for path in folder.iterdir())
+    assert len(files) == 4 and files[2:] == [
+        "test_it.TestBoot.test_it-sdo-abort.again.txt",
+        "test_it.TestBoot.test_it-sdo-abort.txt",
+    ]
+    assert all(set(name) <= set("abcdefghijklmnopqrstuvwxyzTB0123456789_-.") for name in files)
+    same = run(tests, SNAPSHOT)
+    same.assert_outcomes(passed=2)
+    assert "canalyze:" not in same.stdout.str()
+    assert "snapshots written" not in run(tests, SNAPSHOT, "--canalyze-update").stdout.str()
+    path = folder / files[3]
+    path.write_bytes(path.read_bytes().replace(b"2005h:00 expedited", b"2005h:00 segmented").replace(b"\n", b"\r\n"))
+    differs = run(tests, SNAPSHOT)
+    differs.assert_outcomes(passed=1, failed=1)
+    differs.stdout.fnmatch_lines(["@@ node 10", "-  sdo download 2005h:00 segmented*", "+  sdo download 2005h:00 exp*"])
+
+
+def test_a_snapshot_has_no_times_and_no_names_of_buses(tests: pytest.Pytester) -> None:
+    text = NETWORK.read_text()
+    moved = text.replace("(1795232", "(1795233").replace("vcan0", "can3")
+    (tests.path / "tests/caps/moved.log").write_text(moved)
+    source = """
+def test_it(canalyze_open):
+    one, other = canalyze_open("caps/sync-and-pdos.log"), canalyze_open("caps/moved.log", lang="zh")
+    assert one.snapshot() == other.snapshot()
+    assert one.snapshot().splitlines()[:5] == [
+        "node 5", "  state boot-up", "  state operational", "  state pre-operational",
+        "  sdo download 1017h:00 expedited = 100",
+    ]
+"""
+    run(tests, source).assert_outcomes(passed=1)
+
+
+def test_a_snapshot_of_the_same_name_is_refused(tests: pytest.Pytester) -> None:
+    twice = (
+        "def test_it(canalyze_open, canalyze_snapshot):\n"
+        + '    canalyze_snapshot(canalyze_open("caps/sdo-abort.log"))\n' * 2
+    )
+    done = run(tests, twice, "--canalyze-update")
+    done.stdout.fnmatch_lines(["*is used twice in one test; give one of them a name=*"])
+
+
+ORPHANS = """
+def test_one(canalyze_open, canalyze_snapshot):
+    canalyze_snapshot(canalyze_open("caps/sdo-abort.log"))
+
+def test_two(canalyze_open, canalyze_snapshot):
+    canalyze_snapshot(canalyze_open("caps/sdo-abort.log"))
+"""
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["here", "xdist"])
+def test_orphans_are_named(tests: pytest.Pytester, workers: tuple[str, ...]) -> None:
+    run(tests, ORPHANS, "--canalyze-update", *workers).assert_outcomes(passed=2)
+    folder = tests.path / "tests/__canalyze__"
+    for name in ("test_it.test_gone", "test_gone.test_it", "test_it.test_one.second", "test_it.test_two"):
+        (folder / f"{name}.txt").touch()
+    (folder / "test_it.test_two.txt").write_text((folder / "test_it.test_one.txt").read_text())
+    done = run(tests, ORPHANS, *workers)
+    done.assert_outcomes(passed=2)
+    named = [line for line in done.stdout.str().splitlines() if "no test uses" in line]
+    assert [line.split(";")[0].rpartition("__canalyze__")[2][1:] for line in named] == [
+        "test_gone.test_it.txt",
+        "test_it.test_gone.txt",
+        "test_it.test_one.second.txt",
+    ]
+    some = run(tests, ORPHANS, "-k", "two").stdout.str()
+    assert "test_gone.txt" in some and "test_one" not in some.split("no test uses", 1)[1]
+    one = run(tests, ORPHANS, "tests/test_it.py::test_two").stdout.str()
+    assert "test_it.test_gone.txt" not in one and "test_one" not in one
+
+
+def test_the_plugin_is_light(tests: pytest.Pytester) -> None:
+    source = """
+import sys
+
+def test_it():
+    heavy = {"canalyze._core", "canalyze.capture", "click", "can", "canopen"} & set(sys.modules)
+    assert not heavy
+"""
+    (tests.path / "tests/test_it.py").write_text(source)
+    tests.runpytest_subprocess().assert_outcomes(passed=1)
+
+
+def test_the_plugin_can_be_turned_off(tests: pytest.Pytester) -> None:
+    (tests.path / "tests/test_it.py").write_text(
+        "def test_it(canalyze_open):\n    pass\n\ndef test_other():\n    pass\n"
+    )
+    done = tests.runpytest_subprocess("-p", "no:canalyze")
+    done.assert_outcomes(errors=1, passed=1)
+    done.stdout.fnmatch_lines(["*fixture 'canalyze_open' not found*"])
+
+
+TYPED = """
+from pathlib import Path
+
+import canalyze
+from canalyze.pytest_plugin import Opener, Snapshot
+
+
+def states(path: Path) -> list[str | None]:
+    given = {5: "drive.eds"}
+    canalyze.open(path, eds=given)
+    canalyze.open(path, eds={("can0", 6): path})
+    with canalyze.open([path, "other.log"], eds={5: "a.eds", ("can1", 6): path}, bitrate="500k", merge=True) as capture:
+        for event in capture:
+            if isinstance(event, canalyze.Frame):
+                number: int = event.id
+            elif isinstance(event, canalyze.Transfer):
+                value: int | float | str | bool | None = event.value
+        first: canalyze.Transfer = capture.transfers[0]
+        some: canalyze.Transfers = capture.transfers.of(node=5)[1:]
+        bad: canalyze.Findings = capture.findings.at_least("warning").of("SDO")
+        series: canalyze.Series = capture.signals["5.TPDO1.statusword"]
+        top: float = series.max + series.min
+        one: canalyze.Signal = capture.signals[0]
+        lines: list[canalyze.Line] = capture.lines(first.first_frame, first.last_frame)
+        return [change.state for change in capture.nodes[5].states]
+
+
+def test_it(canalyze_open: Opener, canalyze_snapshot: Snapshot) -> None:
+    capture = canalyze_open("boot.log", eds=["5=drive.eds"], lang="zh")
+    canalyze_snapshot(capture, name="boot")
+"""
+
+
+def test_types_hold_for_the_user(tmp_path: Path) -> None:
+    good, bad = tmp_path / "test_good.py", tmp_path / "test_bad.py"
+    good.write_text(TYPED)
+    bad.write_text(
+        "import canalyze\n"
+        "capture = canalyze.open('x.log', colour=1)\n"
+        "capture.transfers.of(direction='up')\n"
+        "capture.findings.at_least('bad')\n"
+        "capture.nodes['x']\n"
+        "capture.transfers[0].values\n"
+    )
+    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(good), str(bad)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    errors = [line for line in done.stdout.splitlines() if ": error:" in line]
+    assert [line.split(":")[0:2] for line in errors] == [["test_bad.py", str(line)] for line in range(2, 7)], (
+        done.stdout
+    )
