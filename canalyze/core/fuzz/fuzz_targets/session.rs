@@ -5,9 +5,11 @@
 
 use canalyze_core::readers::Format as Input;
 use canalyze_core::readers::candump::Stamps;
+use canalyze_core::render::columns::Name;
 use canalyze_core::session::{Format, Options, Session};
 use canalyze_core::text::{Depth, Lang};
 use libfuzzer_sys::fuzz_target;
+use std::collections::BTreeMap;
 
 /// Standard output and standard error.
 fn run(text: &[u8], options: Options, regular: bool, size: usize) -> (String, Vec<String>) {
@@ -20,6 +22,29 @@ fn run(text: &[u8], options: Options, regular: bool, size: usize) -> (String, Ve
     session.end(false, &mut out);
     session.finish(&mut out);
     (String::from_utf8(out).expect("output is UTF-8"), session.take_complaints())
+}
+
+/// Rows of every table, and frames.
+fn rows(text: &[u8], options: Options, regular: bool, size: usize) -> (BTreeMap<String, usize>, u64) {
+    let tables = Name::NAMES.iter().map(|(_, name)| *name).collect();
+    let mut session = Session::new(Options { format: Format::Columns, tables, ..options });
+    let mut rows = BTreeMap::new();
+    let mut take = |session: &mut Session| {
+        for batch in session.take_batches(false) {
+            *rows.entry(batch.name.to_string()).or_default() += batch.rows.num_rows();
+        }
+    };
+    let mut out = Vec::new();
+    session.begin(b"capture.log", Input::Candump, regular);
+    for piece in text.chunks(size) {
+        session.feed(piece, &mut out);
+        take(&mut session);
+    }
+    session.end(false, &mut out);
+    session.finish(&mut out);
+    take(&mut session);
+    assert!(out.is_empty(), "columns are no bytes");
+    (rows, session.frames().0)
 }
 
 /// Whether no stamp that may be a difference is smaller than the one before it.
@@ -44,6 +69,10 @@ fuzz_target!(|input: &[u8]| {
     let sizes = [1 + usize::from(*small), 1 + 32 * usize::from(*large)];
     let [first, second] = sizes.map(|size| run(text, options(), regular, size));
     assert_eq!(first, second, "the same output whatever the chunking");
+
+    let [(first, frames), second] = sizes.map(|size| rows(text, options(), regular, size));
+    assert_eq!((&first, frames), (&second.0, second.1), "the same rows whatever the chunking");
+    assert_eq!(first.get("frames").copied().unwrap_or(0) as u64, frames, "every frame is a row");
 
     let decode = |text: &[u8], stamps| run(text, Options { stamps, ..Options::default() }, true, usize::MAX).0;
     let once = decode(text, Stamps::Absolute);

@@ -3,14 +3,17 @@
 //! Found once a mapping, PDO and node, and remembered: nine tenths of a capture's frames ask the same again. Must not:
 //! write anything.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::select::Select;
 use crate::services::pdo::mapping::{Mapped, Mapping};
 use crate::text::{Lang, signal};
 
-/// Mappings whose selection is remembered at most.
-const REMEMBERED: usize = 4096;
+/// PDOs whose selection is remembered at most, and mappings of each: every bus has its own, and so has every node that
+/// is configured anew.
+const PDOS: usize = 4096;
+const MAPPINGS: usize = 64;
 
 /// The PDO that a signal is in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -45,36 +48,41 @@ pub(super) struct Chosen {
 pub(super) struct Selection {
     lang: Lang,
     select: Select,
-    known: Vec<Known>,
+    /// The one used last first.
+    known: BTreeMap<Whose, Vec<Known>>,
 }
 
 #[derive(Debug)]
 struct Known {
     mapping: Arc<Mapping>,
-    whose: Whose,
     chosen: Vec<Chosen>,
 }
 
 impl Selection {
     /// Nothing seen yet.
     pub(super) fn new(lang: Lang, select: Select) -> Self {
-        Self { lang, select, known: Vec::new() }
+        Self { lang, select, known: BTreeMap::new() }
     }
 
     /// The signals of a mapping that are listed, in its order.
     pub(super) fn of(&mut self, whose: Whose, mapping: &Arc<Mapping>) -> &[Chosen] {
-        let known = self.known.iter().position(|one| Arc::ptr_eq(&one.mapping, mapping) && one.whose == whose);
-        let place = known.unwrap_or_else(|| {
-            if self.known.len() >= REMEMBERED {
+        let is_it = |one: &Known| Arc::ptr_eq(&one.mapping, mapping);
+        if self.known.get(&whose).is_none_or(|known| !known.iter().any(is_it)) {
+            let chosen = self.choose(whose, mapping);
+            if self.known.len() >= PDOS {
                 self.known.clear();
             }
-            let chosen = self.choose(whose, mapping);
-            self.known.push(Known { mapping: Arc::clone(mapping), whose, chosen });
-            self.known.len() - 1
-        });
-        // The one just used is likely to be used again soon: frames of few PDOs make a capture.
-        self.known.swap(0, place);
-        self.known.first().map_or(&[], |one| &one.chosen)
+            let known = self.known.entry(whose).or_default();
+            if known.len() >= MAPPINGS {
+                known.clear();
+            }
+            known.push(Known { mapping: Arc::clone(mapping), chosen });
+        }
+        let Some(known) = self.known.get_mut(&whose) else { return &[] };
+        if let Some(place) = known.iter().position(is_it) {
+            known.swap(0, place);
+        }
+        known.first().map_or(&[], |one| &one.chosen)
     }
 
     /// The same of a mapping that will not come again: that of a multiplex PDO.

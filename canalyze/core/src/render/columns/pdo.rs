@@ -85,15 +85,15 @@ impl Cells {
             Number::Real32(_) => Self::Real32(Numbers::with_capacity(0)),
             Number::Real64(_) => Self::Real64(Numbers::with_capacity(0)),
             Number::Signed(_) => match bits {
-                ..=8 => Self::I8(Numbers::with_capacity(0)),
-                ..=16 => Self::I16(Numbers::with_capacity(0)),
-                ..=32 => Self::I32(Numbers::with_capacity(0)),
+                0..=8 => Self::I8(Numbers::with_capacity(0)),
+                9..=16 => Self::I16(Numbers::with_capacity(0)),
+                17..=32 => Self::I32(Numbers::with_capacity(0)),
                 _ => Self::I64(Numbers::with_capacity(0)),
             },
             Number::Bool(_) | Number::Unsigned(_) | Number::Bytes => match bits {
-                ..=8 => Self::U8(Numbers::with_capacity(0)),
-                ..=16 => Self::U16(Numbers::with_capacity(0)),
-                ..=32 => Self::U32(Numbers::with_capacity(0)),
+                0..=8 => Self::U8(Numbers::with_capacity(0)),
+                9..=16 => Self::U16(Numbers::with_capacity(0)),
+                17..=32 => Self::U32(Numbers::with_capacity(0)),
                 _ => Self::U64(Numbers::with_capacity(0)),
             },
         })

@@ -4,8 +4,6 @@
 //! `raw` the unsigned number in the payload; `data` are the bytes of what is no number or longer than 64 bits. All of
 //! them are null where the payload does not reach. Must not: decide what a mapping is.
 
-use std::sync::Arc;
-
 use arrow_array::builder::{BinaryBuilder, StringBuilder};
 use arrow_array::types::{Float64Type, Int64Type, UInt8Type, UInt64Type};
 
@@ -71,7 +69,7 @@ impl Listed {
                     return;
                 };
                 let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
-                list(whose, mapping, *from, selection.of(whose, &Arc::clone(mapping)));
+                list(whose, mapping, *from, selection.of(whose, mapping));
             }
             What::Mpdo(data) => {
                 let Addressed { transmit, number, node, ref mapping, from, .. } = **data;

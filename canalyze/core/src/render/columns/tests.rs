@@ -14,11 +14,13 @@ use super::{Batch, Columns, Name, Seen};
 use crate::configuration::Provenance;
 use crate::event::{Event, Placement, ProcessData, Signals, What};
 use crate::finding::{Code, Facts, Finding};
-use crate::frame::{BusId, Buses, CanId, Frame};
+use crate::frame::{BusId, Buses, CanId, Frame, FrameRef};
 use crate::message::Message;
 use crate::render::jsonl::Setting;
 use crate::select::Select;
 use crate::services::pdo::mapping::Mapping;
+use crate::services::sdo::transfer::{Beginning, Direction, Mode, Transfer, TransferId};
+use crate::services::sdo::wire::Mux;
 use crate::text::Lang;
 
 /// Names and types of all columns, as libraries know them: lines are only ever added.
@@ -166,13 +168,22 @@ fn batches_end_by_rows_and_by_bytes() {
     assert!(capture.columns.take(false).is_empty());
     assert_eq!(shapes(&capture.columns.take(true)), [("frames", 1), ("signals", 1), ("pdo/can0/5.TPDO1/1", 1)]);
     assert!(capture.end().is_empty());
+}
 
-    let mut table = super::column::Table::new("texts", super::findings::Findings::default(), &[]);
-    let mut done = Vec::new();
-    table.end_row(17 << 20, &mut done);
-    // The columns have no row, so that no batch holds together; but it was ended.
-    table.finish(&mut done);
-    assert_eq!(done.len(), 1);
+#[test]
+fn batches_of_much_data_end_early() {
+    let mut capture = Capture::new(&[Name::Transfers]);
+    let at = FrameRef { no: 1, ..FrameRef::default() };
+    let beginning = Beginning { id: TransferId(1), bus: BusId(0), node: 5, extract: false, at };
+    let mut transfer = Transfer::new(beginning, Direction::Upload, Mode::Block, Some(Mux { index: 0x2000, sub: 0 }));
+    transfer.append(&[0xAA; 100_000]);
+    let setting = Setting { lang: Lang::En, file: b"a.log", buses: &capture.buses, decimals: 6 };
+    for _ in 0..300 {
+        capture.columns.transfer(setting, &transfer);
+    }
+    let rows: Vec<_> = capture.columns.take(false).iter().map(|batch| batch.rows.num_rows()).collect();
+    assert_eq!(rows, [256], "65,536 bytes are kept of each");
+    assert_eq!(shapes(&capture.end()), [("transfers", 44)]);
 }
 
 #[test]
