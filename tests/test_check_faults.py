@@ -16,6 +16,7 @@ import pytest
 import test_network_faults as network
 import test_seeded_faults as seeded
 from captures import EDS, Analysis, CanFrame, Row, analyze, log_text, run_canalyze
+from network_sessions import SESSIONS
 
 Described = tuple[tuple[int, str], ...]
 """Node-IDs and their files of eds/."""
@@ -39,7 +40,7 @@ def faulty() -> dict[Described, dict[str, list[CanFrame]]]:
 
 
 def clean() -> dict[str, Iterable[CanFrame]]:
-    return {name: network.clean_frames(name) for name in sorted(network.SESSIONS)}
+    return {name: network.clean_frames(name) for name in sorted(SESSIONS)}
 
 
 def checked(

@@ -63,7 +63,9 @@ def test_snippets_do_what_they_say(kind: str, sample: str, code: int, tmp_path: 
     shutil.copy(SAMPLES / sample, tmp_path / "captures/bench/one.log")
     (line,) = commands(kind)
     arguments = shlex.split(line)[1:]
-    done = subprocess.run([sys.executable, "-m", "canalyze", *arguments], capture_output=True, check=False, cwd=tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-m", "canalyze", *arguments], capture_output=True, check=False, cwd=tmp_path
+    )
     assert done.returncode == code, done.stderr.decode()
     written = {path.name for path in tmp_path.iterdir() if path.is_file()}
     assert written == set(re.findall(r"captures\.(?:xml|sarif)", snippet(kind))), "what the snippet goes on with"
