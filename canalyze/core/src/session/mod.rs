@@ -13,6 +13,7 @@ use std::sync::Arc;
 use self::capture::Capture;
 use self::decoding::Decoding;
 use self::output::{Form, Output};
+use crate::diff::record::Record;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
 use crate::frame::{Buses, Frame};
@@ -47,6 +48,8 @@ pub enum Format {
     Summary,
     /// JSON lines of what each file is, one a file; nothing is decoded.
     Info,
+    /// Nothing: what is to be compared is kept for [`Session::record`].
+    Record,
     /// The frames themselves, in another capture format.
     Convert(writers::Format),
 }
@@ -277,6 +280,11 @@ impl Session {
         }
         let lost = losses.iter().filter(|(_, count)| *count > 0);
         lost.map(|(loss, count)| complaints::lost(self.lang, file, loss, count)).collect()
+    }
+
+    /// What is kept of the capture to be compared, after [`Self::finish`]; `None` in other formats.
+    pub fn record(&self) -> Option<&Record> {
+        self.stream.output.record()
     }
 
     /// Frames so far: those that all files have given, those that were read of the file that was fed last.

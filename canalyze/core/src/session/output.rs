@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::capture::View;
 use super::{Format, Options};
+use crate::diff::record::Record;
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::Finding;
@@ -37,6 +38,7 @@ pub(super) enum Form {
     Signals(Signals),
     Summary(Box<Summary>),
     Info(Box<Info>),
+    Record(Box<Record>),
     Convert(Box<Writer>),
 }
 
@@ -51,6 +53,7 @@ impl Output {
             Format::SignalsCsv => signals(true),
             Format::Summary => Form::Summary(Box::new(Summary::new(Arc::clone(&options.network)))),
             Format::Info => Form::Info(Box::default()),
+            Format::Record => Form::Record(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
         };
         Self { form, filter: options.filter.clone(), shown: 0 }
@@ -71,9 +74,14 @@ impl Output {
         if let Form::Convert(writer) = &self.form { Some(writer.losses()) } else { None }
     }
 
+    /// What is kept to be compared.
+    pub(super) fn record(&self) -> Option<&Record> {
+        if let Form::Record(record) = &self.form { Some(record) } else { None }
+    }
+
     /// Repeats of one finding on one object are counted instead of shown; figures count by themselves.
     pub(super) fn folds(&self) -> bool {
-        !matches!(self.form, Form::Summary(_))
+        !matches!(self.form, Form::Summary(_) | Form::Record(_))
     }
 
     /// What tells of the file itself takes an item before it is looked at any further.
@@ -95,6 +103,9 @@ impl Output {
         if let Form::Transfers = self.form {
             return self.transfers(out, view, events);
         }
+        if let Form::Record(record) = &mut self.form {
+            record.extend(frame);
+        }
         let (service, node) = service(events);
         if !self.filter.shows(frame, service, node, view.buses, view.clock) {
             return;
@@ -108,6 +119,7 @@ impl Output {
             Form::Jsonl => jsonl::frame(out, view.jsonl, frame, events),
             Form::Signals(signals) => signals.frame(out, view.jsonl, frame, events),
             Form::Summary(summary) => summary.frame(frame, events),
+            Form::Record(record) => record.frame(frame, events),
             Form::Convert(writer) => {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
@@ -123,6 +135,13 @@ impl Output {
             Form::Jsonl => jsonl::asides(out, view.jsonl, events),
             Form::Transfers => self.transfers(out, view, events),
             Form::Summary(summary) => summary.asides(events),
+            Form::Record(record) => {
+                let shown = |event: &&Event| match &event.what {
+                    What::Transfer(transfer) => self.filter.shows_transfer(transfer, view.buses, view.clock),
+                    _ => self.filter.is_empty(),
+                };
+                record.asides(events.iter().filter(shown));
+            }
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
             Form::Signals(_) | Form::Info(_) => {}
         }
@@ -134,7 +153,7 @@ impl Output {
             Form::Text(lines) => lines.marker(out, marker, view.buses),
             Form::Summary(summary) => summary.marker(marker),
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
-            Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+            Form::Jsonl | Form::Transfers | Form::Signals(_) | Form::Info(_) | Form::Record(_) => {}
         }
     }
 
@@ -144,7 +163,7 @@ impl Output {
             Form::Jsonl => jsonl::finding(out, view.jsonl, finding),
             Form::Summary(summary) => summary.finding(finding),
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
-            Form::Text(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+            Form::Text(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) | Form::Record(_) => {}
         }
     }
 
@@ -160,6 +179,7 @@ impl Output {
         match &mut self.form {
             Form::Summary(summary) if self.shown > 0 => jsonl::summary::write(out, view.jsonl, summary),
             Form::Convert(writer) => writer.finish(out, view.writing),
+            Form::Record(record) => record.finish(view.buses),
             _ => {}
         }
     }

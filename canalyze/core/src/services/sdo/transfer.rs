@@ -14,6 +14,9 @@ use crate::frame::{BusId, FrameRef};
 
 /// Most bytes of one transfer that are kept for its value.
 pub const KEPT: usize = 65_536;
+/// FNV-1a, 64 bits: where it begins, and what each step multiplies with.
+const FNV_OFFSET: u64 = 0xCBF2_9CE4_8422_2325;
+const FNV_PRIME: u64 = 0x0000_0100_0000_01B3;
 /// Most findings listed with one transfer.
 const FINDINGS: usize = 16;
 
@@ -134,6 +137,8 @@ pub struct Transfer {
     pub size: u64,
     /// The first [`KEPT`] of them.
     pub kept: Vec<u8>,
+    /// FNV-1a over all of them: whether two transfers carry the same, whatever their length.
+    pub digest: u64,
     /// How it stands.
     pub status: Status,
     /// The abort that ended it.
@@ -213,6 +218,7 @@ impl Transfer {
             size_indicated: None,
             size: 0,
             kept: Vec::new(),
+            digest: FNV_OFFSET,
             status: Status::Open,
             abort: None,
             first: at,
@@ -238,6 +244,8 @@ impl Transfer {
         self.size = self.size.saturating_add(bytes.len() as u64);
         let room = KEPT.saturating_sub(self.kept.len()).min(bytes.len());
         self.kept.extend_from_slice(bytes.get(..room).unwrap_or(&[]));
+        self.digest =
+            bytes.iter().fold(self.digest, |digest, byte| (digest ^ u64::from(*byte)).wrapping_mul(FNV_PRIME));
         if self.extract {
             self.fresh.extend_from_slice(bytes);
         }
