@@ -1,6 +1,6 @@
 //! The expression of `--filter`: which frames are shown. State still sees every frame.
 //!
-//! `service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5`: a blank is "and", a comma is "or". It only compares
+//! `service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5 frame=10-20`: a blank is "and", a comma is "or". It only compares
 //! what a frame and its own event say; it must not decode.
 
 use crate::frame::{Buses, Frame, Kind};
@@ -52,6 +52,8 @@ enum Clause {
     Node(Vec<(u32, u32)>),
     Id(Vec<(u32, u32)>),
     Bus(Vec<String>),
+    /// Numbers of frames, from 1.
+    Frame(Vec<(u32, u32)>),
     /// Seconds in ns, both ends inclusive.
     Time(Vec<(i64, i64)>),
 }
@@ -83,6 +85,7 @@ impl Filter {
                 ),
                 "node" => Clause::Node(each.map(|v| range(v, 10).ok_or_else(|| wrong(v))).collect::<Result<_, _>>()?),
                 "id" => Clause::Id(each.map(|v| range(v, 16).ok_or_else(|| wrong(v))).collect::<Result<_, _>>()?),
+                "frame" => Clause::Frame(each.map(|v| range(v, 10).ok_or_else(|| wrong(v))).collect::<Result<_, _>>()?),
                 "bus" if values.is_empty() => return Err(wrong(values)),
                 "bus" => Clause::Bus(each.map(str::to_owned).collect()),
                 "t" => Clause::Time(each.map(|v| span(v).ok_or_else(|| wrong(v))).collect::<Result<_, _>>()?),
@@ -110,6 +113,10 @@ impl Filter {
             Clause::Node(ranges) => within(ranges, node),
             Clause::Id(ranges) => within(ranges, SDO_REQUEST + node) || within(ranges, SDO_RESPONSE + node),
             Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == buses.name(transfer.bus)),
+            Clause::Frame(ranges) => {
+                let (first, last) = (transfer.first.no, transfer.last.no);
+                ranges.iter().any(|(from, to)| u64::from(*from) <= last && first <= u64::from(*to))
+            }
             Clause::Time(spans) => match (transfer.first.t_ns, transfer.last.t_ns) {
                 (Some(first), Some(last)) => spans.iter().any(|span| overlaps(*span, first, last, clock)),
                 _ => false,
@@ -124,6 +131,7 @@ impl Filter {
             Clause::Node(ranges) => node.is_some_and(|node| within(ranges, u32::from(node))),
             Clause::Id(ranges) => frame.kind != Kind::Error && within(ranges, frame.id.raw()),
             Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == buses.name(frame.bus)),
+            Clause::Frame(ranges) => u32::try_from(frame.no).is_ok_and(|no| within(ranges, no)),
             Clause::Time(spans) => frame.t_ns.is_some_and(|t| spans.iter().any(|span| overlaps(*span, t, t, clock))),
         })
     }
@@ -186,12 +194,13 @@ mod tests {
         let mut frame = Frame::classic(CanId::standard(0x185), &[0; 8]);
         frame.bus = buses.intern(b"can1");
         frame.t_ns = Some(2_500_000_000);
+        frame.no = 12;
         let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, "pdo", Some(5), &buses, Clock::default());
-        for yes in ["", "service=sdo,pdo", "node=5", "node=1-9", "id=185", "id=180-1FF", "id=0x185", "bus=can0,can1"] {
+        for yes in ["", "frame=12", "frame=1,10-20", "service=sdo,pdo", "node=5", "node=1-9", "id=185", "id=180-1FF", "id=0x185", "bus=can0,can1"] {
             assert!(shows(yes), "{yes}");
         }
         assert!(shows("t=1.0..2.5") && shows("t=2.5..") && shows("service=pdo node=5 bus=can1 t=..3"));
-        for no in ["service=sdo", "node=6", "id=205", "bus=can0", "t=2.6..3", "service=pdo node=6"] {
+        for no in ["frame=1-11", "service=sdo", "node=6", "id=205", "bus=can0", "t=2.6..3", "service=pdo node=6"] {
             assert!(!shows(no), "{no}");
         }
     }

@@ -8,7 +8,7 @@
 const MOST: usize = 768;
 
 /// The matched places of two sequences, ascending in both.
-pub fn align(a: &[u64], b: &[u64]) -> Vec<(usize, usize)> {
+pub(super) fn align(a: &[u64], b: &[u64]) -> Vec<(usize, usize)> {
     let mut pairs = Vec::with_capacity(a.len().min(b.len()));
     let tail = a.iter().rev().zip(b.iter().rev()).take_while(|(one, other)| one == other).count();
     let (head_a, head_b) = (a.get(..a.len() - tail).unwrap_or(a), b.get(..b.len() - tail).unwrap_or(b));

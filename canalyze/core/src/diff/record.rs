@@ -272,6 +272,14 @@ impl Record {
         self.buses = buses.clone();
     }
 
+    /// Every place that is kept, in no order.
+    pub fn places(&self) -> impl Iterator<Item = Place> {
+        self.lines.values().flat_map(|line| {
+            let items = line.items.values().flatten().flat_map(|item| [item.since, item.at]);
+            items.chain(line.trains.values().flat_map(|train| train.places.iter().copied()))
+        })
+    }
+
     fn is_full(&mut self) -> bool {
         self.full |= self.items >= ITEMS || self.places >= PLACES;
         self.full

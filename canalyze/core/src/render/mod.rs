@@ -2,6 +2,7 @@
 //!
 //! It must not decide or count anything, and holds no words of its own: those come from `text`.
 
+pub mod diff;
 pub mod jsonl;
 mod number;
 pub mod signals;

@@ -48,7 +48,7 @@ pub enum Format {
     Summary,
     /// JSON lines of what each file is, one a file; nothing is decoded.
     Info,
-    /// Nothing: what is to be compared is kept for [`Session::record`].
+    /// Nothing: what is to be compared is kept for [`Session::take_record`].
     Record,
     /// The frames themselves, in another capture format.
     Convert(writers::Format),
@@ -282,9 +282,9 @@ impl Session {
         lost.map(|(loss, count)| complaints::lost(self.lang, file, loss, count)).collect()
     }
 
-    /// What is kept of the capture to be compared, after [`Self::finish`]; `None` in other formats.
-    pub fn record(&self) -> Option<&Record> {
-        self.stream.output.record()
+    /// Hands out what is kept of the capture to be compared, after [`Self::finish`]; `None` in other formats.
+    pub fn take_record(&mut self) -> Option<Record> {
+        self.stream.output.take_record()
     }
 
     /// Frames so far: those that all files have given, those that were read of the file that was fed last.

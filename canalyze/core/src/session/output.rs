@@ -75,8 +75,8 @@ impl Output {
     }
 
     /// What is kept to be compared.
-    pub(super) fn record(&self) -> Option<&Record> {
-        if let Form::Record(record) = &self.form { Some(record) } else { None }
+    pub(super) fn take_record(&mut self) -> Option<Record> {
+        if let Form::Record(record) = &mut self.form { Some(std::mem::take(record)) } else { None }
     }
 
     /// Repeats of one finding on one object are counted instead of shown; figures count by themselves.

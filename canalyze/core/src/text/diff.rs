@@ -270,7 +270,7 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, deed: &Deed) {
 fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &Moved) {
     if what == What::Item(Kind::Sdo, Aspect::Mode) {
         return put!(out; match moved.mode {
-            Mode::Expedited => both(lang, "快速", "expedited"),
+            Mode::Expedited => both(lang, "加速", "expedited"),
             Mode::Segmented => both(lang, "分段", "segmented"),
             Mode::Block => both(lang, "块", "block"),
         });

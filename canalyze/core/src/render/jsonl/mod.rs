@@ -10,11 +10,13 @@
 //! | `finding` | `code name severity file frame line t cause_frame cause_line bus node index sub message facts` |
 //! | `transfer` | see [`transfer`] |
 //! | `summary_...` | see [`summary`] |
+//! | `difference`, `diff` | see [`diff`] |
 //!
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
 //! raised at the frame, each of which has its own `finding` line after it.
 
 mod contents;
+pub mod diff;
 mod facts;
 mod info;
 mod object;
