@@ -102,6 +102,7 @@ class Session:
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
         summary (JSON lines, one object a record, all of them from finish()) |
         info (JSON lines, one object a file, from its end(); nothing is decoded) |
+        record (nothing comes out: it is kept for a Comparison) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.
@@ -177,6 +178,38 @@ class Session:
     @property
     def file_frames(self) -> int:
         """Frames read so far in the file that was fed or ended last."""
+
+@final
+class Comparison:
+    """Two captures compared as CANopen."""
+
+    def __init__(
+        self,
+        a: Session,
+        b: Session,
+        *,
+        names: tuple[str, str],
+        lang: str = "zh",
+        tolerance: float = 0.1,
+        buses: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        """Compare two sessions of format `record` that are finished; what they kept is taken from them.
+
+        names: of the files, for JSON. tolerance: by how much periods may differ, as a part of the shorter one.
+        buses: names of buses that are one bus, in A and in B; others are matched by name, else by their nodes.
+        ValueError for a session that has nothing kept.
+        """
+    @property
+    def differences(self) -> int:
+        """How many there are; several of the same count once."""
+    def first(self) -> tuple[int | None, int | None]:
+        """The frame of the first difference in A and in B; None where that is not known."""
+    def head(self) -> bytes:
+        """What is said above the lines around the first difference."""
+    def body(self) -> bytes:
+        """What is said below: every difference, by bus and node, and what was compared."""
+    def jsonl(self) -> bytes:
+        """The same as JSON lines."""
 
 @final
 class Rule:

@@ -24,7 +24,7 @@ from canalyze.options import common_options
 from canalyze.output import Output, complain, shows_chinese
 from canalyze.words import Words
 
-COMMANDS: Final = ("decode", "explain", "sdo", "signals", "summary", "convert", "info", "eds", "rules")
+COMMANDS: Final = ("decode", "explain", "sdo", "signals", "summary", "diff", "convert", "info", "eds", "rules")
 """In the order of help; each stands in `commands/` under its name."""
 
 _SETTLED_FIRST: Final = ("--lang", "--config")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from conftest import Runner
 
-COMMANDS = ("decode", "explain", "sdo", "signals", "summary", "eds", "rules")
+COMMANDS = ("decode", "explain", "sdo", "signals", "summary", "diff", "eds", "rules")
 CHINESE = re.compile("[\u4e00-\u9fff]")
 
 

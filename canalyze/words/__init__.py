@@ -6,7 +6,7 @@ Rows (key, zh, en), complete in both languages, one file a topic; a test keeps i
 
 from typing import Final
 
-from canalyze.words import commands, convert, defects, descriptions, errors, info, pages, summary, tables
+from canalyze.words import commands, convert, defects, descriptions, diff, errors, info, pages, summary, tables
 
 LANGUAGES: Final = ("zh", "en")
 
@@ -17,6 +17,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *tables.ROWS,
     *summary.ROWS,
     *info.ROWS,
+    *diff.ROWS,
     *descriptions.ROWS,
     *defects.ROWS,
     *errors.ROWS,
