@@ -10,7 +10,9 @@ const MOST: usize = 768;
 /// The matched places of two sequences, ascending in both.
 pub(super) fn align(a: &[u64], b: &[u64]) -> Vec<(usize, usize)> {
     let mut pairs = Vec::with_capacity(a.len().min(b.len()));
-    let tail = a.iter().rev().zip(b.iter().rev()).take_while(|(one, other)| one == other).count();
+    let head = a.iter().zip(b).take_while(|(one, other)| one == other).count();
+    let tail = a.iter().skip(head).rev().zip(b.iter().skip(head).rev());
+    let tail = tail.take_while(|(one, other)| one == other).count();
     let (head_a, head_b) = (a.get(..a.len() - tail).unwrap_or(a), b.get(..b.len() - tail).unwrap_or(b));
     let (mut x, mut y) = (0, 0);
     loop {
@@ -27,7 +29,22 @@ pub(super) fn align(a: &[u64], b: &[u64]) -> Vec<(usize, usize)> {
         (x, y) = (x + to.0, y + to.1);
     }
     pairs.extend((0..tail).map(|step| (head_a.len() + step, head_b.len() + step)));
+    settle(a, b, &mut pairs);
     pairs
+}
+
+/// What one side has more may often be said to be here or a little later: it is said to be as late as can be, so that
+/// the first place in which both part is the right one.
+fn settle(a: &[u64], b: &[u64], pairs: &mut [(usize, usize)]) {
+    let (mut x, mut y) = (0, 0);
+    for (i, j) in pairs {
+        if *i == x && *j > y && a.get(x) == b.get(y) {
+            *j = y;
+        } else if *j == y && *i > x && a.get(x) == b.get(y) {
+            *i = x;
+        }
+        (x, y) = (*i + 1, *j + 1);
+    }
 }
 
 /// How far down each diagonal a number of edits leads: the row of the furthest place, by diagonal.

@@ -44,9 +44,10 @@ impl<'a> Found<'a> {
         let key = self.key(what, node, &sides);
         let by_time = self.span.by_time;
         let place = |side: usize| sides.get(side).and_then(Option::as_ref).map(|side| Place::of(side.since));
+        let is_train = matches!(what, What::Frames(_) | What::Period(_) | What::Jitter(_));
         let order = match (place(0), place(1)) {
             // Where one has a frame and the other one has none, the other one's stands beside it.
-            (Some(a), Some(b)) if matches!(what, What::Frames(_)) => a.on(by_time).max(self.span.to_a(b.on(by_time))),
+            (Some(a), Some(b)) if is_train => a.on(by_time).max(self.span.to_a(b.on(by_time))),
             (Some(a), Some(b)) => a.on(by_time).min(self.span.to_a(b.on(by_time))),
             (Some(a), None) => a.on(by_time),
             (None, Some(b)) => self.span.to_a(b.on(by_time)),

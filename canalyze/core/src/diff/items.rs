@@ -32,6 +32,8 @@ const WAITED: usize = 3;
 const CYCLIC: usize = 64;
 /// Where an application's own objects begin.
 const APPLICATION: u16 = 0x2000;
+/// What lies no further apart may be the same, in ns.
+const CLOSE_NS: i64 = 2_000_000;
 /// Frames at the beginning of a capture in which a late echo may still hide where a transfer begins.
 const EDGE: i64 = 3;
 
@@ -169,13 +171,13 @@ fn likeness(item: &Item) -> u64 {
 pub(super) fn anchors(a: &[Item], b: &[Item], exact: bool, into: &mut Vec<Anchor>) {
     let habits = Habits::of([a.iter(), b.iter()]);
     let unique = |items: &[Item]| {
-        let mut symbols: Vec<(u64, Place)> = items
+        let mut symbols: Vec<(u64, [Place; 2])> = items
             .iter()
             .filter(|item| !is_cut(item) && (exact || !habits.varies(item).0))
-            .map(|item| (symbol(item, false, false), item.at))
+            .map(|item| (symbol(item, false, false), [item.since, item.at]))
             .collect();
-        symbols.sort_by_key(|(symbol, at)| (*symbol, at.on(false)));
-        let mut once: Vec<(u64, Place)> = Vec::new();
+        symbols.sort_by_key(|(symbol, [since, _])| (*symbol, since.on(false)));
+        let mut once: Vec<(u64, [Place; 2])> = Vec::new();
         for group in symbols.chunk_by(|one, other| one.0 == other.0) {
             if let [only] = group {
                 once.push(*only);
@@ -184,9 +186,11 @@ pub(super) fn anchors(a: &[Item], b: &[Item], exact: bool, into: &mut Vec<Anchor
         once
     };
     let (of_a, of_b) = (unique(a), unique(b));
-    for (symbol, at) in of_a {
-        if let Ok(place) = of_b.binary_search_by_key(&symbol, |(symbol, _)| *symbol) {
-            into.extend(of_b.get(place).map(|(_, other)| (at, *other)));
+    for (symbol, ends) in of_a {
+        if let Ok(place) = of_b.binary_search_by_key(&symbol, |(symbol, _)| *symbol)
+            && let Some((_, others)) = of_b.get(place)
+        {
+            into.extend(ends.into_iter().zip(*others));
         }
     }
 }
@@ -199,7 +203,7 @@ pub(super) fn matched(a: &[Item], b: &[Item], into: &mut Vec<Anchor>) {
     };
     for (i, j) in align(&symbols(a), &symbols(b)) {
         if let (Some(one), Some(other)) = (a.get(i), b.get(j)) {
-            into.push((one.at, other.at));
+            into.extend([(one.since, other.since), (one.at, other.at)]);
         }
     }
 }
@@ -244,14 +248,14 @@ impl Streams<'_> {
         }
     }
 
-    /// Items that the other capture may have as well.
+    /// Items that the other capture may have as well, from beginning to end.
     fn window(&self, side: usize, found: &mut Found<'_>) -> Vec<&Item> {
         let by_time = self.span.by_time;
         let items = self.items.get(side).copied().unwrap_or(&[]);
         let inside: Vec<&Item> = items
             .iter()
             .filter(|item| {
-                self.span.may_cover(side, item.at.on(by_time)) || self.span.may_cover(side, item.since.on(by_time))
+                self.span.may_cover(side, item.at.on(by_time)) && self.span.may_cover(side, item.since.on(by_time))
             })
             .collect();
         found.outside(side, items.len() - inside.len());
@@ -329,7 +333,7 @@ impl Streams<'_> {
         } else {
             return;
         };
-        found.add(What::Item(Kind::Sdo, aspect), Some(self.node), sides());
+        found.add(What::Item(self.kind, aspect), Some(self.node), sides());
     }
 
     /// Whether a capture shows `item` only in part, since the rest of it lies beyond its edge: `other` is the same in the
@@ -339,8 +343,12 @@ impl Streams<'_> {
         let others = 1 - side;
         let last = self.span.covered.get(others).map_or(i64::MAX, |covered| covered.1);
         let ends = moved.unended && other.at.on(by_time) > last.saturating_sub(self.span.slack.1);
-        let first = self.span.first.get(side).copied().unwrap_or(0);
-        let begins = moved.holed && item.since.on(false) <= first.saturating_add(EDGE);
+        let (first, begun) = (
+            self.span.first.get(side).copied().unwrap_or(0),
+            self.span.covered.get(others).map_or(i64::MIN, |covered| covered.0),
+        );
+        let early = other.since.on(by_time) < begun.saturating_add(self.span.slack.0);
+        let begins = moved.holed && (early || item.since.on(false) <= first.saturating_add(EDGE));
         ends || begins || (moved.holed && matches!(&other.deed, Deed::Transfer(other) if other.holed))
     }
 
@@ -349,10 +357,14 @@ impl Streams<'_> {
         let by_time = self.span.by_time;
         let since = item.since.on(by_time);
         let other_knows = self.known.get(1 - side).copied().flatten().map(|place| place.on(by_time));
+        let here = |known: i64| if side == 0 { self.span.to_a(known) } else { self.span.to_b(known) };
+        let close = self.span.slack.0.saturating_add(if by_time { CLOSE_NS } else { EDGE });
         let unknown = matches!(self.kind, Kind::State | Kind::Drive(_))
             && !matches!(item.deed, Deed::BootUp)
-            && other_knows.is_none_or(|known| since <= if side == 0 { self.span.to_a(known) } else { self.span.to_b(known) });
-        if is_cut(item) || unknown || !self.span.covers(side, since, item.at.on(by_time)) {
+            && other_knows.is_none_or(|known| since <= here(known).saturating_add(close));
+        // A channel that was configured before the other capture began is unknown there.
+        let unknown = unknown || (self.span.begins_apart() && matches!(self.kind, Kind::Sdo(Some(_))));
+        if unknown || is_cut(item) || !self.span.covers(side, since, item.at.on(by_time)) {
             return found.outside(side, 1);
         }
         if habits.is_poll(item) {

@@ -24,7 +24,7 @@ use self::record::{Kind, Line, Place, Record, Service, Train};
 use self::span::{Anchor, Span};
 use self::trains::Trains;
 use crate::finding::{Code, Facts, Finding, Quantity, Severity};
-use crate::frame::BusId;
+use crate::frame::{BusId, CanId};
 use crate::services::sdo::wire::Mux;
 
 /// What counts as a difference.
@@ -140,6 +140,7 @@ fn anchors(a: &Record, b: &Record, pairs: &[(Option<BusId>, Option<BusId>)]) -> 
 fn lines(lines: [&Line; 2], records: [&Record; 2], settings: &Settings, found: &mut Found<'_>) {
     let [a, b] = lines;
     let apart = strangers(lines, found);
+    let names = renamed(lines, found.span);
     let span = found.span;
     let keys: BTreeSet<(u8, Kind)> = a.items.keys().chain(b.items.keys()).copied().collect();
     for (node, kind) in keys.into_iter().filter(|(node, _)| !apart.contains(node)) {
@@ -150,7 +151,16 @@ fn lines(lines: [&Line; 2], records: [&Record; 2], settings: &Settings, found: &
     let keys: BTreeSet<(u8, Service)> = a.trains.keys().chain(b.trains.keys()).copied().collect();
     let none = Train::default();
     for (node, service) in keys.into_iter().filter(|(node, _)| !apart.contains(node)) {
-        let trains = lines.map(|line| line.trains.get(&(node, service)).unwrap_or(&none));
+        if names.iter().any(|(_, hidden)| *hidden == (node, service)) {
+            continue;
+        }
+        let mut trains = lines.map(|line| line.trains.get(&(node, service)).unwrap_or(&none));
+        if let Some((_, hidden)) = names.iter().find(|(shown, _)| *shown == (node, service)) {
+            trains = trains.map(|train| if train.places.is_empty() { &none } else { train });
+            for (train, line) in trains.iter_mut().zip(lines).filter(|(train, _)| train.places.is_empty()) {
+                *train = line.trains.get(hidden).unwrap_or(&none);
+            }
+        }
         let node = (node > 0).then_some(node);
         Trains { node, service, trains, span }.compare(settings.tolerance, found);
     }
@@ -160,11 +170,17 @@ fn lines(lines: [&Line; 2], records: [&Record; 2], settings: &Settings, found: &
 /// Nodes that only one capture has, though the other one covers them.
 fn strangers(lines: [&Line; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
     let by_time = found.span.by_time;
+    let begins_apart = found.span.begins_apart();
     let mut apart = BTreeSet::new();
     for (side, other) in [(0, 1), (1, 0)] {
         let (Some(mine), Some(others)) = (lines.get(side), lines.get(other)) else { continue };
         for (node, (first, frames)) in mine.nodes.iter().filter(|(node, _)| !others.nodes.contains_key(node)) {
             apart.insert(*node);
+            // Whose an identifier is may have been configured before the other capture began.
+            let mut ids = mine.ids.iter().filter(|(_, of)| **of == Some(*node)).map(|(id, _)| id);
+            if begins_apart && ids.all(|id| others.ids.contains_key(id)) {
+                continue;
+            }
             let sent = mine.trains.iter().filter(|((of, _), _)| of == node).flat_map(|(_, train)| train.places.iter());
             let done = mine.items.iter().filter(|((of, _), _)| of == node).flat_map(|(_, items)| items.iter());
             let mut places: Vec<Place> = sent.copied().chain(done.map(|item| item.since)).collect();
@@ -186,15 +202,41 @@ fn strangers(lines: [&Line; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
     apart
 }
 
+/// Trains of one identifier that the captures take for different PDOs, since one of them does not know how they were
+/// configured: the name in the capture that knows more, and the other one's.
+fn renamed(lines: [&Line; 2], span: &Span) -> Vec<((u8, Service), (u8, Service))> {
+    if !span.begins_apart() {
+        return Vec::new();
+    }
+    let knowing = usize::from(span.beyond.first().is_none_or(|(before, _)| !before));
+    let (Some(mine), Some(others)) = (lines.get(knowing), lines.get(1 - knowing)) else { return Vec::new() };
+    let lone = |line: &Line, other: &Line| -> Vec<((u8, Service), Vec<CanId>)> {
+        let alone = line.trains.iter().filter(|(key, _)| !other.trains.contains_key(key));
+        alone.map(|(key, train)| (*key, train.versions.iter().map(|version| version.id).collect())).collect()
+    };
+    let strange = lone(others, mine);
+    let mut found = Vec::new();
+    for (key, ids) in lone(mine, others) {
+        if let Some((other, _)) = strange.iter().find(|(_, known)| known.iter().any(|id| ids.contains(id))) {
+            found.push((key, *other));
+        }
+    }
+    found
+}
+
 /// A bus that only one capture has.
 fn absent(lines: [Option<&Line>; 2], found: &mut Found<'_>) {
     let first = |line: &Line| line.nodes.values().map(|(place, _)| *place).min_by_key(|place| place.on(false));
-    let sides = lines.map(|line| {
-        let line = line?;
-        let at = first(line).unwrap_or_default();
-        Some(Side::new(at, at, Shows::Count(line.frames)))
-    });
-    found.add(What::Bus, None, sides);
+    let mut sides = [None, None];
+    for (side, (slot, line)) in sides.iter_mut().zip(lines).enumerate() {
+        let Some(line) = line else { continue };
+        let at = line.covered(side, found.span).or(first(line).filter(|_| line.places().next().is_none()));
+        *slot = at.map(|at| Side::new(at, at, Shows::Count(line.frames)));
+    }
+    match sides {
+        [None, None] => found.outside(usize::from(lines.first().is_none_or(Option::is_none)), 1),
+        sides => found.add(What::Bus, None, sides),
+    }
 }
 
 /// Findings that only one capture has.
@@ -224,14 +266,27 @@ fn findings(lines: [&Line; 2], records: [&Record; 2], apart: &BTreeSet<u8>, foun
                 continue;
             }
             let at = Place::of(first.at);
-            let since = first.cause.map_or(at, Place::of);
+            if is_of_cut(mine, *node, at, side, found.span) {
+                found.outside(side, 1);
+                continue;
+            }
             let mut sides = [None, None];
             if let Some(slot) = sides.get_mut(side) {
-                *slot = Some(Side::new(at, since, Shows::Finding(Box::new(*first))));
+                *slot = Some(Side::new(at, at, Shows::Finding(Box::new(*first))));
             }
             found.add(What::Finding, *node, sides);
         }
     }
+}
+
+/// Whether a finding is about a transfer that the other capture does not show as a whole.
+fn is_of_cut(line: &Line, node: Option<u8>, at: Place, side: usize, span: &Span) -> bool {
+    let by_time = span.by_time;
+    let streams = line.items.iter().filter(|((of, kind), _)| Some(*of) == node && matches!(kind, Kind::Sdo(_)));
+    let mut around = streams.flat_map(|(_, items)| items).filter(|item| {
+        item.since.on(false) <= at.on(false) && at.on(false) <= item.at.on(false).saturating_add(1)
+    });
+    around.any(|item| !span.covers(side, item.since.on(by_time), at.on(by_time)))
 }
 
 /// Whether a finding rests on times, which captures without stamps, or with coarse ones, cannot show.

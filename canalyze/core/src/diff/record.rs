@@ -31,6 +31,8 @@ const WAITED_NS: i64 = 2_000_000_000;
 const FINDINGS: usize = 256;
 /// Kinds of finding that are kept.
 const KINDS: usize = 4096;
+/// Identifiers of one bus that are kept.
+const IDENTIFIERS: usize = 8192;
 /// Versions of one train.
 const VERSIONS: usize = 256;
 
@@ -125,8 +127,8 @@ pub enum Kind {
     Nmt,
     /// Boot-ups and NMT states.
     State,
-    /// SDO transfers.
-    Sdo,
+    /// SDO transfers, by the identifier of the channel where it is not the server's default one.
+    Sdo(Option<CanId>),
     /// Emergencies.
     Emcy,
     /// States of a drive's axis, from 0.
@@ -144,10 +146,8 @@ pub enum Service {
     Sync,
     /// TIME.
     Time,
-    /// Heartbeats.
-    Heartbeat,
-    /// Answers to node guarding.
-    Guarding,
+    /// Heartbeats, and answers to node guarding: at first the two look alike.
+    ErrorControl,
     /// A PDO: whether it is a TPDO, and its number.
     Pdo(bool, u16),
     /// The frame of an SRDO: its number, and whether it is the inverted one.
@@ -183,8 +183,10 @@ pub struct Train {
 pub struct Line {
     /// Frames.
     pub frames: u64,
-    /// The first frame of each node, by node-ID; 0 is no node.
+    /// The first frame of each node, and how many there are, by node-ID.
     pub nodes: BTreeMap<u8, (Place, u64)>,
+    /// The last node that each identifier was of.
+    pub ids: BTreeMap<CanId, Option<u8>>,
     /// By node and kind.
     pub items: BTreeMap<(u8, Kind), Vec<Item>>,
     /// Since when the state of a node, or of an axis, is known.
@@ -220,6 +222,20 @@ pub struct Record {
     places: usize,
 }
 
+impl Line {
+    /// Every place that is kept, in no order.
+    pub fn places(&self) -> impl Iterator<Item = Place> {
+        let items = self.items.values().flatten().flat_map(|item| [item.since, item.at]);
+        items.chain(self.trains.values().flat_map(|train| train.places.iter().copied()))
+    }
+
+    /// The first place that both captures surely cover.
+    pub fn covered(&self, side: usize, span: &super::span::Span) -> Option<Place> {
+        let inside = |place: &Place| span.covers(side, place.on(span.by_time), place.on(span.by_time));
+        self.places().filter(inside).min_by_key(|place| place.on(false))
+    }
+}
+
 impl Record {
     /// The capture goes on to this frame, whether it is to be compared or not.
     pub fn extend(&mut self, frame: &Frame) {
@@ -243,7 +259,11 @@ impl Record {
         let at = Place::of(frame.reference());
         let line = self.lines.entry(frame.bus).or_default();
         line.frames += 1;
-        if let Some(node) = events.first().and_then(|event| event.node) {
+        let node = events.first().and_then(|event| event.node);
+        if line.ids.len() < IDENTIFIERS || line.ids.contains_key(&frame.id) {
+            line.ids.insert(frame.id, node);
+        }
+        if let Some(node) = node {
             line.nodes.entry(node).or_insert((at, 0)).1 += 1;
         }
         for event in events {
@@ -274,10 +294,7 @@ impl Record {
 
     /// Every place that is kept, in no order.
     pub fn places(&self) -> impl Iterator<Item = Place> {
-        self.lines.values().flat_map(|line| {
-            let items = line.items.values().flatten().flat_map(|item| [item.since, item.at]);
-            items.chain(line.trains.values().flat_map(|train| train.places.iter().copied()))
-        })
+        self.lines.values().flat_map(Line::places)
     }
 
     fn is_full(&mut self) -> bool {
@@ -317,7 +334,7 @@ impl Record {
             unended: !framed && matches!(transfer.status, Status::Incomplete | Status::Open) && !self.waited(transfer),
         };
         let (at, since) = (Place::of(transfer.last), Place::of(transfer.first));
-        self.add(transfer.bus, (transfer.node, Kind::Sdo), Item { at, since, deed: Deed::Transfer(Box::new(moved)) });
+        self.add(transfer.bus, (transfer.node, Kind::Sdo(transfer.channel)), Item { at, since, deed: Deed::Transfer(Box::new(moved)) });
     }
 
     /// Whether the capture goes on so long behind a transfer that an answer should have come.
@@ -346,12 +363,11 @@ impl Record {
                 self.state(frame.bus, node, 0, at);
                 self.add(frame.bus, (node, Kind::State), one(Deed::BootUp));
             }
-            Message::Heartbeat { node, state, guarding, .. } => {
+            Message::Heartbeat { node, state, .. } => {
                 if self.state(frame.bus, node, state, at) {
                     self.add(frame.bus, (node, Kind::State), one(Deed::State(state)));
                 }
-                let service = if guarding { Service::Guarding } else { Service::Heartbeat };
-                self.pass(frame, (node, service), at, None);
+                self.pass(frame, (node, Service::ErrorControl), at, None);
             }
             Message::Emcy { node, code, register, .. } => {
                 self.add(frame.bus, (node, Kind::Emcy), one(Deed::Emcy(code, register)));

@@ -109,6 +109,11 @@ impl Span {
             .collect()
     }
 
+    /// Whether one capture knows what was before the other one began.
+    pub fn begins_apart(&self) -> bool {
+        self.beyond.iter().any(|(before, _)| *before)
+    }
+
     /// A position of B on the scale of A.
     pub fn to_a(&self, position: i64) -> i64 {
         related(&self.chain, position, |(in_a, in_b)| (in_b, in_a))

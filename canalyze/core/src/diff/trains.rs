@@ -48,10 +48,12 @@ impl Trains<'_> {
             && let [Some(mine), Some(others)] = &paces
         {
             if mine.parts(others, tolerance, self.span) {
-                return self.say(What::Period(self.service), [mine.median_ns, others.median_ns], found);
+                let shown = [mine.median_ns, others.median_ns];
+                return self.say(What::Period(self.service), shown, [mine, others], found);
             }
             if mine.varies(others, tolerance, self.span) {
-                return self.say(What::Jitter(self.service), [mine.spread_ns, others.spread_ns], found);
+                let shown = [mine.spread_ns, others.spread_ns];
+                return self.say(What::Jitter(self.service), shown, [mine, others], found);
             }
         }
         self.lost(&counted, &paces, tolerance, found);
@@ -169,12 +171,26 @@ impl Trains<'_> {
         None
     }
 
-    fn say(&self, what: What, ns: [i64; 2], found: &mut Found<'_>) {
-        let side = |side: usize| {
-            let at = self.first(side)?;
-            Some(Side::new(at, at, Shows::Time(ns.get(side).copied()?)))
+    fn say(&self, what: What, ns: [i64; 2], paces: [&Pace; 2], found: &mut Found<'_>) {
+        // It is at the first interval that the other one has not.
+        let [mine, others] = paces;
+        let side = usize::from(others.spread_ns > mine.spread_ns);
+        let (own, other) = if side == 0 { (mine, others) } else { (others, mine) };
+        let by_time = self.span.by_time;
+        let usual = own.median_ns.saturating_sub(other.median_ns).saturating_abs() / 2;
+        let most = usual.max(other.spread_ns.max(own.spread_ns / 2)).max(self.span.resolution);
+        let places = self.places(side);
+        let odd = places.iter().zip(places.iter().skip(1)).find(|(one, next)| {
+            let interval = next.on(by_time).saturating_sub(one.on(by_time));
+            self.span.covers(side, one.on(by_time), next.on(by_time))
+                && interval.saturating_sub(other.median_ns).saturating_abs() > most
+        });
+        let Some(at) = odd.map(|(_, next)| *next).or_else(|| self.first(side)) else { return };
+        let show = |which: usize| {
+            let place = if which == side { Some(at) } else { self.nearest(which, at) };
+            place.zip(ns.get(which)).map(|(place, ns)| Side::new(place, place, Shows::Time(*ns)))
         };
-        found.add(what, self.node, [side(0), side(1)]);
+        found.add(what, self.node, [show(0), show(1)]);
     }
 
     /// Identifiers, mappings and lengths, one after the other.
@@ -204,6 +220,8 @@ impl Trains<'_> {
         let words = |version: &Version| -> Vec<u32> {
             version.mapping.iter().flat_map(|mapping| mapping.entries.iter().map(|entry| entry.word())).collect()
         };
+        // What was configured before a capture began is not known there; what is configured later its SDO transfers say.
+        let mappings = mappings.filter(|_| !self.span.begins_apart());
         let differ = mappings.is_some();
         say(
             What::Mapping(self.service),

@@ -103,7 +103,7 @@ pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
         _ => None,
     });
     match (difference.what, deed) {
-        (What::Item(Kind::Sdo, aspect), Some(Deed::Transfer(moved))) => {
+        (What::Item(Kind::Sdo(_), aspect), Some(Deed::Transfer(moved))) => {
             transfer(out, lang, moved);
             put!(out; match aspect {
                 Aspect::Presence => "",
@@ -142,7 +142,7 @@ fn item(lang: Lang, kind: Kind, deed: Option<&Deed>) -> &'static str {
         Kind::Nmt => both(lang, "NMT命令", "NMT command"),
         Kind::State if matches!(deed, Some(Deed::BootUp)) => both(lang, "启动报文", "boot-up"),
         Kind::State => both(lang, "NMT状态", "NMT state"),
-        Kind::Sdo => "SDO",
+        Kind::Sdo(_) => "SDO",
         Kind::Emcy => "EMCY",
         Kind::Drive(_) => both(lang, "驱动器状态", "drive state"),
         Kind::LssMaster => both(lang, "LSS主站命令", "LSS command"),
@@ -168,8 +168,7 @@ pub fn service(out: &mut Vec<u8>, lang: Lang, service: Service) {
     match service {
         Service::Sync => put!(out; both(lang, "同步报文", "SYNC")),
         Service::Time => put!(out; "TIME"),
-        Service::Heartbeat => put!(out; both(lang, "心跳", "heartbeat")),
-        Service::Guarding => put!(out; both(lang, "节点保护应答", "node guarding answer")),
+        Service::ErrorControl => put!(out; both(lang, "错误控制(心跳或节点保护)", "error control (heartbeat or node guarding)")),
         Service::Pdo(transmit, number) => put!(out; if transmit { "TPDO" } else { "RPDO" }, number),
         Service::Srdo(number, inverted) => {
             put!(out; "SRDO", number);
@@ -268,7 +267,7 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, deed: &Deed) {
 }
 
 fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &Moved) {
-    if what == What::Item(Kind::Sdo, Aspect::Mode) {
+    if matches!(what, What::Item(Kind::Sdo(_), Aspect::Mode)) {
         return put!(out; match moved.mode {
             Mode::Expedited => both(lang, "加速", "expedited"),
             Mode::Segmented => both(lang, "分段", "segmented"),

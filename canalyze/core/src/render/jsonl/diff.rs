@@ -3,7 +3,7 @@
 //! `difference`: `kind what bus node service index sub direction count text a b a_near b_near`. `what` is `bus`, `node`,
 //! `transfer` (in one capture only), `outcome`, `value` or `mode` (of a transfer), `nmt`, `state`, `drive_state`, `emcy`,
 //! `lss`, `frames`, `period`, `jitter`, `cob_id`, `mapping`, `length`, `poll` or `finding`. `bus` is the name in A, or in B
-//! where A lacks the bus; `service` is `sync`, `time`, `heartbeat`, `guarding`, `TPDO1`, `RPDO1`, `SRDO1` or null;
+//! where A lacks the bus; `service` is `sync`, `time`, `error_control`, `TPDO1`, `RPDO1`, `SRDO1` or null;
 //! `direction` is that of a transfer. `a` and `b` are what each capture has, or null: `{"bus","frame","line","t",
 //! "last_frame","text","value"}`; `frame` is the first frame of it. `value` has, by kind: `status mode abort size data`
 //! of a transfer (`data` are its first 64 bytes), `code` (and `register`) of a command, a state or an emergency, `frames`,
@@ -90,8 +90,7 @@ fn service(out: &mut Vec<u8>, service: Service) {
     match service {
         Service::Sync => put!(out; "\"sync\""),
         Service::Time => put!(out; "\"time\""),
-        Service::Heartbeat => put!(out; "\"heartbeat\""),
-        Service::Guarding => put!(out; "\"guarding\""),
+        Service::ErrorControl => put!(out; "\"error_control\""),
         Service::Pdo(transmit, number) => put!(out; if transmit { "\"TPDO" } else { "\"RPDO" }, number, "\""),
         Service::Srdo(number, _) => put!(out; "\"SRDO", number, "\""),
     }

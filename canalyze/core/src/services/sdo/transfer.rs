@@ -10,7 +10,7 @@ use crc::{CRC_16_IBM_3740, CRC_16_KERMIT, CRC_16_XMODEM, Crc, Digest, Table};
 use super::wire::{Mux, Side};
 use crate::dictionary::Object;
 use crate::finding::{Code, CrcMatch};
-use crate::frame::{BusId, FrameRef};
+use crate::frame::{BusId, CanId, FrameRef};
 
 /// Most bytes of one transfer that are kept for its value.
 pub const KEPT: usize = 65_536;
@@ -123,6 +123,8 @@ pub struct Transfer {
     pub bus: BusId,
     /// The server's node-ID.
     pub node: u8,
+    /// The identifier (client to server) of its channel, where that is not the server's default one.
+    pub channel: Option<CanId>,
     /// Upload or download.
     pub direction: Direction,
     /// Expedited, segmented or block.
@@ -197,6 +199,8 @@ pub struct Beginning {
     pub bus: BusId,
     /// The server's node-ID.
     pub node: u8,
+    /// The identifier of its channel, where that is not the default one.
+    pub channel: Option<CanId>,
     /// Whether its data are handed out as they come.
     pub extract: bool,
     /// Its first frame.
@@ -206,11 +210,12 @@ pub struct Beginning {
 impl Transfer {
     /// A transfer that begins.
     pub fn new(beginning: Beginning, direction: Direction, mode: Mode, mux: Option<Mux>) -> Self {
-        let Beginning { id, bus, node, extract, at } = beginning;
+        let Beginning { id, bus, node, channel, extract, at } = beginning;
         Self {
             id,
             bus,
             node,
+            channel,
             direction,
             mode,
             mux,
