@@ -84,6 +84,19 @@ impl<'a> Found<'a> {
         self.all.push(Difference { what, bus: self.bus, node, sides, beside, count: 1, order });
     }
 
+    /// Whether a node of this bus was configured, commanded or reset differently.
+    pub(super) fn configured(&self, node: Option<u8>) -> bool {
+        let concerns = |side: &Side| match &side.shows {
+            Shows::Deed(Deed::Transfer(moved)) => {
+                moved.mux.is_none_or(|mux| matches!(mux.index, 0x1005 | 0x1010 | 0x1011 | 0x1400..=0x1BFF | 0x1F22))
+            }
+            Shows::Deed(deed) => matches!(deed, Deed::Nmt(_) | Deed::BootUp),
+            _ => false,
+        };
+        let about = |one: &&Difference| one.bus == self.bus && (one.node == node || one.node == Some(0));
+        self.all.iter().filter(about).any(|one| one.sides.iter().flatten().any(concerns))
+    }
+
     /// A number for differences that say the same.
     fn key(&self, what: What, node: Option<u8>, sides: &[Option<Side>; 2]) -> u64 {
         let mut hasher = DefaultHasher::new();

@@ -15,12 +15,14 @@ pub mod span;
 mod tests;
 mod trains;
 
+use std::borrow::Cow;
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use self::difference::{Difference, Shows, Side, What};
 use self::found::Found;
 use self::items::Streams;
-use self::record::{Kind, Line, Place, Record, Service, Train};
+use self::record::{Kind, Line, Place, Record, Service, Train, Version};
 use self::span::{Anchor, Span};
 use self::trains::Trains;
 use crate::finding::{Code, Facts, Finding, Quantity, Severity};
@@ -140,7 +142,6 @@ fn anchors(a: &Record, b: &Record, pairs: &[(Option<BusId>, Option<BusId>)]) -> 
 fn lines(lines: [&Line; 2], records: [&Record; 2], settings: &Settings, found: &mut Found<'_>) {
     let [a, b] = lines;
     let apart = strangers(lines, found);
-    let names = renamed(lines, found.span);
     let span = found.span;
     let keys: BTreeSet<(u8, Kind)> = a.items.keys().chain(b.items.keys()).copied().collect();
     for (node, kind) in keys.into_iter().filter(|(node, _)| !apart.contains(node)) {
@@ -148,21 +149,14 @@ fn lines(lines: [&Line; 2], records: [&Record; 2], settings: &Settings, found: &
         let known = lines.map(|line| line.known.get(&(node, kind)).copied());
         Streams { kind, node, items, known, span }.compare(settings.tolerance, found);
     }
-    let keys: BTreeSet<(u8, Service)> = a.trains.keys().chain(b.trains.keys()).copied().collect();
+    let trains = named(lines, span);
+    let keys: BTreeSet<(u8, Service)> = trains.iter().flat_map(|trains| trains.keys().copied()).collect();
     let none = Train::default();
     for (node, service) in keys.into_iter().filter(|(node, _)| !apart.contains(node)) {
-        if names.iter().any(|(_, hidden)| *hidden == (node, service)) {
-            continue;
-        }
-        let mut trains = lines.map(|line| line.trains.get(&(node, service)).unwrap_or(&none));
-        if let Some((_, hidden)) = names.iter().find(|(shown, _)| *shown == (node, service)) {
-            trains = trains.map(|train| if train.places.is_empty() { &none } else { train });
-            for (train, line) in trains.iter_mut().zip(lines).filter(|(train, _)| train.places.is_empty()) {
-                *train = line.trains.get(hidden).unwrap_or(&none);
-            }
-        }
+        let trains = trains.each_ref().map(|trains| trains.get(&(node, service)).map_or(&none, |train| &**train));
         let node = (node > 0).then_some(node);
-        Trains { node, service, trains, span }.compare(settings.tolerance, found);
+        let configured = found.configured(node);
+        Trains { node, service, trains, configured, span }.compare(settings.tolerance, found);
     }
     findings(lines, records, &apart, found);
 }
@@ -170,15 +164,16 @@ fn lines(lines: [&Line; 2], records: [&Record; 2], settings: &Settings, found: &
 /// Nodes that only one capture has, though the other one covers them.
 fn strangers(lines: [&Line; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
     let by_time = found.span.by_time;
-    let begins_apart = found.span.begins_apart();
     let mut apart = BTreeSet::new();
     for (side, other) in [(0, 1), (1, 0)] {
         let (Some(mine), Some(others)) = (lines.get(side), lines.get(other)) else { continue };
         for (node, (first, frames)) in mine.nodes.iter().filter(|(node, _)| !others.nodes.contains_key(node)) {
             apart.insert(*node);
-            // Whose an identifier is may have been configured before the other capture began.
-            let mut ids = mine.ids.iter().filter(|(_, of)| **of == Some(*node)).map(|(id, _)| id);
-            if begins_apart && ids.all(|id| others.ids.contains_key(id)) {
+            // Whose an identifier is may have been configured before the other capture began, or may be known later.
+            let mut ids = mine.trains.iter().filter(|((of, _), _)| of == node);
+            let known = |id: &CanId| others.ids.contains_key(id);
+            let silent = mine.items.keys().all(|(of, _)| of != node);
+            if silent && ids.all(|(_, train)| train.versions.iter().all(|version| known(&version.id))) {
                 continue;
             }
             let sent = mine.trains.iter().filter(|((of, _), _)| of == node).flat_map(|(_, train)| train.places.iter());
@@ -202,26 +197,37 @@ fn strangers(lines: [&Line; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
     apart
 }
 
-/// Trains of one identifier that the captures take for different PDOs, since one of them does not know how they were
-/// configured: the name in the capture that knows more, and the other one's.
-fn renamed(lines: [&Line; 2], span: &Span) -> Vec<((u8, Service), (u8, Service))> {
-    if !span.begins_apart() {
-        return Vec::new();
-    }
-    let knowing = usize::from(span.beyond.first().is_none_or(|(before, _)| !before));
-    let (Some(mine), Some(others)) = (lines.get(knowing), lines.get(1 - knowing)) else { return Vec::new() };
-    let lone = |line: &Line, other: &Line| -> Vec<((u8, Service), Vec<CanId>)> {
-        let alone = line.trains.iter().filter(|(key, _)| !other.trains.contains_key(key));
-        alone.map(|(key, train)| (*key, train.versions.iter().map(|version| version.id).collect())).collect()
-    };
-    let strange = lone(others, mine);
-    let mut found = Vec::new();
-    for (key, ids) in lone(mine, others) {
-        if let Some((other, _)) = strange.iter().find(|(_, known)| known.iter().any(|id| ids.contains(id))) {
-            found.push((key, *other));
+/// The trains of both captures by node and service. A train that only one capture has, though the other one has its
+/// identifiers, is one that they take for different PDOs, since one of them does not know, or not yet, how it was
+/// configured: it goes by the name in the one that knows more.
+fn named<'a>(lines: [&'a Line; 2], span: &Span) -> [BTreeMap<(u8, Service), Cow<'a, Train>>; 2] {
+    let [a, b] = lines;
+    let b_knows = span.beyond.last().is_some_and(|(before, _)| *before);
+    [renamed(a, b, b_knows), renamed(b, a, !b_knows)]
+}
+
+fn renamed<'a>(mine: &'a Line, other: &Line, yields: bool) -> BTreeMap<(u8, Service), Cow<'a, Train>> {
+    let mut named: BTreeMap<(u8, Service), Cow<'a, Train>> = BTreeMap::new();
+    let mut strange = Vec::new();
+    for (key, train) in &mine.trains {
+        if other.trains.contains_key(key) {
+            named.insert(*key, Cow::Borrowed(train));
+        } else {
+            strange.push((key, train));
         }
     }
-    found
+    for (key, train) in strange {
+        let carries = |(name, other): &(&(u8, Service), &Train)| {
+            let own = |mine: &Version| other.versions.iter().any(|other| other.id == mine.id);
+            train.versions.iter().all(own) && (yields || mine.trains.contains_key(name))
+        };
+        let name = other.trains.iter().find(carries).map_or(*key, |(name, _)| *name);
+        match named.entry(name) {
+            Entry::Vacant(entry) => _ = entry.insert(Cow::Borrowed(train)),
+            Entry::Occupied(mut entry) => entry.get_mut().to_mut().join(train),
+        }
+    }
+    named
 }
 
 /// A bus that only one capture has.
@@ -257,7 +263,8 @@ fn findings(lines: [&Line; 2], records: [&Record; 2], apart: &BTreeSet<u8>, foun
             }
             let covered = |finding: &&Finding| {
                 let at = Place::of(finding.at).on(by_time);
-                finding.at.no > 0 && found.span.covers(side, at, at)
+                let since = finding.cause.map_or(at, |cause| Place::of(cause).on(by_time));
+                finding.at.no > 0 && found.span.covers(side, since.min(at), at)
             };
             let Some(first) = raised.iter().filter(|one| all_timed || !is_timed(one)).find(covered) else { continue };
             // What was seen before the other capture began may be what raised it.

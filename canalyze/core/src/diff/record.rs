@@ -222,6 +222,16 @@ pub struct Record {
     places: usize,
 }
 
+impl Train {
+    /// Takes in another one.
+    pub fn join(&mut self, other: &Self) {
+        self.places.extend(&other.places);
+        self.places.sort_by_key(|place| place.no);
+        self.versions.extend(other.versions.iter().cloned());
+        self.versions.sort_by_key(|version| version.first.no);
+    }
+}
+
 impl Line {
     /// Every place that is kept, in no order.
     pub fn places(&self) -> impl Iterator<Item = Place> {

@@ -26,6 +26,8 @@ pub(super) struct Trains<'a> {
     pub(super) node: Option<u8>,
     pub(super) service: Service,
     pub(super) trains: [&'a Train; 2],
+    /// The node was not configured, or not reset, in the same way: identifiers and mappings may be others.
+    pub(super) configured: bool,
     pub(super) span: &'a Span,
 }
 
@@ -214,6 +216,7 @@ impl Trains<'_> {
             found.add(what, self.node, sides);
         };
         let ids = first_apart(&sides, |version| Some(version.id), |one, other| one == other);
+        let ids = ids.filter(|_| self.configured);
         say(What::CobId(self.service), ids.map(|pair| pair.map(|version| (version, Shows::Id(version.id)))));
         let mapped = |version: &Version| version.mapping.clone();
         let mappings = first_apart(&sides, mapped, |one, other| alike(one, other));
@@ -221,7 +224,9 @@ impl Trains<'_> {
             version.mapping.iter().flat_map(|mapping| mapping.entries.iter().map(|entry| entry.word())).collect()
         };
         // What was configured before a capture began is not known there; what is configured later its SDO transfers say.
-        let mappings = mappings.filter(|_| !self.span.begins_apart());
+        let unknown = |versions: &Vec<&Version>| versions.iter().any(|version| version.mapping.is_none());
+        let judged = self.configured && !self.span.begins_apart() && !sides.iter().any(unknown);
+        let mappings = mappings.filter(|_| judged);
         let differ = mappings.is_some();
         say(
             What::Mapping(self.service),
