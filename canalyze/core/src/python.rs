@@ -10,9 +10,9 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
 use crate::diff;
 use crate::diff::record::Record;
-use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
 use crate::filter::Filter;
 use crate::finding::RULES;
 use crate::frame::{Buses, CanId};
@@ -355,9 +355,10 @@ impl Comparison {
 
     fn first(&self) -> (Option<u64>, Option<u64>) {
         let Some(first) = self.compared.differences.first() else { return (None, None) };
-        let mut numbers = first.sides.iter().zip(first.beside).map(|(side, beside)| {
-            side.as_ref().map(|side| side.since).or(beside).map(|at| at.no).filter(|no| *no > 0)
-        });
+        let mut numbers =
+            first.sides.iter().zip(first.beside).map(|(side, beside)| {
+                side.as_ref().map(|side| side.since).or(beside).map(|at| at.no).filter(|no| *no > 0)
+            });
         (numbers.next().flatten(), numbers.next().flatten())
     }
 

@@ -99,6 +99,21 @@ const MAY_USE: &[Row] = &[
             "services::sdo::transfer",
         ],
     ),
+    (
+        "diff",
+        &[
+            "frame",
+            "cob_id",
+            "dictionary",
+            "drive",
+            "message",
+            "finding",
+            "event",
+            "services::pdo",
+            "services::sdo::wire",
+            "services::sdo::transfer",
+        ],
+    ),
     ("filter", &["frame", "services::sdo::transfer"]),
     (
         "text",
@@ -116,6 +131,7 @@ const MAY_USE: &[Row] = &[
             "readers",
             "writers::loss",
             "filter",
+            "diff",
         ],
     ),
     (
@@ -123,6 +139,7 @@ const MAY_USE: &[Row] = &[
         &[
             "select",
             "summary",
+            "diff",
             "info",
             "frame",
             "cob_id",
@@ -142,7 +159,7 @@ const MAY_USE: &[Row] = &[
         "session",
         &[
             "frame", "finding", "event", "context", "network", "services", "bus", "readers", "writers", "filter",
-            "select", "summary", "info", "inputs", "text", "render", "repeats",
+            "select", "summary", "diff", "info", "inputs", "text", "render", "repeats",
         ],
     ),
     (
@@ -157,6 +174,7 @@ const MAY_USE: &[Row] = &[
             "writers",
             "filter",
             "select",
+            "diff",
             "text",
             "render",
             "inputs",

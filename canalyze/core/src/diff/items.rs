@@ -321,18 +321,18 @@ impl Streams<'_> {
         }
         let (varies, resizes) = habits.varies(a);
         let outcome = (one.status, one.abort.map(|abort| (abort.code, abort.by)));
-        let aspect = if outcome != (other.status, other.abort.map(|abort| (abort.code, abort.by))) || one.mux != other.mux
-        {
-            Aspect::Outcome
-        } else if one.mode != other.mode {
-            Aspect::Mode
-        } else if one.status == Status::Ok
-            && ((!varies && one.digest != other.digest) || (!resizes && one.size != other.size))
-        {
-            Aspect::Value
-        } else {
-            return;
-        };
+        let aspect =
+            if outcome != (other.status, other.abort.map(|abort| (abort.code, abort.by))) || one.mux != other.mux {
+                Aspect::Outcome
+            } else if one.mode != other.mode {
+                Aspect::Mode
+            } else if one.status == Status::Ok
+                && ((!varies && one.digest != other.digest) || (!resizes && one.size != other.size))
+            {
+                Aspect::Value
+            } else {
+                return;
+            };
         found.add(What::Item(self.kind, aspect), Some(self.node), sides());
     }
 

@@ -83,9 +83,8 @@ fn paired(a: &Record, b: &Record, said: &[(String, String)]) -> Vec<(Option<BusI
         left_b.retain(|bus| *bus != other);
         pairs.push((Some(one), Some(other)));
     };
-    let named = |record: &Record, left: &[BusId], name: &[u8]| {
-        left.iter().copied().find(|bus| record.buses.name(*bus) == name)
-    };
+    let named =
+        |record: &Record, left: &[BusId], name: &[u8]| left.iter().copied().find(|bus| record.buses.name(*bus) == name);
     for (one, other) in said {
         if let (Some(one), Some(other)) = (named(a, &left_a, one.as_bytes()), named(b, &left_b, other.as_bytes())) {
             take(&mut left_a, &mut left_b, one, other);
@@ -258,7 +257,10 @@ fn findings(lines: [&Line; 2], records: [&Record; 2], apart: &BTreeSet<u8>, foun
             mine.findings.iter().filter(|(kind, _)| !others.findings.contains_key(kind)).collect();
         for ((code, node, _), raised) in lacking {
             let rule = code.rule();
-            if rule.severity < Severity::Warning || rule.id.starts_with("CAP") || node.is_some_and(|node| apart.contains(&node)) {
+            if rule.severity < Severity::Warning
+                || rule.id.starts_with("CAP")
+                || node.is_some_and(|node| apart.contains(&node))
+            {
                 continue;
             }
             let covered = |finding: &&Finding| {
@@ -290,9 +292,9 @@ fn findings(lines: [&Line; 2], records: [&Record; 2], apart: &BTreeSet<u8>, foun
 fn is_of_cut(line: &Line, node: Option<u8>, at: Place, side: usize, span: &Span) -> bool {
     let by_time = span.by_time;
     let streams = line.items.iter().filter(|((of, kind), _)| Some(*of) == node && matches!(kind, Kind::Sdo(_)));
-    let mut around = streams.flat_map(|(_, items)| items).filter(|item| {
-        item.since.on(false) <= at.on(false) && at.on(false) <= item.at.on(false).saturating_add(1)
-    });
+    let mut around = streams
+        .flat_map(|(_, items)| items)
+        .filter(|item| item.since.on(false) <= at.on(false) && at.on(false) <= item.at.on(false).saturating_add(1));
     around.any(|item| !span.covers(side, item.since.on(by_time), at.on(by_time)))
 }
 

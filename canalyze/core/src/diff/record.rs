@@ -344,7 +344,11 @@ impl Record {
             unended: !framed && matches!(transfer.status, Status::Incomplete | Status::Open) && !self.waited(transfer),
         };
         let (at, since) = (Place::of(transfer.last), Place::of(transfer.first));
-        self.add(transfer.bus, (transfer.node, Kind::Sdo(transfer.channel)), Item { at, since, deed: Deed::Transfer(Box::new(moved)) });
+        self.add(
+            transfer.bus,
+            (transfer.node, Kind::Sdo(transfer.channel)),
+            Item { at, since, deed: Deed::Transfer(Box::new(moved)) },
+        );
     }
 
     /// Whether the capture goes on so long behind a transfer that an answer should have come.

@@ -173,9 +173,7 @@ fn related(chain: &[(i64, i64)], position: i64, turn: impl Fn((i64, i64)) -> (i6
             let part = part / i128::from(here_next.saturating_sub(here)).max(1);
             there.saturating_add(i64::try_from(part).unwrap_or(0))
         }
-        (Some((here, there)), _) | (None, Some((here, there))) => {
-            there.saturating_add(position.saturating_sub(here))
-        }
+        (Some((here, there)), _) | (None, Some((here, there))) => there.saturating_add(position.saturating_sub(here)),
         (None, None) => position,
     }
 }

@@ -83,7 +83,8 @@ impl Trains<'_> {
 
     fn pace(&self, side: usize) -> Option<Pace> {
         let by_time = self.span.by_time;
-        let inside = self.places(side).iter().map(|place| place.on(by_time)).filter(|at| self.span.may_cover(side, *at));
+        let inside =
+            self.places(side).iter().map(|place| place.on(by_time)).filter(|at| self.span.may_cover(side, *at));
         Pace::of(inside)
     }
 
@@ -234,7 +235,10 @@ impl Trains<'_> {
         );
         if !differ {
             let lengths = first_apart(&sides, |version| Some(version.len), |one, other| one == other);
-            say(What::Length(self.service), lengths.map(|pair| pair.map(|version| (version, Shows::Length(version.len)))));
+            say(
+                What::Length(self.service),
+                lengths.map(|pair| pair.map(|version| (version, Shows::Length(version.len)))),
+            );
         }
     }
 }

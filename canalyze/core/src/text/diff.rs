@@ -66,8 +66,11 @@ static PHRASES: &[(Phrase, &str, &str)] = &[
     (Phrase::Unnamed, "总线", "bus"),
 ];
 
+/// What fills a gap.
+pub type Fact<'a> = &'a dyn Fn(&mut Vec<u8>);
+
 /// A phrase, its gaps filled.
-pub fn phrase(out: &mut Vec<u8>, lang: Lang, phrase: Phrase, facts: &[&dyn Fn(&mut Vec<u8>)]) {
+pub fn phrase(out: &mut Vec<u8>, lang: Lang, phrase: Phrase, facts: &[Fact<'_>]) {
     let row = PHRASES.iter().find(|row| row.0 == phrase);
     let text = row.map_or("", |row| both(lang, row.1, row.2));
     let mut facts = facts.iter();
@@ -168,7 +171,9 @@ pub fn service(out: &mut Vec<u8>, lang: Lang, service: Service) {
     match service {
         Service::Sync => put!(out; both(lang, "同步报文", "SYNC")),
         Service::Time => put!(out; "TIME"),
-        Service::ErrorControl => put!(out; both(lang, "错误控制(心跳或节点保护)", "error control (heartbeat or node guarding)")),
+        Service::ErrorControl => {
+            put!(out; both(lang, "错误控制(心跳或节点保护)", "error control (heartbeat or node guarding)"))
+        }
         Service::Pdo(transmit, number) => put!(out; if transmit { "TPDO" } else { "RPDO" }, number),
         Service::Srdo(number, inverted) => {
             put!(out; "SRDO", number);
