@@ -79,6 +79,8 @@ def test_a_part_of_a_session_is_no_difference(path: Path) -> None:
     cuts += [(count // 5, count // 5), (count // 3, count // 8)]
     for begin, end in cuts:
         part = frames[begin : count - end]
+        if count < 30 and len(part) < 8:
+            continue  # too little to tell where it belongs
         for other in (log_text(part), log_text(jittered(part)), console_text(part)):
             said = compared(log_text(frames), other, network=network)
             assert not said.differences, f"{begin} {end} {complaint(said)}"
@@ -259,5 +261,5 @@ def test_filter_and_jsonl(two: Path, canalyze: Runner) -> None:
     assert canalyze("diff", "--filter", "node=5", "a.log", "b.log").code == 0
     done = canalyze("diff", "--format", "jsonl", "a.log", "b.log")
     rows = [json.loads(line) for line in done.lines]
-    assert [row["kind"] for row in rows] == ["difference", "diff"]
-    assert (rows[0]["what"], rows[0]["node"], rows[0]["b"]) == ("node", 6, None)
+    assert [row["kind"] for row in rows] == ["difference", "difference", "diff"]
+    assert [(row["what"], row["node"], row["b"]) for row in rows[:-1]] == [("state", 6, None), ("frames", 6, None)]

@@ -57,7 +57,11 @@ type Raised = (Code, Option<u8>, Option<Mux>);
 /// Compares two captures.
 pub fn compare(a: &Record, b: &Record, settings: &Settings) -> Comparison {
     let pairs = paired(a, b, &settings.buses);
-    let span = Span::new(a, b, anchors(a, b, &pairs));
+    let (anchors, vague) = anchors(a, b, &pairs);
+    let mut span = Span::new(a, b, anchors);
+    if vague && !span.by_time {
+        span.blur();
+    }
     let mut found = Found::new(&span);
     for (in_a, in_b) in &pairs {
         found.bus = [*in_a, *in_b];
@@ -111,8 +115,9 @@ fn paired(a: &Record, b: &Record, said: &[(String, String)]) -> Vec<(Option<BusI
     pairs
 }
 
-/// What relates the captures in time: what is unique in both; else what their order matches.
-fn anchors(a: &Record, b: &Record, pairs: &[(Option<BusId>, Option<BusId>)]) -> Vec<Anchor> {
+/// What relates the captures in time: what is unique in both; else what their order matches, which is vague where one
+/// has more repetitions than the other.
+fn anchors(a: &Record, b: &Record, pairs: &[(Option<BusId>, Option<BusId>)]) -> (Vec<Anchor>, bool) {
     let mut streams = Vec::new();
     for (one, other) in pairs {
         let lines = one.and_then(|bus| a.lines.get(&bus)).zip(other.and_then(|bus| b.lines.get(&bus)));
@@ -126,15 +131,17 @@ fn anchors(a: &Record, b: &Record, pairs: &[(Option<BusId>, Option<BusId>)]) -> 
             items::anchors(one, other, exact, &mut found);
         }
         if found.len() > 1 {
-            return found;
+            return (found, false);
         }
     }
+    let mut vague = false;
     if found.is_empty() && !span::simultaneous(a, b) {
+        vague = streams.iter().any(|(one, other)| one.len() != other.len());
         for (one, other) in &streams {
             items::matched(one, other, &mut found);
         }
     }
-    found
+    (found, vague)
 }
 
 /// One bus in both captures.
@@ -180,7 +187,8 @@ fn strangers(lines: [&Line; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
             let mut places: Vec<Place> = sent.copied().chain(done.map(|item| item.since)).collect();
             places.push(*first);
             places.sort_by_key(|place| place.on(false));
-            let covered = places.iter().find(|place| found.span.covers(side, place.on(by_time), place.on(by_time)));
+            let covers = |place: &&Place| found.span.covers(side, place.on(by_time), place.on(by_time));
+            let covered = places.iter().find(covers).or(places.first().filter(|_| found.span.is_blurred()));
             match covered {
                 Some(at) => {
                     let mut sides = [None, None];
@@ -251,8 +259,6 @@ fn findings(lines: [&Line; 2], records: [&Record; 2], apart: &BTreeSet<u8>, foun
     let all_timed = records.iter().all(|record| timed(record));
     for (side, other) in [(0, 1), (1, 0)] {
         let (Some(mine), Some(others)) = (lines.get(side), lines.get(other)) else { continue };
-        let [beyond_a, beyond_b] = found.span.beyond;
-        let knows_more = if side == 0 { beyond_a.0 } else { beyond_b.0 };
         let lacking: BTreeMap<&Raised, &Vec<Finding>> =
             mine.findings.iter().filter(|(kind, _)| !others.findings.contains_key(kind)).collect();
         for ((code, node, _), raised) in lacking {
@@ -269,8 +275,8 @@ fn findings(lines: [&Line; 2], records: [&Record; 2], apart: &BTreeSet<u8>, foun
                 finding.at.no > 0 && found.span.covers(side, since.min(at), at)
             };
             let Some(first) = raised.iter().filter(|one| all_timed || !is_timed(one)).find(covered) else { continue };
-            // What was seen before the other capture began may be what raised it.
-            if knows_more && !rule.id.starts_with("SDO") {
+            // What was seen, or not seen, before one of them began may be what raised it.
+            if found.span.begins_apart() && !rule.id.starts_with("SDO") {
                 found.outside(side, 1);
                 continue;
             }

@@ -12,7 +12,9 @@ const EPOCH_NS: i64 = 100_000_000_000_000_000;
 const RIGID_NS: i64 = 2_000_000;
 /// ... and a thousandth of the time between them.
 const DRIFT: i64 = 1000;
-/// The same in frames.
+/// How well clocks are related where no two anchors say it, in ns.
+const UNSURE_NS: i64 = 1_000_000;
+/// What [`RIGID_NS`] is in frames.
 const RIGID_FRAMES: i64 = 3;
 /// Anchors at an edge that say how well the clocks are related there.
 const EDGE: usize = 5;
@@ -81,10 +83,20 @@ impl Span {
             let most = if by_time { RIGID_NS.saturating_add(apart / DRIFT) } else { RIGID_FRAMES };
             *parted <= most.saturating_add(2 * differ)
         });
-        let worst = |some: &mut dyn Iterator<Item = &(i64, i64)>| some.map(|(parted, _)| *parted).max().unwrap_or(0);
+        let together = span.frames.is_empty() && simultaneous(a, b);
+        let slack = |some: &mut dyn Iterator<Item = &(i64, i64)>| {
+            let unsure = if by_time { UNSURE_NS } else { 1 };
+            match some.map(|(parted, _)| *parted).max() {
+                None if together => 0,
+                None => unsure,
+                Some(0) => 0,
+                // A few anchors do not show the worst.
+                Some(worst) => worst.saturating_mul(2).max(unsure / 5),
+            }
+        };
         span.slack = (
-            worst(&mut parts.iter().take(EDGE)).saturating_add(differ),
-            worst(&mut parts.iter().rev().take(EDGE)).saturating_add(differ),
+            slack(&mut parts.iter().take(EDGE)).saturating_add(differ),
+            slack(&mut parts.iter().rev().take(EDGE)).saturating_add(differ),
         );
         let (first, last) = (span.to_a(of_b.0), span.to_a(of_b.1));
         span.covered[0] = (of_a.0.max(first), of_a.1.min(last));
@@ -112,6 +124,16 @@ impl Span {
     /// Whether one capture knows what was before the other one began.
     pub fn begins_apart(&self) -> bool {
         self.beyond.iter().any(|(before, _)| *before)
+    }
+
+    /// Nothing says where one capture lies in the other: nothing is surely covered.
+    pub fn blur(&mut self) {
+        self.slack = (i64::MAX / 4, i64::MAX / 4);
+    }
+
+    /// Whether nothing says where one capture lies in the other.
+    pub fn is_blurred(&self) -> bool {
+        self.slack.0 == i64::MAX / 4
     }
 
     /// A position of B on the scale of A.
