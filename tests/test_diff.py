@@ -31,7 +31,9 @@ BEYOND_DIFF = {
 
 SESSIONS = [
     path
-    for path in sorted([*SAMPLES.glob("*.log"), *(SAMPLES / "network").glob("*.log"), *(SAMPLES / "stacks").glob("*.log")])
+    for path in sorted(
+        [*SAMPLES.glob("*.log"), *(SAMPLES / "network").glob("*.log"), *(SAMPLES / "stacks").glob("*.log")]
+    )
     if path.stem not in ("services", "zephyr-sdo", "zephyr-sdo-causal", "sdo-abort")
 ]
 """Sessions without faults, as far as they can be read here; in sdo-abort the order of frames is what is wrong."""

@@ -188,7 +188,9 @@ fn strangers(lines: [&Line; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
             places.push(*first);
             places.sort_by_key(|place| place.on(false));
             let covers = |place: &&Place| found.span.covers(side, place.on(by_time), place.on(by_time));
-            let covered = places.iter().find(covers).or(places.first().filter(|_| found.span.is_blurred()));
+            let last = found.span.covered.get(side).map_or(i64::MAX, |covered| covered.1);
+            let blurred = |place: &&Place| found.span.is_blurred() && place.on(by_time) <= last;
+            let covered = places.iter().find(covers).or(places.first().filter(blurred));
             match covered {
                 Some(at) => {
                     let mut sides = [None, None];

@@ -91,7 +91,7 @@ impl Span {
                 None => unsure,
                 Some(0) => 0,
                 // A few anchors do not show the worst.
-                Some(worst) => worst.saturating_mul(2).max(unsure / 5),
+                Some(worst) => worst.saturating_add(unsure / 5),
             }
         };
         span.slack = (
