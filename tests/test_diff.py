@@ -31,9 +31,8 @@ BEYOND_DIFF = {
 
 SESSIONS = [
     path
-    for path in sorted(
-        [*SAMPLES.glob("*.log"), *(SAMPLES / "network").glob("*.log"), *(SAMPLES / "stacks").glob("*.log")]
-    )
+    for folder in (SAMPLES, SAMPLES / "network", SAMPLES / "stacks")
+    for path in sorted(folder.glob("*.log"))
     if path.stem not in ("services", "zephyr-sdo", "zephyr-sdo-causal", "sdo-abort")
 ]
 """Sessions without faults, as far as they can be read here; in sdo-abort the order of frames is what is wrong."""

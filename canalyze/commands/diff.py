@@ -6,6 +6,7 @@ none.
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Unpack
 
@@ -155,8 +156,6 @@ def _lines(session: "Session", name: str, last: int, words: Words, given: Captur
 
     quiet: Any = Progress(words, Output(), 0)
     quiet.step = lambda *_: None
-    try:
+    with suppress(_Enough):
         _Silent(session, words, quiet, take, given).over((name,))
-    except _Enough:
-        pass
     return b"".join(taken).splitlines()
