@@ -51,6 +51,9 @@ pub struct Comparison {
     pub outside: [u64; 2],
 }
 
+/// Where no more than one in this many varying values is the same in both captures, that is chance.
+const CHANCE: usize = 20;
+
 /// Which rule, node and object a finding is of.
 type Raised = (Code, Option<u8>, Option<Mux>);
 
@@ -130,10 +133,13 @@ fn anchors(a: &Record, b: &Record, pairs: &[(Option<BusId>, Option<BusId>)]) -> 
         for (one, other) in &streams {
             items::anchors(one, other, exact, &mut found);
         }
-        if found.len() > 1 {
+        // Of many values that vary some are the same by chance.
+        let items = streams.iter().map(|(one, other)| one.len().min(other.len())).sum::<usize>();
+        if found.len() > 1 && (!exact || found.len() > items / CHANCE) {
             return (found, false);
         }
     }
+    found.clear();
     let mut vague = false;
     if found.is_empty() && !span::simultaneous(a, b) {
         vague = streams.iter().any(|(one, other)| one.len() != other.len());
