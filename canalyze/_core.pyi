@@ -132,6 +132,7 @@ class Session:
         info (JSON lines, one object a file, from its end(); nothing is decoded) |
         check (JSON lines of findings only, with `lines`, the annotated lines that led to each) |
         columns (tables, taken with batches(); nothing comes out as bytes) |
+        record (nothing comes out: it is kept for a Comparison) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.
@@ -269,6 +270,37 @@ class Table:
         """The values of a column, of all batches. KeyError: there is none."""
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
     def __arrow_c_schema__(self) -> object: ...
+@final
+class Comparison:
+    """Two captures compared as CANopen."""
+
+    def __init__(
+        self,
+        a: Session,
+        b: Session,
+        *,
+        names: tuple[str, str],
+        lang: str = "zh",
+        tolerance: float = 0.1,
+        buses: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        """Compare two sessions of format `record` that are finished; what they kept is taken from them.
+
+        names: of the files, for JSON. tolerance: by how much periods may differ, as a part of the shorter one.
+        buses: names of buses that are one bus, in A and in B; others are matched by name, else by their nodes.
+        ValueError for a session that has nothing kept.
+        """
+    @property
+    def differences(self) -> int:
+        """How many there are; several of the same count once."""
+    def first(self) -> tuple[int | None, int | None]:
+        """The frame of the first difference in A and in B; None where that is not known."""
+    def head(self) -> bytes:
+        """What is said above the lines around the first difference."""
+    def body(self) -> bytes:
+        """What is said below: every difference, by bus and node, and what was compared."""
+    def jsonl(self) -> bytes:
+        """The same as JSON lines."""
 
 @final
 class Rule:

@@ -33,6 +33,7 @@ COMMANDS: Final = (
     "summary",
     "check",
     "expect",
+    "diff",
     "convert",
     "info",
     "eds",

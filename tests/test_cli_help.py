@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from conftest import Runner
 
-COMMANDS = ("decode", "explain", "sdo", "signals", "summary", "check", "eds", "rules")
+COMMANDS = ("decode", "explain", "sdo", "signals", "summary", "check", "diff", "eds", "rules")
 CHINESE = re.compile("[\u4e00-\u9fff]")
 
 

@@ -106,7 +106,7 @@ impl Bus {
         }
         let nodes = &self.nodes;
         let channel = self.channels.entry(key).or_insert_with(|| {
-            let mut channel = Box::new(Channel::new(frame.bus, node));
+            let mut channel = Box::new(Channel::new(frame.bus, node, key.1));
             channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
             channel
         });

@@ -200,12 +200,23 @@ mod tests {
         frame.t_ns = Some(2_500_000_000);
         frame.no = 12;
         let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, "pdo", Some(5), &buses, Clock::default());
-        for yes in ["", "service=sdo,pdo", "node=5", "node=1-9", "id=185", "id=180-1FF", "id=0x185", "bus=can0,can1"] {
+        for yes in [
+            "",
+            "frame=12",
+            "frame=1,10-20",
+            "service=sdo,pdo",
+            "node=5",
+            "node=1-9",
+            "id=185",
+            "id=180-1FF",
+            "id=0x185",
+            "bus=can0,can1",
+        ] {
             assert!(shows(yes), "{yes}");
         }
         assert!(shows("t=1.0..2.5") && shows("t=2.5..") && shows("service=pdo node=5 bus=can1 t=..3"));
         assert!(shows("frame=12") && shows("frame=1,10-12") && !shows("frame=13-20"));
-        for no in ["service=sdo", "node=6", "id=205", "bus=can0", "t=2.6..3", "service=pdo node=6"] {
+        for no in ["frame=1-11", "service=sdo", "node=6", "id=205", "bus=can0", "t=2.6..3", "service=pdo node=6"] {
             assert!(!shows(no), "{no}");
         }
     }

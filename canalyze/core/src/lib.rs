@@ -21,8 +21,8 @@
 //! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. On the side of files, `readers` sees only
 //! `frame`; `inputs` (files joined by time) and `info` (what a file is) see `readers`; `writers` sees `frame`, `event`
 //! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `od`;
-//! `summary`, `repeats` and `trail` (where findings came from) see `event`; `render` sees `text`, `info`, `summary`, `trail`
-//! and the columns of `writers::console`.
+//! `summary`, `repeats`, `diff` (two captures held against each other) and `trail` (where findings came from) see `event`;
+//! `render` sees `text`, `info`, `summary`, `trail`, `diff` and the columns of `writers::console`.
 //! `calendar` and `select` see nothing. The whole table stands in `tests/layers.rs`, which keeps it.
 
 pub mod bus;
@@ -32,6 +32,7 @@ pub mod cob_id;
 pub mod configuration;
 pub mod context;
 pub mod dictionary;
+pub mod diff;
 pub mod drive;
 pub mod event;
 pub mod expectation;

@@ -219,8 +219,14 @@ mod tests {
     use crate::services::sdo::wire::Mux;
 
     fn transfer(index: u16, bytes: &[u8]) -> Transfer {
-        let beginning =
-            Beginning { id: TransferId(1), bus: BusId(0), node: 5, extract: false, at: FrameRef::default() };
+        let beginning = Beginning {
+            id: TransferId(1),
+            bus: BusId(0),
+            node: 5,
+            channel: None,
+            extract: false,
+            at: FrameRef::default(),
+        };
         let mut made = Transfer::new(beginning, Direction::Download, Mode::Segmented, Some(Mux { index, sub: 0 }));
         made.append(bytes);
         made.status = Status::Ok;

@@ -4,6 +4,7 @@
 //! signatures are documented in `canalyze/_core.pyi`.
 
 mod columns;
+mod comparison;
 mod network;
 mod session;
 
@@ -11,6 +12,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use self::columns::{Batch, Table};
+use self::comparison::Comparison;
 use self::network::{Dictionary, Expectations, Network};
 use self::session::Session;
 use crate::finding::RULES;
@@ -84,6 +86,7 @@ fn sniffed(head: &[u8], complete: bool) -> Option<&'static str> {
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<Session>()?;
+    module.add_class::<Comparison>()?;
     module.add_class::<Rule>()?;
     module.add_class::<Dictionary>()?;
     module.add_class::<Network>()?;

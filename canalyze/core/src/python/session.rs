@@ -33,7 +33,7 @@ pub(super) struct Session {
 
 impl Session {
     /// Runs on the core without the GIL. A lock poisoned by a panic elsewhere is taken all the same.
-    fn run<T: Send>(&self, py: Python<'_>, act: impl FnOnce(&mut Core) -> T + Send) -> T {
+    pub(super) fn run<T: Send>(&self, py: Python<'_>, act: impl FnOnce(&mut Core) -> T + Send) -> T {
         py.detach(|| act(&mut self.lock().0))
     }
 
@@ -98,6 +98,7 @@ impl Session {
             ("info", Format::Info),
             ("check", Format::Check),
             ("columns", Format::Columns),
+            ("record", Format::Record),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =

@@ -3,6 +3,7 @@
 //! It must not decide or count anything, and holds no words of its own: those come from `text`.
 
 pub mod columns;
+pub mod diff;
 pub mod jsonl;
 mod number;
 mod selection;

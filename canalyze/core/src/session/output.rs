@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::capture::View;
 use super::{Format, Options};
+use crate::diff::record::Record;
 use crate::event::{Event, What};
 use crate::expectation::observed::Observed;
 use crate::filter::Filter;
@@ -45,6 +46,7 @@ pub(super) enum Form {
     Observed(Box<(Summary, Observed)>),
     Records(Box<Summary>, Box<Trail>),
     Info(Box<Info>),
+    Record(Box<Record>),
     Convert(Box<Writer>),
     Check(Box<Trail>),
     Columns(Box<Columns>),
@@ -66,6 +68,7 @@ impl Output {
             }
             Format::Records => Form::Records(Box::new(Summary::new(Arc::clone(&options.network))), Box::default()),
             Format::Info => Form::Info(Box::default()),
+            Format::Record => Form::Record(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
             Format::Check => Form::Check(Box::default()),
             Format::Columns => Form::Columns(Box::new(Columns::new(options.lang, &options.select, &options.tables))),
@@ -98,9 +101,14 @@ impl Output {
         if let Form::Convert(writer) = &self.form { Some(writer.losses()) } else { None }
     }
 
+    /// What is kept to be compared.
+    pub(super) fn take_record(&mut self) -> Option<Record> {
+        if let Form::Record(record) = &mut self.form { Some(std::mem::take(record)) } else { None }
+    }
+
     /// Repeats of one finding on one object are counted instead of shown; figures count by themselves.
     pub(super) fn folds(&self) -> bool {
-        !matches!(self.form, Form::Summary(_) | Form::Observed(_))
+        !matches!(self.form, Form::Summary(_) | Form::Observed(_) | Form::Record(_))
     }
 
     /// What tells of the file itself takes an item before it is looked at any further.
@@ -124,6 +132,9 @@ impl Output {
         }
         if let Form::Transfers = self.form {
             return;
+        }
+        if let Form::Record(record) = &mut self.form {
+            record.extend(frame);
         }
         let (service, node) = service(events);
         let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
@@ -162,6 +173,7 @@ impl Output {
                 observed.frame(frame, events);
                 ended(out, view, events);
             }
+            Form::Record(record) => record.frame(frame, events),
             Form::Convert(writer) => {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
@@ -185,6 +197,13 @@ impl Output {
             Form::Observed(both) => {
                 both.0.asides(events);
                 ended(out, view, events);
+            }
+            Form::Record(record) => {
+                let shown = |event: &&Event| match &event.what {
+                    What::Transfer(transfer) => self.filter.shows_transfer(transfer, view.buses, view.clock),
+                    _ => self.filter.is_empty(),
+                };
+                record.asides(events.iter().filter(shown));
             }
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
             Form::Check(trail) | Form::Records(_, trail) => {
@@ -224,7 +243,8 @@ impl Output {
             | Form::Signals(_)
             | Form::Info(_)
             | Form::Columns(_)
-            | Form::Check(_) => {}
+            | Form::Check(_)
+            | Form::Record(_) => {}
         }
     }
 
@@ -246,7 +266,7 @@ impl Output {
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
             Form::Check(trail) => jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding)),
             Form::Columns(columns) => columns.finding(view.jsonl, finding),
-            Form::Text(_) | Form::Lines(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) => {}
+            Form::Text(_) | Form::Lines(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) | Form::Record(_) => {}
         }
     }
 
@@ -270,6 +290,7 @@ impl Output {
                 jsonl::summary::write(out, view.jsonl, summary)
             }
             Form::Convert(writer) => writer.finish(out, view.writing),
+            Form::Record(record) => record.finish(view.buses),
             _ => {}
         }
     }

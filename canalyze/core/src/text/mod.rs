@@ -5,6 +5,7 @@
 //! `event` and `finding` carry.
 
 pub mod complaints;
+pub mod diff;
 pub mod digits;
 pub mod en;
 pub mod escape;

@@ -174,7 +174,7 @@ fn batches_end_by_rows_and_by_bytes() {
 fn batches_of_much_data_end_early() {
     let mut capture = Capture::new(&[Name::Transfers]);
     let at = FrameRef { no: 1, ..FrameRef::default() };
-    let beginning = Beginning { id: TransferId(1), bus: BusId(0), node: 5, extract: false, at };
+    let beginning = Beginning { id: TransferId(1), bus: BusId(0), node: 5, channel: None, extract: false, at };
     let mut transfer = Transfer::new(beginning, Direction::Upload, Mode::Block, Some(Mux { index: 0x2000, sub: 0 }));
     transfer.append(&[0xAA; 100_000]);
     let setting = Setting { lang: Lang::En, file: b"a.log", buses: &capture.buses, decimals: 6 };

@@ -12,12 +12,14 @@
 //! | `line` | `frame text`: what [`super::text`] writes of a frame, without the last line end |
 //! | `summary_...` | see [`summary`] |
 //! | `observed_...` | see [`observed`] |
+//! | `difference`, `diff` | see [`diff`] |
 //!
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
 //! raised at the frame, each of which has its own `finding` line after it. `lines` are the annotated lines that led to a
 //! finding, `{"frame","text"}` each, oldest first.
 
 mod contents;
+pub mod diff;
 mod facts;
 mod info;
 mod object;

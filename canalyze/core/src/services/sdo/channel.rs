@@ -12,7 +12,7 @@ use crate::context::{Chunk, Context};
 use crate::dictionary::{Dictionary, Object};
 use crate::event::{Event, Note, Place, Step, What};
 use crate::finding::{Code, Facts, Finding};
-use crate::frame::{BusId, Frame, FrameRef};
+use crate::frame::{BusId, CanId, Frame, FrameRef};
 
 /// Bytes of a running transfer that are gathered before they are handed out.
 const CHUNK: usize = 4096;
@@ -57,6 +57,8 @@ pub(super) enum Outside {
 pub struct Channel {
     pub(super) bus: BusId,
     pub(super) node: u8,
+    /// Its identifier from client to server, where it is not the server's default channel.
+    id: Option<CanId>,
     /// The server's description.
     description: Option<Arc<Dictionary>>,
     pub(super) pairing: Pairing,
@@ -106,10 +108,11 @@ fn empty_step() -> Step {
 
 impl Channel {
     /// A channel of the server `node` on `bus`, of which nothing was seen.
-    pub fn new(bus: BusId, node: u8) -> Self {
+    pub fn new(bus: BusId, node: u8, id: Option<CanId>) -> Self {
         Self {
             bus,
             node,
+            id,
             description: None,
             pairing: Pairing::default(),
             phase: Phase::Idle,
@@ -261,7 +264,7 @@ impl Channel {
     }
 
     pub(super) fn beginning(&self, id: TransferId, at: FrameRef, cx: &Context<'_>) -> Beginning {
-        Beginning { id, bus: self.bus, node: self.node, extract: cx.extract, at }
+        Beginning { id, bus: self.bus, node: self.node, channel: self.id, extract: cx.extract, at }
     }
 
     /// Ends the transfer, whatever its phase.

@@ -10,10 +10,13 @@ use crc::{CRC_16_IBM_3740, CRC_16_KERMIT, CRC_16_XMODEM, Crc, Digest, Table};
 use super::wire::{Mux, Side};
 use crate::dictionary::Object;
 use crate::finding::{Code, CrcMatch};
-use crate::frame::{BusId, FrameRef};
+use crate::frame::{BusId, CanId, FrameRef};
 
 /// Most bytes of one transfer that are kept for its value.
 pub const KEPT: usize = 65_536;
+/// FNV-1a, 64 bits: where it begins, and what each step multiplies with.
+const FNV_OFFSET: u64 = 0xCBF2_9CE4_8422_2325;
+const FNV_PRIME: u64 = 0x0000_0100_0000_01B3;
 /// Most findings listed with one transfer.
 const FINDINGS: usize = 16;
 
@@ -120,6 +123,8 @@ pub struct Transfer {
     pub bus: BusId,
     /// The server's node-ID.
     pub node: u8,
+    /// The identifier (client to server) of its channel, where that is not the server's default one.
+    pub channel: Option<CanId>,
     /// Upload or download.
     pub direction: Direction,
     /// Expedited, segmented or block.
@@ -134,6 +139,8 @@ pub struct Transfer {
     pub size: u64,
     /// The first [`KEPT`] of them.
     pub kept: Vec<u8>,
+    /// FNV-1a over all of them: whether two transfers carry the same, whatever their length.
+    pub digest: u64,
     /// How it stands.
     pub status: Status,
     /// The abort that ended it.
@@ -192,6 +199,8 @@ pub struct Beginning {
     pub bus: BusId,
     /// The server's node-ID.
     pub node: u8,
+    /// The identifier of its channel, where that is not the default one.
+    pub channel: Option<CanId>,
     /// Whether its data are handed out as they come.
     pub extract: bool,
     /// Its first frame.
@@ -201,11 +210,12 @@ pub struct Beginning {
 impl Transfer {
     /// A transfer that begins.
     pub fn new(beginning: Beginning, direction: Direction, mode: Mode, mux: Option<Mux>) -> Self {
-        let Beginning { id, bus, node, extract, at } = beginning;
+        let Beginning { id, bus, node, channel, extract, at } = beginning;
         Self {
             id,
             bus,
             node,
+            channel,
             direction,
             mode,
             mux,
@@ -213,6 +223,7 @@ impl Transfer {
             size_indicated: None,
             size: 0,
             kept: Vec::new(),
+            digest: FNV_OFFSET,
             status: Status::Open,
             abort: None,
             first: at,
@@ -238,6 +249,8 @@ impl Transfer {
         self.size = self.size.saturating_add(bytes.len() as u64);
         let room = KEPT.saturating_sub(self.kept.len()).min(bytes.len());
         self.kept.extend_from_slice(bytes.get(..room).unwrap_or(&[]));
+        self.digest =
+            bytes.iter().fold(self.digest, |digest, byte| (digest ^ u64::from(*byte)).wrapping_mul(FNV_PRIME));
         if self.extract {
             self.fresh.extend_from_slice(bytes);
         }

@@ -57,7 +57,7 @@ fn run(frames: &[Bytes]) -> Outcome {
 }
 
 fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
-    let mut channel = Channel::new(BusId(0), 10);
+    let mut channel = Channel::new(BusId(0), 10, None);
     let (mut events, mut next, mut chunks) = (Vec::new(), 0, Vec::new());
     let mut at = Default::default();
     for (no, (side, bytes)) in frames.iter().enumerate() {

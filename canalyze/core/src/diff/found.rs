@@ -1,0 +1,121 @@
+//! Differences as they are found: where each stands, and how often it comes. Must not decide what is one.
+
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use super::difference::{Difference, Shows, Side, What};
+use super::items;
+use super::record::{Deed, Item, Place};
+use super::span::Span;
+use crate::frame::BusId;
+
+/// Differences that are kept apart; further ones are only counted.
+const MOST: usize = 20_000;
+
+/// All that was found.
+#[derive(Debug)]
+pub(super) struct Found<'a> {
+    pub(super) span: &'a Span,
+    /// The bus that is being compared, in each capture.
+    pub(super) bus: [Option<BusId>; 2],
+    pub(super) all: Vec<Difference>,
+    /// Differences that were not kept.
+    pub(super) more: u64,
+    /// What only one capture shows, where the other one shows nothing.
+    pub(super) outside: [u64; 2],
+    known: BTreeMap<u64, usize>,
+}
+
+impl<'a> Found<'a> {
+    /// Nothing yet.
+    pub(super) fn new(span: &'a Span) -> Self {
+        Self { span, bus: [None; 2], all: Vec::new(), more: 0, outside: [0; 2], known: BTreeMap::new() }
+    }
+
+    /// So many items of a capture lie where the other one shows nothing.
+    pub(super) fn outside(&mut self, side: usize, count: usize) {
+        if let Some(outside) = self.outside.get_mut(side) {
+            *outside += count as u64;
+        }
+    }
+
+    /// A difference.
+    pub(super) fn add(&mut self, what: What, node: Option<u8>, sides: [Option<Side>; 2]) {
+        let key = self.key(what, node, &sides);
+        let by_time = self.span.by_time;
+        let place = |side: usize| sides.get(side).and_then(Option::as_ref).map(|side| Place::of(side.since));
+        let is_train = matches!(what, What::Frames(_) | What::Period(_) | What::Jitter(_));
+        let order = match (place(0), place(1)) {
+            // Where one has a frame and the other one has none, the other one's stands beside it.
+            (Some(a), Some(b)) if is_train => a.on(by_time).max(self.span.to_a(b.on(by_time))),
+            (Some(a), Some(b)) => a.on(by_time).min(self.span.to_a(b.on(by_time))),
+            (Some(a), None) => a.on(by_time),
+            (None, Some(b)) => self.span.to_a(b.on(by_time)),
+            (None, None) => i64::MIN,
+        };
+        // A bus, or a node, that is missing comes before what is missing with it; a finding behind what it is about.
+        let rank = match what {
+            What::Bus => 0,
+            What::Node => 1,
+            What::Finding => 3,
+            _ => 2,
+        };
+        let order = (order, rank, place(0).or(place(1)).map_or(0, |place| place.on(false) as u32));
+        if let Some(one) = self.known.get(&key).and_then(|at| self.all.get_mut(*at)) {
+            let count = one.count + 1;
+            if order >= one.order {
+                one.count = count;
+                return;
+            }
+            (one.order, one.sides, one.count) = (order, sides, count);
+            return;
+        }
+        if self.all.len() >= MOST {
+            self.more += 1;
+            return;
+        }
+        let mut beside = [None; 2];
+        for (side, slot) in beside.iter_mut().enumerate() {
+            if place(side).is_none() {
+                *slot = place(1 - side).and_then(|other| self.span.beside(1 - side, other)).map(Place::frame);
+            }
+        }
+        self.known.insert(key, self.all.len());
+        self.all.push(Difference { what, bus: self.bus, node, sides, beside, count: 1, order });
+    }
+
+    /// Whether a node of this bus was configured, commanded or reset differently.
+    pub(super) fn configured(&self, node: Option<u8>) -> bool {
+        let concerns = |side: &Side| match &side.shows {
+            Shows::Deed(Deed::Transfer(moved)) => {
+                moved.mux.is_none_or(|mux| matches!(mux.index, 0x1005 | 0x1010 | 0x1011 | 0x1400..=0x1BFF | 0x1F22))
+            }
+            Shows::Deed(deed) => matches!(deed, Deed::Nmt(_) | Deed::BootUp),
+            _ => false,
+        };
+        let about = |one: &&Difference| one.bus == self.bus && (one.node == node || one.node == Some(0));
+        self.all.iter().filter(about).any(|one| one.sides.iter().flatten().any(concerns))
+    }
+
+    /// A number for differences that say the same.
+    fn key(&self, what: What, node: Option<u8>, sides: &[Option<Side>; 2]) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        (what, node, self.bus).hash(&mut hasher);
+        for side in sides {
+            match side.as_ref().map(|side| &side.shows) {
+                None => 0.hash(&mut hasher),
+                // Of an object it is enough to say it once, with how often.
+                Some(Shows::Deed(Deed::Transfer(moved))) => {
+                    (1, moved.mux, moved.direction.name(), moved.status.name()).hash(&mut hasher);
+                }
+                Some(Shows::Deed(deed)) => {
+                    let item = Item { at: Place::default(), since: Place::default(), deed: deed.clone() };
+                    (2, items::symbol(&item, false, false)).hash(&mut hasher);
+                }
+                Some(Shows::Finding(finding)) => (3, finding.code, finding.object).hash(&mut hasher),
+                Some(_) => 4.hash(&mut hasher),
+            }
+        }
+        hasher.finish()
+    }
+}

@@ -1,0 +1,410 @@
+//! What nodes did, held against each other in order: transfers, commands, states, emergencies.
+//!
+//! Two items are the same where everything a CANopen engineer would compare is: object, direction, mode, outcome and
+//! value of a transfer, the code of a command. Two kinds of repetition are no such statement:
+//!
+//! * The value of an object that is read with different values within one capture is process data: such uploads are
+//!   compared by outcome only, and by size where that does not vary either. So are downloads to 2000h and above that
+//!   come [`CYCLIC`] times or more with different values.
+//! * How often a poll comes: an object read [`POLLED`] times or more, or [`WAITED`] times or more with varying values
+//!   (a loop that waits for something), and any other item that comes [`POLLED`] times. One more or less is no
+//!   difference; another rate is.
+//!
+//! It must not know the order of buses, nor put anything into words.
+
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use super::align::align;
+use super::difference::{Aspect, Shows, Side, What};
+use super::found::Found;
+use super::record::{Deed, Item, Kind, Moved, Place};
+use super::span::{Anchor, Span};
+use super::trains;
+use crate::services::sdo::transfer::{Direction, Status};
+use crate::services::sdo::wire::Mux;
+
+/// Uploads of one object, or the same item again, from which on it is a poll.
+const POLLED: usize = 16;
+/// The same of an object whose value varies.
+const WAITED: usize = 3;
+/// Downloads of one object from which on it is a cyclic set value.
+const CYCLIC: usize = 64;
+/// Where an application's own objects begin.
+const APPLICATION: u16 = 0x2000;
+/// What lies no further apart may be the same, in ns.
+const CLOSE_NS: i64 = 2_000_000;
+/// Frames at the beginning of a capture in which a late echo may still hide where a transfer begins.
+const EDGE: i64 = 3;
+
+/// What varies and what repeats in a stream, by both captures.
+#[derive(Debug, Default)]
+pub(super) struct Habits {
+    /// By access: whether its value varies, whether its size does, how often it comes in each.
+    accesses: BTreeMap<(bool, Option<Mux>), Habit>,
+    /// How often each other item comes in each.
+    others: BTreeMap<u64, [usize; 2]>,
+}
+
+#[derive(Debug, Default)]
+struct Habit {
+    varies: bool,
+    resizes: bool,
+    counts: [usize; 2],
+    seen: [Option<(u64, u64)>; 2],
+}
+
+/// The same object in the same direction.
+fn access(moved: &Moved) -> (bool, Option<Mux>) {
+    (moved.direction == Direction::Upload, moved.mux)
+}
+
+impl Habits {
+    /// What both captures show.
+    pub(super) fn of<'a>(sides: [impl Iterator<Item = &'a Item>; 2]) -> Self {
+        let mut habits = Self::default();
+        for (side, items) in sides.into_iter().enumerate() {
+            for item in items {
+                habits.take(side, item);
+            }
+        }
+        habits
+    }
+
+    fn take(&mut self, side: usize, item: &Item) {
+        let Deed::Transfer(moved) = &item.deed else {
+            if let Some(count) = self.others.entry(symbol(item, false, false)).or_default().get_mut(side) {
+                *count += 1;
+            }
+            return;
+        };
+        let known = self.accesses.entry(access(moved)).or_default();
+        if let Some(count) = known.counts.get_mut(side) {
+            *count += 1;
+        }
+        if moved.status == Status::Ok
+            && !moved.holed
+            && let Some(seen) = known.seen.get_mut(side)
+        {
+            let (size, digest) = *seen.get_or_insert((moved.size, moved.digest));
+            known.varies |= digest != moved.digest;
+            known.resizes |= size != moved.size;
+        }
+    }
+
+    fn of_access(&self, moved: &Moved) -> Option<&Habit> {
+        self.accesses.get(&access(moved))
+    }
+
+    /// Whether the value of a transfer says nothing, since it varies; whether its size does.
+    pub(super) fn varies(&self, item: &Item) -> (bool, bool) {
+        let Deed::Transfer(moved) = &item.deed else { return (false, false) };
+        let Some(known) = self.of_access(moved) else { return (false, false) };
+        let often = known.counts.iter().any(|count| *count >= CYCLIC);
+        let own = moved.mux.is_some_and(|mux| mux.index >= APPLICATION);
+        let process = moved.direction == Direction::Upload || (often && own);
+        (known.varies && process, known.resizes && process)
+    }
+
+    /// Whether how often it comes says nothing.
+    fn is_poll(&self, item: &Item) -> bool {
+        let least = |counts: &[usize; 2]| *counts.iter().min().unwrap_or(&0);
+        let most = |counts: &[usize; 2]| *counts.iter().max().unwrap_or(&0);
+        match &item.deed {
+            Deed::Transfer(moved) => {
+                let Some(known) = self.of_access(moved) else { return false };
+                let (varies, _) = self.varies(item);
+                let enough = match moved.direction {
+                    Direction::Upload => most(&known.counts) >= if varies { WAITED } else { POLLED },
+                    Direction::Download => varies,
+                };
+                enough && moved.status == Status::Ok && least(&known.counts) > 0
+            }
+            _ => self
+                .others
+                .get(&symbol(item, false, false))
+                .is_some_and(|counts| most(counts) >= POLLED && least(counts) > 0),
+        }
+    }
+}
+
+/// A number for everything that is to be the same; without the value, or the size, where these vary.
+pub(super) fn symbol(item: &Item, varies: bool, resizes: bool) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    match &item.deed {
+        Deed::Transfer(moved) => {
+            (1, moved.direction == Direction::Upload, moved.mux).hash(&mut hasher);
+            (moved.mode.name(), moved.status.name()).hash(&mut hasher);
+            moved.abort.map(|abort| (abort.code, abort.by)).hash(&mut hasher);
+            // How far an aborted transfer came is no outcome.
+            if moved.status == Status::Ok {
+                (!varies).then_some(moved.digest).hash(&mut hasher);
+                (!resizes).then_some(moved.size).hash(&mut hasher);
+            }
+        }
+        Deed::Nmt(command) => (2, command).hash(&mut hasher),
+        Deed::BootUp => 3.hash(&mut hasher),
+        Deed::State(state) => (4, state).hash(&mut hasher),
+        Deed::Drive(state) => (5, state).hash(&mut hasher),
+        Deed::Emcy(code, register) => (6, code, register).hash(&mut hasher),
+        Deed::Lss(bytes) => (7, bytes).hash(&mut hasher),
+    }
+    hasher.finish()
+}
+
+/// A number for what may be the same thing with another content.
+fn likeness(item: &Item) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    match &item.deed {
+        Deed::Transfer(moved) => (1, moved.direction == Direction::Upload, moved.mux).hash(&mut hasher),
+        Deed::Nmt(_) => 2.hash(&mut hasher),
+        Deed::BootUp => 3.hash(&mut hasher),
+        Deed::State(_) => 4.hash(&mut hasher),
+        Deed::Drive(_) => 5.hash(&mut hasher),
+        Deed::Emcy(..) => 6.hash(&mut hasher),
+        Deed::Lss(bytes) => (7, bytes.first()).hash(&mut hasher),
+    }
+    hasher.finish()
+}
+
+/// Items that each capture has exactly once. `exact`: those whose values vary, too.
+pub(super) fn anchors(a: &[Item], b: &[Item], exact: bool, into: &mut Vec<Anchor>) {
+    let habits = Habits::of([a.iter(), b.iter()]);
+    let unique = |items: &[Item]| {
+        let mut symbols: Vec<(u64, [Place; 2])> = items
+            .iter()
+            .filter(|item| !is_cut(item) && (exact || !habits.varies(item).0))
+            .map(|item| (symbol(item, false, false), [item.since, item.at]))
+            .collect();
+        symbols.sort_by_key(|(symbol, [since, _])| (*symbol, since.on(false)));
+        let mut once: Vec<(u64, [Place; 2])> = Vec::new();
+        for group in symbols.chunk_by(|one, other| one.0 == other.0) {
+            if let [only] = group {
+                once.push(*only);
+            }
+        }
+        once
+    };
+    let (of_a, of_b) = (unique(a), unique(b));
+    for (symbol, ends) in of_a {
+        if let Ok(place) = of_b.binary_search_by_key(&symbol, |(symbol, _)| *symbol)
+            && let Some((_, others)) = of_b.get(place)
+        {
+            into.extend(ends.into_iter().zip(*others));
+        }
+    }
+}
+
+/// Items in their order: what is left where nothing is unique.
+pub(super) fn matched(a: &[Item], b: &[Item], into: &mut Vec<Anchor>) {
+    let habits = Habits::of([a.iter(), b.iter()]);
+    let symbols = |items: &[Item]| -> Vec<u64> {
+        items.iter().map(|item| habits.varies(item)).zip(items).map(|((v, r), item)| symbol(item, v, r)).collect()
+    };
+    for (i, j) in align(&symbols(a), &symbols(b)) {
+        if let (Some(one), Some(other)) = (a.get(i), b.get(j)) {
+            into.extend([(one.since, other.since), (one.at, other.at)]);
+        }
+    }
+}
+
+/// A transfer of which a capture does not show everything.
+fn is_cut(item: &Item) -> bool {
+    matches!(&item.deed, Deed::Transfer(moved) if moved.holed || moved.unended)
+}
+
+/// What is compared at once: one kind of items of one node.
+pub(super) struct Streams<'a> {
+    pub(super) kind: Kind,
+    pub(super) node: u8,
+    pub(super) items: [&'a [Item]; 2],
+    /// Since when each capture knows what state there is.
+    pub(super) known: [Option<Place>; 2],
+    pub(super) span: &'a Span,
+}
+
+impl Streams<'_> {
+    /// Compares them.
+    pub(super) fn compare(&self, tolerance: f64, found: &mut Found<'_>) {
+        let windows = [self.window(0, found), self.window(1, found)];
+        let [a, b] = &windows;
+        let habits = Habits::of([a.iter().copied(), b.iter().copied()]);
+        let symbols = |items: &[&Item]| -> Vec<u64> {
+            items.iter().map(|item| habits.varies(item)).zip(items).map(|((v, r), item)| symbol(item, v, r)).collect()
+        };
+        let mut left: [Vec<&Item>; 2] = Default::default();
+        let (mut x, mut y) = (0, 0);
+        let ends = (a.len(), b.len());
+        for (i, j) in align(&symbols(a), &symbols(b)).into_iter().chain([ends]) {
+            let gap = [a.get(x..i).unwrap_or(&[]), b.get(y..j).unwrap_or(&[])];
+            self.gap(gap, &habits, &mut left, found);
+            (x, y) = (i + 1, j + 1);
+        }
+        self.polls(&windows, &habits, tolerance, found);
+        for (side, items) in left.iter().enumerate() {
+            for item in items {
+                self.single(side, item, &habits, found);
+            }
+        }
+    }
+
+    /// Items that the other capture may have as well, from beginning to end.
+    fn window(&self, side: usize, found: &mut Found<'_>) -> Vec<&Item> {
+        let by_time = self.span.by_time;
+        let items = self.items.get(side).copied().unwrap_or(&[]);
+        let inside: Vec<&Item> = items
+            .iter()
+            .filter(|item| {
+                self.span.may_cover(side, item.at.on(by_time)) && self.span.may_cover(side, item.since.on(by_time))
+            })
+            .collect();
+        found.outside(side, items.len() - inside.len());
+        inside
+    }
+
+    /// Between two items that both captures have: the same thing with another content, then what is left.
+    fn gap<'b>(&self, gap: [&[&'b Item]; 2], habits: &Habits, left: &mut [Vec<&'b Item>; 2], found: &mut Found<'_>) {
+        let [a, b] = gap;
+        if a.is_empty() && b.is_empty() {
+            return;
+        }
+        let alike = |items: &[&Item]| -> Vec<u64> { items.iter().map(|item| likeness(item)).collect() };
+        let mut rest: [Vec<&'b Item>; 2] = Default::default();
+        let (mut x, mut y) = (0, 0);
+        for (i, j) in align(&alike(a), &alike(b)).into_iter().chain([(a.len(), b.len())]) {
+            let [rest_a, rest_b] = &mut rest;
+            rest_a.extend(a.get(x..i).unwrap_or(&[]));
+            rest_b.extend(b.get(y..j).unwrap_or(&[]));
+            if let (Some(one), Some(other)) = (a.get(i), b.get(j)) {
+                self.both(one, other, habits, found);
+            }
+            (x, y) = (i + 1, j + 1);
+        }
+        // What a capture shows only in part may be any transfer of the other one.
+        for side in [0, 1] {
+            let [mine, others] = if side == 0 { [0, 1] } else { [1, 0] };
+            let cut: Vec<&Item> = rest.get(mine).into_iter().flatten().copied().filter(|item| is_cut(item)).collect();
+            for item in cut {
+                let object = |item: &Item| match &item.deed {
+                    Deed::Transfer(moved) => moved.mux,
+                    _ => None,
+                };
+                let fits = |other: &&Item| object(item).is_none() || object(item) == object(other);
+                let place = rest.get(others).and_then(|items| items.iter().position(fits));
+                if let Some(items) = rest.get_mut(mine) {
+                    items.retain(|other| !std::ptr::eq(*other, item));
+                }
+                match place.zip(rest.get_mut(others)) {
+                    Some((place, items)) if place < items.len() => {
+                        let other = items.remove(place);
+                        let pair = if side == 0 { (item, other) } else { (other, item) };
+                        self.both(pair.0, pair.1, habits, found);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        for (all, rest) in left.iter_mut().zip(rest) {
+            all.extend(rest);
+        }
+    }
+
+    /// The same thing, and not all of it is the same.
+    fn both(&self, a: &Item, b: &Item, habits: &Habits, found: &mut Found<'_>) {
+        let sides = || [Some(side_of(a)), Some(side_of(b))];
+        let (Deed::Transfer(one), Deed::Transfer(other)) = (&a.deed, &b.deed) else {
+            found.add(What::Item(self.kind, Aspect::Value), Some(self.node), sides());
+            return;
+        };
+        if self.hides(0, a, one, b) || self.hides(1, b, other, a) {
+            return;
+        }
+        let (varies, resizes) = habits.varies(a);
+        let outcome = (one.status, one.abort.map(|abort| (abort.code, abort.by)));
+        let aspect =
+            if outcome != (other.status, other.abort.map(|abort| (abort.code, abort.by))) || one.mux != other.mux {
+                Aspect::Outcome
+            } else if one.mode != other.mode {
+                Aspect::Mode
+            } else if one.status == Status::Ok
+                && ((!varies && one.digest != other.digest) || (!resizes && one.size != other.size))
+            {
+                Aspect::Value
+            } else {
+                return;
+            };
+        found.add(What::Item(self.kind, aspect), Some(self.node), sides());
+    }
+
+    /// Whether a capture shows `item` only in part, since the rest of it lies beyond its edge: `other` is the same in the
+    /// other capture.
+    fn hides(&self, side: usize, item: &Item, moved: &Moved, other: &Item) -> bool {
+        let by_time = self.span.by_time;
+        let others = 1 - side;
+        let last = self.span.covered.get(others).map_or(i64::MAX, |covered| covered.1);
+        let ends = moved.unended && other.at.on(by_time) > last.saturating_sub(self.span.slack.1);
+        let (first, begun) = (
+            self.span.first.get(side).copied().unwrap_or(0),
+            self.span.covered.get(others).map_or(i64::MIN, |covered| covered.0),
+        );
+        let early = other.since.on(by_time) < begun.saturating_add(self.span.slack.0);
+        let begins = moved.holed && (early || item.since.on(false) <= first.saturating_add(EDGE));
+        ends || begins || (moved.holed && matches!(&other.deed, Deed::Transfer(other) if other.holed))
+    }
+
+    /// What one capture has and the other one lacks.
+    fn single(&self, side: usize, item: &Item, habits: &Habits, found: &mut Found<'_>) {
+        let by_time = self.span.by_time;
+        let since = item.since.on(by_time);
+        let other_knows = self.known.get(1 - side).copied().flatten().map(|place| place.on(by_time));
+        let here = |known: i64| if side == 0 { self.span.to_a(known) } else { self.span.to_b(known) };
+        let close = self.span.slack.0.saturating_add(if by_time { CLOSE_NS } else { EDGE });
+        let unknown = matches!(self.kind, Kind::State | Kind::Drive(_))
+            && !matches!(item.deed, Deed::BootUp)
+            && other_knows.is_none_or(|known| since <= here(known).saturating_add(close));
+        // A channel that was configured before the other capture began is unknown there.
+        let unknown = unknown || (self.span.begins_apart() && matches!(self.kind, Kind::Sdo(Some(_))));
+        if unknown || is_cut(item) || !self.span.covers(side, since, item.at.on(by_time)) {
+            return found.outside(side, 1);
+        }
+        if habits.is_poll(item) {
+            return;
+        }
+        let mut sides = [None, None];
+        if let Some(slot) = sides.get_mut(side) {
+            *slot = Some(side_of(item));
+        }
+        found.add(What::Item(self.kind, Aspect::Presence), Some(self.node), sides);
+    }
+
+    /// How often polls come.
+    fn polls(&self, windows: &[Vec<&Item>; 2], habits: &Habits, tolerance: f64, found: &mut Found<'_>) {
+        let mut polls: BTreeMap<u64, [Vec<&Item>; 2]> = BTreeMap::new();
+        for (side, items) in windows.iter().enumerate() {
+            for item in items.iter().filter(|item| habits.is_poll(item)) {
+                if let Some(all) = polls.entry(likeness(item)).or_default().get_mut(side) {
+                    all.push(item);
+                }
+            }
+        }
+        for [a, b] in polls.values() {
+            let places = |items: &[&Item]| -> Vec<Place> { items.iter().map(|item| item.at).collect() };
+            let (Some(one), Some(other)) = (a.first(), b.first()) else { continue };
+            if !self.span.by_time {
+                continue;
+            }
+            if let Some((mine, others)) = trains::paces(&places(a), &places(b), self.span, tolerance) {
+                let sides = [(one, mine), (other, others)].map(|(item, ns)| {
+                    let mut side = side_of(item);
+                    side.pace_ns = Some(ns);
+                    Some(side)
+                });
+                found.add(What::Poll, Some(self.node), sides);
+            }
+        }
+    }
+}
+
+fn side_of(item: &Item) -> Side {
+    Side::new(item.at, item.since, Shows::Deed(item.deed.clone()))
+}

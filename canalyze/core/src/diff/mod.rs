@@ -1,0 +1,321 @@
+//! Two captures held against each other as CANopen: what nodes did, not bytes or times.
+//!
+//! `record` keeps what is to be compared of one capture while it streams by; `span` relates the two and finds what both
+//! cover; `items` compares what happens once, in order (`align`), `trains` what comes again and again; `found` collects
+//! the differences. What a capture cannot show (frames before its beginning, times without stamps) is no difference.
+//! It must not put anything into words.
+
+mod align;
+pub mod difference;
+mod found;
+mod items;
+pub mod record;
+pub mod span;
+#[cfg(test)]
+mod tests;
+mod trains;
+
+use std::borrow::Cow;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
+
+use self::difference::{Difference, Shows, Side, What};
+use self::found::Found;
+use self::items::Streams;
+use self::record::{Kind, Line, Place, Record, Service, Train, Version};
+use self::span::{Anchor, Span};
+use self::trains::Trains;
+use crate::finding::{Code, Facts, Finding, Quantity, Severity};
+use crate::frame::{BusId, CanId};
+use crate::services::sdo::wire::Mux;
+
+/// What counts as a difference.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// By how much periods may differ, as a part of the shorter one.
+    pub tolerance: f64,
+    /// Names of buses that are one bus: in A, in B.
+    pub buses: Vec<(String, String)>,
+}
+
+/// What two captures differ in.
+#[derive(Debug)]
+pub struct Comparison {
+    /// The differences, in order.
+    pub differences: Vec<Difference>,
+    /// Further ones, which are only counted.
+    pub more: u64,
+    /// What both cover.
+    pub span: Span,
+    /// Transfers, commands, states and the like of each that lie where the other one shows nothing.
+    pub outside: [u64; 2],
+}
+
+/// Where no more than one in this many varying values is the same in both captures, that is chance.
+const CHANCE: usize = 20;
+
+/// Which rule, node and object a finding is of.
+type Raised = (Code, Option<u8>, Option<Mux>);
+
+/// Compares two captures.
+pub fn compare(a: &Record, b: &Record, settings: &Settings) -> Comparison {
+    let pairs = paired(a, b, &settings.buses);
+    let (anchors, vague) = anchors(a, b, &pairs);
+    let mut span = Span::new(a, b, anchors);
+    if vague && !span.by_time {
+        span.blur();
+    }
+    let mut found = Found::new(&span);
+    for (in_a, in_b) in &pairs {
+        found.bus = [*in_a, *in_b];
+        let of_a = in_a.and_then(|bus| a.lines.get(&bus));
+        let of_b = in_b.and_then(|bus| b.lines.get(&bus));
+        match (of_a, of_b) {
+            (Some(one), Some(other)) => lines([one, other], [a, b], settings, &mut found),
+            (one, other) => absent([one, other], &mut found),
+        }
+    }
+    let Found { mut all, more, outside, .. } = found;
+    all.sort_by(|one, other| one.order.cmp(&other.order).then(one.what.cmp(&other.what)));
+    Comparison { differences: all, more, span, outside }
+}
+
+/// The buses of both: by what was said, by name, then those that have most in common.
+fn paired(a: &Record, b: &Record, said: &[(String, String)]) -> Vec<(Option<BusId>, Option<BusId>)> {
+    let mut left_a: Vec<BusId> = a.lines.keys().copied().collect();
+    let mut left_b: Vec<BusId> = b.lines.keys().copied().collect();
+    let mut pairs = Vec::new();
+    let mut take = |left_a: &mut Vec<BusId>, left_b: &mut Vec<BusId>, one: BusId, other: BusId| {
+        left_a.retain(|bus| *bus != one);
+        left_b.retain(|bus| *bus != other);
+        pairs.push((Some(one), Some(other)));
+    };
+    let named =
+        |record: &Record, left: &[BusId], name: &[u8]| left.iter().copied().find(|bus| record.buses.name(*bus) == name);
+    for (one, other) in said {
+        if let (Some(one), Some(other)) = (named(a, &left_a, one.as_bytes()), named(b, &left_b, other.as_bytes())) {
+            take(&mut left_a, &mut left_b, one, other);
+        }
+    }
+    for one in left_a.clone() {
+        if let Some(other) = named(b, &left_b, a.buses.name(one)) {
+            take(&mut left_a, &mut left_b, one, other);
+        }
+    }
+    while !left_a.is_empty() && !left_b.is_empty() {
+        let common = |one: BusId, other: BusId| match (a.lines.get(&one), b.lines.get(&other)) {
+            (Some(one), Some(other)) => one.nodes.keys().filter(|node| other.nodes.contains_key(node)).count(),
+            _ => 0,
+        };
+        let all = left_a.iter().flat_map(|one| left_b.iter().map(move |other| (*one, *other)));
+        // Of pairs that fit equally well the first buses come first.
+        let best = all.min_by_key(|(one, other)| (usize::MAX - common(*one, *other), *one, *other));
+        let Some((one, other)) = best else { break };
+        take(&mut left_a, &mut left_b, one, other);
+    }
+    pairs.extend(left_a.into_iter().map(|bus| (Some(bus), None)));
+    pairs.extend(left_b.into_iter().map(|bus| (None, Some(bus))));
+    pairs
+}
+
+/// What relates the captures in time: what is unique in both; else what their order matches, which is vague where one
+/// has more repetitions than the other.
+fn anchors(a: &Record, b: &Record, pairs: &[(Option<BusId>, Option<BusId>)]) -> (Vec<Anchor>, bool) {
+    let mut streams = Vec::new();
+    for (one, other) in pairs {
+        let lines = one.and_then(|bus| a.lines.get(&bus)).zip(other.and_then(|bus| b.lines.get(&bus)));
+        let Some((one, other)) = lines else { continue };
+        streams.extend(one.items.iter().filter_map(|(key, items)| Some((items, other.items.get(key)?))));
+    }
+    let mut found = Vec::new();
+    for exact in [false, true] {
+        found.clear();
+        for (one, other) in &streams {
+            items::anchors(one, other, exact, &mut found);
+        }
+        // Of many values that vary some are the same by chance.
+        let items = streams.iter().map(|(one, other)| one.len().min(other.len())).sum::<usize>();
+        if found.len() > 1 && (!exact || found.len() > items / CHANCE) {
+            return (found, false);
+        }
+    }
+    found.clear();
+    let mut vague = false;
+    if found.is_empty() && !span::simultaneous(a, b) {
+        vague = streams.iter().any(|(one, other)| one.len() != other.len());
+        for (one, other) in &streams {
+            items::matched(one, other, &mut found);
+        }
+    }
+    (found, vague)
+}
+
+/// One bus in both captures.
+fn lines(lines: [&Line; 2], records: [&Record; 2], settings: &Settings, found: &mut Found<'_>) {
+    let [a, b] = lines;
+    let apart = strangers(lines, found);
+    let span = found.span;
+    let keys: BTreeSet<(u8, Kind)> = a.items.keys().chain(b.items.keys()).copied().collect();
+    for (node, kind) in keys.into_iter().filter(|(node, _)| !apart.contains(node)) {
+        let items = lines.map(|line| line.items.get(&(node, kind)).map_or(&[][..], |items| items));
+        let known = lines.map(|line| line.known.get(&(node, kind)).copied());
+        Streams { kind, node, items, known, span }.compare(settings.tolerance, found);
+    }
+    let trains = named(lines, span);
+    let keys: BTreeSet<(u8, Service)> = trains.iter().flat_map(|trains| trains.keys().copied()).collect();
+    let none = Train::default();
+    for (node, service) in keys.into_iter().filter(|(node, _)| !apart.contains(node)) {
+        let trains = trains.each_ref().map(|trains| trains.get(&(node, service)).map_or(&none, |train| &**train));
+        let node = (node > 0).then_some(node);
+        let configured = found.configured(node);
+        Trains { node, service, trains, configured, span }.compare(settings.tolerance, found);
+    }
+    findings(lines, records, &apart, found);
+}
+
+/// Nodes that only one capture has, though the other one covers them.
+fn strangers(lines: [&Line; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
+    let by_time = found.span.by_time;
+    let mut apart = BTreeSet::new();
+    for (side, other) in [(0, 1), (1, 0)] {
+        let (Some(mine), Some(others)) = (lines.get(side), lines.get(other)) else { continue };
+        for (node, (first, frames)) in mine.nodes.iter().filter(|(node, _)| !others.nodes.contains_key(node)) {
+            apart.insert(*node);
+            // Whose an identifier is may have been configured before the other capture began, or may be known later.
+            let mut ids = mine.trains.iter().filter(|((of, _), _)| of == node);
+            let known = |id: &CanId| others.ids.contains_key(id);
+            let silent = mine.items.keys().all(|(of, _)| of != node);
+            if silent && ids.all(|(_, train)| train.versions.iter().all(|version| known(&version.id))) {
+                continue;
+            }
+            let sent = mine.trains.iter().filter(|((of, _), _)| of == node).flat_map(|(_, train)| train.places.iter());
+            let done = mine.items.iter().filter(|((of, _), _)| of == node).flat_map(|(_, items)| items.iter());
+            let mut places: Vec<Place> = sent.copied().chain(done.map(|item| item.since)).collect();
+            places.push(*first);
+            places.sort_by_key(|place| place.on(false));
+            let covers = |place: &&Place| found.span.covers(side, place.on(by_time), place.on(by_time));
+            let last = found.span.covered.get(side).map_or(i64::MAX, |covered| covered.1);
+            let blurred = |place: &&Place| found.span.is_blurred() && place.on(by_time) <= last;
+            let covered = places.iter().find(covers).or(places.first().filter(blurred));
+            match covered {
+                Some(at) => {
+                    let mut sides = [None, None];
+                    if let Some(slot) = sides.get_mut(side) {
+                        *slot = Some(Side::new(*at, *at, Shows::Count(*frames)));
+                    }
+                    found.add(What::Node, Some(*node), sides);
+                }
+                None => found.outside(side, 1),
+            }
+        }
+    }
+    apart
+}
+
+/// The trains of both captures by node and service. A train that only one capture has, though the other one has its
+/// identifiers, is one that they take for different PDOs, since one of them does not know, or not yet, how it was
+/// configured: it goes by the name in the one that knows more.
+fn named<'a>(lines: [&'a Line; 2], span: &Span) -> [BTreeMap<(u8, Service), Cow<'a, Train>>; 2] {
+    let [a, b] = lines;
+    let b_knows = span.beyond.last().is_some_and(|(before, _)| *before);
+    [renamed(a, b, b_knows), renamed(b, a, !b_knows)]
+}
+
+fn renamed<'a>(mine: &'a Line, other: &Line, yields: bool) -> BTreeMap<(u8, Service), Cow<'a, Train>> {
+    let mut named: BTreeMap<(u8, Service), Cow<'a, Train>> = BTreeMap::new();
+    let mut strange = Vec::new();
+    for (key, train) in &mine.trains {
+        if other.trains.contains_key(key) {
+            named.insert(*key, Cow::Borrowed(train));
+        } else {
+            strange.push((key, train));
+        }
+    }
+    for (key, train) in strange {
+        let carries = |(name, other): &(&(u8, Service), &Train)| {
+            let own = |mine: &Version| other.versions.iter().any(|other| other.id == mine.id);
+            train.versions.iter().all(own) && (yields || mine.trains.contains_key(name))
+        };
+        let name = other.trains.iter().find(carries).map_or(*key, |(name, _)| *name);
+        match named.entry(name) {
+            Entry::Vacant(entry) => _ = entry.insert(Cow::Borrowed(train)),
+            Entry::Occupied(mut entry) => entry.get_mut().to_mut().join(train),
+        }
+    }
+    named
+}
+
+/// A bus that only one capture has.
+fn absent(lines: [Option<&Line>; 2], found: &mut Found<'_>) {
+    let first = |line: &Line| line.nodes.values().map(|(place, _)| *place).min_by_key(|place| place.on(false));
+    let mut sides = [None, None];
+    for (side, (slot, line)) in sides.iter_mut().zip(lines).enumerate() {
+        let Some(line) = line else { continue };
+        let at = line.covered(side, found.span).or(first(line).filter(|_| line.places().next().is_none()));
+        *slot = at.map(|at| Side::new(at, at, Shows::Count(line.frames)));
+    }
+    match sides {
+        [None, None] => found.outside(usize::from(lines.first().is_none_or(Option::is_none)), 1),
+        sides => found.add(What::Bus, None, sides),
+    }
+}
+
+/// Findings that only one capture has.
+fn findings(lines: [&Line; 2], records: [&Record; 2], apart: &BTreeSet<u8>, found: &mut Found<'_>) {
+    let by_time = found.span.by_time;
+    let timed = |record: &Record| record.stamped && record.decimals >= 4;
+    let all_timed = records.iter().all(|record| timed(record));
+    for (side, other) in [(0, 1), (1, 0)] {
+        let (Some(mine), Some(others)) = (lines.get(side), lines.get(other)) else { continue };
+        let lacking: BTreeMap<&Raised, &Vec<Finding>> =
+            mine.findings.iter().filter(|(kind, _)| !others.findings.contains_key(kind)).collect();
+        for ((code, node, _), raised) in lacking {
+            let rule = code.rule();
+            if rule.severity < Severity::Warning
+                || rule.id.starts_with("CAP")
+                || node.is_some_and(|node| apart.contains(&node))
+            {
+                continue;
+            }
+            let covered = |finding: &&Finding| {
+                let at = Place::of(finding.at).on(by_time);
+                let since = finding.cause.map_or(at, |cause| Place::of(cause).on(by_time));
+                finding.at.no > 0 && found.span.covers(side, since.min(at), at)
+            };
+            let Some(first) = raised.iter().filter(|one| all_timed || !is_timed(one)).find(covered) else { continue };
+            // What was seen, or not seen, before one of them began may be what raised it.
+            if found.span.begins_apart() && !rule.id.starts_with("SDO") {
+                found.outside(side, 1);
+                continue;
+            }
+            let at = Place::of(first.at);
+            if is_of_cut(mine, *node, at, side, found.span) {
+                found.outside(side, 1);
+                continue;
+            }
+            let mut sides = [None, None];
+            if let Some(slot) = sides.get_mut(side) {
+                *slot = Some(Side::new(at, at, Shows::Finding(Box::new((*first).clone()))));
+            }
+            found.add(What::Finding, *node, sides);
+        }
+    }
+}
+
+/// Whether a finding is about a transfer that the other capture does not show as a whole.
+fn is_of_cut(line: &Line, node: Option<u8>, at: Place, side: usize, span: &Span) -> bool {
+    let by_time = span.by_time;
+    let streams = line.items.iter().filter(|((of, kind), _)| Some(*of) == node && matches!(kind, Kind::Sdo(_)));
+    let mut around = streams
+        .flat_map(|(_, items)| items)
+        .filter(|item| item.since.on(false) <= at.on(false) && at.on(false) <= item.at.on(false).saturating_add(1));
+    around.any(|item| !span.covers(side, item.since.on(by_time), at.on(by_time)))
+}
+
+/// Whether a finding rests on times, which captures without stamps, or with coarse ones, cannot show.
+fn is_timed(finding: &Finding) -> bool {
+    match &finding.facts {
+        Facts::Told { measured, .. } => measured.iter().any(|(_, quantity)| matches!(quantity, Quantity::Ns(_))),
+        _ => false,
+    }
+}

@@ -1,0 +1,226 @@
+//! What both captures cover, and where a moment of one lies in the other.
+//!
+//! Clocks of two captures have nothing in common, so they are related by anchors: items that each capture has exactly
+//! once, in the same order in both. Between anchors the offset of the clocks is interpolated; where stamps are
+//! missing, frames are counted instead. It must not judge what differs.
+
+use super::record::{Place, Record};
+
+/// Stamps from here on (in ns: 1973) are those of a clock.
+const EPOCH_NS: i64 = 100_000_000_000_000_000;
+/// Clocks that run alike part by no more than this between two anchors ...
+const RIGID_NS: i64 = 2_000_000;
+/// ... and a thousandth of the time between them.
+const DRIFT: i64 = 1000;
+/// How well clocks are related where no two anchors say it, in ns.
+const UNSURE_NS: i64 = 1_000_000;
+/// What [`RIGID_NS`] is in frames.
+const RIGID_FRAMES: i64 = 3;
+/// Anchors at an edge that say how well the clocks are related there.
+const EDGE: usize = 5;
+
+/// A moment that both captures have: its place in one, and in the other.
+pub type Anchor = (Place, Place);
+
+/// How places in both captures are related.
+#[derive(Clone, Debug)]
+pub struct Span {
+    /// Positions are stamps in ns, else numbers of frames.
+    pub by_time: bool,
+    /// The captures show one and the same course in time: the offset of their clocks does not vary.
+    pub rigid: bool,
+    /// What both cover, in positions of each: first and last.
+    pub covered: [(i64, i64); 2],
+    /// How well that is known, at the beginning and at the end.
+    pub slack: (i64, i64),
+    /// Whether a capture begins before the other one, and whether it ends after it.
+    pub beyond: [(bool, bool); 2],
+    /// How exact stamps are.
+    pub resolution: i64,
+    /// The number of each capture's first frame.
+    pub first: [i64; 2],
+    /// Positions in A and in B, ascending.
+    chain: Vec<(i64, i64)>,
+    /// Frames of the same, for a place that the other capture does not have.
+    frames: Vec<(Place, Place)>,
+}
+
+impl Span {
+    /// Relates two captures by these anchors, in any order.
+    pub fn new(a: &Record, b: &Record, anchors: Vec<Anchor>) -> Self {
+        let by_time = a.stamped && b.stamped;
+        let anchors = ordered(anchors);
+        let mut chain: Vec<(i64, i64)> =
+            anchors.iter().map(|(in_a, in_b)| (in_a.on(by_time), in_b.on(by_time))).collect();
+        // Stamps may step back where frames do not.
+        let mut high = (i64::MIN, i64::MIN);
+        chain.retain(|&(in_a, in_b)| {
+            let rises = in_a >= high.0 && in_b >= high.1;
+            if rises {
+                high = (in_a, in_b);
+            }
+            rises
+        });
+        let ends = |record: &Record| (record.first.on(by_time), record.last.on(by_time));
+        let (of_a, of_b) = (ends(a), ends(b));
+        if chain.is_empty() {
+            chain.push(unanchored(by_time, of_a, of_b));
+        }
+        let mut span = Self {
+            by_time,
+            rigid: false,
+            covered: [of_a, of_b],
+            slack: (0, 0),
+            beyond: [(false, false); 2],
+            resolution: if by_time { 10_i64.pow(9 - u32::from(a.decimals.min(b.decimals).min(9))) } else { 1 },
+            first: [a.first.on(false), b.first.on(false)],
+            chain,
+            frames: anchors,
+        };
+        let differ = if a.decimals == b.decimals || !by_time { 0 } else { span.resolution };
+        let parts = span.parts();
+        span.rigid = parts.iter().all(|(parted, apart)| {
+            let most = if by_time { RIGID_NS.saturating_add(apart / DRIFT) } else { RIGID_FRAMES };
+            *parted <= most.saturating_add(2 * differ)
+        });
+        let together = span.frames.is_empty() && simultaneous(a, b);
+        let slack = |some: &mut dyn Iterator<Item = &(i64, i64)>| {
+            let unsure = if by_time { UNSURE_NS } else { 1 };
+            match some.map(|(parted, _)| *parted).max() {
+                None if together => 0,
+                None => unsure,
+                Some(0) => 0,
+                // A few anchors do not show the worst.
+                Some(worst) => worst.saturating_add(unsure / 5),
+            }
+        };
+        span.slack = (
+            slack(&mut parts.iter().take(EDGE)).saturating_add(differ),
+            slack(&mut parts.iter().rev().take(EDGE)).saturating_add(differ),
+        );
+        let (first, last) = (span.to_a(of_b.0), span.to_a(of_b.1));
+        span.covered[0] = (of_a.0.max(first), of_a.1.min(last));
+        span.covered[1] = (of_b.0.max(span.to_b(of_a.0)), of_b.1.min(span.to_b(of_a.1)));
+        let (begins, ends) = span.slack;
+        span.beyond = [
+            (of_a.0.saturating_add(begins) < first, of_a.1 > last.saturating_add(ends)),
+            (of_a.0 > first.saturating_add(begins), of_a.1.saturating_add(ends) < last),
+        ];
+        span
+    }
+
+    /// By how much the offset varies from each anchor to the next, and how far apart they are.
+    fn parts(&self) -> Vec<(i64, i64)> {
+        let offset = |(in_a, in_b): (i64, i64)| in_b.saturating_sub(in_a);
+        let pairs = self.chain.iter().zip(self.chain.iter().skip(1));
+        pairs
+            .map(|(one, next)| {
+                let parted = offset(*next).saturating_sub(offset(*one)).saturating_abs();
+                (parted, next.0.saturating_sub(one.0).saturating_abs())
+            })
+            .collect()
+    }
+
+    /// Whether one capture knows what was before the other one began.
+    pub fn begins_apart(&self) -> bool {
+        self.beyond.iter().any(|(before, _)| *before)
+    }
+
+    /// Nothing says where one capture lies in the other: nothing is surely covered.
+    pub fn blur(&mut self) {
+        self.slack = (i64::MAX / 4, i64::MAX / 4);
+    }
+
+    /// Whether nothing says where one capture lies in the other.
+    pub fn is_blurred(&self) -> bool {
+        self.slack.0 == i64::MAX / 4
+    }
+
+    /// A position of B on the scale of A.
+    pub fn to_a(&self, position: i64) -> i64 {
+        related(&self.chain, position, |(in_a, in_b)| (in_b, in_a))
+    }
+
+    /// A position of A on the scale of B.
+    pub fn to_b(&self, position: i64) -> i64 {
+        related(&self.chain, position, |pair| pair)
+    }
+
+    /// The frame of the other capture that lies at or before a place of this one, by the nearest anchor.
+    pub fn beside(&self, side: usize, place: Place) -> Option<Place> {
+        let mine = |pair: &Anchor| if side == 0 { pair.0 } else { pair.1 };
+        let after = self.frames.partition_point(|pair| mine(pair).on(false) <= place.on(false));
+        let nearest = after.checked_sub(1).and_then(|at| self.frames.get(at)).or_else(|| self.frames.first())?;
+        Some(if side == 0 { nearest.1 } else { nearest.0 })
+    }
+
+    /// Whether the other capture surely covers a time of this one.
+    pub fn covers(&self, side: usize, from: i64, to: i64) -> bool {
+        let Some((first, last)) = self.covered.get(side) else { return false };
+        let (begins, ends) = self.slack;
+        from >= first.saturating_add(begins) && to <= last.saturating_sub(ends)
+    }
+
+    /// Whether it may cover it.
+    pub fn may_cover(&self, side: usize, position: i64) -> bool {
+        let Some((first, last)) = self.covered.get(side) else { return false };
+        let (begins, ends) = self.slack;
+        position >= first.saturating_sub(begins) && position <= last.saturating_add(ends)
+    }
+}
+
+/// Whether the clocks of two captures say that they were taken at the same time.
+pub fn simultaneous(a: &Record, b: &Record) -> bool {
+    let ends = |record: &Record| (record.first.on(true), record.last.on(true));
+    a.stamped && b.stamped && overlap(ends(a), ends(b))
+}
+
+fn overlap(a: (i64, i64), b: (i64, i64)) -> bool {
+    a.0 >= EPOCH_NS && b.0 >= EPOCH_NS && a.0 <= b.1 && b.0 <= a.1
+}
+
+/// Without anchors: captures that were taken at the same time have one clock, others begin together.
+fn unanchored(by_time: bool, a: (i64, i64), b: (i64, i64)) -> (i64, i64) {
+    if by_time && overlap(a, b) { (a.0, a.0) } else { (a.0, b.0) }
+}
+
+/// Where a position lies on the other scale. `turn` gives an anchor's position on this one and on the other.
+fn related(chain: &[(i64, i64)], position: i64, turn: impl Fn((i64, i64)) -> (i64, i64)) -> i64 {
+    let after = chain.partition_point(|pair| turn(*pair).0 <= position);
+    let before = after.checked_sub(1).and_then(|at| chain.get(at)).map(|pair| turn(*pair));
+    let next = chain.get(after).map(|pair| turn(*pair));
+    match (before, next) {
+        (Some((here, there)), Some((here_next, there_next))) if here_next > here => {
+            let part = i128::from(position.saturating_sub(here)) * i128::from(there_next.saturating_sub(there));
+            let part = part / i128::from(here_next.saturating_sub(here)).max(1);
+            there.saturating_add(i64::try_from(part).unwrap_or(0))
+        }
+        (Some((here, there)), _) | (None, Some((here, there))) => there.saturating_add(position.saturating_sub(here)),
+        (None, None) => position,
+    }
+}
+
+/// The longest part of the anchors that is in the same order in both captures.
+fn ordered(mut anchors: Vec<Anchor>) -> Vec<Anchor> {
+    anchors.sort_by_key(|(in_a, in_b)| (in_a.on(false), in_b.on(false)));
+    // The last anchor of the best row of each length, and for each anchor the one before it.
+    let mut ends: Vec<usize> = Vec::new();
+    let mut before: Vec<Option<usize>> = Vec::with_capacity(anchors.len());
+    let number = |at: usize| anchors.get(at).map_or(0, |pair| pair.1.on(false));
+    for at in 0..anchors.len() {
+        let length = ends.partition_point(|end| number(*end) < number(at));
+        before.push(length.checked_sub(1).and_then(|length| ends.get(length)).copied());
+        match ends.get_mut(length) {
+            Some(end) => *end = at,
+            None => ends.push(at),
+        }
+    }
+    let mut row = Vec::with_capacity(ends.len());
+    let mut next = ends.last().copied();
+    while let Some(at) = next {
+        row.extend(anchors.get(at).copied());
+        next = before.get(at).copied().flatten();
+    }
+    row.reverse();
+    row
+}

@@ -1,0 +1,89 @@
+//! Two captures held against each other, as Python has it.
+//!
+//! It must not compare, or put a word: `diff` and `render::diff` do.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use super::language;
+use super::session::Session;
+use crate::diff;
+use crate::diff::record::Record;
+use crate::render;
+use crate::text::Lang;
+
+#[pyclass(module = "canalyze._core", frozen)]
+pub(super) struct Comparison {
+    lang: Lang,
+    records: [Record; 2],
+    names: [String; 2],
+    compared: diff::Comparison,
+}
+
+impl Comparison {
+    fn setting(&self) -> render::diff::Setting<'_> {
+        let [a, b] = &self.records;
+        render::diff::Setting { lang: self.lang, records: [a, b] }
+    }
+
+    fn bytes<'py>(py: Python<'py>, write: impl FnOnce(&mut Vec<u8>) + Send) -> Bound<'py, PyBytes> {
+        let out = py.detach(|| {
+            let mut out = Vec::new();
+            write(&mut out);
+            out
+        });
+        PyBytes::new(py, &out)
+    }
+}
+
+#[pymethods]
+impl Comparison {
+    #[new]
+    #[pyo3(signature = (a, b, *, names, lang = "zh", tolerance = 0.1, buses = Vec::new()))]
+    fn new(
+        py: Python<'_>,
+        a: &Session,
+        b: &Session,
+        names: (String, String),
+        lang: &str,
+        tolerance: f64,
+        buses: Vec<(String, String)>,
+    ) -> PyResult<Self> {
+        let lang = language(lang)?;
+        let take = |session: &Session| session.run(py, |core| core.take_record());
+        let records = [take(a), take(b)].map(|record| record.ok_or_else(|| PyValueError::new_err("format: record")));
+        let [a, b] = records;
+        let (a, b) = (a?, b?);
+        let compared = py.detach(|| diff::compare(&a, &b, &diff::Settings { tolerance, buses }));
+        Ok(Self { lang, records: [a, b], names: names.into(), compared })
+    }
+
+    #[getter]
+    fn differences(&self) -> u64 {
+        self.compared.differences.len() as u64 + self.compared.more
+    }
+
+    fn first(&self) -> (Option<u64>, Option<u64>) {
+        let Some(first) = self.compared.differences.first() else { return (None, None) };
+        let mut numbers =
+            first.sides.iter().zip(first.beside).map(|(side, beside)| {
+                side.as_ref().map(|side| side.since).or(beside).map(|at| at.no).filter(|no| *no > 0)
+            });
+        (numbers.next().flatten(), numbers.next().flatten())
+    }
+
+    fn head<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        Self::bytes(py, |out| render::diff::head(out, self.setting(), &self.compared))
+    }
+
+    fn body<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        Self::bytes(py, |out| render::diff::body(out, self.setting(), &self.compared))
+    }
+
+    fn jsonl<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        let [a, b] = &self.names;
+        let names = [a.as_bytes(), b.as_bytes()];
+        Self::bytes(py, |out| render::jsonl::diff::write(out, self.setting(), &self.compared, names))
+    }
+}

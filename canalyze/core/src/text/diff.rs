@@ -1,0 +1,329 @@
+//! Differences of two captures in words: what it is about, and what each capture has.
+//!
+//! The order of words is the same in both languages, so their words stand side by side. Must not: lay out a report.
+
+use super::digits::{Hex, put};
+use super::{Lang, en, escape, terms, value, zh};
+use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
+use crate::diff::record::{Deed, Kind, Moved, Service};
+use crate::frame::{CanId, FrameRef};
+use crate::services::sdo::transfer::{Direction, Mode, Status};
+use crate::services::sdo::wire::{Mux, Side as Sender};
+
+/// What a report says around its differences: `{}` is filled in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phrase {
+    /// Above the first one.
+    First,
+    /// Above all of them.
+    All,
+    /// Nothing differs.
+    Same,
+    /// A frame of a capture.
+    Frame,
+    /// Its line.
+    Line,
+    /// Beside a frame that is not there.
+    Near,
+    /// How many there are.
+    Count,
+    /// How many of them are not listed.
+    More,
+    /// What was compared.
+    Compared,
+    /// What was not compared, since only one capture shows that time.
+    Outside,
+    /// A capture was too long.
+    Full,
+    /// Times were not compared.
+    NoTimes,
+    /// A bus that has no name.
+    Unnamed,
+}
+
+/// Rows: the phrase, Chinese, English.
+static PHRASES: &[(Phrase, &str, &str)] = &[
+    (Phrase::First, "首处差异: ", "first difference: "),
+    (Phrase::All, "全部差异:", "all differences:"),
+    (Phrase::Same, "相同: 未发现CANopen意义上的差异", "the same: no difference in CANopen terms"),
+    (Phrase::Frame, "第{}帧", "frame {}"),
+    (Phrase::Line, " (第{}行)", " (line {})"),
+    (Phrase::Near, "{}之后无", "none after {}"),
+    (Phrase::Count, "差异: {}", "differences: {}"),
+    (Phrase::More, "另有{}处未列出", "{} more are not listed"),
+    (Phrase::Compared, "比较范围: ", "compared: "),
+    (
+        Phrase::Outside,
+        "未比较: 仅一方记录到的时段内的传输、命令、状态等, A {} B {}",
+        "not compared, where only one capture shows anything: transfers, commands, states, in A {} in B {}",
+    ),
+    (Phrase::Full, "{} 太长, 其后部未比较", "{} is too long; its later part was not compared"),
+    (
+        Phrase::NoTimes,
+        "至少一方没有时间戳: 周期和抖动未比较",
+        "not both captures have stamps: periods and jitter were not compared",
+    ),
+    (Phrase::Unnamed, "总线", "bus"),
+];
+
+/// What fills a gap.
+pub type Fact<'a> = &'a dyn Fn(&mut Vec<u8>);
+
+/// A phrase, its gaps filled.
+pub fn phrase(out: &mut Vec<u8>, lang: Lang, phrase: Phrase, facts: &[Fact<'_>]) {
+    let row = PHRASES.iter().find(|row| row.0 == phrase);
+    let text = row.map_or("", |row| both(lang, row.1, row.2));
+    let mut facts = facts.iter();
+    for (place, part) in text.split("{}").enumerate() {
+        if place > 0
+            && let Some(fact) = facts.next()
+        {
+            fact(out);
+        }
+        put!(out; part);
+    }
+}
+
+fn both(lang: Lang, zh: &'static str, en: &'static str) -> &'static str {
+    match lang {
+        Lang::Zh => zh,
+        Lang::En => en,
+    }
+}
+
+/// A frame and its line.
+pub fn frame(out: &mut Vec<u8>, lang: Lang, at: FrameRef) {
+    phrase(out, lang, Phrase::Frame, &[&|out| put!(out; at.no)]);
+    if let Some(line) = at.line {
+        phrase(out, lang, Phrase::Line, &[&|out| put!(out; line)]);
+    }
+}
+
+/// What a difference is about: `SDO download 1017h:00 producer heartbeat time`.
+pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
+    let deed = difference.sides.iter().flatten().find_map(|side| match &side.shows {
+        Shows::Deed(deed) => Some(deed),
+        _ => None,
+    });
+    match (difference.what, deed) {
+        (What::Item(Kind::Sdo(_), aspect), Some(Deed::Transfer(moved))) => {
+            transfer(out, lang, moved);
+            put!(out; match aspect {
+                Aspect::Presence => "",
+                Aspect::Outcome => both(lang, ", 结果", ", outcome"),
+                Aspect::Mode => both(lang, ", 方式", ", mode"),
+                Aspect::Value => both(lang, ", 值", ", value"),
+            });
+        }
+        (What::Poll, Some(Deed::Transfer(moved))) => {
+            transfer(out, lang, moved);
+            put!(out; both(lang, ", 周期", ", period"));
+        }
+        (What::Item(kind, _), _) => put!(out; item(lang, kind, deed)),
+        (What::Bus, _) => put!(out; both(lang, "总线", "bus")),
+        (What::Node, _) => put!(out; both(lang, "节点", "node")),
+        (What::Finding, _) => put!(out; both(lang, "诊断", "finding")),
+        (what, _) => {
+            if let Some(of) = what.service() {
+                service(out, lang, of);
+            }
+            put!(out; match what {
+                What::Frames(_) => both(lang, ", 帧数", ", frames"),
+                What::Period(_) => both(lang, ", 周期", ", period"),
+                What::Jitter(_) => both(lang, ", 抖动", ", jitter"),
+                What::CobId(_) => ", COB-ID",
+                What::Mapping(_) => both(lang, ", 映射", ", mapping"),
+                What::Length(_) => both(lang, ", 长度", ", length"),
+                _ => "",
+            });
+        }
+    }
+}
+
+fn item(lang: Lang, kind: Kind, deed: Option<&Deed>) -> &'static str {
+    match kind {
+        Kind::Nmt => both(lang, "NMT命令", "NMT command"),
+        Kind::State if matches!(deed, Some(Deed::BootUp)) => both(lang, "启动报文", "boot-up"),
+        Kind::State => both(lang, "NMT状态", "NMT state"),
+        Kind::Sdo(_) => "SDO",
+        Kind::Emcy => "EMCY",
+        Kind::Drive(_) => both(lang, "驱动器状态", "drive state"),
+        Kind::LssMaster => both(lang, "LSS主站命令", "LSS command"),
+        Kind::LssSlave => both(lang, "LSS从站应答", "LSS answer"),
+    }
+}
+
+fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &Moved) {
+    put!(out; match moved.direction {
+        Direction::Upload => both(lang, "SDO上传", "SDO upload"),
+        Direction::Download => both(lang, "SDO下载", "SDO download"),
+    });
+    if let Some(mux) = moved.mux {
+        put!(out; " ");
+        value::object(out, mux);
+        value::name(out, lang, mux, moved.described.as_deref());
+        value::pdo_of(out, mux);
+    }
+}
+
+/// A service that comes again and again.
+pub fn service(out: &mut Vec<u8>, lang: Lang, service: Service) {
+    match service {
+        Service::Sync => put!(out; both(lang, "同步报文", "SYNC")),
+        Service::Time => put!(out; "TIME"),
+        Service::ErrorControl => {
+            put!(out; both(lang, "错误控制(心跳或节点保护)", "error control (heartbeat or node guarding)"))
+        }
+        Service::Pdo(transmit, number) => put!(out; if transmit { "TPDO" } else { "RPDO" }, number),
+        Service::Srdo(number, inverted) => {
+            put!(out; "SRDO", number);
+            if inverted {
+                put!(out; both(lang, " (反码)", " (inverted)"));
+            }
+        }
+    }
+}
+
+/// What one capture has.
+pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
+    let Some(side) = side else { return put!(out; both(lang, "无", "none")) };
+    if let Some(ns) = side.pace_ns {
+        return time(out, ns);
+    }
+    match &side.shows {
+        Shows::Deed(deed) => done(out, lang, what, deed),
+        Shows::Count(count) => put!(out; *count, both(lang, "帧", if *count == 1 { " frame" } else { " frames" })),
+        Shows::Time(ns) => time(out, *ns),
+        Shows::Id(id) => identifier(out, *id),
+        Shows::Mapping(words) if words.is_empty() => put!(out; both(lang, "(空)", "(empty)")),
+        Shows::Mapping(words) => {
+            for (place, word) in words.iter().enumerate() {
+                put!(out; if place > 0 { ", " } else { "" });
+                let mux = Mux { index: (word >> 16) as u16, sub: (word >> 8) as u8 };
+                value::object(out, mux);
+                value::name(out, lang, mux, None);
+                put!(out; " (", word & 0xFF, both(lang, "位)", if word & 0xFF == 1 { " bit)" } else { " bits)" }));
+            }
+        }
+        Shows::Length(bytes) => value::size(out, lang, u64::from(*bytes)),
+        Shows::Finding(finding) => {
+            put!(out; finding.code.rule().id, " ");
+            match lang {
+                Lang::Zh => zh::findings::message(out, finding),
+                Lang::En => en::findings::message(out, finding),
+            }
+        }
+    }
+}
+
+fn identifier(out: &mut Vec<u8>, id: CanId) {
+    let raw = u64::from(id.raw());
+    if id.is_extended() {
+        put!(out; Hex::<8>(raw), "h");
+    } else {
+        put!(out; Hex::<3>(raw), "h");
+    }
+}
+
+/// A time in ms, with up to three digits behind the point.
+fn time(out: &mut Vec<u8>, ns: i64) {
+    let us = ns.unsigned_abs() / 1000;
+    put!(out; us / 1000);
+    if !us.is_multiple_of(1000) {
+        put!(out; ".", super::digits::Padded::<3>(us % 1000));
+        while out.last() == Some(&b'0') {
+            out.pop();
+        }
+    }
+    put!(out; " ms");
+}
+
+fn done(out: &mut Vec<u8>, lang: Lang, what: What, deed: &Deed) {
+    match deed {
+        Deed::Transfer(moved) => moved_words(out, lang, what, moved),
+        Deed::Nmt(command) => match terms::nmt::command(lang, *command) {
+            Some(word) => put!(out; word),
+            None => put!(out; Hex::<2>(u64::from(*command)), "h"),
+        },
+        Deed::BootUp => put!(out; both(lang, "有", "there")),
+        Deed::State(state) => match terms::nmt::state(lang, *state) {
+            Some(word) => put!(out; word),
+            None => put!(out; Hex::<2>(u64::from(*state)), "h"),
+        },
+        Deed::Drive(state) => put!(out; match state {
+            Some(state) => terms::drive::state(lang, *state),
+            None => both(lang, "未定义", "undefined"),
+        }),
+        Deed::Emcy(code, register) => {
+            put!(out; Hex::<4>(u64::from(*code)), "h");
+            if let Some(word) = terms::emcy::code(lang, *code) {
+                put!(out; " ", word);
+            }
+            put!(out; both(lang, ", 错误寄存器", ", error register "), Hex::<2>(u64::from(*register)), "h");
+        }
+        Deed::Lss(bytes) => {
+            let [specifier, ..] = *bytes;
+            if let Some(word) = terms::lss::command(lang, specifier) {
+                put!(out; word, " ");
+            }
+            put!(out; super::digits::Spaced(bytes));
+        }
+    }
+}
+
+fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &Moved) {
+    if matches!(what, What::Item(Kind::Sdo(_), Aspect::Mode)) {
+        return put!(out; match moved.mode {
+            Mode::Expedited => both(lang, "加速", "expedited"),
+            Mode::Segmented => both(lang, "分段", "segmented"),
+            Mode::Block => both(lang, "块", "block"),
+        });
+    }
+    match moved.status {
+        Status::Ok => {
+            let whole = moved.kept.len() as u64 == moved.size;
+            match moved.mux {
+                Some(mux) if whole => value::of_object(out, lang, mux, moved.described.as_deref(), &moved.kept),
+                _ => value::value(out, lang, None, &moved.kept, moved.size),
+            }
+            if !whole {
+                put!(out; " (");
+                value::size(out, lang, moved.size);
+                put!(out; ", FNV-1a ", Hex::<16>(moved.digest), ")");
+            }
+        }
+        Status::Aborted => {
+            put!(out; both(lang, "中止", "aborted"));
+            if let Some(abort) = moved.abort {
+                put!(out; match abort.by {
+                    Sender::Client => both(lang, " (由主站)", " by the client"),
+                    Sender::Server => both(lang, " (由从站)", " by the server"),
+                });
+                put!(out; " ", Hex::<8>(u64::from(abort.code)), "h");
+                if let Some(word) = terms::abort_code(lang, abort.code) {
+                    put!(out; " ", word);
+                }
+            }
+        }
+        Status::Failed => put!(out; both(lang, "失败", "failed")),
+        Status::Incomplete | Status::Open => put!(out; both(lang, "不完整", "incomplete")),
+    }
+}
+
+/// A bus by its name.
+pub fn bus(out: &mut Vec<u8>, lang: Lang, name: &[u8]) {
+    if name.is_empty() {
+        return phrase(out, lang, Phrase::Unnamed, &[]);
+    }
+    escape::terminal(out, name);
+}
+
+/// The word for what follows a node-ID.
+pub fn node(out: &mut Vec<u8>, lang: Lang, node: u8) {
+    put!(out; both(lang, "节点", "node "), node);
+}
+
+/// How often the same difference comes.
+pub fn times(out: &mut Vec<u8>, lang: Lang, count: u64) {
+    put!(out; both(lang, " (共", " ("), count, both(lang, "次)", " times)"));
+}

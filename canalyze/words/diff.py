@@ -1,0 +1,61 @@
+"""The page of `diff` and its own errors. What differs, the core says.
+
+Rows (key, zh, en), as the folder's `__init__` has it; nothing else.
+"""
+
+from typing import Final
+
+ROWS: Final[tuple[tuple[str, str, str], ...]] = (
+    ("diff.short", "比较两个记录的CANopen内容", "Compare two captures as CANopen"),
+    ("diff.usage", "[选项] A B", "[OPTIONS] A B"),
+    (
+        "diff.help",
+        "按CANopen的含义比较两个记录，不比较字节和时间：SDO传输（缺少、多出、值、结果、方式）、NMT命令、启动报文和状态、"
+        "EMCY、LSS、驱动器状态、PDO的映射和COB-ID、周期和抖动、诊断。先指出首处差异及其前后各帧，再按节点列出全部差异。"
+        "只比较两者都记录到的时段；总线名称、方向、时间戳和记录格式不算差异，由不同适配器录下的同一过程是相同的。"
+        "退出码：0 相同，1 有差异，2 无法读取。",
+        "Compare two captures by what happens in CANopen terms, not by bytes or times: SDO transfers (missing, added, "
+        "with other value, outcome or mode), NMT commands, boot-ups and states, EMCY, LSS, drive states, mappings and "
+        "COB-IDs of PDOs, periods and jitter, findings. The first difference comes with the frames around it, then "
+        "all of them by node. Only the span that both captures cover counts. Names of buses, directions, stamps and "
+        "formats are no difference: one session recorded by two adapters is the same. Exit code: 0 the same, 1 "
+        "different, 2 something could not be read.",
+    ),
+    (
+        "diff.format",
+        "text 给人看；jsonl 每行一处差异，最后一行是总结。",
+        "text for people; jsonl is one difference a line, and a line that closes them.",
+    ),
+    (
+        "diff.tolerance",
+        "周期可以相差的百分比，0到1000；抖动可以相差它的两倍。",
+        "By how many percent periods may differ, 0 to 1000; jitter may differ by twice as much.",
+    ),
+    (
+        "diff.bus",
+        "A中的总线A就是B中的总线B；不给则按名称，再按节点对应。",
+        "Bus A of capture A is bus B of capture B; without it they are matched by name, then by their nodes.",
+    ),
+    ("diff.two", "要两个不同的输入，给出了{count}个", "two inputs are compared, given: {count}; only one can be '-'"),
+    (
+        "diff.examples",
+        "canalyze diff good.log new.log\n"
+        "canalyze diff --eds 5=drive.eds --filter node=5 good.log new.mcap\n"
+        "canalyze diff --tolerance 20 --bus can0=vcan0 good.asc new.log\n"
+        "canalyze diff --format jsonl good.log new.log | jq -r .text",
+        "canalyze diff good.log new.log\n"
+        "canalyze diff --eds 5=drive.eds --filter node=5 good.log new.mcap\n"
+        "canalyze diff --tolerance 20 --bus can0=vcan0 good.asc new.log\n"
+        "canalyze diff --format jsonl good.log new.log | jq -r .text",
+    ),
+    (
+        "usage.percent",
+        "选项 {option} 不能是 {value}，可以是0到1000的百分比",
+        "option {option}: {value} is no percentage from 0 to 1000",
+    ),
+    (
+        "usage.bus_pair",
+        "选项 {option} 不能是 {value}，要写成 can0=vcan0",
+        "option {option}: {value} cannot be read; write it as can0=vcan0",
+    ),
+)

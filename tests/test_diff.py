@@ -1,0 +1,266 @@
+"""`diff`: one session taken in other ways is the same; one fault in it is named first, where it is.
+
+The faults are those of the tables by which the rules are proved. What it must not do: look at the wording.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import pytest
+import test_network_faults as of_network
+import test_seeded_faults as of_sdo
+from captures import SAMPLES, SHARED, CanFrame, Row, console_text, described_beside, log_text, read_log
+from comparing import Compared, compared, jittered, late_echoes, renamed
+from conftest import Runner
+
+from canalyze import _core
+
+BEYOND_DIFF = {
+    "write to an object that is ro": "behind the end of the clean capture",
+    "reserved bit of the upload request": "only info: the transfer is the same",
+    "reserved bytes of the upload request": "only info: the transfer is the same",
+    "reserved bytes of the download response": "only info: the transfer is the same",
+    "reserved bit of a segment request": "only info: the transfer is the same",
+    "padding of the last segment": "only info: the transfer is the same",
+    "the same request again, unanswered before": "only info: the transfer is the same",
+}
+"""Faults that are no difference in CANopen terms, and why."""
+
+SESSIONS = [
+    path
+    for folder in (SAMPLES, SAMPLES / "network", SAMPLES / "stacks")
+    for path in sorted(folder.glob("*.log"))
+    if path.stem not in ("services", "zephyr-sdo", "zephyr-sdo-causal", "sdo-abort")
+]
+"""Sessions without faults, as far as they can be read here; in sdo-abort the order of frames is what is wrong."""
+
+
+def complaint(said: Compared) -> str:
+    return f"{said.closing}\n{said.listed()}"
+
+
+def frames_of(row: Row) -> set[int]:
+    """The frames in either capture that a difference names."""
+    places = [row["a_near"], row["b_near"]]
+    places += [row[side][key] for side in "ab" if row[side] for key in ("frame", "last_frame")]
+    return {place for place in places if place is not None}
+
+
+@cache
+def session(path: Path) -> tuple[CanFrame, ...]:
+    return tuple(read_log(path.read_bytes()))
+
+
+@pytest.mark.parametrize("path", SESSIONS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("way", ["itself", "late echoes", "another clock", "another bus", "no stamps"])
+def test_another_adapter_is_no_difference(path: Path, way: str) -> None:
+    frames = session(path)
+    other = {
+        "itself": lambda: log_text(frames),
+        "late echoes": lambda: log_text(late_echoes(frames)),
+        "another clock": lambda: log_text(jittered(frames)),
+        "another bus": lambda: log_text(renamed(frames, "slcan")),
+        "no stamps": lambda: console_text(frames),
+    }[way]()
+    network = described_beside(path)
+    for pair in ((log_text(frames), other), (other, log_text(frames))):
+        said = compared(*pair, network=network)
+        assert not said.differences and said.closing["same"], complaint(said)
+
+
+@pytest.mark.parametrize("path", SESSIONS, ids=lambda path: path.stem)
+def test_a_part_of_a_session_is_no_difference(path: Path) -> None:
+    frames = session(path)
+    count = len(frames)
+    network = described_beside(path)
+    cuts = [(1, 0), (0, 1), (count // 4, 0), (count // 2, 0), (3 * count // 4, 0), (0, count // 4), (0, count // 2)]
+    cuts += [(count // 5, count // 5), (count // 3, count // 8)]
+    for begin, end in cuts:
+        part = frames[begin : count - end]
+        if count < 30 and len(part) < 8:
+            continue  # too little to tell where it belongs
+        for other in (log_text(part), log_text(jittered(part)), console_text(part)):
+            said = compared(log_text(frames), other, network=network)
+            assert not said.differences, f"{begin} {end} {complaint(said)}"
+            assert len(compared(other, log_text(frames), network=network).differences) == 0
+
+
+@pytest.mark.parametrize("path", sorted((SAMPLES / "recorded").glob("session*.*")), ids=lambda path: path.name)
+def test_however_candump_prints_a_session(path: Path, canalyze: Runner) -> None:
+    if path.suffix == ".json":
+        pytest.skip("the truth beside it")
+    done = canalyze("diff", "--lang", "en", str(SAMPLES / "recorded/session.log"), str(path))
+    assert done.code == 0, done.out
+
+
+@pytest.mark.parametrize("form", ["a.asc", "a.mcap", "a.pcapng", "a.txt", "a.blf", "a.trc"])
+@pytest.mark.parametrize("name", ["network/sync-and-pdos.log", "network/boot-and-states.log", "sdo-block.log"])
+def test_other_formats(form: str, name: str, canalyze: Runner, tmp_path: Path) -> None:
+    path = str(SAMPLES / name)
+    assert canalyze("convert", path, form).code == 0
+    for pair in ((path, form), (form, path)):
+        done = canalyze("diff", "--lang", "en", *pair)
+        assert done.code == 0, done.out
+
+
+@pytest.mark.skipif(not (SHARED / "stacks").is_dir(), reason="stacks' recordings are not here")
+def test_two_recordings_of_one_session_of_a_stack(canalyze: Runner) -> None:
+    for log in sorted((SHARED / "stacks").glob("*.log")):
+        done = canalyze("diff", "--lang", "en", str(log), str(log.with_suffix(".tax.txt")))
+        assert done.code == 0, f"{log.name}\n{done.out}"
+
+
+def test_a_node_more_is_a_difference() -> None:
+    frames = list(session(SAMPLES / "stacks/c3-pdo-remap-master-sync.log"))
+    start = frames[0].t_us
+    other = [CanFrame(frames[0].bus, 0x723, b"\x05", start + 50_000 * beat) for beat in range(8)]
+    said = compared(log_text(frames), log_text(sorted([*frames, *other], key=lambda frame: frame.t_us)))
+    assert [(row["what"], row["node"], row["a"]) for row in said.differences] == [("node", 0x23, None)]
+
+
+@pytest.mark.parametrize("case", of_network.CASES, ids=lambda case: case.name.replace(" ", "-"))
+def test_a_fault_in_a_network_is_named_first(case: of_network.Case) -> None:
+    clean = list(of_network.clean_frames(case.session))
+    frames, places = case.fault(list(clean))
+    network = of_network_known(case)
+    said = compared(log_text(clean), log_text(frames), network=network)
+    if case.name in BEYOND_DIFF:
+        assert not said.differences, complaint(said)
+        return
+    assert said.differences and not said.closing["same"]
+    first = said.differences[0]
+    near = [abs(frame - place - 1) for frame in frames_of(first) for place in places]
+    assert min(near) <= 2, complaint(said)
+    assert case.node is None or first["node"] == case.node, complaint(said)
+    mirrored = compared(log_text(frames), log_text(clean), network=network)
+    assert len(mirrored.differences) == len(said.differences), f"{complaint(said)}\n{complaint(mirrored)}"
+
+
+def of_network_known(case: of_network.Case) -> _core.Network | None:
+    from captures import described
+
+    return described(tuple(sorted(case.eds.items())))
+
+
+@pytest.mark.parametrize("fault", of_sdo.FAULTS, ids=lambda fault: fault.name.replace(" ", "-"))
+def test_a_fault_in_a_transfer_is_named_first(fault: of_sdo.Fault) -> None:
+    changed = list(fault.session)
+    fault.change(changed, fault.at)
+    clean, _ = of_sdo.in_company(list(fault.session))
+    capture, numbers = of_sdo.in_company(changed)
+    said = compared(log_text(clean), log_text(capture))
+    if fault.name in BEYOND_DIFF:
+        assert not said.differences, complaint(said)
+        return
+    assert said.differences
+    first = said.differences[0]
+    assert first["node"] == of_sdo.NODE.node, complaint(said)
+    span = range(min(numbers) - 1, max(numbers) + 3)
+    assert frames_of(first) & set(span), complaint(said)
+    mirrored = compared(log_text(capture), log_text(clean))
+    assert len(mirrored.differences) == len(said.differences), f"{complaint(said)}\n{complaint(mirrored)}"
+
+
+def test_the_faults_that_diff_does_not_know_are_counted() -> None:
+    names = [fault.name for fault in of_sdo.FAULTS] + [case.name for case in of_network.CASES]
+    assert set(BEYOND_DIFF) <= set(names)
+    assert (len(names), len(BEYOND_DIFF)) == (154, 7)
+
+
+def exchange(t_us: int, request: str, answer: str) -> list[CanFrame]:
+    return [
+        CanFrame("can0", 0x605, bytes.fromhex(request), t_us),
+        CanFrame("can0", 0x585, bytes.fromhex(answer), t_us + 300),
+    ]
+
+
+def polls(count: int, period_us: int, extra: list[CanFrame] | None = None, seed: int = 1) -> bytes:
+    """A poll of the position, with values that vary."""
+    frames = exchange(1_000_000, "2B17100064000000", "6017100000000000")
+    for number in range(count):
+        value = (number * 7919 * seed).to_bytes(4, "little").hex()
+        frames += exchange(1_100_000 + number * period_us, "4064600000000000", f"43646000{value}")
+    frames += exchange(1_200_000 + count * period_us, "2F60600001000000", "6060600000000000")
+    return log_text(sorted([*frames, *(extra or [])], key=lambda frame: frame.t_us))
+
+
+def test_a_poll_is_compared_by_its_pace_only() -> None:
+    assert not compared(polls(100, 10_000), polls(101, 9_900, seed=3)).differences
+    said = compared(polls(100, 10_000), polls(50, 20_000, seed=3))
+    assert [(row["what"], row["index"]) for row in said.differences] == [("poll", "6064")], complaint(said)
+
+
+def test_one_poll_of_many_that_is_aborted() -> None:
+    abort = exchange(1_504_000, "4064600000000000", "8064600011000906")
+    said = compared(polls(100, 10_000), polls(100, 10_000, abort, seed=3))
+    assert [(row["what"], row["b"]["value"]["status"]) for row in said.differences] == [("transfer", "aborted")]
+    assert said.differences[0]["b"]["frame"] in range(80, 90)
+
+
+def test_a_value_that_is_written() -> None:
+    one = polls(5, 10_000)
+    said = compared(one, one.replace(b"2B17100064", b"2B171000C8"))
+    (row,) = said.differences
+    assert (row["what"], row["index"], row["sub"], row["direction"]) == ("value", "1017", 0, "download")
+    assert (row["a"]["frame"], row["b"]["frame"]) == (1, 1)
+
+
+DIFFERENCE = {
+    *("kind", "what", "bus", "node", "service", "index", "sub", "direction", "count", "text", "a", "b"),
+    *("a_near", "b_near"),
+}
+SIDE = {"bus", "frame", "line", "t", "last_frame", "text", "value"}
+CLOSING = {"kind", "same", "differences", "more", "rigid", "times", "a", "b"}
+CAPTURE = {"file", "frames", "first_frame", "last_frame", "outside", "full"}
+
+
+def test_keys() -> None:
+    documented = (Path(__file__).parent.parent / "canalyze/core/src/render/jsonl/diff.rs").read_text()
+    frames = list(of_network.clean_frames("synchronous"))
+    said = compared(log_text(frames), log_text([*frames[:40], *frames[60:]]))
+    for row in said.differences:
+        assert set(row) == DIFFERENCE and row["kind"] == "difference"
+        assert all(set(row[side]) == SIDE for side in "ab" if row[side])
+    assert set(said.closing) == CLOSING and set(said.closing["a"]) == CAPTURE
+    for key in DIFFERENCE | SIDE | CLOSING | CAPTURE:
+        assert key in documented, key
+
+
+@pytest.fixture
+def two(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    frames = list(of_network.clean_frames("states"))
+    (tmp_path / "a.log").write_bytes(log_text(frames))
+    (tmp_path / "b.log").write_bytes(log_text([frame for frame in frames if frame.can_id != 0x706]))
+    (tmp_path / "none.log").write_bytes(b"")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_exit_codes(two: Path, canalyze: Runner) -> None:
+    assert canalyze("diff", "a.log", "a.log").code == 0
+    assert canalyze("diff", "a.log", "b.log").code == 1
+    for wrong in (["a.log"], ["a.log", "a.log", "a.log"], ["a.log", "none.log"], ["a.log", "missing.log"], ["-", "-"]):
+        done = canalyze("diff", *wrong)
+        assert (done.code, done.out) == (2, ""), wrong
+        assert done.err.count("\n") == 1, done.err
+    for option in (["--tolerance", "x"], ["--tolerance=-1"], ["--bus", "can0"]):
+        assert canalyze("diff", "a.log", "b.log", *option).code == 2
+
+
+@pytest.mark.parametrize(("lang", "words"), [("en", ("first difference", "node 6")), ("zh", ("首处差异", "节点6"))])
+def test_report(two: Path, canalyze: Runner, lang: str, words: tuple[str, str]) -> None:
+    done = canalyze("diff", "--lang", lang, "a.log", "b.log")
+    assert done.lines[0].startswith(words[0]) and words[1] in done.lines[1]
+    marked = [line for line in done.lines if line.startswith(("  A >", "  B >"))]
+    assert len(marked) == 2 and " 706 " in marked[0]
+
+
+def test_filter_and_jsonl(two: Path, canalyze: Runner) -> None:
+    assert canalyze("diff", "--filter", "node=5", "a.log", "b.log").code == 0
+    done = canalyze("diff", "--format", "jsonl", "a.log", "b.log")
+    rows = [json.loads(line) for line in done.lines]
+    assert [row["kind"] for row in rows] == ["difference", "difference", "diff"]
+    assert [(row["what"], row["node"], row["b"]) for row in rows[:-1]] == [("state", 6, None), ("frames", 6, None)]
