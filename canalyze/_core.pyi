@@ -270,6 +270,7 @@ class Table:
         """The values of a column, of all batches. KeyError: there is none."""
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
     def __arrow_c_schema__(self) -> object: ...
+
 @final
 class Comparison:
     """Two captures compared as CANopen."""
