@@ -156,6 +156,7 @@ def test_states_of_booting_have_time(tmp_path: Path) -> None:
 def test_periods(tmp_path: Path) -> None:
     whose: Row = {"bus": "vcan0", "node": 5}
     stopped = spread(400, 500, 600) | {"rest_us": 800.0}
+    signal = {"kind": "observed_signal", **whose, "select": "", "min": None, "max": None}
     text, found = drafted(
         tmp_path,
         CAPTURE,
@@ -166,6 +167,8 @@ def test_periods(tmp_path: Path) -> None:
         {"kind": "observed_pdo", **whose, "pdo": "TPDO4", "count": 3, "period": spread(400, 500, 600, 2)},
         {"kind": "observed_pdo", **whose, "pdo": "TPDO5", "count": 1, "period": None},
         {"kind": "observed_pdo", **whose, "pdo": "TPDO6", "count": 9, "period": stopped},
+        {"kind": "observed_pdo", **whose, "pdo": "TPDO7", "count": 101, "period": spread(400, 500, 600)},
+        *(signal | {"pdo": f"TPDO{number}"} for number in range(3, 7)),
     )
     assert [(e["node"], e["period_ns"], e["tolerance_ns"]) for e in found["heartbeat"]] == [
         (5, 1_000_000_000, 200_000_000)

@@ -183,7 +183,10 @@ class Draft:
         yield from self._periods("sync", self._of("observed_sync"), "expect.syncs", 0.1, _FEWEST)
 
     def _pdos(self) -> Iterator[str]:
-        yield from self._periods("signal", self._of("observed_pdo"), "expect.pdos", 0.2, _FEWEST)
+        # A PDO is selected by its signals: without a known mapping it has none.
+        mapped = {(row["bus"], row["node"], row["pdo"]) for row in self._of("observed_signal")}
+        rows = [row for row in self._of("observed_pdo") if (row["bus"], row["node"], row["pdo"]) in mapped]
+        yield from self._periods("signal", rows, "expect.pdos", 0.2, _FEWEST)
 
     def _periods(self, table: str, rows: Sequence[Row], heading: str, share: float, fewest: int) -> Iterator[str]:
         entries: list[str] = []
