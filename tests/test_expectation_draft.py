@@ -182,7 +182,7 @@ def test_periods(tmp_path: Path) -> None:
 
 
 def test_signals_have_room(tmp_path: Path) -> None:
-    signal: Row = {"kind": "observed_signal", "bus": "vcan0", "node": 5, "signal": "转速\n", "unit": "rpm"}
+    signal: Row = {"kind": "observed_signal", "bus": "vcan0", "node": 5, "pdo": "TPDO4", "signal": "转速\n", "unit": "rpm"}
     text, found = drafted(
         tmp_path,
         CAPTURE,
