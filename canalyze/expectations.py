@@ -280,7 +280,7 @@ def _state(entry: Entry) -> dict[str, Any]:
         "node": entry("node"),
         "state": entry("state"),
         "drive": entry("drive"),
-        "axis": entry("axis", 1),
+        "axis": entry("axis", 1 if "drive" in entry.found else None),
         "by_ns": entry("by_s"),
         "since": entry("since", "start"),
         "stays": entry("stays", False),

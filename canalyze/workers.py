@@ -71,8 +71,8 @@ def _side_by_side(names: Sequence[str], job: Job, progress: Meter) -> tuple[list
                     frames += one.frames
                     interrupt.signal = interrupt.signal or one.signal
                     continue
-                for connection in interrupt.during(lambda: wait(list(busy))) or ():
-                    assert isinstance(connection, Connection)
+                ready = interrupt.during(lambda: wait(list(busy))) or ()
+                for connection in [one for one in busy if one in ready]:
                     worker = busy[connection]
                     said = _heard(connection)
                     if isinstance(said, tuple):

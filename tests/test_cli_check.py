@@ -131,8 +131,8 @@ def test_github(canalyze: Runner, set_of_captures: Path) -> None:
 def test_colours_are_for_terminals(set_of_captures: Path, tmp_path: Path) -> None:
     code, shown = on_terminal(tmp_path, "check", "captures/toggle.log")
     assert code == 1 and b"\x1b[31m" in shown
-    for env in ({"NO_COLOR": "1"}, {"TERM": "dumb"}):
-        code, shown = on_terminal(tmp_path, "check", "captures/toggle.log", **env)
+    for name, value in (("NO_COLOR", "1"), ("TERM", "dumb")):
+        code, shown = on_terminal(tmp_path, "check", "captures/toggle.log", only_err=False, **{name: value})
         assert code == 1 and b"\x1b" not in shown
     assert (
         b"\x1b"
@@ -371,8 +371,25 @@ def test_descriptions_are_read_for_every_capture(canalyze: Runner, tmp_path: Pat
     assert codes(jsonl(canalyze, *names, code=0)) == []
 
 
+def test_a_node_that_is_in_some_captures_is_no_mistake(canalyze: Runner, set_of_captures: Path) -> None:
+    """Descriptions are those of a whole network, captures may be of a part of it."""
+    eds = str(RULES / "PDO012.eds")
+    every = (str(RULES / "PDO012.clean.log"), "captures/clean.log")
+    assert canalyze("check", "--eds", f"5={eds}", *every).err == ""
+    assert canalyze("check", "--eds", f"6={eds}", "--lang", "en", *every).complaints == [
+        f"{eds}: the capture has no frame of node 6"
+    ]
+
+
 def test_a_mistake_in_an_option_is_one_line(canalyze: Runner, set_of_captures: Path) -> None:
-    for args in (("--filter", "nodes=5"), ("--eds", "5=missing.eds"), ("--merge",), ("--update-baseline",)):
+    for args in (
+        ("--junit", "-"),
+        ("--sarif=-",),
+        ("--filter", "nodes=5"),
+        ("--eds", "5=missing.eds"),
+        ("--merge",),
+        ("--update-baseline",),
+    ):
         done = canalyze("check", *args, "captures/toggle.log", "captures/sync.log")
         assert (done.code, done.out, len(done.complaints)) == (2, "", 1), args
 

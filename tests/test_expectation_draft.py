@@ -129,8 +129,8 @@ def test_states_of_booting_have_time(tmp_path: Path) -> None:
     _, found = drafted(
         tmp_path,
         CAPTURE,
-        {"kind": "summary_node", "bus": "vcan0", "node": 5, "boot_ups": 1},
-        {"kind": "summary_node", "bus": "vcan0", "node": 6, "boot_ups": 2},
+        {"kind": "summary_node", "bus": "vcan0", "node": 5, "boot_ups": 1, "response": None},
+        {"kind": "summary_node", "bus": "vcan0", "node": 6, "boot_ups": 2, "response": None},
         state | {"state": "boot-up", "since_boot_up_ns": 0},
         state | {"state": "pre-operational", "since_boot_up_ns": 100_000_000},
         state | {"state": "operational", "since_boot_up_ns": 1_300_000_000},
@@ -143,12 +143,12 @@ def test_states_of_booting_have_time(tmp_path: Path) -> None:
     assert [
         (e["node"], e["state"] or e["drive"], e["by_ns"], e["since"], e["axis"], e["stays"]) for e in found["state"]
     ] == [
-        (5, "boot-up", None, "start", 1, False),
-        (5, "pre-operational", 500_000_000, "boot-up", 1, False),
-        (5, "operational", 5_000_000_000, "boot-up", 1, False),
-        (5, "stopped", None, "start", 1, False),
-        (6, "operational", None, "start", 1, False),
-        (7, "operational", None, "start", 1, False),
+        (5, "boot-up", None, "start", None, False),
+        (5, "pre-operational", 500_000_000, "boot-up", None, False),
+        (5, "operational", 5_000_000_000, "boot-up", None, False),
+        (5, "stopped", None, "start", None, False),
+        (6, "operational", None, "start", None, False),
+        (7, "operational", None, "start", None, False),
         (5, "operation-enabled", 500_000_000, "boot-up", 2, False),
     ]
 
@@ -158,9 +158,9 @@ def test_periods(tmp_path: Path) -> None:
     text, found = drafted(
         tmp_path,
         CAPTURE,
-        {"kind": "observed_heartbeat", **whose, **spread(999_100, 1_000_200, 1_001_300)},
-        {"kind": "observed_heartbeat", **whose, "node": 6, **spread(20_000, 90_000, 200_000)},
-        {"kind": "observed_sync", "bus": "vcan0", **spread(10_017, 10_025.9, 10_068)},
+        {"kind": "observed_heartbeat", **whose, "count": 101, "period": spread(999_100, 1_000_200, 1_001_300)},
+        {"kind": "observed_heartbeat", **whose, "node": 6, "count": 101, "period": spread(20_000, 90_000, 200_000)},
+        {"kind": "observed_sync", "bus": "vcan0", "count": 101, "period": spread(10_017, 10_025.9, 10_068)},
         {"kind": "observed_pdo", **whose, "pdo": "TPDO3", "count": 101, "period": spread(400, 500, 600)},
         {"kind": "observed_pdo", **whose, "pdo": "TPDO4", "count": 3, "period": spread(400, 500, 600, 2)},
         {"kind": "observed_pdo", **whose, "pdo": "TPDO5", "count": 1, "period": None},
@@ -197,9 +197,9 @@ def test_emcys_latency_and_load(tmp_path: Path) -> None:
         tmp_path,
         CAPTURE | {"bit_rate": 500_000},
         {"kind": "observed_emcy", "bus": "vcan0", "node": 5, "code": "8130", "count": 2},
-        {"kind": "observed_latency", "bus": "vcan0", "node": 5, "of": "sdo", "pdo": None, "count": 9, "max_us": 1182},
-        {"kind": "observed_latency", "bus": "vcan0", "node": 6, "of": "sdo", "pdo": None, "count": 9, "max_us": 9182},
-        {"kind": "observed_latency", "bus": "vcan0", "node": 6, "of": "nmt", "pdo": None, "count": 9, "max_us": 1e9},
+        {"kind": "summary_node", "bus": "vcan0", "node": 5, "boot_ups": 1, "response": {"max_us": 1182}},
+        {"kind": "summary_node", "bus": "vcan0", "node": 6, "boot_ups": 1, "response": {"max_us": 9182}},
+        {"kind": "summary_node", "bus": "vcan0", "node": 7, "boot_ups": 1, "response": None},
         {"kind": "summary_bus", "bus": "vcan0", "load_peak_1s": 31.4},
     )
     assert [(e["node"], e["code"], e["occurs"]) for e in found["emcy"]] == [
@@ -216,8 +216,8 @@ def test_buses_stand_where_there_are_several(tmp_path: Path) -> None:
         CAPTURE | {"buses": 2, "bit_rate": 500_000},
         write("1017", 0, 1000, bus="can0"),
         write("1017", 0, 1000, bus="can1"),
-        {"kind": "observed_sync", "bus": "can1", **spread(10_017, 10_025.9, 10_068)},
-        {"kind": "observed_latency", "bus": "can1", "node": 5, "of": "sdo", "pdo": None, "count": 9, "max_us": 1182},
+        {"kind": "observed_sync", "bus": "can1", "count": 101, "period": spread(10_017, 10_025.9, 10_068)},
+        {"kind": "summary_node", "bus": "can1", "node": 5, "boot_ups": 1, "response": {"max_us": 1182}},
         {"kind": "summary_bus", "bus": "can1", "load_peak_1s": 31.4},
     )
     assert [(e["bus"], e["sequence"]) for e in found["sdo"]] == [("can0", "can0 node 5"), ("can1", "can1 node 5")]
@@ -254,6 +254,7 @@ def test_limits_are_round(value: float, up: float) -> None:
         (10_017, 10_025.9, 10_068, (10_000, 1000)),
         (8_000, 10_000, 12_000, (10_000, 5_000)),
         (31_000, 31_250, 31_500, (31_000, 5_000)),
+        (99_900, 87_000, 100_300, (100_000, 10_000)),
         (4_000, 10_000, 16_000, None),
         (0, 0, 0, None),
     ],

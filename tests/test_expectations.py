@@ -10,7 +10,7 @@ import pytest
 from captures import TESTS
 
 from canalyze.errors import ConfigError
-from canalyze.expectations import DRIVE_STATES, STATES, TABLES, beside, normalize
+from canalyze.expectations import DRIVE_STATES, STATES, TABLES, beside, normalize, read
 from canalyze.sinks.target import suffixes
 from canalyze.words import LANGUAGES, Words
 
@@ -47,7 +47,7 @@ STATE: dict[str, Any] = {
     "node": 5,
     "state": None,
     "drive": None,
-    "axis": 1,
+    "axis": None,
     "by_ns": None,
     "since": "start",
     "stays": False,
@@ -146,6 +146,7 @@ def test_what_is_written_is_what_the_core_gets(
 ) -> None:
     given = only(tmp_path, table, content)
     assert given == wanted
+    assert read(tmp_path / "boot.expect.toml") is not None, "the core takes it"
     assert [type(value) for value in given.values()] == [type(wanted[key]) for key in given]
 
 

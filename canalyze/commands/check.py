@@ -22,9 +22,11 @@ from canalyze.options import (
     CoreUsageError,
     OneOf,
     Spelled,
+    bitrate_option,
     capture_options,
     format_option,
     inputs,
+    known_of,
 )
 from canalyze.output import FileOutput, Output, Progress, complain, open_output
 from canalyze.sources.file import STDIN, total_size
@@ -78,9 +80,7 @@ def command(words: Words) -> click.Command:
                 found, signal = examine_all(names, job, progress) if names else ([], 0)
                 progress.clear()
                 examined = _all(named, found, words)
-                for one in examined:
-                    for line in one.complaints:
-                        complain(line)
+                _say(examined, [one.file for known in (config.known, known_of(given)) for one in known.descriptions])
                 read = not any(one.error for one in examined)
                 if update_baseline:
                     known = _update(held, examined, words, whole=read and not signal)
@@ -114,6 +114,7 @@ def command(words: Words) -> click.Command:
             format_option(words, "check", ("text", "jsonl", "github")),
             click.Option(["--junit"], type=ANY_PATH, metavar="FILE", help=words("check.junit")),
             click.Option(["--sarif"], type=ANY_PATH, metavar="FILE", help=words("check.sarif")),
+            bitrate_option(words),
             *(option for option in capture_options(words) if option.name != "merge"),
         ],
     )
@@ -180,6 +181,9 @@ def _reports(
         return sarif.document(verdicts, rules(words.lang), words)
 
     wanted = ((junit, as_junit), (sarif, as_sarif))
+    if STDIN in (junit, sarif):
+        option = "--junit" if junit == STDIN else "--sarif"
+        raise click.UsageError(words("check.no_stdout", option=option), click.get_current_context())
     return [(stack.enter_context(FileOutput(name, force=force)), write) for name, write in wanted if name is not None]
 
 
@@ -194,6 +198,25 @@ def _all(named: Sequence[Named], found: Sequence[Examined | None], words: Words)
         elif (examined := next(waiting)) is not None:
             every.append(examined)
     return every
+
+
+def _say(examined: Sequence[Examined], descriptions: Sequence[str]) -> None:
+    """Hand on what is complained of.
+
+    That a node is in no capture is worth a line; that it is not in each capture of a set is none.
+    """
+    about_nodes = tuple(f"{file}: " for file in descriptions)
+    read = [set(one.complaints) for one in examined if one.frames]
+    common = set.intersection(*read) if read else set()
+    said: set[str] = set()
+    for one in examined:
+        for line in one.complaints:
+            if line.startswith(about_nodes):
+                if line in common and line not in said:
+                    complain(line)
+                    said.add(line)
+            else:
+                complain(line)
 
 
 def _update(held: policy.Policy, examined: Sequence[Examined], words: Words, *, whole: bool) -> baseline.Baseline:

@@ -110,7 +110,7 @@ class Draft:
         ):
             part = list(section())
             if part:
-                lines += ["", *part]
+                lines += ["", *part] if lines[-1] else part
         return "".join(f"{line}\n" for line in lines)
 
     def _said(self, key: str, **facts: object) -> list[str]:
@@ -183,21 +183,24 @@ class Draft:
         yield from self._periods("sync", self._of("observed_sync"), "expect.syncs", 0.1, _FEWEST)
 
     def _pdos(self) -> Iterator[str]:
-        rows = [{**row, **row["period"]} for row in self._of("observed_pdo") if row["period"]]
-        yield from self._periods("signal", rows, "expect.pdos", 0.2, _FEWEST)
+        yield from self._periods("signal", self._of("observed_pdo"), "expect.pdos", 0.2, _FEWEST)
 
     def _periods(self, table: str, rows: Sequence[Row], heading: str, share: float, fewest: int) -> Iterator[str]:
         entries: list[str] = []
-        for row in rows:
-            period = row["count"] >= fewest and period_of(row, share)
+        timed = [row for row in rows if row["period"]]
+        for row in timed:
+            times = row["period"]
+            period = times["count"] >= fewest and period_of(times, share)
             if not period:
                 continue
             unit, scale = ("ms", 1000) if period[0] >= 1000 else ("us", 1)
             who = [("node", str(row["node"]), "")] if table == "heartbeat" else []
             if table == "signal":
                 who = [("select", _text(f"{row['node']}.{row['pdo']}.*"), "")]
-            seen = [f"{float(row[key]) / 1000:.3f}" for key in ("min_us", "mean_us", "max_us")]
-            said = self._words("expect.seen_period", least=seen[0], mean=seen[1], most=seen[2], count=row["count"])
+            seen = [
+                "-" if times[key] is None else f"{times[key] / 1000:.3f}" for key in ("min_us", "mean_us", "max_us")
+            ]
+            said = self._words("expect.seen_period", least=seen[0], mean=seen[1], most=seen[2], count=times["count"])
             entries += self._entry(
                 table,
                 row,
@@ -208,7 +211,7 @@ class Draft:
         if entries:
             yield from self._said(heading)
         yield from entries
-        left = len(rows) - sum(line.startswith("[[") for line in entries)
+        left = len(timed) - sum(line.startswith("[[") for line in entries)
         if left:
             yield from self._said("expect.no_period", count=left)
             yield ""
@@ -242,16 +245,15 @@ class Draft:
         yield from self._entry("emcy", {}, ("occurs", '"never"', ""))
 
     def _latencies(self) -> Iterator[str]:
-        rows = [row for row in self._of("observed_latency") if row["of"] == "sdo" and row["max_us"] is not None]
-        if not rows:
-            return
-        yield from self._said("expect.latencies")
         slowest: dict[Any, Row] = {}
-        for row in rows:
-            if row["bus"] not in slowest or row["max_us"] > slowest[row["bus"]]["max_us"]:
+        for row in self._of("summary_node"):
+            most = row["response"] and row["response"]["max_us"]
+            if most and (row["bus"] not in slowest or most > slowest[row["bus"]]["response"]["max_us"]):
                 slowest[row["bus"]] = row
+        if slowest:
+            yield from self._said("expect.latencies")
         for row in slowest.values():
-            milliseconds = float(row["max_us"]) / 1000
+            milliseconds = float(row["response"]["max_us"]) / 1000
             seen = self._words("expect.seen_slowest", milliseconds=f"{milliseconds:.3f}", node=row["node"])
             limit = _number(round_up(max(3 * milliseconds, 10)))
             yield from self._entry("latency", row, ("of", '"sdo"', ""), ("max_ms", limit, seen))
@@ -341,12 +343,15 @@ def round_up(value: float) -> float:
 def period_of(row: Row, share: float) -> tuple[float, float] | None:
     """Give the period that times in µs mean, and a tolerance of at least that share of it; None if there is none."""
     mean = float(row["mean_us"])
+    if row["min_us"] is not None and mean < row["min_us"]:  # the mean has also those that may be too short
+        mean = (row["min_us"] + row["max_us"]) / 2
     if mean <= 0:
         return None
     period = next(
         near for digits in (1, 2, 3, 17) if abs((near := float(f"{mean:.{digits - 1}e}")) - mean) <= mean / 100
     )
-    off = max(float(row["max_us"]) - period, period - float(row["min_us"]))
+    least = float(mean if row["min_us"] is None else row["min_us"])
+    off = max(float(row["max_us"]) - period, period - least)
     tolerance = round_up(max(share * period, 1.5 * off))
     return (period, tolerance) if off <= period / 2 else None
 

@@ -36,6 +36,8 @@ _LONGEST: Final = 1024
 """Characters of a rule's description that it takes."""
 _CAUSE: Final = 1
 """Identifies the location of the earlier frame within its result."""
+_LINK: Final = "\0"
+"""Where in a sentence the link to it will stand; no sentence has this character."""
 
 
 def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words) -> bytes:
@@ -123,8 +125,7 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
     location = _location(artifact, finding.line, _line_of(finding, finding.frame))
     if names := list(_logical(finding)):
         location["logicalLocations"] = names
-    text = wording.message(finding).replace("](", "] (")  # else a link, to wherever the capture says
-    link = None
+    text = wording.sentence(one, words, cause=_LINK).replace("](", "] (")  # else a link to where the capture says
     result: Json = {
         "ruleId": printable(finding.code),
         "level": _LEVELS[finding.severity],
@@ -134,11 +135,11 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
         "occurrenceCount": one.count,
     }
     if finding.cause_frame is not None:
-        link = f"[{words('reports.frame', frame=finding.cause_frame)}]({_CAUSE})"
+        text = text.replace(_LINK, f"[{words('reports.frame', frame=finding.cause_frame)}]({_CAUSE})")
         cause = _location(artifact, finding.cause_line, _line_of(finding, finding.cause_frame))
         cause |= {"id": _CAUSE, "message": {"text": words("reports.cause_here")}}
         result["relatedLocations"] = [cause]
-    result["message"]["text"] = wording.sentence(one, words, cause=link, text=text)
+    result["message"]["text"] = text
     if one.known >= one.count:
         result["suppressions"] = [{"kind": "external", "justification": words("reports.known", known=one.known)}]
     properties = {

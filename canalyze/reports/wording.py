@@ -45,13 +45,8 @@ def kind(finding: "Finding", words: Words) -> str:
     return printable(" ".join(part for part in parts if part))
 
 
-def message(finding: "Finding") -> str:
-    """Give the sentence."""
-    return printable(finding.message)
-
-
 def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list[str]:
-    """Say where in the capture it stands; `cause` is how the frame is written that it is about."""
+    """Say where in the capture it stands; `cause` is a link to the frame it is about, which the message names too."""
     said = []
     if finding.frame is not None:
         said.append(words("reports.frame", frame=finding.frame))
@@ -59,8 +54,8 @@ def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list
         said.append(words("reports.line", line=finding.line))
     if finding.t is not None:
         said.append(f"{printable(finding.t)} s")
-    if finding.cause_frame is not None:
-        said.append(words("reports.cause", frame=cause or words("reports.frame", frame=finding.cause_frame)))
+    if cause is not None and finding.cause_frame is not None:
+        said.append(words("reports.cause", frame=cause))
     return said
 
 
@@ -79,15 +74,15 @@ def further(counted: Counted, words: Words) -> str | None:
     frames = [one.frame for one in counted.shown if one != counted.finding and one.frame is not None]
     if not frames:
         return None
-    listed = words("reports.then").join(words("reports.frame", frame=frame) for frame in frames[:_ALSO])
-    more = words("reports.more") if counted.count > 1 + len(frames[:_ALSO]) else ""
-    return words("reports.also", frames=listed + more)
+    listed = words("reports.list").join(str(frame) for frame in frames[:_ALSO])
+    whole = counted.count <= 1 + len(frames[:_ALSO])
+    return words("reports.also" if whole else "reports.also_more", frames=listed)
 
 
-def sentence(counted: Counted, words: Words, *, cause: str | None = None, text: str | None = None) -> str:
-    """Give all of it in one line: the message (or `text` in its stead), then where and how often."""
+def sentence(counted: Counted, words: Words, *, cause: str | None = None) -> str:
+    """Give all of it in one line: the message, then where and how often; `cause` as in `where`."""
     parts = [*where(counted.finding, words, cause=cause), *repeats(counted, words)]
-    said = message(counted.finding) if text is None else text
+    said = printable(counted.finding.message)
     return words("reports.said", message=said, place=words("reports.then").join(parts)) if parts else said
 
 

@@ -162,6 +162,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     # What cannot be.
     (
+        "check.no_stdout",
+        "选项 {option} 需要一个文件名；标准输出留给 --format 的报告",
+        "option {option} needs the name of a file; standard output is for the report of --format",
+    ),
+    (
         "usage.codes",
         "选项 {option} 不能是 {value}，可以是规则的代码或其开头，用逗号隔开，如 SDO,HBT001；见 canalyze rules",
         "option {option}: {value} is not of the form SDO,HBT001: codes of rules or their beginnings; canalyze rules "

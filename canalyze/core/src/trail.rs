@@ -320,7 +320,7 @@ fn of_role(role: Role) -> Family {
 mod tests {
     use super::*;
     use crate::event::{ProcessData, Signals, Step, Unmapped};
-    use crate::finding::Code;
+    use crate::finding::{Code, RULES};
     use crate::frame::FrameRef;
     use crate::services::sdo::transfer::TransferId;
 
@@ -365,6 +365,14 @@ mod tests {
     #[test]
     fn memory_is_what_is_said() {
         assert!(size_of::<Held>() * (DEPTH + 2) * RINGS <= 13 << 20, "{}", size_of::<Held>());
+    }
+
+    #[test]
+    fn every_family_of_rules_has_its_frames() {
+        for rule in RULES.iter().filter(|rule| !rule.id.starts_with("EXP")) {
+            let row = ABOUT.iter().find(|(code, ..)| rule.id.starts_with(code));
+            assert!(row.is_some_and(|(code, ..)| !code.is_empty()), "{}", rule.id);
+        }
     }
 
     #[test]

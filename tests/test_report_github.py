@@ -1,0 +1,148 @@
+"""`check --format github`: workflow commands, read as GitHub's runner does, and nothing else to be read.
+
+The reader below follows the runner's documentation of commands: `::name key=value,key=value::data` at the begin of a
+line, after blanks; the older `##[name key=value]data` anywhere in a line; four or six characters escaped.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from typing import Any
+
+import pytest
+from report_verdicts import BINARY, BLOCKS, FINDING, hostile, many, one
+
+from canalyze.reports import github
+from canalyze.verdict import Verdict
+from canalyze.words import LANGUAGES, Words
+
+EN = Words("en")
+
+
+@dataclass
+class Command:
+    """A command, its escapes undone."""
+
+    name: str
+    properties: dict[str, str]
+    data: str
+
+
+def unescaped(text: str, *tokens: str) -> str:
+    for token in (*tokens, "\r", "\n", "%"):
+        text = text.replace(f"%{ord(token):02X}", token)
+    return text
+
+
+def parsed(line: str) -> Command | None:
+    assert line == line.strip("\r\n") and len(line.splitlines()) == 1
+    text = line.lstrip()
+    if text.startswith("::") and "::" in text[2:]:
+        head, data = text[2:].split("::", 1)
+        name, _, listed = head.partition(" ")
+        pairs = [pair.split("=", 1) for pair in listed.split(",") if pair]
+        assert all(len(pair) == 2 for pair in pairs)
+        return Command(name, {key: unescaped(value, ":", ",") for key, value in pairs}, unescaped(data))
+    assert "##[" not in line, "an older command"
+    return None
+
+
+def commands(*verdicts: Verdict, lang: str = "en") -> list[Command]:
+    return [found for line in github.lines(verdicts, Words(lang)) if (found := parsed(line))]
+
+
+@pytest.mark.parametrize("lang", LANGUAGES)
+@pytest.mark.parametrize("seeds", BLOCKS)
+def test_any_line_is_what_it_is_meant_to_be(seeds: range, lang: str) -> None:
+    for seed in seeds:
+        as_meant(hostile(seed), lang)
+
+
+def as_meant(verdicts: list[Verdict], lang: str) -> None:
+    lines = list(github.lines(verdicts, Words(lang)))
+    found = [parsed(line) for line in lines]
+    counts = Counter(command.name for command in found if command)
+    assert set(counts) <= {"error", "warning", "notice"} and all(count <= 10 for count in counts.values())
+    told = sum(verdict.error is not None for verdict in verdicts)
+    told += sum(len(verdict.failures) + sum(not other.known for other in verdict.others) for verdict in verdicts)
+    assert len(lines) == told + (None in found)
+    for command in found:
+        if command:
+            assert set(command.properties) <= {"file", "line", "title"}
+            assert all(part.isprintable() for part in command.data.split("\n"))
+
+
+def test_a_finding_is_an_annotation() -> None:
+    (command,) = commands(Verdict("samples/boot.log", (one(count=3),)))
+    assert command.name == "error"
+    assert command.properties == {"file": "samples/boot.log", "line": "9", "title": "SDO001 toggle-bit"}
+    assert command.data.split("\n") == [
+        "node 10 1008h:00: toggle=0 from the server, 1 was due (frame 8, line 9, 1700000000.003200 s, 3 times)",
+        f"  {FINDING.lines[0].text}",
+        f"> {FINDING.lines[1].text}",
+    ]
+
+
+def test_the_line_as_it_is_written() -> None:
+    bare = replace(FINDING, lines=(), cause_frame=None, message="100% late, a::b", t=None)
+    (line,) = github.lines([Verdict("a,b: 5%.log", (one(bare),))], EN)
+    assert line == (
+        "::error file=a%2Cb%3A 5%25.log,line=9,title=SDO001 toggle-bit::100%25 late, a::b (frame 8, line 9)"
+    )
+
+
+def test_severities_are_kinds_of_annotations() -> None:
+    findings = [one(replace(FINDING, severity=severity)) for severity in ("info", "warning", "error")]
+    names = [command.name for command in commands(Verdict("a.log", tuple(findings)))]
+    assert names == ["notice", "warning", "error"]
+
+
+def test_a_format_without_lines_names_the_file_only() -> None:
+    (command,) = commands(Verdict("run.blf", (one(BINARY),)))
+    assert command.properties == {"file": "run.blf", "title": "SDO001 toggle-bit"}
+
+
+def test_standard_input_is_no_file() -> None:
+    found, broken = commands(Verdict("-", (one(),))), commands(Verdict("-", error="stdin: nothing in it"))
+    assert found[0].properties == {"title": "SDO001 toggle-bit"}
+    assert broken == [Command("error", {}, "stdin: nothing in it")]
+
+
+def test_what_cannot_be_read_and_what_fails_come_first() -> None:
+    below = one(replace(FINDING, severity="warning", code="HBT001"))
+    said = commands(
+        Verdict("a.log", (), (below, one(known=1))), Verdict("b.log", (one(),)), Verdict("c.log", error="c")
+    )
+    assert [(command.name, command.properties["file"]) for command in said] == [
+        ("error", "c.log"),
+        ("error", "b.log"),
+        ("warning", "a.log"),
+    ]
+
+
+@pytest.mark.parametrize("severity", ["error", "warning", "info"])
+def test_what_github_would_drop_is_in_the_log(severity: Any) -> None:
+    lines = list(github.lines([many(25, severity)], EN))
+    shown = [command for line in lines if (command := parsed(line))]
+    plain = [line for line in lines if not parsed(line)]
+    name = {"info": "notice"}.get(severity, severity)
+    most = 9 if severity == "info" else 10
+    assert [command.name for command in shown] == [name] * most + ["notice"]
+    assert len(plain) == 25 - most and plain[0].startswith(f"{severity} SDO001 toggle-bit a.log:9: node 10")
+    assert shown[-1].data.endswith(f"in the log: {severity} {25 - most}")
+
+
+def test_ten_of_a_kind_need_no_closing_line() -> None:
+    assert len(list(github.lines([many(10), many(10, "warning"), many(9, "info")], EN))) == 29
+
+
+def test_a_name_cannot_become_a_command() -> None:
+    evil = "\n::stop-commands::x ##[add-mask]y"
+    verdicts = [replace(many(12, file=evil), error=evil), *(Verdict(evil, error=evil) for _ in range(12))]
+    lines = list(github.lines(verdicts, EN))
+    assert {command.name for line in lines if (command := parsed(line))} == {"error", "notice"}
+
+
+def test_nothing_found_is_nothing_said() -> None:
+    assert list(github.lines([], EN)) == list(github.lines([Verdict("a.log")], EN)) == []

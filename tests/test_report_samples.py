@@ -1,0 +1,88 @@
+"""The reports of `check` over every sample, as a CI job writes them: valid, and of one mind.
+
+JUnit XML, SARIF and the JSON lines are written in one run from one verdict; what one of them says, all say.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from captures import SAMPLES
+from conftest import command, environment
+from junitparser import Failure
+from junitparser.xunit2 import JUnitXml
+from report_schemas import junit_faults, sarif_faults
+from test_report_github import parsed
+
+from canalyze.words import LANGUAGES
+
+CAPTURES = [
+    path.relative_to(SAMPLES).as_posix()
+    for path in sorted(SAMPLES.rglob("*"))
+    if path.suffix in (".log", ".asc", ".mcap", ".gz", ".zst", ".pcapng", ".blf", ".trc")
+]
+BINARY = (".mcap", ".pcapng", ".blf")
+
+
+def check(folder: Path, lang: str, form: str) -> list[str]:
+    (folder / "empty.log").touch()
+    names = [*CAPTURES, str(folder / "gone.log"), str(folder / "empty.log")]
+    reports = ["--junit", str(folder / "junit.xml"), "--sarif", str(folder / "sarif.json")]
+    done = subprocess.run(
+        command("check", "--lang", lang, "--format", form, "--force", *reports, *names),
+        cwd=SAMPLES,
+        env=environment(),
+        capture_output=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 2, done.stderr
+    return done.stdout.decode().splitlines()
+
+
+@pytest.mark.parametrize("lang", LANGUAGES)
+def test_reports_of_all_samples_agree(tmp_path: Path, lang: str) -> None:
+    rows = [json.loads(line) for line in check(tmp_path, lang, "jsonl")]
+    document = (tmp_path / "junit.xml").read_bytes()
+    log = json.loads((tmp_path / "sarif.json").read_bytes())
+    assert junit_faults(document) == [] and sarif_faults(log) == []
+
+    suites: Any = JUnitXml.fromstring(document)
+    (run,) = log["runs"]
+    assert len(CAPTURES) > 300 and len(list(suites)) == len(run["artifacts"]) == len(CAPTURES) + 2
+    unread = run["invocations"][0]["toolExecutionNotifications"]
+    assert [said["level"] for said in unread].count("error") == sum(suite.errors for suite in suites) >= 2
+    assert run["invocations"][0]["executionSuccessful"] is False
+
+    failing = {(row["file"], row["code"]) for row in rows if row["kind"] == "finding" and row["fails"]}
+    in_junit = {
+        (suite.name, case.name.split()[0])
+        for suite in suites
+        for case in suite
+        if any(isinstance(result, Failure) for result in case.result)
+    }
+    assert in_junit == failing
+    in_sarif = {
+        (found["locations"][0]["physicalLocation"]["artifactLocation"]["uri"], found["ruleId"])
+        for found in run["results"]
+    }
+    told = {(row["file"], row["code"]) for row in rows if row["kind"] == "finding"}
+    assert in_sarif == told > failing
+    for found in run["results"]:
+        place = found["locations"][0]["physicalLocation"]
+        assert "region" not in place or Path(place["artifactLocation"]["uri"]).suffix not in BINARY
+        assert str(found["properties"].get("frame", "")) in found["message"]["text"]
+
+
+def test_annotations_of_all_samples(tmp_path: Path) -> None:
+    lines = check(tmp_path, "en", "github")
+    commands = [command for line in lines if (command := parsed(line))]
+    assert {command.name for command in commands} == {"error", "warning", "notice"}
+    assert len(commands) <= 30 < len(lines)
+    for command in commands:
+        if Path(command.properties.get("file", "")).suffix in BINARY:
+            assert "line" not in command.properties
