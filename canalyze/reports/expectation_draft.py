@@ -194,7 +194,7 @@ class Draft:
         for row in timed:
             times = row["period"]
             period = times["count"] >= fewest and period_of(times, share)
-            if not period or (times["rest_us"] or 0) > sum(period):  # it stopped: that would be a finding
+            if not period or (row["silence_us"] or 0) > sum(period):  # it stopped: that would be a finding
                 continue
             unit, scale = ("ms", 1000) if period[0] >= 1000 else ("us", 1)
             who = [("node", str(row["node"]), "")] if table == "heartbeat" else []
