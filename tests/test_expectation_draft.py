@@ -37,7 +37,7 @@ def write(index: str, sub: int, value: object, **more: Any) -> Row:
 
 
 def spread(least: float, mean: float, most: float, count: int = 100) -> Row:
-    return {"count": count, "min_us": least, "mean_us": mean, "max_us": most, "rest_us": None}
+    return {"count": count, "min_us": least, "mean_us": mean, "max_us": most}
 
 
 def drafted(tmp_path: Path, *rows: Row, lang: str = "en") -> tuple[str, dict[str, Any]]:
@@ -154,18 +154,33 @@ def test_states_of_booting_have_time(tmp_path: Path) -> None:
 
 
 def test_periods(tmp_path: Path) -> None:
-    whose: Row = {"bus": "vcan0", "node": 5}
-    stopped = spread(400, 500, 600) | {"rest_us": 800.0}
+    whose: Row = {"bus": "vcan0", "node": 5, "silence_us": 500.0}
+    signal = {"kind": "observed_signal", **whose, "select": "", "min": None, "max": None}
     text, found = drafted(
         tmp_path,
         CAPTURE,
         {"kind": "observed_heartbeat", **whose, "count": 101, "period": spread(999_100, 1_000_200, 1_001_300)},
         {"kind": "observed_heartbeat", **whose, "node": 6, "count": 101, "period": spread(20_000, 90_000, 200_000)},
-        {"kind": "observed_sync", "bus": "vcan0", "count": 101, "period": spread(10_017, 10_025.9, 10_068)},
+        {
+            "kind": "observed_sync",
+            "bus": "vcan0",
+            "count": 101,
+            "period": spread(10_017, 10_025.9, 10_068),
+            "silence_us": None,
+        },
         {"kind": "observed_pdo", **whose, "pdo": "TPDO3", "count": 101, "period": spread(400, 500, 600)},
         {"kind": "observed_pdo", **whose, "pdo": "TPDO4", "count": 3, "period": spread(400, 500, 600, 2)},
         {"kind": "observed_pdo", **whose, "pdo": "TPDO5", "count": 1, "period": None},
-        {"kind": "observed_pdo", **whose, "pdo": "TPDO6", "count": 9, "period": stopped},
+        {
+            "kind": "observed_pdo",
+            **whose,
+            "pdo": "TPDO6",
+            "count": 9,
+            "period": spread(400, 500, 600),
+            "silence_us": 801.0,
+        },
+        {"kind": "observed_pdo", **whose, "pdo": "TPDO7", "count": 101, "period": spread(400, 500, 600)},
+        *(signal | {"pdo": f"TPDO{number}"} for number in range(3, 7)),
     )
     assert [(e["node"], e["period_ns"], e["tolerance_ns"]) for e in found["heartbeat"]] == [
         (5, 1_000_000_000, 200_000_000)
@@ -179,7 +194,14 @@ def test_periods(tmp_path: Path) -> None:
 
 
 def test_signals_have_room(tmp_path: Path) -> None:
-    signal: Row = {"kind": "observed_signal", "bus": "vcan0", "node": 5, "signal": "转速\n", "unit": "rpm"}
+    signal: Row = {
+        "kind": "observed_signal",
+        "bus": "vcan0",
+        "node": 5,
+        "pdo": "TPDO4",
+        "signal": "转速\n",
+        "unit": "rpm",
+    }
     text, found = drafted(
         tmp_path,
         CAPTURE,
@@ -218,7 +240,13 @@ def test_buses_stand_where_there_are_several(tmp_path: Path) -> None:
         CAPTURE | {"buses": 2, "bit_rate": 500_000},
         write("1017", 0, 1000, bus="can0"),
         write("1017", 0, 1000, bus="can1"),
-        {"kind": "observed_sync", "bus": "can1", "count": 101, "period": spread(10_017, 10_025.9, 10_068)},
+        {
+            "kind": "observed_sync",
+            "bus": "can1",
+            "count": 101,
+            "period": spread(10_017, 10_025.9, 10_068),
+            "silence_us": None,
+        },
         {"kind": "summary_node", "bus": "can1", "node": 5, "boot_ups": 1, "response": {"max_us": 1182}},
         {"kind": "summary_bus", "bus": "can1", "load_peak_1s": 31.4},
     )

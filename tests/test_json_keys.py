@@ -51,7 +51,7 @@ OBSERVED = {
         *("kind", "bus", "node", "pdo", "index", "sub", "signal", "select", "unit", "count", "min", "max"),
         "first_frame",
     },
-    "pdo": {"kind", "bus", "node", "pdo", "count", "period"},
+    "pdo": {"kind", "bus", "node", "pdo", "count", "period", "silence_us"},
     "state": {
         *(
             "kind",
@@ -71,11 +71,11 @@ OBSERVED = {
         *("since_boot_up_ns", "left"),
     },
     "emcy": {"kind", "bus", "node", "code", "count", "first_frame"},
-    "heartbeat": {"kind", "bus", "node", "count", "period"},
-    "sync": {"kind", "bus", "count", "period"},
+    "heartbeat": {"kind", "bus", "node", "count", "period", "silence_us"},
+    "sync": {"kind", "bus", "count", "period", "silence_us"},
 }
 """Of the form `observed`, by what follows `observed_` in the kind."""
-PERIOD = {"count", "min_us", "mean_us", "max_us", "rest_us"}
+PERIOD = {"count", "min_us", "mean_us", "max_us"}
 SDO = {"by", "command", "transfer", "index", "sub", "segment", "place", "answered_by"}
 MALFORMED = {"malformed", "least", "most"}
 """Of a frame whose length says that nothing can be read from it."""

@@ -183,7 +183,10 @@ class Draft:
         yield from self._periods("sync", self._of("observed_sync"), "expect.syncs", 0.1, _FEWEST)
 
     def _pdos(self) -> Iterator[str]:
-        yield from self._periods("signal", self._of("observed_pdo"), "expect.pdos", 0.2, _FEWEST)
+        # A PDO is selected by its signals: without a known mapping it has none.
+        mapped = {(row["bus"], row["node"], row["pdo"]) for row in self._of("observed_signal")}
+        rows = [row for row in self._of("observed_pdo") if (row["bus"], row["node"], row["pdo"]) in mapped]
+        yield from self._periods("signal", rows, "expect.pdos", 0.2, _FEWEST)
 
     def _periods(self, table: str, rows: Sequence[Row], heading: str, share: float, fewest: int) -> Iterator[str]:
         entries: list[str] = []
@@ -191,7 +194,7 @@ class Draft:
         for row in timed:
             times = row["period"]
             period = times["count"] >= fewest and period_of(times, share)
-            if not period or (times["rest_us"] or 0) > sum(period):  # it stopped: that would be a finding
+            if not period or (row["silence_us"] or 0) > sum(period):  # it stopped: that would be a finding
                 continue
             unit, scale = ("ms", 1000) if period[0] >= 1000 else ("us", 1)
             who = [("node", str(row["node"]), "")] if table == "heartbeat" else []

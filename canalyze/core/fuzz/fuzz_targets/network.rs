@@ -7,12 +7,27 @@
 use std::sync::Arc;
 
 use canalyze_core::dictionary::{Access, Dictionary, Form, Object, Preset};
+use canalyze_core::expectation::Expectations;
 use canalyze_core::frame::{BusId, CanId, Frame, Kind, Stamp, StampForm};
 use canalyze_core::network::{Description, Network};
 use canalyze_core::session::{Format, Options, Session};
 use canalyze_core::text::{Depth, Lang};
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
+
+/// Expectations of every kind.
+const EXPECTED: &str = r#"{"file":"x.toml",
+"sdo":[{"line":1,"node":5,"index":4119,"sub":0,"value":{"number":1000},"sequence":"a"},
+ {"line":2,"node":5,"index":4104,"sub":0,"value":{"text":"x"},"sequence":"a","within_ns":1000000},
+ {"line":3,"node":6,"index":4096,"sub":0,"count":0,"outcome":"any"}],
+"state":[{"line":4,"node":5,"state":"operational","by_ns":5000000,"since":"boot-up","stays":true},
+ {"line":5,"node":5,"drive":"operation-enabled","stays":true}],
+"signal":[{"line":6,"select":"5.*","min":-1,"max":1.5,"period_ns":10000000,"tolerance_ns":1000000}],
+"heartbeat":[{"line":7,"node":5,"period_ns":100000000,"tolerance_ns":0}],
+"sync":[{"line":8,"period_ns":10000000,"tolerance_ns":0}],
+"emcy":[{"line":9,"occurs":"never"},{"line":10,"node":5,"code":[33024,65280],"occurs":"must"}],
+"latency":[{"line":11,"of":"sdo","max_ns":0},{"line":12,"of":"sync","max_ns":0},{"line":13,"of":"nmt","max_ns":0}],
+"load":[{"line":14,"max_percent":1,"bit_rate":125000,"window_ns":10000000}]}"#;
 
 /// Time since the frame before, in ns, by the byte's lowest three bits; bit 3 makes it a step back.
 const GAPS_NS: [i64; 8] = [0, 200_000, 1_000_000, 4_900_000, 10_000_000, 50_000_000, 600_000_000, i64::MAX / 4];
@@ -101,11 +116,13 @@ fuzz_target!(|input: &[u8]| {
     let [choice, rest @ ..] = input else { return };
     let frames = frames(rest, choice & 1 == 0);
     let network = Arc::new(network());
+    let expectations = (choice & 8 != 0).then(|| Arc::new(Expectations::read(EXPECTED).expect("they are well-formed")));
     let options = |format| Options {
         lang: if choice & 2 == 0 { Lang::Zh } else { Lang::En },
         depth: if choice & 4 == 0 { Depth::Default } else { Depth::Explain },
         format,
         network: Arc::clone(&network),
+        expectations: expectations.clone(),
         ..Options::default()
     };
     let text = run(&frames, options(Format::Text));
@@ -122,7 +139,7 @@ fuzz_target!(|input: &[u8]| {
     }
     assert_eq!(counted, frames.len(), "an object for every frame");
     run(&frames, options(Format::SignalsCsv));
-    for format in [Format::Summary, Format::Check] {
+    for format in [Format::Summary, Format::Observed, Format::Check] {
         for line in run(&frames, options(format)).lines() {
             serde_json::from_str::<Value>(line).expect("every line is an object");
         }

@@ -50,9 +50,11 @@ pub struct Train {
 }
 
 impl Train {
-    /// Time from the last of them to the end of the capture in ns, where that is judged too.
-    pub fn rest_ns(&self, end_ns: Option<i64>) -> Option<i64> {
-        Some(end_ns?.saturating_sub(self.rhythm.last?.t_ns?))
+    /// Time in ns from the last of them to the end of the capture, which is judged like one between two of them;
+    /// `None` where something has stopped them, and without stamps.
+    pub fn silence_ns(&self, observed: &Observed) -> Option<i64> {
+        let last_ns = self.rhythm.last?.t_ns?;
+        Some(observed.end_ns?.saturating_sub(last_ns).max(0))
     }
 
     fn beat(&mut self, at: FrameRef, extra: bool) {
@@ -117,8 +119,7 @@ pub struct Observed {
     /// First boot-ups.
     booted: BTreeMap<(BusId, u8), FrameRef>,
     start_ns: Option<i64>,
-    /// The last stamp.
-    pub end_ns: Option<i64>,
+    end_ns: Option<i64>,
 }
 
 /// What is kept under a key, made where there is room.
@@ -131,7 +132,7 @@ impl Observed {
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         if let Some(now_ns) = frame.t_ns {
             self.start_ns.get_or_insert(now_ns);
-            self.end_ns = self.end_ns.max(Some(now_ns));
+            self.end_ns = Some(now_ns);
         }
         for event in events {
             let (bus, at) = (event.bus, event.at);

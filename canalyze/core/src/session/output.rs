@@ -317,15 +317,6 @@ impl Output {
     }
 }
 
-/// The transfers that end.
-fn ended(out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
-    for event in events {
-        if let What::Transfer(transfer) = &event.what {
-            jsonl::transfer(out, view.jsonl, transfer);
-        }
-    }
-}
-
 /// The findings among the events that pass, each with the lines that led to it.
 fn findings(
     out: &mut Vec<u8>,
@@ -339,6 +330,15 @@ fn findings(
         let led_to = trail.led_to(finding);
         if passes(finding, &led_to) {
             jsonl::finding_with_lines(out, view.jsonl, finding, &led_to);
+        }
+    }
+}
+
+/// The transfers that end.
+fn ended(out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
+    for event in events {
+        if let What::Transfer(transfer) = &event.what {
+            jsonl::transfer(out, view.jsonl, transfer);
         }
     }
 }

@@ -1,8 +1,12 @@
 //! Any expectations with any frames: nothing panics, every finding names a frame, and chunks make no difference.
 
+use std::sync::Arc;
+
 use proptest::prelude::*;
 
 use super::{Expectations, findings};
+use crate::frame::{CanId, Frame};
+use crate::session::{Format, Options, Session};
 use crate::text::Lang;
 
 fn maybe(name: &'static str, value: impl Strategy<Value = String> + 'static) -> BoxedStrategy<String> {
@@ -161,6 +165,49 @@ proptest! {
         for row in &whole {
             prop_assert!(row["frame"].as_u64().is_some_and(|no| no >= 1 && no <= frames.len() as u64), "{}", row);
             prop_assert!(row["cause_frame"].as_u64().is_none_or(|no| no >= 1), "{}", row);
+        }
+    }
+}
+
+/// Expectations of every kind.
+const EVERY: &str = r#"{"file":"x.toml",
+    "sdo":[{"line":1,"node":5,"index":4119,"sub":0,"sequence":"a","within_ns":9223372036854775807}],
+    "state":[{"line":4,"node":5,"state":"operational","by_ns":0,"since":"boot-up","stays":true}],
+    "signal":[{"line":6,"select":"5.*","min":0,"period_ns":9223372036854775807,"tolerance_ns":9223372036854775807}],
+    "heartbeat":[{"line":7,"node":5,"period_ns":1,"tolerance_ns":9223372036854775807}],
+    "sync":[{"line":8,"period_ns":9223372036854775807,"tolerance_ns":0}],
+    "latency":[{"line":11,"of":"sdo","max_ns":0},{"line":12,"of":"sync","max_ns":0},{"line":13,"of":"nmt","max_ns":0}],
+    "load":[{"line":14,"max_percent":0,"bit_rate":1,"window_ns":1},{"line":15,"max_percent":0,"bit_rate":4294967295}]}"#;
+
+proptest! {
+    #[test]
+    fn no_stamp_is_too_large(
+        frames in proptest::collection::vec(
+            (proptest::sample::select(FRAMES), prop_oneof![Just(i64::MIN), Just(i64::MAX), Just(0), any::<i64>()]),
+            0..30,
+        ),
+    ) {
+        for format in [Format::Jsonl, Format::Observed] {
+            let mut session = Session::new(Options {
+                format,
+                network: Arc::new(super::network()),
+                expectations: Some(Arc::new(Expectations::read(EVERY).unwrap())),
+                ..Options::default()
+            });
+            let mut out = Vec::new();
+            for (frame, now) in &frames {
+                let (id, data) = frame.split_once('#').unwrap();
+                let digits = data.as_bytes().chunks(2).filter_map(|pair| std::str::from_utf8(pair).ok());
+                let bytes: Vec<u8> = digits.filter_map(|pair| u8::from_str_radix(pair, 16).ok()).collect();
+                let mut frame = Frame::classic(CanId::standard(u16::from_str_radix(id, 16).unwrap()), &bytes);
+                frame.t_ns = Some(*now);
+                session.push(frame, &mut out);
+            }
+            session.advance(i64::MAX, &mut out);
+            session.finish(&mut out);
+            for line in out.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
+                prop_assert!(serde_json::from_slice::<serde_json::Value>(line).is_ok());
+            }
         }
     }
 }

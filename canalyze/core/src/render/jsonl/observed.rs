@@ -3,17 +3,17 @@
 //! | kind | keys |
 //! |---|---|
 //! | `observed_signal` | `bus node pdo index sub signal select unit count min max first_frame` |
-//! | `observed_pdo` | `bus node pdo count period` |
+//! | `observed_pdo` | `bus node pdo count period silence_us` |
 //! | `observed_state` | `bus node state count first_frame first_t since_start_ns since_boot_up_ns left` |
 //! | `observed_drive` | the same and `axis` |
 //! | `observed_emcy` | `bus node code count first_frame` |
-//! | `observed_heartbeat` | `bus node count period` |
-//! | `observed_sync` | `bus count period` |
+//! | `observed_heartbeat` | `bus node count period silence_us` |
+//! | `observed_sync` | `bus count period silence_us` |
 //!
 //! `select` names the signal in every language. `min` and `max` are physical values, null where it is no quantity.
-//! `period` is null, or `{"count","min_us","mean_us","max_us","rest_us"}` of the times that an expectation would judge:
-//! `min_us` of those that may be too short (null where there are none), the others of all; `rest_us` is the time from
-//! the last frame to the end of the capture, null where that is not judged. States are named as in expectations.
+//! `period` is null, or `{"count","min_us","mean_us","max_us"}` of the times that an expectation would judge: `min_us`
+//! of those that may be too short (null where there are none), the others of all. `silence_us` is the time from the
+//! last frame to the end of the capture, which is judged too; null where something has stopped them. States are named as in expectations.
 
 use super::summary::{us, us_or_null};
 use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};
@@ -45,7 +45,7 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, observed: &Observed) {
     for ((bus, pdo), train) in &observed.pdos {
         begin(out, setting, "pdo", *bus, Some(pdo.node));
         put!(out; ",\"pdo\":\"", if pdo.transmit { "TPDO" } else { "RPDO" }, pdo.number, "\"");
-        period(out, train, observed.end_ns);
+        period(out, train, observed);
     }
     for ((bus, node, kind), shown) in &observed.states {
         state(out, setting, *bus, *node, *kind, shown);
@@ -57,11 +57,11 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, observed: &Observed) {
     }
     for ((bus, node), train) in &observed.heartbeats {
         begin(out, setting, "heartbeat", *bus, Some(*node));
-        period(out, train, observed.end_ns);
+        period(out, train, observed);
     }
     for (bus, train) in &observed.syncs {
         begin(out, setting, "sync", *bus, None);
-        period(out, train, observed.end_ns);
+        period(out, train, observed);
     }
 }
 
@@ -97,8 +97,10 @@ fn state(out: &mut Vec<u8>, setting: Setting<'_>, bus: BusId, node: u8, kind: Ki
     put!(out; ",\"left\":", truth(shown.left), "}\n");
 }
 
-fn period(out: &mut Vec<u8>, train: &Train, end_ns: Option<i64>) {
-    put!(out; ",\"count\":", train.count, ",\"period\":");
+fn period(out: &mut Vec<u8>, train: &Train, observed: &Observed) {
+    put!(out; ",\"count\":", train.count, ",\"silence_us\":");
+    us_or_null(out, train.silence_ns(observed));
+    put!(out; ",\"period\":");
     if train.all.count == 0 {
         return put!(out; "null}\n");
     }
@@ -108,8 +110,6 @@ fn period(out: &mut Vec<u8>, train: &Train, end_ns: Option<i64>) {
     us(out, train.all.mean_ns());
     put!(out; ",\"max_us\":");
     us(out, train.all.max_ns);
-    put!(out; ",\"rest_us\":");
-    us_or_null(out, train.rest_ns(end_ns));
     put!(out; "}}\n");
 }
 
