@@ -15,8 +15,8 @@ import pytest
 from captures import SAMPLES, run_canalyze
 
 import canalyze
-from canalyze.event import nanoseconds
 from canalyze.library import Options
+from canalyze.library.event import nanoseconds
 
 DRIVE = SAMPLES.parent / "eds/drive.eds"
 NETWORK = SAMPLES / "network/sync-and-pdos.log"

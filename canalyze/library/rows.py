@@ -7,8 +7,8 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final, Literal, Self, TypeVar, overload
 
-from canalyze.event import Transfer
 from canalyze.finding import SEVERITIES, Finding, Severity
+from canalyze.library.event import Transfer
 
 T = TypeVar("T")
 
