@@ -183,8 +183,8 @@ impl Output {
                     let (service, node) = service(held.event.as_slice());
                     self.filter.shows(&held.frame, service, node, view.buses, view.clock)
                 };
-                let filtered = !self.filter.is_empty();
-                records.asides(out, view, events, filtered.then_some(&passes));
+                let passes: Option<&dyn Fn(&Held) -> bool> = if self.filter.is_empty() { None } else { Some(&passes) };
+                records.asides(out, view, events, passes);
             }
             Form::Columns(columns) => columns.asides(view.jsonl, events),
             Form::Lines(_) | Form::Signals(_) | Form::Info(_) => {}
