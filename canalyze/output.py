@@ -13,6 +13,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from canalyze.errors import OutputError, ReaderGone
+from canalyze.layout import width
 from canalyze.words import Words
 
 _STDOUT: Final = 1
@@ -215,8 +216,6 @@ def write_all(fd: int, data: bytes) -> None:
 
 def _in_columns(text: str, columns: int) -> str:
     """Cut a text that a terminal would break: the rest of a broken line could not be taken away again."""
-    from canalyze.help import width
-
     while text and width(text) > columns:
         text = text[:-1]
     return text

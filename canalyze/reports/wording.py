@@ -7,9 +7,9 @@ terminal. Must not: know one of the formats.
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from canalyze.check.verdict import Counted
 from canalyze.output import printable
 from canalyze.sources.file import STDIN
-from canalyze.verdict import Counted
 from canalyze.words import Words
 
 if TYPE_CHECKING:

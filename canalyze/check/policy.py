@@ -13,12 +13,12 @@ from functools import cache
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
-from canalyze.baseline import Baseline, Kind
+from canalyze.check.baseline import Baseline, Kind
+from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Severity
-from canalyze.verdict import Counted, Verdict
 
 if TYPE_CHECKING:
-    from canalyze.examination import Examined
+    from canalyze.check.examination import Examined
 
 Threshold = Literal["error", "warning", "info", "never"]
 THRESHOLDS: Final[tuple[Threshold, ...]] = get_args(Threshold)

@@ -12,12 +12,12 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Final
 
 from canalyze import expectations, network
-from canalyze.baseline import Kind
+from canalyze.check.baseline import Kind
+from canalyze.check.verdict import Counted
 from canalyze.errors import CanalyzeError
 from canalyze.finding import Finding
 from canalyze.options import CaptureOptions, known_of, start_session
 from canalyze.run import Meter, Run
-from canalyze.verdict import Counted
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -3,16 +3,15 @@
 A finder gives a list of the same kind. It must not read: what is in a list was read before.
 """
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final, Literal, Self, TypeVar, overload
 
-from canalyze.event import Transfer
+from canalyze import network
 from canalyze.finding import SEVERITIES, Finding, Severity
+from canalyze.library.event import Transfer
 
 T = TypeVar("T")
 
-_OBJECT: Final = re.compile(r"(?:0x)?([0-9a-f]{4})h?(?::([0-9a-f]{1,2}))?", re.IGNORECASE)
 _SHOWN: Final = 3
 
 
@@ -78,7 +77,10 @@ class Transfers(Rows[Transfer]):
 
         ValueError for what is no object.
         """
-        index, sub = (None, None) if object is None else object_of(object)
+        wanted = None if object is None else network.address(object.strip())
+        if object is not None and wanted is None:
+            raise ValueError(f"object={object!r}: an object is written 1018:01, or 1018 with all of its sub-indexes")
+        index, sub = (None, None) if wanted is None else (f"{wanted[0]:04X}", wanted[1])
 
         def fits(one: Transfer) -> bool:
             return (
@@ -109,11 +111,3 @@ class Findings(Rows[Finding]):
     def of(self, code: str) -> Self:
         """Give those of a rule (SDO005), or of all rules that begin so (SDO)."""
         return self._only(lambda finding: finding.code.startswith(code.upper()))
-
-
-def object_of(text: str) -> tuple[str, int | None]:
-    """Read 1018:01, 1018h:01, 0x1018:1 or 1018: the index as four hexadecimal digits, and the sub-index."""
-    match = _OBJECT.fullmatch(text.strip())
-    if match is None:
-        raise ValueError(f"object={text!r}: an object is written 1018:01, or 1018 with all of its sub-indexes")
-    return match[1].upper(), None if match[2] is None else int(match[2], 16)

@@ -13,7 +13,7 @@ from canalyze import network
 from canalyze.words import Words
 
 if TYPE_CHECKING:
-    from canalyze.capture import Capture
+    from canalyze.library.capture import Capture
 
 T = TypeVar("T")
 
@@ -96,8 +96,8 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     that cannot be read are no error but `Capture.complaints`.
     """
     from canalyze import config as configuration
-    from canalyze.capture import Capture, Plan
     from canalyze.descriptions import network as known
+    from canalyze.library.capture import Capture, Plan
     from canalyze.sources.format import input_formats
 
     words = Words(_one_of("lang", lang, ("en", "zh")))

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
+from canalyze.layout import wrap
 from canalyze.output import printable
 from canalyze.words import Words
 
@@ -114,8 +115,6 @@ class Draft:
         return "".join(f"{line}\n" for line in lines)
 
     def _said(self, key: str, **facts: object) -> list[str]:
-        from canalyze.help import wrap
-
         return [f"# {line}" for line in wrap(self._words(key, **facts), 110)]
 
     def _entry(self, table: str, row: Row, *pairs: "Pair") -> list[str]:
