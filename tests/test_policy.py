@@ -9,9 +9,8 @@ import pytest
 
 from canalyze.check import baseline, policy
 from canalyze.check.baseline import Kind
-from canalyze.check.examination import Examined
 from canalyze.check.policy import Override, Policy, judge, named
-from canalyze.check.verdict import Counted
+from canalyze.check.verdict import Counted, Examined
 from canalyze.config import read
 from canalyze.errors import ConfigError
 from canalyze.finding import Finding, Severity

@@ -12,8 +12,8 @@ from typing import Final, Unpack
 import click
 
 from canalyze.check import baseline, policy
-from canalyze.check.examination import Examined, Job
-from canalyze.check.verdict import Verdict
+from canalyze.check.examination import Job
+from canalyze.check.verdict import Examined, Verdict
 from canalyze.config import Config
 from canalyze.errors import ConfigError, ReaderGone
 from canalyze.help import Command
