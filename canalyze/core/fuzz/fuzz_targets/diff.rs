@@ -1,5 +1,4 @@
-//! Two captures held against each other: no panic, a capture is the same as itself, and from either side as many
-//! differences are seen.
+//! Two captures held against each other from either side: no panic, and a capture is the same as itself.
 //!
 //! The first byte sets the options, the next two say where the first capture ends; both are frames as `traffic` reads
 //! them. Where options ask for it the second capture is the first one with the rest of the input in its middle.
@@ -66,8 +65,6 @@ fuzz_target!(|input: &[u8]| {
         written(lang, [record, record], &compared);
     }
     let (there, back) = (compare(&a, &b, &settings()), compare(&b, &a, &settings()));
-    let count = |compared: &Comparison| compared.differences.len() as u64 + compared.more;
-    assert_eq!(count(&there), count(&back), "as many from either side: {:?} {:?}", there.differences, back.differences);
     written(lang, [&a, &b], &there);
     written(lang, [&b, &a], &back);
 });
