@@ -1,6 +1,6 @@
 """Speed, memory and start-up of canalyze beside other programs on the same capture, in one run.
 
-    python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR] [--only all|candump|formats]
+    python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR] [--only all|candump|formats|judged]
 
 Makes (once; kept in DIR, by default below the system's temporary directory) a capture in `candump -l` form that is
 the same on every machine: eight drives as `eds/drive.eds` presets them, SYNC every 10 ms, 88 % PDO, 7.6 % SDO
@@ -8,7 +8,8 @@ the same on every machine: eight drives as `eds/drive.eds` presets them, SYNC ev
 program that is installed over it, output to /dev/null, and prints frames per second of CPU time (best of the
 repeats), the ratio to tshark's one-line summary, and the peak of memory. Slow programs get the beginning of the
 capture only, and the table says how much. A second table has the same capture in every format, each file written by
-another program, beside that format's usual reader in Python.
+another program, beside that format's usual reader in Python. A third one has what is made of a capture beside text:
+check, expect, diff, columns, the library, beside python-can's reader of the same file.
 Only ratios of one run mean anything: machines are shared. Peak memory cannot be measured below what this script
 itself takes, which is printed as the floor.
 
@@ -46,6 +47,8 @@ class Contestant:
     on_stdin: bool = False
     suffix: str = "log"
     """The form in which it gets the capture."""
+    twice: bool = False
+    """Whether it gets a copy of the capture too."""
 
 
 CANALYZE = [sys.executable, "-m", "canalyze"]
@@ -100,6 +103,36 @@ FORMATS = [
     ),
     Contestant("tshark of pcapng, one line each", [*TSHARK, "-r"], suffix="pcapng"),
 ]
+_COLUMNS = """
+from canalyze import _core
+session = _core.Session(format="columns", tables=_core.TABLES)
+session.begin("capture", True)
+with open(sys.argv[1], "rb") as source:
+    while data := source.read(1 << 20):
+        session.feed(data)
+        session.batches()
+session.end()
+session.finish()
+session.batches()
+"""
+LIBRARY = "import sys, collections, canalyze; "
+CHECKED = "canalyze check"
+ITERATED = "canalyze.open(), iterated"
+LOG_ITERATED = "python-can iterating candump"
+
+JUDGED = [
+    Contestant(CANDUMP_TO_TEXT, [*CANALYZE, "decode"]),
+    Contestant(CHECKED, [*CANALYZE, "check"]),
+    Contestant("canalyze expect", [*CANALYZE, "expect"]),
+    Contestant("canalyze diff, with itself again", [*CANALYZE, "diff"], twice=True),
+    Contestant("columns, all tables", [sys.executable, "-c", f"import sys{_COLUMNS}"]),
+    Contestant(ITERATED, iterating("canalyze.open(sys.argv[1])", LIBRARY)),
+    Contestant("canalyze.open().events", iterating("canalyze.open(sys.argv[1]).events", LIBRARY)),
+    Contestant("canalyze.open().transfers", iterating("canalyze.open(sys.argv[1]).transfers", LIBRARY)),
+    Contestant("canalyze.open().snapshot()", iterating("canalyze.open(sys.argv[1]).snapshot()", LIBRARY)),
+    Contestant(LOG_ITERATED, iterating("can.CanutilsLogReader(sys.argv[1])")),
+]
+"""What is made of a capture beside text."""
 GOALS = [
     ("ASC to text / python-can iterating ASC", ASC_TO_TEXT, ASC_ITERATED, 10.0),
     ("MCAP to text / candump to text", MCAP_TO_TEXT, CANDUMP_TO_TEXT, 0.8),
@@ -138,10 +171,17 @@ def available(contestant: Contestant) -> str | None:
 def best_of(contestant: Contestant, path: Path, repeat: int) -> Measure:
     """The run with the least CPU time."""
     command = contestant.command if contestant.on_stdin else [*contestant.command, str(path)]
+    if contestant.twice:  # the same file under another name
+        again = path.with_name(f"again-{path.name}")
+        if not again.exists():
+            again.symlink_to(path.name)
+        command.append(str(again))
     runs = [run(command, path if contestant.on_stdin else None) for _ in range(repeat)]
     return min(runs, key=lambda measure: measure.cpu)
 
 
+ONLY = ("all", "candump", "formats", "judged")
+"""Which tables there are."""
 Rates = dict[str, tuple[float, Measure, int]]
 """By the name of a contestant: frames per second of CPU time, what was measured, and of how many frames."""
 
@@ -195,6 +235,14 @@ def measure_formats(directory: Path, frames: int, repeat: int) -> None:
             print(f"{title}: not measured (goal: at least {goal:g})")
 
 
+def measure_judging(directory: Path, frames: int, repeat: int) -> None:
+    """The table of what is made of a capture beside text."""
+    rates = compete(JUDGED, directory, frames, repeat)
+    show(rates, frames, CANDUMP_TO_TEXT, "x decode")
+    if ITERATED in rates and LOG_ITERATED in rates:
+        print(f"{ITERATED} / {LOG_ITERATED}: {rates[ITERATED][0] / rates[LOG_ITERATED][0]:.2f}")
+
+
 def measure_start(repeat: int) -> None:
     """Start-up: the sample of ten frames, beside the least a command line program in Python can take."""
     commands = {
@@ -218,17 +266,20 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=1_000_000, help="frames in the capture (default: 1000000)")
     parser.add_argument("--repeat", type=int, default=3, help="runs of each program; the best counts (default: 3)")
     parser.add_argument("--directory", type=Path, default=Path(tempfile.gettempdir()) / "canalyze-bench")
-    parser.add_argument("--only", choices=("all", "candump", "formats"), default="all", help="which tables")
+    parser.add_argument("--only", choices=ONLY, default="all", help="which tables")
     options = parser.parse_args()
     options.directory.mkdir(parents=True, exist_ok=True)
     path = capture(options.directory, options.frames)
     if path is None:
         sys.exit("the capture could not be made")
     print(f"{path.name}: {options.frames} frames, {path.stat().st_size / 1e6:.1f} MB")
-    if options.only != "formats":
+    wanted = ONLY if options.only == "all" else (options.only,)
+    if "candump" in wanted:
         measure_speed(options.directory, options.frames, options.repeat)
-    if options.only != "candump":
+    if "formats" in wanted:
         measure_formats(options.directory, options.frames, options.repeat)
+    if "judged" in wanted:
+        measure_judging(options.directory, options.frames, options.repeat)
     if options.only == "all":
         measure_start(15)
 

@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -432,12 +433,16 @@ def test_a_process_that_dies_is_an_error_of_its_capture(
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("other", [[], ["captures/clean.log"]], ids=["alone", "in a set"])
-def test_the_end_can_be_wished(set_of_captures: Path, tmp_path: Path, number: signal.Signals, other: list[str]) -> None:
+@pytest.mark.parametrize("filed", [False, True], ids=["stdout", "file"])
+def test_the_end_can_be_wished(
+    set_of_captures: Path, tmp_path: Path, number: signal.Signals, other: list[str], filed: bool
+) -> None:
     """What is known by then is said; no process is left; reports of half a set are not written."""
     fifo = tmp_path / "live"
     os.mkfifo(fifo)
+    to_file = ["-o", "out.txt"] if filed else []
     process = subprocess.Popen(
-        command("check", "--lang", "en", *other, "live", "--junit", "j.xml"),
+        command("check", "--lang", "en", *other, "live", "--junit", "j.xml", *to_file),
         cwd=tmp_path,
         env=environment(),
         stdout=subprocess.PIPE,
@@ -450,7 +455,8 @@ def test_the_end_can_be_wished(set_of_captures: Path, tmp_path: Path, number: si
         out, err = process.communicate(timeout=20)
     assert process.returncode == 128 + number
     assert b"Traceback" not in err
-    assert (b"captures/clean.log: clean" if other else b"SDO001") in out
+    assert b"the check was broken off, files not read to their end: 1" in err
+    assert filed or (b"captures/clean.log: clean" if other else b"SDO001") in out
     assert sorted(path.name for path in tmp_path.iterdir()) == ["captures", "live"]
 
 
@@ -536,3 +542,11 @@ def test_memory_is_flat(tmp_path: Path) -> None:
         done = subprocess.run(arguments, capture_output=True, check=True, cwd=tmp_path)
         peaks.append(int(done.stderr))
     assert peaks[1] - peaks[0] < 6 * 1024, peaks  # in KiB
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere names of files are text")
+def test_a_name_that_is_no_text_is_json_all_the_same(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
+    name = os.fsdecode(b"bad\xff.log")
+    (set_of_captures / "clean.log").rename(tmp_path / name)
+    done = canalyze("check", "--format", "jsonl", name)
+    assert json.loads(done.out.splitlines()[-1])["file"] == "bad\\xff.log"

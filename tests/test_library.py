@@ -3,6 +3,7 @@
 import gc
 import gzip
 import json
+import pickle
 import signal
 import subprocess
 import sys
@@ -345,3 +346,24 @@ def test_findings_come_with_the_lines_that_led_to_them() -> None:
     for finding in canalyze.open(ABORTS).findings.at_least("warning"):
         assert finding.lines and finding.lines[-1].frame == finding.frame
         assert all("  # " in line.text for line in finding.lines)
+
+
+def test_fields_are_read_when_they_are_asked_for() -> None:
+    events = canalyze.open(NETWORK).events
+    frame = next(one for one in events if isinstance(one, canalyze.Frame) and one.service == "sdo")
+    assert frame.fields == frame.fields != {}
+    assert (frame, frame.fields) == (replace(frame), pickle.loads(pickle.dumps(frame)).fields)
+    assert len({id(one.file) for one in events if isinstance(one, canalyze.Frame)}) == 1  # a million names are one
+
+
+def test_the_collector_runs_again_after_a_list() -> None:
+    assert gc.isenabled()
+    with pytest.raises(canalyze.SourceError):
+        _ = canalyze.open(SAMPLES / "README.md").events
+    assert gc.isenabled()
+    gc.disable()
+    try:
+        assert canalyze.open(NETWORK).events
+        assert not gc.isenabled()
+    finally:
+        gc.enable()

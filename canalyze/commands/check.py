@@ -92,6 +92,9 @@ def command(words: Words) -> click.Command:
                         report.drop()
                     else:
                         report.write(document(verdicts))
+            if signal:
+                complain(f"canalyze: {words('check.broken_off', count=len(names) - _whole(found))}")
+                out.drop()
             with suppress(ReaderGone):  # who has read enough has not passed the check
                 _write(form, verdicts, out, words)
         if signal:
@@ -185,6 +188,11 @@ def _reports(
         option = "--junit" if junit == STDIN else "--sarif"
         raise click.UsageError(words("check.no_stdout", option=option), click.get_current_context())
     return [(stack.enter_context(FileOutput(name, force=force)), write) for name, write in wanted if name is not None]
+
+
+def _whole(found: Sequence[Examined | None]) -> int:
+    """Count what was read to its end."""
+    return sum(1 for one in found if one is not None and not one.signal)
 
 
 def _all(named: Sequence[Named], found: Sequence[Examined | None], words: Words) -> list[Examined]:

@@ -5,9 +5,10 @@ transfers, findings and nodes together, one the signals, one frames with everyth
 listen to signals of the system, or know what a frame means.
 """
 
+import gc
 import json
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -63,6 +64,18 @@ class Plan:
         from canalyze._core import Session
 
         return Session(format=form, filter=filter or self.filter, **self.settings, **more)
+
+
+@contextmanager
+def _all_kept() -> Iterator[None]:
+    """Keep Python's garbage collector still: of what a list is made nothing is garbage, and it looks at all of it."""
+    ran = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if ran:
+            gc.enable()
 
 
 class _Silent:
@@ -144,9 +157,9 @@ class Capture:
 
     @property
     def events(self) -> Sequence[Event]:
-        """All of them, in order: frames, notes, findings, transfers. About 2.4 KiB of memory a frame."""
+        """All of them, in order: frames, notes, findings, transfers. About 0.8 KiB of memory a frame."""
         if self._events is None:
-            with closing(self._stream()) as events:
+            with closing(self._stream()) as events, _all_kept():
                 self._events = Rows(events)
         return self._events
 
@@ -176,7 +189,7 @@ class Capture:
     def signals(self) -> Signals:
         """Signals of PDOs, one row a value; `signals["5.TPDO4.velocity actual value"]` is a series."""
         if self._signals is None:
-            with closing(self._objects(self._plan.session("signals"))) as rows:
+            with closing(self._objects(self._plan.session("signals"))) as rows, _all_kept():
                 self._signals = Signals(map(signal, rows))
         return self._signals
 
@@ -264,7 +277,7 @@ class Capture:
     def _read_records(self) -> dict[str, list[Any]]:
         if self._records is None:
             records: dict[str, list[Any]] = {kind: [] for kind in _RECORDS}
-            with closing(self._objects(self._plan.session("records"))) as rows:
+            with closing(self._objects(self._plan.session("records"))) as rows, _all_kept():
                 for row in rows:
                     kind = row["kind"]
                     if kind in records:
@@ -273,14 +286,14 @@ class Capture:
         return self._records
 
     def _stream(self) -> Generator[Event, None, None]:
-        with closing(self._objects(self._plan.session("jsonl"))) as rows:
-            for row in rows:
-                yield event.OF_KIND[row["kind"]](row)
+        with closing(self._results(self._plan.session("jsonl"))) as results:
+            for result in results:
+                yield from event.events(result)
 
     def _objects(self, session: "Session") -> Generator[dict[str, Any], None, None]:
         with closing(self._results(session)) as results:
             for result in results:
-                yield from map(json.loads, result.splitlines())
+                yield from event.objects(result)
 
     def _results(self, session: "Session") -> Generator[bytes, None, None]:
         """Read all files through a session; when it comes to its end the complaints are known."""

@@ -4,8 +4,10 @@ Read from the core's JSON lines and never made here: what something means, the c
 numbers and bytes; words are in the language of the capture. It must not read, judge or print.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from sys import intern
 from typing import Any, Final, Literal, TypeAlias
 
 from canalyze.finding import Finding
@@ -63,8 +65,14 @@ class Frame:
     """What it means, in words."""
     findings: tuple[str, ...]
     """Codes of the findings raised at it; each follows as a `Finding`."""
-    fields: Mapping[str, Any]
-    """What the service reads in it, as the object of that name in `decode --format jsonl`."""
+    _fields: bytes = field(repr=False)
+    """The rest of the core's object: most readers never ask for it, and it is most of the work."""
+
+    @property
+    def fields(self) -> Mapping[str, Any]:
+        """What the service reads in it, as the object of that name in `decode --format jsonl`."""
+        rest: dict[str, Any] = json.loads(b"{" + self._fields.removeprefix(b","))
+        return rest.get(self.service) or {}
 
     @property
     def t_ns(self) -> int | None:
@@ -190,15 +198,15 @@ Event: TypeAlias = Frame | Note | Finding | Transfer
 """Anything that a capture yields, in order."""
 
 
-def frame(row: Mapping[str, Any]) -> Frame:
-    """Take a frame's object."""
-    fd = row["fd"]
+def _frame(row: Mapping[str, Any], rest: bytes) -> Frame:
+    """Take a frame's object up to its findings, and what stands behind them."""
+    fd, bus = row["fd"], row["bus"]
     return Frame(
         row["frame"],
         row["line"],
-        row["file"],
+        intern(row["file"]),
         row["t"],
-        row["bus"],
+        bus and intern(bus),
         row["dir"],
         int(row["id"], 16),
         row["ext"],
@@ -209,11 +217,11 @@ def frame(row: Mapping[str, Any]) -> Frame:
         row["err"],
         row["len"],
         bytes.fromhex(row["data"]),
-        row["service"],
+        intern(row["service"]),
         row["node"],
         row["text"],
         tuple(row["findings"]),
-        row.get(row["service"]) or {},
+        rest,
     )
 
 
@@ -246,10 +254,40 @@ _NOTE: Final = tuple(Note.__dataclass_fields__)
 _MADE: Final = frozenset({"number", "data", "value", "abort", "duration", "findings"})
 _TRANSFER: Final = tuple(name for name in Transfer.__dataclass_fields__ if name not in _MADE)
 
-OF_KIND: Final[Mapping[str, Callable[[Mapping[str, Any]], Event]]] = {
-    "frame": frame,
+_OF_KIND: Final[Mapping[str, Callable[[Mapping[str, Any]], Event]]] = {
     "note": note,
     "finding": Finding.from_json,
     "transfer": transfer,
 }
-"""What makes an event of an object, by its kind."""
+"""What makes an event of an object that is no frame's, by its kind."""
+_TOGETHER: Final = 256
+"""Objects that are read at once: each by itself takes longer, all of them more memory."""
+_IS_FRAME: Final = b'{"kind":"frame",'
+_FINDINGS: Final = b',"findings":['
+"""Stands in a frame's object once: within a text its quotes would be escaped."""
+
+
+def events(result: bytes) -> Iterator[Event]:
+    """Take complete JSON lines of the core."""
+    lines = result.splitlines()
+    for start in range(0, len(lines), _TOGETHER):
+        yield from _together(lines[start : start + _TOGETHER])
+
+
+def _together(lines: Sequence[bytes]) -> Iterator[Event]:
+    heads: list[bytes] = []
+    rests: list[bytes] = []
+    for line in lines:
+        end = line.index(b"]", line.index(_FINDINGS)) + 1 if line.startswith(_IS_FRAME) else -1
+        heads.append(line[:end])
+        rests.append(line[end:])
+    for row, rest in zip(json.loads(b"[" + b"},".join(heads) + b"}]"), rests, strict=True):
+        kind = row["kind"]
+        yield _frame(row, rest) if kind == "frame" else _OF_KIND[kind](row)
+
+
+def objects(result: bytes) -> Iterator[dict[str, Any]]:
+    """Take complete JSON lines of the core, whatever their kind."""
+    lines = result.splitlines()
+    for start in range(0, len(lines), _TOGETHER):
+        yield from json.loads(b"[" + b",".join(lines[start : start + _TOGETHER]) + b"]")

@@ -17,6 +17,7 @@ some) and `error` (why the file could not be read, or null).
 """
 
 import json
+import os
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -32,7 +33,7 @@ def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
         yield _line(
             {
                 "kind": "check",
-                "file": verdict.file,
+                "file": os.fsencode(verdict.file).decode("utf-8", "backslashreplace"),
                 "frames": verdict.frames,
                 "failed": verdict.failed,
                 "failures": sum(one.count for one in verdict.failures),

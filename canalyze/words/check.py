@@ -105,6 +105,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("check.in_files", "（{files}个文件）", " (in files: {files})"),
     ("check.unread_files", "不能读取的文件 {files}", "files that could not be read: {files}"),
     ("check.died", "{name}：处理它的进程意外结束（{by}）", "{name}: the process that worked on it has died ({by})"),
+    (
+        "check.broken_off",
+        "检查被中断：没有读完的文件 {count}，所列只是中断前的结果",
+        "the check was broken off, files not read to their end: {count}; this is what was known by then",
+    ),
     # The baseline.
     (
         "check.no_baseline",

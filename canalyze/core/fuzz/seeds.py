@@ -49,6 +49,27 @@ def network(text: bytes, options: int) -> bytes:
     return bytes(seed)
 
 
+def diff(text: bytes, options: int) -> bytes:
+    """A capture and itself without some of its frames, as the target `diff` reads them."""
+    lines = text.splitlines(keepends=True)
+    one = network(b"".join(lines[:150]), 0)[1:]
+    other = network(b"".join(line for place, line in enumerate(lines[:150]) if place % 7), 0)[1:]
+    return bytes([options]) + len(one).to_bytes(2, "big") + one + other
+
+
+_EXPECTED = """{"file":"x","sdo":[{"line":1,"node":5,"index":4119,"sub":0,"value":{"number":1000},"sequence":"a"}],
+"state":[{"line":4,"node":5,"state":"operational","by_ns":5000000,"since":"boot-up","stays":true}],
+"signal":[{"line":6,"select":"5.*","min":-1,"max":1.5,"period_ns":10000000,"tolerance_ns":1000000}],
+"heartbeat":[{"line":7,"node":5,"period_ns":100000000,"tolerance_ns":0}],"emcy":[{"line":9,"occurs":"never"}],
+"latency":[{"line":11,"of":"sdo","max_ns":0}],"load":[{"line":14,"max_percent":1,"bit_rate":125000}]}"""
+
+
+def expectation(text: bytes, options: int) -> bytes:
+    """Expectations, as JSON or to be drawn, and the frames of a log, as the target `expectation` reads them."""
+    said = _EXPECTED.encode() if options & 4 else bytes(1 + (place * 37 + options) % 255 for place in range(120))
+    return bytes([options]) + said + b"\0" + network(text, 0)[1:]
+
+
 def _records(text: bytes) -> Iterator[bytes]:
     buses: list[bytes] = []
     nodes: list[int] = []
@@ -143,6 +164,8 @@ def main(corpus: Path) -> None:
         for options in _OPTIONS:
             seeds = {
                 "candump": bytes([options]) + text,
+                "diff": diff(text, options),
+                "expectation": expectation(text, options),
                 "network": network(text, options),
                 "pcap": pcap(text, options),
                 "sdo": sdo(text, options),

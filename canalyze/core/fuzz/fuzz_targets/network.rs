@@ -1,17 +1,20 @@
 //! Arbitrary traffic of a whole network, pushed frame by frame: no panic, and every frame has its line.
 //!
-//! The first byte sets the options. Each frame is two bytes of identifier and kind, one byte of time since the frame
-//! before, one byte of length, and its data. Node 5 carries a description, so that its PDOs are signals.
+//! The first byte sets the options, the rest are frames as `traffic` reads them. Node 5 carries a description, so that
+//! its PDOs are signals. What `check` finds, and what is in tables, is what is in JSON lines.
 #![no_main]
 
+mod traffic;
+
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use canalyze_core::dictionary::{Access, Dictionary, Form, Object, Preset};
 use canalyze_core::expectation::Expectations;
-use canalyze_core::frame::{BusId, CanId, Frame, Kind, Stamp, StampForm};
-use canalyze_core::network::{Description, Network};
+use canalyze_core::frame::Frame;
+use canalyze_core::render::columns::Name;
 use canalyze_core::session::{Format, Options, Session};
 use canalyze_core::text::{Depth, Lang};
+use canalyze_core::trail::MOST;
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
 
@@ -29,78 +32,6 @@ const EXPECTED: &str = r#"{"file":"x.toml",
 "latency":[{"line":11,"of":"sdo","max_ns":0},{"line":12,"of":"sync","max_ns":0},{"line":13,"of":"nmt","max_ns":0}],
 "load":[{"line":14,"max_percent":1,"bit_rate":125000,"window_ns":10000000}]}"#;
 
-/// Time since the frame before, in ns, by the byte's lowest three bits; bit 3 makes it a step back.
-const GAPS_NS: [i64; 8] = [0, 200_000, 1_000_000, 4_900_000, 10_000_000, 50_000_000, 600_000_000, i64::MAX / 4];
-
-fn object(index: u16, sub: u8, data_type: u16, value: u64) -> Object {
-    Object {
-        index,
-        sub,
-        name: format!("object {index:04X}").into(),
-        data_type,
-        access: if index == 0x6041 { Access::Ro } else { Access::Rw },
-        preset: Some(Preset { value, relative: sub == 1 && index & 0xFF00 == 0x1800, configured: false }),
-        mappable: true,
-        unit: (index == 0x606C).then(|| "rpm".into()),
-        factor: if index == 0x6077 { 0.1 } else { 1.0 },
-    }
-}
-
-/// A drive: TPDO 1 event-driven with timers, TPDO 2 with every SYNC, SYNC times, a heartbeat.
-fn network() -> Network {
-    let objects = vec![
-        object(0x1000, 0, 7, 0x0002_0192),
-        object(0x1006, 0, 7, 10_000),
-        object(0x1007, 0, 7, 2_000),
-        object(0x1017, 0, 6, 100),
-        object(0x1800, 1, 7, 0x4000_0180),
-        object(0x1800, 2, 5, 255),
-        object(0x1800, 3, 6, 100),
-        object(0x1800, 5, 6, 50),
-        object(0x1A00, 0, 5, 3),
-        object(0x1A00, 1, 7, 0x6041_0010),
-        object(0x1A00, 2, 7, 0x606C_0020),
-        object(0x1A00, 3, 7, 0x6077_0010),
-        object(0x1801, 1, 7, 0x4000_0280),
-        object(0x1801, 2, 5, 1),
-        object(0x1A01, 0, 5, 1),
-        object(0x1A01, 1, 7, 0x2000_010D),
-        object(0x6041, 0, 6, 0),
-        object(0x606C, 0, 4, 0),
-        object(0x6077, 0, 3, 0),
-    ];
-    let dictionary = Arc::new(Dictionary::new("drive.eds".into(), Form::Eds, "drive".into(), objects));
-    Network { descriptions: vec![Description { bus: None, node: 5, dictionary }], ..Network::default() }
-}
-
-fn frames(mut input: &[u8], stamped: bool) -> Vec<Frame> {
-    let mut frames = Vec::new();
-    let mut now = 1_000_000_000_i64;
-    while let [high, low, time, length, rest @ ..] = input {
-        let len = usize::from(length % 9).min(rest.len());
-        let (data, after) = rest.split_at(len);
-        input = after;
-        let gap = GAPS_NS[usize::from(time & 7)];
-        now = now.saturating_add(if time & 8 == 0 { gap } else { -gap });
-        let word = u16::from_be_bytes([*high, *low]);
-        let id = if high & 0x40 == 0 { CanId::standard(word & 0x7FF) } else { CanId::extended(u32::from(word)) };
-        let mut frame = Frame::classic(id, data);
-        frame.bus = BusId(time >> 7);
-        frame.kind = match high >> 4 & 3 {
-            1 => Kind::Remote,
-            2 => Kind::Error,
-            3 => Kind::Fd { brs: false, esi: false },
-            _ => Kind::Data,
-        };
-        if stamped {
-            frame.t_ns = Some(now);
-            frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: now, width: 1, decimals: 6 });
-        }
-        frames.push(frame);
-    }
-    frames
-}
-
 fn run(frames: &[Frame], options: Options) -> String {
     let mut session = Session::new(options);
     let mut out = Vec::new();
@@ -112,10 +43,49 @@ fn run(frames: &[Frame], options: Options) -> String {
     String::from_utf8(out).expect("output is UTF-8")
 }
 
+/// Rows of every table.
+fn rows(frames: &[Frame], options: Options) -> BTreeMap<String, u64> {
+    let tables = Name::NAMES.iter().map(|(_, name)| *name).collect();
+    let mut session = Session::new(Options { format: Format::Columns, tables, ..options });
+    let mut rows = BTreeMap::new();
+    let mut out = Vec::new();
+    for (place, frame) in frames.iter().enumerate() {
+        session.push(*frame, &mut out);
+        if place % 16 == 15 {
+            count(&mut rows, &mut session);
+        }
+    }
+    session.advance(i64::MAX, &mut out);
+    session.finish(&mut out);
+    count(&mut rows, &mut session);
+    assert!(out.is_empty(), "columns are no bytes");
+    rows
+}
+
+fn count(rows: &mut BTreeMap<String, u64>, session: &mut Session) {
+    for batch in session.take_batches(false) {
+        *rows.entry(batch.name.to_string()).or_default() += batch.rows.num_rows() as u64;
+    }
+}
+
+/// Findings in order, without the lines that led to them.
+fn findings(lines: &str) -> Vec<Value> {
+    let rows = lines.lines().map(|line| serde_json::from_str::<Value>(line).expect("every line is an object"));
+    let found = rows.filter(|row| row["kind"] == "finding").map(|mut row| {
+        if let Some(lines) = row.as_object_mut().and_then(|row| row.remove("lines")) {
+            let numbers: Vec<u64> =
+                lines.as_array().expect("lines").iter().map(|line| line["frame"].as_u64().expect("frame")).collect();
+            assert!(numbers.len() <= MOST && numbers.is_sorted(), "the few that led to it, oldest first");
+        }
+        row
+    });
+    found.collect()
+}
+
 fuzz_target!(|input: &[u8]| {
     let [choice, rest @ ..] = input else { return };
-    let frames = frames(rest, choice & 1 == 0);
-    let network = Arc::new(network());
+    let frames = traffic::frames(rest, choice & 1 == 0);
+    let network = Arc::new(traffic::network());
     let expectations = (choice & 8 != 0).then(|| Arc::new(Expectations::read(EXPECTED).expect("they are well-formed")));
     let options = |format| Options {
         lang: if choice & 2 == 0 { Lang::Zh } else { Lang::En },
@@ -127,21 +97,30 @@ fuzz_target!(|input: &[u8]| {
     };
     let text = run(&frames, options(Format::Text));
     assert_eq!(text.lines().filter(|line| !line.starts_with('#')).count(), frames.len(), "a line for every frame");
-    let mut counted = 0;
-    for line in run(&frames, options(Format::Jsonl)).lines() {
+    let json = run(&frames, options(Format::Jsonl));
+    let (mut counted, mut transfers) = (0, 0);
+    for line in json.lines() {
         let row: Value = serde_json::from_str(line).expect("every line is an object");
         if row["kind"] == "frame" {
             counted += 1;
         }
+        transfers += u64::from(row["kind"] == "transfer");
         if row["kind"] == "finding" {
             assert!(row["frame"].is_u64(), "every finding names a frame");
         }
     }
     assert_eq!(counted, frames.len(), "an object for every frame");
     run(&frames, options(Format::SignalsCsv));
-    for format in [Format::Summary, Format::Observed, Format::Check] {
+    for format in [Format::Summary, Format::Observed, Format::Records] {
         for line in run(&frames, options(format)).lines() {
             serde_json::from_str::<Value>(line).expect("every line is an object");
         }
     }
+    let found = findings(&json);
+    assert_eq!(findings(&run(&frames, options(Format::Check))), found, "the same findings");
+    let rows = rows(&frames, options(Format::Columns));
+    let of = |name: &str| rows.get(name).copied().unwrap_or(0);
+    assert_eq!(of("frames"), frames.len() as u64, "a row for every frame");
+    assert_eq!(of("transfers"), transfers, "a row for every transfer");
+    assert_eq!(of("findings"), found.len() as u64, "a row for every finding");
 });

@@ -1,0 +1,70 @@
+//! Two captures held against each other from either side: no panic, and a capture is the same as itself.
+//!
+//! The first byte sets the options, the next two say where the first capture ends; both are frames as `traffic` reads
+//! them. Where options ask for it the second capture is the first one with the rest of the input in its middle.
+#![no_main]
+
+mod traffic;
+
+use std::sync::Arc;
+
+use canalyze_core::diff::record::Record;
+use canalyze_core::diff::{Comparison, Settings, compare};
+use canalyze_core::frame::Frame;
+use canalyze_core::network::Network;
+use canalyze_core::render::diff::{Setting, body, head};
+use canalyze_core::render::jsonl;
+use canalyze_core::session::{Format, Options, Session};
+use canalyze_core::text::Lang;
+use libfuzzer_sys::fuzz_target;
+use serde_json::Value;
+
+fn record(frames: &[Frame], network: &Arc<Network>) -> Record {
+    let mut session =
+        Session::new(Options { format: Format::Record, network: Arc::clone(network), ..Options::default() });
+    let mut out = Vec::new();
+    for frame in frames {
+        session.push(*frame, &mut out);
+    }
+    session.finish(&mut out);
+    assert!(out.is_empty(), "a record is no bytes");
+    session.take_record().expect("it is the format that keeps one")
+}
+
+fn written(lang: Lang, records: [&Record; 2], compared: &Comparison) {
+    let setting = || Setting { lang, records };
+    let mut out = Vec::new();
+    head(&mut out, setting(), compared);
+    body(&mut out, setting(), compared);
+    String::from_utf8(out).expect("output is UTF-8");
+    let mut out = Vec::new();
+    jsonl::diff::write(&mut out, setting(), compared, [b"a", b"b"]);
+    for line in String::from_utf8(out).expect("output is UTF-8").lines() {
+        serde_json::from_str::<Value>(line).expect("every line is an object");
+    }
+}
+
+fuzz_target!(|input: &[u8]| {
+    let [choice, high, low, rest @ ..] = input else { return };
+    let lang = if choice & 2 == 0 { Lang::Zh } else { Lang::En };
+    let network = Arc::new(if choice & 4 == 0 { Network::default() } else { traffic::network() });
+    let cut = usize::from(u16::from_be_bytes([*high, *low])).min(rest.len());
+    let (one, other) = rest.split_at(cut);
+    let one = traffic::frames(one, choice & 1 == 0);
+    let other = if choice & 8 == 0 {
+        traffic::frames(other, choice & 16 == 0)
+    } else {
+        let middle = rest.get(..cut / 2).unwrap_or_default();
+        traffic::frames(&[middle, other, rest.get(cut / 2..cut).unwrap_or_default()].concat(), choice & 1 == 0)
+    };
+    let settings = || Settings { tolerance: f64::from(choice >> 5) / 4.0, buses: Vec::new() };
+    let (a, b) = (record(&one, &network), record(&other, &network));
+    for record in [&a, &b] {
+        let compared = compare(record, record, &settings());
+        assert!(compared.differences.is_empty(), "a capture is the same as itself: {:?}", compared.differences);
+        written(lang, [record, record], &compared);
+    }
+    let (there, back) = (compare(&a, &b, &settings()), compare(&b, &a, &settings()));
+    written(lang, [&a, &b], &there);
+    written(lang, [&b, &a], &back);
+});
