@@ -226,9 +226,7 @@ def _update(held: policy.Policy, examined: Sequence[Examined], words: Words, *, 
         complain(f"canalyze: {words('baseline.kept', name=name)}")
         return baseline.read(name) if baseline.exists(name) else {}
     verdicts = [policy.judge(one, held, {}) for one in examined]
-    known = baseline.most(
-        {baseline.Kind.of(one.finding): one.count for one in verdict.failures} for verdict in verdicts
-    )
+    known = baseline.most(policy.counted(verdict.failures) for verdict in verdicts)
     with FileOutput(name, force=True) as out:
         out.text(baseline.text(known))
     complain(f"canalyze: {words('baseline.written', name=name, count=len(known))}")

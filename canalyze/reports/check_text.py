@@ -15,6 +15,8 @@ from canalyze.reports import wording
 from canalyze.verdict import Counted, Verdict
 from canalyze.words import Words
 
+_FILES: Final = 3
+"""Files of expectations that are named; further ones are counted with them."""
 _COLOURS: Final = {"error": "31", "warning": "33", "info": "36", "clean": "32", "own": "1"}
 """Of what stands out on a terminal, as codes of ECMA-48."""
 
@@ -88,11 +90,6 @@ class _Report:
         yield self._head(finding)
         for line in wording.annotated(finding):
             yield f"    {self._dyed(line, 'own') if line.startswith('>') else line}"
-        told = {finding.facts.get("expectation")}
-        for other in one.shown:  # of one kind, but each of another expectation
-            if other.facts.get("expectation") not in told:
-                told.add(other.facts.get("expectation"))
-                yield self._head(other)
         if one.count > 1 or one.known:
             yield f"    {self._repeats(one)}"
 
@@ -108,8 +105,9 @@ class _Report:
         return self._words("check.entry", head=head, message=printable(finding.message))
 
     def _repeats(self, one: Counted) -> str:
-        key = "check.times_known" if one.known else "check.times"
-        said = self._words(key, count=one.count, known=one.known)
+        said = self._words("check.times", count=one.count)
+        if one.known:
+            said = self._words("check.times_known", count=max(one.count, one.alike), known=one.known)
         frames = [str(other.frame) for other in one.shown[1:] if other.frame is not None]
         if not frames:
             return said
@@ -123,6 +121,7 @@ class _Report:
             reasons.update(dict(verdict.reasons))
         for reason, count in sorted(reasons.items()):
             yield self._words("check.reason", count=count, reason=printable(reason))
+        yield from self._held_against(verdicts)
         found = [one for verdict in verdicts for one in verdict.failures]
         read = [verdict for verdict in verdicts if verdict.error is None]
         failed = sum(verdict.failed for verdict in verdicts)
@@ -137,6 +136,22 @@ class _Report:
             said = self._words("check.unread_files", files=len(verdicts) - len(read))
             parts.append(self._dyed(said, "error"))
         yield self._words("check.total", said=self._words("check.then").join(parts))
+
+    def _held_against(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
+        """Say which expectations the captures were held against: file by file, or the number of files if many."""
+        files = Counter(verdict.expectations for verdict in verdicts if verdict.expectations is not None)
+        count = sum(files.values())
+        without = len(verdicts) - count
+        if len(files) > _FILES:
+            parts = [self._words("check.expected_by_files", expected=len(files), files=count)]
+        else:
+            parts = [
+                self._words("check.expected_by", name=printable(file), files=number) for file, number in files.items()
+            ]
+        if parts and without:
+            parts.append(self._words("check.expected_by_none", files=without))
+        if parts:
+            yield self._words("check.expectations", said=self._words("check.then").join(parts))
 
     def _dyed(self, text: str, colour: str) -> str:
         return f"\x1b[{_COLOURS[colour]}m{text}\x1b[0m" if self._coloured else text
