@@ -260,6 +260,22 @@ def test_more_than_the_baseline_fails(canalyze: Runner, set_of_captures: Path, t
     assert "    3 times, baseline 2; also at frames 3, 4" in done.lines
 
 
+def test_fewer_than_the_baseline_is_said(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
+    args = ("check", "--lang", "en", "--baseline", "known.json")
+    emcy = "(2.000000) can0 085#1081000000000000\n"
+    for name, count in (("two", 2), ("three", 3)):
+        (tmp_path / f"{name}.log").write_text("(1.000000) can0 705#00\n" + emcy * count)
+    assert canalyze(*args, "--update-baseline", "three.log").code == 0
+    done = canalyze(*args, "two.log")
+    assert done.code == 0
+    (said,) = done.complaints
+    assert "known.json: at most 2 times in a capture, baseline 3:" in said
+    assert not canalyze(*args, "two.log", "three.log").complaints
+    assert canalyze(*args, "--update-baseline", "two.log").code == 0
+    assert not canalyze(*args, "two.log").complaints
+    assert canalyze(*args, "three.log").code == 1
+
+
 EXPECTED = """
 [[sdo]]
 node = 5
@@ -312,6 +328,15 @@ def test_a_baseline_does_not_tell_expectations_apart(canalyze: Runner, tmp_path:
     assert canalyze(*known[:-1], "--update-baseline", str(capture)).code == 0
     assert [row["count"] for row in json.loads(baseline.read_text())["findings"]] == [2]
     assert canalyze(*known).code == 0
+
+
+def test_many_failing_captures_are_summed_up(canalyze: Runner, tmp_path: Path) -> None:
+    for number in range(12):
+        source = "SYN003" if number % 3 else "SDO001"
+        (tmp_path / f"{number:02}.log").write_bytes((RULES / f"{source}.log").read_bytes())
+    done = canalyze("check", "--lang", "en", *(str(tmp_path / f"{number:02}.log") for number in range(12)))
+    assert [line.partition(":")[0] for line in done.lines[-3:]] == ["SYN003 sync-period", "SDO001 toggle-bit", "total"]
+    assert [line.rpartition("files: ")[2] for line in done.lines[-3:]] == ["8)", "4)", "12)"]
 
 
 def test_the_baseline_of_the_configuration(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:

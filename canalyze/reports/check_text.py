@@ -17,6 +17,8 @@ from canalyze.words import Words
 
 _FILES: Final = 3
 """Files of expectations that are named; further ones are counted with them."""
+_MANY: Final = 10
+"""Failing captures from which on the report closes with a line a rule: nobody reads all their blocks."""
 _COLOURS: Final = {"error": "31", "warning": "33", "info": "36", "clean": "32", "own": "1"}
 """Of what stands out on a terminal, as codes of ECMA-48."""
 
@@ -122,6 +124,7 @@ class _Report:
         for reason, count in sorted(reasons.items()):
             yield self._words("check.reason", count=count, reason=printable(reason))
         yield from self._held_against(verdicts)
+        yield from self._by_rule(verdicts)
         found = [one for verdict in verdicts for one in verdict.failures]
         read = [verdict for verdict in verdicts if verdict.error is None]
         failed = sum(verdict.failed for verdict in verdicts)
@@ -136,6 +139,20 @@ class _Report:
             said = self._words("check.unread_files", files=len(verdicts) - len(read))
             parts.append(self._dyed(said, "error"))
         yield self._words("check.total", said=self._words("check.then").join(parts))
+
+    def _by_rule(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
+        """Say of many failing captures what fails them: each rule, in how many, the most frequent first."""
+        failed = [verdict for verdict in verdicts if verdict.failures]
+        if len(failed) < _MANY:
+            return
+        files = Counter(
+            title for verdict in failed for title in {wording.title(one.finding) for one in verdict.failures}
+        )
+        counts = Counter[str]()
+        for one in (one for verdict in failed for one in verdict.failures):
+            counts[wording.title(one.finding)] += one.count
+        for title, number in sorted(files.items(), key=lambda row: (-row[1], row[0])):
+            yield self._words("check.by_rule", rule=title, count=counts[title], files=number)
 
     def _held_against(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
         """Say which expectations the captures were held against: file by file, or the number of files if many."""

@@ -453,7 +453,7 @@ mod tests {
         session.finish(&mut out);
         let rows = out.split(|byte| *byte == b'\n').filter(|line| !line.is_empty());
         let rows = rows.map(|line| serde_json::from_slice::<serde_json::Value>(line).unwrap());
-        let pdos = rows.filter(|row| row["id"] == 0x281 && row["service"] == "pdo");
+        let pdos = rows.filter(|row| row["id"] == "281" && row["service"] == "pdo");
         pdos.map(|row| format!("{}.{}", row["node"], row["pdo"]["number"])).collect()
     }
 
