@@ -71,6 +71,12 @@ class Finding:
         """The object as the standard writes it, 1017h:00; None where none is concerned."""
         return None if self.index is None else f"{self.index}h:{self.sub or 0:02X}"
 
+    @property
+    def expectation(self) -> str | None:
+        """The expectation that is not met, boot.expect.toml:12; None for findings about anything else."""
+        label = self.facts.get("expectation")
+        return label if isinstance(label, str) else None
+
 
 _SIMPLE: Final = (
     *("code", "name", "severity", "file", "frame", "line", "t", "cause_frame", "cause_line", "bus", "node"),

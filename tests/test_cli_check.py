@@ -97,6 +97,7 @@ def test_jsonl(canalyze: Runner, set_of_captures: Path) -> None:
             "others": 0,
             "overruled": 0,
             "reasons": [],
+            "expectations": None,
             "error": None,
         }
         for name, failed in (("toggle", True), ("clean", False))
@@ -258,6 +259,85 @@ def test_more_than_the_baseline_fails(canalyze: Runner, set_of_captures: Path, t
     assert done.code == 1
     assert "two.log: clean, frames: 3, in the baseline: 2" in done.lines
     assert "    3 times, baseline 2; also at frames 3, 4" in done.lines
+
+
+def test_fewer_than_the_baseline_is_said(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
+    args = ("check", "--lang", "en", "--baseline", "known.json")
+    emcy = "(2.000000) can0 085#1081000000000000\n"
+    for name, count in (("two", 2), ("three", 3)):
+        (tmp_path / f"{name}.log").write_text("(1.000000) can0 705#00\n" + emcy * count)
+    assert canalyze(*args, "--update-baseline", "three.log").code == 0
+    done = canalyze(*args, "two.log")
+    assert done.code == 0
+    (said,) = done.complaints
+    assert "known.json: at most 2 times in a capture, baseline 3:" in said
+    assert not canalyze(*args, "two.log", "three.log").complaints
+    assert canalyze(*args, "--update-baseline", "two.log").code == 0
+    assert not canalyze(*args, "two.log").complaints
+    assert canalyze(*args, "three.log").code == 1
+
+
+EXPECTED = """
+[[sdo]]
+node = 5
+object = "1017:00"
+value = {first}
+[[sdo]]
+node = 5
+object = "1017:00"
+value = {second}
+"""
+
+
+def test_each_expectation_is_a_finding_of_its_own(canalyze: Runner, tmp_path: Path) -> None:
+    capture, file = tmp_path / "write.log", tmp_path / "write.expect.toml"
+    capture.write_text("(1.0) can0 605#2B171000E8030000\n(1.001) can0 585#6017100000000000\n")
+    file.write_text(EXPECTED.format(first=500, second=600))
+    junit, sarif = tmp_path / "report.xml", tmp_path / "report.sarif"
+    found = jsonl(canalyze, "--junit", str(junit), "--sarif", str(sarif), str(capture))
+    labels = [f"{file}:{line}" for line in (2, 6)]
+    assert [row["facts"]["expectation"] for row in found[:-1]] == labels
+    assert {(row["code"], row["node"], row["index"], row["count"]) for row in found[:-1]} == {("EXP003", 5, "1017", 1)}
+    assert (found[-1]["failures"], found[-1]["expectations"]) == (2, str(file))
+    cases = ElementTree.parse(junit).getroot().findall(".//testcase")
+    assert [case.get("name", "").split()[-1] for case in cases] == ["write.expect.toml:2", "write.expect.toml:6"]
+    properties = {one.get("name"): one.get("value") for one in ElementTree.parse(junit).getroot().iter("property")}
+    assert properties["expectations"] == str(file)
+    results = json.loads(sarif.read_text())["runs"][0]["results"]
+    assert len({row["partialFingerprints"]["findingKind/v1"] for row in results}) == len(results) == 2
+    text = canalyze("check", "--lang", "en", str(capture))
+    assert all(text.out.count(f"(expected by {label})") == 1 for label in labels)
+    assert f"\nexpectations: {file} (files: 1)\ntotal:" in text.out
+    commands = canalyze("check", "--format", "github", str(capture), env={"GITHUB_ACTIONS": "true"})
+    assert sum(line.startswith("::error") for line in commands.lines) == 2
+
+
+def test_a_baseline_does_not_tell_expectations_apart(canalyze: Runner, tmp_path: Path) -> None:
+    capture, file, baseline = (tmp_path / name for name in ("write.log", "write.expect.toml", "known.json"))
+    capture.write_text("(1.0) can0 605#2B171000E8030000\n(1.001) can0 585#6017100000000000\n")
+    known = ["check", "--lang", "en", "--baseline", str(baseline), str(capture)]
+    file.write_text(EXPECTED.format(first=500, second=600).rpartition("[[sdo]]")[0])
+    assert canalyze(*known[:-1], "--update-baseline", str(capture)).code == 0
+    assert [row["count"] for row in json.loads(baseline.read_text())["findings"]] == [1]
+    file.write_text("# Lines move.\n" + file.read_text())
+    done = canalyze(*known)
+    assert (done.code, done.err) == (0, "")
+    file.write_text(EXPECTED.format(first=500, second=600))
+    done = canalyze(*known)
+    assert done.code == 1
+    assert done.out.count("2 times, baseline 1") == 2
+    assert canalyze(*known[:-1], "--update-baseline", str(capture)).code == 0
+    assert [row["count"] for row in json.loads(baseline.read_text())["findings"]] == [2]
+    assert canalyze(*known).code == 0
+
+
+def test_many_failing_captures_are_summed_up(canalyze: Runner, tmp_path: Path) -> None:
+    for number in range(12):
+        source = "SYN003" if number % 3 else "SDO001"
+        (tmp_path / f"{number:02}.log").write_bytes((RULES / f"{source}.log").read_bytes())
+    done = canalyze("check", "--lang", "en", *(str(tmp_path / f"{number:02}.log") for number in range(12)))
+    assert [line.partition(":")[0] for line in done.lines[-3:]] == ["SYN003 sync-period", "SDO001 toggle-bit", "total"]
+    assert [line.rpartition("files: ")[2] for line in done.lines[-3:]] == ["8)", "4)", "12)"]
 
 
 def test_the_baseline_of_the_configuration(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:

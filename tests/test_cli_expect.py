@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 from captures import EDS, SAMPLES, SHARED, CanFrame, Row, log_text, read_log, run_canalyze
 from conftest import Runner
+from network import echoed_late, jittered
+from test_network_clean import MASTERS, frames_of
 from test_stacks import console_form
 
 from canalyze.expectations import normalize
@@ -102,6 +104,31 @@ def test_the_recorded_session_meets_them_in_every_dialect(tmp_path: Path) -> Non
     dialects = [path for path in sorted(recorded.glob("session.*")) if path.suffix in (".log", ".candump")]
     assert len(dialects) > 10
     assert not [(row["file"], row["message"]) for row in failed(dialects, file)]
+
+
+@pytest.mark.parametrize("name", ["configuring", "remapping", "sync-and-pdos", "drive_by_sdo", "states"])
+def test_a_late_echo_changes_no_verdict(name: str, tmp_path: Path) -> None:
+    """What an SDO write changes holds from its pair on, also where its channel is silent after it."""
+    capture = tmp_path / "base.log"
+    capture.write_bytes(log_text(frames_of(name)))
+    file = expectations_of(capture, tmp_path)
+    for seed in range(1, 4):
+        late = tmp_path / f"late{seed}.log"
+        late.write_bytes(log_text(jittered(echoed_late(frames_of(name), MASTERS, seed=seed), most_us=50, seed=seed)))
+        assert not failed(late, file)
+
+
+def test_lines_of_what_only_the_end_proves(tmp_path: Path) -> None:
+    """The value differs at the beginning; long after it, the end says so, and the lines are still there."""
+    write = ["605#2B17100064000000", "585#6017100000000000"]
+    poll = ["605#4000100000000000", "585#4300100091010F00"]
+    capture, file = tmp_path / "long.log", tmp_path / "long.toml"
+    frames = ["705#00", *write, *poll * 40]
+    capture.write_text("".join(f"({1 + at / 100:.6f}) can0 {frame}\n" for at, frame in enumerate(frames)))
+    file.write_text('[[sdo]]\nnode = 5\nobject = "1017:00"\nvalue = 500\n')
+    (found,) = failed(capture, file)
+    assert (found["code"], found["frame"]) == ("EXP003", 3)
+    assert [line["frame"] for line in found["lines"]] == [2, 3]
 
 
 SESSION = SAMPLES / "network" / "sync-and-pdos.log"

@@ -43,7 +43,18 @@ INFO = {
 """Of `info`: the object, and the objects in it."""
 CHECK = {
     "finding": KEYS["finding"] | {"lines", "count", "frames", "known", "fails"},
-    "check": {"kind", "file", "frames", "failed", "failures", "others", "overruled", "reasons", "error"},
+    "check": {
+        "kind",
+        "file",
+        "frames",
+        "failed",
+        "failures",
+        "others",
+        "overruled",
+        "reasons",
+        "expectations",
+        "error",
+    },
 }
 """Of `check`: a kind of finding, and the end of a capture."""
 OBSERVED = {

@@ -1,7 +1,8 @@
 """The file of known findings: what a check allows because it was there before.
 
 JSON for version control: sorted, one entry a line, nothing that changes by itself. An entry is a kind of finding (code,
-bus, node, object) with the most of it in any one capture of the set. Must not: judge.
+bus, node, object) with the most of it in any one capture of the set. Expectations are not told apart: their lines
+move with every edit of their file. Must not: judge.
 """
 
 import json

@@ -58,8 +58,14 @@ class Job:
 
         It is asked in the process that examines the capture. A CanalyzeError is an error of this capture only.
         """
-        file = Path(self.expect) if self.expect else expectations.beside(name) if self.beside else None
+        file = self.expectations_for(name)
         return self.settings if file is None else {**self.settings, "expectations": expectations.read(file)}
+
+    def expectations_for(self, name: str) -> Path | None:
+        """Give the file of expectations that this capture is held against."""
+        if self.expect is not None:
+            return Path(self.expect)
+        return expectations.beside(name) if self.beside else None
 
     def open(self, name: str) -> Any:
         """Start a session for this capture; ValueError for what the core cannot accept."""
@@ -74,18 +80,18 @@ class Job:
 
 
 class _Kinds:
-    """The findings of a capture, by kind."""
+    """The findings of a capture, by kind; those of each expectation are a kind of their own."""
 
     def __init__(self) -> None:
-        self._found: dict[Kind, tuple[list[Finding], int]] = {}
+        self._found: dict[tuple[Kind, str | None], tuple[list[Finding], int]] = {}
 
     def take(self, result: bytes) -> None:
         """Take JSON lines of the core."""
         for line in result.splitlines():
             finding = Finding.from_json(json.loads(line))
-            kind = Kind.of(finding)
+            kind = (Kind.of(finding), finding.expectation)
             if kind not in self._found and len(self._found) >= _KINDS:
-                kind = Kind(finding.code, None, None, None)
+                kind = (Kind(finding.code, None, None, None), None)
             shown, count = self._found.get(kind, ([], 0))
             repeated = finding.facts.get("repeated")
             if repeated is None and len(shown) < _SHOWN:
@@ -114,6 +120,7 @@ def examine(name: str, job: Job, progress: Meter) -> Examined:
     except CanalyzeError as error:  # what lies beside this capture; what holds for all was tried before
         reason = error.in_words(words)
         return Examined(name, error=reason, complaints=(f"canalyze: {reason}",))
+    held_against = job.expectations_for(name)
     run = Run(session, words, progress, kinds.take, job.given, tell=tell)
     code = run.over((name,))
     return Examined(
@@ -123,5 +130,6 @@ def examine(name: str, job: Job, progress: Meter) -> Examined:
         tuple(complaints),
         session.frames,
         monotonic() - began,
+        None if held_against is None else str(held_against),
         code - 128 if code > 128 else 0,
     )

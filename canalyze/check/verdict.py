@@ -10,7 +10,7 @@ from canalyze.finding import Finding
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """Findings of one kind: same rule, bus, node and object."""
+    """Findings of one kind: same rule, bus, node and object, and of one expectation."""
 
     finding: Finding
     """The first of them, in the order of frames."""
@@ -20,6 +20,8 @@ class Counted:
     """How many there are; those that are not shown were only counted."""
     known: int = 0
     """How many of them the baseline allows; the finding counts only if there are more."""
+    alike: int = 0
+    """How many there are with those that the baseline counts as the same kind, being about another expectation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,8 @@ class Examined:
     """Lines for standard error."""
     frames: int = 0
     seconds: float = 0.0
+    expectations: str | None = None
+    """The file of expectations that it was held against."""
     signal: int = 0
     """What ended the reading before its end: SIGINT or SIGTERM."""
 
@@ -61,6 +65,9 @@ class Verdict:
     """How long the work took."""
     reasons: tuple[tuple[str, int], ...] = ()
     """Why overrides of the configuration changed findings, and how many each, in the order of the reasons."""
+
+    expectations: str | None = None
+    """The file of expectations that it was held against."""
 
     @property
     def failed(self) -> bool:

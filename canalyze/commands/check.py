@@ -234,9 +234,7 @@ def _update(held: policy.Policy, examined: Sequence[Examined], words: Words, *, 
         complain(f"canalyze: {words('baseline.kept', name=name)}")
         return baseline.read(name) if baseline.exists(name) else {}
     verdicts = [policy.judge(one, held, {}) for one in examined]
-    known = baseline.most(
-        {baseline.Kind.of(one.finding): one.count for one in verdict.failures} for verdict in verdicts
-    )
+    known = baseline.most(policy.counted(verdict.failures) for verdict in verdicts)
     with FileOutput(name, force=True) as out:
         out.text(baseline.text(known))
     complain(f"canalyze: {words('baseline.written', name=name, count=len(known))}")
@@ -244,13 +242,15 @@ def _update(held: policy.Policy, examined: Sequence[Examined], words: Words, *, 
 
 
 def _stale(held: policy.Policy, known: baseline.Baseline, examined: Sequence[Examined], words: Words) -> None:
-    """Say which entries of the baseline no longer occur."""
-    occurs = {baseline.Kind.of(one.finding) for capture in examined for one in capture.found}
-    gone = sorted((kind for kind in known if kind not in occurs), key=lambda kind: kind.order)
+    """Say which entries of the baseline no longer occur, or not as often."""
+    most = baseline.most(policy.counted(capture.found) for capture in examined)
+    gone = sorted((kind for kind in known if most.get(kind, 0) < known[kind]), key=lambda kind: kind.order)
     for kind in gone[:_STALE]:
         where = [kind.bus, kind.node and words("check.node", node=kind.node), kind.object]
         shown = " ".join([kind.code, words("check.then").join(str(part) for part in where if part)]).rstrip()
-        complain(f"canalyze: {words('baseline.gone', name=held.baseline, entry=shown)}")
+        key = "baseline.fewer" if kind in most else "baseline.gone"
+        said = words(key, name=held.baseline, entry=shown, count=most.get(kind, 0), known=known[kind])
+        complain(f"canalyze: {said}")
     if len(gone) > _STALE:
         complain(f"canalyze: {words('baseline.more_gone', name=held.baseline, count=len(gone) - _STALE)}")
 

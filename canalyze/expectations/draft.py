@@ -27,6 +27,10 @@ _IDENTITY: Final = frozenset({("1000", 0), ("1008", 0), ("1018", 1), ("1018", 2)
 """Objects that say which device it is, but for its serial number: another one of its kind is as good."""
 _FEWEST: Final = 5
 """Intervals from which a period is told."""
+_LOOSE: Final = 0.5
+"""The share of a period that it may be off: another recording on a busier host must pass, a missing frame must not."""
+_TIGHT: Final = 0.2
+"""That of SYNC, which is a clock."""
 _COMMENT: Final = 90
 """Characters of a comment behind a value."""
 
@@ -172,20 +176,20 @@ class Draft:
             booting = row["state"] in ("operational", "operation-enabled") or after == quickest.get(whose)
             if after is not None and booting and boots.get(whose) == 1:
                 seen = self._words("expect.after_boot_up", seconds=_number(round(after / 1e9, 3)))
-                pairs += [("by_s", _number(round_up(max(2 * after / 1e9, 0.5))), seen), ("since", '"boot-up"', "")]
+                pairs += [("by_s", _number(round_up(max(3 * after / 1e9, 1))), seen), ("since", '"boot-up"', "")]
             yield from self._entry("state", row, *pairs)
 
     def _heartbeats(self) -> Iterator[str]:
-        yield from self._periods("heartbeat", self._of("observed_heartbeat"), "expect.heartbeats", 0.2, 2)
+        yield from self._periods("heartbeat", self._of("observed_heartbeat"), "expect.heartbeats", _LOOSE, 2)
 
     def _syncs(self) -> Iterator[str]:
-        yield from self._periods("sync", self._of("observed_sync"), "expect.syncs", 0.1, _FEWEST)
+        yield from self._periods("sync", self._of("observed_sync"), "expect.syncs", _TIGHT, _FEWEST)
 
     def _pdos(self) -> Iterator[str]:
         # A PDO is selected by its signals: without a known mapping it has none.
         mapped = {(row["bus"], row["node"], row["pdo"]) for row in self._of("observed_signal")}
         rows = [row for row in self._of("observed_pdo") if (row["bus"], row["node"], row["pdo"]) in mapped]
-        yield from self._periods("signal", rows, "expect.pdos", 0.2, _FEWEST)
+        yield from self._periods("signal", rows, "expect.pdos", _LOOSE, _FEWEST)
 
     def _periods(self, table: str, rows: Sequence[Row], heading: str, share: float, fewest: int) -> Iterator[str]:
         entries: list[str] = []
@@ -257,7 +261,7 @@ class Draft:
         for row in slowest.values():
             milliseconds = float(row["response"]["max_us"]) / 1000
             seen = self._words("expect.seen_slowest", milliseconds=f"{milliseconds:.3f}", node=row["node"])
-            limit = _number(round_up(max(3 * milliseconds, 10)))
+            limit = _number(round_up(max(5 * milliseconds, 50)))
             yield from self._entry("latency", row, ("of", '"sdo"', ""), ("max_ms", limit, seen))
 
     def _loads(self) -> Iterator[str]:
@@ -354,7 +358,8 @@ def period_of(row: Row, share: float) -> tuple[float, float] | None:
     )
     least = float(mean if row["min_us"] is None else row["min_us"])
     off = max(float(row["max_us"]) - period, period - least)
-    tolerance = round_up(max(share * period, 1.5 * off))
+    # Below the period itself: that a frame is missing must show.
+    tolerance = max(share * period, min(round_up(1.5 * off) if off else 0.0, 0.75 * period))
     return (period, tolerance) if off <= period / 2 else None
 
 

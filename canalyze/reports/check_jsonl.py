@@ -13,7 +13,8 @@ first of its kind, and
 
 `check` has `file`, `frames` (how many were read), `failed`, `failures` and `others` (how many findings fail, and how
 many do not), `overruled` (how many were taken away), `reasons` (`{"reason","count"}` of each override that changed
-some) and `error` (why the file could not be read, or null).
+some), `expectations` (the file of them that it was held against, or null) and `error` (why the file could not be read,
+or null).
 """
 
 import json
@@ -40,6 +41,7 @@ def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
                 "others": sum(one.count for one in verdict.others),
                 "overruled": verdict.overruled,
                 "reasons": [{"reason": reason, "count": count} for reason, count in verdict.reasons],
+                "expectations": verdict.expectations,
                 "error": verdict.error,
             }
         )

@@ -15,6 +15,10 @@ from canalyze.output import Output, printable
 from canalyze.reports import wording
 from canalyze.words import Words
 
+_FILES: Final = 3
+"""Files of expectations that are named; further ones are counted with them."""
+_MANY: Final = 10
+"""Failing captures from which on the report closes with a line a rule: nobody reads all their blocks."""
 _COLOURS: Final = {"error": "31", "warning": "33", "info": "36", "clean": "32", "own": "1"}
 """Of what stands out on a terminal, as codes of ECMA-48."""
 
@@ -88,11 +92,6 @@ class _Report:
         yield self._head(finding)
         for line in wording.annotated(finding):
             yield f"    {self._dyed(line, 'own') if line.startswith('>') else line}"
-        told = {finding.facts.get("expectation")}
-        for other in one.shown:  # of one kind, but each of another expectation
-            if other.facts.get("expectation") not in told:
-                told.add(other.facts.get("expectation"))
-                yield self._head(other)
         if one.count > 1 or one.known:
             yield f"    {self._repeats(one)}"
 
@@ -108,8 +107,9 @@ class _Report:
         return self._words("check.entry", head=head, message=printable(finding.message))
 
     def _repeats(self, one: Counted) -> str:
-        key = "check.times_known" if one.known else "check.times"
-        said = self._words(key, count=one.count, known=one.known)
+        said = self._words("check.times", count=one.count)
+        if one.known:
+            said = self._words("check.times_known", count=max(one.count, one.alike), known=one.known)
         frames = [str(other.frame) for other in one.shown[1:] if other.frame is not None]
         if not frames:
             return said
@@ -123,6 +123,8 @@ class _Report:
             reasons.update(dict(verdict.reasons))
         for reason, count in sorted(reasons.items()):
             yield self._words("check.reason", count=count, reason=printable(reason))
+        yield from self._held_against(verdicts)
+        yield from self._by_rule(verdicts)
         found = [one for verdict in verdicts for one in verdict.failures]
         read = [verdict for verdict in verdicts if verdict.error is None]
         failed = sum(verdict.failed for verdict in verdicts)
@@ -137,6 +139,36 @@ class _Report:
             said = self._words("check.unread_files", files=len(verdicts) - len(read))
             parts.append(self._dyed(said, "error"))
         yield self._words("check.total", said=self._words("check.then").join(parts))
+
+    def _by_rule(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
+        """Say of many failing captures what fails them: each rule, in how many, the most frequent first."""
+        failed = [verdict for verdict in verdicts if verdict.failures]
+        if len(failed) < _MANY:
+            return
+        files = Counter(
+            title for verdict in failed for title in {wording.title(one.finding) for one in verdict.failures}
+        )
+        counts = Counter[str]()
+        for one in (one for verdict in failed for one in verdict.failures):
+            counts[wording.title(one.finding)] += one.count
+        for title, number in sorted(files.items(), key=lambda row: (-row[1], row[0])):
+            yield self._words("check.by_rule", rule=title, count=counts[title], files=number)
+
+    def _held_against(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
+        """Say which expectations the captures were held against: file by file, or the number of files if many."""
+        files = Counter(verdict.expectations for verdict in verdicts if verdict.expectations is not None)
+        count = sum(files.values())
+        without = len(verdicts) - count
+        if len(files) > _FILES:
+            parts = [self._words("check.expected_by_files", expected=len(files), files=count)]
+        else:
+            parts = [
+                self._words("check.expected_by", name=printable(file), files=number) for file, number in files.items()
+            ]
+        if parts and without:
+            parts.append(self._words("check.expected_by_none", files=without))
+        if parts:
+            yield self._words("check.expectations", said=self._words("check.then").join(parts))
 
     def _dyed(self, text: str, colour: str) -> str:
         return f"\x1b[{_COLOURS[colour]}m{text}\x1b[0m" if self._coloured else text

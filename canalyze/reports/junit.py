@@ -1,9 +1,9 @@
 """JUnit XML: what Jenkins, GitLab and the test reporters of GitHub show of a `check`.
 
-A suite is a capture. A test case is a kind of finding (rule, bus, node, object): it fails, and bears a name that is the
-same in the next run; one that the baseline allows is skipped. A capture without a failure is one test case that passes,
-one that cannot be read an error beside what was found until then. There is no stamp of now: but for the time it took,
-the same captures give the same file. Must not: judge.
+A suite is a capture. A test case is a kind of finding (rule, bus, node, object, expectation): it fails, and bears a
+name that is the same in the next run; one that the baseline allows is skipped. A capture without a failure is one test
+case that passes, one that cannot be read an error beside what was found until then. There is no stamp of now: but for
+the time it took, the same captures give the same file. Must not: judge.
 """
 
 import xml.etree.ElementTree as ET
@@ -66,7 +66,10 @@ def _suite(verdict: Verdict, classname: str, words: Words) -> ET.Element:
     suite.set("skipped", str(len(known)))
     suite.set("time", _seconds(verdict.seconds))
     properties = ET.SubElement(suite, "properties")
-    for name, value in (("frames", verdict.frames), ("overruled", verdict.overruled)):
+    facts: list[tuple[str, object]] = [("frames", verdict.frames), ("overruled", verdict.overruled)]
+    if verdict.expectations is not None:
+        facts.append(("expectations", printable(verdict.expectations)))
+    for name, value in facts:
         ET.SubElement(properties, "property", name=name, value=str(value))
     suite.extend(cases)
     if below:

@@ -1,8 +1,9 @@
 """SARIF 2.1.0: the form of findings that code scanning and editors read.
 
-One run; an artifact is a capture, a result a kind of finding (rule, bus, node, object) in it, at its first frame. The
-file keeps what GitHub's code scanning asks for: the fields it needs, its largest number of results, and a fingerprint
-that stays when a capture is recorded anew. Rules are those that occur. Must not: judge, or look into a file.
+One run; an artifact is a capture, a result a kind of finding (rule, bus, node, object, expectation) in it, at its first
+frame. The file keeps what GitHub's code scanning asks for: the fields it needs, its largest number of results, and a
+fingerprint that stays when a capture is recorded anew. Rules are those that occur. Must not: judge, or look into a
+file.
 """
 
 import hashlib
@@ -148,6 +149,7 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
         "bus": finding.bus and printable(finding.bus),
         "node": finding.node,
         "object": finding.object and printable(finding.object),
+        "expectation": finding.expectation and printable(finding.expectation),
         "lines": list(wording.annotated(finding)),
     }
     result["properties"] = {name: value for name, value in properties.items() if value not in (None, [])}
@@ -181,6 +183,8 @@ def _logical(finding: Finding) -> Iterator[Json]:
 def _fingerprints(finding: Finding) -> Mapping[str, str]:
     """Tell a kind of finding again in the next run, wherever its frame is then; the reader adds the file."""
     parts = [finding.code, finding.bus, finding.node, finding.object]
+    if label := wording.expectation(finding):
+        parts.append(label)
     key = json.dumps(parts).encode()
     digest = hashlib.sha256(key).hexdigest()[:16]
     return {"primaryLocationLineHash": f"{digest}:1", "findingKind/v1": digest}

@@ -5,6 +5,7 @@ terminal. Must not: know one of the formats.
 """
 
 from collections.abc import Iterator
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
 from canalyze.check.verdict import Counted
@@ -35,14 +36,20 @@ def title(finding: "Finding") -> str:
 
 
 def kind(finding: "Finding", words: Words) -> str:
-    """Tell it from all other kinds of one capture: rule, bus, node, object."""
+    """Tell it from all other kinds of one capture: rule, bus, node, object, expectation."""
     parts = [
         title(finding),
         finding.bus,
         finding.node is not None and words("reports.node", node=finding.node),
         finding.object,
+        expectation(finding),
     ]
     return printable(" ".join(part for part in parts if part))
+
+
+def expectation(finding: "Finding") -> str | None:
+    """Give the line that the expectation stands in: of its file the name only, which is the same wherever this runs."""
+    return finding.expectation and PurePath(finding.expectation).name
 
 
 def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list[str]:
@@ -62,8 +69,9 @@ def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list
 def repeats(counted: Counted, words: Words) -> list[str]:
     """Say how many there are, if more than one, and what of it the baseline allows."""
     said = []
-    if counted.count > 1 or counted.known:
-        said.append(words("reports.count", count=counted.count))
+    count = max(counted.count, counted.alike) if counted.known else counted.count
+    if count > 1 or counted.known:
+        said.append(words("reports.count", count=count))
     if counted.known:
         said.append(words("reports.known", known=counted.known))
     return said

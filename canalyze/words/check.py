@@ -100,6 +100,15 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("check.also", "；又见第 {frames} 帧", "; also at frames {frames}"),
     ("check.and_more", " ...", " ..."),
     ("check.reason", "例外 {count} 次：{reason}", "overridden, {count} times: {reason}"),
+    ("check.by_rule", "{rule}：共{count}次（{files}个文件）", "{rule}: {count} (files: {files})"),
+    ("check.expectations", "预期：{said}", "expectations: {said}"),
+    ("check.expected_by", "{name}（{files}个文件）", "{name} (files: {files})"),
+    (
+        "check.expected_by_files",
+        "{expected}个预期文件（{files}个文件）",
+        "{expected} files of them (captures: {files})",
+    ),
+    ("check.expected_by_none", "没有预期的文件 {files}", "captures without: {files}"),
     ("check.total", "合计：{said}", "total: {said}"),
     ("check.files", "{files}个文件", "files: {files}"),
     ("check.in_files", "（{files}个文件）", " (in files: {files})"),
@@ -155,9 +164,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}: no longer occurs: {entry}; --update-baseline takes it out",
     ),
     (
+        "baseline.fewer",
+        "{name}：每个文件最多只出现{count}次，基线为{known}次：{entry}；--update-baseline 可将其改小",
+        "{name}: at most {count} times in a capture, baseline {known}: {entry}; --update-baseline lowers it",
+    ),
+    (
         "baseline.more_gone",
-        "{name}：不再出现的条目还有{count}条",
-        "{name}: {count} more entries no longer occur",
+        "{name}：不再出现或出现次数减少的条目还有{count}条",
+        "{name}: {count} more entries no longer occur, or not as often",
     ),
     ("baseline.written", "{name}：已写入基线，{count}条", "{name}: baseline written, entries: {count}"),
     (

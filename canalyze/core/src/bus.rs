@@ -118,8 +118,7 @@ impl Bus {
             match cx.events.get(place).map(|event| &event.what) {
                 Some(What::Transfer(transfer)) => {
                     let transfer = Arc::clone(transfer);
-                    self.learn(&transfer, cx);
-                    self.checks.ended(&transfer, &self.nodes, cx);
+                    self.ended(key, &transfer, cx);
                 }
                 Some(What::Sdo(Step { command: Command::InitiateDownload(mux, i), .. })) if i.expedited => {
                     let bytes = i.data.get(..i.expedited_len(frame.len)).unwrap_or(&i.data);
@@ -130,6 +129,19 @@ impl Bus {
                 }
                 _ => {}
             }
+        }
+        // Its channel tells of a transfer whose request was late when that goes on; what it shows holds from here on.
+        if let Some(transfer) = self.channels.get(&key).and_then(|channel| channel.unsettled()).map(Arc::clone) {
+            self.ended(key, &transfer, cx);
+        }
+    }
+
+    /// A transfer has ended, or looks as if: takes it once, unless it turns out to be another one.
+    fn ended(&mut self, key: (u8, Option<CanId>), transfer: &Arc<Transfer>, cx: &mut Context<'_>) {
+        let Some(channel) = self.channels.get_mut(&key) else { return };
+        if channel.takes(transfer) {
+            self.learn(transfer, cx);
+            self.checks.ended(transfer, &self.nodes, cx);
         }
     }
 
@@ -423,6 +435,40 @@ mod tests {
             ("000020002A000000", "null|null|null|null|null"),
         ] {
             assert_eq!(known(frame), expected, "{frame}");
+        }
+    }
+
+    /// Whose PDO each frame of 281h is, in a capture.
+    fn producers(capture: &str) -> Vec<String> {
+        let mut session = Session::new(Options { lang: Lang::En, format: Format::Jsonl, ..Options::default() });
+        let mut out = Vec::new();
+        session.begin(b"x.log", crate::readers::Format::Candump, true);
+        session.feed(capture.as_bytes(), &mut out);
+        session.finish(&mut out);
+        let rows = out.split(|byte| *byte == b'\n').filter(|line| !line.is_empty());
+        let rows = rows.map(|line| serde_json::from_slice::<serde_json::Value>(line).unwrap());
+        let pdos = rows.filter(|row| row["id"] == "281" && row["service"] == "pdo");
+        pdos.map(|row| format!("{}.{}", row["node"], row["pdo"]["number"])).collect()
+    }
+
+    #[test]
+    fn a_write_holds_from_the_later_frame_of_its_pair() {
+        // TPDO1 of node 5 moves to 281h, which is TPDO2 of node 1 in the pre-defined connection set. Either frame of the
+        // exchange may come first; the channel does not go on after it.
+        let request = "can0 605#2300180181020040";
+        let response = "can0 585#6000180100000000";
+        let (pdo, other) = ("can0 281#01", "can0 605#4000100000000000");
+        for (before, first, second) in [
+            ("can0 705#00", request, response),
+            ("can0 705#00", response, request),
+            ("can0 605#4018100100000000\ncan0 585#4F18100105000000", request, response),
+            ("can0 605#4018100100000000\ncan0 585#4F18100105000000", response, request),
+        ] {
+            let lines = [before, pdo, first, pdo, second, pdo, other, pdo, "can0 705#00", pdo];
+            let lines = lines.iter().flat_map(|lines| lines.lines()).enumerate();
+            let capture: String = lines.map(|(at, line)| format!("(1.{at:03}000) {line}\n")).collect();
+            // After the reset it is gone.
+            assert_eq!(producers(&capture), ["1.2", "1.2", "5.1", "5.1", "1.2"], "{first}, {second}");
         }
     }
 }

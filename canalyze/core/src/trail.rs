@@ -2,20 +2,25 @@
 //!
 //! Frames and their events are moved in as they are; nobody puts them into words until a finding asks for its few.
 //! A ring keeps [`DEPTH`] frames, under 6 kB, and an SDO ring the beginning of its transfer; there are at most
-//! [`RINGS`] rings, so memory stays under 13 MB whatever the capture: services of further nodes share one. Must not:
-//! judge, or write.
+//! [`RINGS`] rings, so memory stays under 15 MB whatever the capture: services of further nodes share one. Of each
+//! object the last transfer stays when its ring moves on: what is expected of it is judged at the end. Must not: judge,
+//! or write.
+
+use std::collections::BTreeMap;
 
 use crate::cob_id::Role;
 use crate::event::{Event, What};
 use crate::finding::{Facts, Finding};
 use crate::frame::{BusId, CanId, Frame};
 use crate::message::Message;
-use crate::services::sdo::wire::{Command, Side};
+use crate::services::sdo::wire::{Command, Mux, Side};
 
 /// Frames that are kept of one service of one node.
 const DEPTH: usize = 16;
 /// Rings; the first one is shared by those for which there is no room.
 const RINGS: usize = 2048;
+/// Objects of which the last transfer stays.
+const OBJECTS: usize = 1024;
 /// Most frames of one finding.
 pub const MOST: usize = 8;
 /// Node-IDs, and 0 for what is about no node.
@@ -112,6 +117,12 @@ impl Held {
         self.event.as_ref().and_then(|event| event.transfer).map(|id| id.0)
     }
 
+    /// The object of the SDO transfer that ends with it.
+    fn ends(&self) -> Option<Mux> {
+        let What::Sdo(step) = &self.event.as_ref()?.what else { return None };
+        step.result.as_ref()?.mux
+    }
+
     /// Who begins an SDO transfer with it, if it does that.
     fn opens(&self) -> Option<Side> {
         let What::Sdo(step) = &self.event.as_ref()?.what else { return None };
@@ -140,13 +151,21 @@ struct Ring {
 }
 
 impl Ring {
-    fn push(&mut self, held: Held) {
+    /// Keeps a frame. A transfer that is not in the ring any more is returned: what is kept of it, its last frame last.
+    fn push(&mut self, held: Held) -> Option<(Mux, Vec<Held>)> {
         if self.held.len() < DEPTH {
-            return self.held.push(held);
+            self.held.push(held);
+            return None;
         }
-        let Some(slot) = self.held.get_mut(self.next) else { return };
+        let slot = self.held.get_mut(self.next)?;
         let left = std::mem::replace(slot, held);
         self.next = (self.next + 1) % DEPTH;
+        if let Some(object) = left.ends() {
+            let mut whole = std::mem::take(&mut self.opening);
+            whole.retain(|held| held.transfer() == left.transfer());
+            whole.push(left);
+            return Some((object, whole));
+        }
         match left.opens() {
             Some(Side::Client) => {
                 self.opening.clear();
@@ -155,6 +174,7 @@ impl Ring {
             Some(Side::Server) if self.opening.len() == 1 => self.opening.push(left),
             _ => {}
         }
+        None
     }
 }
 
@@ -164,13 +184,15 @@ pub struct Trail {
     /// By bus and place: which ring; 0 where there is none yet.
     places: Vec<[u16; PLACES]>,
     rings: Vec<Ring>,
+    /// The last transfer of each object, by bus and node-ID, that has left its ring.
+    past: BTreeMap<(BusId, Option<u8>, Mux), Vec<Held>>,
     /// The ring of the last frame.
     last: usize,
 }
 
 impl Default for Trail {
     fn default() -> Self {
-        Self { places: Vec::new(), rings: vec![Ring::default()], last: 0 }
+        Self { places: Vec::new(), rings: vec![Ring::default()], past: BTreeMap::new(), last: 0 }
     }
 }
 
@@ -180,8 +202,11 @@ impl Trail {
         let held = Held { frame: *frame, event };
         let index = self.ring_for(frame.bus, place(held.family(), held.node()));
         self.last = index;
-        if let Some(ring) = self.rings.get_mut(index) {
-            ring.push(held);
+        let Some((object, whole)) = self.rings.get_mut(index).and_then(|ring| ring.push(held)) else { return };
+        let Some(last) = whole.last() else { return };
+        let key = (last.frame.bus, last.node(), object);
+        if self.past.len() < OBJECTS || self.past.contains_key(&key) {
+            self.past.insert(key, whole);
         }
     }
 
@@ -212,7 +237,8 @@ impl Trail {
         }
         found.sort_unstable_by_key(|held| held.frame.no);
         let opening = self.opening(finding, found.iter().rev().find_map(|held| held.transfer()));
-        let named: Vec<&Held> = [at, cause].into_iter().flatten().chain(opening).collect();
+        let past = self.past(finding).iter().filter(|_| at.is_none() || cause.is_none());
+        let named: Vec<&Held> = [at, cause].into_iter().flatten().chain(opening).chain(past).collect();
         found.retain(|held| named.iter().all(|one| one.frame.no != held.frame.no));
         let room = MOST.saturating_sub(named.len());
         let surplus = found.len().saturating_sub(room);
@@ -243,6 +269,14 @@ impl Trail {
         let ring = self.ring(finding.bus, place(Sdo, finding.node));
         let opening = ring.map_or(&[][..], |ring| &ring.opening);
         opening.iter().filter(move |held| transfer.is_some() && held.transfer() == transfer)
+    }
+
+    /// The transfer that the finding is about, where it has left the ring.
+    fn past(&self, finding: &Finding) -> &[Held] {
+        let about =
+            |held: &Held| held.frame.no == finding.at.no || finding.cause.is_some_and(|one| one.no == held.frame.no);
+        let whole = finding.object.and_then(|object| self.past.get(&(finding.bus, finding.node, object)));
+        whole.filter(|whole| whole.iter().any(about)).map_or(&[], |whole| whole)
     }
 
     /// The frame of this number, if it is held where a finding's frames are, or is the last of all.

@@ -15,6 +15,7 @@ mod load;
 pub mod observed;
 mod rhythm;
 mod sdo;
+mod shown;
 mod signal;
 mod state;
 mod sync;
@@ -247,6 +248,7 @@ pub struct Verification {
     emergencies: emcy::Emergencies,
     latencies: latency::Latencies,
     loads: load::Loads,
+    shown: shown::Shown,
     /// The first stamp of the capture, and the last one.
     start_ns: Option<i64>,
     end_ns: Option<i64>,
@@ -269,6 +271,7 @@ impl Verification {
             emergencies: emcy::Emergencies::new(file, &expected.emcy),
             latencies: latency::Latencies::new(file, &expected.latency),
             loads: load::Loads::new(file, &expected.load, bit_rate),
+            shown: shown::Shown::default(),
             start_ns: None,
             end_ns: None,
             heard: Vec::new(),
@@ -311,13 +314,13 @@ impl Verification {
         if let Some(node) = event.node {
             self.hear(event.bus, node);
         }
+        if let Some(transfer) = self.shown.next(&event.what) {
+            self.transfers.ended(&transfer, scene);
+            self.reconfigured(&transfer);
+            self.states.transfer(&transfer, scene);
+        }
         match (&event.what, frame) {
-            (What::Transfer(transfer), _) => {
-                self.transfers.ended(transfer, scene);
-                self.reconfigured(transfer);
-                self.states.transfer(transfer, scene);
-                self.latencies.ended(transfer, scene);
-            }
+            (What::Transfer(transfer), _) => self.latencies.ended(transfer, scene),
             (What::Sdo(step), Some(_)) => self.latencies.step(step, event, scene),
             (What::Pdo(data), Some(frame)) => {
                 self.signals.process_data(data, frame, scene);

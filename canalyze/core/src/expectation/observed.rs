@@ -116,6 +116,7 @@ pub struct Observed {
     pub heartbeats: BTreeMap<(BusId, u8), Train>,
     /// SYNCs by bus.
     pub syncs: BTreeMap<BusId, Train>,
+    transfers: super::shown::Shown,
     /// First boot-ups.
     booted: BTreeMap<(BusId, u8), FrameRef>,
     start_ns: Option<i64>,
@@ -136,6 +137,9 @@ impl Observed {
         }
         for event in events {
             let (bus, at) = (event.bus, event.at);
+            if let Some(transfer) = self.transfers.next(&event.what) {
+                self.transfer(&transfer, at);
+            }
             match &event.what {
                 What::Pdo(data) => {
                     let pdo = Pdo { node: data.node, transmit: data.transmit, number: data.number };
@@ -155,7 +159,6 @@ impl Observed {
                     let pdo = Pdo { node: data.node, transmit: data.transmit, number: data.number };
                     self.signals(bus, pdo, &data.mapping, frame);
                 }
-                What::Transfer(transfer) => self.transfer(transfer, at),
                 What::Message(message) => self.message(message, bus, at),
                 _ => {}
             }

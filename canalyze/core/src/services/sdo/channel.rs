@@ -77,6 +77,8 @@ pub struct Channel {
     pub(super) find_about: Option<Mux>,
     /// A completed transfer whose pair may still be dissolved.
     pub(super) unsettled: Option<Arc<Transfer>>,
+    /// The last one of those of which somebody has taken what it shows.
+    taken: Option<Arc<Transfer>>,
     /// A valid request with its response was seen.
     pub(super) trusted: bool,
     /// A request that can be one was seen: from here on there is something to judge.
@@ -124,6 +126,7 @@ impl Channel {
             own: true,
             find_about: None,
             unsettled: None,
+            taken: None,
             trusted: false,
             begun: false,
             withheld: Vec::new(),
@@ -139,6 +142,23 @@ impl Channel {
     /// The server's node-ID.
     pub fn node(&self) -> u8 {
         self.node
+    }
+
+    /// The completed transfer whose pair may still be dissolved.
+    pub fn unsettled(&self) -> Option<&Arc<Transfer>> {
+        self.unsettled.as_ref()
+    }
+
+    /// Whether what this transfer shows is news: not where the same was shown while it was unsettled.
+    pub fn takes(&mut self, transfer: &Arc<Transfer>) -> bool {
+        let same = |known: &Arc<Transfer>| {
+            (known.id, known.status, &known.kept) == (transfer.id, transfer.status, &transfer.kept)
+        };
+        let news = !self.taken.as_ref().is_some_and(same);
+        if self.unsettled.as_ref().is_some_and(|unsettled| Arc::ptr_eq(unsettled, transfer)) {
+            self.taken = Some(Arc::clone(transfer));
+        }
+        news
     }
 
     /// Gives the server's objects names and types.
