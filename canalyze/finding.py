@@ -71,6 +71,10 @@ class Finding:
         """The object as the standard writes it, 1017h:00; None where none is concerned."""
         return None if self.index is None else f"{self.index}h:{self.sub or 0:02X}"
 
+    def __repr__(self) -> str:
+        where = f" at frame {self.frame}" if self.frame is not None else ""
+        return f"<Finding {self.severity} {self.code}{where}: {self.message}>"
+
 
 _SIMPLE: Final = (
     *("code", "name", "severity", "file", "frame", "line", "t", "cause_frame", "cause_line", "bus", "node"),

@@ -118,7 +118,7 @@ def test_failures_show_annotated_lines(tests: pytest.Pytester) -> None:
 def test_words_are_in_the_language_of_the_project(tests: pytest.Pytester) -> None:
     tests.makeini("[pytest]\ncanalyze_lang = zh\n")
     done = run(tests, FAILING, "-k", "findings")
-    assert "canalyze：诊断" in done.stdout.str() and "从站发送的中止" in done.stdout.str()
+    assert "canalyze：发现" in done.stdout.str() and "从站发送的中止" in done.stdout.str()
     tests.makeini("[pytest]\ncanalyze_lang = de\n")
     assert run(tests, FAILING).ret == pytest.ExitCode.USAGE_ERROR
 

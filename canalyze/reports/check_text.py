@@ -6,7 +6,7 @@ first of them, its own marked, and how many there are. Must not: judge.
 
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Final
 
 from canalyze.finding import SEVERITIES, Finding
@@ -17,6 +17,9 @@ from canalyze.words import Words
 
 _COLOURS: Final = {"error": "31", "warning": "33", "info": "36", "clean": "32", "own": "1"}
 """Of what stands out on a terminal, as codes of ECMA-48."""
+
+_UNJUDGED: Final = "EXP015"
+"""An expectation that this capture cannot show: no failure, but whoever wrote it must not take it for met."""
 
 
 def show(verdicts: Sequence[Verdict], out: Output, words: Words) -> None:
@@ -47,13 +50,16 @@ class _Report:
             yield self._words("check.file", name=name, said=self._dyed(self._words("check.unreadable"), "error"))
             return
         frames = self._words("check.frames", frames=verdict.frames)
-        parts = [self._severities(verdict.failures), frames, *self._rest(verdict)]
+        parts = [self._severities(verdict.failures), *self._rest(verdict), frames]
         if verdict.error is not None:
             parts.insert(0, self._dyed(self._words("check.unread"), "error"))
         yield self._words("check.file", name=name, said=self._words("check.then").join(parts))
         for one in verdict.failures:
             yield from self._entry(one)
-        if verdict.failures:
+        unjudged = [one for one in verdict.others if one.finding.code == _UNJUDGED]
+        for one in unjudged:
+            yield from self._heads(one.shown)
+        if verdict.failures or unjudged:
             yield ""
 
     def _rest(self, verdict: Verdict) -> Iterator[str]:
@@ -88,13 +94,16 @@ class _Report:
         yield self._head(finding)
         for line in wording.annotated(finding):
             yield f"    {self._dyed(line, 'own') if line.startswith('>') else line}"
-        told = {finding.facts.get("expectation")}
-        for other in one.shown:  # of one kind, but each of another expectation
-            if other.facts.get("expectation") not in told:
-                told.add(other.facts.get("expectation"))
-                yield self._head(other)
+        yield from self._heads(one.shown, {finding.facts.get("expectation")})
         if one.count > 1 or one.known:
             yield f"    {self._repeats(one)}"
+
+    def _heads(self, shown: Sequence[Finding], told: Collection[object] = ()) -> Iterator[str]:
+        """Give a line for each expectation among findings of one kind, but for those that were told."""
+        of_expectations = {one.facts.get("expectation"): one for one in reversed(shown)}
+        for expectation, finding in reversed(of_expectations.items()):
+            if expectation not in told:
+                yield self._head(finding)
 
     def _head(self, finding: Finding) -> str:
         where = [
@@ -114,7 +123,7 @@ class _Report:
         if not frames:
             return said
         more = self._words("check.and_more") if one.count > len(one.shown) else ""
-        return said + self._words("check.also", frames=self._words("check.then").join(frames) + more)
+        return said + self._words("check.also", frames=self._words("check.between").join(frames) + more)
 
     def totals(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
         """Give the closing lines: why findings were overruled, and all of it in figures."""
@@ -129,10 +138,11 @@ class _Report:
         parts = [
             self._words("check.files", files=len(verdicts)),
             self._words("check.frames", frames=sum(verdict.frames for verdict in verdicts)),
-            self._severities(found) + self._words("check.in_files", files=failed)
-            if found
-            else self._dyed(self._words("check.none"), "clean"),
         ]
+        if found:
+            parts.append(self._severities(found) + self._words("check.in_files", files=failed))
+        elif read:
+            parts.append(self._dyed(self._words("check.none"), "clean"))
         if len(read) < len(verdicts):
             said = self._words("check.unread_files", files=len(verdicts) - len(read))
             parts.append(self._dyed(said, "error"))

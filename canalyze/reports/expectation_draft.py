@@ -5,11 +5,11 @@ that is the core's (`observed`), in the way in which it judges.
 """
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from canalyze.output import printable
+from canalyze.reports.wording import hexadecimal
 from canalyze.words import Words
 
 Row = Mapping[str, Any]
@@ -26,6 +26,12 @@ _IDENTITY: Final = frozenset({("1000", 0), ("1008", 0), ("1018", 1), ("1018", 2)
 """Objects that say which device it is, but for its serial number: another one of its kind is as good."""
 _FEWEST: Final = 5
 """Intervals from which a period is told."""
+_UNTIMED: Final = {
+    "heartbeat": "expect.no_heartbeat_period",
+    "sync": "expect.no_sync_period",
+    "signal": "expect.no_pdo_period",
+}
+"""How those are counted that no period was found of, by table."""
 _COMMENT: Final = 90
 """Characters of a comment behind a value."""
 
@@ -200,10 +206,7 @@ class Draft:
             who = [("node", str(row["node"]), "")] if table == "heartbeat" else []
             if table == "signal":
                 who = [("select", _text(f"{row['node']}.{row['pdo']}.*"), "")]
-            seen = [
-                "-" if times[key] is None else f"{times[key] / 1000:.3f}" for key in ("min_us", "mean_us", "max_us")
-            ]
-            said = self._words("expect.seen_period", least=seen[0], mean=seen[1], most=seen[2], count=times["count"])
+            said = self._seen(times)
             entries += self._entry(
                 table,
                 row,
@@ -216,8 +219,15 @@ class Draft:
         yield from entries
         left = len(timed) - sum(line.startswith("[[") for line in entries)
         if left:
-            yield from self._said("expect.no_period", count=left)
+            yield from self._said(_UNTIMED[table], count=left)
             yield ""
+
+    def _seen(self, times: Row) -> str:
+        """Give the intervals of a period. The mean is left out: it has some in it that may be shorter than the least."""
+        most = f"{times['max_us'] / 1000:.3f}"
+        if times["min_us"] is None:
+            return self._words("expect.seen_longest", most=most, count=times["count"])
+        return self._words("expect.seen_period", least=f"{times['min_us'] / 1000:.3f}", most=most, count=times["count"])
 
     def _signals(self) -> Iterator[str]:
         rows = [row for row in self._of("observed_signal") if row["min"] is not None and row["max"] is not None]
@@ -297,10 +307,7 @@ def _value(row: Row) -> tuple[str, str] | None:
     if isinstance(value, bool):
         return "value", str(value).lower()
     if isinstance(value, int) and kind:
-        hexadecimal = re.match("([0-9A-F]{2,16})h", row.get("text") or "")
-        if hexadecimal and int(hexadecimal[1], 16) == value:
-            return "value", f"0x{hexadecimal[1]}"
-        return "value", str(value)
+        return "value", hexadecimal(value, row.get("text")) or str(value)
     if isinstance(value, float) and math.isfinite(value):
         return "value", repr(value)
     if not data or len(data) != 2 * (row["size"] or 0) or row["size"] > _LONGEST:

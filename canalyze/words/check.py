@@ -36,8 +36,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "check.fail_on",
-        "达到此级别的发现使检查不合格；never：从不。不给则为 warning。",
-        "Findings of this severity or a worse one fail the check; never: none do. Without it warning.",
+        "此级别及更严重的发现算作不合格，并在报告中列出；never：都不算。默认 warning；用 info 可看到全部发现。",
+        "Findings of this severity or a worse one fail the check and are shown; never: none do. warning by default; "
+        "info shows every finding.",
     ),
     (
         "check.select",
@@ -89,21 +90,22 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("check.warning", "警告 {count}", "warnings: {count}"),
     ("check.info", "提示 {count}", "infos: {count}"),
     ("check.known", "基线内 {count}", "in the baseline: {count}"),
-    ("check.overruled", "不计 {count}", "not counted: {count}"),
-    ("check.unreadable", "不能读取", "could not be read"),
+    ("check.overruled", "忽略 {count}", "ignored: {count}"),
+    ("check.unreadable", "未能检查", "not checked"),
     ("check.unread", "没有读完", "not read to its end"),
     ("check.node", "节点{node}", "node {node}"),
     ("check.frame", "第{frame}帧", "frame {frame}"),
     ("check.line", "第{line}行", "line {line}"),
     ("check.times", "共{count}次", "{count} times"),
     ("check.times_known", "共{count}次，基线 {known}", "{count} times, baseline {known}"),
-    ("check.also", "；又见第 {frames} 帧", "; also at frames {frames}"),
-    ("check.and_more", " ...", " ..."),
-    ("check.reason", "例外 {count} 次：{reason}", "overridden, {count} times: {reason}"),
+    ("check.also", "；又见第{frames}帧", "; also at frames {frames}"),
+    ("check.between", "、", ", "),
+    ("check.and_more", "……", " ..."),
+    ("check.reason", "按例外处理的发现 {count}：{reason}", "findings overridden: {count}, {reason}"),
     ("check.total", "合计：{said}", "total: {said}"),
     ("check.files", "{files}个文件", "files: {files}"),
     ("check.in_files", "（{files}个文件）", " (in files: {files})"),
-    ("check.unread_files", "不能读取的文件 {files}", "files that could not be read: {files}"),
+    ("check.unread_files", "未检查完的文件 {files}", "files not fully checked: {files}"),
     ("check.died", "{name}：处理它的进程意外结束（{by}）", "{name}: the process that worked on it has died ({by})"),
     # The baseline.
     (
@@ -211,5 +213,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "source.no_match",
         "{name}：没有符合的文件",
         "{name}: no file fits",
+    ),
+    (
+        "source.directory",
+        "{name}：是目录；请写明检查其中哪些文件，如 {pattern}",
+        "{name}: is a directory; say which files in it, such as {pattern}",
     ),
 )
