@@ -110,7 +110,7 @@ class Findings(Rows[Finding]):
         return self._only(lambda finding: finding.severity in bad)
 
     def of(self, code: str) -> Self:
-        """Give those of a rule (SDO005), or of all rules that begin so (SDO). ValueError where there is no such rule."""
+        """Give those of a rule (SDO005), or of all that begin so (SDO). ValueError where there is no such rule."""
         from canalyze._core import rules
 
         if not any(rule.code.startswith(code.upper()) for rule in rules("en")):

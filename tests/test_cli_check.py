@@ -17,6 +17,8 @@ from captures import SAMPLES, SHARED
 from conftest import Runner, command, environment
 from test_cli_terminal import on_terminal
 
+from canalyze.words import LANGUAGES, Words
+
 RULES = SAMPLES / "rules"
 GOLDEN = SAMPLES / "check"
 CHINESE = re.compile("[\u4e00-\u9fff]")
@@ -218,6 +220,23 @@ def test_codes_of_the_configuration_are_held_against_the_rules(canalyze: Runner,
         assert (done.code, len(done.complaints)) == (2, 1)
         assert done.err.startswith(f"canalyze: canalyze.toml:{line}: ")
         assert canalyze("decode", str(SAMPLES / "sdo-abort.log")).code == 0
+
+
+def examples_of_the_configuration() -> list[str]:
+    """What help and README show of canalyze.toml about `check`."""
+    readme = (SAMPLES.parent / "README.md").read_text(encoding="utf-8")
+    fenced = re.findall(r"^```toml\n(.*?)^```$", readme, flags=re.DOTALL | re.MULTILINE)
+    shown = [Words(lang)("check.examples").partition("# canalyze.toml\n")[2] for lang in LANGUAGES]
+    return [*shown, *(part for part in fenced if "[[check.override]]" in part)]
+
+
+@pytest.mark.parametrize("text", examples_of_the_configuration())
+def test_what_is_shown_of_the_configuration_is_valid(
+    canalyze: Runner, set_of_captures: Path, tmp_path: Path, text: str
+) -> None:
+    (tmp_path / "canalyze.toml").write_text(text)
+    (tmp_path / "known.json").write_text('{"canalyze_baseline": 1, "findings": []}\n')
+    assert canalyze("check", "captures/clean.log").code == 0
 
 
 # The baseline.

@@ -6,7 +6,20 @@ from pathlib import Path
 import pytest
 from conftest import Runner
 
-COMMANDS = ("decode", "explain", "sdo", "signals", "summary", "check", "diff", "eds", "rules")
+COMMANDS = (
+    "decode",
+    "explain",
+    "sdo",
+    "signals",
+    "summary",
+    "check",
+    "expect",
+    "diff",
+    "convert",
+    "info",
+    "eds",
+    "rules",
+)
 CHINESE = re.compile("[\u4e00-\u9fff]")
 
 

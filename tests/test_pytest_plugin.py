@@ -178,8 +178,17 @@ def test_it(canalyze_open):
         "node 5", "  state boot-up", "  state operational", "  state pre-operational",
         "  sdo download 1017h:00 expedited = 100",
     ]
+    assert "  sdo download 1801h:01 expedited = 0xC0000286" in one.snapshot().splitlines()
 """
     run(tests, source).assert_outcomes(passed=1)
+
+
+def test_a_missing_capture_is_shown_where_it_is_opened(tests: pytest.Pytester) -> None:
+    """Not in the program that opens it."""
+    done = run(tests, 'def test_it(canalyze_open):\n    canalyze_open("caps/nosuch.log")\n')
+    done.assert_outcomes(failed=1)
+    done.stdout.fnmatch_lines(["*SourceError: tests?caps?nosuch.log: cannot be opened: no such file or directory"])
+    assert "_fd" not in done.stdout.str()
 
 
 def test_a_snapshot_of_the_same_name_is_refused(tests: pytest.Pytester) -> None:

@@ -223,7 +223,7 @@ class Draft:
             yield ""
 
     def _seen(self, times: Row) -> str:
-        """Give the intervals of a period. The mean is left out: it has some in it that may be shorter than the least."""
+        """Give the intervals of a period. Not the mean: some in it may be shorter than the least."""
         most = f"{times['max_us'] / 1000:.3f}"
         if times["min_us"] is None:
             return self._words("expect.seen_longest", most=most, count=times["count"])

@@ -234,10 +234,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     # The first version of a file: its comments.
     (
         "expect.head",
-        "期望的第一版，由 {name} 生成（{frames}帧，{seconds} s）。每个数旁边注明实测值；"
-        "不关心的请删去，过宽的请收紧。",
-        "Expectations, a first version from {name} ({frames} frames, {seconds} s). Each figure has what was seen beside "
-        "it; remove what does not matter, tighten what is too wide.",
+        "期望的第一版，由 {name} 生成（{frames}帧，{seconds} s）。每个数旁边注明实测值；不关心的请删去，过宽的请收紧。",
+        "Expectations, a first version from {name} ({frames} frames, {seconds} s). Each figure has what was seen "
+        "beside it; remove what does not matter, tighten what is too wide.",
     ),
     (
         "expect.head_use",
@@ -275,7 +274,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "expect.states",
         "节点到达过的状态；启动过程中的状态带有时限，至少是实测时间（从启动报文算起）的两倍。",
-        "States that nodes have shown; those on the way up have a time limit, at least twice what it took from boot-up.",
+        "States that nodes have shown; those on the way up have a limit, at least twice what it took from boot-up.",
     ),
     ("expect.after_boot_up", "实测：启动报文后 {seconds} s", "seen {seconds} s after boot-up"),
     ("expect.heartbeats", "心跳周期。", "Periods of heartbeats."),
