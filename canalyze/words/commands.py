@@ -281,14 +281,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("rules.usage", "[选项] [代码]...", "[OPTIONS] [CODE]..."),
     (
         "rules.help",
-        "列出检查规则；给出代码则解释它（大小写不限）。",
-        "List the rules; with a code (in either case), explain it.",
+        "列出检查规则；给出代码则解释它，给出代码的开头则列出那些规则（大小写不限）。",
+        "List the rules; with a code explain it, with the beginning of codes list those (in either case).",
     ),
     ("rules.format", "text 给人看；jsonl 每行一条规则。", "text for people; jsonl is one rule a line."),
     (
         "rules.examples",
-        "canalyze rules\ncanalyze rules SDO001\ncanalyze rules --format jsonl",
-        "canalyze rules\ncanalyze rules SDO001\ncanalyze rules --format jsonl",
+        "canalyze rules\ncanalyze rules SDO001\ncanalyze rules EXP\ncanalyze rules --format jsonl",
+        "canalyze rules\ncanalyze rules SDO001\ncanalyze rules EXP\ncanalyze rules --format jsonl",
     ),
     (
         "rules.unknown",

@@ -137,7 +137,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "expect.not_good",
-        "这个记录有提示以上的发现：{codes}；由它得出的期望未必正确",
+        "这个记录有级别高于“提示”的发现：{codes}；由它得出的期望未必正确",
         "the capture has findings above info: {codes}; what is expected from it may be wrong",
     ),
     # Values of keys; {file} is FILE:LINE.
@@ -247,7 +247,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "expect.head_findings",
-        "注意：这个记录有提示以上的发现：{codes}；由它得出的期望未必正确。",
+        "注意：这个记录有级别高于“提示”的发现：{codes}；由它得出的期望未必正确。",
         "Note that this capture has findings above info: {codes}; what is expected from it may be wrong.",
     ),
     (
