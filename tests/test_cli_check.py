@@ -343,6 +343,19 @@ def test_a_directory_says_what_to_write(canalyze: Runner, set_of_captures: Path)
     assert done.complaints == ["canalyze: captures: is a directory; say which files in it, such as 'captures/**/*.log'"]
 
 
+def test_a_load_is_told_with_as_many_digits_as_exceed_the_limit(canalyze: Runner, set_of_captures: Path) -> None:
+    """Not: 0.05 %, expected at most 0.05 %."""
+    file = set_of_captures / "clean.expect.toml"
+
+    def told(limit: float, bit_rate: int) -> float:
+        file.write_text(f"[[load]]\nmax_percent = {limit:.6f}\nbitrate = {bit_rate}\n")
+        return float(re.findall(r"load ([\d.]+) %", canalyze("check", "--lang", "en", "captures/clean.log").out)[0])
+
+    bits = told(0, 10_000) * 100  # of the first frame
+    limit = bits / 10_000 - 0.0001
+    assert limit < told(limit, 1_000_000) < limit + 0.01
+
+
 def test_expectations_that_could_not_be_judged_are_shown(canalyze: Runner, set_of_captures: Path) -> None:
     """A clean capture would pass for one that meets them."""
     (set_of_captures / "clean.expect.toml").write_text(

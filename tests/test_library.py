@@ -346,6 +346,7 @@ def test_tables_are_the_lists_as_columns() -> None:
     assert tables["transfers"].column("t_ns") == [one.t_ns for one in capture.transfers]
     assert tables["signals"].column("signal") == [one.signal for one in capture.signals]
     assert tables["pdo/vcan0/5.TPDO4/1"].num_rows == 34
+    assert repr(tables["pdo/vcan0/5.TPDO4/1"]) == "<Table pdo/vcan0/5.TPDO4/1: 34 rows>"
     assert capture.tables("signals", select="5.TPDO4.*")["signals"].num_rows == 34 * 3
     assert {"frames", "transfers", "states", "emcy", "findings", "sync_cycles", "signals"} <= set(capture.tables())
     with pytest.raises(ValueError, match="colours"):

@@ -55,6 +55,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze diff --format jsonl good.log new.log | jq -r .text",
     ),
     (
+        "diff.no_bus",
+        "选项 --bus：记录{side}没有总线 {name}，有的是：{there}",
+        "option --bus: capture {side} has no bus {name}; it has: {there}",
+    ),
+    ("diff.unnamed", "没有名称的总线", "a bus without a name"),
+    (
         "usage.percent",
         "选项 {option} 不能是 {value}，可以是0到1000的百分比",
         "option {option}: {value} is no percentage from 0 to 1000",
