@@ -351,7 +351,7 @@ def test_a_load_is_told_with_as_many_digits_as_exceed_the_limit(canalyze: Runner
         file.write_text(f"[[load]]\nmax_percent = {limit:.6f}\nbitrate = {bit_rate}\n")
         return float(re.findall(r"load ([\d.]+) %", canalyze("check", "--lang", "en", "captures/clean.log").out)[0])
 
-    bits = told(0, 10_000) * 100  # of the first frame
+    bits = told(0.001, 10_000) * 100  # of the first frame
     limit = bits / 10_000 - 0.0001
     assert limit < told(limit, 1_000_000) < limit + 0.01
 
