@@ -7,26 +7,26 @@ imported when it is first asked for, so that the command can answer Ctrl-C from 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from canalyze._core import Batch, Table
-    from canalyze.capture import Capture
     from canalyze.errors import CanalyzeError, ConfigError, CoreError, OutputError, ReaderGone, SourceError
-    from canalyze.event import Abort, Event, Frame, Note, Transfer
     from canalyze.finding import Finding, Line
     from canalyze.library import Options, open
-    from canalyze.node import Aborts, Emcy, Node, Nodes, Spread, StateChange
-    from canalyze.rows import Findings, Transfers
-    from canalyze.series import Series, Signal, Signals
+    from canalyze.library.capture import Capture
+    from canalyze.library.event import Abort, Event, Frame, Note, Transfer
+    from canalyze.library.node import Aborts, Emcy, Node, Nodes, Spread, StateChange
+    from canalyze.library.rows import Findings, Transfers
+    from canalyze.library.series import Series, Signal, Signals
 
 __version__ = "0.1.0"
 _FROM = {
     "_core": ("Batch", "Table"),
-    "capture": ("Capture",),
+    "library.capture": ("Capture",),
     "errors": ("CanalyzeError", "ConfigError", "CoreError", "OutputError", "ReaderGone", "SourceError"),
-    "event": ("Abort", "Event", "Frame", "Note", "Transfer"),
+    "library.event": ("Abort", "Event", "Frame", "Note", "Transfer"),
     "finding": ("Finding", "Line"),
     "library": ("Options", "open"),
-    "node": ("Aborts", "Emcy", "Node", "Nodes", "Spread", "StateChange"),
-    "rows": ("Findings", "Transfers"),
-    "series": ("Series", "Signal", "Signals"),
+    "library.node": ("Aborts", "Emcy", "Node", "Nodes", "Spread", "StateChange"),
+    "library.rows": ("Findings", "Transfers"),
+    "library.series": ("Series", "Signal", "Signals"),
 }
 __all__ = [
     "Abort",

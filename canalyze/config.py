@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from canalyze import network, policy
+from canalyze import network
+from canalyze.check import policy
 from canalyze.errors import ConfigError
 from canalyze.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
 from canalyze.words import LANGUAGES

@@ -23,6 +23,7 @@ _BITS: Final = {"": 1, "k": 1_000, "m": 1_000_000}
 _INTEGER: Final = re.compile(r"0x[0-9a-f]{1,8}|[0-9]{1,8}", re.IGNORECASE)
 _IDENTIFIER: Final = re.compile(r"(?:0x)?([0-9a-f]{1,3}|[0-9a-f]{8})", re.IGNORECASE)
 _PDO: Final = re.compile(r"([tr]pdo)([0-9]{1,3})", re.IGNORECASE)
+_OBJECT: Final = re.compile(r"(?:0x)?([0-9a-f]{4})h?(?::(?:0x)?([0-9a-f]{1,2})h?)?", re.IGNORECASE)
 _AMOUNT: Final = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,12})?|\.[0-9]{1,12})\s*([a-z\u00b5\u03bc]*)", re.IGNORECASE)
 
 
@@ -149,6 +150,14 @@ def pdo(text: str) -> tuple[Literal["tpdo", "rpdo"], int] | None:
     if match is None or not 1 <= int(match[2]) <= MOST_PDOS:
         return None
     return ("tpdo" if match[1].lower() == "tpdo" else "rpdo"), int(match[2])
+
+
+def address(text: str) -> tuple[int, int | None] | None:
+    """Read index and sub-index of an object, 1017:00 in hexadecimal (1017h:0, 0x1017:00); no sub-index: all of them."""
+    match = _OBJECT.fullmatch(text)
+    if match is None:
+        return None
+    return int(match[1], 16), None if match[2] is None else int(match[2], 16)
 
 
 def period(text: str) -> int | None:

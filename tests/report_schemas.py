@@ -38,6 +38,17 @@ SARIF = (
 
 def fetched(source: tuple[str, str, str]) -> Path:
     """The schema; the test is skipped where it cannot be fetched, unless nothing may be missing."""
+    schema = _fetched(source)
+    if isinstance(schema, Path):
+        return schema
+    if os.environ.get("CANALYZE_TOOLS") == "required":
+        pytest.fail(f"{schema}, and CANALYZE_TOOLS=required")
+    pytest.skip(schema)
+
+
+@cache
+def _fetched(source: tuple[str, str, str]) -> Path | str:
+    """The schema, or why there is none: a run without a network waits for it once."""
     requirement, digest, member = source
     schema = CACHE / Path(member).name
     if schema.is_file():
@@ -48,23 +59,23 @@ def fetched(source: tuple[str, str, str]) -> Path:
     folder = CACHE / f"{schema.name}.source"
     options = ["--no-deps", "--no-binary", requirement.split("==")[0], "--retries", "1", "--timeout", "20"]
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", *options]
-    done = subprocess.run(
-        [*command, "--require-hashes", "--dest", str(folder), "-r", str(wanted)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=180,
-    )
+    try:
+        done = subprocess.run(
+            [*command, "--require-hashes", "--dest", str(folder), "-r", str(wanted)],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=180,
+        )
+    except subprocess.TimeoutExpired:
+        return f"{requirement} cannot be fetched within three minutes"
     if done.returncode:
-        reason = f"{requirement} cannot be fetched: {(done.stderr.strip().splitlines() or ['?'])[-1]}"
-        if os.environ.get("CANALYZE_TOOLS") == "required":
-            pytest.fail(f"{reason}, and CANALYZE_TOOLS=required")
-        pytest.skip(reason)
+        return f"{requirement} cannot be fetched: {(done.stderr.strip().splitlines() or ['?'])[-1]}"
     (archive,) = folder.glob("*.tar.gz")
     with tarfile.open(archive) as packed:
         content = packed.extractfile(member)
         assert content is not None
-        part = schema.with_suffix(".part")
+        part = schema.with_suffix(f".{os.getpid()}.part")  # others may fetch it at the same time
         part.write_bytes(content.read())
     part.replace(schema)
     return schema

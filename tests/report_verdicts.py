@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Finding, Line
-from canalyze.verdict import Counted, Verdict
 
 FINDING = Finding(
     code="SDO001",

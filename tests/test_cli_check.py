@@ -464,7 +464,7 @@ def test_a_process_that_dies_is_an_error_of_its_capture(
 ) -> None:
     code = (
         "import os, signal, sys\n"
-        "from canalyze import workers\n"
+        "from canalyze.check import workers\n"
         "examine = workers.examine\n"
         "def dying(name, job, progress):\n"
         "    if 'sync' in name:\n"

@@ -6,7 +6,7 @@ What must not be here: what an expectation means in each case; the core's own te
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -45,8 +45,8 @@ def expectations_of(capture: Path, scratch: Path, *options: str) -> Path:
     return path
 
 
-def checked(capture: Path, file: Path, *options: str) -> list[Row]:
-    """What `check` says of expectations that are not met."""
+def checked(captures: Path | Sequence[Path], file: Path, *options: str) -> list[Row]:
+    """What `check` says of expectations that are not met, of one capture or of several."""
     arguments: list[str | Path] = [
         "check",
         "--format",
@@ -58,14 +58,14 @@ def checked(capture: Path, file: Path, *options: str) -> list[Row]:
         "--expect",
         file,
         *options,
-        capture,
+        *([captures] if isinstance(captures, Path) else captures),
     ]
     rows = [json.loads(line) for line in run_canalyze(arguments).splitlines()]
     return [row for row in rows if row["kind"] == "finding" and row["code"].startswith("EXP")]
 
 
-def failed(capture: Path, file: Path, *options: str) -> list[Row]:
-    return [row for row in checked(capture, file, *options) if row["severity"] != "info"]
+def failed(captures: Path | Sequence[Path], file: Path, *options: str) -> list[Row]:
+    return [row for row in checked(captures, file, *options) if row["severity"] != "info"]
 
 
 @pytest.mark.parametrize("capture", GOOD, ids=lambda path: path.stem)
@@ -92,9 +92,8 @@ def test_other_recordings_of_a_session_meet_them(name: str, tmp_path: Path) -> N
     unstamped = tmp_path / "unstamped.txt"
     unstamped.write_text("".join(line.split("  ", 1)[1] for line in console.read_text().splitlines(keepends=True)))
     other = SHARED / "stacks" / f"{name}.log"
-    for recording in (console, unstamped, other):
-        if recording.exists():
-            assert not failed(recording, file)
+    recordings = [recording for recording in (console, unstamped, other) if recording.exists()]
+    assert not [(row["file"], row["message"]) for row in failed(recordings, file)]
 
 
 def test_the_recorded_session_meets_them_in_every_dialect(tmp_path: Path) -> None:
@@ -102,7 +101,7 @@ def test_the_recorded_session_meets_them_in_every_dialect(tmp_path: Path) -> Non
     file = expectations_of(recorded / "session.log", tmp_path)
     dialects = [path for path in sorted(recorded.glob("session.*")) if path.suffix in (".log", ".candump")]
     assert len(dialects) > 10
-    assert not [(path.name, row["message"]) for path in dialects for row in failed(path, file)]
+    assert not [(row["file"], row["message"]) for row in failed(dialects, file)]
 
 
 SESSION = SAMPLES / "network" / "sync-and-pdos.log"

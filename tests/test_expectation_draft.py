@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from canalyze.expectations import normalize
-from canalyze.reports.expectation_draft import MOST_ALIKE, MOST_WRITES, Draft, period_of, range_of, round_up
+from canalyze.expectations.draft import MOST_ALIKE, MOST_WRITES, Draft, period_of, range_of, round_up
 from canalyze.words import LANGUAGES, Words
 
 Row = dict[str, Any]

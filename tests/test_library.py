@@ -16,8 +16,8 @@ import pytest
 from captures import SAMPLES, run_canalyze
 
 import canalyze
-from canalyze.event import nanoseconds
 from canalyze.library import Options
+from canalyze.library.event import nanoseconds
 
 DRIVE = SAMPLES.parent / "eds/drive.eds"
 NETWORK = SAMPLES / "network/sync-and-pdos.log"
@@ -59,6 +59,7 @@ def test_transfers_are_found() -> None:
     assert (one.object, one.value, one.data, one.status, one.duration) == ("1017h:00", 100, b"d\0", "ok", 0.000384)
     assert one.t_ns == 1795232031698520000
     assert transfers.of(object="0x1017") == transfers.of(object="1017h:0") != transfers.of(object="1017:01")
+    assert transfers.of(object="0x1017:0x00") == transfers.of(object="1017:00")  # as in expectations
     assert len(transfers.of(object="1017")) == 3
     assert transfers.of(bus="nowhere") == [] == transfers.of(status="failed")
     with pytest.raises(ValueError, match="1018:01"):

@@ -7,14 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from canalyze import baseline, policy
-from canalyze.baseline import Kind
+from canalyze.check import baseline, policy
+from canalyze.check.baseline import Kind
+from canalyze.check.policy import Override, Policy, judge, named
+from canalyze.check.verdict import Counted, Examined
 from canalyze.config import read
 from canalyze.errors import ConfigError
-from canalyze.examination import Examined
 from canalyze.finding import Finding, Severity
-from canalyze.policy import Override, Policy, judge, named
-from canalyze.verdict import Counted
 
 
 def counted(

@@ -235,7 +235,7 @@ def test_the_plugin_is_light(tests: pytest.Pytester) -> None:
 import sys
 
 def test_it():
-    heavy = {"canalyze._core", "canalyze.capture", "click", "can", "canopen"} & set(sys.modules)
+    heavy = {"canalyze._core", "canalyze.library.capture", "click", "can", "canopen"} & set(sys.modules)
     assert not heavy
 """
     (tests.path / "tests/test_it.py").write_text(source)

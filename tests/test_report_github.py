@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from report_verdicts import BINARY, BLOCKS, FINDING, hostile, many, one
 
+from canalyze.check.verdict import Verdict
 from canalyze.reports import github
-from canalyze.verdict import Verdict
 from canalyze.words import LANGUAGES, Words
 
 EN = Words("en")

@@ -13,8 +13,8 @@ from junitparser.xunit2 import JUnitXml
 from report_schemas import junit_faults
 from report_verdicts import BINARY, BLOCKS, FINDING, hostile, many, one
 
+from canalyze.check.verdict import Verdict
 from canalyze.reports import junit
-from canalyze.verdict import Verdict
 from canalyze.words import LANGUAGES, Words
 
 EN = Words("en")

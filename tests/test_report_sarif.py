@@ -13,9 +13,9 @@ from report_schemas import sarif_faults
 from report_verdicts import BINARY, BLOCKS, FINDING, hostile, many, one
 
 from canalyze import __version__, _core
+from canalyze.check.verdict import Verdict
 from canalyze.reports import sarif
 from canalyze.reports.uri import file_uri
-from canalyze.verdict import Verdict
 from canalyze.words import LANGUAGES, Words
 
 

@@ -11,10 +11,11 @@ from typing import Final, Unpack
 
 import click
 
-from canalyze import baseline, policy
+from canalyze.check import baseline, policy
+from canalyze.check.examination import Job
+from canalyze.check.verdict import Examined, Verdict
 from canalyze.config import Config
 from canalyze.errors import ConfigError, ReaderGone
-from canalyze.examination import Examined, Job
 from canalyze.help import Command
 from canalyze.options import (
     ANY_PATH,
@@ -31,7 +32,6 @@ from canalyze.options import (
 from canalyze.output import FileOutput, Output, Progress, complain, open_output
 from canalyze.sources.file import STDIN, total_size
 from canalyze.sources.names import Named, expanded
-from canalyze.verdict import Verdict
 from canalyze.words import Words
 
 _STALE: Final = 5
@@ -59,7 +59,7 @@ def command(words: Words) -> click.Command:
         no_expect: bool,
         **given: Unpack[CaptureOptions],
     ) -> int:
-        from canalyze.workers import examine_all
+        from canalyze.check.workers import examine_all
 
         given["merge"] = False
         config = click.get_current_context().find_object(Config) or Config()

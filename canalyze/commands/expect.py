@@ -1,6 +1,6 @@
 """`canalyze expect`: writes a first version of a file of expectations from a good capture.
 
-What was seen, the core says; how much room it gets, `reports/expectation_draft.py`.
+What was seen, the core says; how much room it gets, `expectations/draft.py`.
 """
 
 import json
@@ -9,10 +9,10 @@ from typing import Unpack
 
 import click
 
+from canalyze.expectations.draft import Draft
 from canalyze.help import Command
 from canalyze.options import CaptureOptions, bitrate_option, capture_options, inputs, open_session
 from canalyze.output import Progress, complain, open_output
-from canalyze.reports.expectation_draft import Draft
 from canalyze.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from canalyze.help import Command, pad, width, wrap
+from canalyze.help import Command
+from canalyze.layout import pad, width, wrap
 from canalyze.options import format_option
 from canalyze.output import Output, complain
 from canalyze.words import Words

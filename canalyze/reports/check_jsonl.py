@@ -20,7 +20,7 @@ import json
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from canalyze.verdict import Counted, Verdict
+from canalyze.check.verdict import Counted, Verdict
 
 
 def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:

@@ -9,10 +9,10 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from typing import Final
 
+from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Finding
 from canalyze.output import Output, printable
 from canalyze.reports import wording
-from canalyze.verdict import Counted, Verdict
 from canalyze.words import Words
 
 _COLOURS: Final = {"error": "31", "warning": "33", "info": "36", "clean": "32", "own": "1"}

@@ -10,11 +10,11 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES
 from canalyze.output import printable
 from canalyze.reports import wording
 from canalyze.sources.file import STDIN
-from canalyze.verdict import Counted, Verdict
 from canalyze.words import Words
 
 _COMMANDS: Final = {"error": "error", "warning": "warning", "info": "notice"}

@@ -7,7 +7,7 @@ nothing but units. What a file does not have is left out.
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from canalyze.help import pad, width
+from canalyze.layout import pad, width
 from canalyze.output import Output, printable
 from canalyze.words import Words
 

@@ -10,9 +10,9 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import printable
 from canalyze.reports import wording
-from canalyze.verdict import Counted, Verdict
 from canalyze.words import Words
 
 _PACKAGED: Final = str.maketrans({"/": ".", "\\": ".", ".": "_"})

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from canalyze import __version__
+from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Finding
 from canalyze.output import printable
 from canalyze.reports import wording
 from canalyze.reports.uri import file_uri
 from canalyze.sources.file import STDIN
-from canalyze.verdict import Counted, Verdict
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ import zlib
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from canalyze.event import Transfer
-from canalyze.reports.wording import hexadecimal
+from canalyze.library.event import Transfer
+from canalyze.output import hexadecimal
 
 if TYPE_CHECKING:
-    from canalyze.capture import Capture
-    from canalyze.node import Node
+    from canalyze.library.capture import Capture
+    from canalyze.library.node import Node
 
 _BYTES: Final = 32
 """Bytes that are shown as they are; of more, the check sum."""

@@ -7,7 +7,7 @@ computes nothing but units. A block that has nothing to tell is left out.
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from canalyze.help import pad, width
+from canalyze.layout import pad, width
 from canalyze.output import Output, printable
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.words import Words

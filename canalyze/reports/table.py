@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
-from canalyze.help import pad, width, wrap
+from canalyze.layout import pad, width, wrap
 from canalyze.output import Output, printable
 
 EMPTY: Final = "-"

@@ -4,13 +4,12 @@ All text that leaves here is one printable line: what a capture or a file name h
 terminal. Must not: know one of the formats.
 """
 
-import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from canalyze.check.verdict import Counted
 from canalyze.output import printable
 from canalyze.sources.file import STDIN
-from canalyze.verdict import Counted
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -58,12 +57,6 @@ def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list
     if cause is not None and finding.cause_frame is not None:
         said.append(words("reports.cause", frame=cause))
     return said
-
-
-def hexadecimal(value: object, text: str | None) -> str | None:
-    """Give a number as 0x..., with the digits of its type, where its text begins so in every language; else None."""
-    found = re.match("([0-9A-F]{2,16})h", text or "")
-    return f"0x{found[1]}" if found and isinstance(value, int) and int(found[1], 16) == value else None
 
 
 def repeats(counted: Counted, words: Words) -> list[str]:

@@ -7,7 +7,6 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::checks::sync::SyncStatistics;
 use crate::checks::{Checks, Fit, PdoName};
 use crate::cob_id::Role;
 use crate::configuration::{self, Provenance};
@@ -68,11 +67,6 @@ impl Bus {
         let roles = Roles::compile(&network, name, &nodes);
         let checks = Checks::new(&network, &nodes);
         Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), checks }
-    }
-
-    /// What was measured of SYNC.
-    pub fn sync_statistics(&self) -> SyncStatistics {
-        self.checks.sync_statistics()
     }
 
     /// The SYNC cycle that runs; 0 before the first.

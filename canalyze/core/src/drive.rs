@@ -216,16 +216,6 @@ pub const fn remote(statusword: u16) -> bool {
     statusword & 1 << 9 != 0
 }
 
-/// Bit 10 of the statusword.
-pub const fn target_reached(statusword: u16) -> bool {
-    statusword & 1 << 10 != 0
-}
-
-/// Bit 11 of the statusword.
-pub const fn internal_limit(statusword: u16) -> bool {
-    statusword & 1 << 11 != 0
-}
-
 /// Bit 8 of the controlword.
 pub const fn halt(controlword: u16) -> bool {
     controlword & 1 << 8 != 0
@@ -295,13 +285,6 @@ pub fn reach(from: State, to: State) -> Reach {
         }
     }
     Reach::Restart
-}
-
-/// Whether `to` can follow `from` in samples of the statusword without a restart of the device, if any
-/// controlwords may have come in between. False for no pair but those that end in not ready to switch on: what
-/// proves more is [`explained`].
-pub fn transition_is_legal(from: State, to: State) -> bool {
-    reach(from, to) != Reach::Restart
 }
 
 /// Whether `to` can follow `from` where the drive was given these controlwords: the one in force at `from`, and
@@ -414,7 +397,7 @@ mod tests {
     fn bits() {
         assert_eq!(supported_modes(0x0000_03ED).collect::<Vec<_>>(), [1, 3, 4, 6, 7, 8, 9, 10]);
         assert_eq!(supported_modes(0xFFFF_0010).count(), 0);
-        assert!(warning(0x0080) && remote(0x0200) && target_reached(0x0400) && internal_limit(0x0800));
+        assert!(warning(0x0080) && remote(0x0200) && !warning(0x0200));
         assert!(halt(0x010F) && !halt(0x000F));
     }
 
@@ -430,7 +413,7 @@ mod tests {
         for from in State::ALL {
             for to in State::ALL {
                 let restart = to == NotReadyToSwitchOn && from != to;
-                assert_eq!(transition_is_legal(from, to), !restart, "{from:?} {to:?}");
+                assert_eq!(reach(from, to) == Reach::Restart, restart, "{from:?} {to:?}");
             }
         }
     }

@@ -21,8 +21,9 @@
 //! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. On the side of files, `readers` sees only
 //! `frame`; `inputs` (files joined by time) and `info` (what a file is) see `readers`; `writers` sees `frame`, `event`
 //! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `od`;
-//! `summary`, `repeats`, `diff` (two captures held against each other) and `trail` (where findings came from) see `event`;
-//! `render` sees `text`, `info`, `summary`, `trail`, `diff` and the columns of `writers::console`.
+//! `summary`, `repeats`, `expectation` (a capture held against what is expected of it), `diff` (two captures held
+//! against each other) and `trail` (where findings came from) see `event`; `render` sees `text`, `info`, `summary`,
+//! `expectation`, `trail`, `diff` and the columns of `writers::console`.
 //! `calendar` and `select` see nothing. The whole table stands in `tests/layers.rs`, which keeps it.
 
 pub mod bus;

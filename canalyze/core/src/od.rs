@@ -66,6 +66,11 @@ use DataType::{
 };
 
 impl DataType {
+    /// Whether it is one of the INTEGER types, whose values may be negative.
+    pub const fn is_signed(self) -> bool {
+        matches!(self, Integer8 | Integer16 | Integer24 | Integer32 | Integer40 | Integer48 | Integer56 | Integer64)
+    }
+
     /// The type of a code as it stands in the object dictionary and in an EDS; `None` for reserved and complex ones.
     pub const fn from_code(code: u16) -> Option<Self> {
         Some(match code {

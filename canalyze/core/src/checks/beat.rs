@@ -3,7 +3,7 @@
 //! The period is the median of recent gaps between SYNCs, once these agree; a SYNC that is asked for by a person has
 //! none. It knows stamps only, and raises nothing: a gap gets a word (`Pace`), the judgement is `sync`'s.
 
-use crate::checks::jitter::{Figures, Spread};
+use crate::checks::jitter::Spread;
 use crate::frame::FrameRef;
 
 /// SYNCs remembered: as many as the longest cycle of a synchronous PDO (transmission type 240).
@@ -94,7 +94,6 @@ pub struct Beat {
     steady: u32,
     calm_from: u64,
     unbroken: bool,
-    intervals: Spread,
     deviation: Spread,
     p99_ns: i64,
     resolution_ns: i64,
@@ -168,16 +167,6 @@ impl Beat {
     /// The resolution of the stamps.
     pub fn resolution_ns(&self) -> i64 {
         self.resolution_ns
-    }
-
-    /// Gaps between SYNCs, without pauses.
-    pub fn intervals(&self) -> Figures {
-        self.intervals.figures()
-    }
-
-    /// How far gaps were off the period.
-    pub fn deviation(&self) -> Figures {
-        self.deviation.figures()
     }
 
     /// Frames were lost, or the SYNC was moved: the next gap says nothing.
@@ -272,9 +261,6 @@ impl Beat {
         };
         if !matches!(pace, Pace::Unknown | Pace::Steady) {
             self.disturbed();
-        }
-        if let Some(gap) = gap.filter(|gap| *gap > 0 && pace != Pace::Resumed) {
-            self.intervals.record(gap);
         }
         self.before_ns = gap.unwrap_or(0);
         pace

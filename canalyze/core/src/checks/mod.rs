@@ -55,7 +55,7 @@ use pdo_configuration::PdoConfiguration;
 use pdo_length::{Misfit, PdoLength, misfit};
 use pdo_timing::PdoTiming;
 use srdo::{Seen, Srdos};
-use sync::{Sync, SyncStatistics};
+use sync::Sync;
 
 /// Which PDO of which node.
 #[derive(Clone, Copy, Debug)]
@@ -129,11 +129,6 @@ impl Checks {
             drives: Drives::default(),
             srdos: Srdos::default(),
         }
-    }
-
-    /// What was measured of SYNC.
-    pub fn sync_statistics(&self) -> SyncStatistics {
-        self.sync.statistics()
     }
 
     /// The SYNC cycle that runs; 0 before the first.

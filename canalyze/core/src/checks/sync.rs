@@ -5,7 +5,6 @@
 //! what a frame means.
 
 use crate::checks::beat::{Beat, Lateness, Pace};
-use crate::checks::jitter::Figures;
 use crate::checks::sync_counter::{Counter, Miscount};
 use crate::checks::sync_settings::{Settings, ns};
 use crate::checks::sync_window::{SyncWindow, synchronous};
@@ -108,37 +107,11 @@ struct Copies {
     value: Option<u8>,
 }
 
-/// What was measured of SYNC on a bus, and of its synchronous TPDOs.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SyncStatistics {
-    /// SYNCs seen.
-    pub cycles: u64,
-    /// The period as learnt last, in ns, where SYNC is periodic.
-    pub period_ns: Option<i64>,
-    /// Gaps between SYNCs, without pauses.
-    pub intervals: Figures,
-    /// How far gaps were off the period.
-    pub deviation: Figures,
-    /// How long after SYNC each synchronous TPDO came: node-ID, PDO number, figures.
-    pub delays: Vec<(u8, u16, Figures)>,
-}
-
 impl Sync {
     /// SYNC on a bus of which nothing was seen.
     pub fn new(network: &Network, nodes: &PerNode<Node>) -> Self {
         let settings = Settings::compile(network, nodes);
         Self { settings, beat: Beat::new(network.jitter_ns), ..Self::default() }
-    }
-
-    /// What was measured.
-    pub fn statistics(&self) -> SyncStatistics {
-        SyncStatistics {
-            cycles: self.beat.cycle(),
-            period_ns: self.beat.period_ns(),
-            intervals: self.beat.intervals(),
-            deviation: self.beat.deviation(),
-            delays: self.window.delays().collect(),
-        }
     }
 
     /// The cycle that runs; 0 before the first.

@@ -7,7 +7,7 @@
 //! actuated with the next SYNC, whenever they come. It must not judge the SYNCs themselves.
 
 use crate::checks::beat::Beat;
-use crate::checks::jitter::{Figures, Spread};
+use crate::checks::jitter::Spread;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::Placement;
@@ -260,12 +260,6 @@ impl SyncWindow {
             }
             track.miss(beat, node, cx);
         }
-    }
-
-    /// How long after their SYNC the synchronous TPDOs came: node, number, figures.
-    pub fn delays(&self) -> impl Iterator<Item = (u8, u16, Figures)> {
-        let of = |node| move |track: &Track| (node, track.number, track.delays.figures());
-        self.nodes.iter().flat_map(move |(node, tracks)| tracks.list.iter().map(of(node)))
     }
 
     fn track(&self, node: u8, number: u16) -> Option<&Track> {

@@ -185,25 +185,10 @@ fn is_integer(expected: &Number, typed: Option<DataType>, unsigned: u64, bytes: 
     let (natural, integer) = (i128::from(unsigned), i128::from(signed(unsigned, bytes)));
     let half = 1_i128 << (8 * bytes.clamp(1, 8) - 1);
     match typed {
-        Some(kind) if is_signed(kind) => wanted == integer || wanted >= half && wanted == natural,
+        Some(kind) if kind.is_signed() => wanted == integer || wanted >= half && wanted == natural,
         Some(_) => wanted == natural || wanted < 0 && wanted == integer,
         None => wanted == natural || wanted == integer,
     }
-}
-
-fn is_signed(data_type: DataType) -> bool {
-    use DataType as T;
-    matches!(
-        data_type,
-        T::Integer8
-            | T::Integer16
-            | T::Integer24
-            | T::Integer32
-            | T::Integer40
-            | T::Integer48
-            | T::Integer56
-            | T::Integer64
-    )
 }
 
 fn near(found: f64, wanted: f64, precision: f64) -> bool {

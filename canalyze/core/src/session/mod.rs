@@ -7,6 +7,7 @@
 mod capture;
 mod decoding;
 mod output;
+mod records;
 
 use std::sync::Arc;
 

@@ -3,15 +3,13 @@
 //! The only place that knows one format from another: a new one is a variant here. Must not: keep state of a bus, or
 //! put words together.
 
-use std::sync::Arc;
-
 use super::capture::View;
+use super::records::Records;
 use super::{Format, Options};
 use crate::diff::record::Record;
 use crate::event::{Event, What};
-use crate::expectation::observed::Observed;
 use crate::filter::Filter;
-use crate::finding::{Code, Finding};
+use crate::finding::Finding;
 use crate::frame::{Buses, Frame};
 use crate::info::Info;
 use crate::readers::Marker;
@@ -19,8 +17,7 @@ use crate::render::columns::{Batch, Columns, Seen};
 use crate::render::jsonl;
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
-use crate::summary::Summary;
-use crate::trail::{Held, Trail};
+use crate::trail::Held;
 use crate::writers::{Losses, Writer};
 
 /// What of the frames passes the filter, in one format.
@@ -40,37 +37,31 @@ pub(super) enum Form {
     Text(Lines),
     Lines(Lines),
     Jsonl,
-    Transfers,
     Signals(Signals),
-    Summary(Box<Summary>),
-    Observed(Box<(Summary, Observed)>),
-    Records(Box<Summary>, Box<Trail>),
+    /// Transfers, findings, figures, or several of them.
+    Records(Records),
     Info(Box<Info>),
     Record(Box<Record>),
     Convert(Box<Writer>),
-    Check(Box<Trail>),
     Columns(Box<Columns>),
 }
 
 impl Output {
     pub(super) fn new(options: &Options) -> Self {
         let signals = |csv| Form::Signals(Signals::new(options.lang, csv, options.select.clone()));
+        let lines = || Lines::new(options.lang, options.depth, options.time);
         let form = match options.format {
-            Format::Text => Form::Text(Lines::new(options.lang, options.depth, options.time)),
-            Format::Lines => Form::Lines(Lines::new(options.lang, options.depth, options.time)),
+            Format::Text => Form::Text(lines()),
+            Format::Lines => Form::Lines(lines()),
             Format::Jsonl => Form::Jsonl,
-            Format::Transfers => Form::Transfers,
             Format::Signals => signals(false),
             Format::SignalsCsv => signals(true),
-            Format::Summary => Form::Summary(Box::new(Summary::new(Arc::clone(&options.network)))),
-            Format::Observed => {
-                Form::Observed(Box::new((Summary::new(Arc::clone(&options.network)), Observed::default())))
+            Format::Transfers | Format::Check | Format::Summary | Format::Records | Format::Observed => {
+                Form::Records(Records::new(options.format, &options.network))
             }
-            Format::Records => Form::Records(Box::new(Summary::new(Arc::clone(&options.network))), Box::default()),
             Format::Info => Form::Info(Box::default()),
             Format::Record => Form::Record(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
-            Format::Check => Form::Check(Box::default()),
             Format::Columns => Form::Columns(Box::new(Columns::new(options.lang, &options.select, &options.tables))),
         };
         Self { form, filter: options.filter.clone(), shown: 0, cycle: 0 }
@@ -108,7 +99,11 @@ impl Output {
 
     /// Repeats of one finding on one object are counted instead of shown; figures count by themselves.
     pub(super) fn folds(&self) -> bool {
-        !matches!(self.form, Form::Summary(_) | Form::Observed(_) | Form::Record(_))
+        match &self.form {
+            Form::Records(records) => !records.only_counts(),
+            Form::Record(_) => false,
+            _ => true,
+        }
     }
 
     /// What tells of the file itself takes an item before it is looked at any further.
@@ -127,10 +122,8 @@ impl Output {
 
     /// A frame with what follows from it, if the filter lets it through. What keeps a frame's own event takes it.
     pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &mut Vec<Event>) {
-        if let Form::Transfers | Form::Records(..) = self.form {
-            self.transfers(out, view, events);
-        }
-        if let Form::Transfers = self.form {
+        self.transfers(out, view, events);
+        if self.is_transfers_only() {
             return;
         }
         if let Form::Record(record) = &mut self.form {
@@ -139,18 +132,14 @@ impl Output {
         let (service, node) = service(events);
         let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
         self.shown += u64::from(shown);
-        if let Form::Records(summary, _) = &mut self.form
-            && shown
-        {
-            summary.frame(frame, events);
-        }
-        if let Form::Check(trail) | Form::Records(_, trail) = &mut self.form {
-            trail.push(frame, (!events.is_empty()).then(|| events.remove(0)));
-        }
-        if let Form::Columns(columns) = &mut self.form {
-            let seen = Seen { service: (service, node), cycle: self.cycle, shown, setting: view.jsonl };
-            columns.frame(seen, frame, events);
-            return self.transfers(out, view, events);
+        // These look at the others too.
+        match &mut self.form {
+            Form::Records(records) => return records.frame(out, view, frame, events, shown),
+            Form::Columns(columns) => {
+                let seen = Seen { service: (service, node), cycle: self.cycle, shown, setting: view.jsonl };
+                return columns.frame(seen, frame, events);
+            }
+            _ => {}
         }
         if !shown {
             return;
@@ -166,38 +155,21 @@ impl Output {
             }
             Form::Jsonl => jsonl::frame(out, view.jsonl, frame, events),
             Form::Signals(signals) => signals.frame(out, view.jsonl, frame, events),
-            Form::Summary(summary) => summary.frame(frame, events),
-            Form::Observed(both) => {
-                let (summary, observed) = &mut **both;
-                summary.frame(frame, events);
-                observed.frame(frame, events);
-                ended(out, view, events);
-            }
             Form::Record(record) => record.frame(frame, events),
             Form::Convert(writer) => {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
             }
-            Form::Check(trail) | Form::Records(_, trail) => findings(out, view, trail, events, |_, _| true),
-            Form::Transfers | Form::Info(_) | Form::Columns(_) => {}
+            Form::Records(_) | Form::Info(_) | Form::Columns(_) => {}
         }
     }
 
     /// What belongs to no frame at hand.
     pub(super) fn aside(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
-        if let Form::Records(summary, _) = &mut self.form {
-            summary.asides(events);
-            self.transfers(out, view, events);
-        }
+        self.transfers(out, view, events);
         match &mut self.form {
             Form::Text(lines) => lines.end(out, events),
             Form::Jsonl => jsonl::asides(out, view.jsonl, events),
-            Form::Transfers => self.transfers(out, view, events),
-            Form::Summary(summary) => summary.asides(events),
-            Form::Observed(both) => {
-                both.0.asides(events);
-                ended(out, view, events);
-            }
             Form::Record(record) => {
                 let shown = |event: &&Event| match &event.what {
                     What::Transfer(transfer) => self.filter.shows_transfer(transfer, view.buses, view.clock),
@@ -206,21 +178,15 @@ impl Output {
                 record.asides(events.iter().filter(shown));
             }
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
-            Form::Check(trail) | Form::Records(_, trail) => {
+            Form::Records(records) => {
                 let passes = |held: &Held| {
                     let (service, node) = service(held.event.as_slice());
                     self.filter.shows(&held.frame, service, node, view.buses, view.clock)
                 };
-                findings(out, view, trail, events, |finding, led_to| {
-                    // The frame at hand only proves it: what it is about are the others, where there are any.
-                    let mut about = led_to.iter().filter(|held| led_to.len() == 1 || held.frame.no != finding.at.no);
-                    self.filter.is_empty() || led_to.is_empty() || about.any(|held| passes(held))
-                });
+                let passes: Option<&dyn Fn(&Held) -> bool> = if self.filter.is_empty() { None } else { Some(&passes) };
+                records.asides(out, view, events, passes);
             }
-            Form::Columns(columns) => {
-                columns.asides(view.jsonl, events);
-                self.transfers(out, view, events);
-            }
+            Form::Columns(columns) => columns.asides(view.jsonl, events),
             Form::Lines(_) | Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -229,22 +195,9 @@ impl Output {
     pub(super) fn marker(&mut self, out: &mut Vec<u8>, view: View<'_>, marker: &Marker) {
         match &mut self.form {
             Form::Text(lines) => lines.marker(out, marker, view.buses),
-            Form::Summary(summary) | Form::Records(summary, _) => summary.marker(marker),
-            Form::Observed(both) => {
-                both.0.marker(marker);
-                if let Marker::Dropped { bus, .. } = marker {
-                    both.1.lost(Some(*bus));
-                }
-            }
+            Form::Records(records) => records.marker(marker),
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
-            Form::Lines(_)
-            | Form::Jsonl
-            | Form::Transfers
-            | Form::Signals(_)
-            | Form::Info(_)
-            | Form::Columns(_)
-            | Form::Check(_)
-            | Form::Record(_) => {}
+            Form::Lines(_) | Form::Jsonl | Form::Signals(_) | Form::Info(_) | Form::Columns(_) | Form::Record(_) => {}
         }
     }
 
@@ -252,43 +205,24 @@ impl Output {
     pub(super) fn finding(&mut self, out: &mut Vec<u8>, view: View<'_>, finding: &Finding) {
         match &mut self.form {
             Form::Jsonl => jsonl::finding(out, view.jsonl, finding),
-            Form::Summary(summary) => summary.finding(finding),
-            Form::Observed(both) => {
-                both.0.finding(finding);
-                if finding.code == Code::Cap004 {
-                    both.1.lost(None);
-                }
-            }
-            Form::Records(summary, trail) => {
-                summary.finding(finding);
-                jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding));
-            }
+            Form::Records(records) => records.finding(out, view, finding),
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
-            Form::Check(trail) => jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding)),
             Form::Columns(columns) => columns.finding(view.jsonl, finding),
-            Form::Text(_) | Form::Lines(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) | Form::Record(_) => {}
+            Form::Text(_) | Form::Lines(_) | Form::Signals(_) | Form::Info(_) | Form::Record(_) => {}
         }
     }
 
     /// A file is over that had frames, and so many lines or records that cannot be read.
     pub(super) fn end_of_file(&mut self, unreadable: u64) {
-        match &mut self.form {
-            Form::Summary(summary) | Form::Records(summary, _) => summary.file(unreadable),
-            Form::Observed(both) => both.0.file(unreadable),
-            _ => {}
+        if let Form::Records(records) = &mut self.form {
+            records.end_of_file(unreadable);
         }
     }
 
     /// The capture, which has frames, is over.
     pub(super) fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>) {
         match &mut self.form {
-            Form::Observed(both) if self.shown > 0 => {
-                jsonl::summary::write(out, view.jsonl, &both.0);
-                jsonl::observed::write(out, view.jsonl, &both.1);
-            }
-            Form::Summary(summary) | Form::Records(summary, _) if self.shown > 0 => {
-                jsonl::summary::write(out, view.jsonl, summary)
-            }
+            Form::Records(records) if self.shown > 0 => records.finish(out, view),
             Form::Convert(writer) => writer.finish(out, view.writing),
             Form::Record(record) => record.finish(view.buses),
             _ => {}
@@ -302,7 +236,16 @@ impl Output {
         }
     }
 
+    fn is_transfers_only(&self) -> bool {
+        matches!(&self.form, Form::Records(records) if records.is_transfers_only())
+    }
+
+    /// The transfers that end here, where they are told by themselves and pass the filter.
     fn transfers(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
+        if !matches!(&self.form, Form::Columns(_)) && !matches!(&self.form, Form::Records(records) if records.transfers)
+        {
+            return;
+        }
         for event in events {
             if let What::Transfer(transfer) = &event.what
                 && self.filter.shows_transfer(transfer, view.buses, view.clock)
@@ -313,32 +256,6 @@ impl Output {
                     _ => jsonl::transfer(out, view.jsonl, transfer),
                 }
             }
-        }
-    }
-}
-
-/// The findings among the events that pass, each with the lines that led to it.
-fn findings(
-    out: &mut Vec<u8>,
-    view: View<'_>,
-    trail: &Trail,
-    events: &[Event],
-    passes: impl Fn(&Finding, &[&Held]) -> bool,
-) {
-    for event in events {
-        let What::Finding(finding) = &event.what else { continue };
-        let led_to = trail.led_to(finding);
-        if passes(finding, &led_to) {
-            jsonl::finding_with_lines(out, view.jsonl, finding, &led_to);
-        }
-    }
-}
-
-/// The transfers that end.
-fn ended(out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
-    for event in events {
-        if let What::Transfer(transfer) = &event.what {
-            jsonl::transfer(out, view.jsonl, transfer);
         }
     }
 }

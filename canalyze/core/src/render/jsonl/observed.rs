@@ -13,7 +13,8 @@
 //! `select` names the signal in every language. `min` and `max` are physical values, null where it is no quantity.
 //! `period` is null, or `{"count","min_us","mean_us","max_us"}` of the times that an expectation would judge: `min_us`
 //! of those that may be too short (null where there are none), the others of all. `silence_us` is the time from the
-//! last frame to the end of the capture, which is judged too; null where something has stopped them. States are named as in expectations.
+//! last frame to the end of the capture, which is judged too; null where something has stopped them. States are named
+//! as in expectations.
 
 use super::summary::{us, us_or_null};
 use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};

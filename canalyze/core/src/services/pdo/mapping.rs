@@ -180,16 +180,7 @@ pub fn number(data_type: Option<DataType>, raw: u64, bits: u8) -> Number {
     let unused = 64 - u32::from(bits.clamp(1, 64));
     let raw = raw << unused >> unused;
     match data_type {
-        Some(
-            T::Integer8
-            | T::Integer16
-            | T::Integer24
-            | T::Integer32
-            | T::Integer40
-            | T::Integer48
-            | T::Integer56
-            | T::Integer64,
-        ) => Number::Signed((raw << unused).cast_signed() >> unused),
+        Some(kind) if kind.is_signed() => Number::Signed((raw << unused).cast_signed() >> unused),
         // Of more than one bit, another value than 0 and 1 is not hidden behind "true".
         Some(T::Boolean) if raw <= 1 => Number::Bool(raw == 1),
         Some(T::Real32) if bits == 32 => Number::Real32(f32::from_bits(raw as u32)),

@@ -14,14 +14,14 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 from weakref import WeakSet
 
-from canalyze import event
 from canalyze.errors import SourceError
-from canalyze.event import Event, Frame
 from canalyze.finding import Finding, Line, Severity
-from canalyze.node import Nodes, node
+from canalyze.library import event
+from canalyze.library.event import Event, Frame
+from canalyze.library.node import Nodes, node
+from canalyze.library.rows import Findings, Rows, Transfers
+from canalyze.library.series import Signals, signal
 from canalyze.reading import Reading
-from canalyze.rows import Findings, Rows, Transfers
-from canalyze.series import Signals, signal
 from canalyze.sources.format import open_capture
 from canalyze.words import Words
 

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Unpack
 
-    from canalyze.capture import Capture
     from canalyze.library import Options, StrPath
-    from canalyze.snapshots import Snapshots
+    from canalyze.library.capture import Capture
+    from canalyze.pytest_plugin.snapshots import Snapshots
     from canalyze.words import Words
 
 
@@ -60,7 +60,7 @@ def language(config: pytest.Config) -> "Words":
 
 def pytest_configure(config: pytest.Config) -> None:
     """Take part in the run, with what is known of its snapshots."""
-    from canalyze.snapshots import Snapshots
+    from canalyze.pytest_plugin.snapshots import Snapshots
 
     language(config)
     config.stash[SNAPSHOTS] = Snapshots(config)
@@ -109,9 +109,9 @@ def canalyze_snapshot(request: pytest.FixtureRequest) -> Snapshot:
 
 def pytest_assertrepr_compare(config: pytest.Config, op: str, left: object, right: object) -> list[str] | None:
     """Say where two transfers, findings or lists of them differ."""
-    if "canalyze.rows" not in sys.modules:
+    if "canalyze.library.rows" not in sys.modules:
         return None
-    from canalyze.assertion import compared
+    from canalyze.pytest_plugin.assertion import compared
 
     return compared(op, left, right, language(config))
 
@@ -122,10 +122,10 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     outcome = yield
     report: pytest.TestReport = outcome.get_result()
     item.config.stash[SNAPSHOTS].tell(item, report)
-    if not report.failed or call.excinfo is None or "canalyze.capture" not in sys.modules:
+    if not report.failed or call.excinfo is None or "canalyze.library.capture" not in sys.modules:
         return
     if call.excinfo.errisinstance(AssertionError):
-        from canalyze.assertion import sections
+        from canalyze.pytest_plugin.assertion import sections
 
         captures: list[Capture] = item.stash.setdefault(CAPTURES, [])
         report.sections += sections(call.excinfo, captures, language(item.config))

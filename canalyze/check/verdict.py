@@ -1,4 +1,4 @@
-"""What `check` found in one capture: the one form that all of its reports are written from.
+"""What `check` found in one capture, before and after it is judged: the one form that all reports are written from.
 
 Nothing here reads, judges or prints.
 """
@@ -20,6 +20,23 @@ class Counted:
     """How many there are; those that are not shown were only counted."""
     known: int = 0
     """How many of them the baseline allows; the finding counts only if there are more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Examined:
+    """What one capture has shown, before anything is judged."""
+
+    file: str
+    found: tuple[Counted, ...] = ()
+    """In the order of their first frames; what is about no frame comes first."""
+    error: str | None = None
+    """Why the capture, or the rest of it, could not be read."""
+    complaints: tuple[str, ...] = ()
+    """Lines for standard error."""
+    frames: int = 0
+    seconds: float = 0.0
+    signal: int = 0
+    """What ended the reading before its end: SIGINT or SIGTERM."""
 
 
 @dataclass(frozen=True, slots=True)

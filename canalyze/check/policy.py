@@ -11,14 +11,11 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Final, Literal, get_args
+from typing import Final, Literal, get_args
 
-from canalyze.baseline import Baseline, Kind
+from canalyze.check.baseline import Baseline, Kind
+from canalyze.check.verdict import Counted, Examined, Verdict
 from canalyze.finding import SEVERITIES, Severity
-from canalyze.verdict import Counted, Verdict
-
-if TYPE_CHECKING:
-    from canalyze.examination import Examined
 
 Threshold = Literal["error", "warning", "info", "never"]
 THRESHOLDS: Final[tuple[Threshold, ...]] = get_args(Threshold)
@@ -118,7 +115,7 @@ class Policy:
         return selected > ignored
 
 
-def judge(examined: "Examined", policy: Policy, known: Baseline) -> Verdict:
+def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
     """Say which findings of a capture fail the check: at or above the threshold, and more than the baseline allows."""
     judged, away, reasons = _ruled(policy, examined.found, examined.file)
     failures: list[Counted] = []

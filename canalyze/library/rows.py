@@ -3,16 +3,15 @@
 A finder gives a list of the same kind. It must not read: what is in a list was read before.
 """
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final, Literal, Self, TypeVar, overload
 
-from canalyze.event import Transfer
+from canalyze import network
 from canalyze.finding import SEVERITIES, Finding, Severity
+from canalyze.library.event import Transfer
 
 T = TypeVar("T")
 
-_OBJECT: Final = re.compile(r"(?:0x)?([0-9a-f]{4})h?(?::([0-9a-f]{1,2}))?", re.IGNORECASE)
 _SHOWN: Final = 3
 
 
@@ -80,7 +79,10 @@ class Transfers(Rows[Transfer]):
         """
         one_of("direction", direction, ("upload", "download"))
         one_of("status", status, ("ok", "aborted", "incomplete", "failed"))
-        index, sub = (None, None) if object is None else object_of(object)
+        wanted = None if object is None else network.address(object.strip())
+        if object is not None and wanted is None:
+            raise ValueError(f"object={object!r}: an object is written 1018:01, or 1018 with all of its sub-indexes")
+        index, sub = (None, None) if wanted is None else (f"{wanted[0]:04X}", wanted[1])
 
         def fits(one: Transfer) -> bool:
             return (
@@ -122,11 +124,3 @@ def one_of(name: str, value: str | None, choices: Sequence[str]) -> None:
     """Raise ValueError for a word that is none of those: what it is compared with would just never be the same."""
     if value is not None and value not in choices:
         raise ValueError(f"{name}={value!r}: one of {', '.join(choices)}")
-
-
-def object_of(text: str) -> tuple[str, int | None]:
-    """Read 1018:01, 1018h:01, 0x1018:1 or 1018: the index as four hexadecimal digits, and the sub-index."""
-    match = _OBJECT.fullmatch(text.strip())
-    if match is None:
-        raise ValueError(f"object={text!r}: an object is written 1018:01, or 1018 with all of its sub-indexes")
-    return match[1].upper(), None if match[2] is None else int(match[2], 16)

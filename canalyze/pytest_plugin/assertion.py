@@ -9,12 +9,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze.capture import Capture
 from canalyze.errors import CanalyzeError
-from canalyze.event import Transfer
 from canalyze.finding import Finding, Line
-from canalyze.rows import Findings, Rows, Transfers
-from canalyze.series import Series, Signal
+from canalyze.library.capture import Capture
+from canalyze.library.event import Transfer
+from canalyze.library.rows import Findings, Rows, Transfers
+from canalyze.library.series import Series, Signal
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias, TypedDict, TypeVar
 
 from canalyze import network
-from canalyze.rows import one_of
+from canalyze.library.rows import one_of
 from canalyze.words import Words
 
 if TYPE_CHECKING:
-    from canalyze.capture import Capture
+    from canalyze.library.capture import Capture
 
 T = TypeVar("T")
 
@@ -97,8 +97,8 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     that cannot be read are no error but `Capture.complaints`.
     """
     from canalyze import config as configuration
-    from canalyze.capture import Capture, Plan
     from canalyze.descriptions import network as known
+    from canalyze.library.capture import Capture, Plan
     from canalyze.sources.format import input_formats
 
     words = Words(_one_of("lang", lang, ("en", "zh")))

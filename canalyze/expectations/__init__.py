@@ -37,7 +37,6 @@ _NS: Final = 1_000_000_000
 _LONGEST_S: Final = 1_000_000_000
 _TOLERANCE_PERCENT: Final = 10
 """Of a period, where the file gives no tolerance."""
-_OBJECT: Final = re.compile(r"(?:0x)?([0-9a-f]{4})h?:(?:0x)?([0-9a-f]{1,2})h?", re.IGNORECASE)
 _CODE: Final = re.compile(r"(?:0x)?([0-9a-f]{4}|[0-9a-f]{3}x|[0-9a-f]{2}xx|[0-9a-f]xxx)h?", re.IGNORECASE)
 _ABORT: Final = re.compile(r"(?:0x)?([0-9a-f]{8})h?", re.IGNORECASE)
 
@@ -125,8 +124,8 @@ class Entry(NamedTuple):
 
 
 def _object(value: str) -> tuple[int, int] | None:
-    match = _OBJECT.fullmatch(value)
-    return (int(match[1], 16), int(match[2], 16)) if match else None
+    index, sub = network.address(value) or (None, None)
+    return None if index is None or sub is None else (index, sub)
 
 
 def _abort_code(value: str) -> int | None:

@@ -8,8 +8,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from canalyze.output import printable
-from canalyze.reports.wording import hexadecimal
+from canalyze.layout import wrap
+from canalyze.output import hexadecimal, printable
 from canalyze.words import Words
 
 Row = Mapping[str, Any]
@@ -120,8 +120,6 @@ class Draft:
         return "".join(f"{line}\n" for line in lines)
 
     def _said(self, key: str, **facts: object) -> list[str]:
-        from canalyze.help import wrap
-
         return [f"# {line}" for line in wrap(self._words(key, **facts), 110)]
 
     def _entry(self, table: str, row: Row, *pairs: "Pair") -> list[str]:

@@ -12,12 +12,12 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Final
 
 from canalyze import expectations, network
-from canalyze.baseline import Kind
+from canalyze.check.baseline import Kind
+from canalyze.check.verdict import Counted, Examined
 from canalyze.errors import CanalyzeError
 from canalyze.finding import Finding
 from canalyze.options import CaptureOptions, known_of, start_session
 from canalyze.run import Meter, Run
-from canalyze.verdict import Counted
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -29,23 +29,6 @@ _KINDS: Final = 4096
 """Kinds that are kept apart in one capture; findings of further ones are counted by their rule."""
 _LINES: Final = 200
 """Complaints that are kept of one capture."""
-
-
-@dataclass(frozen=True, slots=True)
-class Examined:
-    """What one capture has shown, before anything is judged."""
-
-    file: str
-    found: tuple[Counted, ...] = ()
-    """In the order of their first frames; what is about no frame comes first."""
-    error: str | None = None
-    """Why the capture, or the rest of it, could not be read."""
-    complaints: tuple[str, ...] = ()
-    """Lines for standard error."""
-    frames: int = 0
-    seconds: float = 0.0
-    signal: int = 0
-    """What ended the reading before its end: SIGINT or SIGTERM."""
 
 
 @dataclass

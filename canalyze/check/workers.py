@@ -16,7 +16,8 @@ from multiprocessing.process import BaseProcess
 from time import monotonic
 from typing import Any, Final
 
-from canalyze.examination import Examined, Job, examine
+from canalyze.check.examination import Job, examine
+from canalyze.check.verdict import Examined
 from canalyze.run import Interrupt, Meter
 from canalyze.sources.file import STDIN
 from canalyze.words import Words

@@ -1,0 +1,86 @@
+"""The house order of the package, kept: which part of `canalyze/` may use which, at any place in a file.
+
+`core/tests/layers.rs` does the same for the core. A part is a folder, or a file beside the folders.
+"""
+
+import ast
+from pathlib import Path
+
+import pytest
+from captures import TESTS
+
+PACKAGE = TESTS.parent / "canalyze"
+SAID = {"errors", "words"}
+READ = {*SAID, "_core", "compression", "sources"}
+MAY_USE: dict[str, set[str]] = {
+    "words": set(),
+    "layout": set(),
+    "finding": set(),
+    "compression": set(),
+    "network": set(),
+    "errors": {"words"},
+    "toml": {"errors", "network"},
+    "output": {*SAID, "layout"},
+    "sources": READ,
+    "sinks": {*READ, "output"},
+    "reading": READ,
+    "dictionary": {*READ, "network"},
+    "descriptions": {*SAID, "_core", "dictionary", "network", "output"},
+    "config": {*SAID, "check.policy", "network", "toml"},
+    "expectations": {*SAID, "_core", "compression", "layout", "network", "output", "toml"},
+    "run": {*READ, "options", "output", "reading"},
+    "options": {*READ, "config", "descriptions", "network", "output", "run"},
+    "help": {*SAID, "layout", "options"},
+    "check.verdict": {"finding"},
+    "check.baseline": {*SAID, "finding"},
+    "check.policy": {"check.baseline", "check.verdict", "finding"},
+    "check": {*READ, "check", "descriptions", "expectations", "finding", "network", "options", "run"},
+    "library": {*READ, "config", "descriptions", "expectations", "finding", "network", "reading", "reports"},
+    "reports": {*READ, "check.verdict", "dictionary", "finding", "layout", "library", "output"},
+    "pytest_plugin": {*SAID, "finding", "library"},
+}
+"""A part, or a file of one, and what it may use; its own folder always but where a file of it has a row.
+
+What has no row, the commands and what starts them, may use everything.
+"""
+
+
+def imports(path: Path) -> set[str]:
+    """What of the package a file imports, wherever in it, as dotted names behind `canalyze.`."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module == "canalyze":
+            found |= {alias.name for alias in node.names if (PACKAGE / alias.name).is_dir() or is_file(alias.name)}
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("canalyze."):
+            name = str(node.module).removeprefix("canalyze.")
+            deeper = {f"{name}.{alias.name}" for alias in node.names if is_file(f"{name}.{alias.name}")}
+            found |= deeper or {name}
+    return found
+
+
+def is_file(name: str) -> bool:
+    path = PACKAGE.joinpath(*name.split("."))
+    return path.with_suffix(".py").is_file() or path.with_suffix(".pyi").is_file()
+
+
+FILES = sorted(path for path in PACKAGE.rglob("*.py") if "core" not in path.relative_to(PACKAGE).parts)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_a_file_uses_what_it_may(path: Path) -> None:
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    name = ".".join(part for part in parts if part != "__init__")
+    row = name if name in MAY_USE else parts[0]
+    if row not in MAY_USE:
+        assert parts[0] in ("__init__", "__main__", "cli", "commands"), f"{parts[0]} needs a row"
+        return
+    allowed = MAY_USE[row] | (set() if "." in row else {row})
+    used = {one for one in imports(path) if one not in allowed and one.split(".")[0] not in allowed}
+    assert not used, f"{name} uses {', '.join(sorted(used))}"
+
+
+def test_the_rows_are_in_order() -> None:
+    """What reads uses nothing that only shows, and no part stands above the commands."""
+    assert not {name for name, may in MAY_USE.items() if may & {"cli", "commands", "help", "pytest_plugin"}}
+    parts = {path.relative_to(PACKAGE).parts[0].removesuffix(".py") for path in FILES}
+    assert {row.split(".")[0] for row in MAY_USE} <= parts
