@@ -292,6 +292,9 @@ class Comparison:
         ValueError for a session that has nothing kept.
         """
     @property
+    def buses(self) -> tuple[list[str], list[str]]:
+        """Names of the buses of A and of B; those without a name are not among them."""
+    @property
     def differences(self) -> int:
         """How many there are; several of the same count once."""
     def first(self) -> tuple[int | None, int | None]:

@@ -77,6 +77,10 @@ class Finding:
         label = self.facts.get("expectation")
         return label if isinstance(label, str) else None
 
+    def __repr__(self) -> str:
+        where = f" at frame {self.frame}" if self.frame is not None else ""
+        return f"<Finding {self.severity} {self.code}{where}: {self.message}>"
+
 
 _SIMPLE: Final = (
     *("code", "name", "severity", "file", "frame", "line", "t", "cause_frame", "cause_line", "bus", "node"),

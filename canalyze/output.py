@@ -6,6 +6,7 @@ them transcoded. A file is written beside its name and renamed when complete. No
 
 import errno
 import os
+import re
 import stat
 import sys
 from pathlib import Path
@@ -269,3 +270,9 @@ class Progress:
         if self._shown:
             _put("\r\x1b[K")
             self._shown = False
+
+
+def hexadecimal(value: object, text: str | None) -> str | None:
+    """Give a number as 0x..., with the digits of its type, where its text begins so in every language; else None."""
+    found = re.match("([0-9A-F]{2,16})h", text or "")
+    return f"0x{found[1]}" if found and isinstance(value, int) and int(found[1], 16) == value else None

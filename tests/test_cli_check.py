@@ -18,6 +18,8 @@ from captures import SAMPLES, SHARED
 from conftest import Runner, command, environment
 from test_cli_terminal import on_terminal
 
+from canalyze.words import LANGUAGES, Words
+
 RULES = SAMPLES / "rules"
 GOLDEN = SAMPLES / "check"
 CHINESE = re.compile("[\u4e00-\u9fff]")
@@ -203,8 +205,8 @@ def test_overrides_of_the_configuration(canalyze: Runner, set_of_captures: Path,
         [{"reason": "drives depend on it", "count": 1}],
     ]
     done = canalyze("check", "--lang", "en", *both)
-    assert "overridden, 1 times: old server" in done.lines
-    assert "captures/toggle.log: clean, frames: 8, not counted: 1" in done.lines
+    assert "findings overridden: 1, old server" in done.lines
+    assert "captures/toggle.log: clean, ignored: 1, frames: 8" in done.lines
     absolute = [str(set_of_captures / "toggle.log")]
     assert jsonl(canalyze, *absolute, code=0)
 
@@ -222,6 +224,23 @@ def test_codes_of_the_configuration_are_held_against_the_rules(canalyze: Runner,
         assert canalyze("decode", str(SAMPLES / "sdo-abort.log")).code == 0
 
 
+def examples_of_the_configuration() -> list[str]:
+    """What help and README show of canalyze.toml about `check`."""
+    readme = (SAMPLES.parent / "README.md").read_text(encoding="utf-8")
+    fenced = re.findall(r"^```toml\n(.*?)^```$", readme, flags=re.DOTALL | re.MULTILINE)
+    shown = [Words(lang)("check.examples").partition("# canalyze.toml\n")[2] for lang in LANGUAGES]
+    return [*shown, *(part for part in fenced if "[[check.override]]" in part)]
+
+
+@pytest.mark.parametrize("text", examples_of_the_configuration())
+def test_what_is_shown_of_the_configuration_is_valid(
+    canalyze: Runner, set_of_captures: Path, tmp_path: Path, text: str
+) -> None:
+    (tmp_path / "canalyze.toml").write_text(text)
+    (tmp_path / "known.json").write_text('{"canalyze_baseline": 1, "findings": []}\n')
+    assert canalyze("check", "captures/clean.log").code == 0
+
+
 # The baseline.
 
 
@@ -236,7 +255,7 @@ def test_baseline_round_trip(canalyze: Runner, set_of_captures: Path, tmp_path: 
     assert [json.loads(line.rstrip(","))["code"] for line in written.splitlines()[1:-1]] == ["SDO001", "SYN003"]
     again = canalyze("check", "--lang", "en", "--baseline", "known.json", *every)
     assert (again.code, again.err) == (0, "")
-    assert "captures/toggle.log: clean, frames: 8, in the baseline: 1" in again.lines
+    assert "captures/toggle.log: clean, in the baseline: 1, frames: 8" in again.lines
     canalyze("check", "--baseline", "known.json", "--update-baseline", *every)
     assert (tmp_path / "known.json").read_text() == written
     less = canalyze("check", "--lang", "en", "--baseline", "known.json", "captures/clean.log", "captures/sync.log")
@@ -257,7 +276,7 @@ def test_more_than_the_baseline_fails(canalyze: Runner, set_of_captures: Path, t
     assert canalyze(*args, "two.log").code == 0
     done = canalyze(*args, "two.log", "three.log")
     assert done.code == 1
-    assert "two.log: clean, frames: 3, in the baseline: 2" in done.lines
+    assert "two.log: clean, in the baseline: 2, frames: 3" in done.lines
     assert "    3 times, baseline 2; also at frames 3, 4" in done.lines
 
 
@@ -394,7 +413,41 @@ def test_a_pattern_that_nothing_fits_is_an_error(canalyze: Runner, set_of_captur
     assert done.code == 2
     assert done.complaints == ["canalyze: captures/*.asc: no file fits"]
     assert "SDO001" in done.out
-    assert canalyze("check", "captures/*.asc").code == 2
+    alone = canalyze("check", "--lang", "en", "captures/*.asc")
+    assert alone.code == 2
+    assert alone.lines[-1] == "total: files: 1, frames: 0, files not fully checked: 1"  # not "nothing fails"
+
+
+def test_a_directory_says_what_to_write(canalyze: Runner, set_of_captures: Path) -> None:
+    done = canalyze("check", "--lang", "en", "captures")
+    assert done.code == 2
+    assert done.complaints == ["canalyze: captures: is a directory; say which files in it, such as 'captures/**/*.log'"]
+
+
+def test_a_load_is_told_with_as_many_digits_as_exceed_the_limit(canalyze: Runner, set_of_captures: Path) -> None:
+    """Not: 0.05 %, expected at most 0.05 %."""
+    file = set_of_captures / "clean.expect.toml"
+
+    def told(limit: float, bit_rate: int) -> float:
+        file.write_text(f"[[load]]\nmax_percent = {limit:.6f}\nbitrate = {bit_rate}\n")
+        return float(re.findall(r"load ([\d.]+) %", canalyze("check", "--lang", "en", "captures/clean.log").out)[0])
+
+    bits = told(0.001, 10_000) * 100  # of the first frame
+    limit = bits / 10_000 - 0.0001
+    assert limit < told(limit, 1_000_000) < limit + 0.01
+
+
+def test_expectations_that_could_not_be_judged_are_shown(canalyze: Runner, set_of_captures: Path) -> None:
+    """A clean capture would pass for one that meets them."""
+    (set_of_captures / "clean.expect.toml").write_text(
+        "[[load]]\nmax_percent = 60\n[[load]]\nmax_percent = 50\nbus = 'can0'\n"
+    )
+    done = canalyze("check", "--lang", "en", "captures/clean.log")
+    assert (done.code, done.err) == (0, "")
+    assert done.lines[0] == "captures/clean.log: clean, infos: 2, frames: 8"
+    places = sorted(line.rpartition("/")[2] for line in done.lines[1:3])
+    assert places == ["clean.expect.toml:1)", "clean.expect.toml:3)"]
+    assert all("EXP015" in line and "bit rate" in line for line in done.lines[1:3])
 
 
 def test_what_cannot_be_read_hides_nothing(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
@@ -406,7 +459,7 @@ def test_what_cannot_be_read_hides_nothing(canalyze: Runner, set_of_captures: Pa
     assert done.code == 2
     assert [line.split(": ")[1] for line in done.complaints] == [args[0], args[2], args[3]]
     assert "SDO001" in done.out and "SYN003" in done.out
-    assert done.lines[-1].endswith("files that could not be read: 3")
+    assert done.lines[-1].endswith("files not fully checked: 3")
     found = jsonl(canalyze, *args, code=2)
     assert [row["error"] is None for row in ends(found)] == [False, True, False, False, True]
 

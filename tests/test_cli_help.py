@@ -6,7 +6,20 @@ from pathlib import Path
 import pytest
 from conftest import Runner
 
-COMMANDS = ("decode", "explain", "sdo", "signals", "summary", "check", "diff", "eds", "rules")
+COMMANDS = (
+    "decode",
+    "explain",
+    "sdo",
+    "signals",
+    "summary",
+    "check",
+    "expect",
+    "diff",
+    "convert",
+    "info",
+    "eds",
+    "rules",
+)
 CHINESE = re.compile("[\u4e00-\u9fff]")
 
 
@@ -133,7 +146,7 @@ def test_language_of_the_configuration(canalyze: Runner, tmp_path: Path) -> None
         (b'lang = "fr"\n', ["canalyze.toml", "lang", '"fr"', '"zh", "en"']),
         (b'# one\n\nlang = "en\n', ["canalyze.toml:3:"]),
         (b"lang = [\n", ["canalyze.toml:"]),
-        (b'# one\n# \xff\nlang = "en"\n', ["canalyze.toml:2:"]),
+        (b'# one\n# \xff\nlang = "en"\n', ["canalyze.toml:2"]),
     ],
 )
 def test_broken_configuration_is_one_line(canalyze: Runner, tmp_path: Path, text: bytes, said: list[str]) -> None:
@@ -158,7 +171,7 @@ def test_broken_configuration_is_said_in_one_language(canalyze: Runner, tmp_path
 
 def test_place_in_a_broken_configuration(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "canalyze.toml").write_text("# one\nlang = en\n")
-    assert canalyze("rules").err.startswith("canalyze: canalyze.toml:2:8: 不是有效的TOML（")
+    assert canalyze("rules").err.startswith("canalyze: canalyze.toml:2:8：不是有效的TOML（")
     (tmp_path / "canalyze.toml").write_text("lang = [")
     assert "canalyze.toml:1:9" in canalyze("rules").err
 

@@ -109,3 +109,11 @@ def test_unknown_rule_names_the_nearest(canalyze: Runner) -> None:
     assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
     assert re.findall(r"[A-Z]{3}\d{3}", done.err)[0] == "SDO001"
     assert canalyze("rules", "QQQQ").code == 2
+
+
+def test_the_beginning_of_codes_lists_their_rules(canalyze: Runner) -> None:
+    done = canalyze("rules", "exp")
+    assert (done.code, done.err) == (0, "")
+    listed = [line.split()[0] for line in canalyze("rules").lines if line.startswith("EXP")]
+    assert [line.split()[0] for line in done.lines if line.startswith("EXP")] == listed
+    assert canalyze("rules", "EX9").code == 2

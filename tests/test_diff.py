@@ -251,6 +251,13 @@ def test_exit_codes(two: Path, canalyze: Runner) -> None:
         assert canalyze("diff", "a.log", "b.log", *option).code == 2
 
 
+def test_a_bus_that_is_not_there_is_a_mistake(two: Path, canalyze: Runner) -> None:
+    """It would be passed over, and the buses matched as if nothing had been said."""
+    done = canalyze("diff", "--lang", "en", "a.log", "b.log", "--bus", "can0=can7")
+    assert (done.code, done.out) == (2, "")
+    assert "capture B has no bus can7; it has: can0" in done.err
+
+
 @pytest.mark.parametrize(("lang", "words"), [("en", ("first difference", "node 6")), ("zh", ("首处差异", "节点6"))])
 def test_report(two: Path, canalyze: Runner, lang: str, words: tuple[str, str]) -> None:
     done = canalyze("diff", "--lang", lang, "a.log", "b.log")

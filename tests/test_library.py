@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import warnings
+from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -312,6 +313,34 @@ def test_rows_are_shown_short() -> None:
     assert repr(canalyze.open(NETWORK).nodes) == "<3 nodes: 5 pre-operational, 6 pre-operational, 7 pre-operational>"
 
 
+def test_one_of_everything_is_shown_in_a_line() -> None:
+    capture = canalyze.open(NETWORK, eds={5: DRIVE})
+    assert repr(capture.frames[3]).startswith(
+        "<Frame 4: 605 [8] 2B 17 10 00 64 00 00 00: SDO write request sent by the "
+    )
+    assert repr(capture.nodes[5]) == "<Node 5 on vcan0 'Servo drive': pre-operational, 118 frames>"
+    assert repr(capture.signals["5.TPDO4.velocity actual value"][0]) == (
+        "<Signal 5.TPDO4.velocity actual value = 0 rpm, frame 150>"
+    )
+    finding = canalyze.open(ABORTS).findings.of("SDO012")[0]
+    assert repr(finding) == f"<Finding error SDO012 at frame 47: {finding.message}>"
+
+
+def test_a_word_that_nothing_has_is_a_mistake() -> None:
+    """A finder that gives nothing would make `assert not ...` pass."""
+    capture = canalyze.open(ABORTS)
+    wrong: list[tuple[Callable[..., object], dict[str, str], str]] = [
+        (capture.findings.of, {"code": "SD0001"}, "no rule begins so"),
+        (capture.findings.at_least, {"severity": "fatal"}, "one of info, warning, error"),
+        (capture.transfers.of, {"direction": "write"}, "one of upload, download"),
+        (capture.transfers.of, {"status": "okay"}, "one of ok, aborted"),
+    ]
+    for finder, given, said in wrong:
+        with pytest.raises(ValueError, match=said):
+            finder(**given)
+    assert capture.findings.of("HBT") == []
+
+
 def test_tables_are_the_lists_as_columns() -> None:
     capture = canalyze.open(NETWORK, eds={5: DRIVE})
     tables = capture.tables("transfers", "signals", "pdo")
@@ -319,6 +348,7 @@ def test_tables_are_the_lists_as_columns() -> None:
     assert tables["transfers"].column("t_ns") == [one.t_ns for one in capture.transfers]
     assert tables["signals"].column("signal") == [one.signal for one in capture.signals]
     assert tables["pdo/vcan0/5.TPDO4/1"].num_rows == 34
+    assert repr(tables["pdo/vcan0/5.TPDO4/1"]) == "<Table pdo/vcan0/5.TPDO4/1: 34 rows>"
     assert capture.tables("signals", select="5.TPDO4.*")["signals"].num_rows == 34 * 3
     assert {"frames", "transfers", "states", "emcy", "findings", "sync_cycles", "signals"} <= set(capture.tables())
     with pytest.raises(ValueError, match="colours"):

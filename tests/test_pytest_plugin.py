@@ -118,7 +118,7 @@ def test_failures_show_annotated_lines(tests: pytest.Pytester) -> None:
 def test_words_are_in_the_language_of_the_project(tests: pytest.Pytester) -> None:
     tests.makeini("[pytest]\ncanalyze_lang = zh\n")
     done = run(tests, FAILING, "-k", "findings")
-    assert "canalyze：诊断" in done.stdout.str() and "从站发送的中止" in done.stdout.str()
+    assert "canalyze：发现" in done.stdout.str() and "从站发送的中止" in done.stdout.str()
     tests.makeini("[pytest]\ncanalyze_lang = de\n")
     assert run(tests, FAILING).ret == pytest.ExitCode.USAGE_ERROR
 
@@ -178,8 +178,17 @@ def test_it(canalyze_open):
         "node 5", "  state boot-up", "  state operational", "  state pre-operational",
         "  sdo download 1017h:00 expedited = 100",
     ]
+    assert "  sdo download 1801h:01 expedited = 0xC0000286" in one.snapshot().splitlines()
 """
     run(tests, source).assert_outcomes(passed=1)
+
+
+def test_a_missing_capture_is_shown_where_it_is_opened(tests: pytest.Pytester) -> None:
+    """Not in the program that opens it."""
+    done = run(tests, 'def test_it(canalyze_open):\n    canalyze_open("caps/nosuch.log")\n')
+    done.assert_outcomes(failed=1)
+    done.stdout.fnmatch_lines(["*SourceError: tests?caps?nosuch.log: cannot be opened: no such file or directory"])
+    assert "_fd" not in done.stdout.str()
 
 
 def test_a_snapshot_of_the_same_name_is_refused(tests: pytest.Pytester) -> None:

@@ -80,6 +80,7 @@ def command(words: Words) -> click.Command:
             found = Comparison(
                 *sessions, names=_names(files), lang=words.lang, tolerance=tolerance / 100, buses=list(bus)
             )
+            _there(bus, found.buses, words)
             if form == "jsonl":
                 out.write(found.jsonl())
             else:
@@ -111,6 +112,16 @@ def command(words: Words) -> click.Command:
             *output_options(words),
         ],
     )
+
+
+def _there(pairs: tuple[tuple[str, str], ...], buses: tuple[list[str], list[str]], words: Words) -> None:
+    """Raise UsageError for a bus that is not in its capture: what was meant would silently not hold."""
+    for pair in pairs:
+        for side, name, there in zip("AB", pair, buses, strict=True):
+            if name not in there:
+                known = words("check.between").join(there) or words("diff.unnamed")
+                problem = words("diff.no_bus", side=side, name=name, there=known)
+                raise click.UsageError(problem, click.get_current_context())
 
 
 def _percent(text: str) -> float | None:

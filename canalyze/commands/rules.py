@@ -30,9 +30,13 @@ def command(words: Words) -> click.Command:
         catalogue = {rule.code: rule for rule in rules(words.lang)}
         chosen: list[Rule] = []
         code = 0
+        listed = not codes
         for wanted in codes:
             if rule := catalogue.get(wanted.upper()):
                 chosen.append(rule)
+            elif family := [rule for rule in catalogue.values() if wanted and rule.code.startswith(wanted.upper())]:
+                chosen += family
+                listed = True
             else:
                 complain(f"canalyze: {_unknown(wanted, list(catalogue), words)}")
                 code = 2
@@ -43,10 +47,10 @@ def command(words: Words) -> click.Command:
             for rule in chosen:
                 fields = {field: getattr(rule, field) for field in _FIELDS}
                 out.text(json.dumps({"kind": "rule", **fields}, ensure_ascii=False) + "\n")
-        elif codes:
-            out.text("\n".join(_page(rule, words) for rule in chosen))
-        else:
+        elif listed:
             _list(chosen, out, words)
+        else:
+            out.text("\n".join(_page(rule, words) for rule in chosen))
         return code
 
     return Command(

@@ -5,12 +5,11 @@ that is the core's (`observed`), in the way in which it judges.
 """
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from canalyze.layout import wrap
-from canalyze.output import printable
+from canalyze.output import hexadecimal, printable
 from canalyze.words import Words
 
 Row = Mapping[str, Any]
@@ -31,6 +30,12 @@ _LOOSE: Final = 0.5
 """The share of a period that it may be off: another recording on a busier host must pass, a missing frame must not."""
 _TIGHT: Final = 0.2
 """That of SYNC, which is a clock."""
+_UNTIMED: Final = {
+    "heartbeat": "expect.no_heartbeat_period",
+    "sync": "expect.no_sync_period",
+    "signal": "expect.no_pdo_period",
+}
+"""How those are counted that no period was found of, by table."""
 _COMMENT: Final = 90
 """Characters of a comment behind a value."""
 
@@ -203,10 +208,7 @@ class Draft:
             who = [("node", str(row["node"]), "")] if table == "heartbeat" else []
             if table == "signal":
                 who = [("select", _text(f"{row['node']}.{row['pdo']}.*"), "")]
-            seen = [
-                "-" if times[key] is None else f"{times[key] / 1000:.3f}" for key in ("min_us", "mean_us", "max_us")
-            ]
-            said = self._words("expect.seen_period", least=seen[0], mean=seen[1], most=seen[2], count=times["count"])
+            said = self._seen(times)
             entries += self._entry(
                 table,
                 row,
@@ -219,8 +221,15 @@ class Draft:
         yield from entries
         left = len(timed) - sum(line.startswith("[[") for line in entries)
         if left:
-            yield from self._said("expect.no_period", count=left)
+            yield from self._said(_UNTIMED[table], count=left)
             yield ""
+
+    def _seen(self, times: Row) -> str:
+        """Give the intervals of a period. Not the mean: some in it may be shorter than the least."""
+        most = f"{times['max_us'] / 1000:.3f}"
+        if times["min_us"] is None:
+            return self._words("expect.seen_longest", most=most, count=times["count"])
+        return self._words("expect.seen_period", least=f"{times['min_us'] / 1000:.3f}", most=most, count=times["count"])
 
     def _signals(self) -> Iterator[str]:
         rows = [row for row in self._of("observed_signal") if row["min"] is not None and row["max"] is not None]
@@ -300,10 +309,7 @@ def _value(row: Row) -> tuple[str, str] | None:
     if isinstance(value, bool):
         return "value", str(value).lower()
     if isinstance(value, int) and kind:
-        hexadecimal = re.match("([0-9A-F]{2,16})h", row.get("text") or "")
-        if hexadecimal and int(hexadecimal[1], 16) == value:
-            return "value", f"0x{hexadecimal[1]}"
-        return "value", str(value)
+        return "value", hexadecimal(value, row.get("text")) or str(value)
     if isinstance(value, float) and math.isfinite(value):
         return "value", repr(value)
     if not data or len(data) != 2 * (row["size"] or 0) or row["size"] > _LONGEST:

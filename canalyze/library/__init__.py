@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias, TypedDict, TypeVar
 
 from canalyze import network
+from canalyze.library.rows import one_of
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -201,6 +202,5 @@ def _amount(
 
 
 def _one_of(name: str, value: str, choices: Sequence[str]) -> str:
-    if value not in choices:
-        raise ValueError(f"{name}={value!r}: {' '.join(choices)}")
+    one_of(name, value, choices)
     return value

@@ -79,6 +79,11 @@ class Frame:
         """The time in nanoseconds; None without stamps."""
         return nanoseconds(self.t)
 
+    def __repr__(self) -> str:
+        number = f"{self.id:08X}" if self.extended else f"{self.id:03X}"
+        data = f" {self.data.hex(' ').upper()}" if self.data else ""
+        return f"<Frame {self.frame}: {number} [{self.length}]{data}: {self.text}>"
+
 
 @dataclass(frozen=True, slots=True)
 class Note:
@@ -104,6 +109,9 @@ class Note:
     """What it says, in words."""
     facts: Mapping[str, Any]
     """What was measured, by the names of `decode --format jsonl`."""
+
+    def __repr__(self) -> str:
+        return f"<Note at frame {self.frame}, about frame {self.about_frame}: {self.text}>"
 
 
 @dataclass(frozen=True, slots=True)

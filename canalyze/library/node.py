@@ -130,6 +130,11 @@ class Node:
     emcys: tuple[Emcy, ...]
     """EMCYs by error code, at most 32 kinds."""
 
+    def __repr__(self) -> str:
+        bus = f" on {self.bus}" if self.bus else ""
+        name = f" {self.name!r}" if self.name else ""
+        return f"<Node {self.node}{bus}{name}: {self.state or 'state unknown'}, {self.frames} frames>"
+
 
 class Nodes:
     """The nodes of a capture by bus and node-ID: `nodes[5]`, or `nodes["can1", 5]` where several buses have it."""

@@ -75,8 +75,10 @@ class Transfers(Rows[Transfer]):
     ) -> Self:
         """Give those of a node, an object ("1018:01", "1018h:01", or "1018" with all sub-indexes), a direction ...
 
-        ValueError for what is no object.
+        ValueError for what is no object, and for words that no transfer has.
         """
+        one_of("direction", direction, ("upload", "download"))
+        one_of("status", status, ("ok", "aborted", "incomplete", "failed"))
         wanted = None if object is None else network.address(object.strip())
         if object is not None and wanted is None:
             raise ValueError(f"object={object!r}: an object is written 1018:01, or 1018 with all of its sub-indexes")
@@ -105,9 +107,20 @@ class Findings(Rows[Finding]):
 
     def at_least(self, severity: Severity) -> Self:
         """Give those of this severity or worse: info, warning, error. ValueError for another word."""
+        one_of("severity", severity, SEVERITIES)
         bad = SEVERITIES[SEVERITIES.index(severity) :]
         return self._only(lambda finding: finding.severity in bad)
 
     def of(self, code: str) -> Self:
-        """Give those of a rule (SDO005), or of all rules that begin so (SDO)."""
+        """Give those of a rule (SDO005), or of all that begin so (SDO). ValueError where there is no such rule."""
+        from canalyze._core import rules
+
+        if not any(rule.code.startswith(code.upper()) for rule in rules("en")):
+            raise ValueError(f"code={code!r}: no rule begins so; `canalyze rules` lists them")
         return self._only(lambda finding: finding.code.startswith(code.upper()))
+
+
+def one_of(name: str, value: str | None, choices: Sequence[str]) -> None:
+    """Raise ValueError for a word that is none of those: what it is compared with would just never be the same."""
+    if value is not None and value not in choices:
+        raise ValueError(f"{name}={value!r}: one of {', '.join(choices)}")

@@ -56,6 +56,10 @@ class Signal:
         """The time in nanoseconds; None without stamps."""
         return nanoseconds(self.t)
 
+    def __repr__(self) -> str:
+        value = f"{self.value!r} {self.unit}" if self.unit else repr(self.value)
+        return f"<Signal {self.node}.{self.pdo}.{self.signal} = {value}, frame {self.frame}>"
+
 
 class Series(Rows[Signal]):
     """All values of one signal, in the order of frames."""

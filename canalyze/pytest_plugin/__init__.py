@@ -76,8 +76,12 @@ def canalyze_open(request: pytest.FixtureRequest) -> Iterator[Opener]:
     lang = language(request.config).lang
 
     def opened(path: "StrPath | Sequence[StrPath]", **options: "Unpack[Options]") -> "Capture":
+        __tracebackhide__ = True
         given: Any = {"folder": request.path.parent, "lang": lang, **options}
-        capture = canalyze.open(path, **given)
+        try:
+            capture = canalyze.open(path, **given)
+        except (canalyze.CanalyzeError, ValueError) as error:  # a mistake in the call, not in what it calls
+            raise error.with_traceback(None) from None
         captures.append(capture)
         return capture
 

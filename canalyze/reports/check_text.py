@@ -22,6 +22,9 @@ _MANY: Final = 10
 _COLOURS: Final = {"error": "31", "warning": "33", "info": "36", "clean": "32", "own": "1"}
 """Of what stands out on a terminal, as codes of ECMA-48."""
 
+_UNJUDGED: Final = "EXP015"
+"""An expectation that this capture cannot show: no failure, but whoever wrote it must not take it for met."""
+
 
 def show(verdicts: Sequence[Verdict], out: Output, words: Words) -> None:
     """Write the whole report."""
@@ -51,13 +54,16 @@ class _Report:
             yield self._words("check.file", name=name, said=self._dyed(self._words("check.unreadable"), "error"))
             return
         frames = self._words("check.frames", frames=verdict.frames)
-        parts = [self._severities(verdict.failures), frames, *self._rest(verdict)]
+        parts = [self._severities(verdict.failures), *self._rest(verdict), frames]
         if verdict.error is not None:
             parts.insert(0, self._dyed(self._words("check.unread"), "error"))
         yield self._words("check.file", name=name, said=self._words("check.then").join(parts))
         for one in verdict.failures:
             yield from self._entry(one)
-        if verdict.failures:
+        unjudged = [one for one in verdict.others if one.finding.code == _UNJUDGED]
+        for one in unjudged:
+            yield self._head(one.finding)
+        if verdict.failures or unjudged:
             yield ""
 
     def _rest(self, verdict: Verdict) -> Iterator[str]:
@@ -114,7 +120,7 @@ class _Report:
         if not frames:
             return said
         more = self._words("check.and_more") if one.count > len(one.shown) else ""
-        return said + self._words("check.also", frames=self._words("check.then").join(frames) + more)
+        return said + self._words("check.also", frames=self._words("check.between").join(frames) + more)
 
     def totals(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
         """Give the closing lines: why findings were overruled, and all of it in figures."""
@@ -131,10 +137,11 @@ class _Report:
         parts = [
             self._words("check.files", files=len(verdicts)),
             self._words("check.frames", frames=sum(verdict.frames for verdict in verdicts)),
-            self._severities(found) + self._words("check.in_files", files=failed)
-            if found
-            else self._dyed(self._words("check.none"), "clean"),
         ]
+        if found:
+            parts.append(self._severities(found) + self._words("check.in_files", files=failed))
+        elif read:
+            parts.append(self._dyed(self._words("check.none"), "clean"))
         if len(read) < len(verdicts):
             said = self._words("check.unread_files", files=len(verdicts) - len(read))
             parts.append(self._dyed(said, "error"))

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from canalyze.library.event import Transfer
+from canalyze.output import hexadecimal
 
 if TYPE_CHECKING:
     from canalyze.library.capture import Capture
@@ -63,6 +64,8 @@ def _transfer(transfer: Transfer) -> str:
 
 def _value(transfer: Transfer) -> str:
     if transfer.value is not None and transfer.size <= _BYTES:
+        if written := hexadecimal(transfer.value, transfer.text):  # COB-IDs, mappings, words of bits
+            return written
         return json.dumps(transfer.value, ensure_ascii=False)
     if transfer.size <= _BYTES:
         return transfer.data.hex(" ").upper() or "nothing"

@@ -5,6 +5,7 @@ Must not: open a file.
 
 import glob
 import os
+import shlex
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -32,6 +33,10 @@ def expanded(names: Iterable[str]) -> Iterator[Named]:
             found = sorted(one for one in glob.glob(name, recursive=True) if not Path(one).is_dir())  # noqa: PTH207
             if not found:
                 yield Named(name, SourceError("source.no_match", name=name))
+        if found == [name] and Path(name).is_dir():  # what in it is a capture, nobody said
+            pattern = shlex.quote(str(Path(name, "**", "*.log")))
+            yield Named(name, SourceError("source.directory", name=name, pattern=pattern))
+            continue
         for one in found:
             if one not in seen:
                 seen.add(one)

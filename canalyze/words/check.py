@@ -14,6 +14,20 @@ _EXAMPLES: Final = (
     "canalyze check --expect boot.expect.toml 'captures/*.log'\n"
     "canalyze check --eds 5=drive.eds --format jsonl capture.log | jq -r 'select(.fails) | .message'\n"
     "candump -L can0 | canalyze check -"
+    "\n\n"
+    "# canalyze.toml\n"
+    "[check]\n"
+    'fail_on = "warning"\n'
+    'ignore = ["SYN003"]\n'
+    'baseline = "known.json"\n'
+    "\n"
+    "[[check.override]]\n"
+    'codes = ["HBT001", "SDO"]\n'
+    'severity = "ignore"          # "info", "warning", "error"\n'
+    'reason = "old master"\n'
+    'files = ["captures/old/**/*.log"]\n'
+    'nodes = [5, "7-9"]\n'
+    'bus = "can1"'
 )
 
 ROWS: Final[tuple[tuple[str, str, str], ...]] = (
@@ -23,21 +37,24 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "check.help",
         "逐个检查记录：每个文件自成一个记录，多个文件同时处理，结果按给出的顺序。文件名可以带通配符（* ? [..] **），"
         "加引号时由本程序展开。达到 --fail-on 级别的发现算作不合格：每类（规则、总线、节点、对象相同）一条，"
-        "附上导致它的注释行。退出码：0 合格，1 有不合格的发现，2 有文件不能读取。"
-        "已知的发现可以存入基线文件，只有更多的才算不合格；"
-        "按文件、节点的例外和理由写在 canalyze.toml 的 [[check.override]] 里。读不了的文件不影响其他文件的结果。",
+        "附上导致它的注释行。退出码：0 合格，1 有不合格的发现，2 有文件不能读取。已知的发现可以存入基线文件，"
+        "只有更多的才算不合格；记录必须显示的内容写成期望（见 canalyze expect --help）；按文件、节点、"
+        "总线的例外和理由写在 canalyze.toml 的 [[check.override]] 里（见下面的例子；files、nodes、bus 可不写，"
+        "有几条符合时以最后一条为准）。读不了的文件不影响其他文件的结果。",
         "Check captures one by one: every file is a capture of its own, several are worked on side by side, results "
         "come in the order given. Names may hold * ? [..] and **, which are expanded here where the shell has not. "
         "Findings at or above --fail-on fail the check: one entry a kind (same rule, bus, node and object), with the "
         "annotated lines that led to it. Exit codes: 0 nothing fails, 1 findings fail, 2 a file could not be read. "
-        "Known findings may be kept in a baseline, of which only more fail; exceptions by file and node, with their "
-        "reasons, are [[check.override]] of canalyze.toml. A file that cannot be read does not hide the results of "
-        "others.",
+        "Known findings may be kept in a baseline, of which only more fail; what a capture must show is written as "
+        "expectations (canalyze expect --help); exceptions by file, node and bus, with their reasons, are "
+        "[[check.override]] of canalyze.toml (below; files, nodes and bus may be left out; of several that fit the "
+        "last one counts). A file that cannot be read does not hide the results of others.",
     ),
     (
         "check.fail_on",
-        "达到此级别的发现使检查不合格；never：从不。不给则为 warning。",
-        "Findings of this severity or a worse one fail the check; never: none do. Without it warning.",
+        "此级别及更严重的发现算作不合格，并在报告中列出；never：都不算。默认 warning；用 info 可看到全部发现。",
+        "Findings of this severity or a worse one fail the check and are shown; never: none do. warning by default; "
+        "info shows every finding.",
     ),
     (
         "check.select",
@@ -89,17 +106,18 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("check.warning", "警告 {count}", "warnings: {count}"),
     ("check.info", "提示 {count}", "infos: {count}"),
     ("check.known", "基线内 {count}", "in the baseline: {count}"),
-    ("check.overruled", "不计 {count}", "not counted: {count}"),
-    ("check.unreadable", "不能读取", "could not be read"),
+    ("check.overruled", "忽略 {count}", "ignored: {count}"),
+    ("check.unreadable", "未能检查", "not checked"),
     ("check.unread", "没有读完", "not read to its end"),
     ("check.node", "节点{node}", "node {node}"),
     ("check.frame", "第{frame}帧", "frame {frame}"),
     ("check.line", "第{line}行", "line {line}"),
     ("check.times", "共{count}次", "{count} times"),
     ("check.times_known", "共{count}次，基线 {known}", "{count} times, baseline {known}"),
-    ("check.also", "；又见第 {frames} 帧", "; also at frames {frames}"),
-    ("check.and_more", " ...", " ..."),
-    ("check.reason", "例外 {count} 次：{reason}", "overridden, {count} times: {reason}"),
+    ("check.also", "；又见第{frames}帧", "; also at frames {frames}"),
+    ("check.between", "、", ", "),
+    ("check.and_more", "……", " ..."),
+    ("check.reason", "按例外处理的发现 {count}：{reason}", "findings overridden: {count}, {reason}"),
     ("check.by_rule", "{rule}：共{count}次（{files}个文件）", "{rule}: {count} (files: {files})"),
     ("check.expectations", "预期：{said}", "expectations: {said}"),
     ("check.expected_by", "{name}（{files}个文件）", "{name} (files: {files})"),
@@ -112,7 +130,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("check.total", "合计：{said}", "total: {said}"),
     ("check.files", "{files}个文件", "files: {files}"),
     ("check.in_files", "（{files}个文件）", " (in files: {files})"),
-    ("check.unread_files", "不能读取的文件 {files}", "files that could not be read: {files}"),
+    ("check.unread_files", "未检查完的文件 {files}", "files not fully checked: {files}"),
     ("check.died", "{name}：处理它的进程意外结束（{by}）", "{name}: the process that worked on it has died ({by})"),
     (
         "check.broken_off",
@@ -230,5 +248,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "source.no_match",
         "{name}：没有符合的文件",
         "{name}: no file fits",
+    ),
+    (
+        "source.directory",
+        "{name}：是目录；请写明检查其中哪些文件，如 {pattern}",
+        "{name}: is a directory; say which files in it, such as {pattern}",
     ),
 )

@@ -144,12 +144,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("signals.usage", "[选项] [文件]...", "[OPTIONS] [FILE]..."),
     (
         "signals.help",
-        "解析PDO里的信号，每个值一行：时间、帧、总线、节点、PDO、信号、值、原始值、单位、来源。"
+        "解析PDO里的信号，每个值一行：时间、帧、总线、节点、PDO、信号、值、原始值、单位、来源、对象。"
         "映射来自记录里的SDO配置，其次是 --eds 或 canalyze.toml 给出的设备描述；来源说明是哪一个。"
         "文件的给法与decode相同。",
-        "Decode the signals in PDOs, one value a line: t, frame, bus, node, pdo, signal, value, raw, unit, provenance. "
-        "Mappings come from the configuration by SDO that the capture shows, else from the device descriptions of "
-        "--eds or canalyze.toml; the provenance says which. Files are given as for decode.",
+        "Decode the signals in PDOs, one value a line: t, frame, bus, node, pdo, signal, value, raw, unit, provenance, "
+        "object. Mappings come from the configuration by SDO that the capture shows, else from the device descriptions "
+        "of --eds or canalyze.toml; the provenance says which. Files are given as for decode.",
     ),
     (
         "signals.select",
@@ -281,14 +281,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("rules.usage", "[选项] [代码]...", "[OPTIONS] [CODE]..."),
     (
         "rules.help",
-        "列出检查规则；给出代码则解释它（大小写不限）。",
-        "List the rules; with a code (in either case), explain it.",
+        "列出检查规则；给出代码则解释它，给出代码的开头则列出那些规则（大小写不限）。",
+        "List the rules; with a code explain it, with the beginning of codes list those (in either case).",
     ),
     ("rules.format", "text 给人看；jsonl 每行一条规则。", "text for people; jsonl is one rule a line."),
     (
         "rules.examples",
-        "canalyze rules\ncanalyze rules SDO001\ncanalyze rules --format jsonl",
-        "canalyze rules\ncanalyze rules SDO001\ncanalyze rules --format jsonl",
+        "canalyze rules\ncanalyze rules SDO001\ncanalyze rules EXP\ncanalyze rules --format jsonl",
+        "canalyze rules\ncanalyze rules SDO001\ncanalyze rules EXP\ncanalyze rules --format jsonl",
     ),
     (
         "rules.unknown",

@@ -112,10 +112,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("config.unreadable", "{file}：不能读取配置：{error}", "{file}: the configuration cannot be read: {error}"),
     (
         "config.broken",
-        "{file}:{line}:{column}: 不是有效的TOML（解析器的原话：“{problem}”）",
+        "{file}:{line}:{column}：不是有效的TOML（解析器的原话：“{problem}”）",
         "{file}:{line}:{column}: not valid TOML (the parser says: {problem})",
     ),
-    ("config.not_utf8", "{file}:{line}: 不是UTF-8编码的文本", "{file}:{line}: not text in UTF-8"),
+    ("config.not_utf8", "{file}:{line}：不是UTF-8编码的文本", "{file}:{line}: not text in UTF-8"),
     (
         "config.unknown",
         "{file}：没有配置项 {key}，可以有的是 {allowed}",
@@ -135,8 +135,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "config.text",
-        "{file}：配置项 {key} 不能是 {value}，应是引号里的文字",
-        "{file}: key {key}: {value} is not a text in quotes",
+        "{file}：配置项 {key} 不能是 {value}，应是引号里的文字，不能为空",
+        "{file}: key {key}: {value} is not a text in quotes, or is empty",
     ),
     (
         "config.node",

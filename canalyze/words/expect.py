@@ -12,7 +12,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "expect.help",
         "由一个好的记录写出期望的第一版：按顺序写入的配置、设备标识、各节点到达的状态、心跳、同步和PDO的周期、信号的范围、"
-        "可以出现的应急报文、SDO应答时间和总线负载的上限（要有波特率），每个数旁边注明记录里看到的。期望是一个TOML文件，"
+        "可以出现的紧急报文、SDO应答时间和总线负载的上限（要有波特率），每个数旁边注明记录里看到的。期望是一个TOML文件，"
         "用 canalyze check --expect 检验别的记录，也可放在记录旁边（boot.log 旁的 boot.expect.toml 自动使用）。"
         "不满足的期望是一条发现（EXP开头），指出期望的文件和行。各表可以出现多次，"
         "每个表都可以有 bus；全部配置项见下面的例子。"
@@ -137,7 +137,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "expect.not_good",
-        "这个记录有提示以上的发现：{codes}；由它得出的期望未必正确",
+        "这个记录有级别高于“提示”的发现：{codes}；由它得出的期望未必正确",
         "the capture has findings above info: {codes}; what is expected from it may be wrong",
     ),
     # Values of keys; {file} is FILE:LINE.
@@ -234,10 +234,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     # The first version of a file: its comments.
     (
         "expect.head",
-        "期望的第一版，由 {name} 得出（{frames}帧，{seconds} s）。每个数旁边是记录里看到的；"
-        "删去无关紧要的，改准太宽的。",
-        "Expectations, a first version from {name} ({frames} frames, {seconds} s). Beside each figure stands what was "
-        "seen; remove what does not matter, tighten what is too wide.",
+        "期望的第一版，由 {name} 生成（{frames}帧，{seconds} s）。每个数旁边注明实测值；不关心的请删去，过宽的请收紧。",
+        "Expectations, a first version from {name} ({frames} frames, {seconds} s). Each figure has what was seen "
+        "beside it; remove what does not matter, tighten what is too wide.",
     ),
     (
         "expect.head_use",
@@ -248,7 +247,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "expect.head_findings",
-        "注意：这个记录有提示以上的发现：{codes}；由它得出的期望未必正确。",
+        "注意：这个记录有级别高于“提示”的发现：{codes}；由它得出的期望未必正确。",
         "Note that this capture has findings above info: {codes}; what is expected from it may be wrong.",
     ),
     (
@@ -274,23 +273,34 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "expect.states",
-        "节点显示过的状态；启动过程中的状态有期限，是从启动（boot-up）到该状态的时间的两倍以上。",
-        "States that nodes have shown; those of booting have a limit, at least twice the time it took from boot-up.",
+        "节点到达过的状态；启动过程中的状态带有时限，至少是实测时间（从启动报文算起）的两倍。",
+        "States that nodes have shown; those on the way up have a limit, at least twice what it took from boot-up.",
     ),
-    ("expect.after_boot_up", "启动后 {seconds} s", "{seconds} s after boot-up"),
-    ("expect.heartbeats", "心跳周期，两次心跳之间。", "Periods of heartbeats."),
+    ("expect.after_boot_up", "实测：启动报文后 {seconds} s", "seen {seconds} s after boot-up"),
+    ("expect.heartbeats", "心跳周期。", "Periods of heartbeats."),
     ("expect.syncs", "同步周期。", "Period of SYNC."),
     ("expect.pdos", "周期性的PDO，节点在操作状态时。", "PDOs that come periodically, while their node is Operational."),
     (
-        "expect.no_period",
-        "没有列出的：{count}个，太少或不是周期性的。",
-        "Not listed: {count}, too few or not periodic.",
+        "expect.no_heartbeat_period",
+        "没有列出心跳周期的节点：{count}个（次数太少、不是周期性的，或中途停止）。",
+        "Nodes without a heartbeat period here: {count} (too few heartbeats, not periodic, or they stopped).",
+    ),
+    (
+        "expect.no_sync_period",
+        "没有列出同步周期的总线：{count}条（次数太少、不是周期性的，或中途停止）。",
+        "Buses without a SYNC period here: {count} (too few SYNCs, not periodic, or they stopped).",
+    ),
+    (
+        "expect.no_pdo_period",
+        "没有列出周期的PDO：{count}个（次数太少、不是周期性的，或中途停止）。",
+        "PDOs without a period here: {count} (too few of them, not periodic, or they stopped).",
     ),
     (
         "expect.seen_period",
-        "看到 {least}/{mean}/{most} ms（最小/平均/最大），{count}个",
-        "seen {least}/{mean}/{most} ms (min/mean/max), {count} of them",
+        "实测 {least} .. {most} ms（{count}个间隔）",
+        "seen {least} .. {most} ms, intervals: {count}",
     ),
+    ("expect.seen_longest", "实测最长 {most} ms（{count}个间隔）", "seen at most {most} ms, intervals: {count}"),
     (
         "expect.signals",
         "信号的范围：看到的最小值和最大值，两边各留四分之一。",
@@ -299,10 +309,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("expect.signals_left", "另有{count}个信号没有列出。", "{count} more signals are not listed."),
     (
         "expect.emcys",
-        "应急报文：看到过的可以出现，其余的不应出现。",
+        "紧急报文：出现过的允许出现，其余的不应出现。",
         "EMCYs: those seen may occur, all others must not.",
     ),
-    ("expect.seen_times", "看到{count}次", "seen {count} times"),
+    ("expect.seen_times", "出现{count}次", "times seen: {count}"),
     (
         "expect.latencies",
         "SDO应答时间的上限，至少是最慢的一次的三倍。",

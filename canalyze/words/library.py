@@ -16,7 +16,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "解码文字和名称的语言：en 或 zh，默认 en",
         "language of decoded text and names: en or zh, en by default",
     ),
-    ("test.findings", "canalyze：诊断", "canalyze: findings"),
+    ("test.findings", "canalyze：发现", "canalyze: findings"),
     ("test.transfers", "canalyze：SDO传输", "canalyze: SDO transfers"),
     ("test.signals", "canalyze：信号", "canalyze: signals"),
     ("test.more", "……另有{count}个", "... and {count} more"),

@@ -126,7 +126,10 @@ impl Watched {
         if above && !std::mem::replace(&mut measured.above, above) {
             let breach = scene.breach(Code::Exp014, 0).quantity("window", Quantity::Ns(self.window_ns));
             let breach = breach.said("expected", Said::Real(self.max_percent));
-            scene.raise(&self.place, breach.said("found", Said::Real((percent * 100.0).round() / 100.0)));
+            // With as many digits as tell it from the limit.
+            let found = [1e2, 1e4, 1e6].map(|scale| (percent * scale).round() / scale);
+            let found = found.into_iter().find(|found| *found > self.max_percent).unwrap_or(percent);
+            scene.raise(&self.place, breach.said("found", Said::Real(found)));
         }
         measured.above = above;
     }

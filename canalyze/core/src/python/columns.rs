@@ -81,6 +81,10 @@ impl Batch {
         self.rows.num_rows()
     }
 
+    fn __repr__(&self) -> String {
+        format!("<Batch {}: {} rows>", self.name, self.rows.num_rows())
+    }
+
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyList>> {
         let place = place(self.rows.schema_ref(), name)?;
         let found = PyList::empty(py);
@@ -149,6 +153,10 @@ impl Table {
 
     fn __len__(&self) -> usize {
         self.num_rows()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Table {}: {} rows>", self.name, self.num_rows())
     }
 
     fn batches(&self) -> Vec<Batch> {

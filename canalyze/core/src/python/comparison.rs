@@ -59,6 +59,15 @@ impl Comparison {
         Ok(Self { lang, records: [a, b], names: names.into(), compared })
     }
 
+    /// The names of the buses of A and of B.
+    #[getter]
+    fn buses(&self) -> (Vec<String>, Vec<String>) {
+        let [a, b] = &self.records;
+        let shown = |name: &[u8]| String::from_utf8_lossy(name).into_owned();
+        let names = |record: &Record| record.buses.names().filter(|name| !name.is_empty()).map(shown).collect();
+        (names(a), names(b))
+    }
+
     #[getter]
     fn differences(&self) -> u64 {
         self.compared.differences.len() as u64 + self.compared.more

@@ -122,7 +122,7 @@ pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
         (What::Item(kind, _), _) => put!(out; item(lang, kind, deed)),
         (What::Bus, _) => put!(out; both(lang, "总线", "bus")),
         (What::Node, _) => put!(out; both(lang, "节点", "node")),
-        (What::Finding, _) => put!(out; both(lang, "诊断", "finding")),
+        (What::Finding, _) => put!(out; both(lang, "发现", "finding")),
         (what, _) => {
             if let Some(of) = what.service() {
                 service(out, lang, of);

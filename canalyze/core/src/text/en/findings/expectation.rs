@@ -140,7 +140,7 @@ pub(super) const EXP014: RuleText = RuleText {
     message: "bus load above the expected limit",
     meaning: "The bits on the wire within the window, stuff bits included, take more of the bit rate than expected. It is said once for each time the limit is passed.",
     cause: "More PDOs or shorter periods than before, a node that floods the bus, or repeated frames.",
-    faces: &["{found} % within {window}, expected at most {expected} %"],
+    faces: &["load {found} % within {window}, expected at most {expected} %"],
 };
 
 pub(super) const EXP015: RuleText = RuleText {
