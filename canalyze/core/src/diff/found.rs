@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::difference::{Difference, Shows, Side, What};
 use super::items;
-use super::record::{Deed, Item, Place};
+use super::course::{Deed, Item, Place};
 use super::span::Span;
 use crate::frame::BusId;
 

@@ -18,7 +18,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use super::align::align;
 use super::difference::{Aspect, Shows, Side, What};
 use super::found::Found;
-use super::record::{Deed, Item, Kind, Moved, Place};
+use super::course::{Deed, Item, Kind, Moved, Place};
 use super::span::{Anchor, Span};
 use super::trains;
 use crate::services::sdo::transfer::{Direction, Status};

@@ -1,6 +1,6 @@
 //! Two captures held against each other as CANopen: what nodes did, not bytes or times.
 //!
-//! `record` keeps what is to be compared of one capture while it streams by; `span` relates the two and finds what both
+//! `course` keeps what is to be compared of one capture while it streams by; `span` relates the two and finds what both
 //! cover; `items` compares what happens once, in order (`align`), `trains` what comes again and again; `found` collects
 //! the differences. What a capture cannot show (frames before its beginning, times without stamps) is no difference.
 //! It must not put anything into words.
@@ -9,7 +9,7 @@ mod align;
 pub mod difference;
 mod found;
 mod items;
-pub mod record;
+pub mod course;
 pub mod span;
 #[cfg(test)]
 mod tests;
@@ -22,7 +22,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use self::difference::{Difference, Shows, Side, What};
 use self::found::Found;
 use self::items::Streams;
-use self::record::{Kind, Line, Place, Record, Service, Train, Version};
+use self::course::{Kind, Line, Place, Course, Service, Train, Version};
 use self::span::{Anchor, Span};
 use self::trains::Trains;
 use crate::finding::{Code, Facts, Finding, Quantity, Severity};
@@ -58,7 +58,7 @@ const CHANCE: usize = 20;
 type Raised = (Code, Option<u8>, Option<Mux>);
 
 /// Compares two captures.
-pub fn compare(a: &Record, b: &Record, settings: &Settings) -> Comparison {
+pub fn compare(a: &Course, b: &Course, settings: &Settings) -> Comparison {
     let pairs = paired(a, b, &settings.buses);
     let (anchors, vague) = anchors(a, b, &pairs);
     let mut span = Span::new(a, b, anchors);
@@ -81,7 +81,7 @@ pub fn compare(a: &Record, b: &Record, settings: &Settings) -> Comparison {
 }
 
 /// The buses of both: by what was said, by name, then those that have most in common.
-fn paired(a: &Record, b: &Record, said: &[(String, String)]) -> Vec<(Option<BusId>, Option<BusId>)> {
+fn paired(a: &Course, b: &Course, said: &[(String, String)]) -> Vec<(Option<BusId>, Option<BusId>)> {
     let mut left_a: Vec<BusId> = a.lines.keys().copied().collect();
     let mut left_b: Vec<BusId> = b.lines.keys().copied().collect();
     let mut pairs = Vec::new();
@@ -91,7 +91,7 @@ fn paired(a: &Record, b: &Record, said: &[(String, String)]) -> Vec<(Option<BusI
         pairs.push((Some(one), Some(other)));
     };
     let named =
-        |record: &Record, left: &[BusId], name: &[u8]| left.iter().copied().find(|bus| record.buses.name(*bus) == name);
+        |course: &Course, left: &[BusId], name: &[u8]| left.iter().copied().find(|bus| course.buses.name(*bus) == name);
     for (one, other) in said {
         if let (Some(one), Some(other)) = (named(a, &left_a, one.as_bytes()), named(b, &left_b, other.as_bytes())) {
             take(&mut left_a, &mut left_b, one, other);
@@ -120,7 +120,7 @@ fn paired(a: &Record, b: &Record, said: &[(String, String)]) -> Vec<(Option<BusI
 
 /// What relates the captures in time: what is unique in both; else what their order matches, which is vague where one
 /// has more repetitions than the other.
-fn anchors(a: &Record, b: &Record, pairs: &[(Option<BusId>, Option<BusId>)]) -> (Vec<Anchor>, bool) {
+fn anchors(a: &Course, b: &Course, pairs: &[(Option<BusId>, Option<BusId>)]) -> (Vec<Anchor>, bool) {
     let mut streams = Vec::new();
     for (one, other) in pairs {
         let lines = one.and_then(|bus| a.lines.get(&bus)).zip(other.and_then(|bus| b.lines.get(&bus)));
@@ -151,7 +151,7 @@ fn anchors(a: &Record, b: &Record, pairs: &[(Option<BusId>, Option<BusId>)]) -> 
 }
 
 /// One bus in both captures.
-fn lines(lines: [&Line; 2], records: [&Record; 2], settings: &Settings, found: &mut Found<'_>) {
+fn lines(lines: [&Line; 2], courses: [&Course; 2], settings: &Settings, found: &mut Found<'_>) {
     let [a, b] = lines;
     let apart = strangers(lines, found);
     let span = found.span;
@@ -170,7 +170,7 @@ fn lines(lines: [&Line; 2], records: [&Record; 2], settings: &Settings, found: &
         let configured = found.configured(node);
         Trains { node, service, trains, configured, span }.compare(settings.tolerance, found);
     }
-    findings(lines, records, &apart, found);
+    findings(lines, courses, &apart, found);
 }
 
 /// Nodes that only one capture has, though the other one covers them.
@@ -261,10 +261,10 @@ fn absent(lines: [Option<&Line>; 2], found: &mut Found<'_>) {
 }
 
 /// Findings that only one capture has.
-fn findings(lines: [&Line; 2], records: [&Record; 2], apart: &BTreeSet<u8>, found: &mut Found<'_>) {
+fn findings(lines: [&Line; 2], courses: [&Course; 2], apart: &BTreeSet<u8>, found: &mut Found<'_>) {
     let by_time = found.span.by_time;
-    let timed = |record: &Record| record.stamped && record.decimals >= 4;
-    let all_timed = records.iter().all(|record| timed(record));
+    let timed = |course: &Course| course.stamped && course.decimals >= 4;
+    let all_timed = courses.iter().all(|course| timed(course));
     for (side, other) in [(0, 1), (1, 0)] {
         let (Some(mine), Some(others)) = (lines.get(side), lines.get(other)) else { continue };
         let lacking: BTreeMap<&Raised, &Vec<Finding>> =

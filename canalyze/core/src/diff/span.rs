@@ -4,7 +4,7 @@
 //! once, in the same order in both. Between anchors the offset of the clocks is interpolated; where stamps are
 //! missing, frames are counted instead. It must not judge what differs.
 
-use super::record::{Place, Record};
+use super::course::{Place, Course};
 
 /// Stamps from here on (in ns: 1973) are those of a clock.
 const EPOCH_NS: i64 = 100_000_000_000_000_000;
@@ -27,7 +27,7 @@ pub type Anchor = (Place, Place);
 pub struct Span {
     /// Positions are stamps in ns, else numbers of frames.
     pub by_time: bool,
-    /// The captures show one and the same course in time: the offset of their clocks does not vary.
+    /// The captures show one and the same session: the offset of their clocks does not vary.
     pub rigid: bool,
     /// What both cover, in positions of each: first and last.
     pub covered: [(i64, i64); 2],
@@ -47,7 +47,7 @@ pub struct Span {
 
 impl Span {
     /// Relates two captures by these anchors, in any order.
-    pub fn new(a: &Record, b: &Record, anchors: Vec<Anchor>) -> Self {
+    pub fn new(a: &Course, b: &Course, anchors: Vec<Anchor>) -> Self {
         let by_time = a.stamped && b.stamped;
         let anchors = ordered(anchors);
         let mut chain: Vec<(i64, i64)> =
@@ -61,7 +61,7 @@ impl Span {
             }
             rises
         });
-        let ends = |record: &Record| (record.first.on(by_time), record.last.on(by_time));
+        let ends = |course: &Course| (course.first.on(by_time), course.last.on(by_time));
         let (of_a, of_b) = (ends(a), ends(b));
         if chain.is_empty() {
             chain.push(unanchored(by_time, of_a, of_b));
@@ -170,8 +170,8 @@ impl Span {
 }
 
 /// Whether the clocks of two captures say that they were taken at the same time.
-pub fn simultaneous(a: &Record, b: &Record) -> bool {
-    let ends = |record: &Record| (record.first.on(true), record.last.on(true));
+pub fn simultaneous(a: &Course, b: &Course) -> bool {
+    let ends = |course: &Course| (course.first.on(true), course.last.on(true));
     a.stamped && b.stamped && overlap(ends(a), ends(b))
 }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::capture::View;
 use super::{Format, Options};
-use crate::diff::record::Record;
+use crate::diff::course::Course;
 use crate::event::{Event, What};
 use crate::expectation::observed::Observed;
 use crate::filter::Filter;
@@ -46,7 +46,7 @@ pub(super) enum Form {
     Observed(Box<(Summary, Observed)>),
     Records(Box<Summary>, Box<Trail>),
     Info(Box<Info>),
-    Record(Box<Record>),
+    Course(Box<Course>),
     Convert(Box<Writer>),
     Check(Box<Trail>),
     Columns(Box<Columns>),
@@ -68,7 +68,7 @@ impl Output {
             }
             Format::Records => Form::Records(Box::new(Summary::new(Arc::clone(&options.network))), Box::default()),
             Format::Info => Form::Info(Box::default()),
-            Format::Record => Form::Record(Box::default()),
+            Format::Course => Form::Course(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
             Format::Check => Form::Check(Box::default()),
             Format::Columns => Form::Columns(Box::new(Columns::new(options.lang, &options.select, &options.tables))),
@@ -102,13 +102,13 @@ impl Output {
     }
 
     /// What is kept to be compared.
-    pub(super) fn take_record(&mut self) -> Option<Record> {
-        if let Form::Record(record) = &mut self.form { Some(std::mem::take(record)) } else { None }
+    pub(super) fn take_course(&mut self) -> Option<Course> {
+        if let Form::Course(course) = &mut self.form { Some(std::mem::take(course)) } else { None }
     }
 
     /// Repeats of one finding on one object are counted instead of shown; figures count by themselves.
     pub(super) fn folds(&self) -> bool {
-        !matches!(self.form, Form::Summary(_) | Form::Observed(_) | Form::Record(_))
+        !matches!(self.form, Form::Summary(_) | Form::Observed(_) | Form::Course(_))
     }
 
     /// What tells of the file itself takes an item before it is looked at any further.
@@ -133,8 +133,8 @@ impl Output {
         if let Form::Transfers = self.form {
             return;
         }
-        if let Form::Record(record) = &mut self.form {
-            record.extend(frame);
+        if let Form::Course(course) = &mut self.form {
+            course.extend(frame);
         }
         let (service, node) = service(events);
         let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
@@ -173,7 +173,7 @@ impl Output {
                 observed.frame(frame, events);
                 ended(out, view, events);
             }
-            Form::Record(record) => record.frame(frame, events),
+            Form::Course(course) => course.frame(frame, events),
             Form::Convert(writer) => {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
@@ -198,12 +198,12 @@ impl Output {
                 both.0.asides(events);
                 ended(out, view, events);
             }
-            Form::Record(record) => {
+            Form::Course(course) => {
                 let shown = |event: &&Event| match &event.what {
                     What::Transfer(transfer) => self.filter.shows_transfer(transfer, view.buses, view.clock),
                     _ => self.filter.is_empty(),
                 };
-                record.asides(events.iter().filter(shown));
+                course.asides(events.iter().filter(shown));
             }
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
             Form::Check(trail) | Form::Records(_, trail) => {
@@ -244,7 +244,7 @@ impl Output {
             | Form::Info(_)
             | Form::Columns(_)
             | Form::Check(_)
-            | Form::Record(_) => {}
+            | Form::Course(_) => {}
         }
     }
 
@@ -266,7 +266,7 @@ impl Output {
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
             Form::Check(trail) => jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding)),
             Form::Columns(columns) => columns.finding(view.jsonl, finding),
-            Form::Text(_) | Form::Lines(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) | Form::Record(_) => {}
+            Form::Text(_) | Form::Lines(_) | Form::Transfers | Form::Signals(_) | Form::Info(_) | Form::Course(_) => {}
         }
     }
 
@@ -290,7 +290,7 @@ impl Output {
                 jsonl::summary::write(out, view.jsonl, summary)
             }
             Form::Convert(writer) => writer.finish(out, view.writing),
-            Form::Record(record) => record.finish(view.buses),
+            Form::Course(course) => course.finish(view.buses),
             _ => {}
         }
     }

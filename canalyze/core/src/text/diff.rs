@@ -5,7 +5,7 @@
 use super::digits::{Hex, put};
 use super::{Lang, en, escape, terms, value, zh};
 use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
-use crate::diff::record::{Deed, Kind, Moved, Service};
+use crate::diff::course::{Deed, Kind, Moved, Service};
 use crate::frame::{CanId, FrameRef};
 use crate::services::sdo::transfer::{Direction, Mode, Status};
 use crate::services::sdo::wire::{Mux, Side as Sender};
