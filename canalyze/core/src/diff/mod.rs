@@ -6,10 +6,10 @@
 //! It must not put anything into words.
 
 mod align;
+pub mod course;
 pub mod difference;
 mod found;
 mod items;
-pub mod course;
 pub mod span;
 #[cfg(test)]
 mod tests;
@@ -19,11 +19,11 @@ use std::borrow::Cow;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
+use self::course::{Course, Kind, Line, Place, Service, Train, Version};
 use self::difference::{Difference, Shows, Side, What};
 use self::found::Found;
 use self::items::Streams;
-use self::course::{Kind, Line, Place, Course, Service, Train, Version};
-use self::span::{Anchor, Span};
+use self::span::{Anchor, Kin, Span};
 use self::trains::Trains;
 use crate::finding::{Code, Facts, Finding, Quantity, Severity};
 use crate::frame::{BusId, CanId};
@@ -60,8 +60,8 @@ type Raised = (Code, Option<u8>, Option<Mux>);
 /// Compares two captures.
 pub fn compare(a: &Course, b: &Course, settings: &Settings) -> Comparison {
     let pairs = paired(a, b, &settings.buses);
-    let (anchors, vague) = anchors(a, b, &pairs);
-    let mut span = Span::new(a, b, anchors);
+    let (anchors, kin, vague) = anchors(a, b, &pairs);
+    let mut span = Span::new(a, b, anchors, kin);
     if vague && !span.by_time {
         span.blur();
     }
@@ -118,36 +118,39 @@ fn paired(a: &Course, b: &Course, said: &[(String, String)]) -> Vec<(Option<BusI
     pairs
 }
 
-/// What relates the captures in time: what is unique in both; else what their order matches, which is vague where one
-/// has more repetitions than the other.
-fn anchors(a: &Course, b: &Course, pairs: &[(Option<BusId>, Option<BusId>)]) -> (Vec<Anchor>, bool) {
+/// What relates the captures in time: what is unique in both and in step; else what is unique in both; else what their
+/// order matches, which is vague where one has more repetitions than the other.
+fn anchors(a: &Course, b: &Course, pairs: &[(Option<BusId>, Option<BusId>)]) -> (Vec<Anchor>, Kin, bool) {
     let mut streams = Vec::new();
     for (one, other) in pairs {
         let lines = one.and_then(|bus| a.lines.get(&bus)).zip(other.and_then(|bus| b.lines.get(&bus)));
         let Some((one, other)) = lines else { continue };
         streams.extend(one.items.iter().filter_map(|(key, items)| Some((items, other.items.get(key)?))));
     }
-    let mut found = Vec::new();
-    for exact in [false, true] {
-        found.clear();
-        for (one, other) in &streams {
-            items::anchors(one, other, exact, &mut found);
-        }
-        // Of many values that vary some are the same by chance.
-        let items = streams.iter().map(|(one, other)| one.len().min(other.len())).sum::<usize>();
-        if found.len() > 1 && (!exact || found.len() > items / CHANCE) {
-            return (found, false);
-        }
+    let mut shared = Vec::new();
+    let telling = streams.iter().map(|(one, other)| items::shared(one, other, &mut shared)).sum::<usize>();
+    let (steps, kin) = span::in_step(&shared, telling, a.stamped && b.stamped);
+    if !steps.is_empty() {
+        return (steps, kin, false);
     }
-    found.clear();
+    let plain: Vec<Anchor> = shared.iter().filter(|one| !one.varied).map(|one| one.anchor).collect();
+    if plain.len() > 1 {
+        return (plain, kin, false);
+    }
+    // Of many values that vary some are the same by chance.
+    let items = streams.iter().map(|(one, other)| one.len().min(other.len())).sum::<usize>();
+    if shared.len() > 1 && shared.len() > items / CHANCE {
+        return (shared.iter().map(|one| one.anchor).collect(), kin, false);
+    }
+    let mut found = Vec::new();
     let mut vague = false;
-    if found.is_empty() && !span::simultaneous(a, b) {
+    if !span::simultaneous(a, b) {
         vague = streams.iter().any(|(one, other)| one.len() != other.len());
         for (one, other) in &streams {
             items::matched(one, other, &mut found);
         }
     }
-    (found, vague)
+    (found, kin, vague)
 }
 
 /// One bus in both captures.

@@ -4,7 +4,8 @@
 //! once, in the same order in both. Between anchors the offset of the clocks is interpolated; where stamps are
 //! missing, frames are counted instead. It must not judge what differs.
 
-use super::course::{Place, Course};
+use super::course::{Course, Place};
+use super::items::Shared;
 
 /// Stamps from here on (in ns: 1973) are those of a clock.
 const EPOCH_NS: i64 = 100_000_000_000_000_000;
@@ -12,12 +13,35 @@ const EPOCH_NS: i64 = 100_000_000_000_000_000;
 const RIGID_NS: i64 = 2_000_000;
 /// ... and a thousandth of the time between them.
 const DRIFT: i64 = 1000;
+/// Of the whole time in which both are related, clocks part by no more than one part in so many.
+const QUARTZ: i64 = 5000;
 /// How well clocks are related where no two anchors say it, in ns.
 const UNSURE_NS: i64 = 1_000_000;
 /// What [`RIGID_NS`] is in frames.
 const RIGID_FRAMES: i64 = 3;
 /// Anchors at an edge that say how well the clocks are related there.
 const EDGE: usize = 5;
+
+/// Ends of items that are in step from which on they are no chance.
+const STEPS: usize = 6;
+/// Anchors of which no more than one in so many is in the same order in both captures say nothing.
+const CONTRADICTED: usize = 4;
+/// Values that vary and are the same in step, from which on both captures show one session.
+const SAME: usize = 6;
+/// A late echo of what the capturing host sends stands where it does not belong by so much at an edge: in ns, in frames.
+const LATE_NS: i64 = 2_000_000;
+const LATE_FRAMES: i64 = 2;
+
+/// Whether two captures show one session, by the values that vary from session to session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kin {
+    /// They do.
+    Same,
+    /// They show two.
+    Other,
+    /// Nothing in them says it.
+    Unknown,
+}
 
 /// A moment that both captures have: its place in one, and in the other.
 pub type Anchor = (Place, Place);
@@ -47,7 +71,7 @@ pub struct Span {
 
 impl Span {
     /// Relates two captures by these anchors, in any order.
-    pub fn new(a: &Course, b: &Course, anchors: Vec<Anchor>) -> Self {
+    pub fn new(a: &Course, b: &Course, anchors: Vec<Anchor>, kin: Kin) -> Self {
         let by_time = a.stamped && b.stamped;
         let anchors = ordered(anchors);
         let mut chain: Vec<(i64, i64)> =
@@ -79,10 +103,22 @@ impl Span {
         };
         let differ = if a.decimals == b.decimals || !by_time { 0 } else { span.resolution };
         let parts = span.parts();
-        span.rigid = parts.iter().all(|(parted, apart)| {
+        let even = parts.iter().all(|(parted, apart)| {
             let most = if by_time { RIGID_NS.saturating_add(apart / DRIFT) } else { RIGID_FRAMES };
             *parted <= most.saturating_add(2 * differ)
         });
+        // Two runs of one script part step by step; clocks do not by more than their quartzes.
+        let offsets = span.chain.iter().map(|(in_a, in_b)| in_b.saturating_sub(*in_a));
+        let (least, most) = offsets.fold((i64::MAX, i64::MIN), |(least, most), own| (least.min(own), most.max(own)));
+        let long = parts.iter().fold(0_i64, |sum, (_, apart)| sum.saturating_add(*apart));
+        let allowed = RIGID_NS.saturating_add(long / QUARTZ).saturating_add(2 * differ);
+        let even = even && (!by_time || most.saturating_sub(least) <= allowed);
+        let one_session = match kin {
+            Kin::Same => true,
+            Kin::Other => false,
+            Kin::Unknown => simultaneous(a, b) || (by_time && parts.len() >= STEPS),
+        };
+        span.rigid = even && one_session;
         let together = span.frames.is_empty() && simultaneous(a, b);
         let slack = |some: &mut dyn Iterator<Item = &(i64, i64)>| {
             let unsure = if by_time { UNSURE_NS } else { 1 };
@@ -94,9 +130,10 @@ impl Span {
                 Some(worst) => worst.saturating_add(unsure / 5),
             }
         };
+        let late = if by_time { LATE_NS } else { LATE_FRAMES };
         span.slack = (
-            slack(&mut parts.iter().take(EDGE)).saturating_add(differ),
-            slack(&mut parts.iter().rev().take(EDGE)).saturating_add(differ),
+            slack(&mut parts.iter().take(EDGE)).saturating_add(differ).max(late),
+            slack(&mut parts.iter().rev().take(EDGE)).saturating_add(differ).max(late),
         );
         let (first, last) = (span.to_a(of_b.0), span.to_a(of_b.1));
         span.covered[0] = (of_a.0.max(first), of_a.1.min(last));
@@ -200,6 +237,56 @@ fn related(chain: &[(i64, i64)], position: i64, turn: impl Fn((i64, i64)) -> (i6
     }
 }
 
+/// The anchors whose offset hardly varies, where these are most of what is unique in both: the others are alike by
+/// chance, or are another repetition of what each capture shows once. `telling`: values that could be the same.
+pub(super) fn in_step(shared: &[Shared], telling: usize, by_time: bool) -> (Vec<Anchor>, Kin) {
+    let offset = |one: &Shared| one.anchor.1.on(by_time).saturating_sub(one.anchor.0.on(by_time));
+    let width = if by_time { RIGID_NS } else { RIGID_FRAMES };
+    let mut offsets: Vec<i64> = shared.iter().map(offset).collect();
+    offsets.sort_unstable();
+    // The offset about which most lie, and how many.
+    let mut best = (0, 0);
+    let mut from = 0;
+    for (to, last) in offsets.iter().enumerate() {
+        while offsets.get(from).is_some_and(|first| last.saturating_sub(*first) > width) {
+            from += 1;
+        }
+        let about = offsets.get((from + to) / 2).copied().unwrap_or(*last);
+        best = best.max((to + 1 - from, about));
+    }
+    let mut ordered: Vec<&Shared> = shared.iter().collect();
+    ordered.sort_by_key(|one| one.anchor.0.on(by_time));
+    let first = ordered.iter().position(|one| offset(one).saturating_sub(best.1).saturating_abs() <= width);
+    // Clocks part slowly: from there on, to both sides, each may lie a little off the last one.
+    let (before, after) = ordered.split_at(first.unwrap_or(0));
+    let mut steps: Vec<&Shared> = Vec::new();
+    for way in [&mut after.iter() as &mut dyn Iterator<Item = &&Shared>, &mut before.iter().rev()] {
+        let mut last: Option<(i64, i64)> =
+            first.and_then(|at| ordered.get(at)).map(|one| (one.anchor.0.on(by_time), best.1));
+        for one in way {
+            let (at, own) = (one.anchor.0.on(by_time), offset(one));
+            let Some((then, expected)) = last else { break };
+            let drift = if by_time { at.saturating_sub(then).saturating_abs() / DRIFT } else { 0 };
+            if own.saturating_sub(expected).saturating_abs() <= width.saturating_add(drift) {
+                steps.push(one);
+                // What is a little late itself does not lead the next ones astray.
+                let known = i64::try_from(steps.len().min(8)).unwrap_or(1);
+                last = Some((at, expected.saturating_add(own.saturating_sub(expected) / known)));
+            }
+        }
+    }
+    let varied = steps.iter().filter(|one| one.varied).count();
+    let kin = if varied >= SAME {
+        Kin::Same
+    } else if telling >= SAME && varied * 4 < telling {
+        Kin::Other
+    } else {
+        Kin::Unknown
+    };
+    let anchors: Vec<Anchor> = steps.into_iter().map(|one| one.anchor).collect();
+    if anchors.len() >= STEPS && 2 * anchors.len() >= shared.len() { (anchors, kin) } else { (Vec::new(), kin) }
+}
+
 /// The longest part of the anchors that is in the same order in both captures.
 fn ordered(mut anchors: Vec<Anchor>) -> Vec<Anchor> {
     anchors.sort_by_key(|(in_a, in_b)| (in_a.on(false), in_b.on(false)));
@@ -220,6 +307,10 @@ fn ordered(mut anchors: Vec<Anchor>) -> Vec<Anchor> {
     while let Some(at) = next {
         row.extend(anchors.get(at).copied());
         next = before.get(at).copied().flatten();
+    }
+    // Where hardly any are in the same order, their order is what differs: it does not say what fits.
+    if row.len() * CONTRADICTED < anchors.len() {
+        return Vec::new();
     }
     row.reverse();
     row

@@ -6,9 +6,9 @@
 
 use std::ops::RangeInclusive;
 
+use super::course::{Place, Service, Train, Version, alike};
 use super::difference::{Shows, Side, What};
 use super::found::Found;
-use super::course::{Place, Service, Train, Version, alike};
 use super::span::Span;
 
 /// Intervals from which on a pace can be told.

@@ -3,8 +3,8 @@
 //! It must not decide what is a difference.
 
 use crate::diff::Comparison;
-use crate::diff::difference::Difference;
 use crate::diff::course::Course;
+use crate::diff::difference::Difference;
 use crate::frame::{BusId, FrameRef};
 use crate::text::Lang;
 use crate::text::diff::{self as words, Phrase, phrase};
@@ -110,6 +110,10 @@ fn closing(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
     }
     if !comparison.span.by_time {
         phrase(out, lang, Phrase::NoTimes, &[]);
+        put!(out; "\n");
+    }
+    if comparison.span.is_blurred() {
+        phrase(out, lang, Phrase::Unplaced, &[]);
         put!(out; "\n");
     }
     for (course, name) in setting.courses.iter().zip(SIDES) {

@@ -10,14 +10,15 @@
 //! `period_us`, `id`, `mapping` (a list of entries), `length`, or `code message` of a finding. `a_near`, `b_near`: where
 //! a capture has nothing, the nearest frame before that both have.
 //!
-//! `diff`: `kind same differences more rigid times a b`; `more` were not listed; `rigid`: both captures show one session in
-//! time; `times`: periods were compared. `a` and `b`: `{"file","frames","first_frame","last_frame","outside","full"}`, the
-//! frames between which both captures were compared, what lies outside, and whether the capture was too long.
+//! `diff`: `kind same differences more rigid times placed a b`; `more` were not listed; `rigid`: both captures show one
+//! session in time; `times`: periods were compared; `placed`: it is known where one capture lies in the other. `a` and
+//! `b`: `{"file","frames","first_frame","last_frame","outside","full"}`, the frames between which both captures were
+//! compared, what lies outside, and whether the capture was too long.
 
 use super::{name_or_null, number_or_null, quoted, seconds, truth};
 use crate::diff::Comparison;
-use crate::diff::difference::{Difference, Shows, Side};
 use crate::diff::course::{Deed, Moved, Service};
+use crate::diff::difference::{Difference, Shows, Side};
 use crate::frame::CanId;
 use crate::render::diff::{Setting, extents};
 use crate::services::sdo::wire::Side as Sender;
@@ -33,7 +34,7 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison, f
     let count = comparison.differences.len() as u64 + comparison.more;
     put!(out; "{\"kind\":\"diff\",\"same\":", truth(count == 0), ",\"differences\":", count);
     put!(out; ",\"more\":", comparison.more, ",\"rigid\":", truth(comparison.span.rigid));
-    put!(out; ",\"times\":", truth(comparison.span.by_time));
+    put!(out; ",\"times\":", truth(comparison.span.by_time), ",\"placed\":", truth(!comparison.span.is_blurred()));
     let sides = files.into_iter().zip(setting.courses).zip(comparison.outside).zip(extents(setting, comparison));
     for ((((file, course), outside), (first, last)), key) in sides.zip([",\"a\":", ",\"b\":"]) {
         put!(out; key, "{\"file\":");
