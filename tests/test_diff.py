@@ -247,12 +247,6 @@ def test_two_runs_without_stamps_need_not_have_as_many_frames() -> None:
     assert not compared(run(1, 58), run(2, 60)).differences
 
 
-def test_a_node_that_is_talked_to_but_silent_is_missing() -> None:
-    frames = list(of_network.clean_frames("states"))
-    said = compared(log_text(frames), log_text([frame for frame in frames if frame.can_id not in (0x706, 0x586)]))
-    assert [(row["what"], row["node"], row["b"]) for row in said.differences] == [("node", 6, None)], complaint(said)
-
-
 def test_what_follows_from_a_fault_comes_behind_it() -> None:
     frames = list(of_network.clean_frames("states"))
     beats = [at for at, frame in enumerate(frames) if frame.can_id == 0x705]

@@ -17,7 +17,7 @@ use crate::frame::{BusId, Buses, CanId, Frame, FrameRef};
 use crate::message::Message;
 use crate::services::pdo::mapping::Mapping;
 use crate::services::sdo::transfer::{Abort, Direction, Mode, Status, Transfer};
-use crate::services::sdo::wire::{Mux, Side as Sender};
+use crate::services::sdo::wire::Mux;
 
 /// Most items of one capture: some 100 bytes each.
 pub const ITEMS: usize = 2_000_000;
@@ -183,7 +183,7 @@ pub struct Train {
 pub struct Line {
     /// Frames.
     pub frames: u64,
-    /// The first frame that each node has sent, and how many there are, by node-ID.
+    /// The first frame of each node, and how many there are, by node-ID.
     pub nodes: BTreeMap<u8, (Place, u64)>,
     /// The last node that each identifier was of.
     pub ids: BTreeMap<CanId, Option<u8>>,
@@ -273,7 +273,7 @@ impl Course {
         if line.ids.len() < IDENTIFIERS || line.ids.contains_key(&frame.id) {
             line.ids.insert(frame.id, node);
         }
-        if let Some(node) = node.filter(|_| events.first().is_some_and(is_by_node)) {
+        if let Some(node) = node {
             line.nodes.entry(node).or_insert((at, 0)).1 += 1;
         }
         for event in events {
@@ -451,21 +451,6 @@ impl Course {
             let (id, len, mapping) = (frame.id, frame.len, mapping.cloned());
             train.versions.push(Version { id, len, mapping, first: at, last: at });
         }
-    }
-}
-
-/// Whether the node that a frame is about has sent it: a master may well talk to a node that is not there.
-fn is_by_node(event: &Event) -> bool {
-    match &event.what {
-        What::Message(message) => match message {
-            Message::BootUp { .. } | Message::Heartbeat { .. } | Message::Emcy { .. } => true,
-            Message::Pdo { transmit, .. } | Message::Mpdo { transmit, .. } => *transmit,
-            _ => false,
-        },
-        What::Pdo(data) => data.transmit,
-        What::Mpdo(data) => data.transmit,
-        What::Sdo(step) => step.side == Sender::Server,
-        _ => false,
     }
 }
 

@@ -130,7 +130,8 @@ fn anchors(a: &Course, b: &Course, pairs: &[(Option<BusId>, Option<BusId>)]) -> 
     let mut shared = Vec::new();
     let telling = streams.iter().map(|(one, other)| items::shared(one, other, &mut shared)).sum::<usize>();
     let (steps, kin) = span::in_step(&shared, telling, a.stamped && b.stamped);
-    if !steps.is_empty() {
+    // Of two sessions a part may be in step by chance, and the rest would be given away.
+    if kin == Kin::Same && !steps.is_empty() {
         return (steps, kin, false);
     }
     let plain: Vec<Anchor> = shared.iter().filter(|one| !one.varied).map(|one| one.anchor).collect();

@@ -114,6 +114,9 @@ impl Trains<'_> {
     fn lost(&self, counted: &[(u64, u64); 2], paces: &[Option<Pace>; 2], tolerance: f64, found: &mut Found<'_>) {
         let [(sure_a, most_a), (sure_b, most_b)] = *counted;
         let regular = paces.iter().any(|pace| pace.as_ref().is_some_and(|pace| pace.regular));
+        if !self.span.rigid && !self.span.by_time {
+            return;
+        }
         if !self.span.rigid {
             let (less, more) = (sure_a.min(sure_b), most_a.max(most_b));
             let apart = more.saturating_sub(less) as f64;
