@@ -353,7 +353,9 @@ impl Streams<'_> {
         let by_time = self.span.by_time;
         let others = 1 - side;
         let last = self.span.covered.get(others).map_or(i64::MAX, |covered| covered.1);
-        let ends = moved.unended && other.at.on(by_time) > last.saturating_sub(self.span.slack.1);
+        // Of repetitions that are all alike the one that the end cuts may stand beside another one.
+        let cut = self.span.last.get(side).is_some_and(|last| item.at.on(false) > last.saturating_sub(EDGE));
+        let ends = moved.unended && (cut || other.at.on(by_time) > last.saturating_sub(self.span.slack.1));
         let (first, begun) = (
             self.span.first.get(side).copied().unwrap_or(0),
             self.span.covered.get(others).map_or(i64::MIN, |covered| covered.0),

@@ -63,6 +63,8 @@ pub struct Span {
     pub resolution: i64,
     /// The number of each capture's first frame.
     pub first: [i64; 2],
+    /// The number of the last frame of each.
+    pub last: [i64; 2],
     /// Positions in A and in B, ascending.
     chain: Vec<(i64, i64)>,
     /// Frames of the same, for a place that the other capture does not have.
@@ -98,25 +100,31 @@ impl Span {
             beyond: [(false, false); 2],
             resolution: if by_time { 10_i64.pow(9 - u32::from(a.decimals.min(b.decimals).min(9))) } else { 1 },
             first: [a.first.on(false), b.first.on(false)],
+            last: [a.last.on(false), b.last.on(false)],
             chain,
             frames: anchors,
         };
         let differ = if a.decimals == b.decimals || !by_time { 0 } else { span.resolution };
         let parts = span.parts();
-        let even = parts.iter().all(|(parted, apart)| {
+        // One step that a fault has moved is two uneven parts; two runs of one script part everywhere.
+        let odd = if parts.len() >= STEPS { (parts.len() / 8).max(2) } else { 0 };
+        let uneven = parts.iter().filter(|(parted, apart)| {
             let most = if by_time { RIGID_NS.saturating_add(apart / DRIFT) } else { RIGID_FRAMES };
-            *parted <= most.saturating_add(2 * differ)
+            *parted > most.saturating_add(2 * differ)
         });
-        // Two runs of one script part step by step; clocks do not by more than their quartzes.
-        let offsets = span.chain.iter().map(|(in_a, in_b)| in_b.saturating_sub(*in_a));
-        let (least, most) = offsets.fold((i64::MAX, i64::MIN), |(least, most), own| (least.min(own), most.max(own)));
+        let even = uneven.count() <= odd;
+        // Clocks part by no more than their quartzes over the whole time.
+        let mut offsets: Vec<i64> = span.chain.iter().map(|(in_a, in_b)| in_b.saturating_sub(*in_a)).collect();
+        offsets.sort_unstable();
+        let inner = offsets.get(odd..offsets.len().saturating_sub(odd)).unwrap_or(&offsets);
+        let spread = inner.last().zip(inner.first()).map_or(0, |(most, least)| most.saturating_sub(*least));
         let long = parts.iter().fold(0_i64, |sum, (_, apart)| sum.saturating_add(*apart));
         let allowed = RIGID_NS.saturating_add(long / QUARTZ).saturating_add(2 * differ);
-        let even = even && (!by_time || most.saturating_sub(least) <= allowed);
+        let even = even && (!by_time || spread <= allowed);
         let one_session = match kin {
             Kin::Same => true,
             Kin::Other => false,
-            Kin::Unknown => simultaneous(a, b) || (by_time && parts.len() >= STEPS),
+            Kin::Unknown => true,
         };
         span.rigid = even && one_session;
         let together = span.frames.is_empty() && simultaneous(a, b);
@@ -130,10 +138,9 @@ impl Span {
                 Some(worst) => worst.saturating_add(unsure / 5),
             }
         };
-        let late = if by_time { LATE_NS } else { LATE_FRAMES };
         span.slack = (
-            slack(&mut parts.iter().take(EDGE)).saturating_add(differ).max(late),
-            slack(&mut parts.iter().rev().take(EDGE)).saturating_add(differ).max(late),
+            slack(&mut parts.iter().take(EDGE)).saturating_add(differ),
+            slack(&mut parts.iter().rev().take(EDGE)).saturating_add(differ),
         );
         let (first, last) = (span.to_a(of_b.0), span.to_a(of_b.1));
         span.covered[0] = (of_a.0.max(first), of_a.1.min(last));
@@ -143,6 +150,14 @@ impl Span {
             (of_a.0.saturating_add(begins) < first, of_a.1 > last.saturating_add(ends)),
             (of_a.0 > first.saturating_add(begins), of_a.1.saturating_add(ends) < last),
         ];
+        // Where both begin, or end, with the same frames a late echo stands on the same side in both.
+        let late = if by_time { LATE_NS } else { LATE_FRAMES };
+        if span.begins_apart() {
+            span.slack.0 = span.slack.0.max(late);
+        }
+        if span.beyond.iter().any(|(_, after)| *after) {
+            span.slack.1 = span.slack.1.max(late);
+        }
         span
     }
 
