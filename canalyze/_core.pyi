@@ -132,7 +132,7 @@ class Session:
         info (JSON lines, one object a file, from its end(); nothing is decoded) |
         check (JSON lines of findings only, with `lines`, the annotated lines that led to each) |
         columns (tables, taken with batches(); nothing comes out as bytes) |
-        record (nothing comes out: it is kept for a Comparison) |
+        course (nothing comes out: it is kept for a Comparison) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.
@@ -285,7 +285,7 @@ class Comparison:
         tolerance: float = 0.1,
         buses: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """Compare two sessions of format `record` that are finished; what they kept is taken from them.
+        """Compare two sessions of format `course` that are finished; what they kept is taken from them.
 
         names: of the files, for JSON. tolerance: by how much periods may differ, as a part of the shorter one.
         buses: names of buses that are one bus, in A and in B; others are matched by name, else by their nodes.

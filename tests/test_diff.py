@@ -6,6 +6,9 @@ The faults are those of the tables by which the rules are proved. What it must n
 from __future__ import annotations
 
 import json
+import random
+from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -134,7 +137,8 @@ def test_a_fault_in_a_network_is_named_first(case: of_network.Case) -> None:
     assert said.differences and not said.closing["same"]
     first = said.differences[0]
     near = [abs(frame - place - 1) for frame in frames_of(first) for place in places]
-    assert min(near) <= 2, complaint(said)
+    # A finding stands at the frame that proves it.
+    assert min(near) <= (5 if first["what"] == "finding" else 2), complaint(said)
     assert case.node is None or first["node"] == case.node, complaint(said)
     mirrored = compared(log_text(frames), log_text(clean), network=network)
     assert len(mirrored.differences) == len(said.differences), f"{complaint(said)}\n{complaint(mirrored)}"
@@ -194,6 +198,83 @@ def test_a_poll_is_compared_by_its_pace_only() -> None:
     assert [(row["what"], row["index"]) for row in said.differences] == [("poll", "6064")], complaint(said)
 
 
+def polled(start: int, seed: int, share: tuple[float, float]) -> list[CanFrame]:
+    """A part of a session in which only the values of a poll say where it belongs; the rest comes twice."""
+    chance = random.Random(seed)
+    frames: list[CanFrame] = []
+    for number in range(120):
+        t_us = start + number * 20_000 + chance.randrange(2000)
+        frames += exchange(t_us, "4064600000000000", f"43646000{chance.randbytes(4).hex()}")
+        if number in (30, 90):
+            frames.append(CanFrame("can0", 0x085, bytes.fromhex("1032050000000000"), t_us + 5000))
+            frames.append(CanFrame("can0", 0x000, bytes.fromhex("0105"), t_us + 7000))
+            frames.append(CanFrame("can0", 0x085, bytes.fromhex("0000000000000000"), t_us + 9000))
+    first, last = (int(part * len(frames)) for part in share)
+    return frames[first:last]
+
+
+@pytest.mark.parametrize("text", [log_text, console_text])
+def test_what_each_part_shows_once_may_be_two(text: Callable[[list[CanFrame]], bytes]) -> None:
+    one, other = polled(1_000_000, 1, (0, 0.7)), polled(900_000_000, 1, (0.4, 1))
+    for pair in ((one, other), (other, one)):
+        said = compared(log_text(pair[0]), text(pair[1]))
+        assert not said.differences, complaint(said)
+        assert said.closing["a"]["last_frame"] - said.closing["a"]["first_frame"] in range(70, 80)
+
+
+def synced(late: bool) -> list[CanFrame]:
+    """Polls and SYNC; on the producer's own host its echoes may come behind the frame that follows."""
+    frames: list[CanFrame] = polled(1_000_000, 1, (0, 1))
+    for number in range(240):
+        t_us = 1_000_100 + number * 10_000
+        frames.append(CanFrame("can0", 0x080, b"", t_us + (510 if late else 0)))
+        frames.append(CanFrame("can0", 0x185, b"\1\2", t_us + 500))
+    return sorted(frames, key=lambda frame: frame.t_us)
+
+
+def test_an_echo_at_the_edge_of_the_other_capture_is_no_frame_more() -> None:
+    here, there = synced(late=True), synced(late=False)
+    for first in range(200, 230):
+        for pair in ((here, there[first:-first]), (there, here[first:-first])):
+            said = compared(log_text(pair[0]), log_text(pair[1]))
+            assert not said.differences, complaint(said)
+
+
+def test_two_runs_without_stamps_need_not_have_as_many_frames() -> None:
+    def run(seed: int, count: int) -> bytes:
+        frames = polled(1_000_000, seed, (0, 1))
+        frames += [CanFrame("can0", 0x187, b"\5", 1_000_200 + number * 40_000) for number in range(count)]
+        return console_text(sorted(frames, key=lambda frame: frame.t_us))
+
+    assert not compared(run(1, 58), run(2, 60)).differences
+
+
+def test_what_follows_from_a_fault_comes_behind_it() -> None:
+    frames = list(of_network.clean_frames("states"))
+    beats = [at for at, frame in enumerate(frames) if frame.can_id == 0x705]
+    said = compared(log_text(frames), log_text([f for at, f in enumerate(frames) if at not in beats[4:8]]))
+    assert [row["what"] for row in said.differences][:1] == ["frames"], complaint(said)
+    assert said.differences[0]["a"]["frame"] == beats[4] + 1
+
+
+def test_where_nothing_says_what_fits_it_is_said() -> None:
+    beats = [CanFrame("can0", 0x000, b"\1\5", 1_000_000 + 50_000 * beat) for beat in range(12)]
+    said = compared(console_text(beats), console_text(beats[:7]))
+    assert not said.differences and not said.closing["placed"]
+    assert "do not say where" in said.text
+
+
+def test_the_same_transfers_in_another_order_are_not_the_same() -> None:
+    written = [exchange(0, f"2F{number:02X}200001000000", f"60{number:02X}200000000000") for number in range(40)]
+
+    def run(order: list[list[CanFrame]]) -> bytes:
+        at = [(1_000_000 + 10_000 * place, one) for place, one in enumerate(order)]
+        return log_text([replace(frame, t_us=since + frame.t_us) for since, one in at for frame in one])
+
+    said = compared(run(written), run(written[::-1]))
+    assert len(said.differences) >= 39 and said.closing["a"]["first_frame"] == 1, complaint(said)
+
+
 def test_one_poll_of_many_that_is_aborted() -> None:
     abort = exchange(1_504_000, "4064600000000000", "8064600011000906")
     said = compared(polls(100, 10_000), polls(100, 10_000, abort, seed=3))
@@ -207,27 +288,6 @@ def test_a_value_that_is_written() -> None:
     (row,) = said.differences
     assert (row["what"], row["index"], row["sub"], row["direction"]) == ("value", "1017", 0, "download")
     assert (row["a"]["frame"], row["b"]["frame"]) == (1, 1)
-
-
-DIFFERENCE = {
-    *("kind", "what", "bus", "node", "service", "index", "sub", "direction", "count", "text", "a", "b"),
-    *("a_near", "b_near"),
-}
-SIDE = {"bus", "frame", "line", "t", "last_frame", "text", "value"}
-CLOSING = {"kind", "same", "differences", "more", "rigid", "times", "a", "b"}
-CAPTURE = {"file", "frames", "first_frame", "last_frame", "outside", "full"}
-
-
-def test_keys() -> None:
-    documented = (Path(__file__).parent.parent / "canalyze/core/src/render/jsonl/diff.rs").read_text()
-    frames = list(of_network.clean_frames("synchronous"))
-    said = compared(log_text(frames), log_text([*frames[:40], *frames[60:]]))
-    for row in said.differences:
-        assert set(row) == DIFFERENCE and row["kind"] == "difference"
-        assert all(set(row[side]) == SIDE for side in "ab" if row[side])
-    assert set(said.closing) == CLOSING and set(said.closing["a"]) == CAPTURE
-    for key in DIFFERENCE | SIDE | CLOSING | CAPTURE:
-        assert key in documented, key
 
 
 @pytest.fixture

@@ -57,6 +57,16 @@ CHECK = {
     },
 }
 """Of `check`: a kind of finding, and the end of a capture."""
+DIFF = {
+    "difference": {
+        *("kind", "what", "bus", "node", "service", "index", "sub", "direction", "count", "text", "a", "b"),
+        *("a_near", "b_near"),
+    },
+    "side": {"bus", "frame", "line", "t", "last_frame", "text", "value"},
+    "diff": {"kind", "same", "differences", "more", "rigid", "times", "placed", "a", "b"},
+    "capture": {"file", "frames", "first_frame", "last_frame", "outside", "full"},
+}
+"""Of `diff`: a difference and what each capture has of it; the end and what is said of each capture."""
 OBSERVED = {
     "signal": {
         *("kind", "bus", "node", "pdo", "index", "sub", "signal", "select", "unit", "count", "min", "max"),
@@ -172,6 +182,20 @@ def test_check_has_its_keys(canalyze: Runner) -> None:
             assert set(line) == {"frame", "text"}
     documented = (SOURCE.parents[3] / "reports/check_jsonl.py").read_text() + (SOURCE / "mod.rs").read_text()
     assert all(key in documented for keys in CHECK.values() for key in keys)
+
+
+def test_diff_has_its_keys(canalyze: Runner, tmp_path: Path) -> None:
+    capture = SAMPLES / "network" / "boot-and-states.log"
+    lines = capture.read_bytes().splitlines(keepends=True)
+    (tmp_path / "other.log").write_bytes(b"".join(lines[:40] + lines[60:]))
+    *found, closing = map(json.loads, canalyze("diff", "--format", "jsonl", str(capture), "other.log").lines)
+    assert found and set(closing) == DIFF["diff"]
+    for row in found:
+        assert set(row) == DIFF["difference"] and row["kind"] == "difference"
+        assert all(set(row[side]) == DIFF["side"] for side in "ab" if row[side])
+    assert all(set(closing[side]) == DIFF["capture"] for side in "ab")
+    documented = (SOURCE / "diff.rs").read_text()
+    assert all(key in documented for keys in DIFF.values() for key in keys)
 
 
 def test_the_source_documents_every_key() -> None:

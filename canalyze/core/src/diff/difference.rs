@@ -1,6 +1,6 @@
 //! What two captures differ in: values without words.
 
-use super::record::{Deed, Kind, Place, Service};
+use super::course::{Deed, Kind, Place, Service};
 use crate::finding::Finding;
 use crate::frame::{BusId, CanId, FrameRef};
 

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use super::difference::{Difference, Shows, Side, What};
+use super::course::{Deed, Item, Kind, Place};
+use super::difference::{Aspect, Difference, Shows, Side, What};
 use super::items;
-use super::record::{Deed, Item, Place};
 use super::span::Span;
 use crate::frame::BusId;
 
@@ -44,13 +44,30 @@ impl<'a> Found<'a> {
         let key = self.key(what, node, &sides);
         let by_time = self.span.by_time;
         let place = |side: usize| sides.get(side).and_then(Option::as_ref).map(|side| Place::of(side.since));
-        let is_train = matches!(what, What::Frames(_) | What::Period(_) | What::Jitter(_));
-        let order = match (place(0), place(1)) {
+        let shown = |side: usize| sides.get(side).and_then(Option::as_ref);
+        let on_a = |side: usize, place: Place| match side {
+            0 => place.on(by_time),
+            _ => self.span.to_a(place.on(by_time)),
+        };
+        let is_train = matches!(what, What::Period(_) | What::Jitter(_));
+        let order = match (place(0).map(|place| on_a(0, place)), place(1).map(|place| on_a(1, place))) {
+            // How many there are: where the one that has more has what the other one lacks.
+            (Some(a), Some(b)) if matches!(what, What::Frames(_)) => {
+                if count(shown(0)) >= count(shown(1)) {
+                    a
+                } else {
+                    b
+                }
+            }
+            // How a transfer ended shows at its end: what broke it off came before.
+            (Some(_), Some(_)) if matches!(what, What::Item(Kind::Sdo(_), Aspect::Outcome)) => {
+                let ends = [0, 1].map(|side| shown(side).map(|one| on_a(side, Place::of(one.at))));
+                ends.into_iter().flatten().max().unwrap_or(i64::MIN)
+            }
             // Where one has a frame and the other one has none, the other one's stands beside it.
-            (Some(a), Some(b)) if is_train => a.on(by_time).max(self.span.to_a(b.on(by_time))),
-            (Some(a), Some(b)) => a.on(by_time).min(self.span.to_a(b.on(by_time))),
-            (Some(a), None) => a.on(by_time),
-            (None, Some(b)) => self.span.to_a(b.on(by_time)),
+            (Some(a), Some(b)) if is_train => a.max(b),
+            (Some(a), Some(b)) => a.min(b),
+            (Some(one), None) | (None, Some(one)) => one,
             (None, None) => i64::MIN,
         };
         // A bus, or a node, that is missing comes before what is missing with it; a finding behind what it is about.
@@ -117,5 +134,12 @@ impl<'a> Found<'a> {
             }
         }
         hasher.finish()
+    }
+}
+
+fn count(side: Option<&Side>) -> u64 {
+    match side.map(|side| &side.shows) {
+        Some(Shows::Count(frames)) => *frames,
+        _ => 0,
     }
 }

@@ -16,9 +16,9 @@ use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::align::align;
+use super::course::{Deed, Item, Kind, Moved, Place};
 use super::difference::{Aspect, Shows, Side, What};
 use super::found::Found;
-use super::record::{Deed, Item, Kind, Moved, Place};
 use super::span::{Anchor, Span};
 use super::trains;
 use crate::services::sdo::transfer::{Direction, Status};
@@ -167,17 +167,25 @@ fn likeness(item: &Item) -> u64 {
     hasher.finish()
 }
 
-/// Items that each capture has exactly once. `exact`: those whose values vary, too.
-pub(super) fn anchors(a: &[Item], b: &[Item], exact: bool, into: &mut Vec<Anchor>) {
+/// An end of an item that each capture has exactly once.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shared {
+    pub(super) anchor: Anchor,
+    /// Its value varies: the same one in both captures may be chance, many in step are not.
+    pub(super) varied: bool,
+}
+
+/// Items that each capture has exactly once. Gives how many values that vary could be the same.
+pub(super) fn shared(a: &[Item], b: &[Item], into: &mut Vec<Shared>) -> usize {
     let habits = Habits::of([a.iter(), b.iter()]);
     let unique = |items: &[Item]| {
-        let mut symbols: Vec<(u64, [Place; 2])> = items
+        let mut symbols: Vec<(u64, bool, [Place; 2])> = items
             .iter()
-            .filter(|item| !is_cut(item) && (exact || !habits.varies(item).0))
-            .map(|item| (symbol(item, false, false), [item.since, item.at]))
+            .filter(|item| !is_cut(item))
+            .map(|item| (symbol(item, false, false), habits.varies(item).0, [item.since, item.at]))
             .collect();
-        symbols.sort_by_key(|(symbol, [since, _])| (*symbol, since.on(false)));
-        let mut once: Vec<(u64, [Place; 2])> = Vec::new();
+        symbols.sort_by_key(|(symbol, _, [since, _])| (*symbol, since.on(false)));
+        let mut once: Vec<(u64, bool, [Place; 2])> = Vec::new();
         for group in symbols.chunk_by(|one, other| one.0 == other.0) {
             if let [only] = group {
                 once.push(*only);
@@ -186,13 +194,16 @@ pub(super) fn anchors(a: &[Item], b: &[Item], exact: bool, into: &mut Vec<Anchor
         once
     };
     let (of_a, of_b) = (unique(a), unique(b));
-    for (symbol, ends) in of_a {
-        if let Ok(place) = of_b.binary_search_by_key(&symbol, |(symbol, _)| *symbol)
-            && let Some((_, others)) = of_b.get(place)
+    let varied = |once: &[(u64, bool, [Place; 2])]| once.iter().filter(|(_, varied, _)| *varied).count();
+    let telling = varied(&of_a).min(varied(&of_b));
+    for (symbol, varied, ends) in of_a {
+        if let Ok(place) = of_b.binary_search_by_key(&symbol, |(symbol, ..)| *symbol)
+            && let Some((.., others)) = of_b.get(place)
         {
-            into.extend(ends.into_iter().zip(*others));
+            into.extend(ends.into_iter().zip(*others).map(|anchor| Shared { anchor, varied }));
         }
     }
+    telling
 }
 
 /// Items in their order: what is left where nothing is unique.
@@ -342,7 +353,9 @@ impl Streams<'_> {
         let by_time = self.span.by_time;
         let others = 1 - side;
         let last = self.span.covered.get(others).map_or(i64::MAX, |covered| covered.1);
-        let ends = moved.unended && other.at.on(by_time) > last.saturating_sub(self.span.slack.1);
+        // Of repetitions that are all alike the one that the end cuts may stand beside another one.
+        let cut = self.span.last.get(side).is_some_and(|last| item.at.on(false) > last.saturating_sub(EDGE));
+        let ends = moved.unended && (cut || other.at.on(by_time) > last.saturating_sub(self.span.slack.1));
         let (first, begun) = (
             self.span.first.get(side).copied().unwrap_or(0),
             self.span.covered.get(others).map_or(i64::MIN, |covered| covered.0),

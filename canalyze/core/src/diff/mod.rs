@@ -1,15 +1,15 @@
 //! Two captures held against each other as CANopen: what nodes did, not bytes or times.
 //!
-//! `record` keeps what is to be compared of one capture while it streams by; `span` relates the two and finds what both
+//! `course` keeps what is to be compared of one capture while it streams by; `span` relates the two and finds what both
 //! cover; `items` compares what happens once, in order (`align`), `trains` what comes again and again; `found` collects
 //! the differences. What a capture cannot show (frames before its beginning, times without stamps) is no difference.
 //! It must not put anything into words.
 
 mod align;
+pub mod course;
 pub mod difference;
 mod found;
 mod items;
-pub mod record;
 pub mod span;
 #[cfg(test)]
 mod tests;
@@ -19,11 +19,11 @@ use std::borrow::Cow;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
+use self::course::{Course, Kind, Line, Place, Service, Train, Version};
 use self::difference::{Difference, Shows, Side, What};
 use self::found::Found;
 use self::items::Streams;
-use self::record::{Kind, Line, Place, Record, Service, Train, Version};
-use self::span::{Anchor, Span};
+use self::span::{Anchor, Kin, Span};
 use self::trains::Trains;
 use crate::finding::{Code, Facts, Finding, Quantity, Severity};
 use crate::frame::{BusId, CanId};
@@ -58,10 +58,10 @@ const CHANCE: usize = 20;
 type Raised = (Code, Option<u8>, Option<Mux>);
 
 /// Compares two captures.
-pub fn compare(a: &Record, b: &Record, settings: &Settings) -> Comparison {
+pub fn compare(a: &Course, b: &Course, settings: &Settings) -> Comparison {
     let pairs = paired(a, b, &settings.buses);
-    let (anchors, vague) = anchors(a, b, &pairs);
-    let mut span = Span::new(a, b, anchors);
+    let (anchors, kin, vague) = anchors(a, b, &pairs);
+    let mut span = Span::new(a, b, anchors, kin);
     if vague && !span.by_time {
         span.blur();
     }
@@ -81,7 +81,7 @@ pub fn compare(a: &Record, b: &Record, settings: &Settings) -> Comparison {
 }
 
 /// The buses of both: by what was said, by name, then those that have most in common.
-fn paired(a: &Record, b: &Record, said: &[(String, String)]) -> Vec<(Option<BusId>, Option<BusId>)> {
+fn paired(a: &Course, b: &Course, said: &[(String, String)]) -> Vec<(Option<BusId>, Option<BusId>)> {
     let mut left_a: Vec<BusId> = a.lines.keys().copied().collect();
     let mut left_b: Vec<BusId> = b.lines.keys().copied().collect();
     let mut pairs = Vec::new();
@@ -91,7 +91,7 @@ fn paired(a: &Record, b: &Record, said: &[(String, String)]) -> Vec<(Option<BusI
         pairs.push((Some(one), Some(other)));
     };
     let named =
-        |record: &Record, left: &[BusId], name: &[u8]| left.iter().copied().find(|bus| record.buses.name(*bus) == name);
+        |course: &Course, left: &[BusId], name: &[u8]| left.iter().copied().find(|bus| course.buses.name(*bus) == name);
     for (one, other) in said {
         if let (Some(one), Some(other)) = (named(a, &left_a, one.as_bytes()), named(b, &left_b, other.as_bytes())) {
             take(&mut left_a, &mut left_b, one, other);
@@ -118,40 +118,44 @@ fn paired(a: &Record, b: &Record, said: &[(String, String)]) -> Vec<(Option<BusI
     pairs
 }
 
-/// What relates the captures in time: what is unique in both; else what their order matches, which is vague where one
-/// has more repetitions than the other.
-fn anchors(a: &Record, b: &Record, pairs: &[(Option<BusId>, Option<BusId>)]) -> (Vec<Anchor>, bool) {
+/// What relates the captures in time: what is unique in both and in step; else what is unique in both; else what their
+/// order matches, which is vague where one has more repetitions than the other.
+fn anchors(a: &Course, b: &Course, pairs: &[(Option<BusId>, Option<BusId>)]) -> (Vec<Anchor>, Kin, bool) {
     let mut streams = Vec::new();
     for (one, other) in pairs {
         let lines = one.and_then(|bus| a.lines.get(&bus)).zip(other.and_then(|bus| b.lines.get(&bus)));
         let Some((one, other)) = lines else { continue };
         streams.extend(one.items.iter().filter_map(|(key, items)| Some((items, other.items.get(key)?))));
     }
-    let mut found = Vec::new();
-    for exact in [false, true] {
-        found.clear();
-        for (one, other) in &streams {
-            items::anchors(one, other, exact, &mut found);
-        }
-        // Of many values that vary some are the same by chance.
-        let items = streams.iter().map(|(one, other)| one.len().min(other.len())).sum::<usize>();
-        if found.len() > 1 && (!exact || found.len() > items / CHANCE) {
-            return (found, false);
-        }
+    let mut shared = Vec::new();
+    let telling = streams.iter().map(|(one, other)| items::shared(one, other, &mut shared)).sum::<usize>();
+    let (steps, kin) = span::in_step(&shared, telling, a.stamped && b.stamped);
+    // Of two sessions a part may be in step by chance, and the rest would be given away.
+    if kin == Kin::Same && !steps.is_empty() {
+        return (steps, kin, false);
     }
-    found.clear();
+    let plain: Vec<Anchor> = shared.iter().filter(|one| !one.varied).map(|one| one.anchor).collect();
+    if plain.len() > 1 {
+        return (plain, kin, false);
+    }
+    // Of many values that vary some are the same by chance.
+    let items = streams.iter().map(|(one, other)| one.len().min(other.len())).sum::<usize>();
+    if shared.len() > 1 && shared.len() > items / CHANCE {
+        return (shared.iter().map(|one| one.anchor).collect(), kin, false);
+    }
+    let mut found = Vec::new();
     let mut vague = false;
-    if found.is_empty() && !span::simultaneous(a, b) {
+    if !span::simultaneous(a, b) {
         vague = streams.iter().any(|(one, other)| one.len() != other.len());
         for (one, other) in &streams {
             items::matched(one, other, &mut found);
         }
     }
-    (found, vague)
+    (found, kin, vague)
 }
 
 /// One bus in both captures.
-fn lines(lines: [&Line; 2], records: [&Record; 2], settings: &Settings, found: &mut Found<'_>) {
+fn lines(lines: [&Line; 2], courses: [&Course; 2], settings: &Settings, found: &mut Found<'_>) {
     let [a, b] = lines;
     let apart = strangers(lines, found);
     let span = found.span;
@@ -170,7 +174,7 @@ fn lines(lines: [&Line; 2], records: [&Record; 2], settings: &Settings, found: &
         let configured = found.configured(node);
         Trains { node, service, trains, configured, span }.compare(settings.tolerance, found);
     }
-    findings(lines, records, &apart, found);
+    findings(lines, courses, &apart, found);
 }
 
 /// Nodes that only one capture has, though the other one covers them.
@@ -261,10 +265,10 @@ fn absent(lines: [Option<&Line>; 2], found: &mut Found<'_>) {
 }
 
 /// Findings that only one capture has.
-fn findings(lines: [&Line; 2], records: [&Record; 2], apart: &BTreeSet<u8>, found: &mut Found<'_>) {
+fn findings(lines: [&Line; 2], courses: [&Course; 2], apart: &BTreeSet<u8>, found: &mut Found<'_>) {
     let by_time = found.span.by_time;
-    let timed = |record: &Record| record.stamped && record.decimals >= 4;
-    let all_timed = records.iter().all(|record| timed(record));
+    let timed = |course: &Course| course.stamped && course.decimals >= 4;
+    let all_timed = courses.iter().all(|course| timed(course));
     for (side, other) in [(0, 1), (1, 0)] {
         let (Some(mine), Some(others)) = (lines.get(side), lines.get(other)) else { continue };
         let lacking: BTreeMap<&Raised, &Vec<Finding>> =

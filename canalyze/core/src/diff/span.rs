@@ -4,7 +4,8 @@
 //! once, in the same order in both. Between anchors the offset of the clocks is interpolated; where stamps are
 //! missing, frames are counted instead. It must not judge what differs.
 
-use super::record::{Place, Record};
+use super::course::{Course, Place};
+use super::items::Shared;
 
 /// Stamps from here on (in ns: 1973) are those of a clock.
 const EPOCH_NS: i64 = 100_000_000_000_000_000;
@@ -12,12 +13,35 @@ const EPOCH_NS: i64 = 100_000_000_000_000_000;
 const RIGID_NS: i64 = 2_000_000;
 /// ... and a thousandth of the time between them.
 const DRIFT: i64 = 1000;
+/// Of the whole time in which both are related, clocks part by no more than one part in so many.
+const QUARTZ: i64 = 5000;
 /// How well clocks are related where no two anchors say it, in ns.
 const UNSURE_NS: i64 = 1_000_000;
 /// What [`RIGID_NS`] is in frames.
 const RIGID_FRAMES: i64 = 3;
 /// Anchors at an edge that say how well the clocks are related there.
 const EDGE: usize = 5;
+
+/// Ends of items that are in step from which on they are no chance.
+const STEPS: usize = 6;
+/// Anchors of which no more than one in so many is in the same order in both captures say nothing.
+const CONTRADICTED: usize = 4;
+/// Values that vary and are the same in step, from which on both captures show one session.
+const SAME: usize = 6;
+/// A late echo of what the capturing host sends stands where it does not belong by so much at an edge: in ns, in frames.
+const LATE_NS: i64 = 2_000_000;
+const LATE_FRAMES: i64 = 2;
+
+/// Whether two captures show one session, by the values that vary from session to session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kin {
+    /// They do.
+    Same,
+    /// They show two.
+    Other,
+    /// Nothing in them says it.
+    Unknown,
+}
 
 /// A moment that both captures have: its place in one, and in the other.
 pub type Anchor = (Place, Place);
@@ -27,7 +51,7 @@ pub type Anchor = (Place, Place);
 pub struct Span {
     /// Positions are stamps in ns, else numbers of frames.
     pub by_time: bool,
-    /// The captures show one and the same course in time: the offset of their clocks does not vary.
+    /// The captures show one and the same session: the offset of their clocks does not vary.
     pub rigid: bool,
     /// What both cover, in positions of each: first and last.
     pub covered: [(i64, i64); 2],
@@ -39,6 +63,8 @@ pub struct Span {
     pub resolution: i64,
     /// The number of each capture's first frame.
     pub first: [i64; 2],
+    /// The number of the last frame of each.
+    pub last: [i64; 2],
     /// Positions in A and in B, ascending.
     chain: Vec<(i64, i64)>,
     /// Frames of the same, for a place that the other capture does not have.
@@ -47,7 +73,7 @@ pub struct Span {
 
 impl Span {
     /// Relates two captures by these anchors, in any order.
-    pub fn new(a: &Record, b: &Record, anchors: Vec<Anchor>) -> Self {
+    pub fn new(a: &Course, b: &Course, anchors: Vec<Anchor>, kin: Kin) -> Self {
         let by_time = a.stamped && b.stamped;
         let anchors = ordered(anchors);
         let mut chain: Vec<(i64, i64)> =
@@ -61,7 +87,7 @@ impl Span {
             }
             rises
         });
-        let ends = |record: &Record| (record.first.on(by_time), record.last.on(by_time));
+        let ends = |course: &Course| (course.first.on(by_time), course.last.on(by_time));
         let (of_a, of_b) = (ends(a), ends(b));
         if chain.is_empty() {
             chain.push(unanchored(by_time, of_a, of_b));
@@ -74,15 +100,33 @@ impl Span {
             beyond: [(false, false); 2],
             resolution: if by_time { 10_i64.pow(9 - u32::from(a.decimals.min(b.decimals).min(9))) } else { 1 },
             first: [a.first.on(false), b.first.on(false)],
+            last: [a.last.on(false), b.last.on(false)],
             chain,
             frames: anchors,
         };
         let differ = if a.decimals == b.decimals || !by_time { 0 } else { span.resolution };
         let parts = span.parts();
-        span.rigid = parts.iter().all(|(parted, apart)| {
+        // One step that a fault has moved is two uneven parts; two runs of one script part everywhere.
+        let odd = if parts.len() >= STEPS { (parts.len() / 8).max(2) } else { 0 };
+        let uneven = parts.iter().filter(|(parted, apart)| {
             let most = if by_time { RIGID_NS.saturating_add(apart / DRIFT) } else { RIGID_FRAMES };
-            *parted <= most.saturating_add(2 * differ)
+            *parted > most.saturating_add(2 * differ)
         });
+        let even = uneven.count() <= odd;
+        // Clocks part by no more than their quartzes over the whole time.
+        let mut offsets: Vec<i64> = span.chain.iter().map(|(in_a, in_b)| in_b.saturating_sub(*in_a)).collect();
+        offsets.sort_unstable();
+        let inner = offsets.get(odd..offsets.len().saturating_sub(odd)).unwrap_or(&offsets);
+        let spread = inner.last().zip(inner.first()).map_or(0, |(most, least)| most.saturating_sub(*least));
+        let long = parts.iter().fold(0_i64, |sum, (_, apart)| sum.saturating_add(*apart));
+        let allowed = RIGID_NS.saturating_add(long / QUARTZ).saturating_add(2 * differ);
+        let even = even && (!by_time || spread <= allowed);
+        let one_session = match kin {
+            Kin::Same => true,
+            Kin::Other => false,
+            Kin::Unknown => true,
+        };
+        span.rigid = even && one_session;
         let together = span.frames.is_empty() && simultaneous(a, b);
         let slack = |some: &mut dyn Iterator<Item = &(i64, i64)>| {
             let unsure = if by_time { UNSURE_NS } else { 1 };
@@ -106,6 +150,14 @@ impl Span {
             (of_a.0.saturating_add(begins) < first, of_a.1 > last.saturating_add(ends)),
             (of_a.0 > first.saturating_add(begins), of_a.1.saturating_add(ends) < last),
         ];
+        // Where both begin, or end, with the same frames a late echo stands on the same side in both.
+        let late = if by_time { LATE_NS } else { LATE_FRAMES };
+        if span.begins_apart() {
+            span.slack.0 = span.slack.0.max(late);
+        }
+        if span.beyond.iter().any(|(_, after)| *after) {
+            span.slack.1 = span.slack.1.max(late);
+        }
         span
     }
 
@@ -170,8 +222,8 @@ impl Span {
 }
 
 /// Whether the clocks of two captures say that they were taken at the same time.
-pub fn simultaneous(a: &Record, b: &Record) -> bool {
-    let ends = |record: &Record| (record.first.on(true), record.last.on(true));
+pub fn simultaneous(a: &Course, b: &Course) -> bool {
+    let ends = |course: &Course| (course.first.on(true), course.last.on(true));
     a.stamped && b.stamped && overlap(ends(a), ends(b))
 }
 
@@ -200,6 +252,56 @@ fn related(chain: &[(i64, i64)], position: i64, turn: impl Fn((i64, i64)) -> (i6
     }
 }
 
+/// The anchors whose offset hardly varies, where these are most of what is unique in both: the others are alike by
+/// chance, or are another repetition of what each capture shows once. `telling`: values that could be the same.
+pub(super) fn in_step(shared: &[Shared], telling: usize, by_time: bool) -> (Vec<Anchor>, Kin) {
+    let offset = |one: &Shared| one.anchor.1.on(by_time).saturating_sub(one.anchor.0.on(by_time));
+    let width = if by_time { RIGID_NS } else { RIGID_FRAMES };
+    let mut offsets: Vec<i64> = shared.iter().map(offset).collect();
+    offsets.sort_unstable();
+    // The offset about which most lie, and how many.
+    let mut best = (0, 0);
+    let mut from = 0;
+    for (to, last) in offsets.iter().enumerate() {
+        while offsets.get(from).is_some_and(|first| last.saturating_sub(*first) > width) {
+            from += 1;
+        }
+        let about = offsets.get((from + to) / 2).copied().unwrap_or(*last);
+        best = best.max((to + 1 - from, about));
+    }
+    let mut ordered: Vec<&Shared> = shared.iter().collect();
+    ordered.sort_by_key(|one| one.anchor.0.on(by_time));
+    let first = ordered.iter().position(|one| offset(one).saturating_sub(best.1).saturating_abs() <= width);
+    // Clocks part slowly: from there on, to both sides, each may lie a little off the last one.
+    let (before, after) = ordered.split_at(first.unwrap_or(0));
+    let mut steps: Vec<&Shared> = Vec::new();
+    for way in [&mut after.iter() as &mut dyn Iterator<Item = &&Shared>, &mut before.iter().rev()] {
+        let mut last: Option<(i64, i64)> =
+            first.and_then(|at| ordered.get(at)).map(|one| (one.anchor.0.on(by_time), best.1));
+        for one in way {
+            let (at, own) = (one.anchor.0.on(by_time), offset(one));
+            let Some((then, expected)) = last else { break };
+            let drift = if by_time { at.saturating_sub(then).saturating_abs() / DRIFT } else { 0 };
+            if own.saturating_sub(expected).saturating_abs() <= width.saturating_add(drift) {
+                steps.push(one);
+                // What is a little late itself does not lead the next ones astray.
+                let known = i64::try_from(steps.len().min(8)).unwrap_or(1);
+                last = Some((at, expected.saturating_add(own.saturating_sub(expected) / known)));
+            }
+        }
+    }
+    let varied = steps.iter().filter(|one| one.varied).count();
+    let kin = if varied >= SAME {
+        Kin::Same
+    } else if telling >= SAME && varied * 4 < telling {
+        Kin::Other
+    } else {
+        Kin::Unknown
+    };
+    let anchors: Vec<Anchor> = steps.into_iter().map(|one| one.anchor).collect();
+    if anchors.len() >= STEPS && 2 * anchors.len() >= shared.len() { (anchors, kin) } else { (Vec::new(), kin) }
+}
+
 /// The longest part of the anchors that is in the same order in both captures.
 fn ordered(mut anchors: Vec<Anchor>) -> Vec<Anchor> {
     anchors.sort_by_key(|(in_a, in_b)| (in_a.on(false), in_b.on(false)));
@@ -220,6 +322,10 @@ fn ordered(mut anchors: Vec<Anchor>) -> Vec<Anchor> {
     while let Some(at) = next {
         row.extend(anchors.get(at).copied());
         next = before.get(at).copied().flatten();
+    }
+    // Where hardly any are in the same order, their order is what differs: it does not say what fits.
+    if row.len() * CONTRADICTED < anchors.len() {
+        return Vec::new();
     }
     row.reverse();
     row

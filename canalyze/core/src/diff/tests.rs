@@ -4,7 +4,7 @@
 
 use proptest::prelude::*;
 
-use super::record::Record;
+use super::course::Course;
 use super::{Settings, compare};
 use crate::frame::{CanId, Frame, Stamp, StampForm};
 use crate::readers::Format as Input;
@@ -14,8 +14,8 @@ fn settings() -> Settings {
     Settings { tolerance: 0.1, buses: Vec::new() }
 }
 
-fn record(frames: &[Frame]) -> Record {
-    let mut session = Session::new(Options { format: Format::Record, ..Options::default() });
+fn course(frames: &[Frame]) -> Course {
+    let mut session = Session::new(Options { format: Format::Course, ..Options::default() });
     let mut out = Vec::new();
     session.begin(b"x", Input::Candump, true);
     for frame in frames {
@@ -23,7 +23,7 @@ fn record(frames: &[Frame]) -> Record {
     }
     session.finish(&mut out);
     assert!(out.is_empty());
-    session.take_record().unwrap()
+    session.take_course().unwrap()
 }
 
 fn frames() -> impl Strategy<Value = Vec<Frame>> {
@@ -55,14 +55,14 @@ fn frames() -> impl Strategy<Value = Vec<Frame>> {
 proptest! {
     #[test]
     fn a_capture_is_the_same_as_itself(one in frames()) {
-        let record = record(&one);
-        let found = compare(&record, &record, &settings());
+        let course = course(&one);
+        let found = compare(&course, &course, &settings());
         prop_assert!(found.differences.is_empty(), "{:?}", found.differences);
     }
 
     #[test]
     fn any_two_can_be_compared(one in frames(), other in frames()) {
-        let (a, b) = (record(&one), record(&other));
+        let (a, b) = (course(&one), course(&other));
         compare(&a, &b, &settings());
         compare(&b, &a, &settings());
     }

@@ -1,14 +1,14 @@
 //! What comes again and again, held against each other: whether it is there, how often and how evenly it comes, on
 //! which identifier, with which mapping and length.
 //!
-//! In two captures of one course in time ([`Span::rigid`]) frames are counted exactly within what both surely cover;
-//! of two courses only the pace is compared, for when each began is chance. It must not look at payload.
+//! In two captures of one session ([`Span::rigid`]) frames are counted exactly within what both surely cover;
+//! of two sessions only the pace is compared, for when each began is chance. It must not look at payload.
 
 use std::ops::RangeInclusive;
 
+use super::course::{Place, Service, Train, Version, alike};
 use super::difference::{Shows, Side, What};
 use super::found::Found;
-use super::record::{Place, Service, Train, Version, alike};
 use super::span::Span;
 
 /// Intervals from which on a pace can be told.
@@ -95,7 +95,7 @@ impl Trains<'_> {
             if sure == 0 || other > 0 {
                 continue;
             }
-            // Of two courses a slow train may just be between two frames.
+            // Of two sessions a slow train may just be between two frames.
             let long = paces.get(side)?.is_some();
             if !self.span.rigid && !long && sure < 2 && !self.places(1 - side).is_empty() {
                 continue;
@@ -110,14 +110,17 @@ impl Trains<'_> {
         None
     }
 
-    /// Frames are missing in one of two captures of the same course; or so many of two courses that it is no chance.
+    /// Frames are missing in one of two captures of the same session; or so many of two sessions that it is no chance.
     fn lost(&self, counted: &[(u64, u64); 2], paces: &[Option<Pace>; 2], tolerance: f64, found: &mut Found<'_>) {
         let [(sure_a, most_a), (sure_b, most_b)] = *counted;
         let regular = paces.iter().any(|pace| pace.as_ref().is_some_and(|pace| pace.regular));
+        if !self.span.rigid && !self.span.by_time {
+            return;
+        }
         if !self.span.rigid {
             let (less, more) = (sure_a.min(sure_b), most_a.max(most_b));
             let apart = more.saturating_sub(less) as f64;
-            // A regular one was judged by its pace; how long each course took is not to be judged.
+            // A regular one was judged by its pace; how long each session took is not to be judged.
             if regular || apart <= 2.0 + 2.0 * tolerance * more as f64 {
                 return;
             }
@@ -149,7 +152,7 @@ impl Trains<'_> {
         places.get(after).or_else(|| places.last()).copied()
     }
 
-    /// The first frame of a capture that the other one has not, where both have the same course.
+    /// The first frame of a capture that the other one has not, where both show the same session.
     fn unmatched(&self, side: usize, within: i64) -> Option<Place> {
         if !self.span.rigid {
             return None;

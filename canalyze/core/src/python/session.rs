@@ -98,7 +98,7 @@ impl Session {
             ("info", Format::Info),
             ("check", Format::Check),
             ("columns", Format::Columns),
-            ("record", Format::Record),
+            ("course", Format::Course),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use self::capture::Capture;
 use self::decoding::Decoding;
 use self::output::{Form, Output};
-use crate::diff::record::Record;
+use crate::diff::course::Course;
 use crate::expectation::Expectations;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
@@ -57,8 +57,8 @@ pub enum Format {
     Records,
     /// JSON lines of what each file is, one a file; nothing is decoded.
     Info,
-    /// Nothing: what is to be compared is kept for [`Session::take_record`].
-    Record,
+    /// Nothing: what is to be compared is kept for [`Session::take_course`].
+    Course,
     /// The frames themselves, in another capture format.
     Convert(writers::Format),
     /// JSON lines of findings only, each with the annotated lines that led to it.
@@ -309,8 +309,8 @@ impl Session {
     }
 
     /// Hands out what is kept of the capture to be compared, after [`Self::finish`]; `None` in other formats.
-    pub fn take_record(&mut self) -> Option<Record> {
-        self.stream.output.take_record()
+    pub fn take_course(&mut self) -> Option<Course> {
+        self.stream.output.take_course()
     }
 
     /// Frames so far: those that all files have given, those that were read of the file that was fed last.

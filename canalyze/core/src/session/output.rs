@@ -6,7 +6,7 @@
 use super::capture::View;
 use super::records::Records;
 use super::{Format, Options};
-use crate::diff::record::Record;
+use crate::diff::course::Course;
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::Finding;
@@ -41,7 +41,7 @@ pub(super) enum Form {
     /// Transfers, findings, figures, or several of them.
     Records(Records),
     Info(Box<Info>),
-    Record(Box<Record>),
+    Course(Box<Course>),
     Convert(Box<Writer>),
     Columns(Box<Columns>),
 }
@@ -60,7 +60,7 @@ impl Output {
                 Form::Records(Records::new(options.format, &options.network))
             }
             Format::Info => Form::Info(Box::default()),
-            Format::Record => Form::Record(Box::default()),
+            Format::Course => Form::Course(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
             Format::Columns => Form::Columns(Box::new(Columns::new(options.lang, &options.select, &options.tables))),
         };
@@ -93,15 +93,15 @@ impl Output {
     }
 
     /// What is kept to be compared.
-    pub(super) fn take_record(&mut self) -> Option<Record> {
-        if let Form::Record(record) = &mut self.form { Some(std::mem::take(record)) } else { None }
+    pub(super) fn take_course(&mut self) -> Option<Course> {
+        if let Form::Course(course) = &mut self.form { Some(std::mem::take(course)) } else { None }
     }
 
     /// Repeats of one finding on one object are counted instead of shown; figures count by themselves.
     pub(super) fn folds(&self) -> bool {
         match &self.form {
             Form::Records(records) => !records.only_counts(),
-            Form::Record(_) => false,
+            Form::Course(_) => false,
             _ => true,
         }
     }
@@ -126,8 +126,8 @@ impl Output {
         if self.is_transfers_only() {
             return;
         }
-        if let Form::Record(record) = &mut self.form {
-            record.extend(frame);
+        if let Form::Course(course) = &mut self.form {
+            course.extend(frame);
         }
         let (service, node) = service(events);
         let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
@@ -155,7 +155,7 @@ impl Output {
             }
             Form::Jsonl => jsonl::frame(out, view.jsonl, frame, events),
             Form::Signals(signals) => signals.frame(out, view.jsonl, frame, events),
-            Form::Record(record) => record.frame(frame, events),
+            Form::Course(course) => course.frame(frame, events),
             Form::Convert(writer) => {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
@@ -170,12 +170,12 @@ impl Output {
         match &mut self.form {
             Form::Text(lines) => lines.end(out, events),
             Form::Jsonl => jsonl::asides(out, view.jsonl, events),
-            Form::Record(record) => {
+            Form::Course(course) => {
                 let shown = |event: &&Event| match &event.what {
                     What::Transfer(transfer) => self.filter.shows_transfer(transfer, view.buses, view.clock),
                     _ => self.filter.is_empty(),
                 };
-                record.asides(events.iter().filter(shown));
+                course.asides(events.iter().filter(shown));
             }
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
             Form::Records(records) => {
@@ -197,7 +197,7 @@ impl Output {
             Form::Text(lines) => lines.marker(out, marker, view.buses),
             Form::Records(records) => records.marker(marker),
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
-            Form::Lines(_) | Form::Jsonl | Form::Signals(_) | Form::Info(_) | Form::Columns(_) | Form::Record(_) => {}
+            Form::Lines(_) | Form::Jsonl | Form::Signals(_) | Form::Info(_) | Form::Columns(_) | Form::Course(_) => {}
         }
     }
 
@@ -208,7 +208,7 @@ impl Output {
             Form::Records(records) => records.finding(out, view, finding),
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
             Form::Columns(columns) => columns.finding(view.jsonl, finding),
-            Form::Text(_) | Form::Lines(_) | Form::Signals(_) | Form::Info(_) | Form::Record(_) => {}
+            Form::Text(_) | Form::Lines(_) | Form::Signals(_) | Form::Info(_) | Form::Course(_) => {}
         }
     }
 
@@ -224,7 +224,7 @@ impl Output {
         match &mut self.form {
             Form::Records(records) if self.shown > 0 => records.finish(out, view),
             Form::Convert(writer) => writer.finish(out, view.writing),
-            Form::Record(record) => record.finish(view.buses),
+            Form::Course(course) => course.finish(view.buses),
             _ => {}
         }
     }

@@ -4,8 +4,8 @@
 
 use super::digits::{Hex, put};
 use super::{Lang, en, escape, terms, value, zh};
+use crate::diff::course::{Deed, Kind, Moved, Service};
 use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
-use crate::diff::record::{Deed, Kind, Moved, Service};
 use crate::frame::{CanId, FrameRef};
 use crate::services::sdo::transfer::{Direction, Mode, Status};
 use crate::services::sdo::wire::{Mux, Side as Sender};
@@ -37,6 +37,8 @@ pub enum Phrase {
     Full,
     /// Times were not compared.
     NoTimes,
+    /// Nothing says where one capture lies in the other.
+    Unplaced,
     /// A bus that has no name.
     Unnamed,
 }
@@ -62,6 +64,11 @@ static PHRASES: &[(Phrase, &str, &str)] = &[
         Phrase::NoTimes,
         "至少一方没有时间戳: 周期和抖动未比较",
         "not both captures have stamps: periods and jitter were not compared",
+    ),
+    (
+        Phrase::Unplaced,
+        "两个记录只有相同内容的重复, 无法确定彼此的位置: 仅一方有的内容未作判断",
+        "both have the same repetitions only, which do not say where one lies in the other: what only one has was not judged",
     ),
     (Phrase::Unnamed, "总线", "bus"),
 ];

@@ -10,14 +10,15 @@
 //! `period_us`, `id`, `mapping` (a list of entries), `length`, or `code message` of a finding. `a_near`, `b_near`: where
 //! a capture has nothing, the nearest frame before that both have.
 //!
-//! `diff`: `kind same differences more rigid times a b`; `more` were not listed; `rigid`: both captures show one course in
-//! time; `times`: periods were compared. `a` and `b`: `{"file","frames","first_frame","last_frame","outside","full"}`, the
-//! frames between which both captures were compared, what lies outside, and whether the capture was too long.
+//! `diff`: `kind same differences more rigid times placed a b`; `more` were not listed; `rigid`: both captures show one
+//! session in time; `times`: periods were compared; `placed`: it is known where one capture lies in the other. `a` and
+//! `b`: `{"file","frames","first_frame","last_frame","outside","full"}`, the frames between which both captures were
+//! compared, what lies outside, and whether the capture was too long.
 
 use super::{name_or_null, number_or_null, quoted, seconds, truth};
 use crate::diff::Comparison;
+use crate::diff::course::{Deed, Moved, Service};
 use crate::diff::difference::{Difference, Shows, Side};
-use crate::diff::record::{Deed, Moved, Service};
 use crate::frame::CanId;
 use crate::render::diff::{Setting, extents};
 use crate::services::sdo::wire::Side as Sender;
@@ -33,16 +34,16 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison, f
     let count = comparison.differences.len() as u64 + comparison.more;
     put!(out; "{\"kind\":\"diff\",\"same\":", truth(count == 0), ",\"differences\":", count);
     put!(out; ",\"more\":", comparison.more, ",\"rigid\":", truth(comparison.span.rigid));
-    put!(out; ",\"times\":", truth(comparison.span.by_time));
-    let sides = files.into_iter().zip(setting.records).zip(comparison.outside).zip(extents(setting, comparison));
-    for ((((file, record), outside), (first, last)), key) in sides.zip([",\"a\":", ",\"b\":"]) {
+    put!(out; ",\"times\":", truth(comparison.span.by_time), ",\"placed\":", truth(!comparison.span.is_blurred()));
+    let sides = files.into_iter().zip(setting.courses).zip(comparison.outside).zip(extents(setting, comparison));
+    for ((((file, course), outside), (first, last)), key) in sides.zip([",\"a\":", ",\"b\":"]) {
         put!(out; key, "{\"file\":");
         escape::json(out, file);
-        put!(out; ",\"frames\":", record.frames, ",\"first_frame\":");
+        put!(out; ",\"frames\":", course.frames, ",\"first_frame\":");
         number_or_null(out, (first > 0).then_some(first));
         put!(out; ",\"last_frame\":");
         number_or_null(out, (last > 0).then_some(last));
-        put!(out; ",\"outside\":", outside, ",\"full\":", truth(record.full), "}");
+        put!(out; ",\"outside\":", outside, ",\"full\":", truth(course.full), "}");
     }
     put!(out; "}\n");
 }
@@ -98,8 +99,8 @@ fn service(out: &mut Vec<u8>, service: Service) {
 
 fn side(out: &mut Vec<u8>, setting: Setting<'_>, difference: &Difference, place: usize) {
     let Some(side) = difference.sides.get(place).and_then(Option::as_ref) else { return put!(out; "null") };
-    let record = setting.records.get(place);
-    let name = difference.bus.get(place).copied().flatten().zip(record).map(|(bus, record)| record.buses.name(bus));
+    let course = setting.courses.get(place);
+    let name = difference.bus.get(place).copied().flatten().zip(course).map(|(bus, course)| course.buses.name(bus));
     put!(out; "{\"bus\":");
     name_or_null(out, name.unwrap_or_default());
     put!(out; ",\"frame\":");
@@ -107,7 +108,7 @@ fn side(out: &mut Vec<u8>, setting: Setting<'_>, difference: &Difference, place:
     put!(out; ",\"line\":");
     number_or_null(out, side.since.line);
     put!(out; ",\"t\":");
-    seconds(out, side.since.t_ns, record.map_or(9, |record| record.decimals));
+    seconds(out, side.since.t_ns, course.map_or(9, |course| course.decimals));
     put!(out; ",\"last_frame\":");
     number_or_null(out, (side.at.no > 0).then_some(side.at.no));
     put!(out; ",\"text\":");

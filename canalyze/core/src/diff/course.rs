@@ -201,7 +201,7 @@ pub struct Line {
 
 /// What is kept of a capture.
 #[derive(Clone, Debug, Default)]
-pub struct Record {
+pub struct Course {
     /// The names of its buses.
     pub buses: Buses,
     /// By bus.
@@ -210,7 +210,7 @@ pub struct Record {
     pub frames: u64,
     /// Its first frame.
     pub first: Place,
-    /// Its last frame; that where the record was full.
+    /// Its last frame; that where the course was full.
     pub last: Place,
     /// Every frame has a stamp.
     pub stamped: bool,
@@ -246,7 +246,7 @@ impl Line {
     }
 }
 
-impl Record {
+impl Course {
     /// The capture goes on to this frame, whether it is to be compared or not.
     pub fn extend(&mut self, frame: &Frame) {
         if self.is_full() {
