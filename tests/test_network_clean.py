@@ -116,3 +116,14 @@ def test_cut_anywhere(name: str, described: bool) -> None:
     for start, end in cuts(len(frames)):
         said = said_of(log_text(frames[start:end]), name, described)
         assert not said.above_info(), f"frames {start} to {end}: {said.complaint()}"
+
+
+def test_guarding_cut_anywhere_without_stamps() -> None:
+    """The first answer's request is not there: the others are taken for late, and one of them stays alone."""
+    frames = frames_of("guarding")
+    for start in range(len(frames)):
+        said = analyze(console_text(frames[start:]))
+        assert not [finding for finding in said.findings if finding["code"].startswith("GRD")], (
+            start,
+            said.complaint(),
+        )

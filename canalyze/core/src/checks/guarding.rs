@@ -228,7 +228,11 @@ impl Guarded {
 
     /// A frame that nobody had asked for, and no request came just after it.
     fn expire(&mut self, node: u8, cx: &mut Context<'_>) {
-        let Some((frame, toggle, _)) = self.ahead.take() else { return };
+        let Some((frame, toggle, counted)) = self.ahead.take() else { return };
+        if !counted {
+            // It may have been an answer all the same, whose request was taken for that of the one before.
+            self.toggle = None;
+        }
         if toggle || self.requests == 0 || !self.toggles {
             return;
         }
