@@ -8,7 +8,7 @@ mod traffic;
 
 use std::sync::Arc;
 
-use canalyze_core::diff::record::Record;
+use canalyze_core::diff::course::Course;
 use canalyze_core::diff::{Comparison, Settings, compare};
 use canalyze_core::frame::Frame;
 use canalyze_core::network::Network;
@@ -19,20 +19,20 @@ use canalyze_core::text::Lang;
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
 
-fn record(frames: &[Frame], network: &Arc<Network>) -> Record {
+fn course(frames: &[Frame], network: &Arc<Network>) -> Course {
     let mut session =
-        Session::new(Options { format: Format::Record, network: Arc::clone(network), ..Options::default() });
+        Session::new(Options { format: Format::Course, network: Arc::clone(network), ..Options::default() });
     let mut out = Vec::new();
     for frame in frames {
         session.push(*frame, &mut out);
     }
     session.finish(&mut out);
-    assert!(out.is_empty(), "a record is no bytes");
-    session.take_record().expect("it is the format that keeps one")
+    assert!(out.is_empty(), "a course is no bytes");
+    session.take_course().expect("it is the format that keeps one")
 }
 
-fn written(lang: Lang, records: [&Record; 2], compared: &Comparison) {
-    let setting = || Setting { lang, records };
+fn written(lang: Lang, courses: [&Course; 2], compared: &Comparison) {
+    let setting = || Setting { lang, courses };
     let mut out = Vec::new();
     head(&mut out, setting(), compared);
     body(&mut out, setting(), compared);
@@ -58,11 +58,11 @@ fuzz_target!(|input: &[u8]| {
         traffic::frames(&[middle, other, rest.get(cut / 2..cut).unwrap_or_default()].concat(), choice & 1 == 0)
     };
     let settings = || Settings { tolerance: f64::from(choice >> 5) / 4.0, buses: Vec::new() };
-    let (a, b) = (record(&one, &network), record(&other, &network));
-    for record in [&a, &b] {
-        let compared = compare(record, record, &settings());
+    let (a, b) = (course(&one, &network), course(&other, &network));
+    for course in [&a, &b] {
+        let compared = compare(course, course, &settings());
         assert!(compared.differences.is_empty(), "a capture is the same as itself: {:?}", compared.differences);
-        written(lang, [record, record], &compared);
+        written(lang, [course, course], &compared);
     }
     let (there, back) = (compare(&a, &b, &settings()), compare(&b, &a, &settings()));
     written(lang, [&a, &b], &there);
