@@ -14,7 +14,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "启动报文和状态、EMCY、LSS、驱动器状态、PDO的映射和COB-ID、周期和抖动、警告以上的发现。"
         "先指出首处差异及其前后各帧，再按节点列出全部差异。上传的值在一个记录里有变化时只比较结果，"
         "轮询的次数只比较快慢；EMCY按错误码和错误寄存器计数。每个记录最多保留200万个传输等事件和800万个周期帧，"
-        "其余的会说明没有比较。只比较两者都记录到的时段；总线名称、方向、时间戳和记录格式不算差异，"
+        "其余的会说明没有比较。只比较两者都记录到的时段；一个记录开始或结束得比另一个早或晚时，那里2 ms"
+        "（没有时间戳时为两帧）之内的不作判断，因为主机自己的帧可能记录得晚。总线名称、方向、时间戳和记录格式不算差异，"
         "由不同适配器录下的同一过程是相同的。退出码：0 相同，1 有差异，2 无法读取。",
         "Compare two captures by what happens in CANopen terms, not by bytes or times: SDO transfers (missing, added, "
         "with other value, outcome or mode), NMT commands, boot-ups and states, EMCY, LSS, drive states, mappings and "
@@ -22,9 +23,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "around it, then all of them by node. An upload whose value varies within a capture is compared by its "
         "outcome only, a poll by its pace; EMCYs count by error code and register. Up to 2 million transfers and the "
         "like and 8 million periodic frames of each capture are kept; the rest is said not to be compared. Only the "
-        "span that both captures cover counts. Names of buses, directions, stamps and formats are no difference: one "
-        "session recorded by two adapters is the same. Exit code: 0 the same, 1 different, 2 something could not be "
-        "read.",
+        "span that both captures cover counts; where one begins or ends apart from the other, what lies within 2 ms "
+        "of there (two frames without stamps) is not judged, since a host may list its own frames late. Names of "
+        "buses, directions, stamps and formats are no difference: one session recorded by two adapters is the same. "
+        "Exit code: 0 the same, 1 different, 2 something could not be read.",
     ),
     (
         "diff.format",
