@@ -27,6 +27,7 @@ from canalyze.words import Words
 
 COMMANDS: Final = (
     "decode",
+    "monitor",
     "explain",
     "sdo",
     "signals",
