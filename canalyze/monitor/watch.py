@@ -55,24 +55,23 @@ class Watch:
         self,
         session: "Session",
         words: Words,
-        source: Any,
         name: str,
+        open_source: "Callable[[Watch], Input]",
         *,
-        replay: "Playing | None" = None,
+        replay: bool = False,
         close: Callable[[], None] | None = None,
     ) -> None:
-        """Read `source`, which looks to the loop like a capture and can be stopped; `name` is what it is called.
+        """Read what `open_source` gives, which looks to the loop like a capture; `name` is what it is called.
 
-        replay: the same, where it is one. close: called when all is read, whatever came.
+        open_source: is given this, which takes what a loop over files tells. replay: it can stand still and run
+        faster. close: called when all is read, whatever came.
         """
         self.session = session
-        self.replay = replay
         self.failure: str | None = None
         """Why it can be read no further, in words."""
         self.crash: BaseException | None = None
         """What should never come: the screen ends and it is raised."""
         self._words = words
-        self._source = source
         self._name = name
         self._close = close
         self._wished = threading.Event()
@@ -81,6 +80,9 @@ class Watch:
         self._taken = 0
         self._more = 0
         self._lock = threading.Lock()
+        source: Any = open_source(self)
+        self._source: Input = source
+        self.replay: Playing | None = source if replay else None
         self._reading = Reading(session, words, self, open_input=lambda _: source, given_format=True, frameless=True)
         self._thread = threading.Thread(target=self._run, name="reading", daemon=True)
 

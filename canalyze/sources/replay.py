@@ -9,21 +9,12 @@ Must not: decode, or change a frame or its stamp.
 import struct
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Generator
 from types import TracebackType
-from typing import TYPE_CHECKING, Final, Self, TypeVar
+from typing import Final, Self
 
-from canalyze.errors import CanalyzeError, SourceError
-from canalyze.reading import Reading
+from canalyze.errors import CanalyzeError
 from canalyze.sources.live import RELEASE_ALL, name_block, records_block, until_block
-from canalyze.words import Words
-
-if TYPE_CHECKING:
-    from canalyze._core import Session
-    from canalyze.sources.format import Capture
-    from canalyze.sources.pythoncan import PythonCanCapture
-
-T = TypeVar("T")
 
 RATE: Final = 1000.0
 """Frames a second of a capture without stamps, at speed 1."""
@@ -45,25 +36,12 @@ _STAMPED: Final = 1
 class Replay:
     """What the reading loop takes for a capture: `read()` waits until frames are due."""
 
-    def __init__(
-        self,
-        names: Sequence[str],
-        session: "Session",
-        words: Words,
-        *,
-        open_input: "Callable[[str], Capture | PythonCanCapture]",
-        tell: Callable[[str], None],
-        speed: float = 1.0,
-        merge: bool = False,
-        given_format: bool = False,
-    ) -> None:
-        """Replay these files as one capture.
+    def __init__(self, name: str, results: Generator[bytes, None, None], *, speed: float = 1.0) -> None:
+        """Replay what `results` give: records, from the reading loop over a session of format `convert`, to `packed`.
 
-        session: of format `convert`, to `packed`; it takes the frames out. open_input: opens a file by its name.
-        tell: gets lines about what the files contain. speed: seconds of the capture in one second; 0: as fast as can
-        be. merge, given_format: as of the reading loop.
+        speed: seconds of the capture in one second; 0: as fast as can be.
         """
-        self.name = names[0]
+        self.name = name
         self.format = self.kind = "live"
         self.regular = False
         self.compression: str | None = None
@@ -73,13 +51,9 @@ class Replay:
         """Whether its frames have stamps; None before the first one."""
         self._speed = speed
         self._paused = False
-        self._tell = tell
-        self._words = words
-        self._failure: SourceError | None = None
         self._wake = threading.Event()
         self._stopped = False
-        reading = Reading(session, words, self, open_input=open_input, merge=merge, given_format=given_format)
-        self._results = reading.over(names)
+        self._results = results
         self._over = False
         self._records = b""
         self._at = 0
@@ -126,6 +100,10 @@ class Replay:
         """Frames in a second of a capture without stamps, at speed 1; None where stamps tell."""
         return RATE if self.stamped is False else None
 
+    def prime(self) -> None:
+        """Read up to the first frames, so that what is wrong with the files is known before the replay begins."""
+        self._fetch()
+
     def stop(self) -> None:
         """End: read() gives b""."""
         self._stopped = True
@@ -138,7 +116,7 @@ class Replay:
         deadline = time.monotonic() + _WAIT_S
         while not self._stopped:
             if not self._fetch():
-                return self._end()
+                return b""
             if self._paused:
                 self._before = None
             elif found := self._take():
@@ -173,12 +151,6 @@ class Replay:
             else:
                 self._records, self._at = found, 0
         return self._at < len(self._records)
-
-    def _end(self) -> bytes:
-        if self._failure is not None and not self._stopped:
-            failure, self._failure = self._failure, None
-            raise failure
-        return b""
 
     def _take(self) -> bytes:
         """Take the records that are due by now, as blocks."""
@@ -254,27 +226,3 @@ class Replay:
             if kind == _FRAME and flags & _STAMPED:
                 until = min(until, stamp - 1)
         return until_block(max(until, 0))
-
-    # What the loop over the files tells and asks.
-
-    @property
-    def ended(self) -> bool:
-        """Whether the end is wished."""
-        return self._stopped
-
-    def during(self, wait: Callable[[], T]) -> T | None:
-        """Do what may wait."""
-        return None if self._stopped else wait()
-
-    def complain(self, line: str) -> None:
-        """Pass a line on."""
-        self._tell(line)
-
-    def failed(self, error: SourceError) -> None:
-        """Say that a file cannot be read; where it is the last one, the replay ends so."""
-        if self._failure is not None:
-            self._tell(f"canalyze: {self._failure.in_words(self._words)}")
-        self._failure = error
-
-    def step(self, size: int, frames: int) -> None:
-        """Nothing: how far it is says the time."""

@@ -18,6 +18,7 @@ from canalyze.words import (
     info,
     library,
     monitor,
+    live,
     pages,
     reports,
     summary,
@@ -42,6 +43,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *errors.ROWS,
     *expect.ROWS,
     *monitor.ROWS,
+    *live.ROWS,
 )
 
 
