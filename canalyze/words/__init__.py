@@ -17,8 +17,8 @@ from canalyze.words import (
     expect,
     info,
     library,
-    monitor,
     live,
+    monitor,
     pages,
     reports,
     summary,
@@ -42,8 +42,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *defects.ROWS,
     *errors.ROWS,
     *expect.ROWS,
-    *monitor.ROWS,
     *live.ROWS,
+    *monitor.ROWS,
 )
 
 
