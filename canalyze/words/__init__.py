@@ -19,6 +19,7 @@ from canalyze.words import (
     library,
     pages,
     reports,
+    sniff,
     summary,
     tables,
 )
@@ -40,6 +41,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *defects.ROWS,
     *errors.ROWS,
     *expect.ROWS,
+    *sniff.ROWS,
 )
 
 
