@@ -17,6 +17,7 @@ from canalyze.words import (
     expect,
     info,
     library,
+    live,
     pages,
     reports,
     sniff,
@@ -42,6 +43,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *errors.ROWS,
     *expect.ROWS,
     *sniff.ROWS,
+    *live.ROWS,
 )
 
 
