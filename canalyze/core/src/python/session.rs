@@ -136,8 +136,12 @@ impl Session {
 
     #[pyo3(signature = (name, regular, format = "candump", input = 0))]
     fn begin(&self, py: Python<'_>, name: &str, regular: bool, format: &str, input: usize) -> PyResult<()> {
-        // What no user can ask for: records of another program's reader.
-        let format = if format == "packed" { Input::Packed } else { choose("format", format, Input::NAMES)? };
+        let format = match format {
+            // What no user can ask for: records of another program's reader, live buses.
+            "packed" => Input::Packed,
+            "live" => Input::Live,
+            _ => choose("format", format, Input::NAMES)?,
+        };
         self.run(py, |core| core.begin_one(input, name.as_bytes(), format, regular));
         Ok(())
     }

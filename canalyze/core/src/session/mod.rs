@@ -18,7 +18,7 @@ use crate::diff::course::Course;
 use crate::expectation::Expectations;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
-use crate::frame::{Buses, Frame};
+use crate::frame::{BusId, Buses, Frame};
 use crate::inputs::{Inputs, Next, Refusal};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
@@ -333,6 +333,8 @@ impl Stream {
             Item::Marker(marker) => self.marker(marker, buses, out),
             Item::Unreadable { place, reason } => self.capture.unreadable(place, reason),
             Item::Damaged(damage) => self.damaged(damage, buses, out),
+            Item::Gap { bus } => self.gap(bus, buses, out),
+            Item::Until { now_ns } => self.until(now_ns, buses, out),
         }
     }
 
@@ -354,9 +356,21 @@ impl Stream {
         if let Marker::Dropped { bus, .. } = marker {
             self.decoding.lost(bus, self.capture.last, buses);
         }
-        let finding = self.capture.marker(&marker);
+        let finding = self.capture.marker(&marker, buses);
         self.tell(finding.as_ref(), buses, out);
         self.aside(buses, out);
+    }
+
+    /// A live bus is away: across the gap nothing is judged, and nothing is wrong.
+    fn gap(&mut self, bus: BusId, buses: &Buses, out: &mut Vec<u8>) {
+        self.decoding.lost(bus, self.capture.last, buses);
+        self.aside(buses, out);
+    }
+
+    /// Live buses have given all until `now_ns`.
+    fn until(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
+        self.advance(now_ns, buses, out);
+        self.output.until(out, now_ns);
     }
 
     /// A part of the file is lost: across it nothing is judged on any bus.

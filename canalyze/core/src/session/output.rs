@@ -219,6 +219,13 @@ impl Output {
         }
     }
 
+    /// Live buses have given all until `now_ns`: what is held back too long is given.
+    pub(super) fn until(&mut self, out: &mut Vec<u8>, now_ns: i64) {
+        if let Form::Convert(writer) = &mut self.form {
+            writer.until(out, now_ns);
+        }
+    }
+
     /// The capture, which has frames, is over.
     pub(super) fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>) {
         match &mut self.form {

@@ -16,6 +16,7 @@ fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>))
         (Place::Line(number), _) => put!(&mut out; ":", number, ": "),
         (Place::Byte(offset), Lang::Zh) => put!(&mut out; ": 偏移", offset, ": "),
         (Place::Byte(offset), Lang::En) => put!(&mut out; ": byte ", offset, ": "),
+        (Place::Live, _) => put!(&mut out; ": "),
     }
     words(&mut out);
     String::from_utf8_lossy(&out).into_owned()
