@@ -248,7 +248,7 @@ class Live:
         return remarks
 
     def stop(self, *, now: bool = False) -> None:
-        """End the receiving; what was received is still read, but with `now`. It may be called by a signal's handler."""
+        """End the receiving; what was received is still read, but with `now`. A signal's handler may call it."""
         self._stopped = True
         if now:
             self._at_once = True
@@ -311,7 +311,7 @@ class Live:
                 except LinkLost as lost:
                     self._lost(place, bus, lost)
                     if not self._reconnect:
-                        raise lost.error from lost
+                        raise SourceError("live.gone", reason=lost.error) from lost
                     self._wait_for(place, bus, [lost.channel])
             enough = time.monotonic() + _LAST_S
             while not self._at_once and time.monotonic() < enough:
@@ -334,7 +334,7 @@ class Live:
         """Say that a channel cannot be listened to."""
         names = list(bus.names)
         index = bus.first + names.index(lost.channel) if lost.channel in names else bus.first
-        self._deliver(place, gap_block(index))
+        self._deliver(place, name_block(index, lost.channel) + gap_block(index))
         if self._reconnect:
             self._remark(SourceError("live.waiting", reason=lost.error, channel=lost.channel))
 
