@@ -40,6 +40,9 @@ class Playing(Protocol):
     """Seconds of the capture in a second; 0: as fast as can be."""
     paused: bool
 
+    def prime(self) -> bool:
+        """Read up to the first frames; tell whether there are any."""
+
     def faster(self, faster: bool) -> None:
         """Double the speed, or halve it."""
 
@@ -89,6 +92,11 @@ class Watch:
     def start(self) -> None:
         """Begin."""
         self._thread.start()
+
+    def primed(self) -> bool:
+        """Read up to the first frames of a replay; tell whether there are any."""
+        assert self.replay is not None
+        return self.replay.prime()
 
     def stop(self) -> None:
         """End, and wait for it; what was received by then is in the session."""

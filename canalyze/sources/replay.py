@@ -100,9 +100,9 @@ class Replay:
         """Frames in a second of a capture without stamps, at speed 1; None where stamps tell."""
         return RATE if self.stamped is False else None
 
-    def prime(self) -> None:
-        """Read up to the first frames, so that what is wrong with the files is known before the replay begins."""
-        self._fetch()
+    def prime(self) -> bool:
+        """Read up to the first frames, so that what is wrong with the files is known before; tell whether there are."""
+        return self._fetch()
 
     def stop(self) -> None:
         """End: read() gives b""."""

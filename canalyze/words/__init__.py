@@ -21,6 +21,7 @@ from canalyze.words import (
     monitor,
     pages,
     reports,
+    sniff,
     summary,
     tables,
 )
@@ -42,6 +43,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *defects.ROWS,
     *errors.ROWS,
     *expect.ROWS,
+    *sniff.ROWS,
     *live.ROWS,
     *monitor.ROWS,
 )
