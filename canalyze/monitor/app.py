@@ -76,9 +76,7 @@ class Monitor(App[int]):
         self.status = Status(words)
         self.trace = Trace(watch.trace, words)
         self.trace.filter = expression
-        self.grids: dict[str, Grid] = {
-            name: Grid(name) for name in ("nodes", "objects", "transfers", "findings")
-        }
+        self.grids: dict[str, Grid] = {name: Grid(name) for name in ("nodes", "objects", "transfers", "findings")}
         self.grids["trace"] = self.trace
         for name in ("nodes", "objects", "transfers", "findings"):
             self.grids[name].empty = words.of("monitor_empty", name)

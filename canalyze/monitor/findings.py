@@ -34,7 +34,7 @@ def rows(snapshot: dict[str, Any], *, buses: bool) -> list[Row]:
             cell(one["text"], look if look == "error" else ""),
         ]
         if one.get("count", 1) > 1:
-            cells[4] = (*cells[4], (f" ×{one['count']}", "strong"))
+            cells[4] = (*cells[4], (f" x{one['count']}", "strong"))
         if buses:
             cells.insert(1, cell(one["bus"]))
         key = (one["frame"], one["code"], one["t_ns"], one["node"], place if one["frame"] is None else 0)

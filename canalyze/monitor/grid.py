@@ -1,8 +1,8 @@
 """A table whose cells are updated in place: only those that changed are drawn again.
 
-Columns take the room that there is: they shrink, and those that matter least leave. Everything is measured in columns of
-the terminal, where a Chinese character takes two. What is drawn is text, whatever it holds: no markup, and what could
-drive a terminal is escaped. Must not: know what the rows are of.
+Columns take the room that there is: they shrink, and those that matter least leave. Everything is measured in columns
+of the terminal, where a Chinese character takes two. What is drawn is text, whatever it holds: no markup, and what
+could drive a terminal is escaped. Must not: know what the rows are of.
 """
 
 from collections.abc import Hashable, Iterable, Sequence

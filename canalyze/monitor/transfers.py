@@ -21,7 +21,7 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
         Column(words("col.mode"), most=10, leaves=4),
         Column(words("col.size"), most=12, right=True),
         Column(words("col.duration"), most=8, right=True, leaves=2),
-        Column(words("col.outcome"), least=10, most=60),
+        Column(words("col.outcome"), least=15, most=60),
     ]
     return [Column(words("col.bus"), most=10), *given] if buses else given
 
@@ -74,7 +74,7 @@ def _bar(one: dict[str, Any], words: Words) -> Cell:
     if not one["size"]:
         return cell(words("monitor.runs"), "info")
     part = one["bytes"] / one["size"]
-    return ((bar(part, _BAR), "info"), (f" {min(part, 1.0):.0%}", ""))
+    return ((f"{min(part, 1.0):4.0%} ", ""), (bar(part, _BAR), "info"))
 
 
 def _done(one: dict[str, Any], start: int | None, words: Words, *, buses: bool) -> Row:

@@ -127,11 +127,19 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor_empty.findings", "没有发现", "no findings"),
     ("monitor_empty.trace", "没有符合的帧", "no frame that fits"),
     # What is asked and said.
-    ("monitor_ask.filter", "筛选（同 --filter，如 node=5 service=sdo）：", "Filter (as --filter, e.g. node=5 service=sdo):"),
+    (
+        "monitor_ask.filter",
+        "筛选（同 --filter，如 node=5 service=sdo）：",
+        "Filter (as --filter, e.g. node=5 service=sdo):",
+    ),
     ("monitor_ask.search", "查找：", "Search:"),
     ("monitor.not_found", "没有找到“{text}”", "'{text}' is not found"),
     ("monitor.no_more", "这个方向上没有更多的“{text}”", "no further '{text}' in this direction"),
-    ("monitor.unfiltered", "那一帧不符合筛选条件，已取消筛选", "that frame did not fit the filter, which is taken away"),
+    (
+        "monitor.unfiltered",
+        "那一帧不符合筛选条件，已取消筛选",
+        "that frame does not fit the filter, which was removed",
+    ),
     ("monitor.gone", "第{frame}帧已不在保留的行中", "frame {frame} is no longer among the lines that are kept"),
     # Keys.
     ("monitor.space", "空格", "Space"),
@@ -148,13 +156,21 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "总览、节点、对象、SDO传输、发现、逐帧注释",
         "overview, nodes, objects, SDO transfers, findings, annotated frames",
     ),
-    ("monitor.help_tab", "下一个窗格（标题反白的窗格接受按键）", "next pane (keys go to the one with the reversed heading)"),
+    (
+        "monitor.help_tab",
+        "下一个窗格；标题反白的窗格接受按键",
+        "next pane; keys go to the one with the reversed heading",
+    ),
     (
         "monitor.help_move",
         "移动光标；光标所在行的全文显示在下方",
         "move the cursor; its row is shown in full below",
     ),
-    ("monitor.help_edge", "第一行；最后一行，并继续跟随最新的帧", "first row; last row, where the newest frame is followed"),
+    (
+        "monitor.help_edge",
+        "第一行；最后一行，并继续跟随最新的帧",
+        "first row; last row, where the newest frame is followed",
+    ),
     (
         "monitor.help_pick",
         "发现、传输：转到它的帧；节点、对象：只看它的帧",
@@ -182,7 +198,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "monitor.help_looks",
         "数据中加亮的字节在最近1秒内变化过。心跳：距上次的时间/周期，红色为已超过周期的1.5倍。"
         "✖ 错误，▲ 警告；视图“发现”后面的数字依次是错误、警告、信息。",
-        "Bytes in bold changed within the last second. Heartbeat: age of the last one / period, red beyond 1.5 periods. "
+        "Bytes in bold changed within the last second. Heartbeat: age of the last one / period, red after 1.5 of them. "
         "✖ errors, ▲ warnings; the numbers behind 'findings' above are errors, warnings, infos.",
     ),
 )
