@@ -43,6 +43,7 @@ pub mod frame;
 pub mod info;
 pub mod inputs;
 pub mod message;
+pub mod monitor;
 pub mod network;
 pub mod node;
 pub mod od;
