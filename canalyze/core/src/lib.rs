@@ -44,6 +44,7 @@ pub mod info;
 pub mod inputs;
 pub mod masks;
 pub mod message;
+pub mod monitor;
 pub mod network;
 pub mod node;
 pub mod od;

@@ -23,6 +23,7 @@ use crate::finding::{Code, Finding};
 use crate::frame::{BusId, Buses, Frame};
 use crate::inputs::{Inputs, Next, Refusal};
 use crate::masks::Masks;
+use crate::monitor::{Line, Wanted};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
 use crate::readers::mcap::Choice;
@@ -66,6 +67,9 @@ pub enum Format {
     Convert(writers::Format),
     /// JSON lines of findings only, each with the annotated lines that led to it.
     Check,
+    /// Nothing: what a view shows while the capture grows is asked for with [`Session::snapshot`] and
+    /// [`Session::trace`].
+    Monitor,
     /// Tables of columns: nothing comes out as bytes, batches are taken with [`Session::take_batches`].
     Columns,
 }
@@ -335,6 +339,18 @@ impl Session {
         out
     }
 
+    /// All that a view shows by now but the trace, as a JSON object (see `monitor/snapshot.rs`); empty in other formats.
+    pub fn snapshot(&self) -> Vec<u8> {
+        let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
+        monitor.snapshot(self.stream.capture.view(&self.buses).jsonl, self.stream.decoding.buses())
+    }
+
+    /// Lines of the trace, oldest first; none in other formats.
+    pub fn trace(&self, wanted: Wanted<'_>) -> Vec<Line> {
+        let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
+        monitor.trace(wanted, &self.buses, self.stream.capture.view(&self.buses).clock)
+    }
+
     /// Frames so far: those that all files have given, those that were read of the file that was fed last.
     pub fn frames(&mut self) -> (u64, u64) {
         let fed = if self.inputs.count() > 1 { self.inputs.get(self.fed) } else { None };
@@ -426,6 +442,7 @@ impl Stream {
             return;
         }
         self.decoding.advance(now_ns, self.capture.last, buses);
+        self.output.advance(now_ns);
         self.aside(buses, out);
     }
 
