@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from canalyze.errors import CanalyzeError
-from canalyze.sources.live import RELEASE_ALL, name_block, records_block, until_block
+from canalyze.sources.live import RELEASE_ALL, dropped_block, name_block, records_block, until_block
 
 RATE: Final = 1000.0
 """Frames a second of a capture without stamps, at speed 1."""
@@ -28,8 +28,8 @@ _MOST: Final = 1 << 16
 """Bytes of records handed over at once, where they come as fast as can be."""
 _HEAD: Final = 24
 _FRAME_HEAD: Final = struct.Struct("<BBBBBBBxIIq").unpack_from
-_OTHER_HEAD: Final = struct.Struct("<BBH").unpack_from
-_FRAME, _BUS = 1, 2
+_OTHER_HEAD: Final = struct.Struct("<BBH4xq").unpack_from
+_FRAME, _BUS, _DROPPED = 1, 2, 8
 _STAMPED: Final = 1
 
 
@@ -168,10 +168,12 @@ class Replay:
             kind, flags, index, _, _, _, size, _, _, stamp = _FRAME_HEAD(records, at)
             if kind != _FRAME:
                 close()
-                _, index, size = _OTHER_HEAD(records, at)
+                _, index, size, number = _OTHER_HEAD(records, at)
                 at += _HEAD + size
                 if kind == _BUS:
                     blocks.append(name_block(index, records[at - size : at].decode("utf-8", "replace")))
+                elif kind == _DROPPED:
+                    blocks.append(dropped_block(index, number))
                 begin, count = at, 0
                 continue
             if not self._is_due(bool(flags & _STAMPED), stamp):

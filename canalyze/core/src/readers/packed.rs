@@ -25,6 +25,7 @@
 //! | 5 unreadable | 0 no frame, 1 identifier, 2 length, 3 data, 4 cut, 5 CAN XL | line | 0 | |
 //! | 6 passed over | 0 | how many | 0 | of which kind |
 //! | 7 dialect | a row of [`PROPERTIES`] | 0 | 0 | its value |
+//! | 8 dropped | index of the bus | frames lost on it | 0 | |
 //!
 //! Must not: trust the stream, which may be anything. What is none of this ends it with one damage.
 
@@ -52,6 +53,8 @@ pub mod kind {
     pub const PASSED_OVER: u8 = 6;
     /// A property of the dialect.
     pub const DIALECT: u8 = 7;
+    /// Frames that the capturing program lost.
+    pub const DROPPED: u8 = 8;
 }
 
 /// Bits of a frame's flags.
@@ -92,6 +95,8 @@ pub struct Packed {
     /// Ids of the stream's buses, by its own index.
     buses: Vec<Option<BusId>>,
     contents: Contents,
+    /// Frames that are said to be lost.
+    lost: u64,
     broken: bool,
 }
 
@@ -240,6 +245,12 @@ impl Packed {
                 self.contents.dialect.push((PROPERTIES.get(usize::from(which)).copied()?, text.to_vec()));
                 self.contents.dialect.truncate(KINDS);
                 None
+            }
+            kind::DROPPED => {
+                let bus = self.buses.get(usize::from(which)).copied().flatten()?;
+                self.lost = self.lost.saturating_add(count);
+                let place = Place::Byte(self.taken);
+                Some(Item::Marker(Marker::Dropped { bus, count, total: self.lost, place }))
             }
             _ => return None,
         })
