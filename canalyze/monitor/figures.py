@@ -12,6 +12,8 @@ def period(ns: int | None) -> str:
     """Give a time of up to some minutes with its unit, in at most seven columns."""
     if ns is None:
         return BLANK
+    if ns <= 0:
+        return "0"
     for limit, step, unit in ((1_000, 1, "ns"), (1_000_000, 1_000, "µs"), (_NS, 1_000_000, "ms")):
         if ns < limit:
             return f"{_three(ns / step)}{unit}"

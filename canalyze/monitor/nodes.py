@@ -13,6 +13,7 @@ STATES: Final = {
     "00": "info",
 }
 """Looks of the states, by the byte that a heartbeat has: operational, pre-operational, stopped, initialising."""
+_SECOND: Final = 1_000_000_000
 _LATE: Final = 1.5
 """Periods without a heartbeat after which its age stands out. The verdict is the core's finding, not this colour."""
 
@@ -72,8 +73,9 @@ def _heartbeat(node: dict[str, Any]) -> Cell:
         return cell(BLANK, "dim")
     if not period:
         return cell(f"{seconds(age)}s")
-    late = age > period * _LATE
-    return ((seconds(age), "error" if late else "good"), (f"/{seconds(period, 1 if period >= 10**8 else 2)}s", "dim"))
+    digits = 1 if period >= _SECOND else 2
+    look = "error" if age > period * _LATE else "good"
+    return ((seconds(age, digits), look), (f"/{seconds(period, digits)}s", "dim"))
 
 
 def _emcy(emcy: dict[str, Any] | None) -> Cell:

@@ -40,7 +40,7 @@ def _row(one: dict[str, Any], words: Words, *, buses: bool, spaced: bool) -> Row
         cell(period(one["jitter_ns"]), "dim"),
         cell(rate(one["rate"])),
         _data(one["data"], one["changed"], " " if spaced else ""),
-        cell(one["text"], one["severity"] if one["severity"] in ("error", "warning") else ""),
+        cell(_meaning(one), one["severity"] if one["severity"] in ("error", "warning") else ""),
     )
     key = (one["bus"], one["id"], one["rtr"])
     whole = texts([one["id"], name, one["data"], one["text"]])
@@ -52,6 +52,12 @@ def _name(one: dict[str, Any], words: Words) -> str:
     """Give what it is called: the PDO or the service, with the node where there is one."""
     name = one["name"] or one["service"] or ""
     return name if one["node"] is None else words("monitor.of_node", node=one["node"], name=name)
+
+
+def _meaning(one: dict[str, Any]) -> str:
+    """Give what its last frame means, without the name that stands in the line already."""
+    head, colon, rest = str(one["text"]).partition(": ")
+    return rest if colon and rest and one["name"] and one["name"] in head else str(one["text"])
 
 
 def _data(data: str, changed: str, gap: str) -> Cell:

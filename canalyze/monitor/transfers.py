@@ -21,7 +21,7 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
         Column(words("col.mode"), most=10, leaves=4),
         Column(words("col.size"), most=12, right=True),
         Column(words("col.duration"), most=8, right=True, leaves=2),
-        Column(words("col.outcome"), least=15, most=60),
+        Column(words("col.outcome"), least=24, most=60),
     ]
     return [Column(words("col.bus"), most=10), *given] if buses else given
 
