@@ -93,7 +93,7 @@ impl Info {
                 self.dropped = self.dropped.saturating_add(*count);
             }
             Item::Marker(Marker::Error { .. }) => self.error_markers += 1,
-            Item::Marker(Marker::Backward { .. }) => {}
+            Item::Marker(Marker::Backward { .. }) | Item::Gap { .. } | Item::Until { .. } => {}
         }
     }
 

@@ -46,7 +46,7 @@ impl Unreadable {
     pub fn add(&mut self, place: Place) {
         self.first.get_or_insert(place);
         self.count += 1;
-        let (Place::Line(line) | Place::Byte(line)) = place;
+        let (Place::Line(line) | Place::Byte(line)) = place else { return };
         let room = self.ranges.len() < RANGES;
         match self.ranges.last_mut() {
             Some((_, to)) if *to + 1 == line => *to = line,
@@ -155,7 +155,9 @@ impl Input {
     fn pop(&mut self, buses: &mut Buses) -> Option<Item> {
         let mut item = self.queue.pop_front()?;
         match &mut item {
-            Item::Frame(Frame { bus, .. }) | Item::Marker(Marker::Dropped { bus, .. } | Marker::Error { bus, .. }) => {
+            Item::Frame(Frame { bus, .. })
+            | Item::Gap { bus }
+            | Item::Marker(Marker::Dropped { bus, .. } | Marker::Error { bus, .. }) => {
                 *bus = common(*bus, &self.buses, buses);
             }
             _ => {}

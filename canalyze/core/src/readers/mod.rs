@@ -6,6 +6,7 @@
 
 pub mod asc;
 pub mod candump;
+pub mod live;
 pub mod mcap;
 pub mod packed;
 pub mod pcap;
@@ -13,6 +14,7 @@ pub mod sniff;
 
 use self::asc::Asc;
 use self::candump::{Candump, Stamps};
+use self::live::Live;
 use self::mcap::Mcap;
 use self::packed::Packed;
 use self::pcap::Pcap;
@@ -26,6 +28,8 @@ pub enum Format {
     Candump,
     /// Records of another program's reader; no format of files, so not among the names.
     Packed,
+    /// What comes from live buses; no format of files, so not among the names.
+    Live,
     /// Vector's text.
     Asc,
     /// MCAP, as ROS records it.
@@ -64,6 +68,8 @@ pub enum Reader {
     Candump(Candump),
     /// Records of another program's reader.
     Packed(Packed),
+    /// What comes from live buses.
+    Live(Live),
     /// Vector's text.
     Asc(Asc),
     /// MCAP.
@@ -78,6 +84,7 @@ impl Reader {
         match format {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
             Format::Packed => Self::Packed(Packed::default()),
+            Format::Live => Self::Live(Live::default()),
             Format::Asc => Self::Asc(Asc::default()),
             Format::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
             Format::Pcap => Self::Pcap(Pcap::default()),
@@ -89,6 +96,7 @@ impl Reader {
         match self {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
             Self::Packed(reader) => reader.feed(bytes, buses, sink),
+            Self::Live(reader) => reader.feed(bytes, buses, sink),
             Self::Asc(reader) => reader.feed(bytes, buses, sink),
             Self::Mcap(reader) => reader.feed(bytes, buses, sink),
             Self::Pcap(reader) => reader.feed(bytes, buses, sink),
@@ -100,6 +108,7 @@ impl Reader {
         match self {
             Self::Candump(reader) => reader.finish(buses, sink),
             Self::Packed(reader) => reader.finish(buses, sink),
+            Self::Live(reader) => reader.finish(buses, sink),
             Self::Asc(reader) => reader.finish(buses, sink),
             Self::Mcap(reader) => reader.finish(buses, sink),
             Self::Pcap(reader) => reader.finish(buses, sink),
@@ -112,6 +121,7 @@ impl Reader {
         match self {
             Self::Candump(reader) => reader.interrupt(buses, sink),
             Self::Packed(reader) => reader.interrupt(buses, sink),
+            Self::Live(reader) => reader.interrupt(buses, sink),
             Self::Asc(reader) => reader.interrupt(),
             Self::Mcap(reader) => reader.interrupt(buses, sink),
             Self::Pcap(reader) => reader.interrupt(buses, sink),
@@ -121,7 +131,7 @@ impl Reader {
     /// What it knows of the file beyond frames, for `info`.
     pub fn contents(&self) -> Contents {
         match self {
-            Self::Candump(_) => Contents::default(),
+            Self::Candump(_) | Self::Live(_) => Contents::default(),
             Self::Packed(reader) => reader.contents(),
             Self::Asc(reader) => reader.contents(),
             Self::Mcap(reader) => reader.contents(),
@@ -146,6 +156,16 @@ pub enum Item {
     },
     /// A part of the file that is lost.
     Damaged(Damage),
+    /// A live bus cannot be listened to from here on: frames may be missing, and nothing is said to be wrong.
+    Gap {
+        /// The bus.
+        bus: BusId,
+    },
+    /// Every frame of the live buses whose stamp is this or earlier has come: so late it is, on the frames' clock.
+    Until {
+        /// In ns.
+        now_ns: i64,
+    },
 }
 
 /// A place in a file.
@@ -155,6 +175,8 @@ pub enum Place {
     Line(u64),
     /// An offset in bytes, from 0, in a file without lines.
     Byte(u64),
+    /// Where live buses stand: there is no file.
+    Live,
 }
 
 impl Place {
@@ -162,7 +184,7 @@ impl Place {
     pub fn line(self) -> Option<u64> {
         match self {
             Self::Line(line) => Some(line),
-            Self::Byte(_) => None,
+            Self::Byte(_) | Self::Live => None,
         }
     }
 }

@@ -138,7 +138,7 @@ impl Capture {
     }
 
     /// What the capturing program says of itself is complained of, and may be a finding.
-    pub(super) fn marker(&mut self, marker: &Marker) -> Option<Finding> {
+    pub(super) fn marker(&mut self, marker: &Marker, buses: &Buses) -> Option<Finding> {
         let (code, place, facts, bus) = match *marker {
             Marker::Start { .. } => return None,
             Marker::Dropped { bus, count, total, place } => {
@@ -148,7 +148,8 @@ impl Capture {
             Marker::Error { bus, place, .. } => (None, place, Facts::None, bus),
         };
         let finding = code.map(|code| self.finding(code, place, facts, bus));
-        self.complaints.push(complaints::marker(self.lang, &self.file.name, place, finding.as_ref()));
+        let of = if place == Place::Live { buses.name(bus) } else { &self.file.name };
+        self.complaints.push(complaints::marker(self.lang, of, place, finding.as_ref()));
         finding
     }
 
@@ -166,8 +167,11 @@ impl Capture {
         // The same with the number of frames.
         let face = if frames.is_some() && code == Code::Cap004 && face < 3 { face + 5 } else { face };
         let counted = |name, count: Option<u64>| count.map(|count| (name, Quantity::Count(count)));
-        let (Place::Line(at) | Place::Byte(at)) = place;
-        let measured = [counted("offset", Some(at)), counted("bytes", bytes), counted("frames", frames)];
+        let at = match place {
+            Place::Line(at) | Place::Byte(at) => Some(at),
+            Place::Live => None,
+        };
+        let measured = [counted("offset", at), counted("bytes", bytes), counted("frames", frames)];
         let measured: Vec<_> = measured.into_iter().flatten().collect();
         let finding = self.finding(code, place, Facts::told(face, &measured), BusId(0));
         self.complaints.push(complaints::marker(self.lang, &self.file.name, place, Some(&finding)));
@@ -213,7 +217,7 @@ impl Capture {
     fn finding(&self, code: Code, place: Place, facts: Facts, bus: BusId) -> Finding {
         let at = match place {
             Place::Line(line) => FrameRef { line: Some(line), ..FrameRef::default() },
-            Place::Byte(_) => self.last,
+            Place::Byte(_) | Place::Live => self.last,
         };
         Finding { code, at, cause: None, bus, node: None, object: None, facts }
     }

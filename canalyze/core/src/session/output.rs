@@ -10,8 +10,9 @@ use crate::diff::course::Course;
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::Finding;
-use crate::frame::{Buses, Frame};
+use crate::frame::{BusId, Buses, Frame};
 use crate::info::Info;
+use crate::masks::Masks;
 use crate::monitor::Monitor;
 use crate::readers::Marker;
 use crate::render::columns::{Batch, Columns, Seen};
@@ -26,8 +27,11 @@ use crate::writers::{Losses, Writer};
 pub(super) struct Output {
     pub(super) form: Form,
     filter: Filter,
-    /// Frames or transfers that passed it.
-    shown: u64,
+    masks: Masks,
+    /// Frames or transfers that passed them.
+    pub(super) shown: u64,
+    /// So many are shown at most.
+    count: Option<u64>,
     /// The SYNC cycle that runs on the bus of the frame at hand; only set where [`Output::wants_cycle`].
     pub(super) cycle: u64,
 }
@@ -67,7 +71,13 @@ impl Output {
             Format::Monitor => Form::Monitor(Box::new(Monitor::new(options.lang, &options.network))),
             Format::Columns => Form::Columns(Box::new(Columns::new(options.lang, &options.select, &options.tables))),
         };
-        Self { form, filter: options.filter.clone(), shown: 0, cycle: 0 }
+        let (filter, masks) = (options.filter.clone(), options.masks.clone());
+        Self { form, filter, masks, shown: 0, count: options.count, cycle: 0 }
+    }
+
+    /// As many were shown as are to be.
+    pub(super) fn is_done(&self) -> bool {
+        self.count.is_some_and(|count| self.shown >= count)
     }
 
     /// Nobody asks what frames mean.
@@ -87,7 +97,7 @@ impl Output {
 
     /// A filter has let nothing through.
     pub(super) fn is_idle(&self) -> bool {
-        self.shown == 0 && !self.filter.is_empty()
+        self.shown == 0 && !(self.filter.is_empty() && self.masks.is_empty())
     }
 
     /// What the format that is written cannot hold.
@@ -121,6 +131,13 @@ impl Output {
         }
     }
 
+    /// A bus is away for a while.
+    pub(super) fn gap(&mut self, bus: BusId) {
+        if let Form::Monitor(monitor) = &mut self.form {
+            monitor.gap(bus);
+        }
+    }
+
     /// What tells of the file itself takes an item before it is looked at any further.
     pub(super) fn info(&mut self) -> Option<&mut Info> {
         if let Form::Info(info) = &mut self.form { Some(info) } else { None }
@@ -145,7 +162,8 @@ impl Output {
             course.extend(frame);
         }
         let (service, node) = service(events);
-        let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
+        let shown =
+            self.filter.shows(frame, service, node, view.buses, view.clock) && self.masks.shows(frame, view.buses);
         self.shown += u64::from(shown);
         // These look at the others too.
         match &mut self.form {
@@ -237,6 +255,13 @@ impl Output {
             Form::Records(records) => records.end_of_file(unreadable),
             Form::Monitor(monitor) => monitor.end_of_file(unreadable),
             _ => {}
+        }
+    }
+
+    /// Live buses have given all until `now_ns`: what is held back too long is given.
+    pub(super) fn until(&mut self, out: &mut Vec<u8>, now_ns: i64) {
+        if let Form::Convert(writer) = &mut self.form {
+            writer.until(out, now_ns);
         }
     }
 

@@ -16,6 +16,7 @@ fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>))
         (Place::Line(number), _) => put!(&mut out; ":", number, ": "),
         (Place::Byte(offset), Lang::Zh) => put!(&mut out; ": 偏移", offset, ": "),
         (Place::Byte(offset), Lang::En) => put!(&mut out; ": byte ", offset, ": "),
+        (Place::Live, _) => put!(&mut out; ": "),
     }
     words(&mut out);
     String::from_utf8_lossy(&out).into_owned()
@@ -179,6 +180,19 @@ pub fn mcap_map(lang: Lang, mistake: &crate::readers::mcap::Mistake) -> String {
                 "--mcap-map: '{part}' is unknown: use topic= and KEY=FIELD with one of {words}, as in topic=/x,id=can_id,data=payload"
             )
         }
+    }
+}
+
+/// Why what stands behind a channel's name cannot be read.
+pub fn masks(lang: Lang, mistake: &crate::masks::Mistake) -> String {
+    let crate::masks::Mistake(part, whole) = mistake;
+    match lang {
+        Lang::Zh => format!(
+            "“{whole}”中的过滤条件“{part}”无法识别: 应为 标识符:掩码, 标识符~掩码 (取反), #错误掩码 或 j (全部满足), 均为十六进制, 例如 can0,123:7FF,#1F"
+        ),
+        Lang::En => format!(
+            "filter '{part}' of '{whole}' is unknown: use ID:MASK, ID~MASK (all others), #ERRORMASK or j (all must match), in hexadecimal, as in can0,123:7FF,#1F"
+        ),
     }
 }
 

@@ -161,6 +161,14 @@ impl Writer {
         }
     }
 
+    /// It is `now_ns` on the clock of live frames: appends what the writer has held back for long, so that a file that
+    /// is still being written can be read.
+    pub fn until(&mut self, out: &mut Vec<u8>, now_ns: i64) {
+        if let Self::Mcap(writer) = self {
+            writer.until(out, now_ns);
+        }
+    }
+
     /// Appends what belongs at the end of the file.
     pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
         match self {

@@ -74,7 +74,7 @@ pub(super) enum Failed {
 #[inline(always)]
 pub(super) fn frame(link: Link, bytes: &[u8], size: u32, order: Order) -> Result<Found, Failed> {
     if link == Link::SocketCan {
-        let frame = socketcan(bytes, size, Order::Big, false).map_err(Failed::Unreadable)?;
+        let frame = socketcan(bytes, size, Order::Big, None).map_err(Failed::Unreadable)?;
         return Ok(Found { frame, interface: None });
     }
     if link == Link::Upper { upper(bytes, size, order) } else { cooked(link, bytes, size, order) }
@@ -101,7 +101,8 @@ fn cooked(link: Link, bytes: &[u8], size: u32, order: Order) -> Result<Found, Fa
         0x000E => return Err(Failed::Unreadable(Unreadable::CanXl)),
         other => return Err(Failed::Passed(Passed::Protocol(other))),
     };
-    let mut frame = socketcan(rest, size.saturating_sub(head as u32), order, fd).map_err(Failed::Unreadable)?;
+    let mut frame =
+        socketcan(rest, size.saturating_sub(head as u32), order, fd.then_some(true)).map_err(Failed::Unreadable)?;
     frame.dir = match kind {
         0 | 2 | 3 => Some(Direction::Rx),
         4 => Some(Direction::Tx),
@@ -136,13 +137,14 @@ fn upper(bytes: &[u8], size: u32, order: Order) -> Result<Found, Failed> {
         }
     }
     let head = (bytes.len() - rest.len()) as u32;
-    let frame = socketcan(rest, size.saturating_sub(head), order, fd.ok_or(other)?).map_err(Failed::Unreadable)?;
+    let frame = socketcan(rest, size.saturating_sub(head), order, fd.ok_or(other)?.then_some(true))
+        .map_err(Failed::Unreadable)?;
     Ok(Found { frame, interface: None })
 }
 
-/// A frame behind SocketCAN's header. `fd`: it is said outside of it that this is an FD frame.
+/// A frame behind SocketCAN's header. `fd`: whether it is an FD frame, where that is said outside of it.
 #[inline(always)]
-fn socketcan(bytes: &[u8], size: u32, order: Order, fd: bool) -> Result<Frame, Unreadable> {
+pub(super) fn socketcan(bytes: &[u8], size: u32, order: Order, fd: Option<bool>) -> Result<Frame, Unreadable> {
     let (head, payload) = bytes.split_first_chunk::<8>().ok_or(Unreadable::Data)?;
     let [i0, i1, i2, i3, len, flags, reserved, dlc] = *head;
     let id = order.u32([i0, i1, i2, i3]);
@@ -152,10 +154,11 @@ fn socketcan(bytes: &[u8], size: u32, order: Order, fd: bool) -> Result<Frame, U
     // Old programs left the bytes behind the length as they happened to be.
     let clean = flags & !(BRS | ESI | FDF) == 0 && reserved == 0;
     // Where no flag says so, the size of the structure does; nothing else than FD has more than 8 bytes.
-    let fd = fd
-        || clean && dlc == 0 && flags & FDF != 0
-        || size == FD_SIZE && id & (REMOTE | ERROR) == 0
-        || len > 8 && size > CLASSIC_SIZE;
+    let fd = fd.unwrap_or(
+        clean && dlc == 0 && flags & FDF != 0
+            || size == FD_SIZE && id & (REMOTE | ERROR) == 0
+            || len > 8 && size > CLASSIC_SIZE,
+    );
     let kind = match id & (REMOTE | ERROR) {
         0 if fd => Kind::Fd { brs: clean && flags & BRS != 0, esi: clean && flags & ESI != 0 },
         0 => Kind::Data,

@@ -16,8 +16,8 @@ mod tests;
 use self::blocks::Blocks;
 use self::legacy::Legacy;
 use self::tally::Tally;
-use super::{Contents, Damage, DamageKind, Item, Place};
-use crate::frame::Buses;
+use super::{Contents, Damage, DamageKind, Item, Place, Unreadable};
+use crate::frame::{Buses, Frame};
 
 /// A reader of pcap and pcapng files. One for each file.
 #[derive(Debug, Default)]
@@ -159,6 +159,13 @@ fn begin(bytes: &[u8]) -> Option<Form> {
         b"\n\r\r\n" => Form::Blocks(Box::default()),
         _ => Form::Legacy(Legacy::default()),
     })
+}
+
+/// A frame as this host's own kernel hands it over: `struct can_frame`, or `struct canfd_frame` with `fd`.
+#[inline(always)]
+pub(super) fn native(bytes: &[u8], fd: bool) -> Result<Frame, Unreadable> {
+    let order = if cfg!(target_endian = "big") { Order::Big } else { Order::Little };
+    link::socketcan(bytes, bytes.len() as u32, order, Some(fd))
 }
 
 /// The order of the bytes in a number: that of the host that wrote the file.

@@ -8,12 +8,14 @@
 //!
 //! A chunk holds every schema and channel that its messages use, so that each is readable by itself when others are
 //! damaged. Memory: one chunk, the schemas and channels, and an index that grows by one entry a chunk. Must not: depend
-//! on when the output is taken away; chunks end where their size says so.
+//! on when the output is taken away; chunks end where their size says so, or the age of live frames.
 
 use std::collections::BTreeMap;
 
 /// Bytes of records after which a chunk ends, uncompressed.
 const CHUNK: usize = 1 << 20;
+/// Age of a live chunk's messages after which it ends, in ns.
+const OLD: u64 = 1_000_000_000;
 /// Level of compression; 3 is Zstandard's own default.
 const LEVEL: i32 = 3;
 /// First and last bytes of a file.
@@ -242,6 +244,13 @@ impl Container {
         Span::widen(&mut self.chunk_span, time);
         Span::widen(&mut self.span, time);
         if self.chunk.len() >= CHUNK {
+            self.end_chunk(out);
+        }
+    }
+
+    /// It is `time`: appends the current chunk if its messages are old.
+    pub(super) fn until(&mut self, out: &mut Vec<u8>, time: u64) {
+        if self.chunk_span.is_some_and(|Span(first, _)| time >= first.saturating_add(OLD)) {
             self.end_chunk(out);
         }
     }

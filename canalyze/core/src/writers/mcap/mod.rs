@@ -215,6 +215,11 @@ impl Mcap {
         decoded.finding(&mut decoded::Place { out, container, cdr, losses, setting, now: *now }, bus, finding);
     }
 
+    /// It is `now_ns` on the clock of live frames: a chunk that is old is not held back any longer.
+    pub fn until(&mut self, out: &mut Vec<u8>, now_ns: i64) {
+        self.container.until(out, u64::try_from(now_ns).unwrap_or(0));
+    }
+
     /// Appends what belongs at the end of the file.
     pub fn finish(&mut self, out: &mut Vec<u8>, _setting: Setting<'_>) {
         self.begin(out);

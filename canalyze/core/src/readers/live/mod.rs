@@ -1,0 +1,257 @@
+//! What comes from live buses: blocks of the program's own receivers, as `sources/live.py` hands them over.
+//!
+//! Not a file format: nothing is told by its first bytes, and users are never offered it. A block is a head of 16 bytes,
+//! little-endian, and what its kind says behind it.
+//!
+//! | offset | head |
+//! |---|---|
+//! | 0 | `u8` kind |
+//! | 1 | `u8` bus, an index of the stream's own |
+//! | 2 | `u8` which |
+//! | 3 | `u8` 0 |
+//! | 4 | `u32` bytes behind the head |
+//! | 8 | `i64` number |
+//!
+//! | kind | which | number | behind the head |
+//! |---|---|---|---|
+//! | 1 bus: the name of an index, before its first use | 0 | 0 | the name |
+//! | 2 messages: what one `recvmmsg` of SocketCAN left | 0 kernel stamps, 1 hardware stamps where there are | how many | see `messages` |
+//! | 3 records: frames of `packed`; its buses do not count, nor what is no frame | 0 | 0 | whole records |
+//! | 4 dropped: frames are missing | 0 lost by kernel or driver, 1 thrown away since the output was not read | how many | |
+//! | 5 until: every frame stamped so or earlier has come; `i64::MAX`: every frame has, and time stands | 0 | ns | |
+//! | 6 gap: the bus cannot be listened to from here on | 0 | 0 | |
+//!
+//! Frames of one bus come out as they came in. Those of several are joined by their stamps among what is `held` until
+//! the next `until`. Must not: trust the stream, which may be anything. What is none of this ends it with one damage.
+
+mod held;
+mod messages;
+#[cfg(test)]
+mod tests;
+
+use self::held::Held;
+use super::packed::Packed;
+use super::{Damage, DamageKind, Item, Marker, Place};
+use crate::frame::{BusId, Buses, Frame};
+
+/// Bytes of a head.
+pub const HEAD: usize = 16;
+/// Most that is behind a head: many times what a receiver takes at once.
+const LONGEST: u32 = 1 << 24;
+/// Indexes of buses.
+const BUSES: usize = 256;
+
+/// Kinds of blocks.
+pub mod kind {
+    /// The name of a bus.
+    pub const BUS: u8 = 1;
+    /// What one `recvmmsg` left.
+    pub const MESSAGES: u8 = 2;
+    /// Records of `packed`.
+    pub const RECORDS: u8 = 3;
+    /// Frames are missing.
+    pub const DROPPED: u8 = 4;
+    /// So late it is.
+    pub const UNTIL: u8 = 5;
+    /// The bus is away.
+    pub const GAP: u8 = 6;
+}
+
+/// What is kept of one bus.
+#[derive(Clone, Copy, Debug)]
+struct Channel {
+    id: BusId,
+    /// What its socket has counted as lost, since it was opened.
+    overflow: u32,
+    /// Frames lost in all.
+    lost: u64,
+}
+
+/// The reader of what comes from live buses.
+#[derive(Debug)]
+pub struct Live {
+    /// The beginning of a block whose end has not come yet.
+    rest: Vec<u8>,
+    /// Bytes of the stream before `rest`.
+    taken: u64,
+    /// By the stream's own index.
+    channels: Vec<Option<Channel>>,
+    held: Held,
+    broken: bool,
+}
+
+impl Default for Live {
+    fn default() -> Self {
+        Self { rest: Vec::new(), taken: 0, channels: vec![None; BUSES], held: Held::default(), broken: false }
+    }
+}
+
+/// A block's head.
+#[derive(Clone, Copy, Debug)]
+struct Head {
+    kind: u8,
+    bus: u8,
+    which: u8,
+    zero: u8,
+    length: u32,
+    number: i64,
+}
+
+impl Head {
+    fn new(bytes: &[u8; HEAD]) -> Self {
+        let [kind, bus, which, zero, l0, l1, l2, l3, n0, n1, n2, n3, n4, n5, n6, n7] = *bytes;
+        let length = u32::from_le_bytes([l0, l1, l2, l3]);
+        Self { kind, bus, which, zero, length, number: i64::from_le_bytes([n0, n1, n2, n3, n4, n5, n6, n7]) }
+    }
+
+    /// Whether a block may begin so.
+    fn is_sound(self) -> bool {
+        let Self { kind, which, zero, length, number, .. } = self;
+        zero == 0
+            && length <= LONGEST
+            && match kind {
+                kind::BUS | kind::RECORDS => which == 0,
+                kind::MESSAGES => which <= 1 && number >= 0 && messages::size(number) == Some(u64::from(length)),
+                kind::DROPPED => which <= 1 && length == 0 && number >= 0,
+                kind::UNTIL | kind::GAP => which == 0 && length == 0,
+                _ => false,
+            }
+    }
+}
+
+impl Live {
+    /// Takes the next bytes, in any chunking.
+    pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if self.broken {
+            return;
+        }
+        if self.rest.is_empty() {
+            let used = self.blocks(bytes, buses, sink);
+            self.rest.extend_from_slice(bytes.get(used..).unwrap_or_default());
+        } else {
+            let mut rest = std::mem::take(&mut self.rest);
+            rest.extend_from_slice(bytes);
+            let used = self.blocks(&rest, buses, sink);
+            rest.drain(..used);
+            self.rest = rest;
+        }
+    }
+
+    /// Takes the end of the stream.
+    pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let cut = (!self.rest.is_empty()).then_some(self.rest.len() as u64);
+        self.interrupt(buses, sink);
+        if let Some(bytes) = cut.filter(|_| !self.broken) {
+            let place = Place::Byte(self.taken);
+            sink(Item::Damaged(Damage { place, kind: DamageKind::Cut, bytes: Some(bytes), frames: None }), buses);
+        }
+    }
+
+    /// Takes the end of what was read so far.
+    pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.rest.clear();
+        self.held.release(None, |item| sink(item, buses));
+    }
+
+    /// Reads whole blocks; gives the bytes that they took.
+    fn blocks(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> usize {
+        let mut used = 0;
+        while let Some((head, behind)) = bytes.get(used..).and_then(<[u8]>::split_first_chunk::<HEAD>) {
+            let head = Head::new(head);
+            let sound = head.is_sound();
+            let size = head.length as usize;
+            if sound && behind.len() < size {
+                break;
+            }
+            let body = behind.get(..size).filter(|_| sound);
+            if body.and_then(|body| self.block(head, body, buses, sink)).is_none() {
+                self.held.release(None, |item| sink(item, buses));
+                let place = Place::Byte(self.taken);
+                sink(Item::Damaged(Damage { place, kind: DamageKind::Rest, bytes: None, frames: None }), buses);
+                self.broken = true;
+                return bytes.len();
+            }
+            used += HEAD + size;
+            self.taken += (HEAD + size) as u64;
+        }
+        used
+    }
+
+    /// Takes a block; `None` if it is none.
+    fn block(&mut self, head: Head, body: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> Option<()> {
+        let index = usize::from(head.bus);
+        match head.kind {
+            kind::BUS => {
+                let slot = self.channels.get_mut(index)?;
+                let id = buses.intern(body);
+                if slot.is_none_or(|known| known.id != id) {
+                    *slot = Some(Channel { id, overflow: 0, lost: 0 });
+                    self.held.joins = self.channels.iter().flatten().count() > 1;
+                }
+                return Some(());
+            }
+            kind::UNTIL => {
+                let moment = (head.number < i64::MAX).then_some(head.number);
+                self.held.release(moment, |item| sink(item, buses));
+                if let Some(now_ns) = moment {
+                    sink(Item::Until { now_ns }, buses);
+                }
+                return Some(());
+            }
+            _ => {}
+        }
+        // What was not named before it is used is none of these blocks.
+        let channel = self.channels.get_mut(index)?.as_mut()?;
+        let held = &mut self.held;
+        let mut give = |item: Item| held.take(head.bus, item, |item| sink(item, buses));
+        match head.kind {
+            kind::MESSAGES => {
+                for message in messages::of(body, head.number) {
+                    let message = message?;
+                    if let Some(total) = message.overflow {
+                        channel.overflowed(total).map(&mut give);
+                    }
+                    give(match message.frame(head.which == 1) {
+                        Ok(frame) => Item::Frame(Frame { bus: channel.id, ..frame }),
+                        Err(reason) => Item::Unreadable { place: Place::Live, reason },
+                    });
+                }
+            }
+            kind::RECORDS => {
+                let (mut records, mut own, mut whole) = (Packed::default(), Buses::default(), true);
+                let mut take = |item, _: &Buses| match item {
+                    Item::Frame(frame) => give(Item::Frame(Frame { bus: channel.id, line: None, ..frame })),
+                    Item::Damaged(_) => whole = false,
+                    _ => {}
+                };
+                records.feed(body, &mut own, &mut take);
+                records.finish(&mut own, &mut take);
+                return whole.then_some(());
+            }
+            kind::DROPPED => give(channel.dropped(head.number.unsigned_abs())),
+            kind::GAP => {
+                channel.overflow = 0;
+                give(Item::Gap { bus: channel.id });
+            }
+            _ => return None,
+        }
+        Some(())
+    }
+}
+
+impl Channel {
+    /// So many more frames are lost.
+    fn dropped(&mut self, count: u64) -> Item {
+        self.lost = self.lost.saturating_add(count);
+        Item::Marker(Marker::Dropped { bus: self.id, count, total: self.lost, place: Place::Live })
+    }
+
+    /// Its socket has lost so many by now, of 32 bits.
+    fn overflowed(&mut self, total: u32) -> Option<Item> {
+        let before = std::mem::replace(&mut self.overflow, total);
+        let count = total.wrapping_sub(before);
+        // A socket that was opened anew counts from zero.
+        let count = if count > u32::MAX / 2 { total } else { count };
+        (count > 0).then(|| self.dropped(u64::from(count)))
+    }
+}
