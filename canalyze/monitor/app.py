@@ -35,8 +35,7 @@ _AROUND: Final = 3
 NOTHING: Final[dict[str, Any]] = {
     "now_ns": None,
     "start_ns": None,
-    "frames": 0,
-    "tally": {"findings": {"error": 0, "warning": 0, "info": 0}},
+    "tally": {"frames": 0, "findings": {"error": 0, "warning": 0, "info": 0}},
     "buses": [],
     "nodes": [],
     "objects": [],
@@ -157,8 +156,8 @@ class Monitor(App[int]):
                 grid.show(transfers.columns(words, buses=several), transfers.rows(snapshot, words, buses=several))
             else:
                 grid.show(findings.columns(words, buses=several), findings.rows(snapshot, buses=several))
-        if _seen(self.trace) and (self._drawn.get("trace") != snapshot["frames"] or not self.paused):
-            self._drawn["trace"] = snapshot["frames"]
+        if _seen(self.trace) and (self._drawn.get("trace") != snapshot["tally"]["frames"] or not self.paused):
+            self._drawn["trace"] = snapshot["tally"]["frames"]
             self.trace.update()
         self._tell_whole()
 
@@ -306,7 +305,7 @@ class Monitor(App[int]):
         self.paused = not self.paused
         if self._watch.replay is not None:
             self._watch.replay.paused = self.paused
-        self.trace.limit = self._snapshot["frames"] if self.paused else None
+        self.trace.limit = self._snapshot["tally"]["frames"] if self.paused else None
         self.beat()
 
     def action_speed(self, faster: bool) -> None:

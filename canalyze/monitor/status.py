@@ -85,7 +85,7 @@ class Status(Lines):
         items: list[Cell] = [self._bus(bus) for bus in buses[: 2 if short else 6]]
         if start is not None and now is not None:
             items.append(cell(clock(now - start)))
-        items.append(cell(words(f"{form}frames", count=snapshot["frames"])))
+        items.append(cell(words(f"{form}frames", count=snapshot["tally"]["frames"])))
         items.append(cell(words(f"{form}rate", rate=rate(sum(bus["frames_per_s"] or 0 for bus in buses)))))
         errors, dropped = (sum(bus[key] for bus in buses) for key in ("error_frames", "dropped"))
         items.append(cell(words(f"{form}errors", count=errors), "error" if errors else ""))

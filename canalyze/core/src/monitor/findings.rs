@@ -1,4 +1,4 @@
-//! The last findings, and how many there were.
+//! The last findings.
 //!
 //! Of one kind on one object the first few have rows of their own; the rest is counted in the last of these, so that a
 //! fault of every cycle buries no other. Must not: judge, or forget a count.
@@ -32,8 +32,6 @@ struct Row {
 /// The findings of a capture.
 #[derive(Debug, Default)]
 pub(super) struct Findings {
-    /// By severity.
-    pub(super) counts: [u64; 3],
     /// How many of each kind, and the number of its last row.
     kinds: BTreeMap<Kind, (u64, u64)>,
     rows: VecDeque<Row>,
@@ -44,9 +42,6 @@ pub(super) struct Findings {
 impl Findings {
     /// Takes a finding; gives whether it has a row of its own.
     pub(super) fn take(&mut self, setting: Setting<'_>, finding: &Finding) -> bool {
-        if let Some(count) = self.counts.get_mut(finding.code.rule().severity as usize) {
-            *count += if let Facts::Repeated { count } = finding.facts { count } else { 1 };
-        }
         let expectation = finding.expectation().map(Arc::clone);
         let kind = (finding.code, finding.bus, finding.node, finding.object, expectation);
         let row = self.gone + self.rows.len() as u64;
@@ -69,7 +64,8 @@ impl Findings {
             self.rows.pop_front();
             self.gone += 1;
         }
-        self.rows.push_back(Row { json: json(setting, finding), count: 1 });
+        let count = if let Facts::Unmet(unmet) = &finding.facts { unmet.repeated.max(1) } else { 1 };
+        self.rows.push_back(Row { json: json(setting, finding), count });
         true
     }
 

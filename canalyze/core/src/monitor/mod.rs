@@ -39,6 +39,15 @@ use crate::trail;
 
 pub use self::trace::{Line, Wanted};
 
+/// What others know and a snapshot shows as well.
+#[derive(Clone, Copy, Debug)]
+pub struct Known<'a> {
+    /// The session's tally, as JSON.
+    pub tally: &'a [u8],
+    /// What decoding knows, by bus.
+    pub buses: &'a [Bus],
+}
+
 /// What is watched of a capture.
 #[derive(Debug)]
 pub struct Monitor {
@@ -51,8 +60,6 @@ pub struct Monitor {
     findings: Findings,
     trace: Trace,
     lines: Lines,
-    /// Frames that pass the session's filter: only these are traced.
-    shown: u64,
     last: FrameRef,
     /// Words of the line at hand, and its data.
     said: Vec<u8>,
@@ -71,7 +78,6 @@ impl Monitor {
             findings: Findings::default(),
             trace: Trace::default(),
             lines: Lines::new(lang, Depth::Default, None),
-            shown: 0,
             last: FrameRef::default(),
             said: Vec::new(),
             data: Vec::new(),
@@ -79,7 +85,7 @@ impl Monitor {
     }
 
     /// Takes a frame of a service with what follows from it, of which it takes out the frame's own event. `shown`: the
-    /// frame passes the filter.
+    /// frame passes the filter: only then it is traced.
     pub fn frame(
         &mut self,
         setting: Setting<'_>,
@@ -92,7 +98,6 @@ impl Monitor {
             self.clock.frame(now_ns);
         }
         self.last = frame.reference();
-        self.shown += u64::from(shown);
         self.summary.frame(frame, events);
         let bits = self.summary.buses.get(&frame.bus).map_or(0, |bus| bus.load.bits);
         let own = events.first().is_some_and(|event| is_own(&event.what)).then(|| events.remove(0));
@@ -156,6 +161,12 @@ impl Monitor {
         }
     }
 
+    /// A bus is away for a while, and may have had frames meanwhile.
+    pub fn gap(&mut self, bus: BusId) {
+        self.summary.gap(bus);
+        self.objects.lost(bus);
+    }
+
     /// A file with frames is over; so many of its lines or records cannot be read.
     pub fn end_of_file(&mut self, unreadable: u64) {
         self.summary.file(unreadable);
@@ -166,9 +177,8 @@ impl Monitor {
         self.clock.advance(now_ns);
     }
 
-    /// All that a view shows but the trace, as one JSON object: its keys stand at the head of `snapshot.rs`. `known`:
-    /// what decoding knows, by bus.
-    pub fn snapshot(&self, setting: Setting<'_>, known: &[Bus]) -> Vec<u8> {
+    /// All that a view shows but the trace, as one JSON object: its keys stand at the head of `snapshot.rs`.
+    pub fn snapshot(&self, setting: Setting<'_>, known: Known<'_>) -> Vec<u8> {
         snapshot::snapshot(self, setting, known)
     }
 

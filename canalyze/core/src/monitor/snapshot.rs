@@ -5,8 +5,8 @@
 //!
 //! | of | keys |
 //! |---|---|
-//! | the object | `now_ns start_ns frames shown tally buses nodes objects objects_more transfers findings` |
-//! | `tally` | `frames shown`, `findings` (`error warning info`), `transfers` (`ok aborted incomplete failed`) |
+//! | the object | `now_ns start_ns tally buses nodes objects objects_more transfers findings` |
+//! | `tally` | see `Session::tally` |
 //! | `buses` | `name frames frames_per_s bits_per_s bit_rate load_percent error_frames dropped state` |
 //! | `nodes` | `bus node name state state_text frames sent frames_per_s heartbeat_age_ns heartbeat_period_ns guarded emcy boot_ups drive findings` |
 //! | `objects` | `bus id ext rtr service node name count last_ns period_ns jitter_ns rate len data changed text severity` |
@@ -19,10 +19,10 @@
 //! that of the worst finding about frames of the object in the last 10 s. `count` of a finding is above 1 where more
 //! of its kind follow that have no rows of their own.
 
-use super::Monitor;
 use super::objects::{Form, Key, Label, Object};
 use super::trace::identifier;
 use super::wire::{Emergency, ErrorState, Live, Wire};
+use super::{Known, Monitor};
 use crate::bus::Bus;
 use crate::finding::Severity;
 use crate::frame::BusId;
@@ -35,21 +35,17 @@ use crate::text::{Lang, escape, terms};
 /// Transfers that run and are listed.
 const RUNNING: usize = 256;
 
-/// Writes the object. `known`: what decoding knows, by bus.
-pub(super) fn snapshot(monitor: &Monitor, setting: Setting<'_>, known: &[Bus]) -> Vec<u8> {
+/// Writes the object.
+pub(super) fn snapshot(monitor: &Monitor, setting: Setting<'_>, known: Known<'_>) -> Vec<u8> {
     let mut out = Vec::with_capacity(64 << 10);
-    let frames = monitor.summary.capture.frames;
     put!(&mut out; "{\"now_ns\":");
     jsonl::signed_or_null(&mut out, monitor.clock.now_ns);
     put!(&mut out; ",\"start_ns\":");
     jsonl::signed_or_null(&mut out, monitor.clock.start_ns);
-    put!(&mut out; ",\"frames\":", frames, ",\"shown\":", monitor.shown, ",\"tally\":{\"frames\":", frames);
-    let [ok, aborted, incomplete, failed] = monitor.transfers.counts;
-    put!(&mut out; ",\"shown\":", monitor.shown, ",\"findings\":");
-    severities(&mut out, monitor.findings.counts, true);
-    put!(&mut out; ",\"transfers\":{\"ok\":", ok, ",\"aborted\":", aborted, ",\"incomplete\":", incomplete);
-    put!(&mut out; ",\"failed\":", failed, "}},\"buses\":[");
-    let view = View { monitor, setting, known };
+    put!(&mut out; ",\"tally\":");
+    out.extend_from_slice(known.tally);
+    put!(&mut out; ",\"buses\":[");
+    let view = View { monitor, setting, known: known.buses };
     view.buses(&mut out);
     put!(&mut out; "],\"nodes\":[");
     view.nodes(&mut out);
@@ -144,8 +140,8 @@ impl View<'_> {
         put!(out; ",\"boot_ups\":", node.boot_ups, ",\"drive\":");
         self.drive(out, known, id);
         put!(out; ",\"findings\":");
-        severities(out, live.findings, false);
-        put!(out; "}");
+        let [_, warning, error] = live.findings;
+        put!(out; "{\"error\":", error, ",\"warning\":", warning, "}}");
     }
 
     /// The state of a drive; of several axes with their numbers.
@@ -242,14 +238,6 @@ fn label(out: &mut Vec<u8>, lang: Lang, label: Label) {
         Label::Sdo(side) => put!(out; terms::service::sdo(lang, side == Side::Server)),
         Label::Service(service) => put!(out; terms::service::name(lang, service).unwrap_or("")),
     }
-}
-
-fn severities(out: &mut Vec<u8>, [info, warning, error]: [u64; 3], all: bool) {
-    put!(out; "{\"error\":", error, ",\"warning\":", warning);
-    if all {
-        put!(out; ",\"info\":", info);
-    }
-    put!(out; "}");
 }
 
 fn tenths_or_null(out: &mut Vec<u8>, tenths: Option<u64>) {

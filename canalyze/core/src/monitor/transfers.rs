@@ -1,4 +1,4 @@
-//! The SDO transfers that have ended lately, and how many there were.
+//! The SDO transfers that have ended lately.
 //!
 //! Must not: follow a transfer that runs; its channel does.
 
@@ -17,8 +17,6 @@ const VALUE: usize = 256;
 /// The transfers of a capture.
 #[derive(Debug, Default)]
 pub(super) struct Transfers {
-    /// How many ended: ok, aborted, incomplete, failed.
-    pub(super) counts: [u64; 4],
     /// In JSON.
     done: VecDeque<Vec<u8>>,
 }
@@ -26,15 +24,6 @@ pub(super) struct Transfers {
 impl Transfers {
     /// Takes a transfer that has ended.
     pub(super) fn take(&mut self, setting: Setting<'_>, transfer: &Transfer) {
-        let slot = match transfer.status {
-            Status::Ok => 0,
-            Status::Aborted => 1,
-            Status::Incomplete | Status::Open => 2,
-            Status::Failed => 3,
-        };
-        if let Some(count) = self.counts.get_mut(slot) {
-            *count += 1;
-        }
         let mut out = if self.done.len() < DONE { Vec::new() } else { self.done.pop_front().unwrap_or_default() };
         out.clear();
         json(&mut out, setting, transfer);

@@ -23,7 +23,7 @@ use crate::finding::{Code, Finding};
 use crate::frame::{BusId, Buses, Frame};
 use crate::inputs::{Inputs, Next, Refusal};
 use crate::masks::Masks;
-use crate::monitor::{Line, Wanted};
+use crate::monitor::{Known, Line, Wanted};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
 use crate::readers::mcap::Choice;
@@ -342,7 +342,8 @@ impl Session {
     /// All that a view shows by now but the trace, as a JSON object (see `monitor/snapshot.rs`); empty in other formats.
     pub fn snapshot(&self) -> Vec<u8> {
         let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
-        monitor.snapshot(self.stream.capture.view(&self.buses).jsonl, self.stream.decoding.buses())
+        let known = Known { tally: &self.tally(), buses: self.stream.decoding.buses() };
+        monitor.snapshot(self.stream.capture.view(&self.buses).jsonl, known)
     }
 
     /// Lines of the trace, oldest first; none in other formats.
@@ -406,6 +407,7 @@ impl Stream {
 
     /// A live bus is away: across the gap nothing is judged, and nothing is wrong.
     fn gap(&mut self, bus: BusId, buses: &Buses, out: &mut Vec<u8>) {
+        self.output.gap(bus);
         self.decoding.lost(bus, self.capture.last, buses);
         self.aside(buses, out);
     }

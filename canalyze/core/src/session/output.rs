@@ -10,7 +10,7 @@ use crate::diff::course::Course;
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::Finding;
-use crate::frame::{Buses, Frame};
+use crate::frame::{BusId, Buses, Frame};
 use crate::info::Info;
 use crate::masks::Masks;
 use crate::monitor::Monitor;
@@ -128,6 +128,13 @@ impl Output {
     pub(super) fn advance(&mut self, now_ns: i64) {
         if let Form::Monitor(monitor) = &mut self.form {
             monitor.advance(now_ns);
+        }
+    }
+
+    /// A bus is away for a while.
+    pub(super) fn gap(&mut self, bus: BusId) {
+        if let Form::Monitor(monitor) = &mut self.form {
+            monitor.gap(bus);
         }
     }
 
