@@ -25,6 +25,7 @@ class Made:
     """A source that gives one step after the other; then nothing, or its end."""
 
     def __init__(self, *steps: Step, names: Sequence[str] = ("can0",), first: int = 0, endless: bool = False) -> None:
+        """Each step is what `receive` gives, raises or does."""
         self.names = names
         self.first = first
         self.steps = list(steps)
@@ -56,6 +57,7 @@ class Kept:
     """A recording in memory."""
 
     def __init__(self) -> None:
+        """Empty."""
         self.blocks = b""
         self.told: list[CanalyzeError] = []
 

@@ -436,7 +436,7 @@ class SocketCan:
         self._remarks.append(remark)
 
 
-_HOPELESS: Final = ("live.no_can", "live.not_linux", "live.forbidden", "live.not_can")
+_HOPELESS: Final = ("live.no_can", "live.not_linux", "live.forbidden", "live.not_can", "live.not_can_none")
 """Errors that waiting does not help against."""
 
 
@@ -458,7 +458,8 @@ def opened(name: str, *, hardware_stamps: bool = False) -> tuple[socket.socket, 
         if _ask(name, _SIOCGIFFLAGS) is None:
             raise _missing(name)
         if not _is_can(name):
-            raise SourceError("live.not_can", channel=name, there=_listed())
+            there = _listed()
+            raise SourceError("live.not_can" if there else "live.not_can_none", channel=name, there=there)
         if not _is_up(name):
             raise SourceError("live.down", channel=name, command=_command(name))
         small = _set_up(listening, hardware_stamps=hardware_stamps)
