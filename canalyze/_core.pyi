@@ -119,6 +119,8 @@ class Session:
         mcap_archive: bool = False,
         tables: Sequence[str] = (),
         expectations: Expectations | None = None,
+        masks: Sequence[str] = (),
+        count: int | None = None,
     ) -> None:
         """Start a capture.
 
@@ -148,8 +150,11 @@ class Session:
         mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
         tables: which of TABLES are built; columns only.
         expectations: what the capture is held against; what does not hold is a finding like others.
-        ValueError (one line, in the session's language) for a value that is none of these or a filter or map that
-        cannot be read.
+        masks: channels, each with candump's filters behind its name (`can0,123:7FF,#1F`): which of its frames are
+        shown; of channels that are not named, or have no filters, all are.
+        count: frames that are shown at most: the capture ends behind the last of them, see done.
+        ValueError (one line, in the session's language) for a value that is none of these or a filter, map or mask
+        that cannot be read.
         """
     def begin(self, name: str, regular: bool, format: str = "candump", input: int = 0) -> None:
         """The next file starts, in one of FORMATS.
@@ -157,7 +162,8 @@ class Session:
         name: for messages and JSON. regular: a whole file (not a pipe): dialects may be decided on its first 64 KiB,
         so output may lag by as much. input: files that are joined by time are numbered from 0 in the order in which
         they begin, and all of them begin before any is fed; a file by itself is 0. ValueError for a format that is
-        neither in FORMATS nor `packed`, the records of another reader (`sources/packed.py`).
+        neither in FORMATS nor `packed`, the records of another reader (`sources/packed.py`), nor `live`, the blocks
+        of live buses (`sources/live.py`), which also tell the time: advance() is not needed with them.
         """
     def feed(self, data: bytes, input: int = 0) -> bytes:
         """More bytes of a file, in any chunking; what is known by now, ready for standard output."""
@@ -212,6 +218,16 @@ class Session:
         status: "" while the transfer runs, else ok | aborted | incomplete | failed once. File names are safe: letters,
         digits, . _ - only.
         """
+    def tally(self) -> str:
+        """What was seen so far, at any time: a JSON object.
+
+        frames, shown. findings: {error, warning, info}, those that were told; repeats of one that are not come with
+        finish(). transfers: {ok, aborted, incomplete, failed}, of SDO. buses: [{name, frames, error_frames, dropped}];
+        error frames are frames too, dropped ones are lost for the session.
+        """
+    @property
+    def done(self) -> bool:
+        """As many frames were shown as `count` says: whatever is fed is not taken any more."""
     @property
     def frames(self) -> int:
         """Frames read so far, over all files."""

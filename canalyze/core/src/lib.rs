@@ -24,7 +24,7 @@
 //! `summary`, `repeats`, `expectation` (a capture held against what is expected of it), `diff` (two captures held
 //! against each other) and `trail` (where findings came from) see `event`; `render` sees `text`, `info`, `summary`,
 //! `expectation`, `trail`, `diff` and the columns of `writers::console`.
-//! `calendar` and `select` see nothing. The whole table stands in `tests/layers.rs`, which keeps it.
+//! `masks` (candump's filters) sees `frame`. `calendar` and `select` see nothing. The whole table stands in `tests/layers.rs`, which keeps it.
 
 pub mod bus;
 pub mod calendar;
@@ -42,6 +42,7 @@ pub mod finding;
 pub mod frame;
 pub mod info;
 pub mod inputs;
+pub mod masks;
 pub mod message;
 pub mod network;
 pub mod node;

@@ -115,6 +115,7 @@ const MAY_USE: &[Row] = &[
         ],
     ),
     ("filter", &["frame", "services::sdo::transfer"]),
+    ("masks", &["frame"]),
     (
         "text",
         &[
@@ -131,6 +132,7 @@ const MAY_USE: &[Row] = &[
             "readers",
             "writers::loss",
             "filter",
+            "masks",
             "diff",
         ],
     ),
@@ -177,6 +179,7 @@ const MAY_USE: &[Row] = &[
             "readers",
             "writers",
             "filter",
+            "masks",
             "select",
             "summary",
             "diff",
@@ -200,6 +203,7 @@ const MAY_USE: &[Row] = &[
             "writers",
             "expectation",
             "filter",
+            "masks",
             "select",
             "diff",
             "text",

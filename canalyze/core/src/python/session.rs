@@ -14,6 +14,7 @@ use super::network::{Expectations, Network};
 use super::{choose, language};
 use crate::filter::Filter;
 use crate::inputs::Refusal;
+use crate::masks::Masks;
 use crate::readers::candump::Stamps;
 use crate::readers::mcap::{Choice, Clock, Map};
 use crate::readers::{Damage, Format as Input, Place};
@@ -59,7 +60,7 @@ impl Session {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, tables = Vec::new(), expectations = None))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, tables = Vec::new(), expectations = None, masks = Vec::new(), count = None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -80,6 +81,8 @@ impl Session {
         mcap_archive: bool,
         tables: Vec<String>,
         expectations: Option<&Expectations>,
+        masks: Vec<String>,
+        count: Option<u64>,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
         // What no user can ask for: records for another program's writer.
@@ -123,6 +126,8 @@ impl Session {
             time: time.map(|time| choose("time", time, &times)).transpose()?,
             filter: Filter::parse(filter.unwrap_or(""))
                 .map_err(|mistake| PyValueError::new_err(complaints::filter(lang, &mistake)))?,
+            masks: Masks::parse(&masks).map_err(|mistake| PyValueError::new_err(complaints::masks(lang, &mistake)))?,
+            count,
             extract,
             network: network.map(|network| Arc::clone(&network.known)).unwrap_or_default(),
             select: Select::parse(select.unwrap_or("")),
@@ -212,6 +217,15 @@ impl Session {
         let lost = |(loss, count): (String, u64)| Ok((choose("loss", &loss, Loss::NAMES)?, count));
         let further = further.into_iter().map(lost).collect::<PyResult<Vec<_>>>()?;
         Ok(self.run(py, |core| core.losses(name.as_bytes(), &further)))
+    }
+
+    fn tally(&self, py: Python<'_>) -> String {
+        String::from_utf8_lossy(&self.run(py, |core| core.tally())).into_owned()
+    }
+
+    #[getter]
+    fn done(&self, py: Python<'_>) -> bool {
+        self.run(py, |core| core.is_done())
     }
 
     #[getter]

@@ -8,18 +8,21 @@ mod capture;
 mod decoding;
 mod output;
 mod records;
+mod tally;
 
 use std::sync::Arc;
 
 use self::capture::Capture;
 use self::decoding::Decoding;
 use self::output::{Form, Output};
+use self::tally::Tally;
 use crate::diff::course::Course;
 use crate::expectation::Expectations;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
 use crate::frame::{BusId, Buses, Frame};
 use crate::inputs::{Inputs, Next, Refusal};
+use crate::masks::Masks;
 use crate::network::Network;
 use crate::readers::candump::Stamps;
 use crate::readers::mcap::Choice;
@@ -84,6 +87,10 @@ pub struct Options {
     pub time: Option<Time>,
     /// Which frames are shown.
     pub filter: Filter,
+    /// The same in candump's manner, by channel.
+    pub masks: Masks,
+    /// Frames that are shown at most (transfers, where only they are): the capture ends behind the last of them.
+    pub count: Option<u64>,
     /// Whether the bytes of SDO transfers are handed out.
     pub extract: bool,
     /// What is known of the network beforehand.
@@ -119,6 +126,7 @@ struct Stream {
     capture: Capture,
     decoding: Decoding,
     output: Output,
+    tally: Tally,
 }
 
 impl Session {
@@ -137,7 +145,7 @@ impl Session {
             turn: 0,
             fed: 0,
             buses: Buses::default(),
-            stream: Stream { capture: Capture::new(lang), decoding, output },
+            stream: Stream { capture: Capture::new(lang), decoding, output, tally: Tally::default() },
         }
     }
 
@@ -313,6 +321,20 @@ impl Session {
         self.stream.output.take_course()
     }
 
+    /// As many frames were shown as [`Options::count`] says: nothing further is taken.
+    pub fn is_done(&self) -> bool {
+        self.stream.output.is_done()
+    }
+
+    /// What was seen so far, as a JSON object: `frames` and `shown`; `findings` by severity, told ones (of repeats that
+    /// are not, the number is added by [`Self::finish`]); `transfers` of SDO by how they ended; `buses`, each with
+    /// `name`, `frames`, `error_frames` among them, and `dropped` ones.
+    pub fn tally(&self) -> Vec<u8> {
+        let (mut out, Stream { capture, output, tally, .. }) = (Vec::new(), &self.stream);
+        tally.write(&mut out, capture.frames, output.shown, &self.buses);
+        out
+    }
+
     /// Frames so far: those that all files have given, those that were read of the file that was fed last.
     pub fn frames(&mut self) -> (u64, u64) {
         let fed = if self.inputs.count() > 1 { self.inputs.get(self.fed) } else { None };
@@ -322,6 +344,9 @@ impl Session {
 
 impl Stream {
     fn item(&mut self, item: Item, buses: &Buses, out: &mut Vec<u8>) {
+        if self.output.is_done() {
+            return;
+        }
         if let Some(info) = self.output.info() {
             if let Item::Frame(_) = item {
                 self.capture.count();
@@ -344,6 +369,7 @@ impl Stream {
         if self.output.wants_cycle() {
             self.output.cycle = self.decoding.sync_cycle(frame.bus);
         }
+        self.tally.frame(&frame, &self.decoding.events);
         self.output.frame(out, self.capture.view(buses), &frame, &mut self.decoding.events);
         self.decoding.clear(buses);
     }
@@ -353,7 +379,8 @@ impl Stream {
         if let Marker::Start { date_ns } = marker {
             return self.capture.dated(date_ns);
         }
-        if let Marker::Dropped { bus, .. } = marker {
+        if let Marker::Dropped { bus, count, .. } = marker {
+            self.tally.dropped(bus, count);
             self.decoding.lost(bus, self.capture.last, buses);
         }
         let finding = self.capture.marker(&marker, buses);
@@ -395,6 +422,9 @@ impl Stream {
     }
 
     fn advance(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
+        if self.output.is_done() {
+            return;
+        }
         self.decoding.advance(now_ns, self.capture.last, buses);
         self.aside(buses, out);
     }
@@ -411,12 +441,14 @@ impl Stream {
 
     fn tell(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {
         if let Some(finding) = finding {
+            self.tally.finding(finding);
             self.output.finding(out, self.capture.view(buses), finding);
         }
     }
 
     /// What belongs to no frame at hand.
     fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.tally.events(&self.decoding.events);
         self.output.aside(out, self.capture.view(buses), &self.decoding.events);
         self.decoding.clear(buses);
     }

@@ -12,6 +12,7 @@ use crate::filter::Filter;
 use crate::finding::Finding;
 use crate::frame::{Buses, Frame};
 use crate::info::Info;
+use crate::masks::Masks;
 use crate::readers::Marker;
 use crate::render::columns::{Batch, Columns, Seen};
 use crate::render::jsonl;
@@ -25,8 +26,11 @@ use crate::writers::{Losses, Writer};
 pub(super) struct Output {
     pub(super) form: Form,
     filter: Filter,
-    /// Frames or transfers that passed it.
-    shown: u64,
+    masks: Masks,
+    /// Frames or transfers that passed them.
+    pub(super) shown: u64,
+    /// So many are shown at most.
+    count: Option<u64>,
     /// The SYNC cycle that runs on the bus of the frame at hand; only set where [`Output::wants_cycle`].
     pub(super) cycle: u64,
 }
@@ -64,7 +68,13 @@ impl Output {
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
             Format::Columns => Form::Columns(Box::new(Columns::new(options.lang, &options.select, &options.tables))),
         };
-        Self { form, filter: options.filter.clone(), shown: 0, cycle: 0 }
+        let (filter, masks) = (options.filter.clone(), options.masks.clone());
+        Self { form, filter, masks, shown: 0, count: options.count, cycle: 0 }
+    }
+
+    /// As many were shown as are to be.
+    pub(super) fn is_done(&self) -> bool {
+        self.count.is_some_and(|count| self.shown >= count)
     }
 
     /// Nobody asks what frames mean.
@@ -84,7 +94,7 @@ impl Output {
 
     /// A filter has let nothing through.
     pub(super) fn is_idle(&self) -> bool {
-        self.shown == 0 && !self.filter.is_empty()
+        self.shown == 0 && !(self.filter.is_empty() && self.masks.is_empty())
     }
 
     /// What the format that is written cannot hold.
@@ -130,7 +140,8 @@ impl Output {
             course.extend(frame);
         }
         let (service, node) = service(events);
-        let shown = self.filter.shows(frame, service, node, view.buses, view.clock);
+        let shown =
+            self.filter.shows(frame, service, node, view.buses, view.clock) && self.masks.shows(frame, view.buses);
         self.shown += u64::from(shown);
         // These look at the others too.
         match &mut self.form {

@@ -183,6 +183,19 @@ pub fn mcap_map(lang: Lang, mistake: &crate::readers::mcap::Mistake) -> String {
     }
 }
 
+/// Why what stands behind a channel's name cannot be read.
+pub fn masks(lang: Lang, mistake: &crate::masks::Mistake) -> String {
+    let crate::masks::Mistake(part, whole) = mistake;
+    match lang {
+        Lang::Zh => format!(
+            "“{whole}”中的过滤条件“{part}”无法识别: 应为 标识符:掩码, 标识符~掩码 (取反), #错误掩码 或 j (全部满足), 均为十六进制, 例如 can0,123:7FF,#1F"
+        ),
+        Lang::En => format!(
+            "filter '{part}' of '{whole}' is unknown: use ID:MASK, ID~MASK (all others), #ERRORMASK or j (all must match), in hexadecimal, as in can0,123:7FF,#1F"
+        ),
+    }
+}
+
 /// Why a filter cannot be read.
 pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
     use crate::filter::{Mistake, SERVICES};

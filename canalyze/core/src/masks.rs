@@ -1,0 +1,215 @@
+//! Which frames of a live channel are shown, as candump has it behind the channel's name: `can0,123:7FF,400~7F0,#1F,j`.
+//!
+//! The kernel's own rules, so that what candump would print is what is shown; but all frames are received, and state
+//! sees every one. Must not: know what a frame means, or concern channels that are not named.
+
+use crate::frame::{Buses, CanId, Frame, Kind};
+
+const EFF: u32 = 0x8000_0000;
+const RTR: u32 = 0x4000_0000;
+/// Set in an identifier: everything but what it would match. In a mask it stands for error frames and has no effect.
+const INVERTED: u32 = 0x2000_0000;
+const SFF_MASK: u32 = 0x7FF;
+/// So many digits make an identifier a 29-bit one.
+const EFF_DIGITS: usize = 8;
+/// The channel that stands for all.
+const ANY: &[u8] = b"any";
+
+/// What is shown of the channels that are named; of others everything is.
+#[derive(Clone, Debug, Default)]
+pub struct Masks {
+    channels: Vec<Channel>,
+}
+
+/// The filters behind one channel's name.
+#[derive(Clone, Debug)]
+struct Channel {
+    name: Vec<u8>,
+    pairs: Vec<Pair>,
+    /// Classes of error frames.
+    errors: u32,
+    /// All pairs must match, and not any one.
+    join: bool,
+}
+
+/// An identifier and a mask.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    id: u32,
+    mask: u32,
+    inverted: bool,
+}
+
+/// A part that is none of candump's filters, with the whole that it stands in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mistake(pub String, pub String);
+
+impl Masks {
+    /// Reads channels with what stands behind their names; one without filters is shown whole.
+    pub fn parse(channels: &[String]) -> Result<Self, Mistake> {
+        let channels = channels.iter().map(|text| Channel::parse(text));
+        Ok(Self { channels: channels.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect() })
+    }
+
+    /// Whether everything is shown.
+    pub fn is_empty(&self) -> bool {
+        self.channels.is_empty()
+    }
+
+    /// Whether a frame is shown: by any of the entries of its channel.
+    pub fn shows(&self, frame: &Frame, buses: &Buses) -> bool {
+        if self.channels.is_empty() {
+            return true;
+        }
+        let name = buses.name(frame.bus);
+        let mut named = self.channels.iter().filter(|channel| channel.name == name || channel.name == ANY).peekable();
+        named.peek().is_none() || named.any(|channel| channel.shows(frame))
+    }
+}
+
+impl Channel {
+    /// `None`: there are no filters.
+    fn parse(text: &str) -> Result<Option<Self>, Mistake> {
+        let mut parts = text.split(',');
+        let name = parts.next().unwrap_or_default().as_bytes().to_vec();
+        let mut channel = Self { name, pairs: Vec::new(), errors: 0, join: false };
+        let mut any = false;
+        for part in parts {
+            any = true;
+            let wrong = || Mistake(part.to_owned(), text.to_owned());
+            if let Some(classes) = part.strip_prefix('#') {
+                channel.errors = number(classes).ok_or_else(wrong)?;
+            } else if matches!(part, "j" | "J") {
+                channel.join = true;
+            } else {
+                channel.pairs.push(Pair::parse(part).ok_or_else(wrong)?);
+            }
+        }
+        Ok(any.then_some(channel))
+    }
+
+    fn shows(&self, frame: &Frame) -> bool {
+        let all = self.join && self.pairs.len() > 1;
+        if frame.kind == Kind::Error {
+            // An error frame matches no pair, so where all must match none comes.
+            return !all && frame.id.raw() & self.errors != 0;
+        }
+        let id = identifier(frame.id) | if frame.kind == Kind::Remote { RTR } else { 0 };
+        let mut pairs = self.pairs.iter();
+        if all {
+            pairs.all(|pair| pair.matches(id))
+        } else {
+            self.pairs.is_empty() || pairs.any(|pair| pair.matches(id))
+        }
+    }
+}
+
+impl Pair {
+    fn parse(text: &str) -> Option<Self> {
+        let at = text.find([':', '~'])?;
+        let (id, mask) = (text.get(..at)?, text.get(at + 1..)?);
+        let long = if id.len() == EFF_DIGITS { EFF } else { 0 };
+        let (id, mask) = (number(id)? | long, number(mask)? & !INVERTED);
+        // Of a mask for the frame format with an 11-bit identifier only what such a frame has counts.
+        let mask = if mask & EFF != 0 && id & EFF == 0 { mask & (SFF_MASK | EFF | RTR) } else { mask };
+        Some(Self { id: id & mask, mask, inverted: text.get(at..=at) == Some("~") || id & INVERTED != 0 })
+    }
+
+    fn matches(self, id: u32) -> bool {
+        (id & self.mask == self.id) != self.inverted
+    }
+}
+
+/// The identifier as SocketCAN has it.
+fn identifier(id: CanId) -> u32 {
+    id.raw() | if id.is_extended() { EFF } else { 0 }
+}
+
+/// Hexadecimal, of 32 bits.
+fn number(text: &str) -> Option<u32> {
+    let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).unwrap_or(text);
+    u32::from_str_radix(digits, 16).ok().filter(|_| digits.bytes().all(|byte| byte.is_ascii_hexdigit()))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    fn shown(masks: &[&str], bus: &str, frame: &Frame) -> bool {
+        let masks: Vec<String> = masks.iter().map(|text| (*text).to_owned()).collect();
+        let mut buses = Buses::default();
+        let bus = buses.intern(bus.as_bytes());
+        Masks::parse(&masks).unwrap().shows(&Frame { bus, ..*frame }, &buses)
+    }
+
+    fn standard(id: u16) -> Frame {
+        Frame::classic(CanId::standard(id), &[0; 8])
+    }
+
+    fn extended(id: u32) -> Frame {
+        Frame::classic(CanId::extended(id), &[0; 8])
+    }
+
+    fn error(class: u32) -> Frame {
+        Frame { kind: Kind::Error, ..extended(class) }
+    }
+
+    #[test]
+    fn pairs_as_candump_has_them() {
+        let remote = Frame { kind: Kind::Remote, ..standard(0x123) };
+        for (filters, frame, expected) in [
+            ("can0", standard(0x123), true),
+            ("can0", error(4), true),
+            ("can0,123:7FF", standard(0x123), true),
+            ("can0,123:7FF", standard(0x124), false),
+            ("can0,123:7FF", remote, true),
+            ("can0,123:400007FF", remote, false),
+            // Without the bit for the format in its mask the lower bits count of a 29-bit one too.
+            ("can0,123:7FF", extended(0x1FFF_F923), true),
+            ("can0,123:C00007FF", extended(0x123), false),
+            ("can0,123:C00007FF", standard(0x123), true),
+            ("can0,00000123:DFFFFFFF", extended(0x123), true),
+            ("can0,00000123:DFFFFFFF", standard(0x123), false),
+            ("can0,80000123:9FFFFFFF", extended(0x123), true),
+            ("can0,0x123:0x7ff", standard(0x123), true),
+            // Of a mask for 11 bits no more than they count.
+            ("can0,123:DFFFFFFF", standard(0x123), true),
+            ("can0,123~7FF", standard(0x123), false),
+            ("can0,123~7FF", standard(0x124), true),
+            ("can0,20000123:7FF", standard(0x124), true),
+            ("can0,123:7FF,124:7FF", standard(0x124), true),
+            ("can0,100~7FF,200~7FF", standard(0x100), true),
+            ("can0,100~7FF,200~7FF,j", standard(0x100), false),
+            ("can0,100~7FF,200~7FF,J", standard(0x101), true),
+            ("can0,0:0", standard(0x7FF), true),
+        ] {
+            assert_eq!(shown(&[filters], "can0", &frame), expected, "{filters} {frame:?}");
+        }
+    }
+
+    #[test]
+    fn error_frames_come_by_class_only() {
+        assert!(!shown(&["can0,0:0"], "can0", &error(4)));
+        assert!(shown(&["can0,#4"], "can0", &error(4)) && !shown(&["can0,#8"], "can0", &error(4)));
+        assert!(shown(&["can0,#4"], "can0", &standard(1)) && shown(&["can0,123:7FF,#FF"], "can0", &error(0x40)));
+        assert!(!shown(&["can0,1:1,2:2,#FF,j"], "can0", &error(0x40)));
+    }
+
+    #[test]
+    fn channels_by_themselves() {
+        let one = standard(1);
+        assert!(shown(&["can0,2:7FF"], "can1", &one) && !shown(&["can0,2:7FF", "can1"], "can0", &one));
+        assert!(shown(&["can0,2:7FF", "can1"], "can1", &one));
+        assert!(shown(&["can0,2:7FF", "can0,1:7FF"], "can0", &one) && !shown(&["any,2:7FF"], "can7", &one));
+    }
+
+    #[test]
+    fn mistakes() {
+        for part in ["", "123", "123:", ":7FF", "12G:7FF", "#", "#x", "jj", "123:7FF ", "+1:7FF", "123456789:7FF"] {
+            let text = format!("can0,{part}");
+            assert_eq!(Masks::parse(&[text.clone()]).unwrap_err(), Mistake(part.to_owned(), text));
+        }
+    }
+}

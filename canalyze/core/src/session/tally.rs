@@ -1,0 +1,106 @@
+//! What a live capture has shown so far, in a few numbers that can be asked for at any time.
+//!
+//! It counts what it is told of and nothing twice. Must not: judge, or keep a frame.
+
+use crate::event::{Event, What};
+use crate::finding::{Facts, Finding, Severity};
+use crate::frame::{BusId, Buses, Frame, Kind, MAX_BUSES};
+use crate::services::sdo::transfer::Status;
+use crate::text::digits::put;
+use crate::text::escape;
+
+/// The numbers.
+#[derive(Debug, Default)]
+pub(super) struct Tally {
+    errors: u64,
+    warnings: u64,
+    infos: u64,
+    ok: u64,
+    aborted: u64,
+    incomplete: u64,
+    failed: u64,
+    /// By number of the bus.
+    buses: Vec<OnBus>,
+}
+
+/// Those of one bus.
+#[derive(Clone, Copy, Debug, Default)]
+struct OnBus {
+    frames: u64,
+    error_frames: u64,
+    dropped: u64,
+}
+
+impl Tally {
+    /// Takes a frame and what follows from it.
+    #[inline]
+    pub(super) fn frame(&mut self, frame: &Frame, events: &[Event]) {
+        if let Some(bus) = self.bus(frame.bus) {
+            bus.frames += 1;
+            bus.error_frames += u64::from(frame.kind == Kind::Error);
+        }
+        // Its own event comes first, and is neither.
+        self.events(events.get(1..).unwrap_or_default());
+    }
+
+    /// Takes what belongs to no frame at hand.
+    pub(super) fn events(&mut self, events: &[Event]) {
+        for event in events {
+            match &event.what {
+                What::Finding(finding) => self.finding(finding),
+                What::Transfer(transfer) => match transfer.status {
+                    Status::Ok => self.ok += 1,
+                    Status::Aborted => self.aborted += 1,
+                    Status::Incomplete => self.incomplete += 1,
+                    Status::Failed => self.failed += 1,
+                    Status::Open => {}
+                },
+                _ => {}
+            }
+        }
+    }
+
+    /// Takes a finding. One that stands for others that were not told counts for all of them.
+    pub(super) fn finding(&mut self, finding: &Finding) {
+        let count = match &finding.facts {
+            Facts::Repeated { count } => *count,
+            Facts::Unmet(unmet) => unmet.repeated.max(1),
+            _ => 1,
+        };
+        *match finding.code.rule().severity {
+            Severity::Error => &mut self.errors,
+            Severity::Warning => &mut self.warnings,
+            Severity::Info => &mut self.infos,
+        } += count;
+    }
+
+    /// Frames of a bus are missing.
+    pub(super) fn dropped(&mut self, bus: BusId, count: u64) {
+        if let Some(bus) = self.bus(bus) {
+            bus.dropped = bus.dropped.saturating_add(count);
+        }
+    }
+
+    fn bus(&mut self, bus: BusId) -> Option<&mut OnBus> {
+        let index = usize::from(bus.0).min(MAX_BUSES);
+        if self.buses.len() <= index {
+            self.buses.resize(index + 1, OnBus::default());
+        }
+        self.buses.get_mut(index)
+    }
+
+    /// A JSON object. `shown`: the frames that passed the filters, of `frames` in all.
+    pub(super) fn write(&self, out: &mut Vec<u8>, frames: u64, shown: u64, buses: &Buses) {
+        put!(out; "{\"frames\":", frames, ",\"shown\":", shown);
+        put!(out; ",\"findings\":{\"error\":", self.errors, ",\"warning\":", self.warnings, ",\"info\":", self.infos);
+        put!(out; "},\"transfers\":{\"ok\":", self.ok, ",\"aborted\":", self.aborted);
+        put!(out; ",\"incomplete\":", self.incomplete, ",\"failed\":", self.failed, "},\"buses\":[");
+        for (index, name) in buses.names().enumerate() {
+            let OnBus { frames, error_frames, dropped } = self.buses.get(index).copied().unwrap_or_default();
+            put!(out; if index > 0 { "," } else { "" }, "{\"name\":");
+            escape::json(out, name);
+            put!(out; ",\"frames\":", frames, ",\"error_frames\":", error_frames, ",\"dropped\":", dropped, "}");
+        }
+        put!(out; "]}");
+    }
+}
