@@ -271,6 +271,10 @@ class SocketCan:
         if ready and time.monotonic() < self._busy_until and timeout_s > _GATHER_S:
             time.sleep(_GATHER_S)
         blocks: list[bytes] = []
+        for channel in self._channels:
+            if channel.socket is not None and not channel.named:  # each new socket counts its drops from 0
+                channel.named = True
+                blocks.append(name_block(channel.bus, channel.name))
         now = self._now(blocks)
         ends: list[int] = []
         for channel in self._channels:
@@ -278,7 +282,7 @@ class SocketCan:
                 dry = self._take(channel, blocks, now)
                 ends.append(now + channel.offset if dry or channel.stamp is None else channel.stamp)
         moment = time.monotonic()
-        if blocks:
+        if ready:
             self._busy_until = moment + _BUSY_S
         if moment >= self._look_at:
             self._look_at = moment + _LOOK_S
@@ -359,9 +363,6 @@ class SocketCan:
                 broken = error
                 continue
             rounds += 1
-            if not channel.named:
-                channel.named = True
-                blocks.append(name_block(channel.bus, channel.name))
             self._learn(channel, now, fresh=count < _FRAMES)
             blocks.append(self._batch.block(channel.bus, 1 if channel.hardware else 0))
             if count < _FRAMES and not broken:
