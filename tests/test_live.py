@@ -5,6 +5,7 @@ The sources are made up: each says what it gives, and when.
 
 from __future__ import annotations
 
+import signal
 import struct
 import threading
 import time
@@ -157,7 +158,7 @@ def test_a_full_queue_leaves_out_and_says_so() -> None:
 
 
 def test_what_was_left_out_is_said_at_the_end_too() -> None:
-    with Live([Made(*[frames(0, 10) for _ in range(9)])], most=frames(0, 25).__len__()) as one:
+    with Live([Made(*[frames(0, 10) for _ in range(9)])], most=len(frames(0, 25))) as one:
         one.start()
         for thread in one._threads:
             thread.join(DEADLINE_S)
@@ -266,6 +267,24 @@ def test_stop_at_once() -> None:
         one.read()
         one.stop(now=True)
         assert one.read() == b""
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timer here")
+def test_ctrl_c_while_it_waits() -> None:
+    class Pressed(Exception):
+        pass
+
+    def press(_: int, __: object) -> None:
+        raise Pressed
+
+    before = signal.signal(signal.SIGALRM, press)
+    try:
+        with Live([Made(endless=True)]) as one, pytest.raises(Pressed):
+            signal.setitimer(signal.ITIMER_REAL, 0.25)
+            read_out(one)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def test_a_source_that_hangs_is_left_alone() -> None:

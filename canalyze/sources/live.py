@@ -30,8 +30,6 @@ MARGIN_NS: Final = 20_000_000
 _HEAD: Final = struct.Struct("<BBBxIq")
 _MOST: Final = 64 << 20
 """Bytes that wait for the reader at most."""
-_AGAIN: Final = _MOST // 2
-"""Bytes that wait when blocks are taken again: the gaps are then few, and not one every few frames."""
 _GIVEN: Final = 1 << 20
 """Bytes that are given at once at most, so that the reader stays in reach."""
 _WAIT_S: Final = 1.5 * TICK_S
@@ -187,7 +185,7 @@ class Live:
         self._reconnect = reconnect
         self._duration_s = duration_s
         self._most = most
-        self._again = most // 2
+        self._again = most // 2  # blocks are taken again when so few wait: one gap, and not one every few frames
         self._deadline: float | None = None
         self._threads: list[threading.Thread] = []
         self._stopped = self._at_once = self._closed = False  # plain flags: a signal's handler sets them

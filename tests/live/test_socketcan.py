@@ -6,6 +6,7 @@ CANALYZE_LIVE=required. No test judges speed: deadlines only keep a broken run f
 
 from __future__ import annotations
 
+import inspect
 import os
 import shutil
 import signal
@@ -20,6 +21,7 @@ import pytest
 
 from canalyze._core import Session
 from canalyze.errors import SourceError
+from canalyze.sources import interfaces as interfaces_of_host
 from canalyze.sources import live, socketcan
 from canalyze.sources.live import LinkLost, Live
 from canalyze.sources.socketcan import SocketCan
@@ -390,7 +392,48 @@ def test_a_stopped_process_loses_nothing(send: Callable[..., None]) -> None:
     assert ended[1] == 0
 
 
+def beside(bus: SocketCan, monkeypatch: pytest.MonkeyPatch, ahead_ns: int) -> None:
+    """Put a hardware stamp, of a clock that is so far ahead, beside each last frame."""
+    really = bus._batch.last
+
+    def last() -> tuple[int | None, int | None, int | None]:
+        kernel, _, drops = really()
+        return kernel, None if kernel is None else kernel + ahead_ns, drops
+
+    monkeypatch.setattr(bus._batch, "last", last)
+
+
+def test_time_is_that_of_hardware_stamps(send: Callable[..., None], monkeypatch: pytest.MonkeyPatch) -> None:
+    bus = SocketCan([ONE], hardware_stamps=True)
+    beside(bus, monkeypatch, -1_000_000_000_000)
+    send(0x123)
+    blocks = until(bus, lambda blocks: count(blocks) == 1) + bus.receive(0.1)
+    now = time.time_ns()
+    bus.close()
+    for kind, _, number, at, _ in live.heads(blocks):
+        assert kind != live.MESSAGES or blocks[at + 2] == 1
+        if kind == live.UNTIL:
+            last = number
+    assert 990e9 < now - last < 1010e9
+    assert bus.remarks() == []
+
+
+def test_several_hardware_clocks_are_put_in_no_order(
+    send: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bus = SocketCan([ONE, OTHER], hardware_stamps=True)
+    beside(bus, monkeypatch, -1_000_000_000_000)
+    send(0x123)
+    blocks = until(bus, lambda blocks: count(blocks) == 1)
+    bus.close()
+    assert [str(remark) for remark in bus.remarks()] == [
+        f"{ONE}: hardware stamps are of another clock and put in no order with other channels; the kernel's are used"
+    ]
+    assert [blocks[at + 2] for kind, _, _, at, _ in live.heads(blocks) if kind == live.MESSAGES] == [0]
+
+
 def test_it_never_sends() -> None:
     """Nothing in the source writes to a socket."""
-    text = Path(socketcan.__file__).read_text()
-    assert not any(word in text for word in (".send", ".write(", "sendmsg", "sendmmsg"))
+    for module in (socketcan, interfaces_of_host):
+        text = inspect.getsource(module)
+        assert not any(word in text for word in (".send", ".write(", "sendmsg", "sendmmsg"))
