@@ -223,6 +223,9 @@ class Live:
         for place, bus in enumerate(self._buses):
             thread = threading.Thread(target=self._work, args=(place, bus), name=f"canalyze-live-{place}", daemon=True)
             self._threads.append(thread)
+        if len(self._buses) > 1:  # before any frame: what joins them has to know that there are several
+            names = (name_block(bus.first + at, name) for bus in self._buses for at, name in enumerate(bus.names))
+            self._hand_over(b"".join(names))
         for thread in self._threads:
             thread.start()
 

@@ -18,7 +18,18 @@ from contextlib import suppress
 from typing import Final
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources.interfaces import (
+from canalyze.sources.live import (
+    MARGIN_NS,
+    MESSAGES,
+    MOST_BUSES,
+    LinkLost,
+    dropped_block,
+    gap_block,
+    head,
+    name_block,
+    until_block,
+)
+from canalyze.sources.netdevices import (
     BUFFER,
     HOPELESS,
     RXQ_OVFL,
@@ -31,17 +42,6 @@ from canalyze.sources.interfaces import (
     opened,
     watching,
     went,
-)
-from canalyze.sources.live import (
-    MARGIN_NS,
-    MESSAGES,
-    MOST_BUSES,
-    LinkLost,
-    dropped_block,
-    gap_block,
-    head,
-    name_block,
-    until_block,
 )
 
 ANY: Final = "any"
