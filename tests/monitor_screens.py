@@ -23,7 +23,12 @@ from canalyze.sources.format import open_capture
 from canalyze.sources.replay import Replay
 from canalyze.words import Words
 
-SCREENS = (SAMPLES / "network" / "sync-and-pdos.log", SAMPLES / "services.log")
+SCREENS = (
+    SAMPLES / "network" / "sync-and-pdos.log",
+    SAMPLES / "services.log",
+    SAMPLES / "rules" / "HBT001.log",
+    SAMPLES / "sdo-abort.log",
+)
 """Captures whose screens are golden files."""
 SIZES = ((80, 24), (140, 40))
 FOLDER = SAMPLES / "monitor"

@@ -138,7 +138,7 @@ class Monitor(App[int]):
             self.trace.buses = several
             self._drawn = {}
         self._arrange()
-        self.status.update(snapshot, self._badge(), self._speed(), self._view, self._conditions())
+        self.status.update(snapshot, self._badge(), self._speed(), self._view, self.trace.conditions())
         self._said.tell(self._notice, 3, "warning" if self._notice else "")
         for name in ("nodes", "objects", "transfers", "findings"):
             grid = self.grids[name]
@@ -174,11 +174,6 @@ class Monitor(App[int]):
         if replay.fixed_rate is not None:
             return f" {self._words('monitor.fixed', rate=rate(replay.fixed_rate * replay.speed))}"
         return f" {replay.speed:g}x"
-
-    def _conditions(self) -> list[str]:
-        words, trace = self._words, self.trace
-        found = [words("monitor.filtered", text=trace.filter)] if trace.filter else []
-        return [*found, words("monitor.searched", text=trace.search)] if trace.search else found
 
     # Where the rooms stand.
 

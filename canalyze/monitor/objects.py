@@ -19,7 +19,7 @@ def columns(words: Words, *, buses: bool, width: int) -> list[Column]:
         Column(words("col.period"), most=8, right=True, leaves=2),
         Column(words("monitor.jitter"), most=8, right=True, leaves=3),
         Column(words("col.rate"), most=8, right=True, leaves=5),
-        Column(words("monitor.data"), least=16 if width < _SPACED else 23, most=48),
+        Column(words("monitor.data"), least=16, most=16 if width < _SPACED else 48),
         Column(words("col.meaning"), least=24, most=400),
     ]
     return [Column(words("col.bus"), most=10), *given] if buses else given

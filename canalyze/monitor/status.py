@@ -24,7 +24,7 @@ _BADGES: Final = {
 """Looks of how it stands with the source."""
 _LOAD: Final = (("error", 80.0), ("warning", 50.0))
 """From which load of the bus, in percent, it stands out."""
-_SEVERITIES: Final = ("error", "warning", "info")
+_MARKS: Final = {"error": "✖", "warning": "▲", "info": "i"}
 
 
 class Lines(Widget):
@@ -118,9 +118,10 @@ class Status(Lines):
             pieces.append((f"{number} {title}{count}", look))
             if name == "findings":
                 found = snapshot["tally"]["findings"]
-                for severity in _SEVERITIES:
-                    if found.get(severity):
-                        pieces.append((f" {found[severity]}", severity))
+                marks = (
+                    (f" {mark}{found[severity]}", severity) for severity, mark in _MARKS.items() if found[severity]
+                )
+                pieces += marks
             pieces.append((" ", ""))
         for condition in conditions:
             pieces.append((f" {condition} ", "halted"))

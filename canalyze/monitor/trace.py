@@ -81,11 +81,12 @@ class Trace(Grid):
         """Lay the lines out."""
         fine = self.size.width >= _FINE
         words = self._words
+        heading = words("monitor.trace") if self.follows else words("monitor.trace_back")
         columns = [
             Column(words("col.time"), most=17, right=True, leaves=1),
             Column("ID"),
-            Column(words("monitor.data"), least=16 if not fine else 23, most=48),
-            Column(words("monitor.trace") if self.follows else words("monitor.trace_back"), least=20, most=400),
+            Column(words("monitor.data"), least=16, most=48 if fine else 16),
+            Column("  ".join([heading, *self.conditions()]), least=20, most=400),
         ]
         if self.buses:
             columns.insert(1, Column(words("col.bus"), most=10))
@@ -96,6 +97,12 @@ class Trace(Grid):
             before = line[0]
             rows.append(self._row(line, place, fine=fine))
         self.show(columns, rows)
+
+    def conditions(self) -> list[str]:
+        """Say what lines are chosen by, and what is looked for."""
+        words = self._words
+        found = [words("monitor.filtered", text=self.filter)] if self.filter else []
+        return [*found, words("monitor.searched", text=self.search)] if self.search else found
 
     def _row(self, line: Line, place: int, *, fine: bool) -> Row:
         number, severity, at, bus, cob, data, text = line

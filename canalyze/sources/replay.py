@@ -75,6 +75,11 @@ class Replay:
         """Seconds of the capture in a second; 0: as fast as can be."""
         return self._speed
 
+    @speed.setter
+    def speed(self, speed: float) -> None:
+        self._speed = speed
+        self._wake.set()
+
     def faster(self, faster: bool) -> None:
         """Double the speed, or halve it; one that is as fast as can be comes down to the fastest other one."""
         speed = self._speed * 2 if faster else self._speed / 2
@@ -82,8 +87,7 @@ class Replay:
             speed = 0.0 if faster else FASTEST
         elif speed > FASTEST:
             speed = 0.0
-        self._speed = max(speed, SLOWEST) if speed else 0.0
-        self._wake.set()
+        self.speed = max(speed, SLOWEST) if speed else 0.0
 
     @property
     def paused(self) -> bool:

@@ -197,8 +197,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "monitor.help_looks",
         "数据中加亮的字节在最近1秒内变化过。心跳：距上次的时间/周期，红色为已超过周期的1.5倍。"
-        "✖ 错误，▲ 警告；视图“发现”后面的数字依次是错误、警告、信息。",
+        "发现：✖ 错误，▲ 警告，i 信息。",
         "Bytes in bold changed within the last second. Heartbeat: age of the last one / period, red after 1.5 of them. "
-        "✖ errors, ▲ warnings; the numbers behind 'findings' above are errors, warnings, infos.",
+        "Findings: ✖ errors, ▲ warnings, i infos.",
     ),
 )
