@@ -142,15 +142,6 @@ fn a_running_transfer_shows_how_far_it_is() {
             (10, "705#05"),
         ]),
     );
-    session.damaged(
-        0,
-        crate::readers::Damage {
-            place: crate::readers::Place::Byte(0),
-            kind: crate::readers::DamageKind::Cut,
-            bytes: None,
-            frames: None,
-        },
-    );
     session.end(false, &mut Vec::new());
     let shot = shot(&session);
     let running = shot["transfers"]["running"].as_array().unwrap();
