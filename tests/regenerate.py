@@ -100,7 +100,7 @@ def output(capture: Path, arguments: dict[str, str]) -> bytes:
 
 
 def main() -> None:
-    """Every golden file of the samples named on the command line, these in other formats, and screens of the monitor."""
+    """Every golden file of the samples named on the command line, these in other formats, and the screens."""
     names = set(sys.argv[1:])
     for capture in samples():
         if names and capture.stem not in names:

@@ -238,7 +238,7 @@ class Monitor(App[int]):
         self._drawn = {}
         self.call_after_refresh(self.draw)
 
-    def action_focus(self, step: int) -> None:
+    def action_room(self, step: int) -> None:
         """Give the keys to the next room that can be seen."""
         if self._asked:
             return

@@ -22,7 +22,7 @@ class Key(NamedTuple):
     """As textual names them, with commas between."""
     action: str
     shown: str
-    """How people name them; a key of `words` where it begins with a point."""
+    """How people name them, or a key of `words`."""
     name: str
     """What it does, for the page of help: a key of `words`."""
     foot: str = ""
@@ -35,8 +35,8 @@ VIEWS: Final = ("overview", "nodes", "objects", "transfers", "findings", "trace"
 KEYS: Final = (
     *(Key(str(number), f"view('{name}')", "", "") for number, name in enumerate(VIEWS, 1)),
     Key("", "", "1-6", "monitor.help_views"),
-    Key("tab", "focus(1)", "Tab", "monitor.help_tab", "monitor.key_tab"),
-    Key("shift+tab", "focus(-1)", "", ""),
+    Key("tab", "room(1)", "Tab", "monitor.help_tab", "monitor.key_tab"),
+    Key("shift+tab", "room(-1)", "", ""),
     Key("down,j", "move(1)", "", ""),
     Key("up,k", "move(-1)", "", ""),
     Key("pagedown", "page(1)", "", ""),
@@ -46,7 +46,7 @@ KEYS: Final = (
     Key("", "", "↑ ↓ PgUp PgDn", "monitor.help_move"),
     Key("", "", "Home End", "monitor.help_edge"),
     Key("enter", "pick", "Enter", "monitor.help_pick"),
-    Key("space,p", "pause", ".monitor.space", "monitor.help_pause", "monitor.key_pause"),
+    Key("space,p", "pause", "monitor.space", "monitor.help_pause", "monitor.key_pause"),
     Key("f", "filter", "f", "monitor.help_filter", "monitor.key_filter"),
     Key("slash", "search", "/", "monitor.help_search", "monitor.key_search"),
     Key("n", "find(False)", "n", "monitor.help_next"),
@@ -61,13 +61,13 @@ KEYS: Final = (
 """In the order of the page of help."""
 
 
-def bindings() -> list[Binding]:
+def bindings() -> list[Binding | tuple[str, str] | tuple[str, str, str]]:
     """Give what textual needs. Ctrl-C ends the program wherever the keys go."""
     return [Binding(key.keys, key.action, show=False, priority="ctrl" in key.keys) for key in KEYS if key.keys]
 
 
 def _name(key: Key, words: Words) -> str:
-    return words(key.shown[1:]) if key.shown.startswith(".") else key.shown
+    return words(key.shown) if key.shown.startswith("monitor.") else key.shown
 
 
 class Foot(Widget):

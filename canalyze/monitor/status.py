@@ -81,15 +81,18 @@ class Status(Lines):
         words = self._words
         buses = snapshot["buses"]
         start, now = snapshot["start_ns"], snapshot["now_ns"]
-        form = "monitor.short_" if short else "monitor.long_"
         items: list[Cell] = [self._bus(bus) for bus in buses[: 2 if short else 6]]
         if start is not None and now is not None:
             items.append(cell(clock(now - start)))
-        items.append(cell(words(f"{form}frames", count=snapshot["tally"]["frames"])))
-        items.append(cell(words(f"{form}rate", rate=rate(sum(bus["frames_per_s"] or 0 for bus in buses)))))
         errors, dropped = (sum(bus[key] for bus in buses) for key in ("error_frames", "dropped"))
-        items.append(cell(words(f"{form}errors", count=errors), "error" if errors else ""))
-        items.append(cell(words(f"{form}dropped", count=dropped), "error" if dropped else ""))
+        a_second = rate(sum(bus["frames_per_s"] or 0 for bus in buses))
+        for long, brief, count, look in (
+            ("monitor.long_frames", "monitor.short_frames", snapshot["tally"]["frames"], ""),
+            ("monitor.long_rate", "monitor.short_rate", a_second, ""),
+            ("monitor.long_errors", "monitor.short_errors", errors, "error" if errors else ""),
+            ("monitor.long_dropped", "monitor.short_dropped", dropped, "error" if dropped else ""),
+        ):
+            items.append(cell(words(brief if short else long, count=count), look))
         return items
 
     def _bus(self, bus: dict[str, Any]) -> Cell:

@@ -80,7 +80,8 @@ def _bar(one: dict[str, Any], words: Words) -> Cell:
 def _done(one: dict[str, Any], start: int | None, words: Words, *, buses: bool) -> Row:
     status = words.of("status", one["status"])
     value = one.get("text") if one.get("text") is not None else one["value"]
-    outcome = texts([status, one["abort"]]) if one["abort"] else texts([status, "" if value is None else value])
+    abort = one["abort"]
+    outcome = texts([status, f"{abort['code']}h", abort["text"]] if abort else [status, "" if value is None else value])
     cells = (
         _since(one["t_ns"], start),
         cell(one["node"], "strong"),

@@ -90,11 +90,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.fixed", "无时间戳，{rate}帧/秒", "no stamps, {rate}/s"),
     # The status line.
     ("monitor.long_frames", "{count}帧", "{count} frames"),
-    ("monitor.long_rate", "{rate}帧/秒", "{rate} frames/s"),
+    ("monitor.long_rate", "{count}帧/秒", "{count} frames/s"),
     ("monitor.long_errors", "错误帧 {count}", "error frames {count}"),
     ("monitor.long_dropped", "丢帧 {count}", "dropped {count}"),
     ("monitor.short_frames", "{count}帧", "{count} fr"),
-    ("monitor.short_rate", "{rate}/秒", "{rate}/s"),
+    ("monitor.short_rate", "{count}/秒", "{count}/s"),
     ("monitor.short_errors", "错误{count}", "err {count}"),
     ("monitor.short_dropped", "丢{count}", "drop {count}"),
     ("monitor.filtered", "筛选 {text}", "filter {text}"),
