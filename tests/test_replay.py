@@ -50,7 +50,8 @@ def replay(*files: Path, speed: float = 0.0, listener: Listener | None = None) -
 
 def through(source: Replay, form: str = "jsonl") -> bytes:
     session = _core.Session(lang="en", format=form)
-    loop: Any = Reading(session, WORDS, Listener(), open_input=lambda _: source, given_format=True, frameless=True)
+    taken: Any = source
+    loop = Reading(session, WORDS, Listener(), open_input=lambda _: taken, given_format=True, frameless=True)
     return b"".join(loop.over(["replay"]))
 
 

@@ -6,6 +6,7 @@ decode, judge, or wait for the source.
 
 import asyncio
 import signal
+import sys
 from contextlib import suppress
 from typing import Any, ClassVar, Final
 
@@ -13,6 +14,7 @@ from textual import events
 from textual.app import App, ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.dom import DOMNode
+from textual.driver import Driver
 from textual.widget import Widget
 
 from canalyze.monitor import findings, nodes, objects, transfers
@@ -63,7 +65,7 @@ class Monitor(App[int]):
 
         beat: the screen follows by itself; else `beat()` is called by who wants it to, as tests do.
         """
-        super().__init__(ansi_color=True)
+        super().__init__(driver_class=_driver(), ansi_color=True)
         self._watch = watch
         self._words = words
         self._beats = beat
@@ -389,6 +391,20 @@ class Monitor(App[int]):
     def action_stop(self) -> None:
         """End."""
         self.exit(0)
+
+
+def _driver() -> type[Driver] | None:
+    """Give what draws on standard output, as every command does, where textual would take standard error."""
+    if sys.platform == "win32":
+        return None
+    from textual.drivers.linux_driver import LinuxDriver
+
+    class Terminal(LinuxDriver):
+        def __init__(self, *args: Any, **settings: Any) -> None:
+            super().__init__(*args, **settings)
+            self._file = sys.__stdout__
+
+    return Terminal
 
 
 def _set(widget: Widget, seen: bool) -> None:

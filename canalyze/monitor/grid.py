@@ -5,8 +5,8 @@ of the terminal, where a Chinese character takes two. What is drawn is text, wha
 could drive a terminal is escaped. Must not: know what the rows are of.
 """
 
-from collections.abc import Hashable, Iterable, Sequence
-from typing import Final, NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import Any, Final, NamedTuple
 
 from rich.cells import cell_len, set_cell_size
 from rich.segment import Segment
@@ -71,7 +71,8 @@ class Column(NamedTuple):
 class Row(NamedTuple):
     """What stands in a line."""
 
-    key: Hashable
+    key: Any
+    """Hashable: what the row is of, the same in the next snapshot."""
     cells: tuple[Cell, ...]
     whole: str = ""
     """All that there is to say, for the lines below the rooms."""
@@ -174,7 +175,7 @@ class Grid(Widget, can_focus=True):
         self.rows: Sequence[Row] = ()
         self.top = 0
         """The row that is drawn first."""
-        self.cursor: Hashable | None = None
+        self.cursor: Any = None
         """The key of the row on which the cursor stands; None: there is none."""
         self.empty = ""
         """What stands there where there are no rows."""
