@@ -71,6 +71,7 @@ class Terminal:
     """The program on a terminal of its own."""
 
     def __init__(self, directory: Path, *args: str, **env: str) -> None:
+        """Start it, on 80 columns and 24 lines."""
         self._ours, theirs = pty.openpty()
         ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
         self.before = termios.tcgetattr(theirs)
@@ -108,7 +109,8 @@ class Terminal:
         """Wait for the end; give the exit code and standard error."""
         self.until(lambda _: self.process.poll() is not None)
         assert self.process.stderr is not None
-        said = self.process.stderr.read().decode()
+        with self.process.stderr as pipe:
+            said = pipe.read().decode()
         code = self.process.wait(10)
         assert termios.tcgetattr(self._theirs) == self.before, "the terminal is not what it was"
         assert (b"\x1b[?1049h" in self.shown) == screen

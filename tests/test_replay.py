@@ -24,6 +24,7 @@ class Listener:
     """What the reading loops tell."""
 
     def __init__(self) -> None:
+        """Nothing told yet."""
         self.ended = False
         self.said: list[str] = []
         self.errors: list[SourceError] = []
