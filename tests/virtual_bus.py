@@ -80,7 +80,7 @@ def session() -> None:
         client.sync.transmit()
         servers.send_message(0x180 + NODE, b"\x01\x02")
         time.sleep(0.1)
-    server.nmt.stop_heartbeat()
+    server.nmt.stop_heartbeat()  # type: ignore[attr-defined]  # it is a slave, not what its type says
     client.disconnect()
     servers.disconnect()
 
