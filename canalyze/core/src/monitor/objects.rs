@@ -204,7 +204,7 @@ impl Object {
             })
         };
         let worst = [Severity::Info, Severity::Warning, Severity::Error].into_iter().zip(&self.marks);
-        worst.filter(|(_, mark)| lately(mark)).map(|(severity, _)| severity).last()
+        worst.filter(|(_, mark)| lately(mark)).map(|(severity, _)| severity).max()
     }
 
     /// A finding about its frame `at`.

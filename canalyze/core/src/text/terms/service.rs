@@ -3,11 +3,12 @@
 use super::{Row, find};
 use crate::text::Lang;
 
-/// Services by their names in filters and JSON; of those that are missing nothing is to be said.
+/// Services by their names in filters and JSON.
 pub static SERVICES: &[Row<&str>] = &[
     ("emcy", "紧急报文", "EMCY"),
     ("error", "错误帧", "error frames"),
     ("flying_master", "飞行主站", "flying master"),
+    ("foreign", "其他", "other"),
     ("gfc", "GFC", "GFC"),
     ("guarding", "节点保护", "node guarding"),
     ("heartbeat", "心跳", "heartbeat"),
