@@ -1,22 +1,15 @@
 """`canalyze monitor` on the command line: what it refuses, and a run on a terminal of its own."""
 
-import os
-import pty
 import re
-import select
 import signal
-import struct
 import subprocess
 import sys
-import termios
-import time
-from collections.abc import Callable
-from fcntl import ioctl
 from pathlib import Path
 
 import pytest
 from captures import SAMPLES
-from conftest import Runner, command, environment
+from conftest import Runner, environment
+from monitor_terminal import Terminal, drawn
 
 CAPTURE = SAMPLES / "network" / "sync-and-pdos.log"
 
@@ -65,63 +58,6 @@ def test_help_comes_without_the_extra(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 0 and b"canalyze[tui]" in done.stdout
-
-
-class Terminal:
-    """The program on a terminal of its own."""
-
-    def __init__(self, directory: Path, *args: str, **env: str) -> None:
-        """Start it, on 80 columns and 24 lines."""
-        self._ours, theirs = pty.openpty()
-        ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
-        self.before = termios.tcgetattr(theirs)
-        self._theirs = theirs
-        self.process = subprocess.Popen(
-            command("--lang", "en", "monitor", *args),
-            stdin=theirs,
-            stdout=theirs,
-            stderr=subprocess.PIPE,
-            cwd=directory,
-            env=environment(**({"LANG": "C.UTF-8"} | env)),
-            start_new_session=True,
-        )
-        self.shown = b""
-
-    def until(self, holds: Callable[[bytes], bool], seconds: float = 60) -> bool:
-        """Read what is shown until something holds of it."""
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            if holds(self.shown):
-                return True
-            if select.select([self._ours], [], [], 0.1)[0]:
-                try:
-                    self.shown += os.read(self._ours, 65536)
-                except OSError:
-                    return holds(self.shown)
-            elif self.process.poll() is not None:
-                return holds(self.shown)
-        return False
-
-    def type(self, keys: bytes) -> None:
-        os.write(self._ours, keys)
-
-    def end(self, *, screen: bool = True) -> tuple[int, str]:
-        """Wait for the end; give the exit code and standard error."""
-        self.until(lambda _: self.process.poll() is not None)
-        assert self.process.stderr is not None
-        with self.process.stderr as pipe:
-            said = pipe.read().decode()
-        code = self.process.wait(10)
-        assert termios.tcgetattr(self._theirs) == self.before, "the terminal is not what it was"
-        assert (b"\x1b[?1049h" in self.shown) == screen
-        assert self.shown.count(b"\x1b[?1049h") == self.shown.count(b"\x1b[?1049l")
-        os.close(self._ours)
-        os.close(self._theirs)
-        return code, said
-
-
-def drawn(text: bytes) -> Callable[[bytes], bool]:
-    return lambda shown: text in shown
 
 
 @pytest.mark.parametrize("key", [b"q", b"\x03"])

@@ -207,11 +207,20 @@ def _are_files(names: tuple[str, ...], given: _Watching, words: Words) -> bool:
         raise click.UsageError(words("monitor.no_stdin"), context)
     if given.get("interface"):
         return False
-    files = [name for name in names if Path(name).exists() or "/" in name or _named_as_a_file(name)]
+    files = [name for name in names if _is_there(name) or "/" in name or _named_as_a_file(name)]
     if files and len(files) < len(names):
         channel = next(name for name in names if name not in files)
         raise click.UsageError(words("monitor.mixed", file=files[0], channel=channel), context)
     return bool(files)
+
+
+def _is_there(name: str) -> bool:
+    """Tell whether there is a file of this name; a folder may be called as a channel is."""
+    path = Path(name)
+    try:
+        return path.exists() and not path.is_dir()
+    except (OSError, ValueError):
+        return False
 
 
 def _named_as_a_file(name: str) -> bool:
