@@ -157,12 +157,15 @@ def _listen(live: Live, session: Any, recordings: Recordings | None, words: Word
 def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool, words: Words) -> Iterator[str]:
     """Give what was seen, a line each: the buses, findings, SDO transfers, what was not shown."""
     comma = words("listen.comma")
+    # The core counts what it was not given as dropped, too; it is told apart below.
+    unshown_here = unshown if len(tally["buses"]) == 1 else 0
     for bus in tally["buses"]:
         frames = bus["frames"]
         facts = {"bus": bus["name"], "frames": frames, "seconds": f"{seconds:.1f}"}
         rate = _rounded(frames / max(seconds, 0.001))
         parts = [words("sniff.bus" if frames else "sniff.nothing", rate=rate, **facts)]
-        parts += [words(f"sniff.{key}", count=bus[key]) for key in ("error_frames", "dropped") if bus[key]]
+        lost = {"error_frames": bus["error_frames"], "dropped": bus["dropped"] - unshown_here}
+        parts += [words(f"sniff.{key}", count=count) for key, count in lost.items() if count > 0]
         yield comma.join(parts)
     lines = []
     for kind, keys in _COUNTED.items():
