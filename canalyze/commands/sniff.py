@@ -14,6 +14,7 @@ from typing import Any, Final, Unpack
 import click
 
 from canalyze import expectations
+from canalyze.config import Config
 from canalyze.help import Command
 from canalyze.listening import (
     ListeningOptions,
@@ -85,7 +86,8 @@ def command(words: Words) -> click.Command:
             settings["expectations"] = expectations.read(Path(expect))
         session = open_session(words, given, **settings)
         with ExitStack() as stack:
-            buses = open_buses(named, given, words, bitrate=given.get("bitrate"), tell=complain)
+            filed = (context.find_object(Config) or Config()).known.bitrate
+            buses = open_buses(named, given, words, bitrate=given.get("bitrate") or filed, tell=complain)
             for bus in buses:
                 stack.callback(bus.close)
             recordings = open_recordings_of(given, words)

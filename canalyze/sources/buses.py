@@ -39,6 +39,8 @@ _STEP_BACK_S: Final = 1.0
 """An adapter whose stamps go back so far has begun anew."""
 _TRIES: Final = 3
 """Errors in a row after which an adapter is gone; fewer cost a frame each."""
+_RATES: Final = frozenset({"bitrate", "timing", "f_clock"})
+"""Settings that say the bit rate."""
 _REMARKS: Final = 20
 """Most lines of the library's that are passed on."""
 _NAME: Final = 32
@@ -112,6 +114,8 @@ class PythonCan:
         self.first = first
         self._options = dict(options or {})
         self._settings = _settings(interface, bitrate, data_bitrate, self._options, fd=fd)
+        if interface in adapters.RATED and self._settings.keys().isdisjoint(_RATES):
+            raise SourceError("bus.needs_rate", name=channel, interface=interface)
         self._bare = interface not in adapters.SOCKETCAN_ERRORS
         self._bus: BusABC | None = None
         self._lost: SourceError | None = None
