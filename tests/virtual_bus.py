@@ -3,7 +3,8 @@
     python virtual_bus.py TRAFFIC [ARGUMENTS OF canalyze]...
 
 TRAFFIC is `session` (python-canopen's client and server), `flood` (many frames at once), `steady` (200 frames a second,
-without end), `unplug` (an adapter that goes and comes back) or `silence`. After what has an end comes a Ctrl-C. The traffic begins when somebody listens on CHANNEL.
+without end), `unplug` (an adapter that goes and comes back) or `silence`.
+After what has an end comes a Ctrl-C. The traffic begins when somebody listens on CHANNEL.
 """
 
 from __future__ import annotations
@@ -105,7 +106,7 @@ def steady() -> None:
 def unplug() -> None:
     """Some frames, then the adapter is gone for a second, then some frames again."""
 
-    def gone(*_: object) -> tuple[None, bool]:
+    def gone(*_: object, **__: object) -> tuple[None, bool]:
         raise can.CanOperationError("the adapter is gone")
 
     receive = virtual.VirtualBus._recv_internal

@@ -121,6 +121,8 @@ class PythonCan:
         self._lost: SourceError | None = None
         logging.getLogger("can").addHandler(_HEARD)
         self._named = False
+        self._first_message: Message | None = None
+        """What came when it was opened anew."""
         self._open(patient=patient)
 
     @property
@@ -167,9 +169,12 @@ class PythonCan:
     def reopen(self) -> bool:
         """Try to open it anew, after LinkLost; False: not yet."""
         self.close()
-        with contextlib.suppress(SourceError):
+        with contextlib.suppress(SourceError, LinkLost):
             self._open(patient=False)
-        return self._bus is not None
+            self._first_message, _ = self._next(0)  # an adapter that is gone may be opened all the same
+            return True
+        self.close()
+        return False
 
     def close(self) -> None:
         """Close it; closing twice is harmless."""
@@ -215,6 +220,9 @@ class PythonCan:
 
     def _next(self, timeout_s: float) -> tuple["Message | None", int]:
         """Give the next frame if there is one, and how many were lost to errors before it."""
+        if self._first_message is not None:
+            message, self._first_message = self._first_message, None
+            return message, 0
         bus = self._bus
         if bus is None:
             raise LinkLost(self.names[0], self._gone("closed"))

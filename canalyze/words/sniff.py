@@ -251,10 +251,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "bus.gone",
-        "{name}：接口 {interface} 不再能接收，适配器可能被拔出；用 --reconnect 可等待其恢复"
-        "（python-can报告：{problem}）",
-        "{name}: interface {interface} cannot be received from any more, the adapter may be unplugged; --reconnect "
-        "waits for it (python-can says: {problem})",
+        "{name}：接口 {interface} 不再能接收，适配器可能被拔出（python-can报告：{problem}）",
+        "{name}: interface {interface} cannot be received from any more, the adapter may be unplugged (python-can "
+        "says: {problem})",
     ),
     (
         "bus.rates",
