@@ -384,6 +384,27 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_gap_is_written_and_read() {
+        let mut buses = Buses::default();
+        let (first, second) = (buses.intern(b"can0"), buses.intern(b"can1"));
+        let (mut writer, mut out) = (Writer::default(), Vec::new());
+        let setting = Setting { buses: &buses, date_ns: None };
+        for (bus, count) in [(second, 3), (first, 4)] {
+            writer.marker(&mut out, setting, &Marker::Dropped { bus, count, total: 99, place: Place::Line(7) });
+        }
+        let (items, read_buses) = read(&[&out]);
+        let gaps: Vec<_> = items
+            .iter()
+            .map(|item| match item {
+                Item::Marker(Marker::Dropped { bus, count, total, .. }) => (read_buses.name(*bus), *count, *total),
+                _ => panic!("{item:?}"),
+            })
+            .collect();
+        assert_eq!(gaps, [(&b"can1"[..], 3, 3), (&b"can0"[..], 4, 7)]);
+        assert_eq!(writer.losses.iter().count(), 1);
+    }
+
     fn record(kind: u8, which: u8, number: i64, further: i64, text: &[u8]) -> Vec<u8> {
         let mut out = vec![kind, which];
         out.extend_from_slice(&(text.len() as u16).to_le_bytes());
