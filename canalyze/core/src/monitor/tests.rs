@@ -284,6 +284,21 @@ fn the_trace_is_bounded() {
 }
 
 #[test]
+fn no_time_is_measured_across_lost_frames() {
+    let mut session = session(None);
+    feed(&mut session, &log(&[(0, "705#05"), (100, "705#05")]));
+    feed(&mut session, "DROPCOUNT: dropped 5 CAN frames on 'can0' socket (total drops 5)\n");
+    feed(&mut session, &log(&[(9_000, "705#05"), (9_100, "705#05")]));
+    session.end(false, &mut Vec::new());
+    let shot = shot(&session);
+    let beat = object(&shot, "705");
+    assert_eq!((&beat["count"], &beat["period_ns"]), (&json!(4), &json!(100_000_000)));
+    assert_eq!(shot["buses"][0]["dropped"], 5);
+    let told = lines(&session, "", "CAP002", None, 9, true);
+    assert_eq!((told.len(), told[0].severity, told[0].frame), (1, "warning", 2));
+}
+
+#[test]
 fn a_filter_leaves_the_state_alone() {
     let filter = Filter::parse("service=emcy").unwrap();
     let mut session = Session::new(Options { format: Format::Monitor, filter, ..Options::default() });
