@@ -45,10 +45,10 @@ from canalyze.words import Words
 _REST_S: Final = 2.0
 """How long, after the first Ctrl-C, what was received may still take to be shown."""
 _COUNTED: Final = {
-    "finding": ("error", "warning", "info"),
-    "transfer": ("ok", "aborted", "incomplete", "failed"),
+    "sniff.findings": ("findings", ("sniff.error", "sniff.warning", "sniff.info")),
+    "sniff.transfers": ("transfers", ("sniff.ok", "sniff.aborted", "sniff.incomplete", "sniff.failed")),
 }
-"""What the summary counts, in its order."""
+"""What the summary counts, in its order: in which words, and how the core calls it."""
 
 
 class _Listening(CaptureOptions, ListeningOptions, total=False):
@@ -170,10 +170,10 @@ def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool
         parts += [words(f"sniff.{key}", count=count) for key, count in lost.items() if count > 0]
         yield comma.join(parts)
     lines = []
-    for kind, keys in _COUNTED.items():
-        found = tally[f"{kind}s"]
-        if listed := comma.join(words(f"sniff.{kind}.{key}", count=found[key]) for key in keys if found[key]):
-            lines.append(words(f"sniff.{kind}s", listed=listed))
+    for title, (kind, keys) in _COUNTED.items():
+        counts = {key: tally[kind][key.removeprefix("sniff.")] for key in keys}
+        if listed := comma.join(words(key, count=count) for key, count in counts.items() if count):
+            lines.append(words(title, listed=listed))
     if lines:
         yield words("sniff.then").join(lines)
     if tally["shown"] != tally["frames"]:
