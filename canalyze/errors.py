@@ -32,9 +32,8 @@ class CanalyzeError(Exception):
         return self.in_words(Words("en"))
 
     def in_words(self, words: Words) -> str:
-        """Give the sentence in the language of `words`; an OSError among the facts becomes its reason."""
-        facts = {name: reason(fact, words) if isinstance(fact, OSError) else fact for name, fact in self.facts.items()}
-        return words(self.key, **facts)
+        """Give the sentence in the language of `words`; an error among the facts becomes its reason."""
+        return words(self.key, **{name: _said(fact, words) for name, fact in self.facts.items()})
 
 
 class ConfigError(CanalyzeError):
@@ -57,6 +56,12 @@ class ReaderGone(OutputError):
 
 class CoreError(CanalyzeError):
     """The compiled core is not there."""
+
+
+def _said(fact: object, words: Words) -> object:
+    if isinstance(fact, CanalyzeError):
+        return fact.in_words(words)
+    return reason(fact, words) if isinstance(fact, OSError) else fact
 
 
 _REASONS = {

@@ -17,6 +17,7 @@ from canalyze.words import (
     expect,
     info,
     library,
+    live,
     pages,
     reports,
     summary,
@@ -40,6 +41,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *defects.ROWS,
     *errors.ROWS,
     *expect.ROWS,
+    *live.ROWS,
 )
 
 

@@ -1,0 +1,453 @@
+"""A live bus as an input: what a bus, or several of them, give is received at once, and read as a capture is.
+
+One thread for each source takes blocks from it (the core's `readers/live/` says what a block is), gives them to the
+recording and lays them into a queue that `Live.read` empties. So receiving never waits for whoever reads: when the
+queue is full, blocks are left out of it, counted, and the core told. Must not: look into a frame, or send one.
+"""
+
+import struct
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from types import TracebackType
+from typing import Final, Protocol, Self
+
+from canalyze.errors import CanalyzeError, SourceError
+
+BUS, MESSAGES, RECORDS, DROPPED, UNTIL, GAP = range(1, 7)
+"""Kinds of blocks, as the core numbers them."""
+RELEASE_ALL: Final = 2**63 - 1
+"""An `until` that releases what is held and lets time stand."""
+MOST_BUSES: Final = 256
+"""Buses that have an index."""
+TICK_S: Final = 0.1
+"""What a source waits at most before it says how late it is."""
+MARGIN_NS: Final = 20_000_000
+"""How long after its stamp a frame may still come from the kernel."""
+
+_HEAD: Final = struct.Struct("<BBBxIq")
+_MOST: Final = 64 << 20
+"""Bytes that wait for the reader at most."""
+_AGAIN: Final = _MOST // 2
+"""Bytes that wait when blocks are taken again: the gaps are then few, and not one every few frames."""
+_GIVEN: Final = 1 << 20
+"""Bytes that are given at once at most, so that the reader stays in reach."""
+_REMARKS: Final = 100
+"""Remarks that wait to be told at most."""
+_JOIN_S: Final = 2.0
+"""How long the end waits for a thread."""
+_LAST_S: Final = 0.5
+"""How long what has come already is taken at the end."""
+
+
+class LinkLost(Exception):
+    """A channel cannot be listened to any more, or not yet."""
+
+    def __init__(self, channel: str, reason: str | OSError | SourceError) -> None:
+        """`reason` is said as it is if it is a SourceError, else behind the channel's name."""
+        super().__init__(channel, reason)
+        self.channel = channel
+        self.reason = reason
+
+    @property
+    def error(self) -> SourceError:
+        """The line that says it."""
+        if isinstance(self.reason, SourceError):
+            return self.reason
+        return SourceError("live.lost", channel=self.channel, error=self.reason)
+
+
+class Ended(Exception):
+    """A source is over: nothing will ever come again, and nothing is wrong."""
+
+
+class Bus(Protocol):
+    """What is received from: one or several channels.
+
+    Further methods are used where there are: `remarks() -> list[CanalyzeError]` is to be told since the last call;
+    `ending() -> bytes` gives the last blocks when nothing will be received any more.
+    """
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Its channels, in the order of their indices."""
+
+    @property
+    def first(self) -> int:
+        """The bus index of the first of them."""
+
+    def receive(self, timeout_s: float) -> bytes:
+        """Give whole blocks, with an `until` at least every TICK_S; b"" if nothing came in this time.
+
+        LinkLost once for each channel that goes; where there are several, the others are received on. Ended when it
+        is over. SourceError when it cannot go on.
+        """
+
+    def reopen(self) -> bool:
+        """Try again all channels that are lost; True when none is."""
+
+    def close(self) -> None:
+        """Let it go; twice is harmless."""
+
+
+class Recording(Protocol):
+    """What takes everything that is seen, in the thread that receives it."""
+
+    def take(self, blocks: bytes) -> None:
+        """Take whole blocks; never raises."""
+
+    def remarks(self) -> list[CanalyzeError]:
+        """Give what is to be told since the last call."""
+
+    def close(self) -> None:
+        """Complete it."""
+
+
+def block(kind: int, bus: int = 0, which: int = 0, number: int = 0, payload: bytes = b"") -> bytes:
+    """Give a block."""
+    return _HEAD.pack(kind, bus, which, len(payload), number) + payload
+
+
+def head(kind: int, bus: int, which: int, size: int, number: int) -> bytes:
+    """Give the head of a block with a payload of `size` bytes."""
+    return _HEAD.pack(kind, bus, which, size, number)
+
+
+def name_block(bus: int, name: str) -> bytes:
+    """Say how a bus is called, before it is used."""
+    return block(BUS, bus, payload=name.encode("utf-8", "backslashreplace"))
+
+
+def records_block(bus: int, records: bytes, count: int) -> bytes:
+    """Give `count` frames as records of `packed`."""
+    return block(RECORDS, bus, number=count, payload=records)
+
+
+def dropped_block(bus: int, count: int, *, which: int = 0) -> bytes:
+    """Say that so many frames are lost: by the kernel or the driver (0), or not shown because reading was slow (1)."""
+    return block(DROPPED, bus, which, count)
+
+
+def until_block(ns: int) -> bytes:
+    """Say that every frame stamped up to here was given."""
+    return block(UNTIL, number=ns)
+
+
+def gap_block(bus: int) -> bytes:
+    """Say that frames may be missing from here on, until there is one again."""
+    return block(GAP, bus)
+
+
+def heads(blocks: bytes) -> Iterator[tuple[int, int, int, int, int]]:
+    """Give kind, bus, number, begin and end of each block."""
+    at = 0
+    while at < len(blocks):
+        kind, bus, _, size, number = _HEAD.unpack_from(blocks, at)
+        end = at + _HEAD.size + size
+        yield kind, bus, number, at, end
+        at = end
+
+
+class Live:
+    """Live buses with the face of `format.Capture`; a context manager."""
+
+    format: Final = "live"
+    kind: Final = "live"
+    regular: Final = False
+    damage: Final = None
+    compression: Final = None
+
+    def __init__(
+        self,
+        buses: Sequence[Bus],
+        *,
+        recording: Recording | None = None,
+        reconnect: bool = False,
+        duration_s: float | None = None,
+        most: int = _MOST,
+    ) -> None:
+        """Take over the buses; the recording is not closed here.
+
+        reconnect: a channel that is lost is waited for. duration_s: how long, from the start. most: bytes that wait
+        for the reader at most.
+        """
+        self.name = ", ".join(name for bus in buses for name in bus.names)
+        self.taken = 0
+        """Bytes that were read."""
+        self.unshown = 0
+        """Frames that were left out because the reader was too slow."""
+        self.failure: SourceError | None = None
+        """Why it ended before its time."""
+        self._buses = list(buses)
+        self._recording = recording
+        self._reconnect = reconnect
+        self._duration_s = duration_s
+        self._most = most
+        self._again = most // 2
+        self._deadline: float | None = None
+        self._threads: list[threading.Thread] = []
+        self._stopped = self._at_once = self._closed = False  # plain flags: a signal's handler sets them
+        self._feeding = threading.Lock()
+        """Held while blocks are handed over: the recording and the queue get them in the same order."""
+        self._arrived = threading.Condition()
+        self._queue: deque[bytes] = deque()
+        self._waiting = 0
+        self._left_out: dict[int, int] | None = None
+        """Frames left out of the queue since it was full, by bus; None while it is not."""
+        self._running: set[int] = set()
+        self._listening: set[int] = set()
+        """Sources that are not lost."""
+        self._until: dict[int, int] = {}
+        """Up to where each source has given its frames: only of those that are listened to."""
+        self._merged: int | None = None
+        self._remarks: list[CanalyzeError] = []
+        self._told = False
+
+    def start(self) -> None:
+        """Begin to receive; `read` does it otherwise."""
+        if self._threads or self._closed:
+            return
+        if self._duration_s is not None:
+            self._deadline = time.monotonic() + self._duration_s
+        self._running = set(range(len(self._buses)))
+        self._listening = set(self._running)
+        for place, bus in enumerate(self._buses):
+            thread = threading.Thread(target=self._work, args=(place, bus), name=f"canalyze-live-{place}", daemon=True)
+            self._threads.append(thread)
+        for thread in self._threads:
+            thread.start()
+
+    def read(self) -> bytes:
+        """Give what came, at the latest after TICK_S; b"" at the end. SourceError, once, if a source has failed."""
+        self.start()
+        with self._arrived:
+            self._arrived.wait_for(lambda: self._queue or not self._running or self._at_once, TICK_S)
+            if self._at_once or (not self._queue and not self._running):
+                return self._end()
+            given = []
+            size = 0
+            while self._queue and size < _GIVEN:
+                piece = self._queue.popleft()
+                given.append(piece)
+                size += len(piece)
+            self._waiting -= size
+        blocks = b"".join(given) or self._nothing_new()
+        self.taken += len(blocks)
+        return blocks
+
+    def remarks(self) -> list[CanalyzeError]:
+        """Give what is to be told since the last call, for standard error."""
+        with self._arrived:
+            remarks, self._remarks = self._remarks, []
+        for one in (*self._buses, self._recording):
+            told = getattr(one, "remarks", None)
+            if told:
+                remarks += told()
+        return remarks
+
+    def stop(self, *, now: bool = False) -> None:
+        """End the receiving; what was received is still read, but with `now`. A signal's handler may call it."""
+        self._stopped = True
+        if now:
+            self._at_once = True
+
+    def close(self) -> None:
+        """End it; in bounded time, whatever a source does."""
+        self._stopped = self._closed = True
+        deadline = time.monotonic() + _JOIN_S
+        for thread in self._threads:
+            thread.join(max(0.0, deadline - time.monotonic()))
+        if not self._threads:
+            for bus in self._buses:
+                bus.close()
+
+    def __enter__(self) -> Self:
+        """Give it."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        """End it."""
+        self.close()
+
+    def _end(self) -> bytes:
+        if self.failure and not self._told:
+            self._told = True
+            raise self.failure
+        return b""
+
+    def _nothing_new(self) -> bytes:
+        """Give what says nothing, so that whoever reads can look after other things."""
+        if self._merged is not None:
+            return until_block(self._merged)
+        return name_block(self._buses[0].first, self._buses[0].names[0])
+
+    # What follows runs in the threads.
+
+    @property
+    def _over(self) -> bool:
+        return self._stopped or (self._deadline is not None and time.monotonic() >= self._deadline)
+
+    def _work(self, place: int, bus: Bus) -> None:
+        try:
+            self._drain(place, bus)
+        except SourceError as error:
+            self._fail(error)
+        except BaseException as error:  # a thread that has died in silence would be a bus on which nothing happens
+            text = " ".join(str(error).split())[:200]
+            problem = f"{type(error).__name__}: {text}" if text else type(error).__name__
+            self._fail(SourceError("live.broken", channel=", ".join(bus.names), problem=problem))
+        finally:
+            with suppress(Exception):
+                bus.close()
+            self._leave(place)
+
+    def _drain(self, place: int, bus: Bus) -> None:
+        with suppress(Ended):
+            while not self._over:
+                try:
+                    self._deliver(place, bus.receive(self._patience()))
+                except LinkLost as lost:
+                    self._lost(place, bus, lost)
+                    if not self._reconnect:
+                        raise SourceError("live.gone", reason=lost.error) from lost
+                    self._wait_for(place, bus, [lost.channel])
+            enough = time.monotonic() + _LAST_S
+            while not self._at_once and time.monotonic() < enough:
+                with suppress(LinkLost):
+                    blocks = bus.receive(0)
+                    self._deliver(place, blocks)
+                    if any(kind in (MESSAGES, RECORDS) for kind, *_ in heads(blocks)):
+                        continue
+                break
+        ending: Callable[[], bytes] | None = getattr(bus, "ending", None)
+        if ending:
+            self._deliver(place, ending())
+
+    def _patience(self) -> float:
+        if self._deadline is None:
+            return TICK_S
+        return max(0.0, min(TICK_S, self._deadline - time.monotonic()))
+
+    def _lost(self, place: int, bus: Bus, lost: LinkLost) -> None:
+        """Say that a channel cannot be listened to."""
+        names = list(bus.names)
+        index = bus.first + names.index(lost.channel) if lost.channel in names else bus.first
+        self._deliver(place, name_block(index, lost.channel) + gap_block(index))
+        if self._reconnect:
+            self._remark(SourceError("live.waiting", reason=lost.error, channel=lost.channel))
+
+    def _wait_for(self, place: int, bus: Bus, lost: list[str]) -> None:
+        """Wait until all lost channels are back; what there is of others is received meanwhile."""
+        pause = 0.2
+        others = len(bus.names) > 1
+        if not others:
+            with self._arrived:
+                self._forget(place)
+        while not self._over:
+            again = time.monotonic() + pause
+            while (left := again - time.monotonic()) > 0 and not self._over:
+                try:
+                    if others:
+                        self._deliver(place, bus.receive(min(left, TICK_S)))
+                    else:
+                        time.sleep(min(left, TICK_S))
+                        self._pass_time()
+                except LinkLost as further:
+                    self._lost(place, bus, further)
+                    lost.append(further.channel)
+            if not self._over and bus.reopen():
+                self._remark(SourceError("live.back", channel=", ".join(dict.fromkeys(lost))))
+                with self._arrived:
+                    self._listening.add(place)
+                return
+            pause = min(pause * 1.25, 1.0)
+
+    def _pass_time(self) -> None:
+        """Let time go on by the host's clock where no source is left that does."""
+        with self._feeding:
+            if not self._listening:
+                self._hand_over(until_block(time.time_ns() - MARGIN_NS))
+
+    def _deliver(self, place: int, blocks: bytes) -> None:
+        if not blocks:
+            return
+        with self._feeding:
+            self._hand_over(blocks if len(self._buses) == 1 else self._one_time(place, blocks))
+
+    def _one_time(self, place: int, blocks: bytes) -> bytes:
+        """Make of the times of several sources one: that of the source which is behind."""
+        kept = []
+        until = None
+        for kind, _, number, at, end in heads(blocks):
+            if kind == UNTIL:
+                until = number
+            else:
+                kept.append(blocks[at:end])
+        with self._arrived:
+            if until is not None and place in self._listening:
+                self._until[place] = until
+            if self._until and self._listening <= self._until.keys():
+                least = min(self._until.values())
+                if self._merged is None or least > self._merged:
+                    self._merged = least
+                    kept.append(until_block(least))
+        return b"".join(kept)
+
+    def _hand_over(self, blocks: bytes) -> None:
+        if self._recording:
+            self._recording.take(blocks)
+        with self._arrived:
+            if self._left_out is not None and self._waiting <= self._again:
+                blocks = self._dropped() + blocks
+            elif self._left_out is None and self._waiting + len(blocks) > self._most:
+                self._left_out = {}
+            if self._left_out is not None:
+                blocks = self._short(blocks, self._left_out)
+            if blocks:
+                self._queue.append(blocks)
+                self._waiting += len(blocks)
+                self._arrived.notify()
+
+    def _dropped(self) -> bytes:
+        """Say what was left out until now."""
+        left_out, self._left_out = self._left_out or {}, None
+        return b"".join(dropped_block(bus, count, which=1) for bus, count in sorted(left_out.items()) if count)
+
+    def _short(self, blocks: bytes, left_out: dict[int, int]) -> bytes:
+        """Give what is not left out when the queue is full: what is said of the buses themselves."""
+        kept = []
+        for kind, bus, number, at, end in heads(blocks):
+            if kind in (MESSAGES, RECORDS):
+                left_out[bus] = left_out.get(bus, 0) + number
+                self.unshown += number
+            elif kind != UNTIL or number == RELEASE_ALL:
+                kept.append(blocks[at:end])
+        return b"".join(kept)
+
+    def _leave(self, place: int) -> None:
+        with self._arrived:
+            self._running.discard(place)
+            self._forget(place)
+            if not self._running and self._left_out:
+                blocks = self._dropped()
+                self._queue.append(blocks)
+                self._waiting += len(blocks)
+            self._arrived.notify_all()
+
+    def _forget(self, place: int) -> None:
+        """Wait for the time of a source no longer."""
+        self._listening.discard(place)
+        self._until.pop(place, None)
+
+    def _fail(self, error: SourceError) -> None:
+        """End everything for a reason that is said when all that came was read."""
+        with self._arrived:
+            self.failure = self.failure or error
+        self._stopped = True
+
+    def _remark(self, remark: CanalyzeError) -> None:
+        with self._arrived:
+            if len(self._remarks) < _REMARKS:
+                self._remarks.append(remark)

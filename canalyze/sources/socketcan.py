@@ -1,0 +1,566 @@
+"""SocketCAN as a live source: what the kernel gives is handed over by the batch, with its stamps and drop counters.
+
+One CAN_RAW socket a channel, one `recvmmsg` for up to 1024 frames into memory that is laid out once; a batch goes to
+the core as the kernel left it, so no object is made for a frame. python-can's socket reports neither drops nor whose
+frame it is at this rate. Must not: send anything, nor look into a frame.
+
+Linux only, but importing it is fine anywhere. The numbers are those of the kernel's generic headers.
+"""
+
+import ctypes
+import errno
+import os
+import select
+import socket
+import struct
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from canalyze.errors import CanalyzeError, SourceError
+from canalyze.sources.live import (
+    MARGIN_NS,
+    MESSAGES,
+    MOST_BUSES,
+    LinkLost,
+    dropped_block,
+    gap_block,
+    head,
+    name_block,
+    until_block,
+)
+
+ANY: Final = "any"
+"""The channel that stands for all CAN interfaces that are up."""
+
+_AF_CAN, _CAN_RAW, _SOL_CAN_RAW = 29, 1, 101
+_FILTER, _ERR_FILTER, _FD_FRAMES = 1, 2, 5
+_ALL_ERRORS, _BUS_OFF = 0x1FFF_FFFF, 0x40
+_RCVBUF, _RCVBUFFORCE, _TIMESTAMPNS, _TIMESTAMPING, _RXQ_OVFL, _MEMINFO = 8, 33, 35, 37, 40, 55
+_RX_HARDWARE, _RX_SOFTWARE, _SOFTWARE, _RAW_HARDWARE = 4, 8, 16, 64
+_DROPS: Final = 8
+"""Where the drops stand in SO_MEMINFO."""
+_SIOCGIFFLAGS, _SIOCGIFHWADDR, _IFF_UP, _ARPHRD_CAN = 0x8913, 0x8927, 1, 280
+
+_BUFFER: Final = 16 << 20
+"""Bytes of the socket's buffer that are asked for: some 20 000 frames, a second of the fastest classic bus."""
+_FRAMES: Final = 1024
+"""Most frames of a batch."""
+_BATCHES: Final = 4
+"""Most batches of a channel before the others have their turn."""
+_FRAME: Final = 72
+_CONTROL: Final = 128
+_SLOT: Final = _FRAME + _CONTROL
+_GATHER_S: Final = 0.003
+"""How long frames gather when they come so fast that each would be a batch of its own."""
+_BUSY_S: Final = 0.01
+"""Batches closer than this are that fast."""
+_LOOK_S: Final = 0.1
+"""How often the counters are looked at."""
+_JOIN_NS: Final = 5_000_000
+"""How long frames of several channels are held to be put in order."""
+_STEP_NS: Final = 50_000_000
+"""A clock that goes further than this from the other was set, or the host has slept."""
+_SURE_NS: Final = 10_000_000
+"""Within this both clocks must have been read to be compared."""
+_DATE_NS: Final = 1_000_000_000
+"""A hardware stamp that is this far from the host's clock is of another one."""
+_WINDOW_NS: Final = 10_000_000_000
+"""How long it counts how far hardware stamps are from the host's clock."""
+_PATIENCE: Final = 50
+"""Batches without a hardware stamp before it is said that there are none."""
+
+_CMSG: Final = struct.Struct("@Nii")
+_WORD: Final = struct.calcsize("@l")
+_SPEC: Final = struct.Struct("@ll")
+
+
+class _Iovec(ctypes.Structure):
+    _fields_ = (("base", ctypes.c_void_p), ("len", ctypes.c_size_t))
+
+
+class _Msghdr(ctypes.Structure):
+    _fields_ = (
+        ("name", ctypes.c_void_p),
+        ("namelen", ctypes.c_uint),
+        ("iov", ctypes.c_void_p),
+        ("iovlen", ctypes.c_size_t),
+        ("control", ctypes.c_void_p),
+        ("controllen", ctypes.c_size_t),
+        ("flags", ctypes.c_int),
+    )
+
+
+class _Mmsghdr(ctypes.Structure):
+    _fields_ = (("hdr", _Msghdr), ("len", ctypes.c_uint))
+
+
+class _Batch:
+    """Memory for the frames of one recvmmsg, used again and again."""
+
+    def __init__(self) -> None:
+        self._recvmmsg = ctypes.CDLL(None, use_errno=True).recvmmsg
+        self._recvmmsg.argtypes = (ctypes.c_int, ctypes.c_void_p, ctypes.c_uint, ctypes.c_int, ctypes.c_void_p)
+        self._recvmmsg.restype = ctypes.c_int
+        self._size = ctypes.sizeof(_Mmsghdr)
+        self._slots = ctypes.create_string_buffer(_FRAMES * _SLOT)
+        self._headers = (_Mmsghdr * _FRAMES)()
+        self._vectors = (_Iovec * _FRAMES)()
+        begin = ctypes.addressof(self._slots)
+        for place in range(_FRAMES):
+            at = begin + place * _SLOT
+            self._vectors[place] = _Iovec(at, _FRAME)
+            vector = ctypes.addressof(self._vectors) + place * ctypes.sizeof(_Iovec)
+            self._headers[place].hdr = _Msghdr(None, 0, vector, 1, at + _FRAME, _CONTROL, 0)
+        self._fresh = ctypes.string_at(self._headers, ctypes.sizeof(self._headers))
+        self._at_headers, self._at_slots = memoryview(self._headers).cast("B"), memoryview(self._slots).cast("B")
+        self._address = ctypes.addressof(self._headers)
+        self._used = 0
+
+    def fill(self, descriptor: int) -> int:
+        """Take what is there, without waiting; OSError, BlockingIOError if there is nothing."""
+        # The kernel writes over the lengths that say how much room there is.
+        ctypes.memmove(self._address, self._fresh, self._used * self._size)
+        self._used = 0
+        count: int = self._recvmmsg(descriptor, self._address, _FRAMES, socket.MSG_DONTWAIT, None)
+        if count < 0:
+            number = ctypes.get_errno()
+            raise OSError(number, os.strerror(number))
+        self._used = count
+        return count
+
+    def block(self, bus: int, which: int) -> bytes:
+        """Give what was taken as a block."""
+        count = self._used
+        size = count * (self._size + _SLOT)
+        return b"".join(
+            (
+                head(MESSAGES, bus, which, size, count),
+                self._at_headers[: count * self._size],
+                self._at_slots[: count * _SLOT],
+            )
+        )
+
+    def last(self) -> tuple[int | None, int | None, int | None]:
+        """Give the kernel's stamp, the hardware's and the drops so far that stand beside the last frame."""
+        place = self._used - 1
+        room = self._headers[place].hdr.controllen
+        begin = place * _SLOT + _FRAME
+        kernel = hardware = drops = None
+        at = begin
+        while at + _CMSG.size <= begin + room:
+            size, level, kind = _CMSG.unpack_from(self._at_slots, at)
+            data = at + _CMSG.size
+            if size < _CMSG.size or at + size > begin + room:
+                break
+            if level == socket.SOL_SOCKET and kind == _TIMESTAMPNS:
+                kernel = _ns(*_SPEC.unpack_from(self._at_slots, data))
+            elif level == socket.SOL_SOCKET and kind == _TIMESTAMPING:
+                hardware = _ns(*_SPEC.unpack_from(self._at_slots, data + 2 * _SPEC.size)) or None
+            elif level == socket.SOL_SOCKET and kind == _RXQ_OVFL:
+                drops = int.from_bytes(self._at_slots[data : data + 4], "little")
+            at += -(-size // _WORD) * _WORD
+        return kernel, hardware, drops
+
+
+def _ns(seconds: int, ns: int) -> int:
+    return seconds * 1_000_000_000 + ns
+
+
+class _Channel:
+    """One interface, and what is known of what it gave."""
+
+    def __init__(self, name: str, bus: int) -> None:
+        self.name = name
+        self.bus = bus
+        self.socket: socket.socket | None = None
+        self.watch: socket.socket | None = None
+        """Gets a frame only when the controller goes bus-off."""
+        self.named = False
+        self.hardware = False
+        self.reported = 0
+        """Drops that stand beside a frame that was handed over."""
+        self.stamp: int | None = None
+        """The stamp of its last frame."""
+        self.small = False
+        """The kernel gave less buffer than it was asked for."""
+        self.without = 0
+        """Batches without a hardware stamp; less than 0 when there was one."""
+        self._ahead: list[tuple[int, int]] = []
+        """How far hardware stamps were from the host's clock at best, by the window of time."""
+
+    @property
+    def offset(self) -> int:
+        """What has to be added to the host's clock for the clock of its stamps."""
+        return max((ahead for _, ahead in self._ahead), default=0)
+
+    def compare(self, stamp: int, now: int) -> None:
+        """Take the stamp of a frame that has just come."""
+        window = now // _WINDOW_NS
+        if not self._ahead or self._ahead[-1][0] != window:
+            self._ahead = [*self._ahead[-1:], (window, stamp - now)]
+        else:
+            self._ahead[-1] = (window, max(self._ahead[-1][1], stamp - now))
+
+    def drops(self) -> int:
+        """Give the frames its socket had no room for, and that no frame has told of."""
+        if self.socket is None:
+            return 0
+        try:
+            values = self.socket.getsockopt(socket.SOL_SOCKET, _MEMINFO, 4 * (_DROPS + 1))
+        except OSError:
+            return 0  # a kernel before 4.12
+        if len(values) < 4 * (_DROPS + 1):
+            return 0
+        (total,) = struct.unpack_from("@I", values, 4 * _DROPS)
+        missing: int = (total - self.reported) & 0xFFFF_FFFF
+        return missing if missing < 1 << 31 else 0
+
+    def close(self) -> None:
+        """Let its sockets go; a new one counts from 0."""
+        for one in (self.socket, self.watch):
+            if one is not None:
+                one.close()
+        self.socket = self.watch = None
+        self.named = False
+        self.reported = 0
+        self.stamp = None
+
+
+class SocketCan:
+    """Several CAN interfaces as one source, see `live.Bus`."""
+
+    def __init__(
+        self, channels: Sequence[str], *, first: int = 0, hardware_stamps: bool = False, patient: bool = False
+    ) -> None:
+        """Listen to interfaces, `any` for all that are up; `first` is the bus index of the first of them.
+
+        hardware_stamps: the adapter's stamps where there are. patient: one that cannot be listened to is lost from
+        the beginning. SourceError otherwise, with what to do.
+        """
+        self.first = first
+        self._hardware = hardware_stamps
+        self._remarks: list[CanalyzeError] = []
+        self.names: Sequence[str] = self._named(channels)
+        self._channels = [_Channel(name, first + place) for place, name in enumerate(self.names)]
+        self._lost: list[LinkLost] = []
+        """What is still to be told of."""
+        self._poll = select.poll()
+        self._batch = _Batch()
+        self._clocks: int | None = None
+        self._busy_until = self._look_at = 0.0
+        try:
+            for channel in self._channels:
+                try:
+                    self._open(channel)
+                except SourceError as error:
+                    if not patient or error.key in _HOPELESS:
+                        raise
+                    self._lost.append(LinkLost(channel.name, error))
+        except BaseException:
+            self.close()
+            raise
+
+    def receive(self, timeout_s: float) -> bytes:
+        """Give what came on all channels, each in its order, and up to where that is all."""
+        if self._lost:
+            raise self._lost.pop(0)
+        ready = self._poll.poll(max(0, round(timeout_s * 1000)))
+        if ready and time.monotonic() < self._busy_until and timeout_s > _GATHER_S:
+            time.sleep(_GATHER_S)
+        blocks: list[bytes] = []
+        now = self._now(blocks)
+        ends: list[int] = []
+        for channel in self._channels:
+            if channel.socket is not None:
+                dry = self._take(channel, blocks, now)
+                ends.append(now + channel.offset if dry or channel.stamp is None else channel.stamp)
+        moment = time.monotonic()
+        if blocks:
+            self._busy_until = moment + _BUSY_S
+        if moment >= self._look_at:
+            self._look_at = moment + _LOOK_S
+            self._look({descriptor for descriptor, _ in ready})
+        margin = MARGIN_NS if len(self._channels) == 1 else _JOIN_NS
+        blocks.append(until_block(min(ends, default=now) - margin))
+        return b"".join(blocks)
+
+    def reopen(self) -> bool:
+        """Try the channels that are lost again."""
+        for channel in self._channels:
+            if channel.socket is None:
+                with suppress(SourceError):
+                    self._open(channel)
+        return all(channel.socket is not None for channel in self._channels)
+
+    def ending(self) -> bytes:
+        """Give the drops that no frame has told of."""
+        return b"".join(self._missing(channel) for channel in self._channels)
+
+    def remarks(self) -> list[CanalyzeError]:
+        """Give what is to be told since the last call."""
+        remarks, self._remarks = self._remarks, []
+        return remarks
+
+    def close(self) -> None:
+        """Let all sockets go."""
+        for channel in self._channels:
+            channel.close()
+
+    def _named(self, channels: Sequence[str]) -> list[str]:
+        names: list[str] = []
+        for name in channels:
+            if name == ANY:
+                _can_socket(ANY).close()
+                up, down = interfaces()
+                if not up:
+                    raise SourceError("live.none_up", command=_command(down[0])) if down else _missing(ANY)
+                self._remarks.append(SourceError("live.any", channels=", ".join(up)))
+                names += up
+            else:
+                names.append(name)
+        for place, name in enumerate(names):
+            if name in names[:place]:
+                raise SourceError("live.twice", channel=name)
+        if self.first + len(names) > MOST_BUSES:
+            raise SourceError("live.too_many", most=MOST_BUSES)
+        return names
+
+    def _open(self, channel: _Channel) -> None:
+        channel.close()
+        listening, channel.small = opened(channel.name, hardware_stamps=self._hardware)
+        channel.socket = listening
+        channel.hardware = self._hardware
+        self._poll.register(listening, select.POLLIN)
+        with suppress(OSError, SourceError):
+            watch = channel.watch = _can_socket(channel.name)
+            watch.setsockopt(_SOL_CAN_RAW, _FILTER, b"")
+            watch.setsockopt(_SOL_CAN_RAW, _ERR_FILTER, struct.pack("@I", _BUS_OFF))
+            watch.bind((channel.name,))
+            self._poll.register(watch, select.POLLIN)
+
+    def _take(self, channel: _Channel, blocks: list[bytes], now: int) -> bool:
+        """Add what there is of a channel; True if that was all."""
+        assert channel.socket is not None
+        broken: OSError | None = None
+        rounds = 0
+        while rounds < _BATCHES or broken:
+            try:
+                count = self._batch.fill(channel.socket.fileno())
+            except BlockingIOError:
+                break
+            except InterruptedError:
+                continue
+            except OSError as error:  # what came before it can still be received
+                if broken:
+                    break
+                broken = error
+                continue
+            rounds += 1
+            if not channel.named:
+                channel.named = True
+                blocks.append(name_block(channel.bus, channel.name))
+            self._learn(channel, now, fresh=count < _FRAMES)
+            blocks.append(self._batch.block(channel.bus, 1 if channel.hardware else 0))
+            if count < _FRAMES and not broken:
+                return True
+        else:
+            return False
+        if broken:
+            blocks.append(self._missing(channel))
+            self._forget(channel)
+            self._lost.append(LinkLost(channel.name, _went(channel.name, broken)))
+        return True
+
+    def _learn(self, channel: _Channel, now: int, *, fresh: bool) -> None:
+        """Look at what stands beside the last frame of a batch."""
+        kernel, hardware, drops = self._batch.last()
+        channel.reported = channel.reported if drops is None else drops
+        channel.stamp = kernel
+        if not channel.hardware:
+            return
+        if hardware is None:
+            channel.without += channel.without >= 0
+            if channel.without == _PATIENCE:
+                self._remark(SourceError("live.no_hardware_stamps", channel=channel.name))
+            return
+        channel.without = -1
+        if abs(hardware - now) > _DATE_NS and len(self._channels) > 1:  # no order can be made of several clocks
+            channel.hardware = False
+            self._remark(SourceError("live.other_clock", channel=channel.name))
+            return
+        channel.stamp = hardware
+        if fresh:
+            channel.compare(hardware, now)
+
+    def _now(self, blocks: list[bytes]) -> int:
+        """Give the host's clock; when it was set, or the host has slept, frames may be missing."""
+        before = time.monotonic_ns()
+        now = time.time_ns()
+        if time.monotonic_ns() - before < _SURE_NS:
+            apart = now - before
+            if self._clocks is not None and abs(apart - self._clocks) > _STEP_NS:
+                blocks += (gap_block(channel.bus) for channel in self._channels if channel.named)
+            self._clocks = apart
+        return now
+
+    def _look(self, ready: set[int]) -> None:
+        """See what no frame tells of."""
+        for channel in self._channels:
+            if channel.small and channel.reported + channel.drops():
+                channel.small = False
+                self._remark(SourceError("live.small_buffer", channel=channel.name, bytes=_BUFFER))
+            watch = channel.watch
+            if watch is not None and watch.fileno() in ready:
+                self._poll.unregister(watch)  # once is enough
+                channel.watch = None
+                with suppress(OSError), watch:
+                    if watch.recv(_FRAME, socket.MSG_DONTWAIT):
+                        self._remark(SourceError("live.bus_off", channel=channel.name))
+
+    def _missing(self, channel: _Channel) -> bytes:
+        drops = channel.drops()
+        channel.reported += drops
+        return dropped_block(channel.bus, drops) if drops else b""
+
+    def _forget(self, channel: _Channel) -> None:
+        for one in (channel.socket, channel.watch):
+            if one is not None:
+                with suppress(KeyError):
+                    self._poll.unregister(one)
+        channel.close()
+
+    def _remark(self, remark: CanalyzeError) -> None:
+        self._remarks.append(remark)
+
+
+_HOPELESS: Final = ("live.no_can", "live.not_linux", "live.forbidden", "live.not_can")
+"""Errors that waiting does not help against."""
+
+
+def interfaces() -> tuple[list[str], list[str]]:
+    """Give the CAN interfaces of this host: those that are up, and those that are down."""
+    up: list[str] = []
+    down: list[str] = []
+    with suppress(OSError):
+        for _, name in socket.if_nameindex():
+            if _is_can(name):
+                (up if _is_up(name) else down).append(name)
+    return up, down
+
+
+def opened(name: str, *, hardware_stamps: bool = False) -> tuple[socket.socket, bool]:
+    """Give a socket that receives all that an interface sees, and whether its buffer is small; SourceError if none."""
+    listening = _can_socket(name)
+    try:
+        if _ask(name, _SIOCGIFFLAGS) is None:
+            raise _missing(name)
+        if not _is_can(name):
+            raise SourceError("live.not_can", channel=name, there=_listed())
+        if not _is_up(name):
+            raise SourceError("live.down", channel=name, command=_command(name))
+        small = _set_up(listening, hardware_stamps=hardware_stamps)
+        listening.bind((name,))
+    except BaseException as error:
+        listening.close()
+        if isinstance(error, OSError):
+            raise _refused(name, error) from error
+        raise
+    return listening, small
+
+
+def _set_up(listening: socket.socket, *, hardware_stamps: bool) -> bool:
+    """Set what is wished of a socket; True if its buffer is smaller than asked for."""
+    options: list[tuple[int, int, int]] = [
+        (_SOL_CAN_RAW, _FD_FRAMES, 1),
+        (_SOL_CAN_RAW, _ERR_FILTER, _ALL_ERRORS),
+        (socket.SOL_SOCKET, _TIMESTAMPNS, 1),
+        (socket.SOL_SOCKET, _RXQ_OVFL, 1),
+    ]
+    if hardware_stamps:
+        wished = _RX_HARDWARE | _RX_SOFTWARE | _SOFTWARE | _RAW_HARDWARE
+        options.append((socket.SOL_SOCKET, _TIMESTAMPING, wished))
+    for level, option, value in options:
+        with suppress(OSError):  # an older kernel does without
+            listening.setsockopt(level, option, value)
+    try:
+        listening.setsockopt(socket.SOL_SOCKET, _RCVBUFFORCE, _BUFFER)
+    except OSError:
+        listening.setsockopt(socket.SOL_SOCKET, _RCVBUF, _BUFFER)
+    return listening.getsockopt(socket.SOL_SOCKET, _RCVBUF) < 2 * _BUFFER  # the kernel doubles what it is asked for
+
+
+def _can_socket(name: str) -> socket.socket:
+    if not hasattr(socket, "AF_CAN"):
+        raise SourceError("live.not_linux", channel=name)
+    try:
+        return socket.socket(_AF_CAN, socket.SOCK_RAW, _CAN_RAW)
+    except OSError as error:
+        raise _refused(name, error) from error
+
+
+def _refused(name: str, error: OSError) -> SourceError:
+    """Say why a socket cannot be had."""
+    if error.errno in (errno.EAFNOSUPPORT, errno.EPROTONOSUPPORT):
+        return SourceError("live.no_can", channel=name)
+    if error.errno in (errno.EPERM, errno.EACCES):
+        return SourceError("live.forbidden", channel=name)
+    if error.errno == errno.ENODEV:
+        return _missing(name)
+    return SourceError("live.refused", channel=name, error=error)
+
+
+def _missing(name: str) -> SourceError:
+    there = _listed()
+    if there:
+        return SourceError("live.missing", channel=name, there=there)
+    return SourceError("live.no_interface", channel=name)
+
+
+def _went(name: str, error: OSError) -> SourceError:
+    """Say why an interface cannot be listened to any more."""
+    if _ask(name, _SIOCGIFFLAGS) is None:
+        return SourceError("live.unplugged", channel=name)
+    if error.errno == errno.ENETDOWN or not _is_up(name):
+        return SourceError("live.went_down", channel=name, command=_command(name))
+    if error.errno == errno.ENODEV:
+        return SourceError("live.unplugged", channel=name)
+    return SourceError("live.lost", channel=name, error=error)
+
+
+def _listed() -> str:
+    up, down = interfaces()
+    return ", ".join((*up, *down))
+
+
+def _command(name: str) -> str:
+    """Give the command that brings an interface up: a virtual one has no bit rate."""
+    virtual = "/virtual/" in os.path.realpath(Path("/sys/class/net", name)) or name.startswith(("v", "slcan"))
+    return f"sudo ip link set {name} up" + ("" if virtual else " type can bitrate 500000")
+
+
+def _is_can(name: str) -> bool:
+    return _ask(name, _SIOCGIFHWADDR) == _ARPHRD_CAN
+
+
+def _is_up(name: str) -> bool:
+    flags = _ask(name, _SIOCGIFFLAGS)
+    return flags is not None and bool(flags & _IFF_UP)
+
+
+def _ask(name: str, request: int) -> int | None:
+    """Ask the kernel for a number of an interface; None if there is no such interface."""
+    import fcntl  # not on every system
+
+    asked = os.fsencode(name)
+    if not 0 < len(asked) < 16 or b"\0" in asked:
+        return None
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as any_socket:
+        try:
+            answer = fcntl.ioctl(any_socket, request, struct.pack("@16sH22x", asked, 0))
+        except OSError:
+            return None
+    (value,) = struct.unpack_from("@H", answer, 16)
+    return int(value)
