@@ -3,9 +3,9 @@
 `main` is the one place where errors become a line and a code:
 
     0    done; also when the reader of a pipe went away
-    1    check: there are findings
+    1    check: there are findings; sniff: an expectation does not hold
     2    wrong usage, or something could not be read or written
-    130  Ctrl-C (143: SIGTERM); what was known by then is written
+    130  Ctrl-C (143: SIGTERM); what was known by then is written. For sniff Ctrl-C is the normal end: 0
 
 A command's module is imported only when that command is asked for.
 """
@@ -27,6 +27,7 @@ from canalyze.words import Words
 
 COMMANDS: Final = (
     "decode",
+    "sniff",
     "explain",
     "sdo",
     "signals",

@@ -18,6 +18,7 @@ from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze._core import Session
+    from canalyze.sources.live import Live
     from canalyze.sources.pythoncan import PythonCanCapture
 
 T = TypeVar("T")
@@ -55,7 +56,7 @@ class Reader(Protocol):
 class _Input:
     """One open file of those that are read together."""
 
-    def __init__(self, capture: "Capture | PythonCanCapture") -> None:
+    def __init__(self, capture: "Capture | PythonCanCapture | Live") -> None:
         self.capture = capture
         self.taken = 0
         self.rest = b""
@@ -78,7 +79,7 @@ class Reading:
         words: Words,
         reader: Reader,
         *,
-        open_input: Callable[[str], "Capture | PythonCanCapture"] = open_capture,
+        open_input: Callable[[str], "Capture | PythonCanCapture | Live"] = open_capture,
         merge: bool = False,
         given_format: bool = False,
         frameless: bool = False,
@@ -98,7 +99,7 @@ class Reading:
         self._name = ""
         self._held: list[str] = []
         self._more = 0
-        self.last: Capture | PythonCanCapture | None = None
+        self.last: Capture | PythonCanCapture | Live | None = None
         """The input that was read last, closed: what is known of it."""
         self.understood = False
         """Something could be read of it."""
@@ -119,7 +120,7 @@ class Reading:
         with ExitStack() as stack:
             inputs: list[_Input] = []
             for name in names:
-                capture: Capture | PythonCanCapture | None
+                capture: Capture | PythonCanCapture | Live | None
                 try:
                     capture = self._reader.during(partial(self._open_input, name))
                 except SourceError as error:
@@ -140,7 +141,7 @@ class Reading:
         joined = len(inputs) > 1
         most = max(_LEAST, _JOINED // len(inputs)) if joined else None
         open_ = dict(enumerate(inputs))
-        while open_ and (number := session.wants()) is not None:
+        while open_ and not session.done and (number := session.wants()) is not None:
             one = open_[number]
             stopped: SourceError | None = None
             try:
@@ -171,7 +172,7 @@ class Reading:
         self._release()
 
     def _ended(
-        self, number: int, capture: "Capture | PythonCanCapture", stopped: SourceError | None, *, hold: bool
+        self, number: int, capture: "Capture | PythonCanCapture | Live", stopped: SourceError | None, *, hold: bool
     ) -> Iterator[bytes]:
         session = self._session
         self.understood = stopped is None or session.file_frames > 0
@@ -188,12 +189,14 @@ class Reading:
         if stopped:
             self._reader.failed(stopped)
 
-    def _remarks(self, capture: "Capture | PythonCanCapture") -> None:
+    def _remarks(self, capture: "Capture | PythonCanCapture | Live") -> None:
         for remark in capture.remarks():
             self._reader.complain(remark.in_words(self._words))
 
-    def _nothing(self, capture: "Capture | PythonCanCapture") -> SourceError | None:
+    def _nothing(self, capture: "Capture | PythonCanCapture | Live") -> SourceError | None:
         """Say why there is no frame, unless that is no fault: of a file with topics, which ones there are."""
+        if capture.format == "live":  # on a bus there may be silence
+            return None
         if not capture.taken:
             return SourceError("source.empty", name=capture.name)
         if self._frameless and capture.format != "candump":

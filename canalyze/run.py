@@ -21,6 +21,7 @@ from canalyze.words import Words
 if TYPE_CHECKING:
     from canalyze._core import Session
     from canalyze.options import CaptureOptions
+    from canalyze.sources.live import Live
     from canalyze.sources.pythoncan import PythonCanCapture
 
 T = TypeVar("T")
@@ -29,9 +30,10 @@ T = TypeVar("T")
 class Interrupt:
     """Ctrl-C and SIGTERM as a wish that the loop sees; a second one ends everything at once."""
 
-    def __init__(self) -> None:
-        """Nothing wished yet."""
+    def __init__(self, wished: Callable[[], None] | None = None) -> None:
+        """Nothing wished yet. wished: is called by the first wish, which then does not end what waits."""
         self.signal = 0
+        self._wished = wished
         self._waiting = False
         self._before: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
 
@@ -53,14 +55,21 @@ class Interrupt:
         self.signal = number
         if again:
             raise SystemExit(128 + number)
-        if self._waiting:
+        if self._wished:
+            self._wished()
+        elif self._waiting:
             raise KeyboardInterrupt
+
+    @property
+    def ended(self) -> bool:
+        """Whether what is under way has to end where it is."""
+        return self.signal != 0 and self._wished is None
 
     def during(self, wait: Callable[[], T]) -> T | None:
         """Do what may wait long, unless the end is wished; a wish ends the waiting, and the answer is then None."""
         try:
             self._waiting = True
-            return None if self.signal else wait()
+            return None if self.ended else wait()
         except KeyboardInterrupt:
             return None
         finally:
@@ -90,32 +99,40 @@ class Run:
         *,
         frameless: bool = False,
         tell: Callable[[str], None] = complain,
+        live: "Live | None" = None,
     ) -> None:
         """`take` gets every result of the session, in order, also an empty one; `given` says how inputs are read.
 
         frameless: a file without any frame is fine, if it has the sign of its format. tell: gets what is to be
-        complained of, line by line.
+        complained of, line by line. live: what is read, whatever the name; the first signal stops it, so that what it
+        has received is still read, and Ctrl-C is its usual end.
         """
         form = given.get("input_format")
         self._reading = Reading(
             session,
             words,
             self,
-            open_input=partial(open_capture, asked=form),
+            open_input=partial(open_capture, asked=form) if live is None else lambda _: live,
             merge=given.get("merge", False),
             given_format=form is not None,
             frameless=frameless,
         )
         self.failure: str | None = None
         """Why an input, or its rest, could not be read: the first such reason, in words."""
+        self._live = live is not None
         self._tell = tell
         self._words = words
         self._progress = progress
         self._take = take
-        self._interrupt = Interrupt()
+        self._interrupt = Interrupt(None if live is None else live.stop)
 
     @property
-    def last(self) -> "Capture | PythonCanCapture | None":
+    def signal(self) -> int:
+        """The signal that has ended the reading; 0 if none has."""
+        return self._interrupt.signal
+
+    @property
+    def last(self) -> "Capture | PythonCanCapture | Live | None":
         """The input that was read last, closed: what is known of it."""
         return self._reading.last
 
@@ -131,12 +148,13 @@ class Run:
             for result in results:
                 self._take(result)
             self._progress.clear()
-        return 128 + self._interrupt.signal if self._interrupt.signal else self._code
+        ended_by = 0 if self._live and self.signal == signal.SIGINT else self.signal
+        return 128 + ended_by if ended_by else self._code
 
     @property
     def ended(self) -> bool:
         """Whether a signal came."""
-        return self._interrupt.signal != 0
+        return self._interrupt.ended
 
     def during(self, wait: Callable[[], T]) -> T | None:
         """Do what may wait long; a signal ends the waiting, and the answer is then None."""

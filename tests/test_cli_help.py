@@ -8,6 +8,7 @@ from conftest import Runner
 
 COMMANDS = (
     "decode",
+    "sniff",
     "explain",
     "sdo",
     "signals",

@@ -28,6 +28,8 @@ MAY_USE: dict[str, set[str]] = {
     "descriptions": {*SAID, "_core", "dictionary", "network", "output"},
     "config": {*SAID, "check.policy", "network", "toml"},
     "expectations": {*SAID, "_core", "compression", "layout", "network", "output", "toml"},
+    "recording": {*READ, "sinks"},
+    "listening": {*READ, "network", "options", "recording"},
     "run": {*READ, "options", "output", "reading"},
     "options": {*READ, "config", "descriptions", "network", "output", "run"},
     "help": {*SAID, "layout", "options"},

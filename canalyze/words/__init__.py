@@ -20,6 +20,7 @@ from canalyze.words import (
     live,
     pages,
     reports,
+    sniff,
     summary,
     tables,
 )
@@ -41,6 +42,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *defects.ROWS,
     *errors.ROWS,
     *expect.ROWS,
+    *sniff.ROWS,
     *live.ROWS,
 )
 

@@ -1,0 +1,195 @@
+"""`canalyze sniff`: the annotated listing of a live bus. It only listens; every word of a line is the core's.
+
+What is listened to, `listening` opens; it is read by the one loop that reads files. Exit codes: 0 done, also by
+Ctrl-C; 1 an expectation does not hold; 2 something could not be opened, received or written; 143 SIGTERM.
+"""
+
+import json
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, Unpack
+
+import click
+
+from canalyze import expectations
+from canalyze.help import Command
+from canalyze.listening import (
+    ListeningOptions,
+    channels_of,
+    check_recordings,
+    interface_of,
+    listening_options,
+    open_buses,
+    open_recordings_of,
+    positive,
+    seconds,
+)
+from canalyze.options import (
+    ANY_PATH,
+    CaptureOptions,
+    OneOf,
+    Spelled,
+    format_option,
+    network_options,
+    open_session,
+)
+from canalyze.output import Output, Progress, complain
+from canalyze.recording import Recordings, Written
+from canalyze.run import Run
+from canalyze.sources.live import Live
+from canalyze.words import Words
+
+_REST_S = 2.0
+"""How long, after the first Ctrl-C, what was received may still take to be shown."""
+
+
+class _Listening(CaptureOptions, ListeningOptions, total=False):
+    """What the shared options of `sniff` give."""
+
+
+def command(words: Words) -> click.Command:
+    """Build the command in one language."""
+
+    def run(
+        channels: tuple[str, ...],
+        brief: bool,
+        explain: bool,
+        form: str,
+        expression: str | None,
+        time: str | None,
+        duration: float | None,
+        count: int | None,
+        expect: str | None,
+        **given: Unpack[_Listening],
+    ) -> int:
+        context = click.get_current_context()
+        if brief and explain:
+            raise click.UsageError(words("usage.exclusive", one="--brief", other="--explain"), context)
+        if form != "text" and (brief or explain):
+            option = "--brief" if brief else "--explain"
+            raise click.UsageError(words("usage.text_only", option=option), context)
+        named = channels_of(channels, words)
+        interface_of(given, words)
+        check_recordings(given, words)
+        settings: dict[str, Any] = {"depth": "brief" if brief else "explain" if explain else "default"}
+        settings |= {"format": form, "time": time, "filter": expression, "count": count}
+        settings["masks"] = [channel.mask for channel in named if channel.filters]
+        if expect is not None:
+            settings["expectations"] = expectations.read(Path(expect))
+        session = open_session(words, given, **settings)
+        with ExitStack() as stack:
+            buses = open_buses(named, given, words, bitrate=given.get("bitrate"), tell=complain)
+            for bus in buses:
+                stack.callback(bus.close)
+            recordings = open_recordings_of(given, words)
+            if recordings:
+                stack.callback(recordings.close)
+            live = Live(buses, recording=recordings, reconnect=given.get("reconnect", False), duration_s=duration)
+            stack.callback(live.close)
+            return _listen(live, session, recordings, words, given)
+
+    return Command(
+        "sniff",
+        words,
+        run,
+        [
+            click.Argument(["channels"], nargs=-1, metavar="CHANNEL"),
+            *listening_options(words),
+            click.Option(["--filter", "expression"], metavar="EXPR", help=words("opt.filter")),
+            click.Option(["--duration"], type=Spelled(seconds, "duration", words), metavar="TIME", help=words("sniff.duration")),
+            click.Option(["--count"], type=Spelled(positive, "positive", words), metavar="N", help=words("sniff.count")),
+            click.Option(["--brief"], is_flag=True, help=words("decode.brief")),
+            click.Option(["--explain"], is_flag=True, help=words("decode.explain")),
+            format_option(words, "decode"),
+            click.Option(["-t", "time"], type=OneOf(("a", "d", "z", "A", "n"), words), help=words("decode.time")),
+            click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("sniff.expect")),
+            *network_options(words),
+        ],
+    )
+
+
+def _listen(live: Live, session: Any, recordings: Recordings | None, words: Words, given: CaptureOptions) -> int:
+    """Show what is received until the end; give the exit code."""
+    out = Output()
+    began = time.monotonic()
+    stopped = 0.0
+
+    def take(result: bytes) -> None:
+        nonlocal stopped
+        if result:
+            out.write(result)
+        if run.signal:  # the rest is shown, but not for long
+            stopped = stopped or time.monotonic()
+            if time.monotonic() - stopped > _REST_S:
+                live.stop(now=True)
+
+    run = Run(session, words, Progress(words, out, None), take, given, frameless=True, live=live)
+    code = run.over((live.name,))
+    took = time.monotonic() - began
+    live.close()
+    if recordings:
+        recordings.close()
+        for remark in recordings.remarks():
+            complain(f"canalyze: {remark.in_words(words)}")
+        for line in recordings.losses():
+            complain(line)
+    tally = json.loads(session.tally())
+    written = recordings.written if recordings else []
+    for line in [*_seen(tally, took, live.unshown, bool(written), words), *(_recorded(one, words) for one in written)]:
+        complain(f"canalyze: {line}")
+    if recordings and recordings.failed:
+        code = code or 2
+    missed = (tally.get("expectations") or {}).get("missed", 0)
+    return code or (1 if missed else 0)
+
+
+def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool, words: Words) -> Iterator[str]:
+    """Give what was seen, a line each: the buses, findings, SDO transfers, what was not shown."""
+    comma = words("listen.comma")
+    for bus in tally["buses"]:
+        frames = bus["frames"]
+        facts = {"bus": bus["name"], "frames": frames, "seconds": f"{seconds:.1f}"}
+        parts = [words("sniff.bus", rate=_rounded(frames / max(seconds, 0.001)), **facts)]
+        parts += [words(f"sniff.{key}", count=bus[key]) for key in ("error_frames", "dropped") if bus[key]]
+        yield comma.join(parts)
+    if not tally["buses"]:
+        yield words("sniff.nothing", seconds=f"{seconds:.1f}")
+    counts = [("finding", tally["findings"], ("error", "warning", "info"))]
+    counts += [("transfer", tally["transfers"], ("ok", "aborted", "incomplete", "failed"))]
+    lines = []
+    for kind, found, keys in counts:
+        if listed := comma.join(words(f"sniff.{kind}.{key}", count=found[key]) for key in keys if found.get(key)):
+            lines.append(words(f"sniff.{kind}s", listed=listed))
+    if lines:
+        yield words("sniff.then").join(lines)
+    if tally["shown"] != tally["frames"]:
+        yield words("sniff.shown", shown=tally["shown"])
+    if unshown:
+        yield words("sniff.unshown_recorded" if recorded else "sniff.unshown", count=unshown)
+
+
+def _recorded(one: Written, words: Words) -> str:
+    """Give what became of a recording."""
+    facts = {"name": one.name, "frames": one.frames, "size": _bytes(one.bytes), "reason": one.failure}
+    if len(one.files) + one.deleted > 1:
+        facts |= {"first": one.files[0], "last": one.files[-1], "files": len(one.files)}
+        parts = [words("record.files", **facts)]
+        parts += [words("record.deleted", count=one.deleted)] if one.deleted else []
+    else:
+        parts = [words("record.file", **{**facts, "name": one.files[0]})]
+    if one.failure:
+        parts.append(words("record.broken_off"))
+    return words("listen.comma").join(parts)
+
+
+def _rounded(rate: float) -> str:
+    return f"{rate:.1f}" if rate < 100 else f"{rate:.0f}"
+
+
+def _bytes(size: int) -> str:
+    for unit, least in (("GB", 10**9), ("MB", 10**6), ("kB", 10**3)):
+        if size >= least:
+            return f"{size / least:.1f} {unit}"
+    return f"{size} B"

@@ -1,0 +1,342 @@
+"""A channel of any interface that python-can knows, as blocks of the live stream; listening only, where there is a switch.
+
+Nothing is ever sent. Frames become the records of `packed`; stamps that are no dates are moved by one offset to the
+clock of this host. Must not: read files, or wait for whoever reads.
+"""
+
+import contextlib
+import logging
+import struct
+import time
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any, Final
+
+from canalyze.errors import CanalyzeError, SourceError
+from canalyze.sources import interfaces
+from canalyze.sources.library import library
+from canalyze.sources.live import LinkLost, dropped_block, name_block, records_block, until_block
+from canalyze.sources.packed import Packer, Unfit
+
+if TYPE_CHECKING:
+    from can import BusABC, Message
+
+_DATES: Final = 1e9
+"""Stamps from here on are dates, in seconds: the year 2001. Below, they count from some start of the adapter's."""
+_MOST: Final = 1000
+"""Frames of a block at most."""
+_LONGEST_S: Final = 0.02
+"""How long frames are gathered for one block at most."""
+_MARGIN_S: Final = 0.02
+"""How much later than any so far a frame may still come."""
+_SILENT_S: Final = 0.1
+"""The same as long as none has come."""
+_DRIFT: Final = 1e-4
+"""How far the clock of an adapter may go apart from the host's while no frame tells."""
+_WINDOW_S: Final = 10.0
+"""For so long at least it counts how late a frame came."""
+_STEP_BACK_S: Final = 1.0
+"""An adapter whose stamps go back so far has begun anew."""
+_TRIES: Final = 3
+"""Errors in a row after which an adapter is gone; fewer cost a frame each."""
+_REMARKS: Final = 20
+"""Most lines of the library's that are passed on."""
+_NAME: Final = 32
+"""Most characters of the name of a bus."""
+
+
+def names() -> list[str]:
+    """Give the names of all interfaces: the own one, and those of python-can with those of its plugins."""
+    library()
+    from can.interfaces import VALID_INTERFACES
+
+    return sorted({"socketcan", *VALID_INTERFACES})
+
+
+def known(interface: str) -> bool:
+    """Tell whether there is an interface of that name."""
+    return interface in names()
+
+
+def near(interface: str) -> list[str]:
+    """Give names that may have been meant."""
+    return get_close_matches(interface.lower().replace("-", "_"), names(), cutoff=0.6)
+
+
+def option(text: str) -> tuple[str, Any] | None:
+    """Read `key=value`, the value as python-can reads its configuration: a number, true, false, else text."""
+    library()
+    from can.util import cast_from_string
+
+    key, equals, value = text.partition("=")
+    key = key.strip().replace("-", "_")
+    if not equals or not key.isidentifier() or key in ("interface", "channel"):
+        return None
+    return key, cast_from_string(value)
+
+
+def bus_name(channel: str) -> str:
+    """Give what a channel is called in a listing: its name, without the folder; channel 0 is can0."""
+    if channel.isdecimal():
+        return f"can{int(channel)}"
+    name = channel.rstrip("/\\").replace("\\", "/").rpartition("/")[2]
+    name = "".join(char if "!" <= char <= "~" and char not in "#," else "_" for char in name)[:_NAME]
+    return name if name[:1].isalnum() else f"can{name}"
+
+
+class PythonCan:
+    """One channel of an adapter: what `Live` drains (`live.Bus`)."""
+
+    def __init__(
+        self,
+        interface: str,
+        channel: str,
+        *,
+        first: int,
+        bitrate: int | None = None,
+        data_bitrate: int | None = None,
+        fd: bool = False,
+        options: Mapping[str, Any] | None = None,
+        name: str | None = None,
+        patient: bool = False,
+    ) -> None:
+        """Open it. `first` is the index of its bus in the stream; `name` what the bus is called.
+
+        bitrate, data_bitrate: in bit/s. options: what python-can is told beside, by the names of its parameters.
+        patient: where it cannot be opened now, the first `receive` raises LinkLost, and `reopen` may do better.
+        SourceError for what is not installed and, unless patient, for what cannot be opened.
+        """
+        self.interface = interface
+        self.names: Sequence[str] = (name or bus_name(channel),)
+        self._channel = channel
+        self.first = first
+        self._options = dict(options or {})
+        self._settings = _settings(interface, bitrate, data_bitrate, self._options, fd=fd)
+        self._bare = interface not in interfaces.SOCKETCAN_ERRORS
+        self._bus: BusABC | None = None
+        self._lost: SourceError | None = None
+        logging.getLogger("can").addHandler(_HEARD)
+        self._named = False
+        self._open(patient=patient)
+
+    @property
+    def acknowledges(self) -> bool:
+        """Whether the adapter acknowledges frames as a node does, for want of a switch; what the user set is known."""
+        switch = interfaces.LISTEN_ONLY.get(self.interface, {"listen_only": True})
+        return self.interface not in interfaces.WIRELESS and switch.keys().isdisjoint(self._settings)
+
+    def receive(self, timeout_s: float) -> bytes:
+        """Wait for frames at most so long; give what came, as blocks, with the time up to which all has come.
+
+        LinkLost when the adapter is gone.
+        """
+        if self._lost is not None:
+            lost, self._lost = self._lost, None
+            raise LinkLost(self.names[0], lost)
+        blocks = [] if self._named else [name_block(self.first, self.names[0])]
+        self._named = True
+        message, dropped = self._next(timeout_s)
+        if message is not None:
+            records: list[bytes] = []
+            end = time.monotonic() + _LONGEST_S
+            while message is not None:
+                try:
+                    records.append(self._packer.frame(self._clock.settled(message), 0, self._bare))
+                except (Unfit, TypeError, ValueError, struct.error):
+                    dropped += 1
+                if len(records) >= _MOST or time.monotonic() > end:
+                    break
+                message, more = self._next(0)
+                dropped += more
+            if records:
+                blocks.append(records_block(self.first, b"".join(records), len(records)))
+        if dropped:
+            blocks.append(dropped_block(self.first, dropped))
+        blocks.append(until_block(self._clock.until()))
+        return b"".join(blocks)
+
+    def remarks(self) -> list[CanalyzeError]:
+        """Give what python-can has said since the last call, for standard error."""
+        lines = _HEARD.take()
+        return [SourceError("bridge.said", name=self.names[0], problem=line) for line in lines]
+
+    def reopen(self) -> bool:
+        """Try to open it anew, after LinkLost; False: not yet."""
+        self.close()
+        with contextlib.suppress(SourceError):
+            self._open(patient=False)
+        return self._bus is not None
+
+    def close(self) -> None:
+        """Close it; closing twice is harmless."""
+        bus, self._bus = self._bus, None
+        if bus is not None:
+            with contextlib.suppress(Exception):  # it may be gone
+                bus.shutdown()
+
+    def _open(self, *, patient: bool) -> None:
+        self._clock = _Clock()
+        self._packer = Packer(6, directed=True, bus=lambda _: self.names[0])
+        can = library()
+        try:
+            self._bus = can.Bus(channel=self._channel, interface=self.interface, **self._settings)
+        except Exception as error:  # a driver may raise anything
+            self._lost = self._refusal(error)
+        _HEARD.take()  # of what cannot be opened the error says enough
+        if self._lost is not None and (not patient or self._lost.key != "bus.refused"):
+            lost, self._lost = self._lost, None
+            raise lost
+
+    def _refusal(self, error: Exception) -> SourceError:
+        """Say in one line what python-can has refused, and what to do."""
+        from can import CanInterfaceNotImplementedError
+
+        facts = {"name": self._channel, "interface": self.interface, "problem": _said(error)}
+        pip, driver = interfaces.PIP.get(self.interface), interfaces.DRIVER.get(self.interface)
+        # Without its library a backend fails where it first calls it.
+        absent = isinstance(error, CanInterfaceNotImplementedError | ImportError | NameError)
+        absent = absent or (self.interface == "pcan" and isinstance(error, OSError) and "not found" in str(error))
+        if absent and driver and not (pip and "No module" in facts["problem"]):
+            return SourceError("bus.no_driver", driver=driver, **facts)
+        if absent and pip:
+            return SourceError("bus.no_package", line=f"pip install '{pip}'", **facts)
+        if absent:
+            return SourceError("bus.no_support", **facts)
+        if isinstance(error, TypeError | ValueError):
+            return SourceError("bus.settings", **facts)
+        return SourceError("bus.refused", **facts)
+
+    def _gone(self, problem: str) -> SourceError:
+        return SourceError("bus.gone", name=self.names[0], interface=self.interface, problem=problem)
+
+    def _next(self, timeout_s: float) -> tuple["Message | None", int]:
+        """Give the next frame if there is one, and how many were lost to errors before it."""
+        bus = self._bus
+        if bus is None:
+            raise LinkLost(self.names[0], self._gone("closed"))
+        lost = 0
+        while True:
+            try:
+                return bus.recv(timeout_s), lost
+            except Exception as error:  # CanOperationError, OSError, and whatever a driver raises
+                lost += 1
+                if lost >= _TRIES:
+                    raise LinkLost(self.names[0], self._gone(_said(error))) from error
+
+
+def _settings(
+    interface: str, bitrate: int | None, data_bitrate: int | None, options: dict[str, Any], *, fd: bool
+) -> dict[str, Any]:
+    """Give what python-can is told of the interface; what the user says beside counts most."""
+    given: dict[str, Any] = dict(_listen_only(interface))
+    if bitrate is not None:
+        given["bitrate"] = bitrate
+    if fd:
+        given["fd"] = True
+        if interface in interfaces.TIMED and bitrate and data_bitrate:
+            given["timing"] = _timing(interfaces.TIMED[interface], bitrate, data_bitrate)
+        elif data_bitrate is not None:
+            given[interfaces.DATA_RATE.get(interface, "data_bitrate")] = data_bitrate
+    return given | options
+
+
+def _listen_only(interface: str) -> Mapping[str, object]:
+    """Give what makes it listen only; of plugins and newer interfaces, where they have the usual name for it."""
+    if interface in interfaces.LISTEN_ONLY:
+        return interfaces.LISTEN_ONLY[interface]
+    import importlib
+    import inspect
+
+    from can.interfaces import BACKENDS
+
+    with contextlib.suppress(Exception):  # what is missing is said when it is opened
+        module, name = BACKENDS[interface]
+        parameters = inspect.signature(getattr(importlib.import_module(module), name).__init__).parameters
+        if "listen_only" in parameters:
+            return {"listen_only": True}
+    return {}
+
+
+def _timing(clock: int, bitrate: int, data_bitrate: int) -> Any:
+    can = library()
+    try:
+        return can.BitTimingFd.from_sample_point(
+            f_clock=clock,
+            nom_bitrate=bitrate,
+            nom_sample_point=80.0,
+            data_bitrate=data_bitrate,
+            data_sample_point=80.0,
+        )
+    except ValueError as error:
+        raise SourceError("bus.rates", bitrate=bitrate, data_bitrate=data_bitrate, problem=_said(error)) from error
+
+
+def _said(error: BaseException) -> str:
+    """Give an exception of the library in one line."""
+    text = " ".join(str(error).split())[:200].rstrip(".")
+    return text or type(error).__name__
+
+
+class _Clock:
+    """The stamps of one adapter beside the clock of this host."""
+
+    def __init__(self) -> None:
+        self._offset: float | None = None
+        self._stamp = 0.0
+        self._last = time.time()
+        """When a frame was received last."""
+        self._late: float | None = None
+        """How late frames came, at most, in this window and the one before."""
+        self._later: float | None = None
+        self._turn = 0.0
+
+    def settled(self, message: "Message") -> "Message":
+        """Give the message with its stamp on the host's clock: the adapter's, or that of its receipt."""
+        now = self._last = time.time()
+        stamp = message.timestamp
+        if not stamp > 0:  # also what is no number
+            message.timestamp = stamp = now
+        elif stamp < _DATES:
+            if self._offset is None or stamp < self._stamp - _STEP_BACK_S:
+                self._offset = now - stamp
+            self._stamp = stamp
+            message.timestamp = stamp = stamp + self._offset
+        late = now - stamp
+        if self._later is None or late > self._later:
+            self._later = late
+        if now > self._turn or self._late is None:
+            self._turn = now + _WINDOW_S
+            self._late, self._later = max(self._later, self._late or self._later), late
+        return message
+
+    def until(self) -> int:
+        """Give the time in ns, on the clock of the stamps, before which no frame will come any more."""
+        now = time.time()
+        if self._late is None or self._later is None:
+            return round((now - _SILENT_S) * 1e9)
+        late = max(self._late, self._later) + _MARGIN_S + max(0.0, now - self._last) * _DRIFT
+        return round((now - late) * 1e9)
+
+
+class _Heard(logging.Handler):
+    """Keeps what python-can logs away from the terminal."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self._lines: dict[str, None] = {}
+        self._new: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        line = " ".join(record.getMessage().split())[:200]
+        if line and line not in self._lines and len(self._lines) < _REMARKS:
+            self._lines[line] = None
+            self._new.append(line)
+
+    def take(self) -> list[str]:
+        """Give what was said since the last call; the same line is given once."""
+        new, self._new = self._new, []
+        return new
+
+
+_HEARD: Final = _Heard()
+"""One for all channels: the library has one log."""
