@@ -39,7 +39,6 @@ class ListeningOptions(TypedDict, total=False):
     force: bool
 
 
-
 class Channel(NamedTuple):
     """A channel as the user has named it."""
 
@@ -161,7 +160,12 @@ def _listed(words: Words) -> str:
 
 
 def open_buses(
-    channels: Sequence[Channel], given: ListeningOptions, words: Words, *, bitrate: int | None, tell: Callable[[str], None]
+    channels: Sequence[Channel],
+    given: ListeningOptions,
+    words: Words,
+    *,
+    bitrate: int | None,
+    tell: Callable[[str], None],
 ) -> list[Bus]:
     """Open what is listened to; SourceError for what cannot be. tell: gets what is to be known before."""
     interface = interface_of(given, words)
@@ -221,4 +225,3 @@ def open_recordings_of(given: ListeningOptions, words: Words) -> Recordings | No
     return open_recordings(
         names, words, limit=given.get("rotate"), keep=given.get("keep"), force=given.get("force", False)
     )
-

@@ -10,17 +10,15 @@ import re
 import threading
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.sinks.target import suffixes
 from canalyze.sources.live import BUS, MESSAGES, RECORDS, heads
 from canalyze.words import Words
-
-if TYPE_CHECKING:
-    from canalyze._core import Session
 
 FORMS: Final = ("candump", "asc", "mcap", "pcapng")
 """Formats that are readable up to where a process was killed."""
@@ -37,7 +35,9 @@ _BYTES: Final = {
     **dict.fromkeys(("k", "K", "kB", "KB", "kb"), 10**3),
     **dict.fromkeys(("M", "MB", "mb"), 10**6),
     **dict.fromkeys(("G", "GB", "gb"), 10**9),
-    **{"KiB": 1 << 10, "MiB": 1 << 20, "GiB": 1 << 30},
+    "KiB": 1 << 10,
+    "MiB": 1 << 20,
+    "GiB": 1 << 30,
 }
 _SECONDS: Final = {"s": 1, "min": 60, "m": 60, "h": 3600, "d": 86400}
 
@@ -143,7 +143,7 @@ class Recording:
             raise OutputError("output.write", name=name, error=error) from error
         self._name, self._size = name, 0
         self._began = self._looked = time.monotonic()
-        self._session: Session = Session(lang=self._words.lang, format="convert", to=self._form)
+        self._session = Session(lang=self._words.lang, format="convert", to=self._form)
         self._session.begin("live", False, "live")
         self.written.files.append(name)
         if self._names:
@@ -216,13 +216,11 @@ class Recording:
 
     def _cut(self) -> None:
         """Take away the part of a piece that was written: a file ends with a whole frame."""
-        try:
+        with suppress(OSError):
             os.ftruncate(self._fd, self._size)
-        except OSError:
-            pass
 
     def _look(self) -> None:
-        """Look whether the file is still where it was opened: what is written to one that is gone is lost in silence."""
+        """Look whether the file is still where it was opened: else what is written is lost in silence."""
         now = time.monotonic()
         if now - self._looked < _LOOK_S:
             return
@@ -260,10 +258,8 @@ class Recording:
         self.written.failure = error.in_words(self._words)
         self._said.append(error)
         if self._fd >= 0:
-            try:
+            with suppress(OutputError):
                 self._account()
-            except OutputError:
-                pass
 
     def remarks(self) -> list[CanalyzeError]:
         """Give what is to be told since the last call, for standard error."""

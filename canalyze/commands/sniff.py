@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, Final, Unpack
 
 import click
 
@@ -41,8 +41,13 @@ from canalyze.run import Run
 from canalyze.sources.live import Live
 from canalyze.words import Words
 
-_REST_S = 2.0
+_REST_S: Final = 2.0
 """How long, after the first Ctrl-C, what was received may still take to be shown."""
+_COUNTED: Final = {
+    "finding": ("error", "warning", "info"),
+    "transfer": ("ok", "aborted", "incomplete", "failed"),
+}
+"""What the summary counts, in its order."""
 
 
 class _Listening(CaptureOptions, ListeningOptions, total=False):
@@ -75,7 +80,7 @@ def command(words: Words) -> click.Command:
         check_recordings(given, words)
         settings: dict[str, Any] = {"depth": "brief" if brief else "explain" if explain else "default"}
         settings |= {"format": form, "time": time, "filter": expression, "count": count}
-        settings["masks"] = [channel.mask for channel in named if channel.filters]
+        settings["masks"] = [channel.mask for channel in named if channel.filters] or None
         if expect is not None:
             settings["expectations"] = expectations.read(Path(expect))
         session = open_session(words, given, **settings)
@@ -98,8 +103,12 @@ def command(words: Words) -> click.Command:
             click.Argument(["channels"], nargs=-1, metavar="CHANNEL"),
             *listening_options(words),
             click.Option(["--filter", "expression"], metavar="EXPR", help=words("opt.filter")),
-            click.Option(["--duration"], type=Spelled(seconds, "duration", words), metavar="TIME", help=words("sniff.duration")),
-            click.Option(["--count"], type=Spelled(positive, "positive", words), metavar="N", help=words("sniff.count")),
+            click.Option(
+                ["--duration"], type=Spelled(seconds, "duration", words), metavar="TIME", help=words("sniff.duration")
+            ),
+            click.Option(
+                ["--count"], type=Spelled(positive, "positive", words), metavar="N", help=words("sniff.count")
+            ),
             click.Option(["--brief"], is_flag=True, help=words("decode.brief")),
             click.Option(["--explain"], is_flag=True, help=words("decode.explain")),
             format_option(words, "decode"),
@@ -156,11 +165,10 @@ def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool
         yield comma.join(parts)
     if not tally["buses"]:
         yield words("sniff.nothing", seconds=f"{seconds:.1f}")
-    counts = [("finding", tally["findings"], ("error", "warning", "info"))]
-    counts += [("transfer", tally["transfers"], ("ok", "aborted", "incomplete", "failed"))]
     lines = []
-    for kind, found, keys in counts:
-        if listed := comma.join(words(f"sniff.{kind}.{key}", count=found[key]) for key in keys if found.get(key)):
+    for kind, keys in _COUNTED.items():
+        found = tally[f"{kind}s"]
+        if listed := comma.join(words(f"sniff.{kind}.{key}", count=found[key]) for key in keys if found[key]):
             lines.append(words(f"sniff.{kind}s", listed=listed))
     if lines:
         yield words("sniff.then").join(lines)

@@ -1,4 +1,4 @@
-"""A channel of any interface that python-can knows, as blocks of the live stream; listening only, where there is a switch.
+"""A channel of any interface that python-can knows, as blocks of the live stream; listening only where it can.
 
 Nothing is ever sent. Frames become the records of `packed`; stamps that are no dates are moved by one offset to the
 clock of this host. Must not: read files, or wait for whoever reads.

@@ -15,9 +15,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "其余适配器经python-can（-i）；适配器有只听模式的就使用它。通道名后可跟candump的过滤器，如 can0,580:780,#123："
         "只决定显示哪些帧，状态和记录不受影响。Ctrl-C正常结束：报告未完成的传输，并在标准错误上给出小结。",
         "Listen to one bus or several and annotate each frame as it comes, written as decode does: state, signals of "
-        "PDOs, SYNC cycle, findings; while the bus is silent, what is overdue, such as a heartbeat that has stopped, is "
-        "reported too. It only listens and never sends a frame. On Linux SocketCAN is the default; other adapters are "
-        "used through python-can (-i), in listen-only mode where they have it. Behind a channel may stand candump's "
+        "PDOs, SYNC cycle, findings; while the bus is silent, what is overdue, such as a heartbeat that has stopped, "
+        "is reported too. It only listens and never sends a frame. On Linux SocketCAN is the default; other adapters "
+        "are used through python-can (-i), in listen-only mode where they have it. Behind a channel may stand candump's "
         "filters, as can0,580:780,#123: they choose what is shown; state and recordings get every frame. Ctrl-C is "
         "the normal end: open transfers are reported, a short summary goes to standard error.",
     ),
@@ -53,7 +53,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sniff can0 --format jsonl | jq -r .text",
     ),
     # The summary at the end.
-    ("sniff.bus", "{bus}：{frames}帧，历时{seconds}秒，每秒{rate}帧", "{bus}: {frames} frames in {seconds} s, {rate}/s"),
+    (
+        "sniff.bus",
+        "{bus}：{frames}帧，历时{seconds}秒，每秒{rate}帧",
+        "{bus}: {frames} frames in {seconds} s, {rate}/s",
+    ),
     ("sniff.nothing", "{seconds}秒内没有收到帧", "no frame in {seconds} s"),
     ("sniff.error_frames", "错误帧{count}", "error frames {count}"),
     ("sniff.dropped", "丢失{count}帧", "{count} dropped"),
@@ -98,9 +102,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "listen.option",
         "python-can接口的其他参数，可重复；如 --option f_clock=80000000。总线上只有一个节点时，"
         "没有应答就收不到帧：用 --option listen_only=false 让适配器应答（各接口的参数名不同）。",
-        "A further parameter of python-can's interface, repeatable, e.g. --option f_clock=80000000. Where there is only "
-        "one node, nothing is received unless someone acknowledges: --option listen_only=false has the adapter do it "
-        "(interfaces name it differently).",
+        "A further parameter of python-can's interface, repeatable, e.g. --option f_clock=80000000. Where there is "
+        "only one node, nothing is received unless someone acknowledges: --option listen_only=false has the adapter do "
+        "it (interfaces name it differently).",
     ),
     (
         "listen.reconnect",
@@ -170,7 +174,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("listen.only_own", "{option} 只用于socketcan", "{option} is only for socketcan"),
     (
         "listen.own_rate",
-        "{option} 不用于socketcan：波特率由系统设置，如 ip link set can0 up type can bitrate 500000 dbitrate 2000000 fd on",
+        "{option} 不用于socketcan：波特率由系统设置，如 "
+        "ip link set can0 up type can bitrate 500000 dbitrate 2000000 fd on",
         "{option} is not for socketcan: the system sets the rates, as ip link set can0 up type can bitrate 500000 "
         "dbitrate 2000000 fd on",
     ),
@@ -240,7 +245,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "bus.gone",
-        "{name}：接口 {interface} 不再能接收，适配器可能被拔出；用 --reconnect 可等待其恢复（python-can报告：{problem}）",
+        "{name}：接口 {interface} 不再能接收，适配器可能被拔出；用 --reconnect 可等待其恢复"
+        "（python-can报告：{problem}）",
         "{name}: interface {interface} cannot be received from any more, the adapter may be unplugged; --reconnect "
         "waits for it (python-can says: {problem})",
     ),
