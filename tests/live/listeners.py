@@ -168,7 +168,7 @@ class Listener:
         """Waits until it has written this to standard error."""
         wait_until(lambda: wanted in self.err, f"{wanted!r} on standard error of {self.name}, which is {self.err!r}")
 
-    def signal(self, number: int) -> None:
+    def send(self, number: int) -> None:
         """Sends it a signal."""
         self.process.send_signal(number)
 
@@ -182,7 +182,7 @@ class Listener:
 
     def stop(self, number: int = signal.SIGINT) -> Ended:
         """Ends it as Ctrl-C does."""
-        self.signal(number)
+        self.send(number)
         return self.ended()
 
     def kill(self) -> None:

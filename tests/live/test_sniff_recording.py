@@ -165,7 +165,7 @@ def test_a_killed_process_leaves_readable_recordings(bus: Listeners) -> None:
     try:
         wait_until(lambda: recorder.out.count(b"\n") > 800, "800 frames")
         killed_ns = time.time_ns()
-        sniff.signal(signal.SIGKILL)
+        sniff.send(signal.SIGKILL)
         assert sniff.ended().code == -signal.SIGKILL
     finally:
         sender.kill()
