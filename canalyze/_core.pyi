@@ -222,7 +222,7 @@ class Session:
         """What was seen so far, at any time: a JSON object.
 
         frames, shown. findings: {error, warning, info}, those that were told; repeats of one that are not come with
-        finish(). transfers: {ok, aborted, incomplete, failed}, of SDO. buses: [{name, frames, error_frames, dropped}];
+        finish(). transfers: {ok, aborted, incomplete, failed}, of SDO. expectations: {missed}. buses: [{name, frames, error_frames, dropped}];
         error frames are frames too, dropped ones are lost for the session.
         """
     @property

@@ -5,6 +5,7 @@ The sources are made up: each says what it gives, and when.
 
 from __future__ import annotations
 
+import signal
 import struct
 import threading
 import time
@@ -25,6 +26,7 @@ class Made:
     """A source that gives one step after the other; then nothing, or its end."""
 
     def __init__(self, *steps: Step, names: Sequence[str] = ("can0",), first: int = 0, endless: bool = False) -> None:
+        """Each step is what `receive` gives, raises or does."""
         self.names = names
         self.first = first
         self.steps = list(steps)
@@ -56,6 +58,7 @@ class Kept:
     """A recording in memory."""
 
     def __init__(self) -> None:
+        """Empty."""
         self.blocks = b""
         self.told: list[CanalyzeError] = []
 
@@ -155,7 +158,7 @@ def test_a_full_queue_leaves_out_and_says_so() -> None:
 
 
 def test_what_was_left_out_is_said_at_the_end_too() -> None:
-    with Live([Made(*[frames(0, 10) for _ in range(9)])], most=frames(0, 25).__len__()) as one:
+    with Live([Made(*[frames(0, 10) for _ in range(9)])], most=len(frames(0, 25))) as one:
         one.start()
         for thread in one._threads:
             thread.join(DEADLINE_S)
@@ -184,9 +187,11 @@ def test_a_lost_channel_is_waited_for() -> None:
         blocks = b""
         while bus.reopened < 2:
             blocks += one.read()
+        assert one.waiting
         bus.back = True
         blocks += read_out(one)
         told = [str(remark) for remark in one.remarks()]
+    assert not one.waiting
     assert [number for kind, _, number in kinds(blocks) if kind == live.RECORDS] == [2, 3]
     assert live.UNTIL in [kind for kind, _, _ in kinds(blocks)], "time goes on while it is away"
     assert len(told) == 2 and "waiting for can0" in told[0] and told[1] == "can0: receiving again"
@@ -204,8 +209,13 @@ def test_others_are_received_while_one_is_lost() -> None:
 def test_a_source_that_is_lost_holds_no_other_back() -> None:
     gone = Made(live.until_block(1), live.LinkLost("can0", "gone"), endless=True)
     gone.back = False
+
+    def pause() -> bytes:
+        time.sleep(0.3)
+        return b""
+
     ticks = [live.until_block(number) for number in (10, 20, 30)]
-    alive = Made(lambda: (time.sleep(0.3), b"")[1], *ticks, names=("can1",), first=1, endless=True)
+    alive = Made(pause, *ticks, names=("can1",), first=1, endless=True)
     with Live([gone, alive], reconnect=True, duration_s=0.8) as one:
         times = [number for kind, _, number in kinds(read_out(one)) if kind == live.UNTIL]
     assert {10, 20, 30} <= set(times)
@@ -231,7 +241,7 @@ def test_the_reader_has_its_turn_on_a_silent_bus() -> None:
     with Live([Made(endless=True)]) as one:
         for _ in range(3):
             begun = time.monotonic()
-            assert kinds(one.read()) == [(live.BUS, 0, 0)]
+            assert kinds(one.read()) == [(live.UNTIL, 0, live.RELEASE_ALL)]
             assert time.monotonic() - begun < 2
 
 
@@ -259,10 +269,33 @@ def test_stop_at_once() -> None:
         assert one.read() == b""
 
 
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timer here")
+def test_ctrl_c_while_it_waits() -> None:
+    class Pressed(Exception):
+        pass
+
+    def press(_: int, __: object) -> None:
+        raise Pressed
+
+    before = signal.signal(signal.SIGALRM, press)
+    try:
+        with Live([Made(endless=True)]) as one, pytest.raises(Pressed):
+            signal.setitimer(signal.ITIMER_REAL, 0.25)
+            read_out(one)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
 def test_a_source_that_hangs_is_left_alone() -> None:
     hang = threading.Event()
     begun = time.monotonic()
-    with Live([Made(lambda: (hang.wait(60), b"")[1])]) as one:
+
+    def hangs() -> bytes:
+        hang.wait(60)
+        return b""
+
+    with Live([Made(hangs)]) as one:
         assert one.read()
     assert time.monotonic() - begun < 5
     hang.set()

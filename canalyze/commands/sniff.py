@@ -150,8 +150,7 @@ def _listen(live: Live, session: Any, recordings: Recordings | None, words: Word
         complain(f"canalyze: {line}")
     if recordings and recordings.failed:
         code = code or 2
-    missed = (tally.get("expectations") or {}).get("missed", 0)
-    return code or (1 if missed else 0)
+    return code or (1 if tally["expectations"]["missed"] else 0)
 
 
 def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool, words: Words) -> Iterator[str]:

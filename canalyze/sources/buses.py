@@ -13,7 +13,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Final
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources import interfaces
+from canalyze.sources import adapters
 from canalyze.sources.library import library
 from canalyze.sources.live import LinkLost, dropped_block, name_block, records_block, until_block
 from canalyze.sources.packed import Packer, Unfit
@@ -112,7 +112,7 @@ class PythonCan:
         self.first = first
         self._options = dict(options or {})
         self._settings = _settings(interface, bitrate, data_bitrate, self._options, fd=fd)
-        self._bare = interface not in interfaces.SOCKETCAN_ERRORS
+        self._bare = interface not in adapters.SOCKETCAN_ERRORS
         self._bus: BusABC | None = None
         self._lost: SourceError | None = None
         logging.getLogger("can").addHandler(_HEARD)
@@ -122,8 +122,8 @@ class PythonCan:
     @property
     def acknowledges(self) -> bool:
         """Whether the adapter acknowledges frames as a node does, for want of a switch; what the user set is known."""
-        switch = interfaces.LISTEN_ONLY.get(self.interface, {"listen_only": True})
-        return self.interface not in interfaces.WIRELESS and switch.keys().isdisjoint(self._settings)
+        switch = adapters.LISTEN_ONLY.get(self.interface, {"listen_only": True})
+        return self.interface not in adapters.WIRELESS and switch.keys().isdisjoint(self._settings)
 
     def receive(self, timeout_s: float) -> bytes:
         """Wait for frames at most so long; give what came, as blocks, with the time up to which all has come.
@@ -192,7 +192,7 @@ class PythonCan:
         from can import CanInterfaceNotImplementedError
 
         facts = {"name": self._channel, "interface": self.interface, "problem": _said(error)}
-        pip, driver = interfaces.PIP.get(self.interface), interfaces.DRIVER.get(self.interface)
+        pip, driver = adapters.PIP.get(self.interface), adapters.DRIVER.get(self.interface)
         # Without its library a backend fails where it first calls it.
         absent = isinstance(error, CanInterfaceNotImplementedError | ImportError | NameError)
         absent = absent or (self.interface == "pcan" and isinstance(error, OSError) and "not found" in str(error))
@@ -233,17 +233,17 @@ def _settings(
         given["bitrate"] = bitrate
     if fd:
         given["fd"] = True
-        if interface in interfaces.TIMED and bitrate and data_bitrate:
-            given["timing"] = _timing(interfaces.TIMED[interface], bitrate, data_bitrate)
+        if interface in adapters.TIMED and bitrate and data_bitrate:
+            given["timing"] = _timing(adapters.TIMED[interface], bitrate, data_bitrate)
         elif data_bitrate is not None:
-            given[interfaces.DATA_RATE.get(interface, "data_bitrate")] = data_bitrate
+            given[adapters.DATA_RATE.get(interface, "data_bitrate")] = data_bitrate
     return given | options
 
 
 def _listen_only(interface: str) -> Mapping[str, object]:
     """Give what makes it listen only; of plugins and newer interfaces, where they have the usual name for it."""
-    if interface in interfaces.LISTEN_ONLY:
-        return interfaces.LISTEN_ONLY[interface]
+    if interface in adapters.LISTEN_ONLY:
+        return adapters.LISTEN_ONLY[interface]
     import importlib
     import inspect
 

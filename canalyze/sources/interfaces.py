@@ -1,61 +1,175 @@
-"""What is known of the interfaces that python-can has: how each is made to listen only, and what each needs installed.
+"""The CAN interfaces of this host: which there are, a socket that listens to one, and in words why there is none.
 
-Tables, checked against the installed python-can by a test. Must not: import that library, or open anything.
+Everything is asked of the kernel through sockets, so that it is right in a network namespace too. Must not: read a
+frame, change an interface, or send. Linux only, but importing it is fine anywhere; the numbers are those of the
+kernel's generic headers.
 """
 
-from collections.abc import Mapping
+import errno
+import os
+import socket
+import struct
+from contextlib import suppress
+from pathlib import Path
 from typing import Final
 
-LISTEN_ONLY: Final[Mapping[str, Mapping[str, object]]] = {
-    "cantact": {"monitor": True},
-    "kvaser": {"driver_mode": False},
-    "nixnet": {"listen_only": True},
-    "pcan": {"state": "PASSIVE"},
-    "seeedstudio": {"operation_mode": "silent"},
-    "slcan": {"listen_only": True},
-    "systec": {"state": "PASSIVE"},
-    "vector": {"listen_only": True},
-}
-"""What keeps an adapter from acknowledging frames, and so from taking part in the bus. Others have no such switch."""
+from canalyze.errors import SourceError
 
-WIRELESS: Final = frozenset({"udp_multicast", "virtual"})
-"""Interfaces without an adapter: there is nothing to acknowledge."""
+BUFFER: Final = 16 << 20
+"""Bytes of a socket's buffer that are asked for: some 20 000 frames, a second of the fastest classic bus."""
+TIMESTAMPNS, TIMESTAMPING, RXQ_OVFL = 35, 37, 40
+"""What stands beside a frame: the kernel's stamp, the hardware's, the drops of its socket so far."""
+HOPELESS: Final = ("live.no_can", "live.not_linux", "live.forbidden", "live.not_can", "live.not_can_none")
+"""Errors that waiting does not help against."""
 
-SOCKETCAN_ERRORS: Final = frozenset({"gs_usb", "socketcan", "socketcand", "udp_multicast", "virtual"})
-"""Interfaces whose error frames are as those of SocketCAN. Of others only that there was one is known."""
+_AF_CAN, _CAN_RAW, _SOL_CAN_RAW = 29, 1, 101
+_FILTER, _ERR_FILTER, _FD_FRAMES = 1, 2, 5
+_ALL_ERRORS, _BUS_OFF = 0x1FFF_FFFF, 0x40
+_RCVBUF, _RCVBUFFORCE = 8, 33
+_RX_HARDWARE, _RX_SOFTWARE, _SOFTWARE, _RAW_HARDWARE = 4, 8, 16, 64
+_SIOCGIFFLAGS, _SIOCGIFHWADDR, _IFF_UP, _ARPHRD_CAN = 0x8913, 0x8927, 1, 280
 
-DATA_RATE: Final[Mapping[str, str]] = {"nixnet": "fd_bitrate"}
-"""What the bit rate of CAN FD data is called, where it is not `data_bitrate`."""
 
-TIMED: Final[Mapping[str, int]] = {"pcan": 80_000_000, "slcan": 80_000_000}
-"""Interfaces that take the rates of CAN FD as bit timing only, with a clock that they have."""
+def interfaces() -> tuple[list[str], list[str]]:
+    """Give the CAN interfaces of this host: those that are up, and those that are down."""
+    up: list[str] = []
+    down: list[str] = []
+    with suppress(OSError):
+        for _, name in socket.if_nameindex():
+            if _is_can(name):
+                (up if _is_up(name) else down).append(name)
+    return up, down
 
-PIP: Final[Mapping[str, str]] = {
-    "canalystii": "python-can[canalystii]",
-    "cantact": "python-can[cantact]",
-    "gs_usb": "python-can[gs-usb]",
-    "neovi": "python-can[neovi]",
-    "nixnet": "python-can[nixnet]",
-    "robotell": "python-can[serial]",
-    "seeedstudio": "python-can[seeedstudio]",
-    "serial": "python-can[serial]",
-    "slcan": "python-can[serial]",
-    "udp_multicast": "python-can[multicast]",
-}
-"""What pip has to install for an interface."""
 
-DRIVER: Final[Mapping[str, str]] = {
-    "etas": "ETAS BOA (Windows)",
-    "iscan": "Thorsis isCAN (Windows)",
-    "ixxat": "HMS Ixxat VCI (Windows)",
-    "kvaser": "Kvaser CANlib",
-    "neousys": "Neousys WDT_DIO",
-    "neovi": "Intrepid ICS neoVI",
-    "nican": "NI-CAN (Windows)",
-    "nixnet": "NI-XNET (Windows)",
-    "pcan": "PEAK PCAN-Basic",
-    "systec": "SYS TEC USB-CANmodul (Windows)",
-    "usb2can": "8devices usb2can.dll (Windows)",
-    "vector": "Vector XL Driver Library (Windows)",
-}
-"""The maker's library that an interface needs, which pip does not install."""
+def opened(name: str, *, hardware_stamps: bool = False) -> tuple[socket.socket, bool]:
+    """Give a socket that receives all that an interface sees, and whether its buffer is small; SourceError if none."""
+    listening = can_socket(name)
+    try:
+        if _ask(name, _SIOCGIFFLAGS) is None:
+            raise missing(name)
+        if not _is_can(name):
+            there = _listed()
+            raise SourceError("live.not_can" if there else "live.not_can_none", channel=name, there=there)
+        if not _is_up(name):
+            raise SourceError("live.down", channel=name, command=bring_up(name))
+        small = _set_up(listening, hardware_stamps=hardware_stamps)
+        listening.bind((name,))
+    except BaseException as error:
+        listening.close()
+        if isinstance(error, OSError):
+            raise _refused(name, error) from error
+        raise
+    return listening, small
+
+
+def watching(name: str) -> socket.socket | None:
+    """Give a socket that gets a frame only when the controller goes bus-off; None where the kernel refuses."""
+    try:
+        watch = can_socket(name)
+    except SourceError:
+        return None
+    try:
+        watch.setsockopt(_SOL_CAN_RAW, _FILTER, b"")
+        watch.setsockopt(_SOL_CAN_RAW, _ERR_FILTER, struct.pack("@I", _BUS_OFF))
+        watch.bind((name,))
+    except OSError:
+        watch.close()
+        return None
+    return watch
+
+
+def _set_up(listening: socket.socket, *, hardware_stamps: bool) -> bool:
+    """Set what is wished of a socket; True if its buffer is smaller than asked for."""
+    options: list[tuple[int, int, int]] = [
+        (_SOL_CAN_RAW, _FD_FRAMES, 1),
+        (_SOL_CAN_RAW, _ERR_FILTER, _ALL_ERRORS),
+        (socket.SOL_SOCKET, TIMESTAMPNS, 1),
+        (socket.SOL_SOCKET, RXQ_OVFL, 1),
+    ]
+    if hardware_stamps:
+        wished = _RX_HARDWARE | _RX_SOFTWARE | _SOFTWARE | _RAW_HARDWARE
+        options.append((socket.SOL_SOCKET, TIMESTAMPING, wished))
+    for level, option, value in options:
+        with suppress(OSError):  # an older kernel does without
+            listening.setsockopt(level, option, value)
+    try:
+        listening.setsockopt(socket.SOL_SOCKET, _RCVBUFFORCE, BUFFER)
+    except OSError:
+        listening.setsockopt(socket.SOL_SOCKET, _RCVBUF, BUFFER)
+    return listening.getsockopt(socket.SOL_SOCKET, _RCVBUF) < 2 * BUFFER  # the kernel doubles what it is asked for
+
+
+def can_socket(name: str) -> socket.socket:
+    """Give a new socket for CAN; SourceError, about that interface, if there cannot be one."""
+    if not hasattr(socket, "AF_CAN"):
+        raise SourceError("live.not_linux", channel=name)
+    try:
+        return socket.socket(_AF_CAN, socket.SOCK_RAW, _CAN_RAW)
+    except OSError as error:
+        raise _refused(name, error) from error
+
+
+def _refused(name: str, error: OSError) -> SourceError:
+    """Say why a socket cannot be had."""
+    if error.errno in (errno.EAFNOSUPPORT, errno.EPROTONOSUPPORT):
+        return SourceError("live.no_can", channel=name)
+    if error.errno in (errno.EPERM, errno.EACCES):
+        return SourceError("live.forbidden", channel=name)
+    if error.errno == errno.ENODEV:
+        return missing(name)
+    return SourceError("live.refused", channel=name, error=error)
+
+
+def missing(name: str) -> SourceError:
+    """Say that there is no such interface, and which there are."""
+    there = _listed()
+    if there:
+        return SourceError("live.missing", channel=name, there=there)
+    return SourceError("live.no_interface", channel=name)
+
+
+def went(name: str, error: OSError) -> SourceError:
+    """Say why an interface cannot be listened to any more."""
+    if _ask(name, _SIOCGIFFLAGS) is None:
+        return SourceError("live.unplugged", channel=name)
+    if error.errno == errno.ENETDOWN or not _is_up(name):
+        return SourceError("live.went_down", channel=name, command=bring_up(name))
+    if error.errno == errno.ENODEV:
+        return SourceError("live.unplugged", channel=name)
+    return SourceError("live.lost", channel=name, error=error)
+
+
+def _listed() -> str:
+    up, down = interfaces()
+    return ", ".join((*up, *down))
+
+
+def bring_up(name: str) -> str:
+    """Give the command that brings an interface up: a virtual one has no bit rate."""
+    virtual = "/virtual/" in os.path.realpath(Path("/sys/class/net", name)) or name.startswith(("v", "slcan"))
+    return f"sudo ip link set {name} up" + ("" if virtual else " type can bitrate 500000")
+
+
+def _is_can(name: str) -> bool:
+    return _ask(name, _SIOCGIFHWADDR) == _ARPHRD_CAN
+
+
+def _is_up(name: str) -> bool:
+    flags = _ask(name, _SIOCGIFFLAGS)
+    return flags is not None and bool(flags & _IFF_UP)
+
+
+def _ask(name: str, request: int) -> int | None:
+    """Ask the kernel for a number of an interface; None if there is no such interface."""
+    import fcntl  # not on every system
+
+    asked = os.fsencode(name)
+    if not 0 < len(asked) < 16 or b"\0" in asked:
+        return None
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as any_socket:
+        try:
+            answer = fcntl.ioctl(any_socket, request, struct.pack("@16sH22x", asked, 0))
+        except OSError:
+            return None
+    (value,) = struct.unpack_from("@H", answer, 16)
+    return int(value)

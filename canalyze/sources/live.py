@@ -30,10 +30,10 @@ MARGIN_NS: Final = 20_000_000
 _HEAD: Final = struct.Struct("<BBBxIq")
 _MOST: Final = 64 << 20
 """Bytes that wait for the reader at most."""
-_AGAIN: Final = _MOST // 2
-"""Bytes that wait when blocks are taken again: the gaps are then few, and not one every few frames."""
 _GIVEN: Final = 1 << 20
 """Bytes that are given at once at most, so that the reader stays in reach."""
+_WAIT_S: Final = 1.5 * TICK_S
+"""How long `read` waits; a source that says how late it is comes before."""
 _REMARKS: Final = 100
 """Remarks that wait to be told at most."""
 _JOIN_S: Final = 2.0
@@ -185,7 +185,7 @@ class Live:
         self._reconnect = reconnect
         self._duration_s = duration_s
         self._most = most
-        self._again = most // 2
+        self._again = most // 2  # blocks are taken again when so few wait: one gap, and not one every few frames
         self._deadline: float | None = None
         self._threads: list[threading.Thread] = []
         self._stopped = self._at_once = self._closed = False  # plain flags: a signal's handler sets them
@@ -199,11 +199,18 @@ class Live:
         self._running: set[int] = set()
         self._listening: set[int] = set()
         """Sources that are not lost."""
+        self._away: set[int] = set()
+        """Sources of which a channel is waited for."""
         self._until: dict[int, int] = {}
         """Up to where each source has given its frames: only of those that are listened to."""
         self._merged: int | None = None
         self._remarks: list[CanalyzeError] = []
         self._told = False
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a channel is lost and waited for."""
+        return bool(self._away)
 
     def start(self) -> None:
         """Begin to receive; `read` does it otherwise."""
@@ -220,10 +227,10 @@ class Live:
             thread.start()
 
     def read(self) -> bytes:
-        """Give what came, at the latest after TICK_S; b"" at the end. SourceError, once, if a source has failed."""
+        """Give what came, soon also if nothing came; b"" at the end. SourceError, once, if a source has failed."""
         self.start()
         with self._arrived:
-            self._arrived.wait_for(lambda: self._queue or not self._running or self._at_once, TICK_S)
+            self._arrived.wait_for(lambda: self._queue or not self._running or self._at_once, _WAIT_S)
             if self._at_once or (not self._queue and not self._running):
                 return self._end()
             given = []
@@ -279,9 +286,7 @@ class Live:
 
     def _nothing_new(self) -> bytes:
         """Give what says nothing, so that whoever reads can look after other things."""
-        if self._merged is not None:
-            return until_block(self._merged)
-        return name_block(self._buses[0].first, self._buses[0].names[0])
+        return until_block(RELEASE_ALL if self._merged is None else self._merged)
 
     # What follows runs in the threads.
 
@@ -340,6 +345,7 @@ class Live:
 
     def _wait_for(self, place: int, bus: Bus, lost: list[str]) -> None:
         """Wait until all lost channels are back; what there is of others is received meanwhile."""
+        self._away.add(place)
         pause = 0.2
         others = len(bus.names) > 1
         if not others:
@@ -361,6 +367,7 @@ class Live:
                 self._remark(SourceError("live.back", channel=", ".join(dict.fromkeys(lost))))
                 with self._arrived:
                     self._listening.add(place)
+                    self._away.discard(place)
                 return
             pause = min(pause * 1.25, 1.0)
 

@@ -4,11 +4,10 @@ One CAN_RAW socket a channel, one `recvmmsg` for up to 1024 frames into memory t
 the core as the kernel left it, so no object is made for a frame. python-can's socket reports neither drops nor whose
 frame it is at this rate. Must not: send anything, nor look into a frame.
 
-Linux only, but importing it is fine anywhere. The numbers are those of the kernel's generic headers.
+Linux only, but importing it is fine anywhere.
 """
 
 import ctypes
-import errno
 import os
 import select
 import socket
@@ -16,10 +15,23 @@ import struct
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import Final
 
 from canalyze.errors import CanalyzeError, SourceError
+from canalyze.sources.interfaces import (
+    BUFFER,
+    HOPELESS,
+    RXQ_OVFL,
+    TIMESTAMPING,
+    TIMESTAMPNS,
+    bring_up,
+    can_socket,
+    interfaces,
+    missing,
+    opened,
+    watching,
+    went,
+)
 from canalyze.sources.live import (
     MARGIN_NS,
     MESSAGES,
@@ -35,17 +47,9 @@ from canalyze.sources.live import (
 ANY: Final = "any"
 """The channel that stands for all CAN interfaces that are up."""
 
-_AF_CAN, _CAN_RAW, _SOL_CAN_RAW = 29, 1, 101
-_FILTER, _ERR_FILTER, _FD_FRAMES = 1, 2, 5
-_ALL_ERRORS, _BUS_OFF = 0x1FFF_FFFF, 0x40
-_RCVBUF, _RCVBUFFORCE, _TIMESTAMPNS, _TIMESTAMPING, _RXQ_OVFL, _MEMINFO = 8, 33, 35, 37, 40, 55
-_RX_HARDWARE, _RX_SOFTWARE, _SOFTWARE, _RAW_HARDWARE = 4, 8, 16, 64
+_MEMINFO: Final = 55
 _DROPS: Final = 8
 """Where the drops stand in SO_MEMINFO."""
-_SIOCGIFFLAGS, _SIOCGIFHWADDR, _IFF_UP, _ARPHRD_CAN = 0x8913, 0x8927, 1, 280
-
-_BUFFER: Final = 16 << 20
-"""Bytes of the socket's buffer that are asked for: some 20 000 frames, a second of the fastest classic bus."""
 _FRAMES: Final = 1024
 """Most frames of a batch."""
 _BATCHES: Final = 4
@@ -75,6 +79,7 @@ _PATIENCE: Final = 50
 _CMSG: Final = struct.Struct("@Nii")
 _WORD: Final = struct.calcsize("@l")
 _SPEC: Final = struct.Struct("@ll")
+_COUNT: Final = struct.Struct("@I")
 
 
 class _Iovec(ctypes.Structure):
@@ -155,12 +160,12 @@ class _Batch:
             data = at + _CMSG.size
             if size < _CMSG.size or at + size > begin + room:
                 break
-            if level == socket.SOL_SOCKET and kind == _TIMESTAMPNS:
+            if level == socket.SOL_SOCKET and kind == TIMESTAMPNS:
                 kernel = _ns(*_SPEC.unpack_from(self._at_slots, data))
-            elif level == socket.SOL_SOCKET and kind == _TIMESTAMPING:
+            elif level == socket.SOL_SOCKET and kind == TIMESTAMPING:
                 hardware = _ns(*_SPEC.unpack_from(self._at_slots, data + 2 * _SPEC.size)) or None
-            elif level == socket.SOL_SOCKET and kind == _RXQ_OVFL:
-                drops = int.from_bytes(self._at_slots[data : data + 4], "little")
+            elif level == socket.SOL_SOCKET and kind == RXQ_OVFL:
+                drops = _COUNT.unpack_from(self._at_slots, data)[0]
             at += -(-size // _WORD) * _WORD
         return kernel, hardware, drops
 
@@ -214,7 +219,7 @@ class _Channel:
             return 0  # a kernel before 4.12
         if len(values) < 4 * (_DROPS + 1):
             return 0
-        (total,) = struct.unpack_from("@I", values, 4 * _DROPS)
+        (total,) = _COUNT.unpack_from(values, 4 * _DROPS)
         missing: int = (total - self.reported) & 0xFFFF_FFFF
         return missing if missing < 1 << 31 else 0
 
@@ -240,6 +245,8 @@ class SocketCan:
         hardware_stamps: the adapter's stamps where there are. patient: one that cannot be listened to is lost from
         the beginning. SourceError otherwise, with what to do.
         """
+        can_socket(next(iter(channels), ANY)).close()  # says what is wrong where there is no CAN at all
+        self._poll = select.poll()
         self.first = first
         self._hardware = hardware_stamps
         self._remarks: list[CanalyzeError] = []
@@ -247,7 +254,6 @@ class SocketCan:
         self._channels = [_Channel(name, first + place) for place, name in enumerate(self.names)]
         self._lost: list[LinkLost] = []
         """What is still to be told of."""
-        self._poll = select.poll()
         self._batch = _Batch()
         self._clocks: int | None = None
         self._busy_until = self._look_at = 0.0
@@ -256,7 +262,7 @@ class SocketCan:
                 try:
                     self._open(channel)
                 except SourceError as error:
-                    if not patient or error.key in _HOPELESS:
+                    if not patient or error.key in HOPELESS:
                         raise
                     self._lost.append(LinkLost(channel.name, error))
         except BaseException:
@@ -271,14 +277,18 @@ class SocketCan:
         if ready and time.monotonic() < self._busy_until and timeout_s > _GATHER_S:
             time.sleep(_GATHER_S)
         blocks: list[bytes] = []
+        for channel in self._channels:
+            if channel.socket is not None and not channel.named:  # each new socket counts its drops from 0
+                channel.named = True
+                blocks.append(name_block(channel.bus, channel.name))
         now = self._now(blocks)
         ends: list[int] = []
         for channel in self._channels:
             if channel.socket is not None:
-                dry = self._take(channel, blocks, now)
+                dry = self._take(channel, channel.socket.fileno(), blocks, now)
                 ends.append(now + channel.offset if dry or channel.stamp is None else channel.stamp)
         moment = time.monotonic()
-        if blocks:
+        if ready:
             self._busy_until = moment + _BUSY_S
         if moment >= self._look_at:
             self._look_at = moment + _LOOK_S
@@ -313,10 +323,9 @@ class SocketCan:
         names: list[str] = []
         for name in channels:
             if name == ANY:
-                _can_socket(ANY).close()
                 up, down = interfaces()
                 if not up:
-                    raise SourceError("live.none_up", command=_command(down[0])) if down else _missing(ANY)
+                    raise SourceError("live.none_up", command=bring_up(down[0])) if down else missing(ANY)
                 self._remarks.append(SourceError("live.any", channels=", ".join(up)))
                 names += up
             else:
@@ -334,21 +343,17 @@ class SocketCan:
         channel.socket = listening
         channel.hardware = self._hardware
         self._poll.register(listening, select.POLLIN)
-        with suppress(OSError, SourceError):
-            watch = channel.watch = _can_socket(channel.name)
-            watch.setsockopt(_SOL_CAN_RAW, _FILTER, b"")
-            watch.setsockopt(_SOL_CAN_RAW, _ERR_FILTER, struct.pack("@I", _BUS_OFF))
-            watch.bind((channel.name,))
-            self._poll.register(watch, select.POLLIN)
+        channel.watch = watching(channel.name)
+        if channel.watch:
+            self._poll.register(channel.watch, select.POLLIN)
 
-    def _take(self, channel: _Channel, blocks: list[bytes], now: int) -> bool:
+    def _take(self, channel: _Channel, descriptor: int, blocks: list[bytes], now: int) -> bool:
         """Add what there is of a channel; True if that was all."""
-        assert channel.socket is not None
         broken: OSError | None = None
         rounds = 0
         while rounds < _BATCHES or broken:
             try:
-                count = self._batch.fill(channel.socket.fileno())
+                count = self._batch.fill(descriptor)
             except BlockingIOError:
                 break
             except InterruptedError:
@@ -359,9 +364,6 @@ class SocketCan:
                 broken = error
                 continue
             rounds += 1
-            if not channel.named:
-                channel.named = True
-                blocks.append(name_block(channel.bus, channel.name))
             self._learn(channel, now, fresh=count < _FRAMES)
             blocks.append(self._batch.block(channel.bus, 1 if channel.hardware else 0))
             if count < _FRAMES and not broken:
@@ -371,7 +373,7 @@ class SocketCan:
         if broken:
             blocks.append(self._missing(channel))
             self._forget(channel)
-            self._lost.append(LinkLost(channel.name, _went(channel.name, broken)))
+            self._lost.append(LinkLost(channel.name, went(channel.name, broken)))
         return True
 
     def _learn(self, channel: _Channel, now: int, *, fresh: bool) -> None:
@@ -411,7 +413,7 @@ class SocketCan:
         for channel in self._channels:
             if channel.small and channel.reported + channel.drops():
                 channel.small = False
-                self._remark(SourceError("live.small_buffer", channel=channel.name, bytes=_BUFFER))
+                self._remark(SourceError("live.small_buffer", channel=channel.name, bytes=BUFFER))
             watch = channel.watch
             if watch is not None and watch.fileno() in ready:
                 self._poll.unregister(watch)  # once is enough
@@ -434,133 +436,3 @@ class SocketCan:
 
     def _remark(self, remark: CanalyzeError) -> None:
         self._remarks.append(remark)
-
-
-_HOPELESS: Final = ("live.no_can", "live.not_linux", "live.forbidden", "live.not_can")
-"""Errors that waiting does not help against."""
-
-
-def interfaces() -> tuple[list[str], list[str]]:
-    """Give the CAN interfaces of this host: those that are up, and those that are down."""
-    up: list[str] = []
-    down: list[str] = []
-    with suppress(OSError):
-        for _, name in socket.if_nameindex():
-            if _is_can(name):
-                (up if _is_up(name) else down).append(name)
-    return up, down
-
-
-def opened(name: str, *, hardware_stamps: bool = False) -> tuple[socket.socket, bool]:
-    """Give a socket that receives all that an interface sees, and whether its buffer is small; SourceError if none."""
-    listening = _can_socket(name)
-    try:
-        if _ask(name, _SIOCGIFFLAGS) is None:
-            raise _missing(name)
-        if not _is_can(name):
-            raise SourceError("live.not_can", channel=name, there=_listed())
-        if not _is_up(name):
-            raise SourceError("live.down", channel=name, command=_command(name))
-        small = _set_up(listening, hardware_stamps=hardware_stamps)
-        listening.bind((name,))
-    except BaseException as error:
-        listening.close()
-        if isinstance(error, OSError):
-            raise _refused(name, error) from error
-        raise
-    return listening, small
-
-
-def _set_up(listening: socket.socket, *, hardware_stamps: bool) -> bool:
-    """Set what is wished of a socket; True if its buffer is smaller than asked for."""
-    options: list[tuple[int, int, int]] = [
-        (_SOL_CAN_RAW, _FD_FRAMES, 1),
-        (_SOL_CAN_RAW, _ERR_FILTER, _ALL_ERRORS),
-        (socket.SOL_SOCKET, _TIMESTAMPNS, 1),
-        (socket.SOL_SOCKET, _RXQ_OVFL, 1),
-    ]
-    if hardware_stamps:
-        wished = _RX_HARDWARE | _RX_SOFTWARE | _SOFTWARE | _RAW_HARDWARE
-        options.append((socket.SOL_SOCKET, _TIMESTAMPING, wished))
-    for level, option, value in options:
-        with suppress(OSError):  # an older kernel does without
-            listening.setsockopt(level, option, value)
-    try:
-        listening.setsockopt(socket.SOL_SOCKET, _RCVBUFFORCE, _BUFFER)
-    except OSError:
-        listening.setsockopt(socket.SOL_SOCKET, _RCVBUF, _BUFFER)
-    return listening.getsockopt(socket.SOL_SOCKET, _RCVBUF) < 2 * _BUFFER  # the kernel doubles what it is asked for
-
-
-def _can_socket(name: str) -> socket.socket:
-    if not hasattr(socket, "AF_CAN"):
-        raise SourceError("live.not_linux", channel=name)
-    try:
-        return socket.socket(_AF_CAN, socket.SOCK_RAW, _CAN_RAW)
-    except OSError as error:
-        raise _refused(name, error) from error
-
-
-def _refused(name: str, error: OSError) -> SourceError:
-    """Say why a socket cannot be had."""
-    if error.errno in (errno.EAFNOSUPPORT, errno.EPROTONOSUPPORT):
-        return SourceError("live.no_can", channel=name)
-    if error.errno in (errno.EPERM, errno.EACCES):
-        return SourceError("live.forbidden", channel=name)
-    if error.errno == errno.ENODEV:
-        return _missing(name)
-    return SourceError("live.refused", channel=name, error=error)
-
-
-def _missing(name: str) -> SourceError:
-    there = _listed()
-    if there:
-        return SourceError("live.missing", channel=name, there=there)
-    return SourceError("live.no_interface", channel=name)
-
-
-def _went(name: str, error: OSError) -> SourceError:
-    """Say why an interface cannot be listened to any more."""
-    if _ask(name, _SIOCGIFFLAGS) is None:
-        return SourceError("live.unplugged", channel=name)
-    if error.errno == errno.ENETDOWN or not _is_up(name):
-        return SourceError("live.went_down", channel=name, command=_command(name))
-    if error.errno == errno.ENODEV:
-        return SourceError("live.unplugged", channel=name)
-    return SourceError("live.lost", channel=name, error=error)
-
-
-def _listed() -> str:
-    up, down = interfaces()
-    return ", ".join((*up, *down))
-
-
-def _command(name: str) -> str:
-    """Give the command that brings an interface up: a virtual one has no bit rate."""
-    virtual = "/virtual/" in os.path.realpath(Path("/sys/class/net", name)) or name.startswith(("v", "slcan"))
-    return f"sudo ip link set {name} up" + ("" if virtual else " type can bitrate 500000")
-
-
-def _is_can(name: str) -> bool:
-    return _ask(name, _SIOCGIFHWADDR) == _ARPHRD_CAN
-
-
-def _is_up(name: str) -> bool:
-    flags = _ask(name, _SIOCGIFFLAGS)
-    return flags is not None and bool(flags & _IFF_UP)
-
-
-def _ask(name: str, request: int) -> int | None:
-    """Ask the kernel for a number of an interface; None if there is no such interface."""
-    import fcntl  # not on every system
-
-    asked = os.fsencode(name)
-    if not 0 < len(asked) < 16 or b"\0" in asked:
-        return None
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as any_socket:
-        try:
-            answer = fcntl.ioctl(any_socket, request, struct.pack("@16sH22x", asked, 0))
-        except OSError:
-            return None
-    (value,) = struct.unpack_from("@H", answer, 16)
-    return int(value)

@@ -47,6 +47,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{channel}: is no CAN interface; CAN interfaces: {there}",
     ),
     (
+        "live.not_can_none",
+        "{channel}：不是CAN接口，本机没有CAN接口",
+        "{channel}: is no CAN interface; this host has none",
+    ),
+    (
         "live.not_linux",
         "{channel}：本系统没有SocketCAN；请用 --interface 指定适配器，如 --interface pcan",
         "{channel}: this system has no SocketCAN; name the adapter with --interface, as --interface pcan",
@@ -74,8 +79,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "live.bus_off",
-        "{channel}：控制器已离线（bus-off），不再接收；自动恢复：sudo ip link set {channel} type can restart-ms 100",
-        "{channel}: the controller is bus-off and receives no more; "
+        "{channel}：控制器已bus-off，重启前收不到帧；自动恢复：sudo ip link set {channel} type can restart-ms 100",
+        "{channel}: the controller went bus-off and receives nothing until it is restarted; "
         "let it restart by itself: sudo ip link set {channel} type can restart-ms 100",
     ),
     (

@@ -17,9 +17,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "Listen to one bus or several and annotate each frame as it comes, written as decode does: state, signals of "
         "PDOs, SYNC cycle, findings; while the bus is silent, what is overdue, such as a heartbeat that has stopped, "
         "is reported too. It only listens and never sends a frame. On Linux SocketCAN is the default; other adapters "
-        "are used through python-can (-i), in listen-only mode where they have it. Behind a channel may stand candump's "
-        "filters, as can0,580:780,#123: they choose what is shown; state and recordings get every frame. Ctrl-C is "
-        "the normal end: open transfers are reported, a short summary goes to standard error.",
+        "are used through python-can (-i), in listen-only mode where they have it. Behind a channel may stand "
+        "candump's filters, as can0,580:780,#123: they choose what is shown; state and recordings get every frame. "
+        "Ctrl-C is the normal end: open transfers are reported, a short summary goes to standard error.",
     ),
     (
         "sniff.duration",

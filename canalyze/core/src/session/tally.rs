@@ -19,6 +19,8 @@ pub(super) struct Tally {
     aborted: u64,
     incomplete: u64,
     failed: u64,
+    /// Expectations that do not hold.
+    missed: u64,
     /// By number of the bus.
     buses: Vec<OnBus>,
 }
@@ -67,7 +69,11 @@ impl Tally {
             Facts::Unmet(unmet) => unmet.repeated.max(1),
             _ => 1,
         };
-        *match finding.code.rule().severity {
+        let severity = finding.code.rule().severity;
+        if matches!(finding.facts, Facts::Unmet(_)) && severity != Severity::Info {
+            self.missed += count;
+        }
+        *match severity {
             Severity::Error => &mut self.errors,
             Severity::Warning => &mut self.warnings,
             Severity::Info => &mut self.infos,
@@ -94,7 +100,8 @@ impl Tally {
         put!(out; "{\"frames\":", frames, ",\"shown\":", shown);
         put!(out; ",\"findings\":{\"error\":", self.errors, ",\"warning\":", self.warnings, ",\"info\":", self.infos);
         put!(out; "},\"transfers\":{\"ok\":", self.ok, ",\"aborted\":", self.aborted);
-        put!(out; ",\"incomplete\":", self.incomplete, ",\"failed\":", self.failed, "},\"buses\":[");
+        put!(out; ",\"incomplete\":", self.incomplete, ",\"failed\":", self.failed);
+        put!(out; "},\"expectations\":{\"missed\":", self.missed, "},\"buses\":[");
         for (index, name) in buses.names().enumerate() {
             let OnBus { frames, error_frames, dropped } = self.buses.get(index).copied().unwrap_or_default();
             put!(out; if index > 0 { "," } else { "" }, "{\"name\":");

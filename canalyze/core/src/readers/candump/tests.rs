@@ -20,6 +20,7 @@ fn items(text: &[u8], stamps: Stamps, regular: bool, cuts: &[usize]) -> String {
         Item::Marker(marker) => writeln!(out, "{marker:?}").unwrap(),
         Item::Unreadable { place, reason } => writeln!(out, "{}! {reason:?}", place.line().unwrap()).unwrap(),
         Item::Damaged(damage) => writeln!(out, "{damage:?}").unwrap(),
+        Item::Gap { .. } | Item::Until { .. } => panic!("{item:?}"),
     };
     let mut rest = text;
     for cut in cuts {

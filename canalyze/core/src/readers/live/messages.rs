@@ -15,10 +15,79 @@ pub(super) const FRAME: usize = 72;
 pub(super) const CONTROL: usize = 128;
 /// Bytes of `struct can_frame`.
 const CLASSIC: usize = 16;
-/// Bytes of a pointer and of `size_t`.
-const WORD: usize = size_of::<usize>();
-/// Where in `struct mmsghdr` its fields are, in bytes: `msg_controllen`, `msg_flags`, `msg_len`; and its own size.
-const LAYOUT: [usize; 4] = if WORD == 8 { [40, 48, 56, 64] } else { [20, 24, 28, 32] };
+
+/// How wide this host's structures are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Layout {
+    /// Bytes of a pointer and of `size_t`, to which everything is filled up.
+    word: usize,
+    /// Where in `struct mmsghdr` its fields are: `msg_controllen`, `msg_flags`, `msg_len`; and its size.
+    control_len: usize,
+    flags: usize,
+    len: usize,
+    size: usize,
+}
+
+impl Layout {
+    pub(super) const WIDE: Self = Self { word: 8, control_len: 40, flags: 48, len: 56, size: 64 };
+    pub(super) const NARROW: Self = Self { word: 4, control_len: 20, flags: 24, len: 28, size: 32 };
+    /// That of this host.
+    pub(super) const NATIVE: Self = if size_of::<usize>() == 8 { Self::WIDE } else { Self::NARROW };
+
+    /// Bytes of so many messages; `None` if they would be more than there can be.
+    pub(super) fn bytes(self, count: i64) -> Option<u64> {
+        u64::try_from(count).ok()?.checked_mul((self.size + SLOT) as u64)
+    }
+
+    /// The messages of a block.
+    pub(super) fn messages(self, body: &[u8]) -> impl Iterator<Item = Message<'_>> {
+        let headers = body.len() / (self.size + SLOT) * self.size;
+        let (headers, slots) = body.split_at_checked(headers).unwrap_or_default();
+        let both = headers.chunks_exact(self.size).zip(slots.chunks_exact(SLOT));
+        both.filter_map(move |(header, slot)| self.message(header, slot))
+    }
+
+    fn message<'a>(self, header: &[u8], slot: &'a [u8]) -> Option<Message<'a>> {
+        let (frame, control) = slot.split_at_checked(FRAME)?;
+        let (flags, len) = (u32_at(header, self.flags)?, u32_at(header, self.len)? as usize);
+        let frame = frame.get(..len).filter(|_| matches!(len, CLASSIC | FRAME) && flags & CUT == 0);
+        let mut message = Message { frame, flags, kernel: None, hardware: None, overflow: None };
+        let control = control.get(..self.word(header, self.control_len)?).filter(|_| flags & CONTROL_CUT == 0);
+        self.control(control.unwrap_or_default(), &mut message);
+        Some(message)
+    }
+
+    /// Takes the control messages: each a length (that of its head too), a level and a kind, its data behind, and filled
+    /// up to whole words.
+    fn control(self, mut rest: &[u8], message: &mut Message<'_>) {
+        let head = (self.word + 8).next_multiple_of(self.word);
+        loop {
+            let level = u32_at(rest, self.word);
+            let (Some(len), Some(level), Some(kind)) = (self.word(rest, 0), level, u32_at(rest, self.word + 4)) else {
+                return;
+            };
+            let Some(data) = rest.get(head..len) else { return };
+            if level == SOL_SOCKET {
+                match kind {
+                    RXQ_OVFL => message.overflow = u32_at(data, 0),
+                    _ if TIMESTAMPNS.contains(&kind) => message.kernel = time(data, 1, 0),
+                    _ if TIMESTAMPING.contains(&kind) => {
+                        message.hardware = time(data, 3, 2);
+                        message.kernel = message.kernel.or_else(|| time(data, 3, 0));
+                    }
+                    _ => {}
+                }
+            }
+            let Some(behind) = rest.get(len.next_multiple_of(self.word)..) else { return };
+            rest = behind;
+        }
+    }
+
+    fn word(self, bytes: &[u8], at: usize) -> Option<usize> {
+        let word = if self.word == 8 { i64_at(bytes, at)? as u64 } else { u64::from(u32_at(bytes, at)?) };
+        usize::try_from(word).ok()
+    }
+}
 
 /// `MSG_DONTROUTE`: this host has sent the frame.
 const SENT: u32 = 0x4;
@@ -33,25 +102,6 @@ const TIMESTAMPNS: [u32; 2] = [35, 64];
 const TIMESTAMPING: [u32; 2] = [37, 65];
 const RXQ_OVFL: u32 = 40;
 
-/// Bytes of so many messages; `None` if they would be more than there can be.
-pub(super) fn size(count: i64) -> Option<u64> {
-    let [.., header] = LAYOUT;
-    u64::try_from(count).ok()?.checked_mul((header + SLOT) as u64)
-}
-
-/// The messages of a block; `None` for one whose header cannot be.
-pub(super) fn of(body: &[u8], count: i64) -> impl Iterator<Item = Option<Message<'_>>> {
-    let [.., header] = LAYOUT;
-    let headers = body.len() / (header + SLOT) * header;
-    let (headers, slots) = body.split_at_checked(headers).unwrap_or_default();
-    let count = usize::try_from(count).unwrap_or(0);
-    headers
-        .chunks_exact(header)
-        .zip(slots.chunks_exact(SLOT))
-        .take(count)
-        .map(|(header, slot)| Message::new(header, slot))
-}
-
 /// One message.
 #[derive(Debug)]
 pub(super) struct Message<'a> {
@@ -65,44 +115,7 @@ pub(super) struct Message<'a> {
     pub(super) overflow: Option<u32>,
 }
 
-impl<'a> Message<'a> {
-    fn new(header: &[u8], slot: &'a [u8]) -> Option<Self> {
-        let [control_at, flags_at, len_at, _] = LAYOUT;
-        let (frame, control) = slot.split_at_checked(FRAME)?;
-        let (flags, len) = (u32_at(header, flags_at)?, u32_at(header, len_at)? as usize);
-        let frame = frame.get(..len).filter(|_| matches!(len, CLASSIC | FRAME) && flags & CUT == 0);
-        let mut message = Self { frame, flags, kernel: None, hardware: None, overflow: None };
-        let control = control.get(..word_at(header, control_at)?).filter(|_| flags & CONTROL_CUT == 0);
-        message.control(control.unwrap_or_default());
-        Some(message)
-    }
-
-    /// Takes the control messages: each a length (that of its head too), a level and a kind, its data behind, and filled
-    /// up to whole words.
-    fn control(&mut self, mut rest: &[u8]) {
-        const HEAD: usize = (WORD + 8).next_multiple_of(WORD);
-        loop {
-            let (Some(len), Some(level), Some(kind)) = (word_at(rest, 0), u32_at(rest, WORD), u32_at(rest, WORD + 4))
-            else {
-                return;
-            };
-            let Some(data) = rest.get(HEAD..len) else { return };
-            if level == SOL_SOCKET {
-                match kind {
-                    RXQ_OVFL => self.overflow = u32_at(data, 0),
-                    _ if TIMESTAMPNS.contains(&kind) => self.kernel = time(data, 1, 0),
-                    _ if TIMESTAMPING.contains(&kind) => {
-                        self.hardware = time(data, 3, 2);
-                        self.kernel = self.kernel.or_else(|| time(data, 3, 0));
-                    }
-                    _ => {}
-                }
-            }
-            let Some(behind) = rest.get(len.next_multiple_of(WORD)..) else { return };
-            rest = behind;
-        }
-    }
-
+impl Message<'_> {
     /// The frame, on no bus yet. `hardware`: with the adapter's stamp if it has one.
     pub(super) fn frame(&self, hardware: bool) -> Result<Frame, Unreadable> {
         let bytes = self.frame.ok_or(Unreadable::Data)?;
@@ -137,8 +150,4 @@ fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
 
 fn i64_at(bytes: &[u8], at: usize) -> Option<i64> {
     bytes.get(at..)?.first_chunk().map(|bytes| i64::from_ne_bytes(*bytes))
-}
-
-fn word_at(bytes: &[u8], at: usize) -> Option<usize> {
-    bytes.get(at..)?.first_chunk().map(|bytes| usize::from_ne_bytes(*bytes))
 }

@@ -30,6 +30,7 @@ mod messages;
 mod tests;
 
 use self::held::Held;
+use self::messages::Layout;
 use super::packed::Packed;
 use super::{Damage, DamageKind, Item, Marker, Place};
 use crate::frame::{BusId, Buses, Frame};
@@ -111,7 +112,7 @@ impl Head {
             && length <= LONGEST
             && match kind {
                 kind::BUS | kind::RECORDS => which == 0,
-                kind::MESSAGES => which <= 1 && number >= 0 && messages::size(number) == Some(u64::from(length)),
+                kind::MESSAGES => which <= 1 && number >= 0 && Layout::NATIVE.bytes(number) == Some(u64::from(length)),
                 kind::DROPPED => which <= 1 && length == 0 && number >= 0,
                 kind::UNTIL | kind::GAP => which == 0 && length == 0,
                 _ => false,
@@ -206,8 +207,7 @@ impl Live {
         let mut give = |item: Item| held.take(head.bus, item, |item| sink(item, buses));
         match head.kind {
             kind::MESSAGES => {
-                for message in messages::of(body, head.number) {
-                    let message = message?;
+                for message in Layout::NATIVE.messages(body) {
                     if let Some(total) = message.overflow {
                         channel.overflowed(total).map(&mut give);
                     }

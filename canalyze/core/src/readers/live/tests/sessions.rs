@@ -1,0 +1,1 @@
+//! Live buses through a whole session.

@@ -1,0 +1,61 @@
+"""What is known of the interfaces that python-can has: how each is made to listen only, and what each needs installed.
+
+Tables, checked against the installed python-can by a test. Must not: import that library, or open anything.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+LISTEN_ONLY: Final[Mapping[str, Mapping[str, object]]] = {
+    "cantact": {"monitor": True},
+    "kvaser": {"driver_mode": False},
+    "nixnet": {"listen_only": True},
+    "pcan": {"state": "PASSIVE"},
+    "seeedstudio": {"operation_mode": "silent"},
+    "slcan": {"listen_only": True},
+    "systec": {"state": "PASSIVE"},
+    "vector": {"listen_only": True},
+}
+"""What keeps an adapter from acknowledging frames, and so from taking part in the bus. Others have no such switch."""
+
+WIRELESS: Final = frozenset({"udp_multicast", "virtual"})
+"""Interfaces without an adapter: there is nothing to acknowledge."""
+
+SOCKETCAN_ERRORS: Final = frozenset({"gs_usb", "socketcan", "socketcand", "udp_multicast", "virtual"})
+"""Interfaces whose error frames are as those of SocketCAN. Of others only that there was one is known."""
+
+DATA_RATE: Final[Mapping[str, str]] = {"nixnet": "fd_bitrate"}
+"""What the bit rate of CAN FD data is called, where it is not `data_bitrate`."""
+
+TIMED: Final[Mapping[str, int]] = {"pcan": 80_000_000, "slcan": 80_000_000}
+"""Interfaces that take the rates of CAN FD as bit timing only, with a clock that they have."""
+
+PIP: Final[Mapping[str, str]] = {
+    "canalystii": "python-can[canalystii]",
+    "cantact": "python-can[cantact]",
+    "gs_usb": "python-can[gs-usb]",
+    "neovi": "python-can[neovi]",
+    "nixnet": "python-can[nixnet]",
+    "robotell": "python-can[serial]",
+    "seeedstudio": "python-can[seeedstudio]",
+    "serial": "python-can[serial]",
+    "slcan": "python-can[serial]",
+    "udp_multicast": "python-can[multicast]",
+}
+"""What pip has to install for an interface."""
+
+DRIVER: Final[Mapping[str, str]] = {
+    "etas": "ETAS BOA (Windows)",
+    "iscan": "Thorsis isCAN (Windows)",
+    "ixxat": "HMS Ixxat VCI (Windows)",
+    "kvaser": "Kvaser CANlib",
+    "neousys": "Neousys WDT_DIO",
+    "neovi": "Intrepid ICS neoVI",
+    "nican": "NI-CAN (Windows)",
+    "nixnet": "NI-XNET (Windows)",
+    "pcan": "PEAK PCAN-Basic",
+    "systec": "SYS TEC USB-CANmodul (Windows)",
+    "usb2can": "8devices usb2can.dll (Windows)",
+    "vector": "Vector XL Driver Library (Windows)",
+}
+"""The maker's library that an interface needs, which pip does not install."""
