@@ -174,7 +174,7 @@ class Session:
         bytes: how many of it are lost. ValueError for another kind.
         """
     def wants(self) -> int | None:
-        """The input that has to be fed, or ended, before anything can go on; None when all are over, or refused."""
+        """The input that has to be fed, or ended, before anything can go on; None when all are over, refused, or done."""
     def refusal(self) -> tuple[str, list[int]] | None:
         """Why the inputs cannot be joined by time: no_stamps (the input without any) | no_clock.
 
@@ -222,7 +222,8 @@ class Session:
         """What was seen so far, at any time: a JSON object.
 
         frames, shown. findings: {error, warning, info}, those that were told; repeats of one that are not come with
-        finish(). transfers: {ok, aborted, incomplete, failed}, of SDO. expectations: {missed}. buses: [{name, frames, error_frames, dropped}];
+        finish(). transfers: {ok, aborted, incomplete, failed}, of SDO. expectations: {missed}, null without any.
+        buses: [{name, frames, error_frames, dropped}];
         error frames are frames too, dropped ones are lost for the session.
         """
     @property

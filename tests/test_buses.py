@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ast
 import importlib.util
-import inspect
 import re
 import time
 from collections.abc import Iterator
@@ -224,7 +223,9 @@ def test_frames_of_every_kind(source: PythonCan, sender: can.BusABC) -> None:
     sender.send(can.Message(timestamp=now, arbitration_id=0x60A, data=b"", is_extended_id=True))
     sender.send(can.Message(timestamp=now, arbitration_id=1, dlc=3, is_remote_frame=True, is_extended_id=False))
     sender.send(
-        can.Message(timestamp=now, arbitration_id=2, data=bytes(12), is_fd=True, bitrate_switch=True, is_extended_id=False)
+        can.Message(
+            timestamp=now, arbitration_id=2, data=bytes(12), is_fd=True, bitrate_switch=True, is_extended_id=False
+        )
     )
     assert decoded(source.receive(0.5)) == [
         f"(1700000000.250000) {CHANNEL} 60A#4008 R",
@@ -330,7 +331,14 @@ def test_nothing_is_ever_sent(monkeypatch: pytest.MonkeyPatch, sender: can.BusAB
     assert not sent
 
 
-LISTENING = ("sources/buses.py", "sources/live.py", "sources/socketcan.py", "commands/sniff.py", "listening.py", "recording.py")
+LISTENING = (
+    "sources/buses.py",
+    "sources/live.py",
+    "sources/socketcan.py",
+    "commands/sniff.py",
+    "listening.py",
+    "recording.py",
+)
 
 
 @pytest.mark.parametrize("name", LISTENING)
@@ -340,5 +348,13 @@ def test_no_source_names_a_call_that_sends(name: str) -> None:
     for node in ast.walk(ast.parse((PACKAGE / name).read_text(encoding="utf-8"))):
         if isinstance(node, ast.Attribute):
             called.add(node.attr)
-    assert not called & {"send", "sendmsg", "sendto", "sendall", "sendmmsg", "send_periodic", "Notifier", "flush_tx_buffer"}
-    assert inspect.ismodule(adapters)
+    assert not called & {
+        "send",
+        "sendmsg",
+        "sendto",
+        "sendall",
+        "sendmmsg",
+        "send_periodic",
+        "Notifier",
+        "flush_tx_buffer",
+    }

@@ -180,8 +180,9 @@ def test_a_lost_channel_ends_it_with_what_to_do() -> None:
 
 
 def test_a_lost_channel_is_waited_for() -> None:
-    bus = Made(frames(0, 2), live.LinkLost("can0", OSError(5, "Input/output error")), frames(0, 3))
-    told = []
+    bus = Made(
+        frames(0, 2) + live.until_block(7_000), live.LinkLost("can0", OSError(5, "Input/output error")), frames(0, 3)
+    )
     with Live([bus], reconnect=True) as one:
         bus.back = False
         blocks = b""
@@ -193,7 +194,8 @@ def test_a_lost_channel_is_waited_for() -> None:
         told = [str(remark) for remark in one.remarks()]
     assert not one.waiting
     assert [number for kind, _, number in kinds(blocks) if kind == live.RECORDS] == [2, 3]
-    assert live.UNTIL in [kind for kind, _, _ in kinds(blocks)], "time goes on while it is away"
+    times = [number for kind, _, number in kinds(blocks) if kind == live.UNTIL and number != live.RELEASE_ALL]
+    assert times[0] == 7_000 and 7_000 < times[-1] < 60e9, "the frames' own time goes on while it is away"
     assert len(told) == 2 and "waiting for can0" in told[0] and told[1] == "can0: receiving again"
 
 

@@ -150,7 +150,8 @@ def _listen(live: Live, session: Any, recordings: Recordings | None, words: Word
         complain(f"canalyze: {line}")
     if recordings and recordings.failed:
         code = code or 2
-    return code or (1 if tally["expectations"]["missed"] else 0)
+    expected = tally["expectations"]
+    return code or (1 if expected and expected["missed"] else 0)
 
 
 def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool, words: Words) -> Iterator[str]:

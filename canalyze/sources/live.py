@@ -204,6 +204,10 @@ class Live:
         self._until: dict[int, int] = {}
         """Up to where each source has given its frames: only of those that are listened to."""
         self._merged: int | None = None
+        self._last = b""
+        """What was given last."""
+        self._behind: int | None = None
+        """How far the frames' clock was behind the host's when a channel was lost; None before there was any time."""
         self._remarks: list[CanalyzeError] = []
         self._told = False
 
@@ -223,6 +227,9 @@ class Live:
         for place, bus in enumerate(self._buses):
             thread = threading.Thread(target=self._work, args=(place, bus), name=f"canalyze-live-{place}", daemon=True)
             self._threads.append(thread)
+        if len(self._buses) > 1:  # before any frame: what joins them has to know that there are several
+            names = (name_block(bus.first + at, name) for bus in self._buses for at, name in enumerate(bus.names))
+            self._hand_over(b"".join(names))
         for thread in self._threads:
             thread.start()
 
@@ -339,6 +346,10 @@ class Live:
         """Say that a channel cannot be listened to."""
         names = list(bus.names)
         index = bus.first + names.index(lost.channel) if lost.channel in names else bus.first
+        with self._feeding:
+            times = [number for kind, _, number, *_ in heads(self._last) if kind == UNTIL and number != RELEASE_ALL]
+            if times:
+                self._behind = time.time_ns() - times[-1]
         self._deliver(place, name_block(index, lost.channel) + gap_block(index))
         if self._reconnect:
             self._remark(SourceError("live.waiting", reason=lost.error, channel=lost.channel))
@@ -372,10 +383,10 @@ class Live:
             pause = min(pause * 1.25, 1.0)
 
     def _pass_time(self) -> None:
-        """Let time go on by the host's clock where no source is left that does."""
+        """Let the frames' time go on by the host's clock where no source is left that does."""
         with self._feeding:
-            if not self._listening:
-                self._hand_over(until_block(time.time_ns() - MARGIN_NS))
+            if not self._listening and self._behind is not None:
+                self._hand_over(until_block(time.time_ns() - self._behind))
 
     def _deliver(self, place: int, blocks: bytes) -> None:
         if not blocks:
@@ -403,6 +414,7 @@ class Live:
         return b"".join(kept)
 
     def _hand_over(self, blocks: bytes) -> None:
+        self._last = blocks
         if self._recording:
             self._recording.take(blocks)
         with self._arrived:

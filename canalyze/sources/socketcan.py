@@ -18,7 +18,18 @@ from contextlib import suppress
 from typing import Final
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources.interfaces import (
+from canalyze.sources.live import (
+    MARGIN_NS,
+    MESSAGES,
+    MOST_BUSES,
+    LinkLost,
+    dropped_block,
+    gap_block,
+    head,
+    name_block,
+    until_block,
+)
+from canalyze.sources.netdevices import (
     BUFFER,
     HOPELESS,
     RXQ_OVFL,
@@ -31,17 +42,6 @@ from canalyze.sources.interfaces import (
     opened,
     watching,
     went,
-)
-from canalyze.sources.live import (
-    MARGIN_NS,
-    MESSAGES,
-    MOST_BUSES,
-    LinkLost,
-    dropped_block,
-    gap_block,
-    head,
-    name_block,
-    until_block,
 )
 
 ANY: Final = "any"
@@ -57,9 +57,9 @@ _BATCHES: Final = 4
 _FRAME: Final = 72
 _CONTROL: Final = 128
 _SLOT: Final = _FRAME + _CONTROL
-_GATHER_S: Final = 0.003
+_GATHER_S: Final = 0.01
 """How long frames gather when they come so fast that each would be a batch of its own."""
-_BUSY_S: Final = 0.01
+_BUSY_S: Final = 0.02
 """Batches closer than this are that fast."""
 _LOOK_S: Final = 0.1
 """How often the counters are looked at."""

@@ -21,8 +21,7 @@ import pytest
 
 from canalyze._core import Session
 from canalyze.errors import SourceError
-from canalyze.sources import interfaces as interfaces_of_host
-from canalyze.sources import live, socketcan
+from canalyze.sources import live, netdevices, socketcan
 from canalyze.sources.live import LinkLost, Live
 from canalyze.sources.socketcan import SocketCan
 from canalyze.words import Words
@@ -434,6 +433,6 @@ def test_several_hardware_clocks_are_put_in_no_order(
 
 def test_it_never_sends() -> None:
     """Nothing in the source writes to a socket."""
-    for module in (socketcan, interfaces_of_host):
+    for module in (socketcan, netdevices):
         text = inspect.getsource(module)
         assert not any(word in text for word in (".send", ".write(", "sendmsg", "sendmmsg"))

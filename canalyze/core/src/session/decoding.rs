@@ -72,6 +72,11 @@ impl Decoding {
         self.verification = Some(Box::new(Verification::new(expected, self.network.bit_rate)));
     }
 
+    /// Whether it is held against anything.
+    pub(super) fn expects(&self) -> bool {
+        self.verification.is_some()
+    }
+
     /// Takes a frame.
     pub(super) fn step(&mut self, frame: &Frame, buses: &Buses) {
         if self.blind {

@@ -224,9 +224,10 @@ impl Session {
         }
     }
 
-    /// The file that has to be fed before anything can go on; `None` when all are over or cannot be joined.
+    /// The file that has to be fed before anything can go on; `None` when all are over or cannot be
+    /// joined, or nothing further is taken.
     pub fn wants(&self) -> Option<usize> {
-        self.inputs.wants()
+        if self.is_done() { None } else { self.inputs.wants() }
     }
 
     /// Why the files that have begun cannot be joined by time.
@@ -327,11 +328,12 @@ impl Session {
     }
 
     /// What was seen so far, as a JSON object: `frames` and `shown`; `findings` by severity, told ones (of repeats that
-    /// are not, the number is added by [`Self::finish`]); `transfers` of SDO by how they ended; `buses`, each with
-    /// `name`, `frames`, `error_frames` among them, and `dropped` ones.
+    /// are not, the number is added by [`Self::finish`]); `transfers` of SDO by how they ended;
+    /// `expectations`, null where there are none, with those `missed`; `buses`, each with `name`, `frames`,
+    /// `error_frames` among them, and `dropped` ones.
     pub fn tally(&self) -> Vec<u8> {
-        let (mut out, Stream { capture, output, tally, .. }) = (Vec::new(), &self.stream);
-        tally.write(&mut out, capture.frames, output.shown, &self.buses);
+        let (mut out, Stream { capture, output, tally, decoding }) = (Vec::new(), &self.stream);
+        tally.write(&mut out, (capture.frames, output.shown), decoding.expects(), &self.buses);
         out
     }
 

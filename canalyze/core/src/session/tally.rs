@@ -19,7 +19,7 @@ pub(super) struct Tally {
     aborted: u64,
     incomplete: u64,
     failed: u64,
-    /// Expectations that do not hold.
+    /// Findings of expectations that do not hold.
     missed: u64,
     /// By number of the bus.
     buses: Vec<OnBus>,
@@ -70,7 +70,7 @@ impl Tally {
             _ => 1,
         };
         let severity = finding.code.rule().severity;
-        if matches!(finding.facts, Facts::Unmet(_)) && severity != Severity::Info {
+        if finding.expectation().is_some() && severity == Severity::Error {
             self.missed += count;
         }
         *match severity {
@@ -95,13 +95,19 @@ impl Tally {
         self.buses.get_mut(index)
     }
 
-    /// A JSON object. `shown`: the frames that passed the filters, of `frames` in all.
-    pub(super) fn write(&self, out: &mut Vec<u8>, frames: u64, shown: u64, buses: &Buses) {
+    /// A JSON object. `shown`: the frames that passed the filters, of `frames` in all. `expects`: expectations are held
+    /// against the capture.
+    pub(super) fn write(&self, out: &mut Vec<u8>, (frames, shown): (u64, u64), expects: bool, buses: &Buses) {
         put!(out; "{\"frames\":", frames, ",\"shown\":", shown);
         put!(out; ",\"findings\":{\"error\":", self.errors, ",\"warning\":", self.warnings, ",\"info\":", self.infos);
         put!(out; "},\"transfers\":{\"ok\":", self.ok, ",\"aborted\":", self.aborted);
-        put!(out; ",\"incomplete\":", self.incomplete, ",\"failed\":", self.failed);
-        put!(out; "},\"expectations\":{\"missed\":", self.missed, "},\"buses\":[");
+        put!(out; ",\"incomplete\":", self.incomplete, ",\"failed\":", self.failed, "},\"expectations\":");
+        if expects {
+            put!(out; "{\"missed\":", self.missed, "}");
+        } else {
+            put!(out; "null");
+        }
+        put!(out; ",\"buses\":[");
         for (index, name) in buses.names().enumerate() {
             let OnBus { frames, error_frames, dropped } = self.buses.get(index).copied().unwrap_or_default();
             put!(out; if index > 0 { "," } else { "" }, "{\"name\":");

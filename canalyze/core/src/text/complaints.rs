@@ -50,6 +50,13 @@ pub fn unreadable_lines(lang: Lang, file: &[u8], first: Place, count: u64, range
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
     let of_text = matches!(first, Place::Line(_));
+    if first == Place::Live {
+        match lang {
+            Lang::Zh => put!(&mut out; ": 共", count, "帧无法读取"),
+            Lang::En => put!(&mut out; ": ", count, " frames cannot be read"),
+        }
+        return String::from_utf8_lossy(&out).into_owned();
+    }
     match (lang, of_text) {
         (Lang::Zh, true) => put!(&mut out; ": 共", count, "行无法读取: 第"),
         (Lang::Zh, false) => put!(&mut out; ": 共", count, "条记录无法读取: 偏移"),
@@ -76,18 +83,23 @@ pub fn unreadable_lines(lang: Lang, file: &[u8], first: Place, count: u64, range
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// What a capture says of itself, at this place; `finding` is what it raised.
+/// What a capture says of itself, at this place; `finding` is what it raised. Why live buses have lost frames their
+/// receivers know better than the rule.
 pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) -> String {
+    let cause = |finding: &Finding| match lang {
+        _ if place == Place::Live => "",
+        Lang::Zh => zh::findings::rule(finding.code).cause,
+        Lang::En => en::findings::rule(finding.code).cause,
+    };
     line(lang, file, place, |out| match (lang, finding) {
-        (Lang::Zh, Some(finding)) => {
+        (_, Some(finding)) => {
             put!(out; finding.code.rule().id, " ");
-            zh::findings::message(out, finding);
-            put!(out; ". ", zh::findings::rule(finding.code).cause);
-        }
-        (Lang::En, Some(finding)) => {
-            put!(out; finding.code.rule().id, " ");
-            en::findings::message(out, finding);
-            put!(out; ". ", en::findings::rule(finding.code).cause);
+            match lang {
+                Lang::Zh => zh::findings::message(out, finding),
+                Lang::En => en::findings::message(out, finding),
+            }
+            let cause = cause(finding);
+            put!(out; if cause.is_empty() { "" } else { ". " }, cause);
         }
         (Lang::Zh, None) => put!(out; "只有ERROR字样而没有内容的错误标记, 不计为帧"),
         (Lang::En, None) => put!(out; "error marker without content, not counted as a frame"),

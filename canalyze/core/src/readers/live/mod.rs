@@ -14,7 +14,7 @@
 //!
 //! | kind | which | number | behind the head |
 //! |---|---|---|---|
-//! | 1 bus: the name of an index, before its first use | 0 | 0 | the name |
+//! | 1 bus: the name of an index, before the first use of each of its sockets | 0 | 0 | the name |
 //! | 2 messages: what one `recvmmsg` of SocketCAN left | 0 kernel stamps, 1 hardware stamps where there are | how many | see `messages` |
 //! | 3 records: frames of `packed`; its buses do not count, nor what is no frame | 0 | 0 | whole records |
 //! | 4 dropped: frames are missing | 0 lost by kernel or driver, 1 thrown away since the output was not read | how many | |
@@ -185,10 +185,10 @@ impl Live {
             kind::BUS => {
                 let slot = self.channels.get_mut(index)?;
                 let id = buses.intern(body);
-                if slot.is_none_or(|known| known.id != id) {
-                    *slot = Some(Channel { id, overflow: 0, lost: 0 });
-                    self.held.joins = self.channels.iter().flatten().count() > 1;
-                }
+                // What it has lost in all goes on behind a gap.
+                let lost = slot.filter(|known| known.id == id).map_or(0, |known| known.lost);
+                *slot = Some(Channel { id, overflow: 0, lost });
+                self.held.joins = self.channels.iter().flatten().count() > 1;
                 return Some(());
             }
             kind::UNTIL => {
@@ -229,10 +229,7 @@ impl Live {
                 return whole.then_some(());
             }
             kind::DROPPED => give(channel.dropped(head.number.unsigned_abs())),
-            kind::GAP => {
-                channel.overflow = 0;
-                give(Item::Gap { bus: channel.id });
-            }
+            kind::GAP => give(Item::Gap { bus: channel.id }),
             _ => return None,
         }
         Some(())

@@ -147,12 +147,22 @@ fn a_socket_counts_what_it_has_lost() {
     let told_of = |blocks: &[Vec<u8>]| told(&read(&[&named(0, "can0"), &blocks.concat()]).0);
     let all = with(&[None, Some(3), Some(3), None, Some(10)]);
     assert_eq!(told_of(&[all]), ["0:1000", "dropped 0 3 3", "0:1000", "0:1000", "0:1000", "dropped 0 7 10", "0:1000"]);
-    // Opened anew, after a gap or without a word; and 32 bits that run over.
+    // A socket goes on counting behind a gap; opened anew it is named again, or has counted less; 32 bits run over.
     let gap = block(kind::GAP, 0, 0, 0, b"");
-    let twice = [with(&[Some(5)]), gap, with(&[Some(6)]), with(&[Some(2)])];
+    let twice = [with(&[Some(5)]), gap, with(&[Some(6)]), with(&[Some(2)]), named(0, "can0"), with(&[Some(2)])];
     assert_eq!(
         told_of(&twice),
-        ["dropped 0 5 5", "0:1000", "gap 0", "dropped 0 6 11", "0:1000", "dropped 0 2 13", "0:1000"]
+        [
+            "dropped 0 5 5",
+            "0:1000",
+            "gap 0",
+            "dropped 0 1 6",
+            "0:1000",
+            "dropped 0 2 8",
+            "0:1000",
+            "dropped 0 2 10",
+            "0:1000"
+        ]
     );
     let over = [with(&[Some(u32::MAX - 1)]), with(&[Some(1)])];
     let first = u64::from(u32::MAX - 1);
