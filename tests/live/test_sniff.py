@@ -151,10 +151,10 @@ def test_candumps_filters_show_what_candump_shows(bus: Listeners) -> None:
 
 
 def rows_before_the_last_frame(out: bytes) -> list[Row]:
-    """What was said before the frame that ends a session; without what names the source, and the side."""
+    """What was said before the frame that ends a session; without what names the file, and the side."""
     rows: list[Row] = [json.loads(line) for line in out.splitlines()]
     end = next(at for at, row in enumerate(rows) if row["kind"] == "frame" and row["data"] == LAST.partition("#")[2])
-    return [{key: value for key, value in row.items() if key not in ("file", "line", "dir")} for row in rows[:end]]
+    return [{key: value for key, value in row.items() if key not in ("file", "line", "about_line", "cause_line", "dir")} for row in rows[:end]]
 
 
 def lines_before_the_last_frame(out: bytes) -> list[str]:
