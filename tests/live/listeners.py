@@ -29,6 +29,8 @@ DEADLINE_S = 30.0
 """For what a user would see at once; a loaded machine may take its time."""
 LAST = "7FF#4C415354"
 """Ends a session: no CANopen service of the pre-defined connection set uses this identifier."""
+SELECTIVE = ("all", "fil", "inv", "sff", "eff")
+"""The kernel's tables of those who take frames; errors apart."""
 EVERYTHING = ",0:0,#FFFFFFFF"
 """Behind a channel: candump shows error frames too."""
 
@@ -60,10 +62,10 @@ def wait_until(true: Callable[[], object], what: str, *, within_s: float = DEADL
         time.sleep(0.02)
 
 
-def listeners(interface: str) -> int:
-    """How many sockets take every frame of the interface."""
-    table = Path("/proc/net/can/rcvlist_all").read_text()
-    return sum(line.split()[:2] == [interface, "000"] for line in table.splitlines())
+def listeners(interface: str, tables: Sequence[str] = ("all",)) -> int:
+    """How many entries the kernel has for those that take every frame of the interface, or part of them."""
+    lines = (line for table in tables for line in Path(f"/proc/net/can/rcvlist_{table}").read_text().splitlines())
+    return sum(line.split()[:1] == [interface] for line in lines)
 
 
 def cansend(interface: str, *frames: str) -> None:
@@ -214,19 +216,21 @@ class Listeners:
         """Starts a candump that loses nothing; its output is the log."""
         channels = channels or (f"vcan0{EVERYTHING}",)
         name = name or f"candump{len(self._started)}"
-        listens = [channel.split(",")[0] for channel in channels if channel.partition(",")[2] in ("", EVERYTHING[1:])]
-        return self._start(name, ["candump", *options, "-r", "8000000", *channels], listens)
+        listens = [channel.split(",")[0] for channel in channels]
+        return self._start(name, ["candump", *options, "-r", "8000000", *channels], listens, SELECTIVE)
 
-    def _start(self, name: str, line: Sequence[str], listens: Sequence[str]) -> Listener:
-        before = {interface: listeners(interface) for interface in listens}
+    def _start(
+        self, name: str, line: Sequence[str], listens: Sequence[str], tables: Sequence[str] = ("all",)
+    ) -> Listener:
+        before = {interface: listeners(interface, tables) for interface in listens}
         started = Listener(name, line, self.directory)
         self._started.append(started)
         wait_until(
             lambda: (
                 started.process.poll() is not None
-                or all(listeners(interface) > count for interface, count in before.items())
+                or all(listeners(interface, tables) > count for interface, count in before.items())
             ),
-            f"{name} listens on {' and '.join(listens)}; it complains: {started.err!r}",
+            f"{name} listens on {' and '.join(listens)}",
         )
         assert not listens or started.process.poll() is None, f"{name} ended at once: {started.err}"
         return started

@@ -30,6 +30,7 @@ from listeners import (
     cansend,
     finish,
     lines_of_frames,
+    listeners,
     logged,
     need,
     send_all,
@@ -250,19 +251,14 @@ def segmented_reads(count: int) -> list[tuple[int, bytes]]:
 
 def unread(bus: Listeners, line: Sequence[str]) -> tuple[subprocess.Popen[bytes], Path]:
     """Starts a sniffer whose output nobody reads yet."""
-    before = open_sockets()
+    before = listeners("vcan0")
     errors = bus.directory / "unread.err"
     with errors.open("wb") as stderr:
         process = subprocess.Popen(
             line, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=stderr, cwd=bus.directory, env=environment()
         )
-    wait_until(lambda: open_sockets() > before or process.poll() is not None, f"it listens: {errors.read_text()}")
+    wait_until(lambda: listeners("vcan0") > before or process.poll() is not None, f"it listens: {errors.read_text()}")
     return process, errors
-
-
-def open_sockets() -> int:
-    """Sockets that take every frame of vcan0."""
-    return Path("/proc/net/can/rcvlist_all").read_text().count("vcan0     000")
 
 
 def test_a_terminal_that_does_not_read_loses_nothing(bus: Listeners) -> None:
