@@ -76,6 +76,8 @@ _REASONS = {
     errno.EBADF: "os.closed",
     errno.EIO: "os.io",
     errno.ENAMETOOLONG: "os.long_name",
+    errno.EFBIG: "os.large",
+    errno.EDQUOT: "os.quota",
 }
 
 

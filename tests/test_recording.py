@@ -111,14 +111,14 @@ def test_a_file_of_an_earlier_rotation_is_kept(tmp_path: Path) -> None:
     (tmp_path / "bus-0003.log").write_text("precious\n")
     with pytest.raises(OutputError, match=r"bus-0003\.log: exists"):
         Recording(str(tmp_path / "bus.log"), EN, limit=Limit(1000, None))
-    assert os.listdir(tmp_path) == ["bus-0003.log"]
+    assert [one.name for one in tmp_path.iterdir()] == ["bus-0003.log"]
 
 
 def test_several_are_opened_or_none(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="no such file or directory"):
         names = [str(tmp_path / "a.log"), str(tmp_path / "missing" / "b.log")]
         open_recordings(names, EN, limit=None, keep=None, force=False)
-    assert os.listdir(tmp_path) == []
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("suffix", [".log", ".asc", ".mcap", ".pcapng"])
@@ -206,7 +206,7 @@ def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: st
     both = Recordings([broken, other])
     both.take(blocks(0, 400))
     with monkeypatch.context() as patch:
-        patch.setattr(recording.os, "write", full_after(150))
+        patch.setattr(os, "write", full_after(150))
         broken.take(blocks(400, 400) + blocks(800, 400))
     (remark,) = both.remarks()
     for lang, said in (("zh", "磁盘已满"), ("en", "no space left; the recording ends, the listening goes on")):

@@ -141,7 +141,7 @@ def _listen(live: Live, session: Any, recordings: Recordings | None, words: Word
     if recordings:
         recordings.close()
         for remark in recordings.remarks():
-            complain(f"canalyze: {remark.in_words(words)}")
+            complain(remark.in_words(words))
         for line in recordings.losses():
             complain(line)
     tally = json.loads(session.tally())
@@ -160,11 +160,10 @@ def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool
     for bus in tally["buses"]:
         frames = bus["frames"]
         facts = {"bus": bus["name"], "frames": frames, "seconds": f"{seconds:.1f}"}
-        parts = [words("sniff.bus", rate=_rounded(frames / max(seconds, 0.001)), **facts)]
+        rate = _rounded(frames / max(seconds, 0.001))
+        parts = [words("sniff.bus" if frames else "sniff.nothing", rate=rate, **facts)]
         parts += [words(f"sniff.{key}", count=bus[key]) for key in ("error_frames", "dropped") if bus[key]]
         yield comma.join(parts)
-    if not tally["buses"]:
-        yield words("sniff.nothing", seconds=f"{seconds:.1f}")
     lines = []
     for kind, keys in _COUNTED.items():
         found = tally[f"{kind}s"]

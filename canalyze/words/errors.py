@@ -267,5 +267,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("os.exists", "文件已存在", "file exists"),
     ("os.closed", "已经关闭", "it is closed"),
     ("os.io", "输入输出错误", "input/output error"),
+    ("os.large", "文件太大", "file too large"),
+    ("os.quota", "磁盘配额已满", "disk quota exceeded"),
     ("os.long_name", "文件名太长", "file name too long"),
 )

@@ -58,7 +58,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{bus}：{frames}帧，历时{seconds}秒，每秒{rate}帧",
         "{bus}: {frames} frames in {seconds} s, {rate}/s",
     ),
-    ("sniff.nothing", "{seconds}秒内没有收到帧", "no frame in {seconds} s"),
+    ("sniff.nothing", "{bus}：{seconds}秒内没有收到帧", "{bus}: no frame in {seconds} s"),
     ("sniff.error_frames", "错误帧{count}", "error frames {count}"),
     ("sniff.dropped", "丢失{count}帧", "{count} dropped"),
     ("sniff.then", "；", "; "),

@@ -1,0 +1,339 @@
+"""`canalyze sniff` on buses that every machine has: python-can's virtual and multicast ones.
+
+What it must not do: judge the annotation itself, which is that of `decode`; SocketCAN has tests of its own (`live/`).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import can
+import pytest
+from captures import run_canalyze
+from conftest import Done, Runner, command, environment
+from virtual_bus import FLOOD, NODE, TEXT
+
+SCRIPT = Path(__file__).with_name("virtual_bus.py")
+EXPECTED = f"""\
+[[sdo]]
+node = {NODE}
+direction = "download"
+object = "1017:00"
+value = 100
+
+[[sdo]]
+node = {NODE}
+direction = "upload"
+object = "1008:00"
+value = "{TEXT}"
+
+[[state]]
+node = {NODE}
+state = "operational"
+"""
+
+
+def process(traffic: str, *args: str, cwd: Path, lang: str = "en", **how: object) -> subprocess.Popen[bytes]:
+    line = [sys.executable, str(SCRIPT), traffic, "--lang", lang, "sniff", "-i", "virtual", *args]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | how
+    return subprocess.Popen(line, cwd=cwd, env=environment(), **pipes)  # type: ignore[call-overload, no-any-return]
+
+
+def sniffed(traffic: str, *args: str, cwd: Path, lang: str = "en") -> Done:
+    with process(traffic, *args, cwd=cwd, lang=lang) as running:
+        out, err = running.communicate(timeout=60)
+    return Done(running.returncode, out.decode(), err.decode())
+
+
+def without_end(out: str) -> list[str]:
+    """Lines up to the last frame: what silence after it brings is not in a file."""
+    lines = out.splitlines()
+    while lines and lines[-1].startswith("#"):
+        lines.pop()
+    return lines
+
+
+def frames_of(path: Path) -> list[str]:
+    """The frames of a recording, as a log has them; formats differ in their digits."""
+    out = path.with_name(path.name + ".again.log")
+    run_canalyze(["convert", path, out, "--force"])
+    return [
+        re.sub(r"000\)", ")", line) if re.match(r"\(\d+\.\d{9}\)", line) else line
+        for line in out.read_text().splitlines()
+    ]
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_a_session_reads_as_its_recording_does(tmp_path: Path, lang: str) -> None:
+    done = sniffed("session", "bus", "--record", "bus.log", "--record", "bus.mcap", cwd=tmp_path, lang=lang)
+    assert done.code == 0
+    decoded = run_canalyze(["decode", "--lang", lang, tmp_path / "bus.log"]).decode()
+    assert without_end(done.out) == without_end(decoded)
+    assert len(without_end(done.out)) > 25
+    assert frames_of(tmp_path / "bus.mcap") == frames_of(tmp_path / "bus.log")
+    frames = len((tmp_path / "bus.log").read_text().splitlines())
+    said = done.complaints
+    assert re.match(rf"canalyze: bus[:：] ?{frames} ?(frames in|帧)", said[0])
+    assert all(line.startswith("canalyze: ") for line in said)
+    assert any(("2 completed" if lang == "en" else "完成2") in line for line in said)
+    assert [name in done.err for name in ("bus.log", "bus.mcap")] == [True, True]
+    assert len(said) <= 6
+
+
+def test_a_session_as_json_lines(tmp_path: Path) -> None:
+    done = sniffed("session", "bus", "--format", "jsonl", "--record", "bus.log", cwd=tmp_path)
+    rows = [json.loads(line) for line in done.lines]
+    frames = [row for row in rows if row["kind"] == "frame"]
+    assert len(frames) == len((tmp_path / "bus.log").read_text().splitlines())
+    assert {row["bus"] for row in frames} == {"bus"}
+    values = [row["value"] for row in rows if row["kind"] == "transfer"]
+    assert values == [100, TEXT]
+
+
+def test_expectations_that_hold(tmp_path: Path) -> None:
+    (tmp_path / "boot.expect.toml").write_text(EXPECTED)
+    done = sniffed("session", "bus", "--expect", "boot.expect.toml", cwd=tmp_path)
+    assert (done.code, re.findall("EXP[0-9]+", done.out)) == (0, [])
+
+
+@pytest.mark.parametrize("further", [[], ["--filter", "id=7FF"], ["--count", "1000"]])
+def test_an_expectation_that_does_not_hold(tmp_path: Path, further: list[str]) -> None:
+    (tmp_path / "boot.expect.toml").write_text(EXPECTED.replace("value = 100", "value = 200"))
+    done = sniffed("session", "bus", "--expect", "boot.expect.toml", *further, cwd=tmp_path)
+    assert done.code == 1
+    assert re.findall("EXP[0-9]+", done.out) == ["EXP003"]
+
+
+def test_a_heartbeat_that_stops_is_told_while_the_bus_is_silent(tmp_path: Path) -> None:
+    """Not only at the end: no frame comes behind it."""
+    (tmp_path / "boot.expect.toml").write_text(f"[[heartbeat]]\nnode = {NODE}\nperiod_ms = 100\ntolerance_ms = 50\n")
+    with process("session", "bus", "--expect", "boot.expect.toml", cwd=tmp_path) as running:
+        assert running.stdout is not None
+        told = next(line for line in running.stdout if b"EXP009" in line)
+        assert b"no heartbeat for " in told and running.poll() is None
+        running.communicate(timeout=30)
+    assert running.returncode == 1
+
+
+def test_a_count_and_filters_of_candump_only_choose_what_is_shown(tmp_path: Path) -> None:
+    done = sniffed("flood", "bus,185:7FF", "--count", "7", "--record", "bus.log", cwd=tmp_path)
+    assert (done.code, len(done.lines)) == (0, 7)
+    done = sniffed("session", "bus,580:780,600:780", "--record", "other.log", cwd=tmp_path)
+    shown = {line.split()[5] for line in done.lines if not line.startswith("#")}
+    assert shown == {"589", "609"}
+    assert {line.split()[2][:3] for line in (tmp_path / "other.log").read_text().splitlines()} > {"000", "709", "080"}
+    assert "of these frames shown" in done.err
+
+
+@pytest.mark.parametrize(("lang", "said"), [("en", "canalyze: bus: no frame in 0."), ("zh", "没有收到帧")])
+def test_a_duration_of_silence(tmp_path: Path, lang: str, said: str) -> None:
+    done = sniffed("silence", "bus", "--duration", "300ms", cwd=tmp_path, lang=lang)
+    assert (done.code, done.out) == (0, "")
+    assert said in done.err
+
+
+def lines_from(running: subprocess.Popen[bytes], count: int) -> list[bytes]:
+    assert running.stdout is not None
+    return [running.stdout.readline() for _ in range(count)]
+
+
+def test_lines_come_at_once(tmp_path: Path) -> None:
+    """The traffic goes on for ever: that a line can be read at all says that it is not held back."""
+    with process("steady", "bus", "-t", "a", cwd=tmp_path) as running:
+        stamps = []
+        for line in lines_from(running, 20):
+            stamps.append(time.time() - float(line.split()[0][1:-1]))
+        running.send_signal(signal.SIGINT)
+        _, err = running.communicate(timeout=30)
+    assert running.returncode == 0
+    assert sorted(stamps)[10] < 0.5
+    assert b"canalyze: bus: " in err
+
+
+def test_sigterm(tmp_path: Path) -> None:
+    with process("steady", "bus", "--record", "bus.log", cwd=tmp_path) as running:
+        lines_from(running, 5)
+        running.send_signal(signal.SIGTERM)
+        _, err = running.communicate(timeout=30)
+    assert running.returncode == 143
+    assert b"canalyze: recorded bus.log: " in err
+
+
+def test_a_second_ctrl_c_ends_at_once(tmp_path: Path) -> None:
+    """Nobody reads what is shown: the first one, which follows the flood, cannot end it."""
+    with process("flood", "bus", cwd=tmp_path) as running:
+        lines_from(running, 1)
+        time.sleep(4)
+        assert running.poll() is None
+        running.send_signal(signal.SIGINT)
+        assert running.wait(10) == 130
+        running.communicate(timeout=10)
+
+
+@pytest.mark.parametrize("form", ["log", "asc", "mcap", "pcapng"])
+def test_a_killed_process_leaves_a_readable_recording(tmp_path: Path, form: str) -> None:
+    path = tmp_path / f"bus.{form}"
+    with process("steady", "bus", "--record", path.name, cwd=tmp_path) as running:
+        lines_from(running, 400)
+        time.sleep(0.2)
+        running.kill()
+        running.communicate(timeout=30)
+    numbers = [int.from_bytes(bytes.fromhex(line.split("#")[1][:8]), "little") for line in frames_of(path)]
+    assert numbers == list(range(len(numbers)))
+    assert len(numbers) >= (150 if form == "mcap" else 400)  # of MCAP the last second is not there
+
+
+def test_a_slow_terminal_costs_the_recording_nothing(tmp_path: Path) -> None:
+    with process("flood", "bus", "--record", "bus.log", cwd=tmp_path) as running:
+        time.sleep(3)  # nobody reads
+        out, err = running.communicate(timeout=60)
+    assert running.returncode == 0
+    assert len((tmp_path / "bus.log").read_text().splitlines()) == FLOOD
+    shown = [line for line in out.splitlines() if not line.startswith(b"#")]
+    assert len(shown) == FLOOD or b"were neither shown nor judged" in err
+
+
+def test_a_reader_that_has_seen_enough(tmp_path: Path) -> None:
+    with process("steady", "bus", "--record", "bus.log", cwd=tmp_path) as running:
+        assert running.stdout is not None and running.stderr is not None
+        lines_from(running, 3)
+        running.stdout.close()
+        assert running.wait(30) == 0
+        assert running.stderr.read() == b""
+    assert len((tmp_path / "bus.log").read_text().splitlines()) >= 3
+
+
+def test_standard_output_that_is_closed(tmp_path: Path) -> None:
+    with process("steady", "bus", cwd=tmp_path, stdout=None, preexec_fn=lambda: os.close(1)) as running:
+        _, err = running.communicate(timeout=30)
+    assert running.returncode == 2
+    assert err.decode().splitlines()[0].startswith("canalyze: standard output: cannot be written")
+
+
+def test_a_recording_that_cannot_go_on(tmp_path: Path) -> None:
+    """The listing is whole, the recording ends with a whole frame, and the exit code tells."""
+
+    def small() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+
+    with process("flood", "bus", "--record", "bus.log", cwd=tmp_path, preexec_fn=small) as running:
+        out, err = running.communicate(timeout=60)
+    assert running.returncode == 2
+    assert len([line for line in out.splitlines() if not line.startswith(b"#")]) == FLOOD
+    said = err.decode().splitlines()
+    assert said[0].startswith("bus.log: cannot be written: file too large; ")
+    assert said[0].endswith("the recording ends, the listening goes on")
+    assert "broken off" in said[-1]
+    recorded = (tmp_path / "bus.log").read_bytes()
+    assert recorded.endswith(b"\n") and len(recorded) > 20_000
+
+
+def test_rotation(tmp_path: Path) -> None:
+    options = ("--record", "bus.log", "--rotate", "200kB", "--keep", "2")
+    done = sniffed("flood", "bus", *options, cwd=tmp_path)
+    assert done.code == 0
+    files = sorted(tmp_path.iterdir())
+    assert len(files) == 2 and all(re.fullmatch(r"bus-000\d\.log", file.name) for file in files)
+    assert f"recorded {files[0].name} to {files[1].name}: {FLOOD} frames, 2 files" in done.err
+    assert "older ones deleted" in done.err
+
+
+def test_an_existing_recording_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "bus.log").write_text("precious\n")
+    done = sniffed("silence", "bus", "--record", "bus.log", cwd=tmp_path)
+    assert (done.code, done.out, done.complaints) == (2, "", ["canalyze: bus.log: exists; --force overwrites it"])
+    assert (tmp_path / "bus.log").read_text() == "precious\n"
+
+
+WRONG = [
+    ([], "no channel given"),
+    (["bus", "-i", "pkan"], "no such interface: pkan, did you mean pcan"),
+    (["bus", "-i", "xyzzy"], "no such interface: xyzzy; there are: "),
+    (["bus", "bus", "-i", "virtual"], "channel bus is given twice"),
+    ([",123:7FF", "-i", "virtual"], "names no channel"),
+    (["bus,123:XYZ", "-i", "virtual"], "XYZ"),
+    (["bus", "-i", "virtual", "--option", "x"], "is not of the form NAME=VALUE"),
+    (["bus", "-i", "virtual", "--duration", "soon"], "--duration: soon is not a time"),
+    (["bus", "-i", "virtual", "--count", "0"], "--count: 0 is not a whole number above 0"),
+    (["bus", "-i", "virtual", "--record", "bus.blf"], "bus.blf does not tell a format that can be recorded; "),
+    (["bus", "-i", "virtual", "--record", "bus.log.gz"], ".log .candump .asc .mcap .pcapng"),
+    (["bus", "-i", "virtual", "--record", "a.log", "--record", "a.log"], "--record a.log is given twice"),
+    (["bus", "-i", "virtual", "--rotate", "1h"], "--rotate goes with --record"),
+    (["bus", "-i", "virtual", "--record", "a.log", "--keep", "2"], "--keep goes with --rotate"),
+    (["bus", "-i", "virtual", "--record", "a.log", "--rotate", "big"], "--rotate: big is neither a size"),
+    (["bus", "-i", "virtual", "--hardware-stamps"], "--hardware-stamps is only for socketcan"),
+    (["bus", "-i", "virtual", "--data-bitrate", "2M"], "--data-bitrate goes with --fd"),
+    (["bus", "-i", "virtual", "--data-bitrate", "2G"], "is not a bit rate from 1k to 20M"),
+    (["bus", "-i", "virtual", "--filter", "x=1"], "--help"),
+    (["bus", "-i", "virtual", "--brief", "--explain"], "exclude each other"),
+    (["bus", "-i", "virtual", "--format", "jsonl", "--brief"], "only for --format text"),
+    (["bus", "-i", "socketcan", "--option", "a=1"], "--option is only for python-can's interfaces"),
+]
+
+
+@pytest.mark.parametrize(("args", "said"), WRONG, ids=[" ".join(args) or "none" for args, _ in WRONG])
+def test_wrong_usage_is_one_line(canalyze: Runner, tmp_path: Path, args: list[str], said: str) -> None:
+    if "socketcan" in args and not sys.platform.startswith("linux"):
+        pytest.skip("another line there")
+    done = canalyze("--lang", "en", "sniff", *args)
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert said in done.err
+    done = canalyze("sniff", *args)
+    assert (done.code, len(done.complaints)) == (2, 1) and re.search("[\u4e00-\u9fff]", done.err)
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_interface_that_is_not_installed(canalyze: Runner, tmp_path: Path) -> None:
+    done = canalyze("--lang", "en", "sniff", "-i", "canalystii", "0", "--bitrate", "500k", "--record", "a.log")
+    assert (done.code, len(done.complaints)) == (2, 1)
+    assert "pip install 'python-can[canalystii]'" in done.err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture
+def multicast() -> Iterator[tuple[can.BusABC, list[str]]]:
+    """Give a bus that is really between processes, and how it is listened to."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("", 0))
+        port = free.getsockname()[1]
+    group = "239.74.163.2"
+    try:
+        bus = can.Bus(interface="udp_multicast", channel=group, port=port)
+        bus.send(can.Message(arbitration_id=0x7FF))
+    except (can.CanError, OSError, RuntimeError) as error:
+        pytest.skip(f"no multicast here: {error}")
+    with bus:
+        yield bus, ["sniff", "-i", "udp_multicast", group, "--option", f"port={port}"]
+
+
+def test_multicast(tmp_path: Path, multicast: tuple[can.BusABC, list[str]]) -> None:
+    bus, listen = multicast
+    line = [*command("--lang", "en", *listen), "--record", "bus.log", "--count", "101", "--filter", "id=185,7FF"]
+    with subprocess.Popen(
+        line, cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as running:
+        assert running.stdout is not None
+        os.set_blocking(running.stdout.fileno(), False)
+        deadline = time.monotonic() + 20
+        while running.stdout.read(1) is None and time.monotonic() < deadline:  # until it listens
+            bus.send(can.Message(arbitration_id=0x7FF, is_extended_id=False))
+            time.sleep(0.05)
+        os.set_blocking(running.stdout.fileno(), True)
+        for number in range(100):
+            data = number.to_bytes(4, "little")
+            bus.send(can.Message(arbitration_id=0x185, data=data, is_extended_id=False))
+        out, _ = running.communicate(timeout=30)
+    assert running.returncode == 0
+    numbers = re.findall(r" 185   \[4\]  (\w\w) ", out.decode())
+    assert [int(number, 16) for number in numbers] == list(range(len(numbers))) and len(numbers) >= 95
+    assert "239.74.163.2 185#00000000 R" in (tmp_path / "bus.log").read_text()

@@ -1,0 +1,127 @@
+"""A process in which canalyze listens to a bus with traffic on it: python-can's virtual bus is within one process.
+
+    python virtual_bus.py TRAFFIC [ARGUMENTS OF canalyze]...
+
+TRAFFIC is `session` (python-canopen's client and server), `flood` (many frames at once), `steady` (200 frames a second,
+without end) or `silence`. After what has an end comes a Ctrl-C. The traffic begins when somebody listens on CHANNEL.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+import can
+import canopen
+from can.interfaces import virtual
+
+from canalyze.cli import main
+
+CHANNEL = "bus"
+NODE = 9
+FLOOD = 20_000
+TEXT = "a text that takes several segments, and some more of them"
+EDS = f"""
+[DeviceInfo]
+[DummyUsage]
+{"".join(f"Dummy{number:04d}=0" + chr(10) for number in range(1, 8))}
+[MandatoryObjects]
+SupportedObjects=0
+[OptionalObjects]
+SupportedObjects=2
+1=0x1017
+2=0x1008
+[1017]
+ParameterName=Producer heartbeat time
+ObjectType=0x7
+DataType=0x0006
+AccessType=rw
+DefaultValue=0
+[1008]
+ParameterName=Manufacturer device name
+ObjectType=0x7
+DataType=0x0009
+AccessType=rw
+[ManufacturerObjects]
+SupportedObjects=0
+"""
+
+
+def frame(number: int) -> can.Message:
+    """A TPDO that counts."""
+    return can.Message(arbitration_id=0x185, data=number.to_bytes(4, "little"), is_extended_id=False)
+
+
+def session() -> None:
+    """A client configures a server, reads from it, and starts it."""
+    logging.getLogger("canopen").setLevel(logging.CRITICAL)
+    description = io.StringIO(EDS)
+    description.name = "device.eds"
+    servers, client = canopen.Network(), canopen.Network()
+    for network in (servers, client):
+        network.connect(interface="virtual", channel=CHANNEL)
+    server = servers.add_node(canopen.LocalNode(NODE, canopen.import_od(description, NODE)))
+    description.seek(0)
+    remote = client.add_node(canopen.RemoteNode(NODE, canopen.import_od(description, NODE)))
+    remote.sdo.RESPONSE_TIMEOUT = 10.0
+    server.nmt.send_command(0)
+    server.nmt.send_command(0x80)  # else its heartbeats begin with a second boot-up
+    server.sdo["Manufacturer device name"].raw = TEXT
+    remote.sdo["Producer heartbeat time"].raw = 100
+    assert remote.sdo["Manufacturer device name"].raw == TEXT
+    client.send_message(0x000, bytes([1, NODE]))
+    for _ in range(3):
+        client.sync.transmit()
+        servers.send_message(0x180 + NODE, b"\x01\x02")
+        time.sleep(0.1)
+    server.nmt.stop_heartbeat()  # type: ignore[attr-defined]  # it is a slave, not what its type says
+    client.disconnect()
+    servers.disconnect()
+
+
+def flood() -> None:
+    """Frames as fast as they go."""
+    with can.Bus(interface="virtual", channel=CHANNEL) as bus:
+        for number in range(FLOOD):
+            bus.send(frame(number))
+
+
+def steady() -> None:
+    """Frames at a rate that nothing has trouble with."""
+    with can.Bus(interface="virtual", channel=CHANNEL) as bus:
+        number = 0
+        while True:
+            bus.send(frame(number))
+            number += 1
+            time.sleep(0.005)
+
+
+def silence() -> None:
+    """Nothing, for long."""
+    time.sleep(60)
+
+
+TRAFFIC: dict[str, Callable[[], None]] = {"session": session, "flood": flood, "steady": steady, "silence": silence}
+
+
+def feed(traffic: str) -> None:
+    """Wait for who listens, then begin."""
+    while not (listening := list(virtual.channels.get(CHANNEL, []))):
+        time.sleep(0.005)
+    TRAFFIC[traffic]()
+    while not listening[0].empty():
+        time.sleep(0.005)
+    time.sleep(0.2)
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # also where a shell has it ignored
+    threading.Thread(target=feed, args=(sys.argv[1],), daemon=True).start()
+    sys.exit(main(sys.argv[2:]))
