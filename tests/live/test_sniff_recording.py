@@ -1,6 +1,6 @@
 """`canalyze sniff --record` on real SocketCAN: what is in the files, by other people's readers, whatever happens.
 
-What it must not do: judge what is shown meanwhile (`test_sniff.py`), or speed.
+What it must not do: judge what is shown meanwhile (`test_sniff_beside_candump.py`), or speed.
 """
 
 from __future__ import annotations
