@@ -380,7 +380,7 @@ class SocketCan:
         """Look at what stands beside the last frame of a batch."""
         kernel, hardware, drops = self._batch.last()
         channel.reported = channel.reported if drops is None else drops
-        channel.stamp = kernel
+        channel.stamp = None if kernel is None else kernel + channel.offset
         if not channel.hardware:
             return
         if hardware is None:

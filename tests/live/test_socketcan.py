@@ -366,17 +366,21 @@ def test_a_clock_that_was_set_is_a_gap(send: Callable[..., None], monkeypatch: p
 
 
 def test_a_stopped_process_loses_nothing(send: Callable[..., None]) -> None:
+    listens, says = os.pipe()
     child = os.fork()
     if child == 0:  # receives until a frame says that it is the last
         total = 0
         bus = SocketCan([ONE])
+        os.write(says, b"!")
         done = False
         while not done:
             blocks = bus.receive(0.1)
             total += count(blocks)
             done = any(struct.unpack_from("@I", data)[0] == 0x7FF for _, _, _, data in seen(blocks))
         os._exit(0 if total == 2001 else 1)
-    time.sleep(0.5)
+    os.read(listens, 1)
+    os.close(listens)
+    os.close(says)
     os.kill(child, signal.SIGSTOP)
     for _ in range(2000):
         send(0x123, bytes(8))
