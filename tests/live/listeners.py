@@ -158,13 +158,17 @@ class Listener:
         return self.err_path.read_text()
 
     def wait_for(self, wanted: bytes, *, times: int = 1) -> None:
-        """Waits until it has written this."""
-        wait_until(
-            lambda: self.out.count(wanted) >= times or self.process.poll() is not None,
-            f"{wanted!r} of {self.name}; it complains: {self.err!r}",
-        )
-        if self.out.count(wanted) < times:
-            pytest.fail(f"{self.name} ended with {self.process.returncode} before {wanted!r}: {self.err}")
+        """Waits until it has written this so many times."""
+        self._wait(lambda: self.out.count(wanted) >= times, repr(wanted))
+
+    def wait_for_any(self, *wanted: bytes) -> None:
+        """Waits until it has written one of these."""
+        self._wait(lambda: any(one in self.out for one in wanted), f"any of {wanted}")
+
+    def _wait(self, written: Callable[[], bool], what: str) -> None:
+        wait_until(lambda: written() or self.process.poll() is not None, f"{what} of {self.name}")
+        if not written():
+            pytest.fail(f"{self.name} ended with {self.process.returncode} before {what}: {self.err}")
 
     def wait_for_complaint(self, wanted: str) -> None:
         """Waits until it has written this to standard error."""
@@ -272,18 +276,14 @@ def finish(recorder: Listener, *sniffs: Listener, interface: str = "vcan0", fram
     The sniffers show frames as `candump` does on a terminal or as JSON lines.
     """
     cansend(interface, frame)
-    can_id, _, data = frame.partition("#")
     recorder.wait_for(f" {interface} {frame}".encode())
-    spaced = " ".join(data[at : at + 2] for at in range(0, len(data), 2))
     for one in sniffs:
-        wait_until(
-            lambda one=one: (
-                any(
-                    shown.encode() in one.out
-                    for shown in (f"  {can_id}   [{len(data) // 2}]  {spaced}", f'"data":"{data}"')
-                )
-                or one.process.poll() is not None
-            ),
-            f"the last frame of {one.name}; it complains: {one.err!r}",
-        )
+        one.wait_for_any(*as_shown(frame))
     return [one.stop() for one in (recorder, *sniffs)]
+
+
+def as_shown(frame: str) -> tuple[bytes, bytes]:
+    """How a frame stands in text and in JSON lines."""
+    can_id, _, data = frame.partition("#")
+    spaced = " ".join(data[at : at + 2] for at in range(0, len(data), 2))
+    return f"  {can_id}   [{len(data) // 2}]  {spaced}".encode(), f'"data":"{data}"'.encode()

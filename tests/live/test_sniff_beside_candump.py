@@ -132,11 +132,11 @@ def test_candumps_filters_show_what_candump_shows(bus: Listeners) -> None:
     ours = [bus.sniff(f"vcan0,{text}", "--format", "jsonl") for text in FILTERS]
     cansend("vcan0", *SENT)
     finish(recorder, everything)
-    for text, one, other in zip(FILTERS, ours, theirs, strict=True):
-        wait_until(
-            lambda one=one, other=other: len(seen(one.out)) >= len(logged(other)),
-            f"as many frames as candump with {text}",
-        )
+
+    def as_many() -> bool:
+        return all(len(seen(one.out)) >= len(logged(other)) for one, other in zip(ours, theirs, strict=True))
+
+    wait_until(as_many, "as many frames as candump")
     time.sleep(0.5)
     wrong = {}
     for text, one, other in zip(FILTERS, ours, theirs, strict=True):
@@ -188,7 +188,7 @@ def test_a_session_is_said_as_decode_says_candumps_log(name: str, bus: Listeners
         line = command("--lang", lang, "decode", *options[form], str(log))
         decoded = subprocess.run(line, capture_output=True, check=True, env=environment(), timeout=4 * DEADLINE_S)
         said = lines_before_the_last_frame if form == "text" else rows_before_the_last_frame
-        live, later = said(sniff.out), said(decoded.stdout)  # type: ignore[operator]
+        live, later = said(sniff.out), said(decoded.stdout)
         assert len(live) == len(later)
         for number, (one, other) in enumerate(zip(live, later, strict=True), 1):
             assert one == other, f"line {number} of {form} in {lang}"
