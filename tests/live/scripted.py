@@ -111,6 +111,7 @@ def boot_configure_run(session: Session, change: str = "") -> None:
         io._heartbeats()
     first = (0x6401, 2) if change == "mapping" else (0x6401, 1)
     session.set_tpdo(IO, 1, mapping=[first, (0x6000, 2)])
+    io.values |= {(0x6401, 1): 100}
     for node in (DRIVE,) if change == "no-start" else (DRIVE, IO):
         session.nmt(START, node)
     session.master.sync.start(0.6 if change == "sync" else SYNC_S)
