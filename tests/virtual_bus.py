@@ -2,8 +2,8 @@
 
     python virtual_bus.py TRAFFIC [ARGUMENTS OF canalyze]...
 
-TRAFFIC is `session` (python-canopen's client and server), `flood` (many frames at once), `steady` (200 frames a second,
-without end), `unplug` (an adapter that goes and comes back) or `silence`.
+TRAFFIC is `session` (python-canopen's client and server), `stopped` (the same, then silence), `flood` (many frames at
+once), `steady` (200 frames a second, without end), `unplug` (an adapter that goes and comes back) or `silence`.
 After what has an end comes a Ctrl-C. The traffic begins when somebody listens on CHANNEL.
 """
 
@@ -18,11 +18,14 @@ import threading
 import time
 from collections.abc import Callable
 
-import can
-import canopen
-from can.interfaces import virtual
-
 from canalyze.cli import main
+from canalyze.sources.library import library
+
+library()  # else python-can loads what only MF4 needs, which takes longer than all the rest
+
+import can  # noqa: E402
+import canopen  # noqa: E402
+from can.interfaces import virtual  # noqa: E402
 
 CHANNEL = "bus"
 NODE = 9
@@ -82,8 +85,12 @@ def session() -> None:
         servers.send_message(0x180 + NODE, b"\x01\x02")
         time.sleep(0.1)
     server.nmt.stop_heartbeat()  # type: ignore[attr-defined]  # it is a slave, not what its type says
-    client.disconnect()
-    servers.disconnect()
+
+
+def stopped() -> None:
+    """The same; then nothing more, for long."""
+    session()
+    silence()
 
 
 def flood() -> None:
@@ -104,20 +111,26 @@ def steady() -> None:
 
 
 def unplug() -> None:
-    """Some frames, then the adapter is gone for a second, then some frames again."""
+    """Some frames, then the adapter is gone for a while, then some frames again."""
+    back = threading.Event()
+    receive = virtual.VirtualBus._recv_internal
 
     def gone(*_: object, **__: object) -> tuple[None, bool]:
         raise can.CanOperationError("the adapter is gone")
 
-    receive = virtual.VirtualBus._recv_internal
+    def again(bus: virtual.VirtualBus, timeout: float | None) -> tuple[can.Message | None, bool]:
+        back.set()
+        return receive(bus, timeout)
+
     with can.Bus(interface="virtual", channel=CHANNEL) as bus:
         for number in range(20):
             bus.send(frame(number))
         time.sleep(0.3)
         virtual.VirtualBus._recv_internal = gone  # type: ignore[method-assign]
-        time.sleep(1)
-        virtual.VirtualBus._recv_internal = receive  # type: ignore[method-assign]
-        time.sleep(2)
+        time.sleep(0.5)
+        virtual.VirtualBus._recv_internal = again  # type: ignore[method-assign]
+        back.wait(5)
+        time.sleep(0.2)
         for number in range(20, 40):
             bus.send(frame(number))
             time.sleep(0.01)
@@ -130,6 +143,7 @@ def silence() -> None:
 
 TRAFFIC: dict[str, Callable[[], None]] = {
     "session": session,
+    "stopped": stopped,
     "flood": flood,
     "steady": steady,
     "unplug": unplug,
