@@ -4,6 +4,7 @@ From names and options to open sources and open files; usage errors in the words
 or show anything but what is to be known of an adapter before it is listened to.
 """
 
+import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple, TypedDict
@@ -207,7 +208,7 @@ def check_recordings(given: ListeningOptions, words: Words) -> None:
     for name in names:
         if form_of(name) is None:
             raise click.UsageError(words("record.suffix", name=name, allowed=" ".join(recordable())), context)
-        if names.count(name) > 1:
+        if sum(os.path.realpath(other) == os.path.realpath(name) for other in names) > 1:  # also by another way
             raise click.UsageError(words("record.twice", name=name), context)
     for option, value, needed in (
         ("--rotate", given.get("rotate"), "--record" if not names else ""),

@@ -7,6 +7,7 @@ here stops the listening. Must not: know a frame, or print.
 
 import os
 import re
+import stat
 import threading
 import time
 from collections.abc import Sequence
@@ -135,6 +136,9 @@ class Recording:
         from canalyze._core import Session
 
         flags = os.O_WRONLY | os.O_CREAT | (os.O_TRUNC if self._force else os.O_EXCL)
+        with suppress(OSError, ValueError):  # opening it says what is wrong
+            if not stat.S_ISREG(os.stat(name).st_mode):  # receiving would wait for whoever reads a pipe
+                raise OutputError("record.no_file", name=name)
         try:
             self._fd = os.open(name, flags | _AS_IT_IS, 0o666)
         except FileExistsError as error:
@@ -185,20 +189,20 @@ class Recording:
 
     def _turn(self) -> None:
         self._finish()
-        self._drop_oldest()
         name = self._next_name()
-        while not self._force and Path(name).exists():  # somebody else's
+        while not self._force and os.path.lexists(name):  # somebody else's
             name = self._next_name()
         self._open(name)
+        self._drop_oldest()  # not before: where no further file can be opened, the last one is all there is
 
     def _drop_oldest(self) -> None:
-        """Make room for one file more."""
-        while self._keep is not None and len(self.written.files) >= max(self._keep, 1):
+        """Delete what is more than is kept; one that cannot be deleted is told once and left."""
+        while self._keep is not None and len(self.written.files) > self._keep:
             name = self.written.files.pop(0)
             self.written.bytes -= self._sizes.pop(name, 0)
-            self.written.deleted += 1
             try:
                 Path(name).unlink(missing_ok=True)
+                self.written.deleted += 1
             except OSError as error:
                 self._said.append(OutputError("record.kept", name=name, error=error))
 

@@ -14,6 +14,7 @@ import pytest
 
 from canalyze import recording
 from canalyze._core import Session
+from canalyze.commands.sniff import recorded
 from canalyze.errors import OutputError
 from canalyze.recording import Limit, Recording, Recordings, limit, open_recordings
 from canalyze.sources import live
@@ -172,6 +173,54 @@ def test_the_oldest_are_deleted(tmp_path: Path) -> None:
     assert left == expected(0, 2000)[-len(left) :]
     assert one.written.deleted == int(kept[0].stem[-4:]) - 1
     assert one.written.bytes == sum(file.stat().st_size for file in kept)
+
+
+@pytest.mark.parametrize("keep", [1, 2])
+def test_the_last_file_stays_where_no_further_one_can_be_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, keep: int
+) -> None:
+    """A disk that has become read-only, for example."""
+    one = Recording(str(tmp_path / "bus.log"), EN, limit=Limit(400, None), keep=keep)
+    one.take(blocks(0, 10))
+    one.take(blocks(10, 10))
+    open_, name = os.open, one.written.files[-1]
+
+    def refuse(path: Any, *how: Any) -> int:
+        if Path(path).parent == tmp_path:
+            raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+        return open_(path, *how)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "open", refuse)
+        one.take(blocks(20, 10))
+    one.close()
+    assert one.written.files[-1] == name and one.written.failure
+    assert lines(Path(name)) == expected(10, 10)
+    assert "bus-0002.log" in recorded(one.written, EN)
+
+
+def test_one_that_cannot_be_deleted_is_not_counted_as_deleted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(Path, "unlink", refuse)
+    one = Recording(str(tmp_path / "bus.log"), EN, limit=Limit(400, None), keep=1)
+    for place in range(0, 30, 10):
+        one.take(blocks(place, 10))
+    one.close()
+    assert (one.written.deleted, len(one.written.files), len(one.remarks())) == (0, 1, 2)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+@pytest.mark.parametrize("force", [False, True])
+def test_what_is_no_file_is_refused_at_once(tmp_path: Path, force: bool) -> None:
+    """Receiving would wait for whoever reads a pipe, and opening it does already."""
+    os.mkfifo(tmp_path / "pipe.log")
+    (tmp_path / "null.log").symlink_to(os.devnull)
+    (tmp_path / "folder.log").mkdir()
+    for name in ("pipe.log", "null.log", "folder.log"):
+        with pytest.raises(OutputError, match="is not a regular file"):
+            Recording(str(tmp_path / name), EN, force=force)
 
 
 def test_a_name_that_somebody_else_took_is_passed_over(tmp_path: Path) -> None:

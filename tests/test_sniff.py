@@ -287,6 +287,7 @@ WRONG = [
     (["bus", "-i", "virtual", "--record", "bus.blf"], "bus.blf does not tell a format that can be recorded; "),
     (["bus", "-i", "virtual", "--record", "bus.log.gz"], ".log .candump .asc .mcap .pcapng"),
     (["bus", "-i", "virtual", "--record", "a.log", "--record", "a.log"], "--record a.log is given twice"),
+    (["bus", "-i", "virtual", "--record", "a.log", "--record", "./a.log", "--force"], "--record a.log is given twice"),
     (["bus", "-i", "virtual", "--rotate", "1h"], "--rotate goes with --record"),
     (["bus", "-i", "virtual", "--record", "a.log", "--keep", "2"], "--keep goes with --rotate"),
     (["bus", "-i", "virtual", "--record", "a.log", "--rotate", "big"], "--rotate: big is neither a size"),

@@ -280,6 +280,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}：不能写入：{error}；记录到此为止，监听继续",
         "{name}: cannot be written: {error}; the recording ends, the listening goes on",
     ),
+    (
+        "record.no_file",
+        "{name}：不是普通文件；--record 只能写入普通文件",
+        "{name}: is not a regular file; --record writes to no other",
+    ),
     ("record.kept", "{name}：不能删除：{error}", "{name}: cannot be deleted: {error}"),
     ("record.file", "已记录 {name}：{frames}帧，{size}", "recorded {name}: {frames} frames, {size}"),
     (
