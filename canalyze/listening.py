@@ -1,22 +1,23 @@
 """The options of commands that listen to a bus: what is listened to, and what of it is recorded.
 
-From names and options to open sources and open files; usage errors in the words of the run. Must not: read a source,
-or show anything but what is to be known of an adapter before it is listened to.
+From names and options to open sources and open files, and to their end; usage errors in the words of the run. Must not:
+read a source, or decide where a line for people goes.
 """
 
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from typing import Any, Final, NamedTuple, TypedDict
 
 import click
 
 from canalyze import network
-from canalyze.errors import CanalyzeError
-from canalyze.options import ANY_PATH, Spelled, bitrate_option
+from canalyze.config import Config
+from canalyze.options import ANY_PATH, CaptureOptions, Spelled, bitrate_option
 from canalyze.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
 from canalyze.sources import buses
-from canalyze.sources.live import MOST_BUSES, Bus
+from canalyze.sources.live import MOST_BUSES, Bus, Live
 from canalyze.words import Words
 
 OWN: Final = "socketcan"
@@ -25,8 +26,8 @@ _UNITS: Final = {"": 1.0, "ms": 0.001, "s": 1.0, "min": 60.0, "m": 60.0, "h": 36
 _LONGEST_S: Final = 366 * 86400.0
 
 
-class ListeningOptions(TypedDict, total=False):
-    """What `listening_options` give a command beside --bitrate, by the names of its parameters."""
+class OwnOptions(TypedDict, total=False):
+    """What only `listening_options` give a command, by the names of its parameters."""
 
     interface: str | None
     data_bitrate: int | None
@@ -38,6 +39,10 @@ class ListeningOptions(TypedDict, total=False):
     rotate: Limit | None
     keep: int | None
     force: bool
+
+
+class ListeningOptions(CaptureOptions, OwnOptions, total=False):
+    """What a command that listens is given: `listening_options`, --bitrate among them, and those about the network."""
 
 
 class Channel(NamedTuple):
@@ -54,6 +59,19 @@ class Channel(NamedTuple):
     def mask(self) -> str:
         """What the core is told of the filters."""
         return f"{self.bus},{self.filters}"
+
+
+class Listening(NamedTuple):
+    """A bus that is listened to, and its recordings; there may be none."""
+
+    live: Live
+    recordings: Recordings
+
+    def complete(self, words: Words) -> list[str]:
+        """End the receiving, then the files; give what is still to be told of them, a line each."""
+        self.live.close()
+        self.recordings.close()
+        return [*(remark.in_words(words) for remark in self.recordings.remarks()), *self.recordings.losses()]
 
 
 def listening_options(words: Words) -> list[click.Parameter]:
@@ -109,8 +127,48 @@ def data_rate(text: str) -> int | None:
     return rate if 1000 <= rate <= 20_000_000 else None
 
 
-def channels_of(texts: Sequence[str], words: Words) -> list[Channel]:
-    """Take the names of channels apart; none, or one named twice, is a usage error."""
+def channels_of(texts: Sequence[str], given: ListeningOptions, words: Words) -> list[Channel]:
+    """Take the names of channels apart; what is wrong with them or the options of listening is a usage error.
+
+    A channel named twice, and none, are wrong too. Nothing is opened.
+    """
+    channels = _channels(texts, words)
+    _interface(given, words)
+    _check_recordings(given, words)
+    return channels
+
+
+@contextmanager
+def listening(
+    channels: Sequence[Channel],
+    given: ListeningOptions,
+    words: Words,
+    tell: Callable[[str], None],
+    *,
+    duration_s: float | None = None,
+) -> Iterator[Listening]:
+    """Open what is listened to, then the files; all of it is closed at the end, whatever came.
+
+    tell: gets what is to be known before, in words. SourceError and OutputError for what cannot be opened.
+    """
+    with ExitStack() as stack:
+        opened = _open_buses(channels, given, words, tell)
+        for bus in opened:
+            stack.callback(bus.close)
+        recordings = open_recordings(
+            given.get("record", ()),
+            words,
+            limit=given.get("rotate"),
+            keep=given.get("keep"),
+            force=given.get("force", False),
+        )
+        stack.callback(recordings.close)
+        live = Live(opened, recording=recordings, reconnect=given.get("reconnect", False), duration_s=duration_s)
+        stack.callback(live.close)
+        yield Listening(live, recordings)
+
+
+def _channels(texts: Sequence[str], words: Words) -> list[Channel]:
     context = click.get_current_context()
     channels: list[Channel] = []
     for text in texts:
@@ -128,7 +186,7 @@ def channels_of(texts: Sequence[str], words: Words) -> list[Channel]:
     return channels
 
 
-def interface_of(given: ListeningOptions, words: Words) -> str:
+def _interface(given: ListeningOptions, words: Words) -> str:
     """Give the interface that is listened to; one that does not exist is a usage error."""
     context = click.get_current_context()
     asked = given.get("interface")
@@ -160,49 +218,41 @@ def _listed(words: Words) -> str:
     return words("listen.comma").join(name for name in buses.names() if name not in own)
 
 
-def open_buses(
-    channels: Sequence[Channel],
-    given: ListeningOptions,
-    words: Words,
-    *,
-    bitrate: int | None,
-    tell: Callable[[str], None],
+def _open_buses(
+    channels: Sequence[Channel], given: ListeningOptions, words: Words, tell: Callable[[str], None]
 ) -> list[Bus]:
-    """Open what is listened to; SourceError for what cannot be. tell: gets what is to be known before."""
-    interface = interface_of(given, words)
+    interface = _interface(given, words)
     patient = given.get("reconnect", False)
     if interface == OWN:
         from canalyze.sources.socketcan import SocketCan
 
         names = [channel.name for channel in channels]
-        return [SocketCan(names, first=0, hardware_stamps=given.get("hardware_stamps", False), patient=patient)]
+        return [SocketCan(names, hardware_stamps=given.get("hardware_stamps", False), patient=patient)]
+    filed = (click.get_current_context().find_object(Config) or Config()).known.bitrate
     opened: list[buses.PythonCan] = []
-    try:
+    with ExitStack() as stack:
         for place, channel in enumerate(channels):
-            opened.append(
-                buses.PythonCan(
-                    interface,
-                    channel.name,
-                    first=place,
-                    bitrate=bitrate,
-                    data_bitrate=given.get("data_bitrate"),
-                    fd=given.get("fd", False),
-                    options=dict(given.get("option", ())),
-                    name=channel.bus,
-                    patient=patient,
-                )
+            one = buses.PythonCan(
+                interface,
+                channel.name,
+                first=place,
+                bitrate=given.get("bitrate") or filed,
+                data_bitrate=given.get("data_bitrate"),
+                fd=given.get("fd", False),
+                options=dict(given.get("option", ())),
+                name=channel.bus,
+                patient=patient,
             )
-    except CanalyzeError:
-        for one in opened:
-            one.close()
-        raise
-    if opened and opened[0].acknowledges:
+            stack.callback(one.close)
+            opened.append(one)
+        stack.pop_all()
+    if opened[0].acknowledges:
         tell(f"canalyze: {words('bus.acknowledges', interface=interface)}")
     return list(opened)
 
 
-def check_recordings(given: ListeningOptions, words: Words) -> None:
-    """Make sure that what is to be recorded can be told from the names and options; else it is a usage error."""
+def _check_recordings(given: ListeningOptions, words: Words) -> None:
+    """Make sure that what is to be recorded can be told from the names and options."""
     context = click.get_current_context()
     names = given.get("record", ())
     for name in names:
@@ -216,13 +266,3 @@ def check_recordings(given: ListeningOptions, words: Words) -> None:
     ):
         if value is not None and needed:
             raise click.UsageError(words("record.needs", option=option, other=needed), context)
-
-
-def open_recordings_of(given: ListeningOptions, words: Words) -> Recordings | None:
-    """Open what is recorded, after `check_recordings`; None if nothing is. OutputError for what cannot be written."""
-    names = given.get("record", ())
-    if not names:
-        return None
-    return open_recordings(
-        names, words, limit=given.get("rotate"), keep=given.get("keep"), force=given.get("force", False)
-    )

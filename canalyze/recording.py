@@ -88,6 +88,26 @@ class Written:
     failure: str = ""
     """Why it was broken off; "" if it was not."""
 
+    def in_words(self, words: Words) -> str:
+        """Say what became of it, for people."""
+        facts = {"frames": self.frames, "size": _size(self.bytes)}
+        if len(self.files) + self.deleted > 1:
+            facts |= {"first": self.files[0], "last": self.files[-1], "files": len(self.files)}
+            parts = [words("record.files", **facts)]
+            parts += [words("record.deleted", count=self.deleted)] if self.deleted else []
+        else:
+            parts = [words("record.file", name=self.files[0], **facts)]
+        if self.failure:
+            parts.append(words("record.broken_off"))
+        return words("listen.comma").join(parts)
+
+
+def _size(size: int) -> str:
+    for unit, least in (("GB", 10**9), ("MB", 10**6), ("kB", 10**3)):
+        if size >= least:
+            return f"{size / least:.1f} {unit}"
+    return f"{size} B"
+
 
 class Recording:
     """One recording: a file, or a row of them where there is a limit."""
@@ -137,7 +157,7 @@ class Recording:
 
         flags = os.O_WRONLY | os.O_CREAT | (os.O_TRUNC if self._force else os.O_EXCL)
         with suppress(OSError, ValueError):  # opening it says what is wrong
-            if not stat.S_ISREG(os.stat(name).st_mode):  # receiving would wait for whoever reads a pipe
+            if not stat.S_ISREG(Path(name).stat().st_mode):  # receiving would wait for whoever reads a pipe
                 raise OutputError("record.no_file", name=name)
         try:
             self._fd = os.open(name, flags | _AS_IT_IS, 0o666)

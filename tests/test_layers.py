@@ -29,7 +29,7 @@ MAY_USE: dict[str, set[str]] = {
     "config": {*SAID, "check.policy", "network", "toml"},
     "expectations": {*SAID, "_core", "compression", "layout", "network", "output", "toml"},
     "recording": {*READ, "sinks"},
-    "listening": {*READ, "network", "options", "recording"},
+    "listening": {*READ, "config", "network", "options", "recording"},
     "run": {*READ, "options", "output", "reading"},
     "options": {*READ, "config", "descriptions", "network", "output", "run"},
     "help": {*SAID, "layout", "options"},

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import signal
 import struct
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -110,6 +112,31 @@ def test_a_block_is_sixteen_bytes_and_its_payload() -> None:
     assert live.name_block(1, "can1") == struct.pack("<BBBBIq", 1, 1, 0, 0, 4, 0) + b"can1"
     assert live.dropped_block(2, 5, which=1) == struct.pack("<BBBBIq", 4, 2, 1, 0, 0, 5)
     assert live.until_block(-3) == struct.pack("<BBBBIq", 5, 0, 0, 0, 0, -3)
+
+
+OTHER_SYSTEM = """
+import pkgutil, select, signal, socket, sys
+sys.modules["fcntl"] = None
+for name in ("AF_CAN", "AF_UNIX", "MSG_DONTWAIT"):
+    delattr(socket, name)
+del select.poll, select.POLLIN, signal.SIGHUP
+import canalyze
+for found in pkgutil.walk_packages(canalyze.__path__, "canalyze."):
+    if not found.name.endswith("__main__"):
+        __import__(found.name)
+from canalyze.errors import SourceError
+from canalyze.sources.socketcan import SocketCan
+try:
+    SocketCan(["can0"])
+except SourceError as error:
+    print(error.key)
+"""
+
+
+def test_everything_can_be_imported_where_there_is_no_socketcan() -> None:
+    """As on Windows and macOS; what cannot be there says so."""
+    done = subprocess.run([sys.executable, "-c", OTHER_SYSTEM], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "live.not_linux\n"), done.stderr
 
 
 def test_one_source_passes_as_it_is_and_is_recorded() -> None:

@@ -14,7 +14,6 @@ import pytest
 
 from canalyze import recording
 from canalyze._core import Session
-from canalyze.commands.sniff import recorded
 from canalyze.errors import OutputError
 from canalyze.recording import Limit, Recording, Recordings, limit, open_recordings
 from canalyze.sources import live
@@ -196,7 +195,7 @@ def test_the_last_file_stays_where_no_further_one_can_be_opened(
     one.close()
     assert one.written.files[-1] == name and one.written.failure
     assert lines(Path(name)) == expected(10, 10)
-    assert "bus-0002.log" in recorded(one.written, EN)
+    assert "bus-0002.log" in one.written.in_words(EN)
 
 
 def test_one_that_cannot_be_deleted_is_not_counted_as_deleted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -128,7 +128,7 @@ def unplug() -> None:
         time.sleep(0.3)
         virtual.VirtualBus._recv_internal = gone  # type: ignore[method-assign]
         time.sleep(0.5)
-        virtual.VirtualBus._recv_internal = again  # type: ignore[method-assign]
+        virtual.VirtualBus._recv_internal = again  # type: ignore[method-assign, assignment]
         back.wait(5)
         time.sleep(0.2)
         for number in range(20, 40):

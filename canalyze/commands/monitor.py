@@ -5,7 +5,6 @@ that keeps it from being read is said before the screen is taken.
 """
 
 import importlib.util
-from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Unpack
@@ -16,16 +15,13 @@ from canalyze.errors import CanalyzeError
 from canalyze.help import Command
 from canalyze.listening import (
     ListeningOptions,
+    OwnOptions,
     channels_of,
-    check_recordings,
-    interface_of,
+    listening,
     listening_options,
-    open_buses,
-    open_recordings_of,
 )
 from canalyze.options import (
     ANY_PATH,
-    CaptureOptions,
     CoreUsageError,
     Spelled,
     open_session,
@@ -37,43 +33,28 @@ from canalyze.reading import Reading
 from canalyze.sinks.target import RECORDS
 from canalyze.sources.file import STDIN
 from canalyze.sources.format import open_capture
-from canalyze.sources.live import Live
 from canalyze.sources.replay import Replay
 from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze._core import Session
     from canalyze.monitor.watch import Watch
-    from canalyze.recording import Recordings
 
 _FILES: Final = frozenset({"speed", "stamps", "input_format", "merge", "topic", "time_source", "mcap_map"})
 """Parameters that only files have."""
-_CHANNELS: Final = frozenset(
-    {
-        "interface",
-        "data_bitrate",
-        "fd",
-        "option",
-        "reconnect",
-        "hardware_stamps",
-        "record",
-        "rotate",
-        "keep",
-        "force",
-    }
-)
+_CHANNELS: Final = frozenset(OwnOptions.__annotations__)
 """Parameters that only channels have."""
-
-
-class _Watching(CaptureOptions, ListeningOptions, total=False):
-    """What the shared options of `monitor` give."""
 
 
 def command(words: Words) -> click.Command:
     """Build the command in one language."""
 
     def run(
-        names: tuple[str, ...], expression: str | None, stamps: str, speed: float | None, **given: Unpack[_Watching]
+        names: tuple[str, ...],
+        expression: str | None,
+        stamps: str,
+        speed: float | None,
+        **given: Unpack[ListeningOptions],
     ) -> int:
         context = click.get_current_context()
         files = _are_files(names, given, words)
@@ -101,53 +82,32 @@ def command(words: Words) -> click.Command:
     )
 
 
-def _listen(names: tuple[str, ...], words: Words, given: _Watching, expression: str | None) -> int:
+def _listen(names: tuple[str, ...], words: Words, given: ListeningOptions, expression: str | None) -> int:
     """Show what is received until the user has seen enough; give the exit code."""
     from canalyze.monitor.watch import Watch
 
-    named = channels_of(names, words)
-    interface_of(given, words)
-    check_recordings(given, words)
+    named = channels_of(names, given, words)
     masks = [channel.mask for channel in named if channel.filters] or None
     session = open_session(words, given, format="monitor", masks=masks)
     _check(session, expression)
     before: list[str] = []
-    with ExitStack() as stack:
-        buses = open_buses(named, given, words, bitrate=given.get("bitrate"), tell=before.append)
-        for bus in buses:
-            stack.callback(bus.close)
-        recordings = open_recordings_of(given, words)
-        if recordings:
-            stack.callback(recordings.close)
-        live = Live(buses, recording=recordings, reconnect=given.get("reconnect", False))
-        stack.callback(live.close)
-        watch = Watch(session, words, live.name, lambda _: live)
+    with listening(named, given, words, before.append) as opened:
+        watch = Watch(session, words, opened.live.name, lambda _: opened.live)
         for line in before:
             watch.complain(line)
         code = _show(watch, words, expression)
-        live.close()
-        return _recorded(recordings, words) or code if recordings else code
-
-
-def _recorded(recordings: "Recordings", words: Words) -> int:
-    """Complete what was recorded and say what became of it; give the exit code."""
-    from canalyze.commands.sniff import recorded
-
-    recordings.close()
-    for remark in recordings.remarks():
-        complain(f"canalyze: {remark.in_words(words)}")
-    for line in recordings.losses():
-        complain(line)
-    for one in recordings.written:
-        complain(f"canalyze: {recorded(one, words)}")
-    return 2 if recordings.failed else 0
+        for line in opened.complete(words):
+            complain(line)
+        for one in opened.recordings.written:
+            complain(f"canalyze: {one.in_words(words)}")
+        return 2 if opened.recordings.failed else code
 
 
 def _replay(
     session: "Session",
     names: tuple[str, ...],
     words: Words,
-    given: _Watching,
+    given: ListeningOptions,
     stamps: str,
     speed: float,
     expression: str | None,
@@ -198,7 +158,7 @@ def _show(watch: "Watch", words: Words, expression: str | None) -> int:
     return code or (2 if watch.failure else 0)
 
 
-def _are_files(names: tuple[str, ...], given: _Watching, words: Words) -> bool:
+def _are_files(names: tuple[str, ...], given: ListeningOptions, words: Words) -> bool:
     """Tell whether files are named, or channels."""
     context = click.get_current_context()
     if not names:

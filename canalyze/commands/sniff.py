@@ -7,39 +7,25 @@ Ctrl-C; 1 an expectation does not hold; 2 something could not be opened, receive
 import json
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final, Unpack
 
 import click
 
 from canalyze import expectations
-from canalyze.config import Config
 from canalyze.help import Command
 from canalyze.listening import (
+    Listening,
     ListeningOptions,
     channels_of,
-    check_recordings,
-    interface_of,
+    listening,
     listening_options,
-    open_buses,
-    open_recordings_of,
     positive,
     seconds,
 )
-from canalyze.options import (
-    ANY_PATH,
-    CaptureOptions,
-    OneOf,
-    Spelled,
-    format_option,
-    network_options,
-    open_session,
-)
+from canalyze.options import ANY_PATH, OneOf, Spelled, format_option, network_options, open_session
 from canalyze.output import Output, Progress, complain
-from canalyze.recording import Recordings, Written
 from canalyze.run import Run
-from canalyze.sources.live import Live
 from canalyze.words import Words
 
 _REST_S: Final = 2.0
@@ -49,10 +35,6 @@ _COUNTED: Final = {
     "sniff.transfers": ("transfers", ("sniff.ok", "sniff.aborted", "sniff.incomplete", "sniff.failed")),
 }
 """What the summary counts, in its order: in which words, and how the core calls it."""
-
-
-class _Listening(CaptureOptions, ListeningOptions, total=False):
-    """What the shared options of `sniff` give."""
 
 
 def command(words: Words) -> click.Command:
@@ -68,7 +50,7 @@ def command(words: Words) -> click.Command:
         duration: float | None,
         count: int | None,
         expect: str | None,
-        **given: Unpack[_Listening],
+        **given: Unpack[ListeningOptions],
     ) -> int:
         context = click.get_current_context()
         if brief and explain:
@@ -76,26 +58,15 @@ def command(words: Words) -> click.Command:
         if form != "text" and (brief or explain):
             option = "--brief" if brief else "--explain"
             raise click.UsageError(words("usage.text_only", option=option), context)
-        named = channels_of(channels, words)
-        interface_of(given, words)
-        check_recordings(given, words)
+        named = channels_of(channels, given, words)
         settings: dict[str, Any] = {"depth": "brief" if brief else "explain" if explain else "default"}
         settings |= {"format": form, "time": time, "filter": expression, "count": count}
         settings["masks"] = [channel.mask for channel in named if channel.filters] or None
         if expect is not None:
             settings["expectations"] = expectations.read(Path(expect))
         session = open_session(words, given, **settings)
-        with ExitStack() as stack:
-            filed = (context.find_object(Config) or Config()).known.bitrate
-            buses = open_buses(named, given, words, bitrate=given.get("bitrate") or filed, tell=complain)
-            for bus in buses:
-                stack.callback(bus.close)
-            recordings = open_recordings_of(given, words)
-            if recordings:
-                stack.callback(recordings.close)
-            live = Live(buses, recording=recordings, reconnect=given.get("reconnect", False), duration_s=duration)
-            stack.callback(live.close)
-            return _listen(live, session, recordings, words, given)
+        with listening(named, given, words, complain, duration_s=duration) as opened:
+            return _listen(opened, session, words, given)
 
     return Command(
         "sniff",
@@ -121,8 +92,9 @@ def command(words: Words) -> click.Command:
     )
 
 
-def _listen(live: Live, session: Any, recordings: Recordings | None, words: Words, given: CaptureOptions) -> int:
+def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptions) -> int:
     """Show what is received until the end; give the exit code."""
+    live = opened.live
     out = Output()
     began = time.monotonic()
     stopped = 0.0
@@ -139,18 +111,13 @@ def _listen(live: Live, session: Any, recordings: Recordings | None, words: Word
     run = Run(session, words, Progress(words, out, None), take, given, frameless=True, live=live)
     code = run.over((live.name,))
     took = time.monotonic() - began
-    live.close()
-    if recordings:
-        recordings.close()
-        for remark in recordings.remarks():
-            complain(remark.in_words(words))
-        for line in recordings.losses():
-            complain(line)
+    for line in opened.complete(words):
+        complain(line)
     tally = json.loads(session.tally())
-    written = recordings.written if recordings else []
-    for line in [*_seen(tally, took, live.unshown, bool(written), words), *(recorded(one, words) for one in written)]:
+    written = opened.recordings.written
+    for line in (*_seen(tally, took, live.unshown, bool(written), words), *(one.in_words(words) for one in written)):
         complain(f"canalyze: {line}")
-    if recordings and recordings.failed:
+    if opened.recordings.failed:
         code = code or 2
     expected = tally["expectations"]
     return code or (1 if expected and expected["missed"] else 0)
@@ -182,26 +149,5 @@ def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool
         yield words("sniff.unshown_recorded" if recorded else "sniff.unshown", count=unshown)
 
 
-def recorded(one: Written, words: Words) -> str:
-    """Give what became of a recording."""
-    facts = {"name": one.name, "frames": one.frames, "size": _bytes(one.bytes), "reason": one.failure}
-    if len(one.files) + one.deleted > 1:
-        facts |= {"first": one.files[0], "last": one.files[-1], "files": len(one.files)}
-        parts = [words("record.files", **facts)]
-        parts += [words("record.deleted", count=one.deleted)] if one.deleted else []
-    else:
-        parts = [words("record.file", **{**facts, "name": one.files[0]})]
-    if one.failure:
-        parts.append(words("record.broken_off"))
-    return words("listen.comma").join(parts)
-
-
 def _rounded(rate: float) -> str:
     return f"{rate:.1f}" if rate < 100 else f"{rate:.0f}"
-
-
-def _bytes(size: int) -> str:
-    for unit, least in (("GB", 10**9), ("MB", 10**6), ("kB", 10**3)):
-        if size >= least:
-            return f"{size / least:.1f} {unit}"
-    return f"{size} B"

@@ -106,9 +106,9 @@ class Monitor(App[int]):
         self.theme = "ansi-dark"
         loop = asyncio.get_running_loop()
         if self._beats:
-            for number, code in ((signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 0)):
-                with suppress(NotImplementedError, ValueError, RuntimeError):
-                    loop.add_signal_handler(number, self.exit, code)
+            for name, code in (("SIGTERM", 143), ("SIGHUP", 129), ("SIGINT", 0)):  # not every system has all
+                with suppress(AttributeError, NotImplementedError, ValueError, RuntimeError):
+                    loop.add_signal_handler(getattr(signal, name), self.exit, code)
             self.set_interval(_BEAT_S, self.beat)
         self._arrange()
         self.trace.focus()

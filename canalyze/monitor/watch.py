@@ -7,7 +7,7 @@ screen, or standard error after it, takes it. Must not: draw, or know what a fra
 import json
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from canalyze.errors import CanalyzeError, SourceError
@@ -62,12 +62,11 @@ class Watch:
         open_source: "Callable[[Watch], Input]",
         *,
         replay: bool = False,
-        close: Callable[[], None] | None = None,
     ) -> None:
         """Read what `open_source` gives, which looks to the loop like a capture; `name` is what it is called.
 
         open_source: is given this, which takes what a loop over files tells. replay: it can stand still and run
-        faster. close: called when all is read, whatever came.
+        faster.
         """
         self.session = session
         self.failure: str | None = None
@@ -76,7 +75,6 @@ class Watch:
         """What should never come: the screen ends and it is raised."""
         self._words = words
         self._name = name
-        self._close = close
         self._wished = threading.Event()
         self._over = threading.Event()
         self._complaints: list[str] = []
@@ -143,12 +141,9 @@ class Watch:
 
     def _run(self) -> None:
         try:
-            with ExitStack() as stack:
-                if self._close is not None:
-                    stack.callback(self._close)
-                with closing(self._reading.over([self._name])) as results:
-                    for _ in results:  # nothing comes out of it: the screen asks
-                        pass
+            with closing(self._reading.over([self._name])) as results:
+                for _ in results:  # nothing comes out of it: the screen asks
+                    pass
         except CanalyzeError as error:
             self._fail(error)
         except BaseException as error:

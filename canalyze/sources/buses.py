@@ -346,7 +346,11 @@ class _Heard(logging.Handler):
 
     def take(self) -> list[str]:
         """Give what was said since the last call; the same line is given once."""
-        new, self._new = self._new, []
+        self.acquire()  # as `emit` has it: channels have threads of their own
+        try:
+            new, self._new = self._new, []
+        finally:
+            self.release()
         return new
 
 

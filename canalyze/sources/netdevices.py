@@ -9,6 +9,7 @@ import errno
 import os
 import socket
 import struct
+import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
@@ -161,7 +162,9 @@ def _is_up(name: str) -> bool:
 
 def _ask(name: str, request: int) -> int | None:
     """Ask the kernel for a number of an interface; None if there is no such interface."""
-    import fcntl  # not on every system
+    if sys.platform == "win32":
+        return None
+    import fcntl
 
     asked = os.fsencode(name)
     if not 0 < len(asked) < 16 or b"\0" in asked:

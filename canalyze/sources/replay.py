@@ -58,7 +58,6 @@ class Replay:
         self._records = b""
         self._at = 0
         """Where in the records the next one is that is not handed over."""
-        self._named: dict[int, bytes] = {}
         self._newest: int | None = None
         """The newest stamp handed over."""
         self._origin = 0

@@ -13,6 +13,7 @@ import select
 import socket
 import struct
 import time
+from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Final
@@ -76,6 +77,8 @@ _WINDOW_NS: Final = 10_000_000_000
 _PATIENCE: Final = 50
 """Batches without a hardware stamp before it is said that there are none."""
 
+_NO_WAIT: Final[int] = getattr(socket, "MSG_DONTWAIT", 0)
+_READABLE: Final[int] = getattr(select, "POLLIN", 0)
 _CMSG: Final = struct.Struct("@Nii")
 _WORD: Final = struct.calcsize("@l")
 _SPEC: Final = struct.Struct("@ll")
@@ -129,7 +132,7 @@ class _Batch:
         # The kernel writes over the lengths that say how much room there is.
         ctypes.memmove(self._address, self._fresh, self._used * self._size)
         self._used = 0
-        count: int = self._recvmmsg(descriptor, self._address, _FRAMES, socket.MSG_DONTWAIT, None)
+        count: int = self._recvmmsg(descriptor, self._address, _FRAMES, _NO_WAIT, None)
         if count < 0:
             number = ctypes.get_errno()
             raise OSError(number, os.strerror(number))
@@ -246,10 +249,10 @@ class SocketCan:
         the beginning. SourceError otherwise, with what to do.
         """
         can_socket(next(iter(channels), ANY)).close()  # says what is wrong where there is no CAN at all
-        self._poll = select.poll()
+        self._poll = select.poll()  # type: ignore[attr-defined, unused-ignore]  # Windows has none
         self.first = first
         self._hardware = hardware_stamps
-        self._remarks: list[CanalyzeError] = []
+        self._remarks: deque[CanalyzeError] = deque()
         self.names: Sequence[str] = self._named(channels)
         self._channels = [_Channel(name, first + place) for place, name in enumerate(self.names)]
         self._lost: list[LinkLost] = []
@@ -311,8 +314,7 @@ class SocketCan:
 
     def remarks(self) -> list[CanalyzeError]:
         """Give what is to be told since the last call."""
-        remarks, self._remarks = self._remarks, []
-        return remarks
+        return [self._remarks.popleft() for _ in range(len(self._remarks))]  # another thread adds to them
 
     def close(self) -> None:
         """Let all sockets go."""
@@ -342,10 +344,10 @@ class SocketCan:
         listening, channel.small = opened(channel.name, hardware_stamps=self._hardware)
         channel.socket = listening
         channel.hardware = self._hardware
-        self._poll.register(listening, select.POLLIN)
+        self._poll.register(listening, _READABLE)
         channel.watch = watching(channel.name)
         if channel.watch:
-            self._poll.register(channel.watch, select.POLLIN)
+            self._poll.register(channel.watch, _READABLE)
 
     def _take(self, channel: _Channel, descriptor: int, blocks: list[bytes], now: int) -> bool:
         """Add what there is of a channel; True if that was all."""
@@ -419,7 +421,7 @@ class SocketCan:
                 self._poll.unregister(watch)  # once is enough
                 channel.watch = None
                 with suppress(OSError), watch:
-                    if watch.recv(_FRAME, socket.MSG_DONTWAIT):
+                    if watch.recv(_FRAME, _NO_WAIT):
                         self._remark(SourceError("live.bus_off", channel=channel.name))
 
     def _missing(self, channel: _Channel) -> bytes:
