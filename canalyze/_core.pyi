@@ -164,7 +164,7 @@ class Session:
         so output may lag by as much. input: files that are joined by time are numbered from 0 in the order in which
         they begin, and all of them begin before any is fed; a file by itself is 0. ValueError for a format that is
         neither in FORMATS nor `packed`, the records of another reader (`sources/packed.py`), nor `live`, the blocks
-        of live buses (`sources/live.py`), which also tell the time: advance() is not needed with them.
+        of live buses (`sources/live.py`), which also tell the time.
         """
     def feed(self, data: bytes, input: int = 0) -> bytes:
         """More bytes of a file, in any chunking; what is known by now, ready for standard output."""
@@ -181,8 +181,6 @@ class Session:
 
         no_clock: the first one's stamps are times of day, the second one's count from a start that is not told.
         """
-    def advance(self, now_ns: int) -> bytes:
-        """It is `now_ns` on the clock of the stamps though no frame has come: what is overdue (live sources only)."""
     def end(self, interrupted: bool = False, input: int = 0) -> bytes:
         """A file is over: the rest of its output.
 
@@ -204,7 +202,7 @@ class Session:
         Whatever filter the session has, everything counts. Times are integers of ns on the clock of the frames, null
         for never and without stamps; rates count what came in the last 2 s, the load in the last 1 s. Texts are in the
         session's language; "" where there is none. A bus is its name in the capture, "" without.
-        now_ns: the last stamp, or what advance() has said since. start_ns: the first stamp. tally: see tally().
+        now_ns: the last stamp, or the time that live buses have told since. start_ns: the first stamp. tally: see tally().
         buses: name, frames, frames_per_s, bits_per_s, bit_rate (of the network) and load_percent or null,
         error_frames, dropped, state (of the listening controller: null error-warning error-passive bus-off).
         nodes: bus, node, name (of its description, else by 1008h), state (hex, null: unknown) and state_text, frames,

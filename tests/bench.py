@@ -1,6 +1,6 @@
 """Speed, memory and start-up of canalyze beside other programs on the same capture, in one run.
 
-    python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR] [--only all|candump|formats|judged]
+    python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR] [--only all|candump|formats|judged|live]
 
 Makes (once; kept in DIR, by default below the system's temporary directory) a capture in `candump -l` form that is
 the same on every machine: eight drives as `eds/drive.eds` presets them, SYNC every 10 ms, 88 % PDO, 7.6 % SDO
@@ -9,7 +9,8 @@ program that is installed over it, output to /dev/null, and prints frames per se
 repeats), the ratio to tshark's one-line summary, and the peak of memory. Slow programs get the beginning of the
 capture only, and the table says how much. A second table has the same capture in every format, each file written by
 another program, beside that format's usual reader in Python. A third one has what is made of a capture beside text:
-check, expect, diff, columns, the library, beside python-can's reader of the same file.
+check, expect, diff, columns, the library, beside python-can's reader of the same file. A fourth one has the same frames
+as a live bus gives them, without the bus: to text, to recordings, to the screen's session, beside decode of the log.
 Only ratios of one run mean anything: machines are shared. Peak memory cannot be measured below what this script
 itself takes, which is printed as the floor.
 
@@ -133,6 +134,50 @@ JUDGED = [
     Contestant(LOG_ITERATED, iterating("can.CanutilsLogReader(sys.argv[1])")),
 ]
 """What is made of a capture beside text."""
+_LIVE = """
+import os, sys
+from canalyze import _core
+session = _core.Session({settings})
+session.begin("live", False, "live")
+with open(sys.argv[1], "rb") as source, open(os.devnull, "wb") as out:
+    while data := source.read(1 << 16):
+        out.write(session.feed(data))
+        {further}
+    out.write(session.end() + session.finish())
+sys.exit(session.frames == 0)
+"""
+_RECORDED = """
+import sys, tempfile
+from canalyze.recording import Recording
+from canalyze.words import Words
+with open(sys.argv[1], "rb") as source, tempfile.TemporaryDirectory() as folder:
+    recording = Recording(folder + "/bus{suffix}", Words("en"))
+    while data := source.read(1 << 16):
+        recording.take(data)
+    recording.close()
+    sys.exit(recording.written.frames == 0)
+"""
+
+
+def listened(settings: str, further: str = "") -> list[str]:
+    """A session of these settings that is fed what a live bus gives."""
+    return [sys.executable, "-c", _LIVE.format(settings=settings, further=further)]
+
+
+LIVE = [
+    Contestant(CANDUMP_TO_TEXT, [*CANALYZE, "decode"]),
+    Contestant("live to text", listened(""), suffix="live"),
+    Contestant("live to JSON lines", listened('format="jsonl"'), suffix="live"),
+    Contestant("live to the screen's session", listened('format="monitor"'), suffix="live"),
+    Contestant("the same, snapshot each 64 KiB", listened('format="monitor"', "session.snapshot()"), suffix="live"),
+    *(
+        Contestant(
+            f"live to a recording, {suffix}", [sys.executable, "-c", _RECORDED.format(suffix=suffix)], suffix="live"
+        )
+        for suffix in (".log", ".asc", ".mcap", ".pcapng")
+    ),
+]
+"""What a live bus gives, without the bus."""
 GOALS = [
     ("ASC to text / python-can iterating ASC", ASC_TO_TEXT, ASC_ITERATED, 10.0),
     ("MCAP to text / candump to text", MCAP_TO_TEXT, CANDUMP_TO_TEXT, 0.8),
@@ -180,7 +225,7 @@ def best_of(contestant: Contestant, path: Path, repeat: int) -> Measure:
     return min(runs, key=lambda measure: measure.cpu)
 
 
-ONLY = ("all", "candump", "formats", "judged")
+ONLY = ("all", "candump", "formats", "judged", "live")
 """Which tables there are."""
 Rates = dict[str, tuple[float, Measure, int]]
 """By the name of a contestant: frames per second of CPU time, what was measured, and of how many frames."""
@@ -280,6 +325,13 @@ def main() -> None:
         measure_formats(options.directory, options.frames, options.repeat)
     if "judged" in wanted:
         measure_judging(options.directory, options.frames, options.repeat)
+    if "live" in wanted:
+        show(
+            compete(LIVE, options.directory, options.frames, options.repeat),
+            options.frames,
+            CANDUMP_TO_TEXT,
+            "x decode",
+        )
     if options.only == "all":
         measure_start(15)
 

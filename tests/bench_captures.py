@@ -10,9 +10,11 @@ import argparse
 import gzip
 import random
 import shutil
+import struct
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -143,6 +145,31 @@ def _blf(log: Path, path: Path) -> None:
     other_writers.python_can(can.BLFWriter)(recorded(log), path)
 
 
+def _live(log: Path, path: Path) -> None:
+    """As the kernel would hand them over, in batches, each with the time after it: blocks of the live stream."""
+    from canalyze.sources import live
+
+    frame, control = struct.Struct("@IB3x8s56x"), struct.Struct("@Niiqq")
+    header = struct.Struct("@PIPNPNi0PI0P")
+    with path.open("wb") as out:
+        out.write(live.name_block(0, BUS))
+        for batch in batched(recorded(log), BATCH):
+            headers = header.pack(0, 0, 0, 1, 0, control.size, 0, 16) * len(batch)
+            slots = (
+                frame.pack(one.can_id, len(one.data), one.data)
+                + control.pack(control.size, 1, 35, *divmod(one.t_ns, 10**9)).ljust(128, b"\0")
+                for one in batch
+            )
+            out.write(live.block(live.MESSAGES, 0, 0, len(batch), headers + b"".join(slots)))
+            out.write(live.until_block(batch[-1].t_ns))
+
+
+def batched(frames: Iterator[Recorded], size: int) -> Iterator[list[Recorded]]:
+    """So many at a time."""
+    while batch := list(islice(frames, size)):
+        yield batch
+
+
 MAKERS: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
     "asc": ("log2asc", _asc),
     "asc.gz": ("log2asc and gzip", _asc_gz),
@@ -151,6 +178,8 @@ MAKERS: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
     "blf": ("python-can", _blf),
 }
 """The other formats of the capture, who makes them, and how: none of them is written by canalyze."""
+BATCH = 100
+"""Frames that come at once from a live bus."""
 
 
 def make(path: Path, count: int) -> None:
@@ -161,7 +190,8 @@ def make(path: Path, count: int) -> None:
         with unfinished.open("w") as out:
             out.writelines(capture_lines(count))
     else:
-        MAKERS[suffix][1](path.with_name(f"{name}.log"), unfinished)
+        maker = _live if suffix == "live" else MAKERS[suffix][1]
+        maker(path.with_name(f"{name}.log"), unfinished)
     unfinished.replace(path)
 
 

@@ -180,10 +180,6 @@ impl Session {
         })
     }
 
-    fn advance<'py>(&self, py: Python<'py>, now_ns: i64) -> Bound<'py, PyBytes> {
-        self.output(py, |core, out| core.advance(now_ns, out))
-    }
-
     #[pyo3(signature = (interrupted = false, input = 0))]
     fn end<'py>(&self, py: Python<'py>, interrupted: bool, input: usize) -> Bound<'py, PyBytes> {
         self.output(py, |core, out| core.end_one(input, interrupted, out))
