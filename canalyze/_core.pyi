@@ -202,7 +202,8 @@ class Session:
         Whatever filter the session has, everything counts. Times are integers of ns on the clock of the frames, null
         for never and without stamps; rates count what came in the last 2 s, the load in the last 1 s. Texts are in the
         session's language; "" where there is none. A bus is its name in the capture, "" without.
-        now_ns: the last stamp, or the time that live buses have told since. start_ns: the first stamp. tally: see tally().
+        now_ns: the last stamp, or the time that live buses have told since. start_ns: the first stamp. tally: that of
+        tally().
         buses: name, frames, frames_per_s, bits_per_s, bit_rate (of the network) and load_percent or null,
         error_frames, dropped, state (of the listening controller: null error-warning error-passive bus-off).
         nodes: bus, node, name (of its description, else by 1008h), state (hex, null: unknown) and state_text, frames,

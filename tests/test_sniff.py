@@ -23,6 +23,9 @@ from captures import run_canalyze
 from conftest import Done, Runner, command, environment
 from virtual_bus import FLOOD, NODE, TEXT
 
+from canalyze import SourceError
+from canalyze import open as open_capture
+
 SCRIPT = Path(__file__).with_name("virtual_bus.py")
 EXPECTED = f"""\
 [[sdo]]
@@ -311,6 +314,17 @@ def test_wrong_usage_is_one_line(canalyze: Runner, tmp_path: Path, args: list[st
     done = canalyze("sniff", *args)
     assert (done.code, len(done.complaints)) == (2, 1) and re.search("[\u4e00-\u9fff]", done.err)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_channel_is_no_capture(canalyze: Runner) -> None:
+    """Who gives one to what reads files is told what listens."""
+    for lang, said in (("en", "no such file or directory; a bus is listened to by"), ("zh", "要监听总线")):
+        done = canalyze("--lang", lang, "decode", "can0")
+        assert (done.code, len(done.complaints)) == (2, 1)
+        assert said in done.err and "canalyze sniff can0" in done.err
+    assert "sniff" not in canalyze("--lang", "en", "decode", "can0.log").err
+    with pytest.raises(SourceError, match="canalyze sniff vcan1"):
+        list(open_capture("vcan1"))
 
 
 def test_an_interface_that_is_not_installed(canalyze: Runner, tmp_path: Path) -> None:

@@ -76,7 +76,8 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
 ) -> "Capture":
     """Open a capture of one file, or of several that are one capture; it is read when it is asked for something.
 
-    path: a file in any format that canalyze reads, compressed or not; several are read in the given order.
+    path: a file in any format that canalyze reads, compressed or not; several are read in the given order. No
+    bus: only `canalyze sniff` and `canalyze monitor` listen to one, and what they record can be opened.
     eds: which device is which, `{5: "drive.eds", ("can1", 6): "io.dcf"}`, or as --eds: `["5=drive.eds", "1-4=io.eds"]`.
     cob: which CAN-ID carries which PDO, as --cob: `["1A5=5.TPDO1"]`.
     sdo: further SDO channels, as --sdo: `["640,5C0=5"]`.

@@ -6,6 +6,7 @@ neither formats nor frames.
 
 import errno
 import os
+import re
 import stat
 from pathlib import Path
 from types import TracebackType
@@ -17,6 +18,8 @@ CHUNK: Final = 1 << 18
 _AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
 """Where the system would else translate line ends."""
 STDIN: Final = "-"
+_CHANNEL: Final = re.compile("(v|sl|vx)?can[0-9]+")
+"""Names that interfaces have by custom."""
 
 
 class Source:
@@ -39,7 +42,8 @@ class Source:
             self.close()
             if isinstance(error, ValueError):  # a NUL in the name
                 error = OSError(errno.ENOENT, str(error))
-            raise SourceError("source.open", name=self.name, error=error) from error
+            no_bus = error.errno != errno.ENOENT or not _CHANNEL.fullmatch(name)
+            raise SourceError("source.open" if no_bus else "source.channel", name=self.name, error=error) from error
 
     @property
     def regular(self) -> bool:
