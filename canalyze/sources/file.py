@@ -42,7 +42,7 @@ class Source:
             self.close()
             if isinstance(error, ValueError):  # a NUL in the name
                 error = OSError(errno.ENOENT, str(error))
-            no_bus = error.errno != errno.ENOENT or not _CHANNEL.fullmatch(name)
+            no_bus = error.errno != errno.ENOENT or not _CHANNEL.fullmatch(self.name)
             raise SourceError("source.open" if no_bus else "source.channel", name=self.name, error=error) from error
 
     @property
