@@ -185,6 +185,26 @@ def format_option(words: Words, command: str, forms: tuple[str, ...] = ("text", 
     )
 
 
+def listing_options(words: Words) -> list[click.Parameter]:
+    """Give the options of an annotated listing: --brief, --explain, --format and -t."""
+    return [
+        click.Option(["--brief"], is_flag=True, help=words("decode.brief")),
+        click.Option(["--explain"], is_flag=True, help=words("decode.explain")),
+        format_option(words, "decode"),
+        click.Option(["-t", "time"], type=OneOf(("a", "d", "z", "A", "n"), words), help=words("decode.time")),
+    ]
+
+
+def depth_of(form: str, words: Words, *, brief: bool, explain: bool) -> str:
+    """Give how much a line of a listing says, as the core calls it; what does not go together is a usage error."""
+    context = click.get_current_context()
+    if brief and explain:
+        raise click.UsageError(words("usage.exclusive", one="--brief", other="--explain"), context)
+    if form != "text" and (brief or explain):
+        raise click.UsageError(words("usage.text_only", option="--brief" if brief else "--explain"), context)
+    return "brief" if brief else "explain" if explain else "default"
+
+
 class CoreUsageError(click.UsageError):
     """What the core cannot accept, in its own words."""
 

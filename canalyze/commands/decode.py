@@ -5,7 +5,7 @@ from typing import Unpack
 import click
 
 from canalyze.help import Command
-from canalyze.options import CaptureOptions, OneOf, capture_options, format_option, inputs, open_session
+from canalyze.options import CaptureOptions, capture_options, depth_of, inputs, listing_options, open_session
 from canalyze.output import Progress, open_output
 from canalyze.run import Run
 from canalyze.sources.file import total_size
@@ -27,14 +27,8 @@ def command(words: Words) -> click.Command:
         stamps: str,
         **given: Unpack[CaptureOptions],
     ) -> int:
-        context = click.get_current_context()
-        if brief and explain:
-            raise click.UsageError(words("usage.exclusive", one="--brief", other="--explain"), context)
-        if form != "text" and (brief or explain):
-            option = "--brief" if brief else "--explain"
-            raise click.UsageError(words("usage.text_only", option=option), context)
+        depth = depth_of(form, words, brief=brief, explain=explain)
         names = inputs(files, words)
-        depth = "brief" if brief else "explain" if explain else "default"
         session = open_session(words, given, format=form, depth=depth, stamps=stamps, time=time, filter=expression)
         with open_output(output, force=force) as out:
             code = Run(session, words, Progress(words, out, total_size(names)), out.write, given).over(names)
@@ -47,10 +41,7 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            click.Option(["--brief"], is_flag=True, help=words("decode.brief")),
-            click.Option(["--explain"], is_flag=True, help=words("decode.explain")),
-            format_option(words, "decode"),
-            click.Option(["-t", "time"], type=OneOf(("a", "d", "z", "A", "n"), words), help=words("decode.time")),
+            *listing_options(words),
             *capture_options(words),
         ],
     )

@@ -23,7 +23,7 @@ from canalyze.listening import (
     positive,
     seconds,
 )
-from canalyze.options import ANY_PATH, OneOf, Spelled, format_option, network_options, open_session
+from canalyze.options import ANY_PATH, Spelled, depth_of, listing_options, network_options, open_session
 from canalyze.output import Output, Progress, complain
 from canalyze.run import Run
 from canalyze.words import Words
@@ -52,15 +52,9 @@ def command(words: Words) -> click.Command:
         expect: str | None,
         **given: Unpack[ListeningOptions],
     ) -> int:
-        context = click.get_current_context()
-        if brief and explain:
-            raise click.UsageError(words("usage.exclusive", one="--brief", other="--explain"), context)
-        if form != "text" and (brief or explain):
-            option = "--brief" if brief else "--explain"
-            raise click.UsageError(words("usage.text_only", option=option), context)
+        depth = depth_of(form, words, brief=brief, explain=explain)
         named = channels_of(channels, given, words)
-        settings: dict[str, Any] = {"depth": "brief" if brief else "explain" if explain else "default"}
-        settings |= {"format": form, "time": time, "filter": expression, "count": count}
+        settings: dict[str, Any] = {"format": form, "depth": depth, "time": time, "filter": expression, "count": count}
         settings["masks"] = [channel.mask for channel in named if channel.filters] or None
         if expect is not None:
             settings["expectations"] = expectations.read(Path(expect))
@@ -82,10 +76,7 @@ def command(words: Words) -> click.Command:
             click.Option(
                 ["--count"], type=Spelled(positive, "positive", words), metavar="N", help=words("sniff.count")
             ),
-            click.Option(["--brief"], is_flag=True, help=words("decode.brief")),
-            click.Option(["--explain"], is_flag=True, help=words("decode.explain")),
-            format_option(words, "decode"),
-            click.Option(["-t", "time"], type=OneOf(("a", "d", "z", "A", "n"), words), help=words("decode.time")),
+            *listing_options(words),
             click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("sniff.expect")),
             *network_options(words),
         ],

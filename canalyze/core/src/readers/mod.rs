@@ -299,3 +299,17 @@ pub enum Unreadable {
     /// A CAN XL frame.
     CanXl,
 }
+
+/// Hands on bytes that come in any chunking: `take` gets what is left over (`rest`) with `bytes` behind it, and says how
+/// much of it was whole. Gives what is left over then; nothing is copied while nothing is.
+fn in_pieces(mut rest: Vec<u8>, bytes: &[u8], mut take: impl FnMut(&[u8]) -> usize) -> Vec<u8> {
+    if rest.is_empty() {
+        let used = take(bytes);
+        rest.extend_from_slice(bytes.get(used..).unwrap_or_default());
+    } else {
+        rest.extend_from_slice(bytes);
+        let used = take(&rest);
+        rest.drain(..used);
+    }
+    rest
+}

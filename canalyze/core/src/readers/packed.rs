@@ -29,7 +29,7 @@
 //!
 //! Must not: trust the stream, which may be anything. What is none of this ends it with one damage.
 
-use super::{Contents, Damage, DamageKind, Item, Marker, Place, Unreadable};
+use super::{Contents, Damage, DamageKind, Item, Marker, Place, Unreadable, in_pieces};
 use crate::frame::{BusId, Buses, CanId, Direction, Frame, Kind, LengthForm, Stamp, StampForm};
 
 /// Bytes of a head.
@@ -106,16 +106,8 @@ impl Packed {
         if self.broken {
             return;
         }
-        if self.rest.is_empty() {
-            let used = self.records(bytes, buses, sink);
-            self.rest.extend_from_slice(bytes.get(used..).unwrap_or_default());
-        } else {
-            let mut rest = std::mem::take(&mut self.rest);
-            rest.extend_from_slice(bytes);
-            let used = self.records(&rest, buses, sink);
-            rest.drain(..used);
-            self.rest = rest;
-        }
+        let rest = std::mem::take(&mut self.rest);
+        self.rest = in_pieces(rest, bytes, |bytes| self.records(bytes, buses, sink));
     }
 
     /// Takes the end of the stream.

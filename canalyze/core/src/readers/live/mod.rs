@@ -32,7 +32,7 @@ mod tests;
 use self::held::Held;
 use self::messages::Layout;
 use super::packed::Packed;
-use super::{Damage, DamageKind, Item, Marker, Place};
+use super::{Damage, DamageKind, Item, Marker, Place, in_pieces};
 use crate::frame::{BusId, Buses, Frame};
 
 /// Bytes of a head.
@@ -128,16 +128,8 @@ impl Live {
         if self.broken {
             return;
         }
-        if self.rest.is_empty() {
-            let used = self.blocks(bytes, buses, sink);
-            self.rest.extend_from_slice(bytes.get(used..).unwrap_or_default());
-        } else {
-            let mut rest = std::mem::take(&mut self.rest);
-            rest.extend_from_slice(bytes);
-            let used = self.blocks(&rest, buses, sink);
-            rest.drain(..used);
-            self.rest = rest;
-        }
+        let rest = std::mem::take(&mut self.rest);
+        self.rest = in_pieces(rest, bytes, |bytes| self.blocks(bytes, buses, sink));
     }
 
     /// Takes the end of the stream.
