@@ -174,7 +174,7 @@ class Session:
         bytes: how many of it are lost. ValueError for another kind.
         """
     def wants(self) -> int | None:
-        """The input that has to be fed, or ended, before anything can go on; None when all are over, refused, or done."""
+        """The input to be fed, or ended, before anything can go on; None when all are over, refused, or done."""
     def refusal(self) -> tuple[str, list[int]] | None:
         """Why the inputs cannot be joined by time: no_stamps (the input without any) | no_clock.
 

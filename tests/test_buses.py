@@ -101,6 +101,23 @@ def test_what_cannot_be_opened_is_one_line(interface: str, capfd: pytest.Capture
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("interface", sorted(adapters.RATED))
+def test_an_adapter_that_acknowledges_needs_the_rate(interface: str) -> None:
+    """At a wrong one it would disturb the bus."""
+    assert interface not in adapters.LISTEN_ONLY
+    with pytest.raises(SourceError, match="--bitrate"):
+        PythonCan(interface, "0", first=0)
+    with pytest.raises(SourceError) as caught:  # goes on to what is missing here
+        PythonCan(interface, "0", first=0, options={"bitrate": 250_000})
+    assert caught.value.key != "bus.needs_rate"
+
+
+def test_every_other_one_that_acknowledges_keeps_its_rate() -> None:
+    """Unless it is told one: what has a rate of its own in python-can has a row."""
+    for interface in set(BACKENDS) - set(adapters.LISTEN_ONLY) - adapters.RATED:
+        assert not re.search(r"bitrate(: int)? ?= ?[1-9]", text_of(interface)), interface
+
+
 def test_only_what_may_come_back_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(**_: Any) -> can.BusABC:
         raise can.CanInitializationError("no such device")
@@ -197,7 +214,7 @@ def test_who_acknowledges() -> None:
     def acknowledges(interface: str, **options: Any) -> bool:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(can, "Bus", lambda **_: None)
-            return PythonCan(interface, "0", first=0, options=options).acknowledges
+            return PythonCan(interface, "0", first=0, bitrate=500_000, options=options).acknowledges
 
     assert acknowledges("gs_usb") and acknowledges("ixxat")
     assert not acknowledges("slcan") and not acknowledges("virtual")

@@ -180,6 +180,24 @@ def test_a_second_ctrl_c_ends_at_once(tmp_path: Path) -> None:
         running.communicate(timeout=10)
 
 
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_an_adapter_that_is_unplugged_ends_it(tmp_path: Path, lang: str) -> None:
+    done = sniffed("unplug", "bus", "--record", "bus.log", cwd=tmp_path, lang=lang)
+    assert (done.code, len(done.lines)) == (2, 20)
+    assert "--reconnect" in done.complaints[0] and "the adapter is gone" in done.complaints[0]
+    assert re.search("recorded bus.log|已记录 bus.log", done.err)
+
+
+def test_an_adapter_that_is_unplugged_is_waited_for(tmp_path: Path) -> None:
+    done = sniffed("unplug", "bus", "--record", "bus.log", "--reconnect", cwd=tmp_path)
+    assert done.code == 0
+    assert len([line for line in done.lines if not line.startswith("#")]) == 40
+    assert len((tmp_path / "bus.log").read_text().splitlines()) == 40
+    told = [line for line in done.complaints if not line.startswith("canalyze: ")]
+    assert len(told) == 2
+    assert "waiting" in told[0] and "the adapter is gone" in told[0] and "receiving again" in told[1]
+
+
 @pytest.mark.parametrize("form", ["log", "asc", "mcap", "pcapng"])
 def test_a_killed_process_leaves_a_readable_recording(tmp_path: Path, form: str) -> None:
     path = tmp_path / f"bus.{form}"

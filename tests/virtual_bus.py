@@ -3,7 +3,8 @@
     python virtual_bus.py TRAFFIC [ARGUMENTS OF canalyze]...
 
 TRAFFIC is `session` (python-canopen's client and server), `flood` (many frames at once), `steady` (200 frames a second,
-without end) or `silence`. After what has an end comes a Ctrl-C. The traffic begins when somebody listens on CHANNEL.
+without end), `unplug` (an adapter that goes and comes back) or `silence`.
+After what has an end comes a Ctrl-C. The traffic begins when somebody listens on CHANNEL.
 """
 
 from __future__ import annotations
@@ -102,12 +103,38 @@ def steady() -> None:
             time.sleep(0.005)
 
 
+def unplug() -> None:
+    """Some frames, then the adapter is gone for a second, then some frames again."""
+
+    def gone(*_: object, **__: object) -> tuple[None, bool]:
+        raise can.CanOperationError("the adapter is gone")
+
+    receive = virtual.VirtualBus._recv_internal
+    with can.Bus(interface="virtual", channel=CHANNEL) as bus:
+        for number in range(20):
+            bus.send(frame(number))
+        time.sleep(0.3)
+        virtual.VirtualBus._recv_internal = gone  # type: ignore[method-assign]
+        time.sleep(1)
+        virtual.VirtualBus._recv_internal = receive  # type: ignore[method-assign]
+        time.sleep(2)
+        for number in range(20, 40):
+            bus.send(frame(number))
+            time.sleep(0.01)
+
+
 def silence() -> None:
     """Nothing, for long."""
     time.sleep(60)
 
 
-TRAFFIC: dict[str, Callable[[], None]] = {"session": session, "flood": flood, "steady": steady, "silence": silence}
+TRAFFIC: dict[str, Callable[[], None]] = {
+    "session": session,
+    "flood": flood,
+    "steady": steady,
+    "unplug": unplug,
+    "silence": silence,
+}
 
 
 def feed(traffic: str) -> None:
@@ -115,7 +142,7 @@ def feed(traffic: str) -> None:
     while not (listening := list(virtual.channels.get(CHANNEL, []))):
         time.sleep(0.005)
     TRAFFIC[traffic]()
-    while not listening[0].empty():
+    while listening[0] in virtual.channels.get(CHANNEL, []) and not listening[0].empty():
         time.sleep(0.005)
     time.sleep(0.2)
     os.kill(os.getpid(), signal.SIGINT)

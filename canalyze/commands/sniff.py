@@ -14,6 +14,7 @@ from typing import Any, Final, Unpack
 import click
 
 from canalyze import expectations
+from canalyze.config import Config
 from canalyze.help import Command
 from canalyze.listening import (
     ListeningOptions,
@@ -44,10 +45,10 @@ from canalyze.words import Words
 _REST_S: Final = 2.0
 """How long, after the first Ctrl-C, what was received may still take to be shown."""
 _COUNTED: Final = {
-    "finding": ("error", "warning", "info"),
-    "transfer": ("ok", "aborted", "incomplete", "failed"),
+    "sniff.findings": ("findings", ("sniff.error", "sniff.warning", "sniff.info")),
+    "sniff.transfers": ("transfers", ("sniff.ok", "sniff.aborted", "sniff.incomplete", "sniff.failed")),
 }
-"""What the summary counts, in its order."""
+"""What the summary counts, in its order: in which words, and how the core calls it."""
 
 
 class _Listening(CaptureOptions, ListeningOptions, total=False):
@@ -85,7 +86,8 @@ def command(words: Words) -> click.Command:
             settings["expectations"] = expectations.read(Path(expect))
         session = open_session(words, given, **settings)
         with ExitStack() as stack:
-            buses = open_buses(named, given, words, bitrate=given.get("bitrate"), tell=complain)
+            filed = (context.find_object(Config) or Config()).known.bitrate
+            buses = open_buses(named, given, words, bitrate=given.get("bitrate") or filed, tell=complain)
             for bus in buses:
                 stack.callback(bus.close)
             recordings = open_recordings_of(given, words)
@@ -157,18 +159,21 @@ def _listen(live: Live, session: Any, recordings: Recordings | None, words: Word
 def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool, words: Words) -> Iterator[str]:
     """Give what was seen, a line each: the buses, findings, SDO transfers, what was not shown."""
     comma = words("listen.comma")
+    # The core counts what it was not given as dropped, too; it is told apart below.
+    unshown_here = unshown if len(tally["buses"]) == 1 else 0
     for bus in tally["buses"]:
         frames = bus["frames"]
         facts = {"bus": bus["name"], "frames": frames, "seconds": f"{seconds:.1f}"}
         rate = _rounded(frames / max(seconds, 0.001))
         parts = [words("sniff.bus" if frames else "sniff.nothing", rate=rate, **facts)]
-        parts += [words(f"sniff.{key}", count=bus[key]) for key in ("error_frames", "dropped") if bus[key]]
+        lost = {"error_frames": bus["error_frames"], "dropped": bus["dropped"] - unshown_here}
+        parts += [words(f"sniff.{key}", count=count) for key, count in lost.items() if count > 0]
         yield comma.join(parts)
     lines = []
-    for kind, keys in _COUNTED.items():
-        found = tally[f"{kind}s"]
-        if listed := comma.join(words(f"sniff.{kind}.{key}", count=found[key]) for key in keys if found[key]):
-            lines.append(words(f"sniff.{kind}s", listed=listed))
+    for title, (kind, keys) in _COUNTED.items():
+        counts = {key: tally[kind][key.removeprefix("sniff.")] for key in keys}
+        if listed := comma.join(words(key, count=count) for key, count in counts.items() if count):
+            lines.append(words(title, listed=listed))
     if lines:
         yield words("sniff.then").join(lines)
     if tally["shown"] != tally["frames"]:

@@ -18,6 +18,9 @@ LISTEN_ONLY: Final[Mapping[str, Mapping[str, object]]] = {
 }
 """What keeps an adapter from acknowledging frames, and so from taking part in the bus. Others have no such switch."""
 
+RATED: Final = frozenset({"etas", "gs_usb", "iscan", "ixxat", "neousys", "usb2can"})
+"""Those that acknowledge and have a bit rate of their own where none is given: a wrong one disturbs the bus."""
+
 WIRELESS: Final = frozenset({"udp_multicast", "virtual"})
 """Interfaces without an adapter: there is nothing to acknowledge."""
 

@@ -39,6 +39,8 @@ _STEP_BACK_S: Final = 1.0
 """An adapter whose stamps go back so far has begun anew."""
 _TRIES: Final = 3
 """Errors in a row after which an adapter is gone; fewer cost a frame each."""
+_RATES: Final = frozenset({"bitrate", "timing", "f_clock"})
+"""Settings that say the bit rate."""
 _REMARKS: Final = 20
 """Most lines of the library's that are passed on."""
 _NAME: Final = 32
@@ -112,11 +114,15 @@ class PythonCan:
         self.first = first
         self._options = dict(options or {})
         self._settings = _settings(interface, bitrate, data_bitrate, self._options, fd=fd)
+        if interface in adapters.RATED and self._settings.keys().isdisjoint(_RATES):
+            raise SourceError("bus.needs_rate", name=channel, interface=interface)
         self._bare = interface not in adapters.SOCKETCAN_ERRORS
         self._bus: BusABC | None = None
         self._lost: SourceError | None = None
         logging.getLogger("can").addHandler(_HEARD)
         self._named = False
+        self._first_message: Message | None = None
+        """What came when it was opened anew."""
         self._open(patient=patient)
 
     @property
@@ -163,9 +169,12 @@ class PythonCan:
     def reopen(self) -> bool:
         """Try to open it anew, after LinkLost; False: not yet."""
         self.close()
-        with contextlib.suppress(SourceError):
+        with contextlib.suppress(SourceError, LinkLost):
             self._open(patient=False)
-        return self._bus is not None
+            self._first_message, _ = self._next(0)  # an adapter that is gone may be opened all the same
+            return True
+        self.close()
+        return False
 
     def close(self) -> None:
         """Close it; closing twice is harmless."""
@@ -211,6 +220,9 @@ class PythonCan:
 
     def _next(self, timeout_s: float) -> tuple["Message | None", int]:
         """Give the next frame if there is one, and how many were lost to errors before it."""
+        if self._first_message is not None:
+            message, self._first_message = self._first_message, None
+            return message, 0
         bus = self._bus
         if bus is None:
             raise LinkLost(self.names[0], self._gone("closed"))

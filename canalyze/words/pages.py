@@ -121,16 +121,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("canalyze.usage", "[选项] 命令 [参数]...", "[OPTIONS] COMMAND [ARGS]..."),
     (
         "canalyze.help",
-        "被动式CANopen分析器：读CAN记录（candump、Vector ASC和BLF、MCAP、pcap、PEAK TRC、MF4等），"
+        "被动式CANopen分析器：读CAN记录（candump、Vector ASC和BLF、MCAP、pcap、PEAK TRC、MF4等），或监听总线，"
         "结合此前的全部报文说明每一帧的含义，并在各种格式之间转换。从不发送任何帧。",
         "A passive CANopen analyzer: reads CAN captures (candump, Vector ASC and BLF, MCAP, pcap, PEAK TRC, MF4 and "
-        "others) and says what each frame means, given everything seen before it; converts between their formats. It "
-        "never sends a frame.",
+        "others) or listens to a bus, and says what each frame means, given everything seen before it; converts "
+        "between their formats. It never sends a frame.",
     ),
     (
         "canalyze.examples",
         "canalyze decode samples/zephyr-sdo.log      逐帧注释一个记录\n"
-        "candump can0 | canalyze decode -            实时注释\n"
+        "canalyze sniff can0 --record bus.mcap       实时注释，同时记录\n"
         "canalyze explain '60A#4008100000000000'     逐字段解释一帧\n"
         "canalyze sdo capture.log --extract out/     列出SDO传输并取出数据\n"
         "canalyze signals --eds 5=drive.eds a.log    解析PDO里的信号\n"
@@ -140,7 +140,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze convert capture.asc capture.log    转换格式\n"
         "canalyze --lang en decode --help            英文说明",
         "canalyze decode samples/zephyr-sdo.log      annotate a capture frame by frame\n"
-        "candump can0 | canalyze decode -            annotate live\n"
+        "canalyze sniff can0 --record bus.mcap       annotate a live bus and record it\n"
         "canalyze explain '60A#4008100000000000'     explain one frame field by field\n"
         "canalyze sdo capture.log --extract out/     list SDO transfers, take out their data\n"
         "canalyze signals --eds 5=drive.eds a.log    decode the signals in PDOs\n"

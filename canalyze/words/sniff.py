@@ -63,14 +63,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("sniff.dropped", "丢失{count}帧", "{count} dropped"),
     ("sniff.then", "；", "; "),
     ("sniff.findings", "发现：{listed}", "findings: {listed}"),
-    ("sniff.finding.error", "错误{count}", "{count} error"),
-    ("sniff.finding.warning", "警告{count}", "{count} warning"),
-    ("sniff.finding.info", "提示{count}", "{count} info"),
+    ("sniff.error", "错误{count}", "{count} error"),
+    ("sniff.warning", "警告{count}", "{count} warning"),
+    ("sniff.info", "提示{count}", "{count} info"),
     ("sniff.transfers", "SDO传输：{listed}", "SDO transfers: {listed}"),
-    ("sniff.transfer.ok", "完成{count}", "{count} completed"),
-    ("sniff.transfer.aborted", "中止{count}", "{count} aborted"),
-    ("sniff.transfer.incomplete", "未完成{count}", "{count} incomplete"),
-    ("sniff.transfer.failed", "失败{count}", "{count} failed"),
+    ("sniff.ok", "完成{count}", "{count} completed"),
+    ("sniff.aborted", "中止{count}", "{count} aborted"),
+    ("sniff.incomplete", "未完成{count}", "{count} incomplete"),
+    ("sniff.failed", "失败{count}", "{count} failed"),
     ("sniff.shown", "显示了其中{shown}帧", "{shown} of these frames shown"),
     (
         "sniff.unshown",
@@ -214,6 +214,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "(no frame is sent)",
     ),
     (
+        "bus.needs_rate",
+        "{name}：接口 {interface} 不能只听，波特率不对会干扰总线；请用 --bitrate 给出总线的波特率，如 --bitrate 500k",
+        "{name}: interface {interface} cannot listen only, and at a wrong bit rate it would disturb the bus; --bitrate "
+        "has to say the rate, e.g. --bitrate 500k",
+    ),
+    (
         "bus.no_package",
         "{name}：接口 {interface} 需要的软件包尚未安装；安装：{line}（python-can报告：{problem}）",
         "{name}: interface {interface} needs a package that is not installed: {line} (python-can says: {problem})",
@@ -245,10 +251,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "bus.gone",
-        "{name}：接口 {interface} 不再能接收，适配器可能被拔出；用 --reconnect 可等待其恢复"
-        "（python-can报告：{problem}）",
-        "{name}: interface {interface} cannot be received from any more, the adapter may be unplugged; --reconnect "
-        "waits for it (python-can says: {problem})",
+        "{name}：接口 {interface} 不再能接收，适配器可能被拔出（python-can报告：{problem}）",
+        "{name}: interface {interface} cannot be received from any more, the adapter may be unplugged (python-can "
+        "says: {problem})",
     ),
     (
         "bus.rates",

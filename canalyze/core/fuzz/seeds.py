@@ -149,6 +149,33 @@ def pcap(text: bytes, options: int) -> bytes:
     return bytes([options]) + out
 
 
+def live(text: bytes, options: int) -> bytes:
+    """The data frames of a `candump -l` log as a 64-bit host's receivers have them, for the target `live`.
+
+    The layout of blocks and messages stands in `readers/live/`.
+    """
+
+    def block(kind: int, bus: int, number: int, body: bytes = b"") -> bytes:
+        return struct.pack("<BBBBIq", kind, bus, options & 1 if kind == 2 else 0, 0, len(body), number) + body
+
+    out, buses = b"", []
+    for place, (seconds, micros, bus, digits, payload) in enumerate(_ANY_ID.findall(text)):
+        if bus not in buses:
+            buses.append(bus)
+            out += block(1, len(buses) - 1, 0, bus)
+        index, data, flag = buses.index(bus), bytes.fromhex(payload.decode())[:8], 0x8000_0000 * (len(digits) == 8)
+        control = struct.pack("=QIIqq", 32, 1, 35, int(seconds), int(micros) * 1000)
+        control += struct.pack("=QIIIxxxx", 20, 1, 40, place // 20) if options & 8 else b""
+        header = struct.pack("=40xQIxxxxIxxxx", len(control), 4 * (place % 2), 16)
+        slot = struct.pack("=IB3x8s", int(digits, 16) | flag, len(data), data).ljust(72, b"\0")
+        out += block(2, index, 1, header + slot + control.ljust(128, b"\0"))
+        if place % 5 == 4:
+            out += block(5, 0, int(seconds) * 10**9 + int(micros) * 1000)
+        if place % 40 == 39:
+            out += block(4 + options % 4, index, 0)
+    return bytes([options, 5 if options & 4 else 0]) + out
+
+
 def main(corpus: Path) -> None:
     """Writes one seed of every sample for every target that takes it."""
     for path in sorted(SAMPLES.rglob("*.asc")):
@@ -166,6 +193,7 @@ def main(corpus: Path) -> None:
                 "candump": bytes([options]) + text,
                 "diff": diff(text, options),
                 "expectation": expectation(text, options),
+                "live": live(text, options),
                 "network": network(text, options),
                 "pcap": pcap(text, options),
                 "sdo": sdo(text, options),

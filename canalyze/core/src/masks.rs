@@ -209,7 +209,7 @@ mod tests {
     fn mistakes() {
         for part in ["", "123", "123:", ":7FF", "12G:7FF", "#", "#x", "jj", "123:7FF ", "+1:7FF", "123456789:7FF"] {
             let text = format!("can0,{part}");
-            assert_eq!(Masks::parse(&[text.clone()]).unwrap_err(), Mistake(part.to_owned(), text));
+            assert_eq!(Masks::parse(std::slice::from_ref(&text)).unwrap_err(), Mistake(part.to_owned(), text));
         }
     }
 }

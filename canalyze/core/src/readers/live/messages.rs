@@ -116,16 +116,29 @@ pub(super) struct Message<'a> {
 }
 
 impl Message<'_> {
-    /// The frame, on no bus yet. `hardware`: with the adapter's stamp if it has one.
-    pub(super) fn frame(&self, hardware: bool) -> Result<Frame, Unreadable> {
+    /// The frame, on no bus yet, with the kernel's stamp.
+    pub(super) fn frame(&self) -> Result<Frame, Unreadable> {
+        // As candump writes it: no finer than µs.
+        let cut = |ns: i64| (ns.saturating_sub(ns.rem_euclid(1_000)), 6);
+        self.stamped(self.kernel.map(cut))
+    }
+
+    /// The same with the adapter's stamp. `ahead`: by how much its clock was ahead of the kernel's where a message had
+    /// both; so what the adapter has not stamped (sent frames, errors that the driver has made) stays in its place.
+    pub(super) fn frame_by_hardware(&self, ahead: &mut Option<i64>) -> Result<Frame, Unreadable> {
+        if let (Some(hardware), Some(kernel)) = (self.hardware, self.kernel) {
+            *ahead = Some(hardware.saturating_sub(kernel));
+        }
+        match self.hardware.or_else(|| Some(self.kernel?.saturating_add((*ahead)?))) {
+            Some(ns) => self.stamped(Some((ns, 9))),
+            None => self.frame(),
+        }
+    }
+
+    /// With this stamp, in ns, and its digits.
+    fn stamped(&self, stamp: Option<(i64, u8)>) -> Result<Frame, Unreadable> {
         let bytes = self.frame.ok_or(Unreadable::Data)?;
         let frame = pcap::native(bytes, bytes.len() == FRAME)?;
-        let stamp = match (self.hardware.filter(|_| hardware), self.kernel) {
-            (Some(ns), _) => Some((ns, 9)),
-            // As candump writes them: the kernel's own are no finer than that anyway.
-            (None, Some(ns)) => Some((ns.saturating_sub(ns.rem_euclid(1_000)), 6)),
-            (None, None) => None,
-        };
         let stamp = stamp.map(|(ns, decimals)| Stamp { form: StampForm::Seconds, ns, width: 10, decimals });
         let dir = Some(if self.flags & SENT != 0 { Direction::Tx } else { Direction::Rx });
         Ok(Frame { t_ns: stamp.map(|stamp| stamp.ns), stamp, dir, ..frame })

@@ -66,6 +66,8 @@ struct Channel {
     overflow: u32,
     /// Frames lost in all.
     lost: u64,
+    /// By how much its adapter's clock is ahead of the kernel's, in ns, where it has one.
+    ahead: Option<i64>,
 }
 
 /// The reader of what comes from live buses.
@@ -187,7 +189,7 @@ impl Live {
                 let id = buses.intern(body);
                 // What it has lost in all goes on behind a gap.
                 let lost = slot.filter(|known| known.id == id).map_or(0, |known| known.lost);
-                *slot = Some(Channel { id, overflow: 0, lost });
+                *slot = Some(Channel { id, overflow: 0, lost, ahead: None });
                 self.held.joins = self.channels.iter().flatten().count() > 1;
                 return Some(());
             }
@@ -211,7 +213,11 @@ impl Live {
                     if let Some(total) = message.overflow {
                         channel.overflowed(total).map(&mut give);
                     }
-                    give(match message.frame(head.which == 1) {
+                    let frame = match head.which {
+                        0 => message.frame(),
+                        _ => message.frame_by_hardware(&mut channel.ahead),
+                    };
+                    give(match frame {
                         Ok(frame) => Item::Frame(Frame { bus: channel.id, ..frame }),
                         Err(reason) => Item::Unreadable { place: Place::Live, reason },
                     });
