@@ -135,6 +135,7 @@ class Session:
         check (JSON lines of findings only, with `lines`, the annotated lines that led to each) |
         columns (tables, taken with batches(); nothing comes out as bytes) |
         course (nothing comes out: it is kept for a Comparison) |
+        monitor (nothing comes out: what holds now is asked for with snapshot() and trace()) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.
@@ -196,6 +197,43 @@ class Session:
         take more than 64 MiB. flush: those that run end now (live sources). After finish(): all of them, and of each
         table but those of PDOs that had none, one without rows, for its columns. Taken after each feed, memory does
         not grow with the capture.
+        """
+    def snapshot(self) -> str:
+        """With monitor: what a view shows by now but the trace, a JSON object; "" in other formats.
+
+        Whatever filter the session has, everything counts. Times are integers of ns on the clock of the frames, null
+        for never and without stamps; rates count what came in the last 2 s, the load in the last 1 s. Texts are in the
+        session's language; "" where there is none. A bus is its name in the capture, "" without.
+        now_ns: the last stamp, or what advance() has said since. start_ns: the first stamp. tally: see tally().
+        buses: name, frames, frames_per_s, bits_per_s, bit_rate (of the network) and load_percent or null,
+        error_frames, dropped, state (of the listening controller: null error-warning error-passive bus-off).
+        nodes: bus, node, name (of its description, else by 1008h), state (hex, null: unknown) and state_text, frames,
+        sent (by itself), frames_per_s, heartbeat_age_ns (since boot-up, heartbeat or answer to guarding),
+        heartbeat_period_ns (by 1017h or its heartbeats), guarded, emcy (null, or the last error code that stands: code
+        text t_ns, and active: how many stand), boot_ups, drive (null, or its state), findings {error warning}.
+        objects, one an identifier, in order of bus, 11 bits before 29, identifier, data before remote frames: bus, id,
+        ext, rtr, service, node, name, count, last_ns, period_ns (mean of the last 16), jitter_ns (by how much one of
+        them differs from it at most), rate, len, data, changed (FF for each byte that changed in the last second, or
+        with the last frame where there are no stamps), text (what the last frame says), severity (of the worst finding
+        about its frames in the last 10 s, or null). All error frames of a bus are one, of service error.
+        objects_more: identifiers for which there was no room (4096 objects, 1024 of 29-bit foreign ones).
+        transfers: running (transfer bus node direction mode index sub name; size as indicated or null, bytes by now,
+        since_ns), done, the last 200 (transfer bus node direction mode index sub name size value text status abort
+        first_frame last_frame t_ns duration_ns, as in the lines of transfers; no value of more than 256 bytes).
+        findings, the last 500: code, severity, frame (null: of the capture), t_ns, bus, node, text, count (above 1:
+        more of its kind followed, which have no row of their own).
+        """
+    def trace(
+        self, filter: str = "", search: str = "", frame: int | None = None, rows: int = 50, back: bool = True
+    ) -> list[tuple[int, str, int | None, str, str, str, str]]:
+        """With monitor: at most `rows` of the last 50,000 lines of frames that pass the session's filter, oldest first.
+
+        filter: an expression as that of --filter. search: text that a line must contain, in any case of ASCII letters.
+        frame: back, they end with the last line of this frame, None: with the newest one; else they begin with its
+        first line, None: with the oldest one.
+        Each: frame, severity ("" for none), time in ns, bus, identifier, data, text. Below a frame's own line stand
+        notes and findings, whose identifier and data are ""; one about no frame has the number of the frame before it.
+        ValueError (in words) for a filter that cannot be read.
         """
     def contents(self) -> str:
         """What is known of the current or last file beyond its frames: a JSON object.

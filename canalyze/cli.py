@@ -28,6 +28,7 @@ from canalyze.words import Words
 COMMANDS: Final = (
     "decode",
     "sniff",
+    "monitor",
     "explain",
     "sdo",
     "signals",

@@ -14,6 +14,9 @@ import sys
 from pathlib import Path
 
 from captures import SAMPLES, described_beside, expected_beside, run_canalyze, session_output
+from monitor_screens import golden as screen_golden
+from monitor_screens import goldens as screen_goldens
+from monitor_screens import screens
 
 from canalyze._core import sniff
 
@@ -97,7 +100,7 @@ def output(capture: Path, arguments: dict[str, str]) -> bytes:
 
 
 def main() -> None:
-    """Every golden file of the samples named on the command line, and these samples in other formats."""
+    """Every golden file of the samples named on the command line, these in other formats, and the screens."""
     names = set(sys.argv[1:])
     for capture in samples():
         if names and capture.stem not in names:
@@ -108,6 +111,9 @@ def main() -> None:
     for capture in converted():
         if not names or capture.stem in names:
             keep(capture, conversion(capture))
+    for capture, size, lang in screen_goldens():
+        if not names or capture.stem in names:
+            keep(screen_golden(capture, size, lang), screens(capture, size, lang).encode())
 
 
 def keep(file: Path, new: bytes) -> None:

@@ -39,6 +39,7 @@ MAY_USE: dict[str, set[str]] = {
     "check": {*READ, "check", "descriptions", "expectations", "finding", "network", "options", "run"},
     "library": {*READ, "config", "descriptions", "expectations", "finding", "network", "reading", "reports"},
     "reports": {*READ, "check.verdict", "dictionary", "finding", "layout", "library", "output"},
+    "monitor": {*READ, "layout", "output", "reading"},
     "pytest_plugin": {*SAID, "finding", "library"},
 }
 """A part, or a file of one, and what it may use; its own folder always but where a file of it has a row.

@@ -148,7 +148,7 @@ def _listen(live: Live, session: Any, recordings: Recordings | None, words: Word
             complain(line)
     tally = json.loads(session.tally())
     written = recordings.written if recordings else []
-    for line in [*_seen(tally, took, live.unshown, bool(written), words), *(_recorded(one, words) for one in written)]:
+    for line in [*_seen(tally, took, live.unshown, bool(written), words), *(recorded(one, words) for one in written)]:
         complain(f"canalyze: {line}")
     if recordings and recordings.failed:
         code = code or 2
@@ -182,7 +182,7 @@ def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool
         yield words("sniff.unshown_recorded" if recorded else "sniff.unshown", count=unshown)
 
 
-def _recorded(one: Written, words: Words) -> str:
+def recorded(one: Written, words: Words) -> str:
     """Give what became of a recording."""
     facts = {"name": one.name, "frames": one.frames, "size": _bytes(one.bytes), "reason": one.failure}
     if len(one.files) + one.deleted > 1:

@@ -18,6 +18,7 @@ from canalyze.words import (
     info,
     library,
     live,
+    monitor,
     pages,
     reports,
     sniff,
@@ -44,6 +45,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *expect.ROWS,
     *sniff.ROWS,
     *live.ROWS,
+    *monitor.ROWS,
 )
 
 

@@ -12,6 +12,7 @@ use crate::cob_id::Role;
 use crate::configuration::{self, Provenance};
 use crate::context::Context;
 use crate::dictionary::Object;
+use crate::drive;
 use crate::event::{Addressed, ProcessData, Signals, Step, Unmapped, What};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
@@ -72,6 +73,21 @@ impl Bus {
     /// The SYNC cycle that runs; 0 before the first.
     pub fn sync_cycle(&self) -> u64 {
         self.checks.sync_cycle()
+    }
+
+    /// How often a node sends heartbeats in ns, where it is known: by 1017h, or by its heartbeats.
+    pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
+        self.checks.heartbeat_period(node)
+    }
+
+    /// The states that the axes of a drive have reported last, by their number from 0.
+    pub fn drive_states(&self, node: u8) -> impl Iterator<Item = (usize, drive::State)> {
+        self.checks.drive_states(node)
+    }
+
+    /// The SDO transfers that run, by server, with what is known of their objects.
+    pub fn running(&self) -> impl Iterator<Item = (&Transfer, Option<Arc<Object>>)> {
+        self.channels.values().filter_map(|channel| channel.running())
     }
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows

@@ -23,8 +23,9 @@
 //! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `od`;
 //! `summary`, `repeats`, `expectation` (a capture held against what is expected of it), `diff` (two captures held
 //! against each other) and `trail` (where findings came from) see `event`; `render` sees `text`, `info`, `summary`,
-//! `expectation`, `trail`, `diff` and the columns of `writers::console`.
-//! `masks` (candump's filters) sees `frame`. `calendar` and `select` see nothing. The whole table stands in `tests/layers.rs`, which keeps it.
+//! `expectation`, `trail`, `diff` and the columns of `writers::console`; `monitor` (what holds now) sees `bus`, `summary`
+//! and `render`. `masks` (candump's filters) sees `frame`. `calendar` and `select` see nothing. The whole table stands in
+//! `tests/layers.rs`, which keeps it.
 
 pub mod bus;
 pub mod calendar;
@@ -44,6 +45,7 @@ pub mod info;
 pub mod inputs;
 pub mod masks;
 pub mod message;
+pub mod monitor;
 pub mod network;
 pub mod node;
 pub mod od;

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use crate::cob_id::Role;
 use crate::event::{Event, What};
-use crate::finding::{Facts, Finding};
+use crate::finding::{Code, Facts, Finding};
 use crate::frame::{BusId, CanId, Frame};
 use crate::message::Message;
 use crate::services::sdo::wire::{Command, Mux, Side};
@@ -312,6 +312,12 @@ fn place(family: Family, node: Option<u8>) -> usize {
         true => family * NODES + usize::from(node.unwrap_or(0)) % NODES,
         false => BY_NODE * NODES + family - BY_NODE,
     }
+}
+
+/// Whether a frame with this event of its own is one that a rule is about.
+pub fn concerns(code: Code, what: &What) -> bool {
+    let row = ABOUT.iter().find(|(prefix, ..)| code.rule().id.starts_with(prefix));
+    row.is_some_and(|(.., families)| families.contains(&family(what)))
 }
 
 fn family(what: &What) -> Family {

@@ -64,6 +64,7 @@ const MAY_USE: &[Row] = &[
         &[
             "frame",
             "dictionary",
+            "drive",
             "cob_id",
             "message",
             "event",
@@ -144,6 +145,7 @@ const MAY_USE: &[Row] = &[
             "expectation",
             "summary",
             "diff",
+            "dictionary",
             "info",
             "frame",
             "cob_id",
@@ -164,6 +166,13 @@ const MAY_USE: &[Row] = &[
         "expectation",
         &["frame", "od", "drive", "select", "message", "finding", "event", "services", "summary", "text::signal"],
     ),
+    (
+        "monitor",
+        &[
+            "frame", "message", "finding", "event", "network", "node", "services", "bus", "readers", "filter",
+            "summary", "text", "render", "trail",
+        ],
+    ),
     ("repeats", &["frame", "finding", "event", "services::sdo::wire"]),
     (
         "session",
@@ -176,6 +185,7 @@ const MAY_USE: &[Row] = &[
             "network",
             "services",
             "bus",
+            "monitor",
             "readers",
             "writers",
             "filter",
@@ -209,6 +219,7 @@ const MAY_USE: &[Row] = &[
             "text",
             "render",
             "inputs",
+            "monitor",
             "session",
         ],
     ),

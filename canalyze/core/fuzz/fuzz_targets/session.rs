@@ -3,6 +3,8 @@
 //! The first two bytes are the sizes of the pieces, the third sets the options of the runs that are compared.
 #![no_main]
 
+use canalyze_core::filter::Filter;
+use canalyze_core::monitor::{Line, Wanted};
 use canalyze_core::readers::Format as Input;
 use canalyze_core::readers::candump::Stamps;
 use canalyze_core::render::columns::Name;
@@ -47,6 +49,22 @@ fn rows(text: &[u8], options: Options, regular: bool, size: usize) -> (BTreeMap<
     (rows, session.frames().0)
 }
 
+/// What a view shows of it.
+fn watched(text: &[u8], options: Options, regular: bool, size: usize) -> (Vec<u8>, Vec<Line>) {
+    let mut session = Session::new(Options { format: Format::Monitor, ..options });
+    let mut out = Vec::new();
+    session.begin(b"capture.log", Input::Candump, regular);
+    for piece in text.chunks(size) {
+        session.feed(piece, &mut out);
+    }
+    session.end(false, &mut out);
+    session.finish(&mut out);
+    assert!(out.is_empty(), "what is watched is no bytes");
+    let filter = Filter::default();
+    let wanted = Wanted { filter: &filter, search: "", frame: None, rows: usize::MAX, back: true };
+    (session.snapshot(), session.trace(wanted))
+}
+
 /// Whether no stamp that may be a difference is smaller than the one before it.
 ///
 /// Where one is, the output can mean other times than the input: lines that cannot be read are not in it, and its
@@ -73,6 +91,11 @@ fuzz_target!(|input: &[u8]| {
     let [(first, frames), second] = sizes.map(|size| rows(text, options(), regular, size));
     assert_eq!((&first, frames), (&second.0, second.1), "the same rows whatever the chunking");
     assert_eq!(first.get("frames").copied().unwrap_or(0) as u64, frames, "every frame is a row");
+
+    let [first, second] = sizes.map(|size| watched(text, options(), regular, size));
+    assert_eq!(first, second, "the same view whatever the chunking");
+    assert!(std::str::from_utf8(&first.0).is_ok(), "a snapshot is UTF-8");
+    assert!(first.1.len() as u64 >= frames.min(50_000), "every frame has a line");
 
     let decode = |text: &[u8], stamps| run(text, Options { stamps, ..Options::default() }, true, usize::MAX).0;
     let once = decode(text, Stamps::Absolute);

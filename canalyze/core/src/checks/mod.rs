@@ -141,6 +141,16 @@ impl Checks {
         self.nodes.state(node)
     }
 
+    /// How often a node sends heartbeats in ns, where it is known: by 1017h, or by its heartbeats.
+    pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
+        self.nodes.heartbeat_period(node)
+    }
+
+    /// The states that the axes of a drive have reported last, by their number from 0.
+    pub fn drive_states(&self, node: u8) -> impl Iterator<Item = (usize, crate::drive::State)> {
+        self.drives.states(node)
+    }
+
     /// The SYNC cycle of a PDO, before it is followed.
     pub fn place(&self, node: u8, known: Option<&Pdo>, frame: &Frame) -> Option<Placement> {
         self.sync.place(node, known, frame)

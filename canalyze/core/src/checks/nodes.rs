@@ -64,6 +64,11 @@ impl Nodes {
         self.nmt.state(node)
     }
 
+    /// How often a node sends heartbeats in ns, where it is known.
+    pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
+        self.heartbeats.period(node)
+    }
+
     /// What is known of heartbeat times after a change.
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
         self.heartbeats.configure(nodes);

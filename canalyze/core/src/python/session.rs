@@ -15,6 +15,7 @@ use super::{choose, language};
 use crate::filter::Filter;
 use crate::inputs::Refusal;
 use crate::masks::Masks;
+use crate::monitor::{Line, Wanted};
 use crate::readers::candump::Stamps;
 use crate::readers::mcap::{Choice, Clock, Map};
 use crate::readers::{Damage, Format as Input, Place};
@@ -23,14 +24,18 @@ use crate::render::columns::Name;
 use crate::render::text::Time;
 use crate::select::Select;
 use crate::session::{Format, Options, Session as Core};
-use crate::text::{Depth, complaints};
+use crate::text::{Depth, Lang, complaints};
 use crate::writers::mcap::{self, FdSchema};
 use crate::writers::{self, Format as Written, Loss};
 
 #[pyclass(module = "canalyze._core", frozen)]
 pub(super) struct Session {
     core: Mutex<(Core, Vec<u8>)>,
+    lang: Lang,
 }
+
+/// Frame, severity, time in ns, bus, identifier, data, words.
+type TraceLine = (u64, &'static str, Option<i64>, String, String, String, String);
 
 impl Session {
     /// Runs on the core without the GIL. A lock poisoned by a panic elsewhere is taken all the same.
@@ -102,6 +107,7 @@ impl Session {
             ("check", Format::Check),
             ("columns", Format::Columns),
             ("course", Format::Course),
+            ("monitor", Format::Monitor),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
         let kinds =
@@ -136,7 +142,7 @@ impl Session {
             writing: writers::Settings { mcap: written },
             expectations: expectations.map(|given| Arc::clone(&given.expected)),
         };
-        Ok(Self { core: Mutex::new((Core::new(options), Vec::new())) })
+        Ok(Self { core: Mutex::new((Core::new(options), Vec::new())), lang })
     }
 
     #[pyo3(signature = (name, regular, format = "candump", input = 0))]
@@ -191,6 +197,28 @@ impl Session {
     fn batches(&self, py: Python<'_>, flush: bool) -> Vec<(String, Batch)> {
         let batches = self.run(py, |core| core.take_batches(flush));
         batches.into_iter().map(|batch| (batch.name.to_string(), Batch::from(batch))).collect()
+    }
+
+    fn snapshot(&self, py: Python<'_>) -> String {
+        String::from_utf8_lossy(&self.run(py, |core| core.snapshot())).into_owned()
+    }
+
+    #[pyo3(signature = (filter = "", search = "", frame = None, rows = 50, back = true))]
+    fn trace(
+        &self,
+        py: Python<'_>,
+        filter: &str,
+        search: &str,
+        frame: Option<u64>,
+        rows: usize,
+        back: bool,
+    ) -> PyResult<Vec<TraceLine>> {
+        let lang = self.lang;
+        let filter =
+            Filter::parse(filter).map_err(|mistake| PyValueError::new_err(complaints::filter(lang, &mistake)))?;
+        let lines = self.run(py, |core| core.trace(Wanted { filter: &filter, search, frame, rows, back }));
+        let row = |line: Line| (line.frame, line.severity, line.t_ns, line.bus, line.id, line.data, line.text);
+        Ok(lines.into_iter().map(row).collect())
     }
 
     fn contents(&self, py: Python<'_>) -> String {

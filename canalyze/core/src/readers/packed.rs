@@ -25,6 +25,7 @@
 //! | 5 unreadable | 0 no frame, 1 identifier, 2 length, 3 data, 4 cut, 5 CAN XL | line | 0 | |
 //! | 6 passed over | 0 | how many | 0 | of which kind |
 //! | 7 dialect | a row of [`PROPERTIES`] | 0 | 0 | its value |
+//! | 8 dropped | index of the bus | frames lost on it | 0 | |
 //!
 //! Must not: trust the stream, which may be anything. What is none of this ends it with one damage.
 
@@ -52,6 +53,8 @@ pub mod kind {
     pub const PASSED_OVER: u8 = 6;
     /// A property of the dialect.
     pub const DIALECT: u8 = 7;
+    /// Frames that the capturing program lost.
+    pub const DROPPED: u8 = 8;
 }
 
 /// Bits of a frame's flags.
@@ -92,6 +95,8 @@ pub struct Packed {
     /// Ids of the stream's buses, by its own index.
     buses: Vec<Option<BusId>>,
     contents: Contents,
+    /// Frames that are said to be lost.
+    lost: u64,
     broken: bool,
 }
 
@@ -241,6 +246,12 @@ impl Packed {
                 self.contents.dialect.truncate(KINDS);
                 None
             }
+            kind::DROPPED => {
+                let bus = self.buses.get(usize::from(which)).copied().flatten()?;
+                self.lost = self.lost.saturating_add(count);
+                let place = Place::Byte(self.taken);
+                Some(Item::Marker(Marker::Dropped { bus, count, total: self.lost, place }))
+            }
             _ => return None,
         })
     }
@@ -371,6 +382,27 @@ mod tests {
             let chunks: Vec<&[u8]> = bytes.chunks(cut).collect();
             prop_assert_eq!(shown(&read(&chunks).0), shown(&read(&[&bytes]).0));
         }
+    }
+
+    #[test]
+    fn a_gap_is_written_and_read() {
+        let mut buses = Buses::default();
+        let (first, second) = (buses.intern(b"can0"), buses.intern(b"can1"));
+        let (mut writer, mut out) = (Writer::default(), Vec::new());
+        let setting = Setting { buses: &buses, date_ns: None };
+        for (bus, count) in [(second, 3), (first, 4)] {
+            writer.marker(&mut out, setting, &Marker::Dropped { bus, count, total: 99, place: Place::Line(7) });
+        }
+        let (items, read_buses) = read(&[&out]);
+        let gaps: Vec<_> = items
+            .iter()
+            .map(|item| match item {
+                Item::Marker(Marker::Dropped { bus, count, total, .. }) => (read_buses.name(*bus), *count, *total),
+                _ => panic!("{item:?}"),
+            })
+            .collect();
+        assert_eq!(gaps, [(&b"can1"[..], 3, 3), (&b"can0"[..], 4, 7)]);
+        assert_eq!(writer.losses.iter().count(), 1);
     }
 
     fn record(kind: u8, which: u8, number: i64, further: i64, text: &[u8]) -> Vec<u8> {

@@ -59,57 +59,63 @@ impl Lines {
         put!(out; "  # ");
         let mut said = false;
         for event in events {
-            match &event.what {
-                What::Message(message) => {
-                    match self.lang {
-                        Lang::Zh => zh::services::message(out, self.depth, message, frame),
-                        Lang::En => en::services::message(out, self.depth, message, frame),
-                    }
-                    out.push(b'\n');
-                    if self.depth == Depth::Explain {
-                        explain::services::message(out, self.lang, message, frame);
-                    }
-                    said = true;
-                }
-                What::Pdo(data) => {
-                    match self.lang {
-                        Lang::Zh => zh::pdo::process_data(out, self.depth, data, frame),
-                        Lang::En => en::pdo::process_data(out, self.depth, data, frame),
-                    }
-                    out.push(b'\n');
-                    if self.depth == Depth::Explain {
-                        explain::pdo::process_data(out, self.lang, data, frame);
-                    }
-                    said = true;
-                }
-                What::Mpdo(data) => {
-                    match self.lang {
-                        Lang::Zh => zh::pdo::multiplexed(out, self.depth, data),
-                        Lang::En => en::pdo::multiplexed(out, self.depth, data),
-                    }
-                    out.push(b'\n');
-                    if self.depth == Depth::Explain {
-                        explain::services::message(out, self.lang, &data.message(), frame);
-                    }
-                    said = true;
-                }
-                What::Sdo(step) => {
-                    match self.lang {
-                        Lang::Zh => zh::sdo::step(out, self.depth, step, frame.len),
-                        Lang::En => en::sdo::step(out, self.depth, step, frame.len),
-                    }
-                    out.push(b'\n');
-                    if self.depth == Depth::Explain {
-                        explain::sdo::step(out, self.lang, step, event.node.unwrap_or(0), frame);
-                    }
-                    said = true;
-                }
-                _ => self.aside(out, event, frame.no),
-            }
+            said |= self.said(out, event, frame);
         }
         if !said {
             out.push(b'\n');
         }
+    }
+
+    /// What one of a frame's events says, in whole lines. Its own one stands behind the frame's data, others below it.
+    /// Gives whether it is its own.
+    pub fn said(&self, out: &mut Vec<u8>, event: &Event, frame: &Frame) -> bool {
+        match &event.what {
+            What::Message(message) => {
+                match self.lang {
+                    Lang::Zh => zh::services::message(out, self.depth, message, frame),
+                    Lang::En => en::services::message(out, self.depth, message, frame),
+                }
+                out.push(b'\n');
+                if self.depth == Depth::Explain {
+                    explain::services::message(out, self.lang, message, frame);
+                }
+            }
+            What::Pdo(data) => {
+                match self.lang {
+                    Lang::Zh => zh::pdo::process_data(out, self.depth, data, frame),
+                    Lang::En => en::pdo::process_data(out, self.depth, data, frame),
+                }
+                out.push(b'\n');
+                if self.depth == Depth::Explain {
+                    explain::pdo::process_data(out, self.lang, data, frame);
+                }
+            }
+            What::Mpdo(data) => {
+                match self.lang {
+                    Lang::Zh => zh::pdo::multiplexed(out, self.depth, data),
+                    Lang::En => en::pdo::multiplexed(out, self.depth, data),
+                }
+                out.push(b'\n');
+                if self.depth == Depth::Explain {
+                    explain::services::message(out, self.lang, &data.message(), frame);
+                }
+            }
+            What::Sdo(step) => {
+                match self.lang {
+                    Lang::Zh => zh::sdo::step(out, self.depth, step, frame.len),
+                    Lang::En => en::sdo::step(out, self.depth, step, frame.len),
+                }
+                out.push(b'\n');
+                if self.depth == Depth::Explain {
+                    explain::sdo::step(out, self.lang, step, event.node.unwrap_or(0), frame);
+                }
+            }
+            _ => {
+                self.aside(out, event, frame.no);
+                return false;
+            }
+        }
+        true
     }
 
     /// What is known only at the end of the capture.
@@ -120,7 +126,9 @@ impl Lines {
     }
 
     /// A note, a finding, or a transfer whose result belongs to an earlier frame, on a line of its own.
-    fn aside(&self, out: &mut Vec<u8>, event: &Event, under: u64) {
+    ///
+    /// `under`: the frame below whose line it stands; 0 for none.
+    pub fn aside(&self, out: &mut Vec<u8>, event: &Event, under: u64) {
         if self.depth == Depth::Brief {
             return;
         }

@@ -141,6 +141,11 @@ impl Decoding {
         self.events.clear();
     }
 
+    /// What is known of each bus.
+    pub(super) fn buses(&self) -> &[Bus] {
+        &self.state
+    }
+
     /// The SYNC cycle that runs on a bus; 0 before the first.
     pub(super) fn sync_cycle(&self, bus: BusId) -> u64 {
         self.state.get(usize::from(bus.0)).map_or(0, Bus::sync_cycle)

@@ -23,6 +23,7 @@ use crate::finding::{Code, Finding};
 use crate::frame::{BusId, Buses, Frame};
 use crate::inputs::{Inputs, Next, Refusal};
 use crate::masks::Masks;
+use crate::monitor::{Known, Line, Wanted};
 use crate::network::Network;
 use crate::readers::candump::Stamps;
 use crate::readers::mcap::Choice;
@@ -66,6 +67,9 @@ pub enum Format {
     Convert(writers::Format),
     /// JSON lines of findings only, each with the annotated lines that led to it.
     Check,
+    /// Nothing: what a view shows while the capture grows is asked for with [`Session::snapshot`] and
+    /// [`Session::trace`].
+    Monitor,
     /// Tables of columns: nothing comes out as bytes, batches are taken with [`Session::take_batches`].
     Columns,
 }
@@ -337,6 +341,19 @@ impl Session {
         out
     }
 
+    /// All that a view shows by now but the trace, as a JSON object (see `monitor/snapshot.rs`); empty in other formats.
+    pub fn snapshot(&self) -> Vec<u8> {
+        let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
+        let known = Known { tally: &self.tally(), buses: self.stream.decoding.buses() };
+        monitor.snapshot(self.stream.capture.view(&self.buses).jsonl, known)
+    }
+
+    /// Lines of the trace, oldest first; none in other formats.
+    pub fn trace(&self, wanted: Wanted<'_>) -> Vec<Line> {
+        let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
+        monitor.trace(wanted, &self.buses, self.stream.capture.view(&self.buses).clock)
+    }
+
     /// Frames so far: those that all files have given, those that were read of the file that was fed last.
     pub fn frames(&mut self) -> (u64, u64) {
         let fed = if self.inputs.count() > 1 { self.inputs.get(self.fed) } else { None };
@@ -392,6 +409,7 @@ impl Stream {
 
     /// A live bus is away: across the gap nothing is judged, and nothing is wrong.
     fn gap(&mut self, bus: BusId, buses: &Buses, out: &mut Vec<u8>) {
+        self.output.gap(bus);
         self.decoding.lost(bus, self.capture.last, buses);
         self.aside(buses, out);
     }
@@ -428,6 +446,7 @@ impl Stream {
             return;
         }
         self.decoding.advance(now_ns, self.capture.last, buses);
+        self.output.advance(now_ns);
         self.aside(buses, out);
     }
 

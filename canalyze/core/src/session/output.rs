@@ -10,9 +10,10 @@ use crate::diff::course::Course;
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::Finding;
-use crate::frame::{Buses, Frame};
+use crate::frame::{BusId, Buses, Frame};
 use crate::info::Info;
 use crate::masks::Masks;
+use crate::monitor::Monitor;
 use crate::readers::Marker;
 use crate::render::columns::{Batch, Columns, Seen};
 use crate::render::jsonl;
@@ -48,6 +49,7 @@ pub(super) enum Form {
     Course(Box<Course>),
     Convert(Box<Writer>),
     Columns(Box<Columns>),
+    Monitor(Box<Monitor>),
 }
 
 impl Output {
@@ -66,6 +68,7 @@ impl Output {
             Format::Info => Form::Info(Box::default()),
             Format::Course => Form::Course(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
+            Format::Monitor => Form::Monitor(Box::new(Monitor::new(options.lang, &options.network))),
             Format::Columns => Form::Columns(Box::new(Columns::new(options.lang, &options.select, &options.tables))),
         };
         let (filter, masks) = (options.filter.clone(), options.masks.clone());
@@ -111,8 +114,27 @@ impl Output {
     pub(super) fn folds(&self) -> bool {
         match &self.form {
             Form::Records(records) => !records.only_counts(),
-            Form::Course(_) => false,
+            Form::Course(_) | Form::Monitor(_) => false,
             _ => true,
+        }
+    }
+
+    /// What is watched.
+    pub(super) fn monitor(&self) -> Option<&Monitor> {
+        if let Form::Monitor(monitor) = &self.form { Some(monitor) } else { None }
+    }
+
+    /// It is `now_ns` on the clock of the frames.
+    pub(super) fn advance(&mut self, now_ns: i64) {
+        if let Form::Monitor(monitor) = &mut self.form {
+            monitor.advance(now_ns);
+        }
+    }
+
+    /// A bus is away for a while.
+    pub(super) fn gap(&mut self, bus: BusId) {
+        if let Form::Monitor(monitor) = &mut self.form {
+            monitor.gap(bus);
         }
     }
 
@@ -146,6 +168,7 @@ impl Output {
         // These look at the others too.
         match &mut self.form {
             Form::Records(records) => return records.frame(out, view, frame, events, shown),
+            Form::Monitor(monitor) => return monitor.frame(view.jsonl, service, frame, events, shown),
             Form::Columns(columns) => {
                 let seen = Seen { service: (service, node), cycle: self.cycle, shown, setting: view.jsonl };
                 return columns.frame(seen, frame, events);
@@ -171,7 +194,7 @@ impl Output {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
             }
-            Form::Records(_) | Form::Info(_) | Form::Columns(_) => {}
+            Form::Records(_) | Form::Info(_) | Form::Columns(_) | Form::Monitor(_) => {}
         }
     }
 
@@ -198,6 +221,7 @@ impl Output {
                 records.asides(out, view, events, passes);
             }
             Form::Columns(columns) => columns.asides(view.jsonl, events),
+            Form::Monitor(monitor) => monitor.asides(view.jsonl, events),
             Form::Lines(_) | Form::Signals(_) | Form::Info(_) => {}
         }
     }
@@ -208,6 +232,7 @@ impl Output {
             Form::Text(lines) => lines.marker(out, marker, view.buses),
             Form::Records(records) => records.marker(marker),
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
+            Form::Monitor(monitor) => monitor.marker(marker),
             Form::Lines(_) | Form::Jsonl | Form::Signals(_) | Form::Info(_) | Form::Columns(_) | Form::Course(_) => {}
         }
     }
@@ -219,14 +244,17 @@ impl Output {
             Form::Records(records) => records.finding(out, view, finding),
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
             Form::Columns(columns) => columns.finding(view.jsonl, finding),
+            Form::Monitor(monitor) => monitor.finding(view.jsonl, finding),
             Form::Text(_) | Form::Lines(_) | Form::Signals(_) | Form::Info(_) | Form::Course(_) => {}
         }
     }
 
     /// A file is over that had frames, and so many lines or records that cannot be read.
     pub(super) fn end_of_file(&mut self, unreadable: u64) {
-        if let Form::Records(records) = &mut self.form {
-            records.end_of_file(unreadable);
+        match &mut self.form {
+            Form::Records(records) => records.end_of_file(unreadable),
+            Form::Monitor(monitor) => monitor.end_of_file(unreadable),
+            _ => {}
         }
     }
 

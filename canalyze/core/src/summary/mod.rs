@@ -383,6 +383,11 @@ impl Summary {
         }
     }
 
+    /// A bus was away: no time may be measured across the gap.
+    pub fn gap(&mut self, bus: BusId) {
+        self.bus(bus).lost(0);
+    }
+
     /// A rule was raised.
     pub fn finding(&mut self, finding: &Finding) {
         raise(&mut self.findings, finding);

@@ -53,10 +53,20 @@ impl Packed {
         out.extend_from_slice(payload);
     }
 
-    /// Only an error marker becomes a record: an error frame of no class.
+    /// An error marker becomes an error frame of no class. A gap gets a record, for who takes frames as they come, and
+    /// is counted all the same: no file format behind these records holds it.
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match *marker {
-            Marker::Dropped { .. } => self.losses.count(Loss::Gap),
+            Marker::Dropped { bus, count, .. } => {
+                self.losses.count(Loss::Gap);
+                self.name(out, setting, bus);
+                let mut head = [0; HEAD];
+                let [record, which, _, _, _, _, _, _, number @ ..] = &mut head;
+                (*record, *which) = (kind::DROPPED, bus.0);
+                let dropped = i64::try_from(count).unwrap_or(i64::MAX).to_le_bytes();
+                number.iter_mut().zip(dropped).for_each(|(byte, value)| *byte = value);
+                out.extend_from_slice(&head);
+            }
             Marker::Error { bus, stamp, .. } => {
                 let frame = Frame {
                     bus,

@@ -157,6 +157,12 @@ impl Drives {
         self.watch.reconfigured();
     }
 
+    /// The states that a node's axes have reported last, by their number from 0.
+    pub fn states(&self, node: u8) -> impl Iterator<Item = (usize, State)> {
+        let axes = self.nodes.get(node).into_iter().flat_map(|drive| drive.axes.iter().enumerate());
+        axes.filter_map(|(number, axis)| Some((number, axis.as_ref()?.sample?.state)))
+    }
+
     /// Follows a PDO; `read`: it is known what it carries. `state` is the NMT state of a node, where known.
     pub fn process_data(
         &mut self,

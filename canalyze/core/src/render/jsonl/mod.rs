@@ -267,16 +267,29 @@ fn bus_name(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
 }
 
 /// A bus name, or null where the capture names none.
-pub(in crate::render) fn name_or_null(out: &mut Vec<u8>, name: &[u8]) {
+pub(crate) fn name_or_null(out: &mut Vec<u8>, name: &[u8]) {
     if name.is_empty() { put!(out; "null") } else { escape::json(out, name) }
 }
 
 /// A number, or null.
-pub(in crate::render) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
+pub(crate) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
     match number {
         Some(number) => put!(out; number),
         None => put!(out; "null"),
     }
+}
+
+/// A number that may be negative, or null.
+pub(crate) fn signed_or_null(out: &mut Vec<u8>, number: Option<i64>) {
+    match number {
+        Some(number) => put!(out; number),
+        None => put!(out; "null"),
+    }
+}
+
+/// A bus name; empty where the capture names none.
+pub(crate) fn name(out: &mut Vec<u8>, name: &[u8]) {
+    escape::json(out, name);
 }
 
 /// Seconds as a decimal string, or null.
@@ -290,12 +303,12 @@ pub(in crate::render) fn seconds(out: &mut Vec<u8>, ns: Option<i64>, decimals: u
 }
 
 /// `true` or `false`.
-pub(super) fn truth(yes: bool) -> &'static str {
+pub(crate) fn truth(yes: bool) -> &'static str {
     if yes { "true" } else { "false" }
 }
 
 /// Text as a JSON string.
-pub(in crate::render) fn quoted(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
+pub(crate) fn quoted(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     let start = out.len();
     write(out);
     let text = out.split_off(start);

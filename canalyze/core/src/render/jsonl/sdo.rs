@@ -3,14 +3,15 @@
 //! Keys are only ever added, never renamed. It must not decide anything.
 
 use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};
+use crate::dictionary::Object;
 use crate::event::{Place, Step};
 use crate::finding::{CrcMatch, Facts};
 use crate::frame::Frame;
 use crate::od::{self, DataType, Value};
-use crate::services::sdo::transfer::{Status, Transfer, TransferId};
-use crate::services::sdo::wire::{Command, Side};
+use crate::services::sdo::transfer::{Abort, Status, Transfer, TransferId};
+use crate::services::sdo::wire::{Command, Mux, Side};
 use crate::text::digits::{Hex, Joined, put};
-use crate::text::{escape, terms, value};
+use crate::text::{Lang, escape, terms, value};
 
 /// Largest integer that every JSON reader takes exactly.
 const EXACT: u64 = 1 << 53;
@@ -81,7 +82,7 @@ pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, fram
 }
 
 /// The word for a side.
-pub(in crate::render) fn side(side: Side) -> &'static str {
+pub(crate) fn side(side: Side) -> &'static str {
     match side {
         Side::Client => "client",
         Side::Server => "server",
@@ -128,22 +129,8 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     name_or_null(out, setting.buses.name(transfer.bus));
     put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
     put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
-    let mut data_type = None;
-    let mut object_name = Vec::new();
-    match transfer.mux {
-        Some(mux) => {
-            put!(out; ",\"index\":\"", Hex::<4>(u64::from(mux.index)), "\",\"sub\":", mux.sub);
-            data_type = match &transfer.described {
-                Some(object) => object.data_type(),
-                None => od::data_type(mux.index, mux.sub),
-            };
-            value::name(&mut object_name, setting.lang, mux, transfer.described.as_deref());
-        }
-        None => put!(out; ",\"index\":null,\"sub\":null"),
-    }
-    put!(out; ",\"name\":");
-    // A blank stands before the name.
-    name_or_null(out, object_name.get(1..).unwrap_or(&[]));
+    let data_type = data_type(transfer);
+    object(out, setting.lang, transfer.mux, transfer.described.as_deref());
     put!(out; ",\"type\":");
     name_or_null(out, data_type.map_or("", DataType::name).as_bytes());
     put!(out; ",\"size_indicated\":");
@@ -157,15 +144,7 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     put!(out; ",\"text\":");
     quoted(out, |text| value::transferred(text, setting.lang, transfer));
     put!(out; ",\"status\":\"", transfer.status.name(), "\",\"abort\":");
-    match transfer.abort {
-        None => put!(out; "null"),
-        Some(abort) => {
-            put!(out; "{\"code\":\"", Hex::<8>(u64::from(abort.code)), "\",\"by\":\"", side(abort.by), "\",\"text\":");
-            let words = terms::abort_code(setting.lang, abort.code);
-            name_or_null(out, words.unwrap_or("").as_bytes());
-            put!(out; "}");
-        }
-    }
+    abort_or_null(out, setting.lang, transfer.abort);
     put!(out; ",\"first_frame\":", transfer.first.no, ",\"last_frame\":", transfer.last.no, ",\"t\":");
     seconds(out, transfer.first.t_ns, setting.decimals);
     put!(out; ",\"duration\":");
@@ -182,7 +161,40 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     put!(out; "]}\n");
 }
 
-fn json_value(out: &mut Vec<u8>, data_type: Option<DataType>, bytes: &[u8]) {
+/// The type of a transfer's object, where it is known.
+pub(crate) fn data_type(transfer: &Transfer) -> Option<DataType> {
+    let mux = transfer.mux?;
+    match &transfer.described {
+        Some(object) => object.data_type(),
+        None => od::data_type(mux.index, mux.sub),
+    }
+}
+
+/// Appends the keys `index`, `sub` and `name` of an object, null where it is not known.
+pub(crate) fn object(out: &mut Vec<u8>, lang: Lang, mux: Option<Mux>, described: Option<&Object>) {
+    let mut name = Vec::new();
+    match mux {
+        Some(mux) => {
+            put!(out; ",\"index\":\"", Hex::<4>(u64::from(mux.index)), "\",\"sub\":", mux.sub);
+            value::name(&mut name, lang, mux, described);
+        }
+        None => put!(out; ",\"index\":null,\"sub\":null"),
+    }
+    put!(out; ",\"name\":");
+    // A blank stands before the name.
+    name_or_null(out, name.get(1..).unwrap_or(&[]));
+}
+
+/// Appends `{"code","by","text"}`, or null.
+pub(crate) fn abort_or_null(out: &mut Vec<u8>, lang: Lang, abort: Option<Abort>) {
+    let Some(abort) = abort else { return put!(out; "null") };
+    put!(out; "{\"code\":\"", Hex::<8>(u64::from(abort.code)), "\",\"by\":\"", side(abort.by), "\",\"text\":");
+    name_or_null(out, terms::abort_code(lang, abort.code).unwrap_or("").as_bytes());
+    put!(out; "}");
+}
+
+/// Appends a value as a number, string or boolean, or null.
+pub(crate) fn json_value(out: &mut Vec<u8>, data_type: Option<DataType>, bytes: &[u8]) {
     match od::decode(data_type, bytes) {
         Value::Empty | Value::Bytes(_) | Value::Time { .. } | Value::Difference { .. } => put!(out; "null"),
         Value::Bool(value) => put!(out; truth(value)),

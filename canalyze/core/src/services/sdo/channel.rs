@@ -149,6 +149,12 @@ impl Channel {
         self.unsettled.as_ref()
     }
 
+    /// The transfer that runs, with what the description says of its object; none where the channel's frames are no SDO.
+    pub fn running(&self) -> Option<(&Transfer, Option<Arc<Object>>)> {
+        let transfer = self.transfer.as_deref().filter(|_| !self.is_foreign())?;
+        Some((transfer, self.described(transfer.mux)))
+    }
+
     /// Whether what this transfer shows is news: not where the same was shown while it was unsettled.
     pub fn takes(&mut self, transfer: &Arc<Transfer>) -> bool {
         let same = |known: &Arc<Transfer>| {

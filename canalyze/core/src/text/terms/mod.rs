@@ -9,6 +9,7 @@ pub mod lss;
 pub mod nmt;
 pub mod objects;
 pub mod sdo_abort;
+pub mod service;
 pub mod usdo;
 
 use super::Lang;
@@ -73,6 +74,9 @@ pub(crate) mod tests {
         sound(error_frame::TRANSCEIVER);
         sound(usdo::COMMANDS);
         sound(usdo::ABORTS);
+        sound(service::SERVICES);
+        sound(service::SDO);
+        sound(service::INVERTED);
         assert_eq!(sdo_abort::CODES.len(), 31);
     }
 

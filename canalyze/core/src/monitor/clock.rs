@@ -1,0 +1,36 @@
+//! What time it is, by the stamps of the frames and by what a live source says when none come.
+//!
+//! Stamps of several buses may be a little out of order: then time stands. It must not read a clock.
+
+/// A stamp this much earlier than another one means that the clock was set back.
+const SET_BACK_NS: i64 = 1_000_000_000;
+
+/// The time of a capture; none without stamps.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Clock {
+    /// Now, in ns.
+    pub(super) now_ns: Option<i64>,
+    /// The first stamp, in ns.
+    pub(super) start_ns: Option<i64>,
+}
+
+impl Clock {
+    /// Takes the time of a frame.
+    pub(super) fn frame(&mut self, t_ns: i64) {
+        let back = self.now_ns.is_some_and(|now| now.saturating_sub(t_ns) >= SET_BACK_NS);
+        self.start_ns = Some(self.start_ns.map_or(t_ns, |start| start.min(t_ns)));
+        if back || self.now_ns.is_none_or(|now| t_ns > now) {
+            self.now_ns = Some(t_ns);
+        }
+    }
+
+    /// It is `now_ns`, though no frame has come. Before the first frame there is no clock.
+    pub(super) fn advance(&mut self, now_ns: i64) {
+        self.now_ns = self.now_ns.map(|now| now.max(now_ns));
+    }
+
+    /// For how long something has been, in ns.
+    pub(super) fn since(&self, ns: Option<i64>) -> Option<i64> {
+        Some(self.now_ns?.saturating_sub(ns?).max(0))
+    }
+}

@@ -1,0 +1,422 @@
+"""The application: where the rooms stand, what keys do, and the beat at which the screen is brought up to date.
+
+Ten times a second it takes one snapshot and hands it to the rooms that can be seen; each draws what differs. Must not:
+decode, judge, or wait for the source.
+"""
+
+import asyncio
+import signal
+import sys
+from contextlib import suppress
+from typing import Any, ClassVar, Final
+
+from textual import events
+from textual.app import App, ComposeResult
+from textual.containers import Horizontal, Vertical
+from textual.dom import DOMNode
+from textual.driver import Driver
+from textual.widget import Widget
+
+from canalyze.monitor import findings, nodes, objects, transfers
+from canalyze.monitor.figures import rate
+from canalyze.monitor.grid import Grid, Row
+from canalyze.monitor.keys import VIEWS, Foot, Help, bindings
+from canalyze.monitor.prompt import Prompt
+from canalyze.monitor.status import Below, Status
+from canalyze.monitor.trace import Trace
+from canalyze.monitor.watch import Watch
+from canalyze.words import Words
+
+_BEAT_S: Final = 0.1
+_WIDE: Final = 120
+"""Columns from which the overview has findings and transfers as well."""
+_HIGH: Final = 34
+"""Lines from which it has."""
+_AROUND: Final = 3
+"""Lines of status and foot."""
+NOTHING: Final[dict[str, Any]] = {
+    "now_ns": None,
+    "start_ns": None,
+    "tally": {"frames": 0, "findings": {"error": 0, "warning": 0, "info": 0}},
+    "buses": [],
+    "nodes": [],
+    "objects": [],
+    "transfers": {"running": [], "done": []},
+    "findings": [],
+}
+"""A snapshot before there is one."""
+
+
+class Monitor(App[int]):
+    """The screen of `canalyze monitor`; its return value is the exit code."""
+
+    ENABLE_COMMAND_PALETTE = False
+    CSS = """
+    Screen { layout: vertical; background: ansi_default; color: ansi_default; }
+    #rooms { height: 1fr; }
+    #upper { height: 1fr; }
+    #side { width: 45%; margin: 0 0 0 1; }
+    Help { background: ansi_default; }
+    """
+    BINDINGS: ClassVar = bindings()
+
+    def __init__(self, watch: Watch, words: Words, *, expression: str = "", beat: bool = True) -> None:
+        """Show what `watch` reads; `expression` is the first filter of the trace.
+
+        beat: the screen follows by itself; else `beat()` is called by who wants it to, as tests do.
+        """
+        super().__init__(driver_class=_driver(), ansi_color=True)
+        self._watch = watch
+        self._words = words
+        self._beats = beat
+        self._snapshot = NOTHING
+        self._drawn: dict[str, Any] = {}
+        self._view = "overview"
+        self._notice = ""
+        self.paused = False
+        self.status = Status(words)
+        self.trace = Trace(watch.trace, words)
+        self.trace.filter = expression
+        self.grids: dict[str, Grid] = {name: Grid(name) for name in ("nodes", "objects", "transfers", "findings")}
+        self.grids["trace"] = self.trace
+        for name in ("nodes", "objects", "transfers", "findings"):
+            self.grids[name].empty = words.of("monitor_empty", name)
+        self.trace.empty = words.of("monitor_empty", "trace")
+        self._whole, self._said = Below("whole"), Below("notice")
+        self._prompt = Prompt()
+
+    def compose(self) -> ComposeResult:
+        """Give all rooms; which of them can be seen says the view."""
+        yield self.status
+        with Vertical(id="rooms"):
+            with Horizontal(id="upper"):
+                yield self.grids["nodes"]
+                with Vertical(id="side"):
+                    yield self.grids["findings"]
+                    yield self.grids["transfers"]
+            yield self.grids["objects"]
+            yield self.trace
+        yield self._whole
+        yield self._said
+        yield self._prompt
+        yield Foot(self._words)
+
+    def on_mount(self) -> None:
+        """Begin."""
+        self.theme = "ansi-dark"
+        loop = asyncio.get_running_loop()
+        if self._beats:
+            for number, code in ((signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 0)):
+                with suppress(NotImplementedError, ValueError, RuntimeError):
+                    loop.add_signal_handler(number, self.exit, code)
+            self.set_interval(_BEAT_S, self.beat)
+        self._arrange()
+        self.trace.focus()
+
+    def on_resize(self) -> None:
+        """Give the rooms their places anew."""
+        self._drawn = {}
+        self._arrange()
+        self.call_after_refresh(self.draw)
+
+    def beat(self) -> None:
+        """Bring the screen up to date."""
+        if self._watch.crash is not None:
+            self.exit(2)
+            return
+        for complaint in self._watch.complaints():
+            self._notice = complaint
+        if not self.paused:
+            self._snapshot = self._watch.snapshot()
+            self.trace.limit = None
+        self.draw()
+
+    def draw(self) -> None:
+        """Hand the snapshot to what can be seen."""
+        snapshot, words = self._snapshot, self._words
+        self.trace.start_ns = snapshot["start_ns"]
+        several = len(snapshot["buses"]) > 1
+        if several != self.trace.buses:
+            self.trace.buses = several
+            self._drawn = {}
+        self._arrange()
+        self.status.update(snapshot, self._badge(), self._speed(), self._view, self.trace.conditions())
+        self._said.tell(self._notice, 3, "warning" if self._notice else "")
+        for name in ("nodes", "objects", "transfers", "findings"):
+            grid = self.grids[name]
+            part = (snapshot[name], snapshot["now_ns"] if name == "transfers" and snapshot[name]["running"] else 0)
+            if not grid.size.width or not _seen(grid) or self._drawn.get(name) == part:
+                continue
+            self._drawn[name] = part
+            width = self.size.width
+            if name == "nodes":
+                grid.show(nodes.columns(words, buses=several), nodes.rows(snapshot, words, buses=several))
+            elif name == "objects":
+                shown = objects.rows(snapshot, words, buses=several, width=width)
+                grid.show(objects.columns(words, buses=several, width=width), shown)
+            elif name == "transfers":
+                grid.show(transfers.columns(words, buses=several), transfers.rows(snapshot, words, buses=several))
+            else:
+                grid.show(findings.columns(words, buses=several), findings.rows(snapshot, buses=several))
+        if _seen(self.trace) and (self._drawn.get("trace") != snapshot["tally"]["frames"] or not self.paused):
+            self._drawn["trace"] = snapshot["tally"]["frames"]
+            self.trace.update()
+        self._tell_whole()
+
+    def _badge(self) -> str:
+        badge = self._watch.badge
+        return "paused" if self.paused and badge not in ("over", "lost") else badge
+
+    def _speed(self) -> str:
+        replay = self._watch.replay
+        if replay is None or self._watch.over:
+            return ""
+        if not replay.speed:
+            return f" {self._words('monitor.fastest')}"
+        if replay.fixed_rate is not None:
+            return f" {self._words('monitor.fixed', rate=rate(replay.fixed_rate * replay.speed))}"
+        return f" {replay.speed:g}x"
+
+    # Where the rooms stand.
+
+    def _arrange(self) -> None:
+        view, size = self._view, self.size
+        overview = view == "overview"
+        wide = overview and size.width >= _WIDE and size.height >= _HIGH
+        seen = {"nodes", "objects", "trace"} if overview else {view}
+        if wide:
+            seen |= {"findings", "transfers"}
+        for name, grid in self.grids.items():
+            _set(grid, name in seen)
+        upper, side = self.query_one("#upper"), self.query_one("#side")
+        _set(side, bool(seen & {"findings", "transfers"}))
+        _set(upper, bool(seen & {"nodes", "findings", "transfers"}))
+        side.styles.width = "45%" if wide else "100%"
+        if not overview:
+            upper.styles.height = self.grids["objects"].styles.height = "1fr"
+            return
+        room = size.height - _AROUND
+        counts = {name: len(self._snapshot[name]) for name in ("nodes", "objects")}
+        highest = 1 + max(1, min(counts["nodes"], room * 3 // 10 - 1))
+        if wide:
+            highest = max(highest, min(12, room // 4))
+        _height(upper, highest)
+        _height(self.grids["objects"], 1 + max(1, min(counts["objects"], room * 4 // 10 - 1)))
+
+    def _focused(self) -> Grid | None:
+        return self.focused if isinstance(self.focused, Grid) else None
+
+    def _tell_whole(self) -> None:
+        grid = self._focused()
+        row = grid.current if grid else None
+        self._whole.tell(row.whole if row else "", 2 if self.size.height < 30 else 4, "info")
+
+    def on_grid_moved(self) -> None:
+        """Say the row of the cursor as a whole."""
+        self._tell_whole()
+
+    def on_descendant_focus(self, _: events.DescendantFocus) -> None:
+        """Say the row of the cursor as a whole."""
+        self._tell_whole()
+
+    def _say(self, key: str, **facts: object) -> None:
+        self._notice = self._words(key, **facts)
+        self._said.tell(self._notice, 3, "warning")
+
+    @property
+    def _asked(self) -> bool:
+        """Whether keys belong to a line that is typed, or to a page above."""
+        return self._prompt.display or len(self.screen_stack) > 1
+
+    # Keys.
+
+    def action_view(self, name: str) -> None:
+        """See one room, or the overview."""
+        if self._asked or name not in VIEWS:
+            return
+        self._view = name
+        self._arrange()
+        self.grids.get(name, self.trace).focus()
+        self._drawn = {}
+        self.call_after_refresh(self.draw)
+
+    def action_room(self, step: int) -> None:
+        """Give the keys to the next room that can be seen."""
+        if self._asked:
+            return
+        names = ("nodes", "findings", "transfers", "objects", "trace")
+        seen = [self.grids[name] for name in names if _seen(self.grids[name])]
+        at = next((place for place, grid in enumerate(seen) if grid is self.focused), -1)
+        seen[(at + step) % len(seen)].focus()
+
+    def action_move(self, rows: int) -> None:
+        """Move the cursor."""
+        if grid := self._focused():
+            grid.move(rows)
+
+    def action_page(self, pages: int) -> None:
+        """Move by what can be seen."""
+        if grid := self._focused():
+            grid.move(pages * max(1, grid.body - 1))
+
+    def action_edge(self, last: bool) -> None:
+        """Go to the first row, or the last."""
+        if grid := self._focused():
+            grid.edge(last=last)
+
+    def action_pick(self) -> None:
+        """Show what belongs to the row of the cursor."""
+        grid = self._focused()
+        if grid is not None and grid.current is not None:
+            self._lead(grid.current)
+
+    def on_grid_picked(self, event: Grid.Picked) -> None:
+        """Show what belongs to the row."""
+        self._lead(event.row)
+
+    def _lead(self, row: Row) -> None:
+        """Go to the frame that a row leads to, or show the frames that it is of."""
+        if row.leads is None:
+            return
+        if not _seen(self.trace):
+            self.action_view("trace")
+        self.trace.focus()
+        self.call_after_refresh(self._led, row.leads)
+
+    def _led(self, leads: int | str) -> None:
+        self._notice = ""
+        if isinstance(leads, str):
+            self._filter(leads)
+            return
+        if not self.trace.go(leads) and self.trace.filter:
+            self.trace.filter = ""
+            self.trace.go(leads)
+            self._say("monitor.unfiltered")
+        at = self.trace.current
+        if at is None or not isinstance(at.key, tuple) or at.key[0] != leads:
+            self._say("monitor.gone", frame=leads)
+        self.draw()
+
+    def action_pause(self) -> None:
+        """Let the screen stand still, and a replay with it; reading and recording of a bus go on."""
+        self.paused = not self.paused
+        if self._watch.replay is not None:
+            self._watch.replay.paused = self.paused
+        self.trace.limit = self._snapshot["tally"]["frames"] if self.paused else None
+        self.beat()
+
+    def action_speed(self, faster: bool) -> None:
+        """Let a replay run faster, or slower."""
+        if self._watch.replay is not None:
+            self._watch.replay.faster(faster)
+            self.draw()
+
+    def action_filter(self) -> None:
+        """Ask for a filter of the trace."""
+        self._ask("filter", self.trace.filter)
+
+    def action_search(self) -> None:
+        """Ask for a text to be found in the trace."""
+        self._ask("search", self.trace.search)
+
+    def _ask(self, purpose: str, text: str) -> None:
+        if not _seen(self.trace):
+            self.action_view("trace")
+        self._prompt.ask(purpose, self._words.of("monitor_ask", purpose), text)
+
+    def on_prompt_given(self, event: Prompt.Given) -> None:
+        """Filter or search by what was typed."""
+        self._notice = ""
+        if event.purpose == "filter":
+            if not self._filter(event.text):
+                return
+        else:
+            self.trace.search = event.text
+            if event.text and not self.trace.find(back=True):
+                self._say("monitor.not_found", text=event.text)
+        self._prompt.close()
+        self.trace.focus()
+        self._drawn = {}
+        self.call_after_refresh(self.draw)
+
+    def _filter(self, expression: str) -> bool:
+        try:
+            self.trace.choose(expression)
+        except ValueError as error:
+            self._notice = str(error)
+            self._said.tell(self._notice, 3, "error")
+            return False
+        self.draw()
+        return True
+
+    def on_prompt_cancelled(self) -> None:
+        """Leave it as it was."""
+        self._notice = ""
+        self._prompt.close()
+        self.trace.focus()
+        self.draw()
+
+    def action_find(self, back: bool) -> None:
+        """Go to the next line with the text that is looked for, or the one before."""
+        if not self.trace.search:
+            self.action_search()
+            return
+        if not _seen(self.trace):
+            self.action_view("trace")
+        self.trace.focus()
+        self._notice = ""
+        if not self.trace.find(back=back):
+            self._say("monitor.no_more", text=self.trace.search)
+        self.draw()
+
+    def action_leave(self) -> None:
+        """Take away what was chosen last: a notice, the cursor, what is searched for, the filter."""
+        grid = self._focused()
+        if self._notice:
+            self._notice = ""
+        elif grid is not None and (grid.cursor is not None or (grid is self.trace and not self.trace.follows)):
+            grid.leave()
+        elif self.trace.search:
+            self.trace.search = ""
+            self.trace.lay()
+        elif self.trace.filter:
+            self._filter("")
+        self.draw()
+
+    def action_help(self) -> None:
+        """Show the page of help."""
+        if not self._asked:
+            self.push_screen(Help(self._words, replay=self._watch.replay is not None))
+
+    def action_stop(self) -> None:
+        """End."""
+        self.exit(0)
+
+
+def _driver() -> type[Driver] | None:
+    """Give what draws on standard output, as every command does, where textual would take standard error."""
+    if sys.platform == "win32":
+        return None
+    from textual.drivers.linux_driver import LinuxDriver
+
+    class Terminal(LinuxDriver):
+        def __init__(self, *args: Any, **settings: Any) -> None:
+            super().__init__(*args, **settings)
+            self._file = sys.__stdout__
+
+    return Terminal
+
+
+def _set(widget: Widget, seen: bool) -> None:
+    if widget.display != seen:
+        widget.display = seen
+
+
+def _height(widget: Widget, lines: int) -> None:
+    if widget.styles.height is None or widget.styles.height.value != lines or widget.styles.height.is_fraction:
+        widget.styles.height = lines
+
+
+def _seen(widget: Widget) -> bool:
+    """Tell whether a room and all that it stands in can be seen."""
+    return all(node.display for node in widget.ancestors_with_self if isinstance(node, DOMNode))

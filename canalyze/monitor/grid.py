@@ -1,0 +1,350 @@
+"""A table whose cells are updated in place: only those that changed are drawn again.
+
+Columns take the room that there is: they shrink, and those that matter least leave. Everything is measured in columns
+of the terminal, where a Chinese character takes two. What is drawn is text, whatever it holds: no markup, and what
+could drive a terminal is escaped. Must not: know what the rows are of.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Any, Final, NamedTuple
+
+from rich.cells import cell_len, set_cell_size
+from rich.segment import Segment
+from rich.style import Style
+from textual import events
+from textual.geometry import Region
+from textual.message import Message
+from textual.strip import Strip
+from textual.widget import Widget
+
+from canalyze.output import printable
+
+STYLES: Final = {
+    name: Style.parse(style)
+    for name, style in {
+        "": "",
+        "dim": "dim",
+        "strong": "bold",
+        "good": "green",
+        "info": "cyan",
+        "warning": "bold yellow",
+        "error": "bold red",
+        "changed": "bold yellow",
+        "found": "black on yellow underline",
+        "heading": "bold underline",
+        "focused": "bold reverse",
+        "cursor": "reverse",
+        "live": "bold green reverse",
+        "halted": "bold yellow reverse",
+        "lost": "bold red reverse",
+        "over": "bold reverse",
+        "key": "bold cyan",
+        "here": "bold reverse",
+    }.items()
+}
+"""Looks by what they say. The terminal's own colours, so that a light one stays light; without colours bold remains."""
+
+Piece = tuple[str, str]
+"""A text and its look."""
+Cell = tuple[Piece, ...]
+NOTHING: Final[Cell] = ()
+
+
+def cell(text: object, look: str = "") -> Cell:
+    """Give a cell of one look."""
+    return ((str(text), look),) if text not in ("", None) else NOTHING
+
+
+class Column(NamedTuple):
+    """What a column needs."""
+
+    heading: str
+    least: int = 0
+    """Columns that it may shrink to; 0: it does not."""
+    most: int = 40
+    """Columns that it takes at most, unless it is the last one."""
+    right: bool = False
+    leaves: int = 0
+    """The higher, the sooner it is left out for want of room; 0: never."""
+
+
+class Row(NamedTuple):
+    """What stands in a line."""
+
+    key: Any
+    """Hashable: what the row is of, the same in the next snapshot."""
+    cells: tuple[Cell, ...]
+    whole: str = ""
+    """All that there is to say, for the lines below the rooms."""
+    look: str = ""
+    leads: int | str | None = None
+    """The frame to which it leads, or the filter that shows its frames."""
+
+
+def leads(bus: str, **conditions: object) -> str:
+    """Give a filter of these conditions, on one bus where it has a name that a filter takes."""
+    found = [f"{name}={value}" for name, value in conditions.items() if value is not None]
+    if bus and bus.replace("-", "").replace("_", "").replace(".", "").isalnum():
+        found.append(f"bus={bus}")
+    return " ".join(found)
+
+
+def fit(columns: Sequence[Column], natural: Sequence[int], room: int) -> list[tuple[int, int]]:
+    """Choose the columns that stay, and how wide each is: pairs of number and width."""
+    kept = list(range(len(columns)))
+
+    def needed(number: int) -> int:
+        column, wish = columns[number], min(natural[number], columns[number].most)
+        return min(column.least or wish, wish)
+
+    while sum(needed(number) + 1 for number in kept) - 1 > room:
+        leaving = max(kept, key=lambda number: columns[number].leaves)
+        if not columns[leaving].leaves:
+            break
+        kept.remove(leaving)
+    widths = {number: needed(number) for number in kept}
+    spare = room - sum(width + 1 for width in widths.values()) + 1
+    for number in kept:
+        more = max(0, min(spare, min(natural[number], columns[number].most) - widths[number]))
+        widths[number] += more
+        spare -= more
+    if kept and spare > 0:
+        widths[kept[-1]] += spare
+    return [(number, widths[number]) for number in kept]
+
+
+def draw(content: Cell, columns: int, look: Style, *, right: bool = False) -> list[Segment]:
+    """Give a cell in exactly so many columns; what is too long is cut and ends in an ellipsis."""
+    if len(content) == 1 and content[0][0].isascii():
+        text, name = content[0]
+        text = printable(text)
+        if len(text) <= columns:
+            text = text.rjust(columns) if right else text.ljust(columns)
+        else:
+            text = text[: columns - 1] + "…" if columns else ""
+        return [Segment(text, look + STYLES[name])]
+    pieces = [(printable(text), name) for text, name in content]
+    taken = sum(cell_len(text) for text, _ in pieces)
+    if taken <= columns:
+        blank = Segment(" " * (columns - taken), look)
+        drawn = [Segment(text, look + STYLES[name]) for text, name in pieces]
+        return [blank, *drawn] if right else [*drawn, blank]
+    drawn, left = [], columns - 1
+    for text, name in pieces:
+        wide = cell_len(text)
+        if wide > left:
+            drawn.append(Segment(set_cell_size(text, max(left, 0)) + "…" * (columns > 0), look + STYLES[name]))
+            break
+        drawn.append(Segment(text, look + STYLES[name]))
+        left -= wide
+    return drawn
+
+
+def line(content: Cell, columns: int, look: str = "") -> Strip:
+    """Give a whole line of one cell."""
+    return Strip(draw(content, columns, STYLES[look]), columns)
+
+
+def widest(content: Cell) -> int:
+    """Give the columns that a cell takes."""
+    return sum(cell_len(text) for text, _ in content)
+
+
+class Grid(Widget, can_focus=True):
+    """Rows below a line of headings; a cursor where the user moved it."""
+
+    DEFAULT_CSS = "Grid { height: 1fr; width: 1fr; }"
+    ALLOW_SELECT = False
+
+    class Picked(Message):
+        """The user asks for what belongs to a row."""
+
+        def __init__(self, grid: "Grid", row: Row) -> None:
+            """Take the row."""
+            super().__init__()
+            self.grid = grid
+            self.row = row
+
+    class Moved(Message):
+        """The cursor stands elsewhere."""
+
+    def __init__(self, name: str) -> None:
+        """An empty table; `name` is its id."""
+        super().__init__(id=name)
+        self.columns: Sequence[Column] = ()
+        self.rows: Sequence[Row] = ()
+        self.top = 0
+        """The row that is drawn first."""
+        self.cursor: Any = None
+        """The key of the row on which the cursor stands; None: there is none."""
+        self.empty = ""
+        """What stands there where there are no rows."""
+        self._natural: list[int] = []
+        self._widths: list[tuple[int, int]] = []
+        self._drawn: list[Row | None] = []
+
+    @property
+    def body(self) -> int:
+        """Rows that there is room for."""
+        return max(0, self.size.height - 1)
+
+    @property
+    def current(self) -> Row | None:
+        """The row of the cursor."""
+        place = self._place()
+        return None if place is None else self.rows[place]
+
+    def _place(self) -> int | None:
+        if self.cursor is None:
+            return None
+        return next((place for place, row in enumerate(self.rows) if row.key == self.cursor), None)
+
+    def show(self, columns: Sequence[Column], rows: Sequence[Row]) -> None:
+        """Take new rows; draw what differs."""
+        natural = [cell_len(column.heading) for column in columns]
+        if len(natural) == len(self._natural):  # never narrower: what stands right of it would jump
+            natural = [max(one) for one in zip(natural, self._natural, strict=True)]
+        for row in rows:
+            for number, content in enumerate(row.cells):
+                wide = widest(content)
+                if wide > natural[number]:
+                    natural[number] = wide
+        widths = fit(columns, natural, self.size.width)
+        headings = [column.heading for column in columns] != [column.heading for column in self.columns]
+        self.columns, self.rows, self._natural = columns, rows, natural
+        self.top = max(0, min(self.top, len(rows) - self.body))
+        if headings or widths != self._widths:
+            self._widths = widths
+            self._drawn = self._visible()
+            self.refresh()
+            return
+        self._redraw()
+
+    def _visible(self) -> list[Row | None]:
+        shown: list[Row | None] = list(self.rows[self.top : self.top + self.body])
+        return shown + [None] * (self.body - len(shown))
+
+    def _redraw(self) -> None:
+        """Draw the cells that are others than those on the screen."""
+        now = self._visible()
+        if len(now) != len(self._drawn):
+            self._drawn = now
+            self.refresh()
+            return
+        regions: list[Region] = []
+        for y, (row, before) in enumerate(zip(now, self._drawn, strict=True), 1):
+            if row == before:
+                continue
+            if row is None or before is None or row.look != before.look or self.cursor in (row.key, before.key):
+                regions.append(Region(0, y, self.size.width, 1))
+                continue
+            x = 0
+            for number, wide in self._widths:
+                if row.cells[number] != before.cells[number]:
+                    regions.append(Region(x, y, wide, 1))
+                x += wide + 1
+        self._drawn = now
+        if regions:
+            self.refresh(*regions)
+
+    def on_resize(self) -> None:
+        """Lay the columns out anew."""
+        self._natural, self._widths = [], []
+        self.show(self.columns, self.rows)
+
+    def on_focus(self) -> None:
+        """The line of headings shows who has the keys."""
+        self.refresh()
+
+    def on_blur(self) -> None:
+        """The line of headings shows who has the keys."""
+        self.refresh()
+
+    def render_line(self, y: int) -> Strip:
+        """Give one line of the widget."""
+        columns = self.size.width
+        if y == 0:
+            look = STYLES["focused" if self.has_focus else "heading"]
+            cells = [cell(column.heading) for column in self.columns]
+            return self._strip(cells, look, columns)
+        place = self.top + y - 1
+        if place >= len(self.rows):
+            if y == 1 and self.empty and not self.rows:
+                return line(cell(self.empty, "dim"), columns)
+            return Strip.blank(columns)
+        row = self.rows[place]
+        look = STYLES[row.look]
+        if row.key == self.cursor:
+            look += STYLES["cursor"]
+        return self._strip(row.cells, look, columns)
+
+    def _strip(self, cells: Sequence[Cell], look: Style, columns: int) -> Strip:
+        segments: list[Segment] = []
+        blank = Segment(" ", look)
+        for number, wide in self._widths:
+            if segments:
+                segments.append(blank)
+            segments += draw(cells[number], wide, look, right=self.columns[number].right)
+        return Strip(segments).adjust_cell_length(columns, look)
+
+    def move(self, rows: int) -> None:
+        """Move the cursor, or put it where rows can be seen."""
+        if not self.rows:
+            return
+        place = self._place()
+        if place is None:
+            place = self.top if rows > 0 else min(self.top + self.body, len(self.rows)) - 1
+        else:
+            place = max(0, min(place + rows, len(self.rows) - 1))
+        self.put(place)
+
+    def put(self, place: int) -> None:
+        """Put the cursor on a row and bring it into sight."""
+        self.cursor = self.rows[place].key
+        self.top = max(min(self.top, place), place - self.body + 1, 0)
+        self._drawn = self._visible()
+        self.refresh()
+        self.post_message(self.Moved())
+
+    def leave(self) -> None:
+        """Take the cursor away."""
+        self.cursor = None
+        self.refresh()
+        self.post_message(self.Moved())
+
+    def edge(self, *, last: bool) -> None:
+        """Go to the first row, or the last one."""
+        if self.rows:
+            self.put(len(self.rows) - 1 if last else 0)
+
+    def roll(self, rows: int) -> None:
+        """Move what is seen, not the cursor."""
+        self.top = max(0, min(self.top + rows, len(self.rows) - self.body))
+        self._drawn = self._visible()
+        self.refresh()
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Roll on."""
+        event.stop()
+        self.roll(3)
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Roll back."""
+        event.stop()
+        self.roll(-3)
+
+    def on_click(self, event: events.Click) -> None:
+        """Put the cursor on the row; a second click asks for what belongs to it."""
+        place = self.top + event.y - 1
+        if event.y < 1 or place >= len(self.rows):
+            return
+        row = self.rows[place]
+        if event.chain > 1:
+            self.post_message(self.Picked(self, row))
+        else:
+            self.put(place)
+
+
+def texts(values: Iterable[object]) -> str:
+    """Join what there is by two blanks, for the lines below the rooms."""
+    return "  ".join(str(value) for value in values if value not in (None, ""))

@@ -1,0 +1,154 @@
+"""The lines around the rooms: the bus and what there is to see above; what is to be said, and the whole row, below."""
+
+from typing import Any, Final
+
+from rich.cells import cell_len
+from textual.strip import Strip
+from textual.widget import Widget
+
+from canalyze.layout import wrap
+from canalyze.monitor.figures import clock, rate
+from canalyze.monitor.grid import Cell, Piece, cell, line
+from canalyze.monitor.keys import VIEWS
+from canalyze.output import printable
+from canalyze.words import Words
+
+_BADGES: Final = {
+    "live": "live",
+    "replay": "live",
+    "paused": "halted",
+    "waiting": "halted",
+    "lost": "lost",
+    "over": "over",
+}
+"""Looks of how it stands with the source."""
+_LOAD: Final = (("error", 80.0), ("warning", 50.0))
+"""From which load of the bus, in percent, it stands out."""
+_MARKS: Final = {"error": "✖", "warning": "▲", "info": "i"}
+
+
+class Lines(Widget):
+    """Lines that are drawn again only when they say something else."""
+
+    DEFAULT_CSS = "Lines { height: 1; width: 1fr; }"
+    ALLOW_SELECT = False
+
+    def __init__(self, name: str) -> None:
+        """Nothing said yet; `name` is its id."""
+        super().__init__(id=name)
+        self._lines: list[Cell] = []
+
+    def say(self, lines: list[Cell]) -> None:
+        """Say this."""
+        if lines != self._lines:
+            self._lines = lines
+            self.refresh()
+
+    def render_line(self, y: int) -> Strip:
+        """Give one of them."""
+        return line(self._lines[y] if y < len(self._lines) else (), self.size.width)
+
+
+class Status(Lines):
+    """Two lines: the bus, and the views."""
+
+    DEFAULT_CSS = "Status { height: 2; width: 1fr; }"
+
+    def __init__(self, words: Words) -> None:
+        """Nothing known yet."""
+        super().__init__("status")
+        self._words = words
+
+    def update(self, snapshot: dict[str, Any], badge: str, speed: str, view: str, conditions: list[str]) -> None:
+        """Say how it stands.
+
+        badge: one of those of the source. speed: of a replay, else "". conditions: filter and search, in words.
+        """
+        words = self._words
+        items = [
+            ((f" {words(f'monitor.{badge}')}{speed} ", _BADGES[badge]),),
+            *self._figures(snapshot, short=False),
+        ]
+        if sum(_width(item) + 2 for item in items) > self.size.width:
+            items[1:] = self._figures(snapshot, short=True)
+        first: list[Piece] = []
+        for item in items:
+            first += [*((("  ", ""),) if first else ()), *item]
+        self.say([tuple(first), self._views(snapshot, view, conditions)])
+
+    def _figures(self, snapshot: dict[str, Any], *, short: bool) -> list[Cell]:
+        """Give what there is to say of the buses, the most important first; short: where there is little room."""
+        words = self._words
+        buses = snapshot["buses"]
+        start, now = snapshot["start_ns"], snapshot["now_ns"]
+        items: list[Cell] = [self._bus(bus) for bus in buses[: 2 if short else 6]]
+        if start is not None and now is not None:
+            items.append(cell(clock(now - start)))
+        errors, dropped = (sum(bus[key] for bus in buses) for key in ("error_frames", "dropped"))
+        a_second = rate(sum(bus["frames_per_s"] or 0 for bus in buses))
+        for long, brief, count, look in (
+            ("monitor.long_frames", "monitor.short_frames", snapshot["tally"]["frames"], ""),
+            ("monitor.long_rate", "monitor.short_rate", a_second, ""),
+            ("monitor.long_errors", "monitor.short_errors", errors, "error" if errors else ""),
+            ("monitor.long_dropped", "monitor.short_dropped", dropped, "error" if dropped else ""),
+        ):
+            items.append(cell(words(brief if short else long, count=count), look))
+        return items
+
+    def _bus(self, bus: dict[str, Any]) -> Cell:
+        """Give its name, its load and its state where that is no good one."""
+        pieces: list[Piece] = [(bus["name"] or "-", "strong")]
+        load = bus["load_percent"]
+        if load is not None:
+            look = next((look for look, least in _LOAD if load >= least), "good")
+            pieces.append((f" {load:.1f}%", look))
+        if bus["state"]:
+            pieces.append((f" {self._words.of('bus_state', bus['state'])}", "error"))
+        return tuple(pieces)
+
+    def _views(self, snapshot: dict[str, Any], view: str, conditions: list[str]) -> Cell:
+        counts = {
+            "nodes": len(snapshot["nodes"]),
+            "objects": len(snapshot["objects"]) + snapshot.get("objects_more", 0),
+            "transfers": len(snapshot["transfers"]["running"]),
+        }
+        pieces: list[Piece] = []
+        for number, name in enumerate(VIEWS, 1):
+            look = "here" if name == view else ""
+            pieces.append((" ", ""))
+            title = self._words.of("monitor_view", name)
+            count = f" {counts[name]}" if counts.get(name) else ""
+            pieces.append((f"{number} {title}{count}", look))
+            if name == "findings":
+                found = snapshot["tally"]["findings"]
+                marks = (
+                    (f" {mark}{found[severity]}", severity) for severity, mark in _MARKS.items() if found[severity]
+                )
+                pieces += marks
+            pieces.append((" ", ""))
+        for condition in conditions:
+            pieces.append((f" {condition} ", "halted"))
+        return tuple(pieces)
+
+
+def _width(item: Cell) -> int:
+    return sum(cell_len(text) for text, _ in item)
+
+
+class Below(Lines):
+    """Lines that are there only when something is to be said: the row of the cursor as a whole, or a notice."""
+
+    DEFAULT_CSS = "Below { height: 1; width: 1fr; display: none; }"
+
+    def tell(self, text: str, most: int, look: str = "") -> None:
+        """Say this in at most so many lines; nothing: the lines are given back."""
+        if not text:
+            self.display = False
+            self.say([])
+            return
+        lines = wrap(printable(text), max(20, self.size.width or self.app.size.width))
+        if len(lines) > most:
+            lines = [*lines[: most - 1], " ".join(lines[most - 1 :])]
+        self.styles.height = len(lines)
+        self.display = True
+        self.say([cell(one, look) for one in lines])

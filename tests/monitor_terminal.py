@@ -1,0 +1,77 @@
+"""`canalyze monitor` on a terminal of its own, typed to and looked at.
+
+Why it exists: tests of the command line and those on a real bus need the same terminal. What it must not do: judge more
+than that the terminal is left as it was.
+"""
+
+from __future__ import annotations
+
+import os
+import pty
+import select
+import struct
+import subprocess
+import termios
+import time
+from collections.abc import Callable
+from fcntl import ioctl
+from pathlib import Path
+
+from conftest import command, environment
+
+
+class Terminal:
+    """The program on a terminal of its own."""
+
+    def __init__(self, directory: Path, *args: str, **env: str) -> None:
+        """Start it, on 80 columns and 24 lines."""
+        self._ours, theirs = pty.openpty()
+        ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+        self.before = termios.tcgetattr(theirs)
+        self._theirs = theirs
+        self.process = subprocess.Popen(
+            command("--lang", "en", "monitor", *args),
+            stdin=theirs,
+            stdout=theirs,
+            stderr=subprocess.PIPE,
+            cwd=directory,
+            env=environment(**({"LANG": "C.UTF-8"} | env)),
+            start_new_session=True,
+        )
+        self.shown = b""
+
+    def until(self, holds: Callable[[bytes], bool], seconds: float = 60) -> bool:
+        """Read what is shown until something holds of it."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if holds(self.shown):
+                return True
+            if select.select([self._ours], [], [], 0.1)[0]:
+                try:
+                    self.shown += os.read(self._ours, 65536)
+                except OSError:
+                    return holds(self.shown)
+            elif self.process.poll() is not None:
+                return holds(self.shown)
+        return False
+
+    def type(self, keys: bytes) -> None:
+        os.write(self._ours, keys)
+
+    def end(self, *, screen: bool = True) -> tuple[int, str]:
+        """Wait for the end; give the exit code and standard error."""
+        self.until(lambda _: self.process.poll() is not None)
+        assert self.process.stderr is not None
+        with self.process.stderr as pipe:
+            said = pipe.read().decode()
+        code = self.process.wait(10)
+        assert termios.tcgetattr(self._theirs) == self.before, "the terminal is not what it was"
+        assert (b"\x1b[?1049h" in self.shown) == screen
+        assert self.shown.count(b"\x1b[?1049h") == self.shown.count(b"\x1b[?1049l")
+        os.close(self._ours)
+        os.close(self._theirs)
+        return code, said
+
+
+def drawn(text: bytes) -> Callable[[bytes], bool]:
+    return lambda shown: text in shown

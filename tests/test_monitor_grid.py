@@ -1,0 +1,180 @@
+"""The tables of the screen: room for columns, widths of Chinese, escapes, and that only what changed is drawn."""
+
+import asyncio
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from monitor_screens import on_screen, settle, text
+from rich.cells import cell_len
+from textual.app import App, ComposeResult
+from textual.geometry import Region
+
+from canalyze.monitor import figures, transfers
+from canalyze.monitor.app import NOTHING, Monitor
+from canalyze.monitor.grid import STYLES, Column, Grid, Row, cell, draw, fit
+from canalyze.words import Words
+
+COLUMNS = [Column("id"), Column("name", least=4, leaves=1), Column("text", least=10, most=400)]
+
+
+@pytest.mark.parametrize(
+    ("room", "widths"),
+    [
+        (60, [(0, 3), (1, 20), (2, 35)]),
+        (30, [(0, 3), (1, 15), (2, 10)]),
+        (19, [(0, 3), (1, 4), (2, 10)]),
+        (18, [(0, 3), (2, 14)]),
+        (5, [(0, 3), (2, 10)]),
+    ],
+)
+def test_columns_shrink_then_leave(room: int, widths: list[tuple[int, int]]) -> None:
+    assert fit(COLUMNS, [3, 20, 30], room) == widths
+
+
+@pytest.mark.parametrize("right", [False, True])
+@pytest.mark.parametrize("content", ["", "a", "abcdef", "心跳停止", "a心跳b停止", "é́x", "位置实际值=1800 rpm"])
+def test_a_cell_takes_its_columns_exactly(content: str, right: bool) -> None:
+    for columns in range(1, 24):
+        drawn = draw(cell(content), columns, STYLES[""], right=right)
+        assert sum(cell_len(segment.text) for segment in drawn) == columns
+
+
+def test_what_could_drive_a_terminal_is_escaped() -> None:
+    drawn = draw(cell("\x1b[31m\r\n\x07[b]\u202e\x9b"), 60, STYLES[""])
+    shown = "".join(segment.text for segment in drawn).rstrip()
+    assert shown == r"\x1b[31m\x0d\x0a\x07[b]\u202e\x9b"
+    assert all(segment.control is None for segment in drawn)
+
+
+class Watched(Grid):
+    """A table that keeps what it drew anew."""
+
+    regions: list[tuple[Region, ...]]
+
+    def refresh(self, *regions: Region, **more: Any) -> Any:
+        if not hasattr(self, "regions"):
+            self.regions = []
+        self.regions.append(regions)
+        return super().refresh(*regions, **more)
+
+
+class OneGrid(App[None]):
+    """An application of one table."""
+
+    def __init__(self) -> None:
+        """Make it."""
+        super().__init__()
+        self.grid = Watched("grid")
+
+    def compose(self) -> ComposeResult:
+        yield self.grid
+
+
+def rows(count: int, changed: str = "1") -> list[Row]:
+    return [
+        Row(number, (cell(number), cell("heartbeat"), cell(changed if number == 1 else "0"))) for number in range(count)
+    ]
+
+
+def test_only_cells_that_changed_are_drawn() -> None:
+    async def act() -> None:
+        app = OneGrid()
+        async with app.run_test(size=(60, 10)) as pilot:
+            grid = app.grid
+            grid.show(COLUMNS, rows(3))
+            await pilot.pause()
+            grid.regions.clear()
+            grid.show(COLUMNS, rows(3))
+            assert not grid.regions
+            grid.show(COLUMNS, rows(3, "2"))
+            assert grid.regions == [(Region(13, 2, 47, 1),)]
+
+    asyncio.run(act())
+
+
+class Still:
+    """A source of one snapshot."""
+
+    crash = None
+    replay = None
+    over = False
+    failure = None
+    badge = "live"
+
+    def __init__(self, **parts: Any) -> None:
+        """Take what the snapshot has beyond nothing."""
+        self._snapshot = NOTHING | parts
+
+    def complaints(self) -> list[str]:
+        return []
+
+    def snapshot(self) -> dict[str, Any]:
+        return self._snapshot
+
+    def trace(self, *_: Any) -> list[Any]:
+        return []
+
+
+RUNNING = {
+    "bus": "can0",
+    "node": 5,
+    "direction": "download",
+    "mode": "block",
+    "index": "1F50",
+    "sub": 1,
+    "name": "program data",
+    "size": 100_000,
+    "bytes": 45_000,
+    "since_ns": 2_000_000_000,
+}
+
+
+@pytest.mark.parametrize(("size", "said"), [(100_000, " 45% ████▌"), (None, "running")])
+def test_running_transfer_shows_how_far_it_is(size: int | None, said: str) -> None:
+    parts = {"start_ns": 0, "now_ns": 5_000_000_000}
+    watch = Still(transfers={"running": [RUNNING | {"size": size}], "done": []}, **parts)
+
+    async def act(app: Monitor, pilot: Any) -> None:
+        await pilot.press("4")
+        await settle(app, pilot)
+        shown = text(app)
+        assert said in shown and "1F50h:01" in shown and "3.00s" in shown
+        assert "4 SDO 1" in shown
+
+    on_screen(watch, "en", (100, 24), act)
+
+
+def test_buses_have_columns_only_where_there_are_several() -> None:
+    for buses, columns in ((False, 9), (True, 10)):
+        assert len(transfers.columns(Words("en"), buses=buses)) == columns
+
+
+@pytest.mark.parametrize(
+    ("ns", "shown"),
+    [
+        (None, "-"),
+        (0, "0"),
+        (999, "999ns"),
+        (9_060, "9.06µs"),
+        (10_000_000, "10.0ms"),
+        (999_600_000, "1000ms"),
+        (1_500_000_000, "1.50s"),
+        (3_723_000_000_000, "1:02:03"),
+    ],
+)
+def test_periods(ns: int | None, shown: str) -> None:
+    assert figures.period(ns) == shown
+
+
+def test_bars() -> None:
+    def bars() -> Iterator[str]:
+        for part in (-1.0, 0.0, 0.5, 0.55, 1.0, 2.0):
+            yield figures.bar(part, 10)
+
+    assert list(bars()) == ["░" * 10, "░" * 10, "█████░░░░░", "█████▌░░░░", "█" * 10, "█" * 10]
+
+
+@pytest.mark.parametrize(("octets", "shown"), [(None, "-"), (9999, "9999"), (100_000, "97.7Ki"), (5 << 20, "5.00Mi")])
+def test_sizes(octets: int | None, shown: str) -> None:
+    assert figures.size(octets) == shown

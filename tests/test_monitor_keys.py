@@ -1,0 +1,328 @@
+"""Every key of `canalyze monitor`, and what it does to the screen."""
+
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import pytest
+from captures import SAMPLES
+from monitor_screens import on_screen, replayed, settle, text
+
+from canalyze.monitor.app import Monitor
+from canalyze.monitor.keys import KEYS
+from canalyze.words import Words
+
+DRIVE = SAMPLES / "network" / "sync-and-pdos.log"
+FAULTY = SAMPLES / "rules" / "HBT001.log"
+Act = Callable[[Monitor, Any], Awaitable[None]]
+
+
+def run(act: Act, capture: Any = DRIVE, lang: str = "en", size: tuple[int, int] = (80, 24), **more: Any) -> None:
+    on_screen(replayed(capture, lang), lang, size, act, **more)
+
+
+async def press(app: Monitor, pilot: Any, *keys: str) -> str:
+    await pilot.press(*keys)
+    await settle(app, pilot)
+    return text(app)
+
+
+def lines_of(screen: str, heading: str) -> list[str]:
+    """The lines below the heading that holds this text, up to the foot."""
+    lines = screen.splitlines()
+    at = next(number for number, line in enumerate(lines) if heading in line)
+    return lines[at + 1 : -1]
+
+
+def test_views() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        assert "DEV" not in await press(app, pilot, "2")
+        assert "heartbeat" in text(app) and "annotation" not in text(app)
+        assert "jitter" in await press(app, pilot, "3")
+        assert "outcome" in await press(app, pilot, "4")
+        assert "no findings" in await press(app, pilot, "5")
+        assert len(lines_of(await press(app, pilot, "6"), "annotation")) == 20
+        overview = await press(app, pilot, "1")
+        assert all(heading in overview for heading in ("heartbeat", "jitter", "annotation"))
+
+    run(act)
+
+
+def test_tab_goes_round_the_rooms_that_are_seen() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        seen = []
+        for _ in range(4):
+            seen.append(app.focused.id if app.focused else "")
+            await press(app, pilot, "tab")
+        assert seen == ["trace", "nodes", "objects", "trace"]
+        await press(app, pilot, "shift+tab")
+        assert app.focused is app.trace
+
+    run(act)
+
+
+def test_cursor_shows_the_whole_row_and_escape_takes_it_away() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        await press(app, pilot, "3")
+        assert "(default mapping of the EDS)" not in text(app)
+        shown = await press(app, pilot, "down", "down", "down", "j")
+        assert "186" in shown.splitlines()[-3] + shown.splitlines()[-2]
+        assert "(default mapping of the EDS)" in shown
+        assert "185  5 TPDO1" in await press(app, pilot, "k")
+        assert "(default mapping of the EDS)" not in await press(app, pilot, "escape")
+
+    run(act)
+
+
+def test_pages_and_edges_of_a_table() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        await press(app, pilot, "3")
+        grid = app.grids["objects"]
+        await press(app, pilot, "end")
+        assert grid.current is not None and grid.current.key == grid.rows[-1].key
+        await press(app, pilot, "home")
+        assert grid.current.key == grid.rows[0].key
+        await press(app, pilot, "pagedown")
+        places = [row.key for row in grid.rows]
+        assert grid.body - 3 <= places.index(grid.current.key) <= grid.body + 1
+        await press(app, pilot, "pageup", "pageup")
+        assert grid.current.key == grid.rows[0].key
+
+    run(act)
+
+
+def test_trace_is_scrolled_back_and_follows_again() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        await press(app, pilot, "6")
+        newest = app.trace.rows[-1].key
+        await press(app, pilot, "up")
+        assert not app.trace.follows and app.trace.current is not None
+        assert app.trace.current.key == newest
+        for _ in range(30):
+            await pilot.press("up")
+        await settle(app, pilot)
+        assert app.trace.current.key[0] == newest[0] - 30
+        numbers = [row.key[0] for row in app.trace.rows]
+        assert numbers == list(range(numbers[0], numbers[0] + app.trace.body))
+        assert "standing" in text(app)
+        await press(app, pilot, "pagedown", "pagedown")
+        assert app.trace.rows[-1].key == newest
+        await press(app, pilot, "home")
+        assert app.trace.rows[0].key[0] == 1
+        await press(app, pilot, "end")
+        assert app.trace.follows and app.trace.rows[-1].key == newest and "standing" not in text(app)
+
+    run(act)
+
+
+def test_wheel_scrolls_the_trace() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        newest = app.trace.rows[-1].key[0]
+        app.trace.roll(-3)
+        await settle(app, pilot)
+        assert app.trace.rows[-1].key[0] == newest - 3
+        app.trace.roll(3)
+        app.trace.roll(3)
+        await settle(app, pilot)
+        assert app.trace.follows
+
+    run(act)
+
+
+def test_filter() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        shown = await press(app, pilot, "f")
+        assert "Filter (as --filter" in shown
+        shown = await press(app, pilot, *"node=5", "space", *"service=sdo", "enter")
+        assert "filter node=5 service=sdo" in shown
+        assert app.trace.rows and all(row.cells[1][0][0] in ("585", "605") for row in app.trace.rows)
+        shown = await press(app, pilot, "f", *"=x", "enter")
+        assert "sdo=x" in shown and app.trace.filter == "node=5 service=sdo"
+        await press(app, pilot, "escape")
+        assert app.trace.filter == "node=5 service=sdo"
+        await press(app, pilot, "f", "ctrl+u", "enter")
+        assert not app.trace.filter and "filter " not in text(app).splitlines()[1]
+
+    run(act)
+
+
+def test_first_filter_is_that_of_the_command_line() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        assert "filter id=080" in text(app)
+        await press(app, pilot, "escape")
+        assert not app.trace.filter
+
+    run(act, expression="id=080")
+
+
+def test_search_goes_from_place_to_place() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        await press(app, pilot, "6")
+        shown = await press(app, pilot, "slash", *"NMT", "space", "enter", "enter")
+        assert "search NMT" in shown
+        first = app.trace.current
+        assert first is not None and "NMT" in first.whole
+        assert any(look == "found" for cell in first.cells for _, look in cell)
+        await press(app, pilot, "N")
+        second = app.trace.current
+        assert second is not None and "NMT" in second.whole and second.key[0] < first.key[0]
+        assert "no further 'NMT" in await press(app, pilot, "N")
+        await press(app, pilot, "n")
+        assert app.trace.current == first
+        assert "is not found" in await press(app, pilot, "escape", "slash", "ctrl+u", *"nowhere", "enter")
+        await press(app, pilot, "escape", "escape", "escape")
+        assert not app.trace.search
+
+    run(act)
+
+
+def test_next_without_a_search_asks_for_one() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        assert "Search:" in await press(app, pilot, "n")
+        assert "Search:" not in await press(app, pilot, "escape")
+
+    run(act)
+
+
+def test_finding_leads_to_its_frame() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        await press(app, pilot, "5", "down")
+        row = app.grids["findings"].current
+        assert row is not None and isinstance(row.leads, int)
+        shown = await press(app, pilot, "enter")
+        assert app.focused is app.trace and "annotation" in shown
+        assert app.trace.current is not None and app.trace.current.key[0] == row.leads
+
+    run(act, FAULTY)
+
+
+def test_finding_whose_frame_does_not_fit_the_filter_takes_it_away() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        shown = await press(app, pilot, "5", "down", "enter")
+        assert "filter, which was removed" in shown and not app.trace.filter
+
+    run(act, FAULTY, expression="id=123")
+
+
+def test_transfer_leads_to_its_first_frame() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        await press(app, pilot, "4", "down", "enter")
+        assert app.trace.current is not None and " 605 " in app.trace.current.whole
+
+    run(act)
+
+
+@pytest.mark.parametrize(("view", "condition"), [("2", "node=5"), ("3", "id=000")])
+def test_node_and_object_show_their_frames_only(view: str, condition: str) -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        assert f"filter {condition}" in await press(app, pilot, view, "down", "enter")
+        assert app.trace.filter == condition and app.focused is app.trace
+
+    run(act)
+
+
+def test_pause_lets_the_screen_stand() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        replay = app._watch.replay
+        assert replay is not None
+        await press(app, pilot, "space")
+        assert app.paused and replay.paused and app.trace.limit == 329
+        await press(app, pilot, "p")
+        assert not app.paused and not replay.paused and app.trace.limit is None
+
+    run(act)
+
+
+def test_speed() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        replay = app._watch.replay
+        assert replay is not None
+        replay.speed = 1.0
+        await press(app, pilot, "plus")
+        assert replay.speed == 2.0
+        await press(app, pilot, "minus", "minus")
+        assert replay.speed == 0.5
+
+    run(act)
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_help_has_every_key(lang: str) -> None:
+    words = Words(lang)
+
+    async def act(app: Monitor, pilot: Any) -> None:
+        shown = await press(app, pilot, "question_mark")
+        for key in KEYS:
+            if key.name:
+                assert words(key.name)[:20] in shown
+        assert "┌" not in shown
+        await pilot.press("x")
+        await settle(app, pilot)
+        assert words(KEYS[6].name) not in text(app)
+
+    run(act, lang=lang)
+
+
+@pytest.mark.parametrize("before", [(), ("question_mark",), ("f",)])
+@pytest.mark.parametrize("key", ["q", "ctrl+c"])
+def test_quit(before: tuple[str, ...], key: str) -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        await press(app, pilot, *before)
+        await pilot.press(key)
+        await pilot.pause()
+        assert app.return_value == (0 if key == "ctrl+c" or not before else None)
+
+    run(act)
+
+
+def test_every_key_with_an_action_is_known_to_the_application() -> None:
+    for key in KEYS:
+        if key.action:
+            assert callable(getattr(Monitor, f"action_{key.action.split('(')[0]}"))
+
+
+def test_adapter_lost_is_said_and_the_screen_stays() -> None:
+    watch = replayed(DRIVE, "en")
+    watch.complain("canalyze: can0: the adapter is gone")
+    watch.failure = "gone"
+
+    async def act(app: Monitor, pilot: Any) -> None:
+        assert text(app).startswith(" LOST ")
+        assert "the adapter is gone" in text(app)
+        assert "the adapter is gone" not in await press(app, pilot, "escape")
+        assert "TPDO1" in text(app)
+
+    on_screen(watch, "en", (80, 24), act)
+
+
+def test_small_and_large_terminals() -> None:
+    for size in ((20, 6), (40, 10), (80, 24), (160, 50), (300, 90)):
+
+        async def act(app: Monitor, pilot: Any) -> None:
+            for key in "123456":
+                shown = await press(app, pilot, key)
+                assert len(shown.splitlines()) == app.size.height
+
+        run(act, size=size)
+
+
+def test_resizing_keeps_the_screen_whole() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        for size in ((160, 50), (80, 24), (100, 30)):
+            await pilot.resize_terminal(*size)
+            await pilot.pause()
+            await settle(app, pilot)
+            shown = text(app)
+            assert len(shown.splitlines()) == size[1] and "SYNC" in shown
+            assert ("no SDO" in shown or "6041h" in shown) == (size[0] >= 120)
+
+    run(act)
+
+
+def test_crash_of_the_reading_ends_the_screen() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        app._watch.crash = ZeroDivisionError()
+        app.beat()
+        await pilot.pause()
+        assert app.return_value == 2
+
+    run(act)
