@@ -5,6 +5,7 @@ returns, so that a killed process leaves a readable file. A file that cannot be 
 here stops the listening. Must not: know a frame, or print.
 """
 
+import errno
 import os
 import re
 import threading
@@ -138,6 +139,8 @@ class Recording:
         try:
             self._fd = os.open(name, flags | _AS_IT_IS, 0o666)
         except FileExistsError as error:
+            if Path(name).is_dir():
+                raise OutputError("output.write", name=name, error=IsADirectoryError(errno.EISDIR, "")) from error
             raise OutputError("output.exists", name=name) from error
         except (OSError, ValueError) as error:
             raise OutputError("output.write", name=name, error=error) from error

@@ -68,6 +68,13 @@ def plain(found: list[str]) -> list[str]:
     ]
 
 
+def test_a_folder_is_not_said_to_be_overwritten(tmp_path: Path) -> None:
+    (tmp_path / "bus.log").mkdir()
+    for force in (False, True):
+        with pytest.raises(OutputError, match=r"bus\.log: cannot be written: is a directory"):
+            Recording(str(tmp_path / "bus.log"), EN, force=force)
+
+
 @pytest.mark.parametrize(("suffix", "form"), FORMS)
 def test_every_format_has_every_frame(tmp_path: Path, suffix: str, form: str) -> None:
     path = tmp_path / f"bus{suffix}"

@@ -1,7 +1,8 @@
 """`canalyze sniff`: the annotated listing of a live bus. It only listens; every word of a line is the core's.
 
 What is listened to, `listening` opens; it is read by the one loop that reads files. Exit codes: 0 done, also by
-Ctrl-C; 1 an expectation does not hold; 2 something could not be opened, received or written; 143 SIGTERM.
+Ctrl-C; 1 an expectation does not hold; 2 something could not be opened, received or written, or nothing came that
+expectations could be checked by; 143 SIGTERM, 129 SIGHUP.
 """
 
 import json
@@ -15,6 +16,7 @@ import click
 
 from canalyze import expectations
 from canalyze.config import Config
+from canalyze.errors import CanalyzeError, OutputError
 from canalyze.help import Command
 from canalyze.listening import (
     ListeningOptions,
@@ -25,6 +27,7 @@ from canalyze.listening import (
     open_buses,
     open_recordings_of,
     positive,
+    refuse_others,
     seconds,
 )
 from canalyze.options import (
@@ -77,6 +80,7 @@ def command(words: Words) -> click.Command:
             option = "--brief" if brief else "--explain"
             raise click.UsageError(words("usage.text_only", option=option), context)
         named = channels_of(channels, words)
+        refuse_others(named, given, words)
         interface_of(given, words)
         check_recordings(given, words)
         settings: dict[str, Any] = {"depth": "brief" if brief else "explain" if explain else "default"}
@@ -137,7 +141,13 @@ def _listen(live: Live, session: Any, recordings: Recordings | None, words: Word
                 live.stop(now=True)
 
     run = Run(session, words, Progress(words, out, None), take, given, frameless=True, live=live)
-    code = run.over((live.name,))
+    broken: CanalyzeError | None = None
+    try:
+        code = run.over((live.name,))
+    except SystemExit as ended:  # the second Ctrl-C: what is not shown yet will not be
+        code = ended.code if isinstance(ended.code, int) else 2
+    except OutputError as error:
+        broken, code = error, error.exit_code
     took = time.monotonic() - began
     live.close()
     if recordings:
@@ -148,12 +158,25 @@ def _listen(live: Live, session: Any, recordings: Recordings | None, words: Word
             complain(line)
     tally = json.loads(session.tally())
     written = recordings.written if recordings else []
-    for line in [*_seen(tally, took, live.unshown, bool(written), words), *(recorded(one, words) for one in written)]:
+    lines = [recorded(one, words) for one in written]
+    if broken is None:
+        lines = [*_seen(tally, took, live.unshown, bool(written), words), *_held(tally, words), *lines]
+    for line in lines:
         complain(f"canalyze: {line}")
     if recordings and recordings.failed:
         code = code or 2
-    expected = tally["expectations"]
-    return code or (1 if expected and expected["missed"] else 0)
+    if broken is not None and code == broken.exit_code:
+        raise broken
+    if tally["expectations"]:
+        code = code or (2 if not tally["frames"] else 1 if tally["expectations"]["missed"] else 0)
+    return code
+
+
+def _held(tally: Mapping[str, Any], words: Words) -> Iterator[str]:
+    """Say how the expectations came out, if there are any: nothing is known of a bus that was silent."""
+    if expected := tally["expectations"]:
+        key = "sniff.unchecked" if not tally["frames"] else "sniff.missed" if expected["missed"] else "sniff.met"
+        yield words(key, count=expected["missed"])
 
 
 def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool, words: Words) -> Iterator[str]:

@@ -6,6 +6,7 @@ neither formats nor frames.
 
 import errno
 import os
+import re
 import stat
 from pathlib import Path
 from types import TracebackType
@@ -17,6 +18,11 @@ CHUNK: Final = 1 << 18
 _AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
 """Where the system would else translate line ends."""
 STDIN: Final = "-"
+
+
+def _is_channel(name: str) -> bool:
+    """Tell whether somebody means a CAN interface, as sniff takes it."""
+    return re.fullmatch("(v|vx|sl)?can[0-9]+(,.*)?", name) is not None
 
 
 class Source:
@@ -39,7 +45,8 @@ class Source:
             self.close()
             if isinstance(error, ValueError):  # a NUL in the name
                 error = OSError(errno.ENOENT, str(error))
-            raise SourceError("source.open", name=self.name, error=error) from error
+            key = "source.channel" if error.errno == errno.ENOENT and _is_channel(name) else "source.open"
+            raise SourceError(key, name=self.name, error=error) from error
 
     @property
     def regular(self) -> bool:
