@@ -4,7 +4,8 @@ What is on the screen stands in `monitor/`, which alone needs textual; here it i
 that keeps it from being read is said before the screen is taken.
 """
 
-import importlib.util
+import importlib
+import os
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -22,6 +23,7 @@ from canalyze.listening import (
     listening_options,
     open_buses,
     open_recordings_of,
+    refuse_others,
 )
 from canalyze.options import (
     ANY_PATH,
@@ -106,6 +108,7 @@ def _listen(names: tuple[str, ...], words: Words, given: _Watching, expression: 
     from canalyze.monitor.watch import Watch
 
     named = channels_of(names, words)
+    refuse_others(named, given, words)
     interface_of(given, words)
     check_recordings(given, words)
     masks = [channel.mask for channel in named if channel.filters] or None
@@ -234,10 +237,14 @@ def _was_given(context: click.Context, name: str) -> bool:
 
 def _refuse(words: Words) -> None:
     """Say what is missing on this machine, before anything is opened."""
-    if importlib.util.find_spec("textual") is None:
-        raise CanalyzeError("monitor.missing")
+    try:
+        importlib.import_module("canalyze.monitor.app")
+    except ImportError as error:
+        raise CanalyzeError("monitor.missing") from error
     if terminal_encoding() is None:
         raise click.UsageError(words("monitor.no_terminal"), click.get_current_context())
+    if os.environ.get("TERM", "") in ("dumb", "unknown"):
+        raise CanalyzeError("monitor.dumb", term=os.environ["TERM"])
 
 
 def _check(session: "Session", expression: str | None) -> None:
