@@ -83,8 +83,10 @@ class Written:
     bytes: int = 0
     """In those files."""
     frames: int = 0
-    """In all files, also in those that are deleted."""
+    """In those files."""
     deleted: int = 0
+    """Files of the row that are there no more."""
+    frames_deleted: int = 0
     failure: str = ""
     """Why it was broken off; "" if it was not."""
 
@@ -106,7 +108,8 @@ class Recording:
         self._keep = keep
         self._force = force
         self._number = 0
-        self._sizes: dict[str, int] = {}
+        self._held: dict[str, tuple[int, int]] = {}
+        """Bytes and frames of the files of a row that may be deleted."""
         self._losses: list[str] = []
         self._said: list[CanalyzeError] = []
         self._names: dict[int, bytes] = {}
@@ -198,7 +201,10 @@ class Recording:
         """Make room for one file more."""
         while self._keep is not None and len(self.written.files) >= max(self._keep, 1):
             name = self.written.files.pop(0)
-            self.written.bytes -= self._sizes.pop(name, 0)
+            size, frames = self._held.pop(name, (0, 0))
+            self.written.bytes -= size
+            self.written.frames -= frames
+            self.written.frames_deleted += frames
             self.written.deleted += 1
             try:
                 Path(name).unlink(missing_ok=True)
@@ -249,7 +255,7 @@ class Recording:
         self.written.bytes += self._size
         self.written.frames += self._session.frames
         if self._keep is not None:
-            self._sizes[self._name] = self._size
+            self._held[self._name] = self._size, self._session.frames
         room = _LOSSES - len(self._losses)
         self._losses += self._session.losses(self._name)[:room]
         try:

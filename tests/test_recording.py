@@ -178,6 +178,7 @@ def test_the_oldest_are_deleted(tmp_path: Path) -> None:
     left = [line for file in kept for line in lines(file)]
     assert left == expected(0, 2000)[-len(left) :]
     assert one.written.deleted == int(kept[0].stem[-4:]) - 1
+    assert (one.written.frames, one.written.frames_deleted) == (len(left), 2000 - len(left))
     assert one.written.bytes == sum(file.stat().st_size for file in kept)
 
 

@@ -199,7 +199,7 @@ def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool
             lines.append(words(title, listed=listed))
     if lines:
         yield words("sniff.then").join(lines)
-    if tally["shown"] != tally["frames"]:
+    if tally["shown"] not in (0, tally["frames"]):  # that nothing passes a filter, the core says
         yield words("sniff.shown", shown=tally["shown"])
     if unshown:
         yield words("sniff.unshown_recorded" if recorded else "sniff.unshown", count=unshown)
@@ -211,7 +211,7 @@ def recorded(one: Written, words: Words) -> str:
     if len(one.files) + one.deleted > 1:
         facts |= {"first": one.files[0], "last": one.files[-1], "files": len(one.files)}
         parts = [words("record.files", **facts)]
-        parts += [words("record.deleted", count=one.deleted)] if one.deleted else []
+        parts += [words("record.deleted", count=one.deleted, frames=one.frames_deleted)] if one.deleted else []
     else:
         parts = [words("record.file", **{**facts, "name": one.files[0]})]
     if one.failure:

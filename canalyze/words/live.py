@@ -79,7 +79,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "live.bus_off",
-        "{channel}：控制器已bus-off，重启前收不到帧；自动恢复：sudo ip link set {channel} type can restart-ms 100",
+        "{channel}：控制器已总线关闭（bus-off），重启前收不到帧；"
+        "自动恢复：sudo ip link set {channel} type can restart-ms 100",
         "{channel}: the controller went bus-off and receives nothing until it is restarted; "
         "let it restart by itself: sudo ip link set {channel} type can restart-ms 100",
     ),

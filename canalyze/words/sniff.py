@@ -311,6 +311,6 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "已记录 {first} 到 {last}：{frames}帧，{files}个文件，{size}",
         "recorded {first} to {last}: {frames} frames, {files} files, {size}",
     ),
-    ("record.deleted", "更早的{count}个已删除", "{count} older ones deleted"),
+    ("record.deleted", "更早的{count}个已删除（{frames}帧）", "{count} older ones deleted ({frames} frames)"),
     ("record.broken_off", "中途中断", "broken off"),
 )
