@@ -1,8 +1,11 @@
 """The command `canalyze`, also as `python -m canalyze`: before anything else is imported, the end is made quiet.
 
-Ctrl-C and SIGTERM have an answer from here on, so that none of them ends in a traceback, however early or late it
-comes: while nothing is at stake (imports, the interpreter's own end) the process just goes, with 130 or 143; in between
-the files that are being written are put in order first. While a capture is read, `run.Interrupt` has them instead.
+Ctrl-C, SIGTERM and SIGHUP have an answer from here on, so that none of them ends in a traceback, however early or late
+it comes: while nothing is at stake (imports, the interpreter's own end) the process just goes, with 130, 143 or 129; in
+between the files that are being written are put in order first. While a capture is read, `run.Interrupt` has them.
+
+Standard streams that the caller has closed are taken here, so that nothing else can get their numbers: a listing must
+not be written to the socket of a bus.
 """
 
 import os
@@ -24,9 +27,9 @@ def _leave(number: int, _: object) -> None:
 
 
 def _answer(handler: "Callable[[int, FrameType | None], None]") -> None:
-    """Take both signals, except one that the caller ignores (as a shell does for a command in the background)."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        if signal.getsignal(number) is not signal.SIG_IGN:
+    """Take the signals, except one that the caller ignores (as a shell does for a command in the background)."""
+    for number in (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", None)):
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, handler)
 
 
@@ -41,7 +44,20 @@ def _keep_line_ends() -> None:
                 msvcrt.setmode(stream, os.O_BINARY)
 
 
+def _take_closed_streams() -> None:
+    """Open what refuses every use, as a closed stream does, where one is closed."""
+    for stream in (0, 1, 2):
+        try:
+            os.fstat(stream)
+        except OSError:
+            opened = os.open(os.devnull, os.O_WRONLY if stream == 0 else os.O_RDONLY)
+            if opened != stream:
+                os.dup2(opened, stream)
+                os.close(opened)
+
+
 _answer(_go)
+_take_closed_streams()
 
 
 def main() -> int:

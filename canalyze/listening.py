@@ -5,9 +5,11 @@ read a source, or decide where a line for people goes.
 """
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any, Final, NamedTuple, TypedDict
 
 import click
@@ -16,13 +18,16 @@ from canalyze import network
 from canalyze.config import Config
 from canalyze.options import ANY_PATH, CaptureOptions, Spelled, bitrate_option
 from canalyze.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
-from canalyze.sources import buses
+from canalyze.sources import buses, netdevices
+from canalyze.sources.file import STDIN
 from canalyze.sources.live import MOST_BUSES, Bus, Live
 from canalyze.words import Words
 
 OWN: Final = "socketcan"
 """The interface that is not python-can's."""
 _UNITS: Final = {"": 1.0, "ms": 0.001, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
+_FILTER: Final = re.compile("[0-9A-Fa-f]+[:~][0-9A-Fa-f]+|#[0-9A-Fa-f]+")
+"""One of candump's filters: no interface can be called so."""
 _LONGEST_S: Final = 366 * 86400.0
 
 
@@ -88,7 +93,7 @@ def listening_options(words: Words) -> list[click.Parameter]:
 
     return [
         click.Option(["-i", "--interface"], metavar="NAME", help=words("listen.interface")),
-        bitrate_option(words),
+        bitrate_option(words, "listen.bitrate"),
         option(["--data-bitrate"], data_rate, "data_rate", "BPS"),
         flag("--fd"),
         option(["--option"], buses.option, "option", "KEY=VALUE", multiple=True),
@@ -133,6 +138,7 @@ def channels_of(texts: Sequence[str], given: ListeningOptions, words: Words) -> 
     A channel named twice, and none, are wrong too. Nothing is opened.
     """
     channels = _channels(texts, words)
+    _refuse_others(channels, given, words)
     _interface(given, words)
     _check_recordings(given, words)
     return channels
@@ -186,12 +192,26 @@ def _channels(texts: Sequence[str], words: Words) -> list[Channel]:
     return channels
 
 
+def _refuse_others(channels: Sequence[Channel], given: ListeningOptions, words: Words) -> None:
+    """Make sure that what is given as an interface of the system may be one: a file, or a filter, is a usage error."""
+    if given.get("interface") not in (None, OWN):
+        return
+    there = [name for names in netdevices.interfaces() for name in names]
+    for name, _, _ in channels:
+        if name == STDIN:
+            raise click.UsageError(words("listen.stdin"), click.get_current_context())
+        if name not in there and Path(name).is_file():
+            raise click.UsageError(words("listen.a_file", name=name), click.get_current_context())
+        if _FILTER.fullmatch(name):
+            raise click.UsageError(words("listen.no_name", value=name), click.get_current_context())
+
+
 def _interface(given: ListeningOptions, words: Words) -> str:
     """Give the interface that is listened to; one that does not exist is a usage error."""
     context = click.get_current_context()
     asked = given.get("interface")
     if asked is None and sys.platform.startswith("linux"):
-        return OWN
+        asked = OWN
     if asked is None:
         raise click.UsageError(words("listen.needs_interface", names=_listed(words)), context)
     if asked == OWN and not sys.platform.startswith("linux"):
@@ -263,6 +283,7 @@ def _check_recordings(given: ListeningOptions, words: Words) -> None:
     for option, value, needed in (
         ("--rotate", given.get("rotate"), "--record" if not names else ""),
         ("--keep", given.get("keep"), "--rotate" if not given.get("rotate") else ""),
+        ("--force", given.get("force") or None, "--record" if not names else ""),
     ):
         if value is not None and needed:
             raise click.UsageError(words("record.needs", option=option, other=needed), context)

@@ -164,10 +164,10 @@ def network_options(words: Words) -> list[click.Parameter]:
     ]
 
 
-def bitrate_option(words: Words) -> click.Option:
+def bitrate_option(words: Words, help_key: str = "opt.bitrate") -> click.Option:
     """Give --bitrate, for a command that says how much of the bus is used."""
     kind = Spelled(network.bit_rate, "bit_rate", words)
-    return click.Option(["--bitrate"], type=kind, metavar="BPS", help=words("opt.bitrate"))
+    return click.Option(["--bitrate"], type=kind, metavar="BPS", help=words(help_key))
 
 
 def output_options(words: Words) -> list[click.Parameter]:

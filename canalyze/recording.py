@@ -5,6 +5,7 @@ returns, so that a killed process leaves a readable file. A file that cannot be 
 here stops the listening. Must not: know a frame, or print.
 """
 
+import errno
 import os
 import re
 import stat
@@ -83,8 +84,10 @@ class Written:
     bytes: int = 0
     """In those files."""
     frames: int = 0
-    """In all files, also in those that are deleted."""
+    """In those files."""
     deleted: int = 0
+    """Files of the row that are there no more."""
+    frames_deleted: int = 0
     failure: str = ""
     """Why it was broken off; "" if it was not."""
 
@@ -94,7 +97,7 @@ class Written:
         if len(self.files) + self.deleted > 1:
             facts |= {"first": self.files[0], "last": self.files[-1], "files": len(self.files)}
             parts = [words("record.files", **facts)]
-            parts += [words("record.deleted", count=self.deleted)] if self.deleted else []
+            parts += [words("record.deleted", count=self.deleted, frames=self.frames_deleted)] if self.deleted else []
         else:
             parts = [words("record.file", name=self.files[0], **facts)]
         if self.failure:
@@ -126,7 +129,8 @@ class Recording:
         self._keep = keep
         self._force = force
         self._number = 0
-        self._sizes: dict[str, int] = {}
+        self._held: dict[str, tuple[int, int]] = {}
+        """Bytes and frames of the files of a row that may be deleted."""
         self._losses: list[str] = []
         self._said: list[CanalyzeError] = []
         self._names: dict[int, bytes] = {}
@@ -157,11 +161,14 @@ class Recording:
 
         flags = os.O_WRONLY | os.O_CREAT | (os.O_TRUNC if self._force else os.O_EXCL)
         with suppress(OSError, ValueError):  # opening it says what is wrong
-            if not stat.S_ISREG(Path(name).stat().st_mode):  # receiving would wait for whoever reads a pipe
+            mode = Path(name).stat().st_mode
+            if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):  # receiving would wait for whoever reads a pipe
                 raise OutputError("record.no_file", name=name)
         try:
             self._fd = os.open(name, flags | _AS_IT_IS, 0o666)
         except FileExistsError as error:
+            if Path(name).is_dir():
+                raise OutputError("output.write", name=name, error=IsADirectoryError(errno.EISDIR, "")) from error
             raise OutputError("output.exists", name=name) from error
         except (OSError, ValueError) as error:
             raise OutputError("output.write", name=name, error=error) from error
@@ -219,10 +226,13 @@ class Recording:
         """Delete what is more than is kept; one that cannot be deleted is told once and left."""
         while self._keep is not None and len(self.written.files) > self._keep:
             name = self.written.files.pop(0)
-            self.written.bytes -= self._sizes.pop(name, 0)
+            size, frames = self._held.pop(name, (0, 0))
+            self.written.bytes -= size
+            self.written.frames -= frames
             try:
                 Path(name).unlink(missing_ok=True)
                 self.written.deleted += 1
+                self.written.frames_deleted += frames
             except OSError as error:
                 self._said.append(OutputError("record.kept", name=name, error=error))
 
@@ -270,7 +280,7 @@ class Recording:
         self.written.bytes += self._size
         self.written.frames += self._session.frames
         if self._keep is not None:
-            self._sizes[self._name] = self._size
+            self._held[self._name] = self._size, self._session.frames
         room = _LOSSES - len(self._losses)
         self._losses += self._session.losses(self._name)[:room]
         try:

@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 
 class Interrupt:
-    """Ctrl-C and SIGTERM as a wish that the loop sees; a second one ends everything at once."""
+    """Ctrl-C, SIGTERM and SIGHUP as a wish that the loop sees; a second one ends everything at once."""
 
     def __init__(self, wished: Callable[[], None] | None = None) -> None:
         """Nothing wished yet. wished: is called by the first wish, which then does not end what waits."""
@@ -39,8 +39,8 @@ class Interrupt:
 
     def __enter__(self) -> Self:
         """Listen, except to what the caller ignores (as a shell does for a command in the background)."""
-        for number in (signal.SIGINT, signal.SIGTERM):
-            if signal.getsignal(number) is not signal.SIG_IGN:
+        for number in (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", None)):
+            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
                 self._before[number] = signal.signal(number, self._wish)
         return self
 

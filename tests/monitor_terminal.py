@@ -35,7 +35,7 @@ class Terminal:
             stdout=theirs,
             stderr=subprocess.PIPE,
             cwd=directory,
-            env=environment(**({"LANG": "C.UTF-8"} | env)),
+            env=environment(**({"LANG": "C.UTF-8", "TERM": "xterm-256color"} | env)),
             start_new_session=True,
         )
         self.shown = b""

@@ -48,6 +48,22 @@ def test_missing_extra_is_one_line_with_the_command(tmp_path: Path) -> None:
     assert done.stderr.decode() == "canalyze: monitor needs textual: pip install 'canalyze[tui]'\n"
 
 
+def test_textual_that_does_not_work_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "textual").mkdir()
+    (tmp_path / "textual" / "__init__.py").write_text("raise ImportError('older than python')")
+    program = [sys.executable, "-m", "canalyze", "--lang", "en", "monitor", str(CAPTURE)]
+    env = environment() | {"PYTHONPATH": str(tmp_path)}
+    done = subprocess.run(program, capture_output=True, env=env, cwd=tmp_path, check=False)
+    assert done.returncode == 2
+    assert done.stderr.decode() == "canalyze: monitor needs textual: pip install 'canalyze[tui]'\n"
+
+
+def test_terminal_that_draws_nothing(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, str(CAPTURE), TERM="dumb")
+    code, said = terminal.end(screen=False)
+    assert code == 2 and "TERM=dumb" in said and said.count("\n") == 1
+
+
 def test_help_comes_without_the_extra(tmp_path: Path) -> None:
     hide = "import sys; sys.modules['textual'] = None; from canalyze.cli import main; sys.exit(main())"
     done = subprocess.run(

@@ -348,7 +348,7 @@ def test_remarks_of_a_recording_and_a_source_are_told() -> None:
     recording = Kept()
     recording.told.append(OutputError("live.any", channels="x"))
     with Live([Made()], recording=recording) as one:
-        assert [str(remark) for remark in one.remarks()] == ["any: x"]
+        assert [str(remark) for remark in one.remarks()] == ["any: listening to x"]
         assert one.remarks() == []
 
 

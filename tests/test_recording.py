@@ -68,6 +68,13 @@ def plain(found: list[str]) -> list[str]:
     ]
 
 
+def test_a_folder_is_not_said_to_be_overwritten(tmp_path: Path) -> None:
+    (tmp_path / "bus.log").mkdir()
+    for force in (False, True):
+        with pytest.raises(OutputError, match=r"bus\.log: cannot be written: is a directory"):
+            Recording(str(tmp_path / "bus.log"), EN, force=force)
+
+
 @pytest.mark.parametrize(("suffix", "form"), FORMS)
 def test_every_format_has_every_frame(tmp_path: Path, suffix: str, form: str) -> None:
     path = tmp_path / f"bus{suffix}"
@@ -171,6 +178,7 @@ def test_the_oldest_are_deleted(tmp_path: Path) -> None:
     left = [line for file in kept for line in lines(file)]
     assert left == expected(0, 2000)[-len(left) :]
     assert one.written.deleted == int(kept[0].stem[-4:]) - 1
+    assert (one.written.frames, one.written.frames_deleted) == (len(left), 2000 - len(left))
     assert one.written.bytes == sum(file.stat().st_size for file in kept)
 
 
@@ -216,8 +224,7 @@ def test_what_is_no_file_is_refused_at_once(tmp_path: Path, force: bool) -> None
     """Receiving would wait for whoever reads a pipe, and opening it does already."""
     os.mkfifo(tmp_path / "pipe.log")
     (tmp_path / "null.log").symlink_to(os.devnull)
-    (tmp_path / "folder.log").mkdir()
-    for name in ("pipe.log", "null.log", "folder.log"):
+    for name in ("pipe.log", "null.log"):
         with pytest.raises(OutputError, match="is not a regular file"):
             Recording(str(tmp_path / name), EN, force=force)
 

@@ -21,7 +21,7 @@ import can
 import pytest
 from captures import run_canalyze
 from conftest import Done, Runner, command, environment
-from virtual_bus import FLOOD, NODE, TEXT
+from virtual_bus import FLOOD, NODE, TEXT, frame
 
 from canalyze import SourceError
 from canalyze import open as open_capture
@@ -107,6 +107,7 @@ def test_expectations_that_hold(tmp_path: Path) -> None:
     (tmp_path / "boot.expect.toml").write_text(EXPECTED)
     done = sniffed("session", "bus", "--expect", "boot.expect.toml", cwd=tmp_path)
     assert (done.code, re.findall("EXP[0-9]+", done.out)) == (0, [])
+    assert "canalyze: expectations: all met" in done.complaints
 
 
 @pytest.mark.parametrize("further", [[], ["--filter", "id=7FF"], ["--count", "1000"]])
@@ -115,6 +116,7 @@ def test_an_expectation_that_does_not_hold(tmp_path: Path, further: list[str]) -
     done = sniffed("session", "bus", "--expect", "boot.expect.toml", *further, cwd=tmp_path)
     assert done.code == 1
     assert re.findall("EXP[0-9]+", done.out) == ["EXP003"]
+    assert "canalyze: expectations: 1 not met" in done.complaints
 
 
 def test_a_heartbeat_that_stops_is_told_while_the_bus_is_silent(tmp_path: Path) -> None:
@@ -173,15 +175,27 @@ def test_sigterm(tmp_path: Path) -> None:
     assert b"canalyze: recorded bus.log: " in err
 
 
+def test_a_terminal_that_goes(tmp_path: Path) -> None:
+    """A connection that is lost, for one: what was recorded is whole, also of a format that holds frames back."""
+    with process("steady", "bus", "--record", "bus.mcap", "--record", "bus.log", cwd=tmp_path) as running:
+        lines_from(running, 5)
+        running.send_signal(signal.SIGHUP)
+        _, err = running.communicate(timeout=30)
+    assert running.returncode == 129
+    assert b"canalyze: recorded bus.log: " in err
+    assert frames_of(tmp_path / "bus.mcap") == frames_of(tmp_path / "bus.log")
+
+
 def test_a_second_ctrl_c_ends_at_once(tmp_path: Path) -> None:
     """Nobody reads what is shown, so one cannot end it; the other one follows the flood."""
-    with process("flood", "bus", cwd=tmp_path) as running:
+    with process("flood", "bus", "--record", "bus.log", cwd=tmp_path) as running:
         lines_from(running, 1)
         time.sleep(1)
         assert running.poll() is None
         running.send_signal(signal.SIGINT)
         assert running.wait(10) == 130
-        running.communicate(timeout=10)
+        _, err = running.communicate(timeout=10)
+    assert b"canalyze: bus: " in err and b"canalyze: recorded bus.log: " in err
 
 
 @pytest.mark.parametrize("lang", ["zh", "en"])
@@ -231,7 +245,8 @@ def test_a_reader_that_has_seen_enough(tmp_path: Path) -> None:
         lines_from(running, 3)
         running.stdout.close()
         assert running.wait(30) == 0
-        assert running.stderr.read() == b""
+        (said,) = running.stderr.read().splitlines()
+    assert said.startswith(b"canalyze: recorded bus.log: "), "the recording ends with it, which is told"
     assert len((tmp_path / "bus.log").read_text().splitlines()) >= 3
 
 
@@ -240,6 +255,35 @@ def test_standard_output_that_is_closed(tmp_path: Path) -> None:
         _, err = running.communicate(timeout=30)
     assert running.returncode == 2
     assert err.decode().splitlines()[0].startswith("canalyze: standard output: cannot be written")
+
+
+def test_closed_streams_are_nobody_elses(tmp_path: Path) -> None:
+    """A listing goes neither into a recording nor onto a bus whose file descriptor would be that of the output."""
+    program = [sys.executable, "-m", "canalyze", "sniff", "-i", "udp_multicast", "239.74.163.2", "--record", "bus.log"]
+
+    def close() -> None:
+        for stream in (0, 1, 2):
+            os.close(stream)
+
+    with subprocess.Popen(program, cwd=tmp_path, env=environment(), preexec_fn=close) as running:
+        with can.Bus(interface="udp_multicast", channel="239.74.163.2") as bus:
+            deadline = time.monotonic() + 30
+            while running.poll() is None:
+                bus.send(frame(1))
+                time.sleep(0.01)
+                if time.monotonic() > deadline:
+                    running.kill()
+    assert running.returncode == 2
+    recorded = (tmp_path / "bus.log").read_text().splitlines()
+    assert recorded and all(re.fullmatch(r"\(\d+\.\d{6,9}\) \S+ 185#[0-9A-F]{8}( [RT])?", line) for line in recorded)
+
+
+def test_a_silent_bus_meets_no_expectation(tmp_path: Path) -> None:
+    """A cable that is not plugged in must not pass."""
+    (tmp_path / "boot.expect.toml").write_text(EXPECTED)
+    done = sniffed("silence", "bus", "--duration", "300ms", "--expect", "boot.expect.toml", cwd=tmp_path)
+    assert done.code == 2
+    assert "canalyze: expectations: not checked, no frame was received" in done.complaints
 
 
 def test_a_recording_that_cannot_go_on(tmp_path: Path) -> None:
@@ -266,8 +310,9 @@ def test_rotation(tmp_path: Path) -> None:
     assert done.code == 0
     files = sorted(tmp_path.iterdir())
     assert len(files) == 2 and all(re.fullmatch(r"bus-000\d\.log", file.name) for file in files)
-    assert f"recorded {files[0].name} to {files[1].name}: {FLOOD} frames, 2 files" in done.err
-    assert "older ones deleted" in done.err
+    frames = sum(len(file.read_text().splitlines()) for file in files)
+    assert f"recorded {files[0].name} to {files[1].name}: {frames} frames, 2 files" in done.err
+    assert f"older ones deleted ({FLOOD - frames} frames)" in done.err
 
 
 def test_an_existing_recording_is_kept(tmp_path: Path) -> None:
@@ -293,6 +338,7 @@ WRONG = [
     (["bus", "-i", "virtual", "--record", "a.log", "--record", "./a.log", "--force"], "--record a.log is given twice"),
     (["bus", "-i", "virtual", "--rotate", "1h"], "--rotate goes with --record"),
     (["bus", "-i", "virtual", "--record", "a.log", "--keep", "2"], "--keep goes with --rotate"),
+    (["bus", "-i", "virtual", "--force"], "--force goes with --record"),
     (["bus", "-i", "virtual", "--record", "a.log", "--rotate", "big"], "--rotate: big is neither a size"),
     (["bus", "-i", "virtual", "--hardware-stamps"], "--hardware-stamps is only for socketcan"),
     (["bus", "-i", "virtual", "--data-bitrate", "2M"], "--data-bitrate goes with --fd"),
@@ -301,6 +347,8 @@ WRONG = [
     (["bus", "-i", "virtual", "--brief", "--explain"], "exclude each other"),
     (["bus", "-i", "virtual", "--format", "jsonl", "--brief"], "only for --format text"),
     (["bus", "-i", "socketcan", "--option", "a=1"], "--option is only for python-can's interfaces"),
+    (["bus", "-i", "socketcan", "580:780"], "580:780 names no channel; filters stand behind its name"),
+    (["-i", "socketcan", "-"], "canalyze decode - reads it"),
 ]
 
 
@@ -325,6 +373,27 @@ def test_a_channel_is_no_capture(canalyze: Runner) -> None:
     assert "sniff" not in canalyze("--lang", "en", "decode", "can0.log").err
     with pytest.raises(SourceError, match="canalyze sniff vcan1"):
         list(open_capture("vcan1"))
+
+
+LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="SocketCAN is there on Linux")
+
+
+@LINUX
+def test_the_default_interface_refuses_what_a_named_one_does(canalyze: Runner) -> None:
+    for option, value in (("--option", "a=1"), ("--data-bitrate", "2M")):
+        done = canalyze("--lang", "en", "sniff", "can0", option, value)
+        assert (done.code, len(done.complaints)) == (2, 1)
+        assert f"{option} is " in done.err and "SocketCAN" not in done.err
+
+
+@LINUX
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_a_file_is_for_decode_and_a_channel_for_sniff(canalyze: Runner, tmp_path: Path, lang: str) -> None:
+    (tmp_path / "a.log").write_text("(1.000000) can0 705#05\n")
+    for args, said in ((["sniff", "a.log"], "canalyze decode a.log"), (["decode", "can0"], "canalyze sniff can0")):
+        done = canalyze("--lang", lang, *args)
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+        assert said in done.err
 
 
 def test_an_interface_that_is_not_installed(canalyze: Runner, tmp_path: Path) -> None:

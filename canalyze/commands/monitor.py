@@ -4,7 +4,8 @@ What is on the screen stands in `monitor/`, which alone needs textual; here it i
 that keeps it from being read is said before the screen is taken.
 """
 
-import importlib.util
+import importlib
+import os
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Unpack
@@ -194,10 +195,14 @@ def _was_given(context: click.Context, name: str) -> bool:
 
 def _refuse(words: Words) -> None:
     """Say what is missing on this machine, before anything is opened."""
-    if importlib.util.find_spec("textual") is None:
-        raise CanalyzeError("monitor.missing")
+    try:
+        importlib.import_module("canalyze.monitor.app")
+    except ImportError as error:
+        raise CanalyzeError("monitor.missing") from error
     if terminal_encoding() is None:
         raise click.UsageError(words("monitor.no_terminal"), click.get_current_context())
+    if os.environ.get("TERM", "") in ("dumb", "unknown"):
+        raise CanalyzeError("monitor.dumb", term=os.environ["TERM"])
 
 
 def _check(session: "Session", expression: str | None) -> None:

@@ -1,7 +1,8 @@
 """`canalyze sniff`: the annotated listing of a live bus. It only listens; every word of a line is the core's.
 
 What is listened to, `listening` opens; it is read by the one loop that reads files. Exit codes: 0 done, also by
-Ctrl-C; 1 an expectation does not hold; 2 something could not be opened, received or written; 143 SIGTERM.
+Ctrl-C; 1 an expectation does not hold; 2 something could not be opened, received or written, or nothing came that
+expectations could be checked by; 143 SIGTERM, 129 SIGHUP.
 """
 
 import json
@@ -13,6 +14,7 @@ from typing import Any, Final, Unpack
 import click
 
 from canalyze import expectations
+from canalyze.errors import CanalyzeError, OutputError
 from canalyze.help import Command
 from canalyze.listening import (
     Listening,
@@ -100,18 +102,37 @@ def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptio
                 live.stop(now=True)
 
     run = Run(session, words, Progress(words, out, None), take, given, frameless=True, live=live)
-    code = run.over((live.name,))
+    broken: CanalyzeError | None = None
+    try:
+        code = run.over((live.name,))
+    except SystemExit as ended:  # the second Ctrl-C: what is not shown yet will not be
+        code = ended.code if isinstance(ended.code, int) else 2
+    except OutputError as error:
+        broken, code = error, error.exit_code
     took = time.monotonic() - began
     for line in opened.complete(words):
         complain(line)
     tally = json.loads(session.tally())
     written = opened.recordings.written
-    for line in (*_seen(tally, took, live.unshown, bool(written), words), *(one.in_words(words) for one in written)):
+    lines = [one.in_words(words) for one in written]
+    if broken is None:
+        lines = [*_seen(tally, took, live.unshown, bool(written), words), *_held(tally, words), *lines]
+    for line in lines:
         complain(f"canalyze: {line}")
     if opened.recordings.failed:
         code = code or 2
-    expected = tally["expectations"]
-    return code or (1 if expected and expected["missed"] else 0)
+    if broken is not None and code == broken.exit_code:
+        raise broken
+    if tally["expectations"]:
+        code = code or (2 if not tally["frames"] else 1 if tally["expectations"]["missed"] else 0)
+    return code
+
+
+def _held(tally: Mapping[str, Any], words: Words) -> Iterator[str]:
+    """Say how the expectations came out, if there are any: nothing is known of a bus that was silent."""
+    if expected := tally["expectations"]:
+        key = "sniff.unchecked" if not tally["frames"] else "sniff.missed" if expected["missed"] else "sniff.met"
+        yield words(key, count=expected["missed"])
 
 
 def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool, words: Words) -> Iterator[str]:
@@ -134,7 +155,7 @@ def _seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool
             lines.append(words(title, listed=listed))
     if lines:
         yield words("sniff.then").join(lines)
-    if tally["shown"] != tally["frames"]:
+    if tally["shown"] not in (0, tally["frames"]):  # that nothing passes a filter, the core says
         yield words("sniff.shown", shown=tally["shown"])
     if unshown:
         yield words("sniff.unshown_recorded" if recorded else "sniff.unshown", count=unshown)

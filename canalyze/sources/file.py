@@ -18,8 +18,11 @@ CHUNK: Final = 1 << 18
 _AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
 """Where the system would else translate line ends."""
 STDIN: Final = "-"
-_CHANNEL: Final = re.compile("(v|sl|vx)?can[0-9]+")
-"""Names that interfaces have by custom."""
+
+
+def _is_channel(name: str) -> bool:
+    """Tell whether somebody means a CAN interface, as sniff takes it."""
+    return re.fullmatch("(v|vx|sl)?can[0-9]+(,.*)?", name) is not None
 
 
 class Source:
@@ -42,8 +45,8 @@ class Source:
             self.close()
             if isinstance(error, ValueError):  # a NUL in the name
                 error = OSError(errno.ENOENT, str(error))
-            no_bus = error.errno != errno.ENOENT or not _CHANNEL.fullmatch(self.name)
-            raise SourceError("source.open" if no_bus else "source.channel", name=self.name, error=error) from error
+            key = "source.channel" if error.errno == errno.ENOENT and _is_channel(self.name) else "source.open"
+            raise SourceError(key, name=self.name, error=error) from error
 
     @property
     def regular(self) -> bool:

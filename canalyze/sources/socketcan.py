@@ -260,6 +260,8 @@ class SocketCan:
         self._batch = _Batch()
         self._clocks: int | None = None
         self._busy_until = self._look_at = 0.0
+        self._held = False
+        """Frames were given that wait to be put in order with those of other channels."""
         try:
             for channel in self._channels:
                 try:
@@ -276,7 +278,10 @@ class SocketCan:
         """Give what came on all channels, each in its order, and up to where that is all."""
         if self._lost:
             raise self._lost.pop(0)
+        if self._held:  # others of that time have come by then, or will not
+            timeout_s = min(timeout_s, 2 * _JOIN_NS / 1e9)
         ready = self._poll.poll(max(0, round(timeout_s * 1000)))
+        self._held = bool(ready) and len(self._channels) > 1
         if ready and time.monotonic() < self._busy_until and timeout_s > _GATHER_S:
             time.sleep(_GATHER_S)
         blocks: list[bytes] = []

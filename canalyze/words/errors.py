@@ -183,8 +183,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("source.open", "{name}：不能打开：{error}", "{name}: cannot be opened: {error}"),
     (
         "source.channel",
-        "{name}：不能打开：{error}；要监听总线，用 canalyze sniff {name}",
-        "{name}: cannot be opened: {error}; a bus is listened to by canalyze sniff {name}",
+        "{name}：不能打开：{error}；要监听总线，请用 canalyze sniff {name}",
+        "{name}: cannot be opened: {error}; canalyze sniff {name} listens to a bus",
     ),
     ("source.read", "{name}：读取中断：{error}", "{name}: reading stopped: {error}"),
     ("source.empty", "{name}：里面什么都没有", "{name}: there is nothing in it"),

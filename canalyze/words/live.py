@@ -70,7 +70,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("live.twice", "{channel}：重复给出；只写一次", "{channel}: named twice; name it once"),
     ("live.too_many", "通道过多；最多 {most} 个", "too many channels; at most {most}"),
     # What is told while it goes on.
-    ("live.any", "any：{channels}", "any: {channels}"),
+    ("live.any", "any：监听 {channels}", "any: listening to {channels}"),
     (
         "live.small_buffer",
         "{channel}：接收缓冲区过小，内核已丢帧；增大：sudo sysctl -w net.core.rmem_max={bytes}，然后重新运行",
@@ -79,7 +79,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "live.bus_off",
-        "{channel}：控制器已bus-off，重启前收不到帧；自动恢复：sudo ip link set {channel} type can restart-ms 100",
+        "{channel}：控制器已总线关闭（bus-off），重启前收不到帧；"
+        "自动恢复：sudo ip link set {channel} type can restart-ms 100",
         "{channel}: the controller went bus-off and receives nothing until it is restarted; "
         "let it restart by itself: sudo ip link set {channel} type can restart-ms 100",
     ),

@@ -50,6 +50,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "monitor needs a terminal; for files and pipes use canalyze sniff or canalyze decode",
     ),
     (
+        "monitor.dumb",
+        "此终端（TERM={term}）不能画出屏幕；请换一个终端，或用 canalyze sniff 或 canalyze decode",
+        "this terminal (TERM={term}) cannot draw a screen; use another one, or canalyze sniff or canalyze decode",
+    ),
+    (
         "monitor.no_stdin",
         "monitor 不读标准输入，键盘要用它；请给出文件名或通道",
         "monitor does not read standard input, which the keyboard needs; name a file or a channel",

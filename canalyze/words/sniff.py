@@ -82,7 +82,21 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "输出太慢，{count}帧没有显示，也未参与判断；记录中有这些帧",
         "{count} frames were neither shown nor judged, since the output was too slow; recordings have them",
     ),
+    ("sniff.met", "期望：全部符合", "expectations: all met"),
+    ("sniff.missed", "期望：{count}处不符", "expectations: {count} not met"),
+    (
+        "sniff.unchecked",
+        "期望：没有收到帧，未检查",
+        "expectations: not checked, no frame was received",
+    ),
     # Options of commands that listen.
+    (
+        "listen.bitrate",
+        "总线的波特率，如 500000、125k、1M。SocketCAN的波特率由系统设置（ip link），"
+        "此选项不改变它，只用于计算总线负载。",
+        "Bit rate of the bus, e.g. 500000, 125k, 1M. That of SocketCAN is set by the system (ip link); this does not "
+        "change it and is only for the bus load.",
+    ),
     (
         "listen.interface",
         "经哪种接口监听：socketcan（Linux上的默认值），或python-can的接口，如 pcan、kvaser、slcan、vector。",
@@ -149,6 +163,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "listen.twice",
         "通道 {name} 给出了两次；它的过滤器写在一起，如 can0,580:780,600:780",
         "channel {name} is given twice; its filters stand together, as can0,580:780,600:780",
+    ),
+    (
+        "listen.a_file",
+        "{name} 是文件，不是通道；读文件用 canalyze decode {name}",
+        "{name} is a file, not a channel; canalyze decode {name} reads it",
+    ),
+    (
+        "listen.stdin",
+        "- 是标准输入，不是通道；读标准输入用 canalyze decode -",
+        "- is standard input, not a channel; canalyze decode - reads it",
     ),
     ("listen.many", "通道太多，最多 {most} 个", "too many channels, at most {most}"),
     (
@@ -292,6 +316,6 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "已记录 {first} 到 {last}：{frames}帧，{files}个文件，{size}",
         "recorded {first} to {last}: {frames} frames, {files} files, {size}",
     ),
-    ("record.deleted", "更早的{count}个已删除", "{count} older ones deleted"),
+    ("record.deleted", "更早的{count}个已删除（{frames}帧）", "{count} older ones deleted ({frames} frames)"),
     ("record.broken_off", "中途中断", "broken off"),
 )

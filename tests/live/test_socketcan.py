@@ -171,11 +171,23 @@ def test_two_channels_are_one_source(send: Callable[..., None]) -> None:
         assert [struct.unpack_from("@I", data)[0] for at, _, _, data in seen(blocks) if at == index] == list(numbers)
 
 
+def test_what_waits_for_other_channels_does_not_wait_for_the_next_frame(send: Callable[..., None]) -> None:
+    """Else a line of a slow bus would come when somebody else speaks, or with the next tick."""
+    bus = SocketCan([ONE, OTHER])
+    send(1)
+    until(bus, lambda blocks: count(blocks) >= 1)
+    begun = time.time_ns()
+    (said,) = [number for kind, _, number, _, _ in live.heads(bus.receive(5.0)) if kind == live.UNTIL]
+    bus.close()
+    assert time.time_ns() - begun < 2_000_000_000
+    assert said >= begun - 5_000_000
+
+
 def test_any_is_what_is_up(restored: None) -> None:
     ip(f"set {OTHER} down")
     bus = SocketCan(["any"])
     assert list(bus.names) == [ONE]
-    assert [str(remark) for remark in bus.remarks()] == [f"any: {ONE}"]
+    assert [str(remark) for remark in bus.remarks()] == [f"any: listening to {ONE}"]
     bus.close()
     ip(f"set {ONE} down")
     assert refused("any")[1] == f"any: no CAN interface is up; bring one up: sudo ip link set {ONE} up"
