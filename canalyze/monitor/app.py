@@ -34,6 +34,8 @@ _HIGH: Final = 34
 """Lines from which it has."""
 _AROUND: Final = 3
 """Lines of status and foot."""
+_LOW: Final = 12
+"""Lines from which the overview tells the last finding where the findings themselves have no room."""
 NOTHING: Final[dict[str, Any]] = {
     "now_ns": None,
     "start_ns": None,
@@ -82,12 +84,13 @@ class Monitor(App[int]):
         for name in ("nodes", "objects", "transfers", "findings"):
             self.grids[name].empty = words.of("monitor_empty", name)
         self.trace.empty = words.of("monitor_empty", "trace")
-        self._whole, self._said = Below("whole"), Below("notice")
+        self._latest, self._whole, self._said = Below("latest"), Below("whole"), Below("notice")
         self._prompt = Prompt()
 
     def compose(self) -> ComposeResult:
         """Give all rooms; which of them can be seen says the view."""
         yield self.status
+        yield self._latest
         with Vertical(id="rooms"):
             with Horizontal(id="upper"):
                 yield self.grids["nodes"]
@@ -110,6 +113,7 @@ class Monitor(App[int]):
                 with suppress(NotImplementedError, ValueError, RuntimeError):
                     loop.add_signal_handler(number, self.exit, code)
             self.set_interval(_BEAT_S, self.beat)
+        self.app_resume_signal.subscribe(self, lambda _: self.refresh(layout=True))  # what the shell drew is on it
         self._arrange()
         self.trace.focus()
 
@@ -139,6 +143,8 @@ class Monitor(App[int]):
         if several != self.trace.buses:
             self.trace.buses = several
             self._drawn = {}
+        worst = findings.latest(snapshot) if self._view == "overview" and self.size.height >= _LOW else ()
+        self._latest.tell_cell(() if _seen(self.grids["findings"]) else worst)
         self._arrange()
         self.status.update(snapshot, self._badge(), self._speed(), self._view, self.trace.conditions())
         self._said.tell(self._notice, 3, "warning" if self._notice else "")
@@ -195,7 +201,7 @@ class Monitor(App[int]):
         if not overview:
             upper.styles.height = self.grids["objects"].styles.height = "1fr"
             return
-        room = size.height - _AROUND
+        room = size.height - _AROUND - self._latest.display
         counts = {name: len(self._snapshot[name]) for name in ("nodes", "objects")}
         highest = 1 + max(1, min(counts["nodes"], room * 3 // 10 - 1))
         if wide:

@@ -24,7 +24,7 @@ _BADGES: Final = {
 """Looks of how it stands with the source."""
 _LOAD: Final = (("error", 80.0), ("warning", 50.0))
 """From which load of the bus, in percent, it stands out."""
-_MARKS: Final = {"error": "✖", "warning": "▲", "info": "i"}
+MARKS: Final = {"error": "✖", "warning": "▲", "info": "i"}
 
 
 class Lines(Widget):
@@ -122,7 +122,7 @@ class Status(Lines):
             if name == "findings":
                 found = snapshot["tally"]["findings"]
                 marks = (
-                    (f" {mark}{found[severity]}", severity) for severity, mark in _MARKS.items() if found[severity]
+                    (f" {mark}{found[severity]}", severity) for severity, mark in MARKS.items() if found[severity]
                 )
                 pieces += marks
             pieces.append((" ", ""))
@@ -152,3 +152,8 @@ class Below(Lines):
         self.styles.height = len(lines)
         self.display = True
         self.say([cell(one, look) for one in lines])
+
+    def tell_cell(self, said: Cell) -> None:
+        """Say this in one line; what has no room is cut off."""
+        self.display = bool(said)
+        self.say([said])
