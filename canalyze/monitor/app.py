@@ -150,13 +150,15 @@ class Monitor(App[int]):
         self._said.tell(self._notice, 3, "warning" if self._notice else "")
         for name in ("nodes", "objects", "transfers", "findings"):
             grid = self.grids[name]
-            part = (snapshot[name], snapshot["now_ns"] if name == "transfers" and snapshot[name]["running"] else 0)
+            away = self._watch.badge in ("lost", "waiting")
+            runs = name == "transfers" and snapshot[name]["running"]
+            part = (snapshot[name], snapshot["now_ns"] if runs else 0, away)
             if not grid.size.width or not _seen(grid) or self._drawn.get(name) == part:
                 continue
             self._drawn[name] = part
             width = self.size.width
             if name == "nodes":
-                grid.show(nodes.columns(words, buses=several), nodes.rows(snapshot, words, buses=several))
+                grid.show(nodes.columns(words, buses=several), nodes.rows(snapshot, words, buses=several, away=away))
             elif name == "objects":
                 shown = objects.rows(snapshot, words, buses=several, width=width)
                 grid.show(objects.columns(words, buses=several, width=width), shown)
@@ -236,9 +238,13 @@ class Monitor(App[int]):
 
     # Keys.
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Let keys pass to where something is asked, but those that end or stop the program."""
+        return not self._asked or action in ("end", "suspend_process") or not hasattr(Monitor, f"action_{action}")
+
     def action_view(self, name: str) -> None:
         """See one room, or the overview."""
-        if self._asked or name not in VIEWS:
+        if name not in VIEWS:
             return
         self._view = name
         self._arrange()
@@ -248,8 +254,6 @@ class Monitor(App[int]):
 
     def action_room(self, step: int) -> None:
         """Give the keys to the next room that can be seen."""
-        if self._asked:
-            return
         names = ("nodes", "findings", "transfers", "objects", "trace")
         seen = [self.grids[name] for name in names if _seen(self.grids[name])]
         at = next((place for place, grid in enumerate(seen) if grid is self.focused), -1)
@@ -391,11 +395,14 @@ class Monitor(App[int]):
 
     def action_help(self) -> None:
         """Show the page of help."""
-        if not self._asked:
-            self.push_screen(Help(self._words, replay=self._watch.replay is not None))
+        self.push_screen(Help(self._words, replay=self._watch.replay is not None))
 
     def action_stop(self) -> None:
         """End."""
+        self.exit(0)
+
+    def action_end(self) -> None:
+        """End, whatever is asked."""
         self.exit(0)
 
 

@@ -58,15 +58,19 @@ KEYS: Final = (
     Key("minus", "speed(False)", "-", "monitor.help_slower"),
     Key("question_mark,f1", "help", "?", "monitor.help_help", "monitor.key_help"),
     Key("q", "stop", "q", "monitor.help_quit", "monitor.key_quit"),
-    Key("ctrl+c,ctrl+q", "stop", "", ""),
+    Key("ctrl+c,ctrl+q", "end", "", ""),
     Key("ctrl+z", "suspend_process", "", ""),
 )
 """In the order of the page of help."""
 
 
 def bindings() -> list[Binding | tuple[str, str] | tuple[str, str, str]]:
-    """Give what textual needs. Ctrl-C ends the program wherever the keys go."""
-    return [Binding(key.keys, key.action, show=False, priority="ctrl" in key.keys) for key in KEYS if key.keys]
+    """Give what textual needs.
+
+    All have priority: then the application takes them one by one, and what is typed or pasted right behind the key that
+    opens the prompt goes into it. While something is asked, `Monitor.check_action` lets them pass.
+    """
+    return [Binding(key.keys, key.action, show=False, priority=True) for key in KEYS if key.keys]
 
 
 def _name(key: Key, words: Words) -> str:
@@ -130,7 +134,7 @@ class _Page(Widget):
 class Help(ModalScreen[None]):
     """The page of help; any key closes it."""
 
-    BINDINGS: ClassVar = [Binding("ctrl+c,ctrl+q", "app.stop", show=False, priority=True)]
+    BINDINGS: ClassVar = [Binding("ctrl+c,ctrl+q", "app.end", show=False, priority=True)]
 
     def __init__(self, words: Words, *, replay: bool) -> None:
         """Take the keys; those for speed only stand there of a replay."""

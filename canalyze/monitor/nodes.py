@@ -34,13 +34,15 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
     return [Column(words("col.bus"), most=10), *given] if buses else given
 
 
-def rows(snapshot: dict[str, Any], words: Words, *, buses: bool) -> list[Row]:
-    """Give a row a node."""
-    return [_row(node, snapshot, words, buses=buses) for node in snapshot["nodes"]]
+def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, away: bool = False) -> list[Row]:
+    """Give a row a node; away: the bus is, what the nodes said last may hold no more."""
+    return [_row(node, snapshot, words, buses=buses, away=away) for node in snapshot["nodes"]]
 
 
-def _row(node: dict[str, Any], snapshot: dict[str, Any], words: Words, *, buses: bool) -> Row:
+def _row(node: dict[str, Any], snapshot: dict[str, Any], words: Words, *, buses: bool, away: bool) -> Row:
     state, look = node["state_text"] or BLANK, STATES.get(node["state"] or "", "dim")
+    if away or _is_late(node):
+        look = "dim"
     silent = words.of("monitor_silent", node["silent"]) if node["silent"] else ""
     cells = [
         cell(node["node"], "strong"),
@@ -69,6 +71,11 @@ def _row(node: dict[str, Any], snapshot: dict[str, Any], words: Words, *, buses:
     return Row(key, (cell(node["bus"]), *cells) if buses else tuple(cells), whole, leads=where)
 
 
+def _is_late(node: dict[str, Any]) -> bool:
+    age, period = node["heartbeat_age_ns"], node["heartbeat_period_ns"]
+    return bool(period and age is not None and age > period * _LATE)
+
+
 def _heartbeat(node: dict[str, Any]) -> Cell:
     """Give the age of the last heartbeat against its period."""
     age, period = node["heartbeat_age_ns"], node["heartbeat_period_ns"]
@@ -77,7 +84,7 @@ def _heartbeat(node: dict[str, Any]) -> Cell:
     if not period:
         return cell(f"{seconds(age)}s")
     digits = 1 if period >= _SECOND else 2
-    look = "error" if node["silent"] else "warning" if age > period * _LATE else "good"
+    look = "error" if node["silent"] else "warning" if _is_late(node) else "good"
     return ((seconds(age, digits), look), (f"/{seconds(period, digits)}s", "dim"))
 
 
