@@ -166,8 +166,8 @@ def check_trace(session: _core.Session, frames: list[Row], rows: list[Row]) -> N
     ]
     for line, frame in zip(own, frames, strict=True):
         assert line[5] == ("remote request" if frame["rtr"] else bytes.fromhex(frame["data"]).hex(" ").upper())
-        if frame["findings"]:
-            assert line[1]
+        if line[1]:
+            assert frame["findings"]
     below = [line for line in lines if not line[4]]
     findings = Counter(row["code"] for row in rows if row["kind"] == "finding")
     said = Counter(line[6].split()[0] for line in below if line[1])

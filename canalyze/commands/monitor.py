@@ -15,6 +15,8 @@ import click
 from canalyze.errors import CanalyzeError
 from canalyze.help import Command
 from canalyze.listening import (
+    OWN,
+    Channel,
     ListeningOptions,
     channels_of,
     check_recordings,
@@ -38,6 +40,7 @@ from canalyze.sinks.target import RECORDS
 from canalyze.sources.file import STDIN
 from canalyze.sources.format import open_capture
 from canalyze.sources.live import Live
+from canalyze.sources.netdevices import bit_rate
 from canalyze.sources.replay import Replay
 from canalyze.words import Words
 
@@ -106,10 +109,11 @@ def _listen(names: tuple[str, ...], words: Words, given: _Watching, expression: 
     from canalyze.monitor.watch import Watch
 
     named = channels_of(names, words)
-    interface_of(given, words)
+    interface = interface_of(given, words)
     check_recordings(given, words)
     masks = [channel.mask for channel in named if channel.filters] or None
-    session = open_session(words, given, format="monitor", masks=masks)
+    rate = given.get("bitrate") or (_set_rate(named) if interface == OWN else None)
+    session = open_session(words, {**given, "bitrate": rate}, format="monitor", masks=masks)
     _check(session, expression)
     before: list[str] = []
     with ExitStack() as stack:
@@ -127,6 +131,12 @@ def _listen(names: tuple[str, ...], words: Words, given: _Watching, expression: 
         code = _show(watch, words, expression)
         live.close()
         return _recorded(recordings, words) or code if recordings else code
+
+
+def _set_rate(named: list[Channel]) -> int | None:
+    """Give the bit rate that all channels are set to; None where one has another, or the system does not tell."""
+    rates = {bit_rate(channel.name) for channel in named}
+    return rates.pop() if len(rates) == 1 else None
 
 
 def _recorded(recordings: "Recordings", words: Words) -> int:

@@ -121,9 +121,7 @@ class Status(Lines):
             pieces.append((f"{number} {title}{count}", look))
             if name == "findings":
                 found = snapshot["tally"]["findings"]
-                marks = (
-                    (f" {mark}{found[severity]}", severity) for severity, mark in MARKS.items() if found[severity]
-                )
+                marks = ((f" {mark}{found[severity]}", severity) for severity, mark in MARKS.items() if found[severity])
                 pieces += marks
             pieces.append((" ", ""))
         for condition in conditions:
