@@ -1,4 +1,4 @@
-"""The bit rate of a CAN interface, as the kernel tells it (RTM_NEWLINK); on literal bytes, as no test has a real one."""
+"""The bit rate of a CAN interface, as the kernel tells it; on literal bytes, since no test has a real interface."""
 
 import sys
 

@@ -101,6 +101,7 @@ class Still:
     over = False
     failure = None
     badge = "live"
+    recording = ""
 
     def __init__(self, **parts: Any) -> None:
         """Take what the snapshot has beyond nothing."""
@@ -143,6 +144,44 @@ def test_running_transfer_shows_how_far_it_is(size: int | None, said: str) -> No
         assert "4 SDO 1" in shown
 
     on_screen(watch, "en", (100, 24), act)
+
+
+@pytest.mark.parametrize(("lang", "said"), [("en", (" REC ", " REC FAILED ")), ("zh", (" 记录中 ", " 记录失败 "))])
+def test_it_is_seen_whether_what_is_received_is_recorded(lang: str, said: tuple[str, str]) -> None:
+    class Recorded(Still):
+        recording = "records"
+
+    async def act(app: Monitor, pilot: Any) -> None:
+        assert said[0] in text(app).splitlines()[0]
+        Recorded.recording = "unrecorded"
+        await settle(app, pilot)
+        first = text(app).splitlines()[0]
+        assert said[1] in first
+
+    on_screen(Recorded(), lang, (80, 24), act)
+
+
+def test_nothing_is_asked_any_more_when_all_was_seen() -> None:
+    asked = 0
+
+    class Counted(Still):
+        def snapshot(self) -> dict[str, Any]:
+            nonlocal asked
+            asked += 1
+            return super().snapshot()
+
+    watch = Counted()
+
+    async def act(app: Monitor, pilot: Any) -> None:
+        before = asked
+        await settle(app, pilot)
+        assert asked == before + 2
+        watch.over = True
+        for _ in range(3):
+            await settle(app, pilot)
+        assert asked == before + 3  # once more, for what came last
+
+    on_screen(watch, "en", (80, 24), act)
 
 
 def test_buses_have_columns_only_where_there_are_several() -> None:

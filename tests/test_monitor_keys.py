@@ -332,7 +332,12 @@ def test_what_is_typed_right_behind_a_key_that_asks_goes_into_the_prompt() -> No
     async def act(app: Monitor, pilot: Any) -> None:
         from textual import events
 
-        for key, character in (("f", "f"), *((one, one) for one in "id"), ("equals_sign", "="), *zip("185", "185")):
+        for key, character in (
+            ("f", "f"),
+            *((one, one) for one in "id"),
+            ("equals_sign", "="),
+            *zip("185", "185", strict=True),
+        ):
             app.post_message(events.Key(key, character))
         await settle(app, pilot)
         assert app.query_one("Input").value == "id=185"  # type: ignore[attr-defined]
@@ -360,7 +365,7 @@ def test_a_node_that_is_lost_is_seen_first(lang: str, silent: str) -> None:
         shown = text(app).splitlines()
         assert shown[2].startswith(" ✖ 1.000  HBT002  ")
         assert silent in shown[4] and {"zh": "预操作", "en": "Pre-op"}[lang] not in shown[4]
-        look = dict((piece.strip(), look) for cells in app.grids["nodes"].rows[0].cells for piece, look in cells)
+        look = {piece.strip(): look for cells in app.grids["nodes"].rows[0].cells for piece, look in cells}
         assert look[silent] == "error"
         # Where the findings themselves are seen, they are not said twice; nor in another view, or without room.
         assert "HBT002" not in "".join((await press(app, pilot, "2")).splitlines()[:4])

@@ -112,12 +112,14 @@ def _listen(names: tuple[str, ...], words: Words, given: _Watching, expression: 
     interface = interface_of(given, words)
     check_recordings(given, words)
     masks = [channel.mask for channel in named if channel.filters] or None
-    rate = given.get("bitrate") or (_set_rate(named) if interface == OWN else None)
-    session = open_session(words, {**given, "bitrate": rate}, format="monitor", masks=masks)
+    asked = given.get("bitrate")
+    if not asked and interface == OWN and (rate := _set_rate(named)):
+        given["bitrate"] = rate
+    session = open_session(words, given, format="monitor", masks=masks)
     _check(session, expression)
     before: list[str] = []
     with ExitStack() as stack:
-        buses = open_buses(named, given, words, bitrate=given.get("bitrate"), tell=before.append)
+        buses = open_buses(named, given, words, bitrate=asked, tell=before.append)
         for bus in buses:
             stack.callback(bus.close)
         recordings = open_recordings_of(given, words)
@@ -125,7 +127,8 @@ def _listen(names: tuple[str, ...], words: Words, given: _Watching, expression: 
             stack.callback(recordings.close)
         live = Live(buses, recording=recordings, reconnect=given.get("reconnect", False))
         stack.callback(live.close)
-        watch = Watch(session, words, live.name, lambda _: live)
+        records = None if recordings is None else lambda: "unrecorded" if recordings.failed else "records"
+        watch = Watch(session, words, live.name, lambda _: live, recording=records)
         for line in before:
             watch.complain(line)
         code = _show(watch, words, expression)

@@ -72,6 +72,8 @@ class Monitor(App[int]):
         self._words = words
         self._beats = beat
         self._snapshot = NOTHING
+        self._complete = False
+        """Whether nothing will ever be added to the snapshot."""
         self._drawn: dict[str, Any] = {}
         self._view = "overview"
         self._notice = ""
@@ -130,8 +132,11 @@ class Monitor(App[int]):
             return
         for complaint in self._watch.complaints():
             self._notice = complaint
+        over = self._watch.over
         if not self.paused:
-            self._snapshot = self._watch.snapshot()
+            if not self._complete:
+                self._snapshot = self._watch.snapshot()
+                self._complete = over
             self.trace.limit = None
         self.draw()
 
@@ -146,7 +151,8 @@ class Monitor(App[int]):
         worst = findings.latest(snapshot) if self._view == "overview" and self.size.height >= _LOW else ()
         self._latest.tell_cell(() if _seen(self.grids["findings"]) else worst)
         self._arrange()
-        self.status.update(snapshot, self._badge(), self._speed(), self._view, self.trace.conditions())
+        badges = [name for name in (self._badge(), self._watch.recording) if name]
+        self.status.update(snapshot, badges, self._speed(), self._view, self.trace.conditions())
         self._said.tell(self._notice, 3, "warning" if self._notice else "")
         for name in ("nodes", "objects", "transfers", "findings"):
             grid = self.grids[name]

@@ -47,11 +47,9 @@ def rows(snapshot: dict[str, Any], *, buses: bool) -> list[Row]:
 def latest(snapshot: dict[str, Any]) -> Cell:
     """Give the last error or warning in a line, else the last info; nothing where there is none."""
     found = snapshot["findings"]
-    one = next(
-        (one for one in reversed(found) if one["severity"] in ("error", "warning")), found[-1] if found else None
-    )
-    if one is None:
+    if not found:
         return NOTHING
+    one = next((one for one in reversed(found) if one["severity"] in ("error", "warning")), found[-1])
     start, look = snapshot["start_ns"], one["severity"]
     at = "" if one["t_ns"] is None or start is None else f"{seconds(one['t_ns'] - start, 3)}  "
     return ((f" {MARKS.get(look, '')} ", look), (at, "dim"), (f"{one['code']}  ", look), (one["text"], ""))

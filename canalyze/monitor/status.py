@@ -20,6 +20,8 @@ _BADGES: Final = {
     "waiting": "halted",
     "lost": "lost",
     "over": "over",
+    "records": "live",
+    "unrecorded": "lost",
 }
 """Looks of how it stands with the source."""
 _LOAD: Final = (("error", 80.0), ("warning", 50.0))
@@ -59,18 +61,20 @@ class Status(Lines):
         super().__init__("status")
         self._words = words
 
-    def update(self, snapshot: dict[str, Any], badge: str, speed: str, view: str, conditions: list[str]) -> None:
+    def update(self, snapshot: dict[str, Any], badges: list[str], speed: str, view: str, conditions: list[str]) -> None:
         """Say how it stands.
 
-        badge: one of those of the source. speed: of a replay, else "". conditions: filter and search, in words.
+        badges: that of the source, and of the recording. speed: of a replay, else "". conditions: filter and search, in
+        words.
         """
         words = self._words
-        items = [
-            ((f" {words(f'monitor.{badge}')}{speed} ", _BADGES[badge]),),
-            *self._figures(snapshot, short=False),
+        heads: list[Cell] = [
+            ((f" {words(f'monitor.{badge}')}{'' if place else speed} ", _BADGES[badge]),)
+            for place, badge in enumerate(badges)
         ]
+        items = [*heads, *self._figures(snapshot, short=False)]
         if sum(_width(item) + 2 for item in items) > self.size.width:
-            items[1:] = self._figures(snapshot, short=True)
+            items = [*heads, *self._figures(snapshot, short=True)]
         first: list[Piece] = []
         for item in items:
             first += [*((("  ", ""),) if first else ()), *item]

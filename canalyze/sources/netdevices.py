@@ -83,7 +83,7 @@ def watching(name: str) -> socket.socket | None:
 
 
 def bit_rate(name: str) -> int | None:
-    """Give the bit rate in bit/s that an interface is set to; None where it has none (vcan) or the kernel does not say."""
+    """Give the bit rate in bit/s that an interface is set to; None where it has none (vcan), or none is told."""
     if not hasattr(socket, "AF_NETLINK"):
         return None
     try:

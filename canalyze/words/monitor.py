@@ -86,6 +86,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.waiting", "等待", "WAITING"),
     ("monitor.lost", "已断开", "LOST"),
     ("monitor.over", "已结束", "OVER"),
+    ("monitor.records", "记录中", "REC"),
+    ("monitor.unrecorded", "记录失败", "REC FAILED"),
     ("monitor.fastest", "最快", "max"),
     ("monitor.fixed", "无时间戳，{rate}帧/秒", "no stamps, {rate}/s"),
     # The status line.
@@ -202,10 +204,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "monitor.help_looks",
         "数据中加亮的字节在最近1秒内变化过。心跳：距上次的时间/周期；该来而没来的写“无心跳”。"
-        "EMCY：“曾有”的已消除。"
-        "发现：✖ 错误，▲ 警告，i 信息。",
-        "Bytes in bold changed within the last second. Heartbeat: age of the last one / period; 'no heartbeat' where one is "
-        "overdue. EMCY: 'was' one that no longer stands. "
-        "Findings: ✖ errors, ▲ warnings, i infos.",
+        "EMCY：“曾有”的已消除。发现：✖ 错误，▲ 警告，i 信息。",
+        "Bytes in bold changed within the last second. Heartbeat: age of the last one / period; 'no heartbeat' where "
+        "one is overdue. EMCY: 'was' one that no longer stands. Findings: ✖ errors, ▲ warnings, i infos.",
     ),
 )
