@@ -138,7 +138,8 @@ impl View<'_> {
         jsonl::signed_or_null(out, self.monitor.clock.since(live.beat_ns));
         put!(out; ",\"heartbeat_period_ns\":");
         jsonl::signed_or_null(out, known.and_then(|bus| bus.heartbeat_period(id)));
-        let silent = known.and_then(|bus| bus.silent(id, self.monitor.clock.now_ns)).map_or("", |control| control.name());
+        let silent =
+            known.and_then(|bus| bus.silent(id, self.monitor.clock.now_ns)).map_or("", |control| control.name());
         put!(out; ",\"silent\":");
         jsonl::name_or_null(out, silent.as_bytes());
         put!(out; ",\"guarded\":", jsonl::truth(node.guarded), ",\"emcy\":");

@@ -132,7 +132,10 @@ fn a_node_that_is_no_longer_heard_is_silent() {
 #[test]
 fn one_time_from_frame_to_frame_has_no_jitter() {
     let shot = seen(&[(0, "185#00"), (700, "185#00")]);
-    assert_eq!((&object(&shot, "185")["period_ns"], &object(&shot, "185")["jitter_ns"]), (&json!(700_000_000), &Value::Null));
+    assert_eq!(
+        (&object(&shot, "185")["period_ns"], &object(&shot, "185")["jitter_ns"]),
+        (&json!(700_000_000), &Value::Null)
+    );
 }
 
 #[test]
