@@ -161,6 +161,16 @@ def test_it_is_seen_whether_what_is_received_is_recorded(lang: str, said: tuple[
     on_screen(Recorded(), lang, (80, 24), act)
 
 
+def test_empty_rooms_say_what_is_not_there_yet() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        assert text(app).count("no frame yet") == 2 and "no node seen yet" in text(app)
+        app.trace.choose("node=5")
+        await settle(app, pilot)
+        assert "no frame that fits" in text(app)
+
+    on_screen(Still(), "en", (80, 24), act)
+
+
 def test_nothing_is_asked_any_more_when_all_was_seen() -> None:
     asked = 0
 

@@ -85,7 +85,6 @@ class Monitor(App[int]):
         self.grids["trace"] = self.trace
         for name in ("nodes", "objects", "transfers", "findings"):
             self.grids[name].empty = words.of("monitor_empty", name)
-        self.trace.empty = words.of("monitor_empty", "trace")
         self._latest, self._whole, self._said = Below("latest"), Below("whole"), Below("notice")
         self._prompt = Prompt()
 
