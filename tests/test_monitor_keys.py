@@ -393,3 +393,12 @@ def test_the_last_emergency_is_shown_after_it_is_over() -> None:
         assert any("was 8130h life guard" in line for line in text(app).splitlines())
 
     run(act, SAMPLES / "services.log", size=(160, 40))
+
+
+@pytest.mark.parametrize(("lang", "said"), [("zh", "已启动"), ("en", "booted up")])
+def test_a_node_that_has_only_booted_is_not_said_to_be_initialising(lang: str, said: str) -> None:
+    from canalyze.monitor import nodes
+
+    node = replayed(FAULTY, lang).snapshot()["nodes"][0] | {"state": "00", "state_text": "?"}
+    row = nodes.rows({"nodes": [node], "start_ns": 0}, Words(lang), buses=False)[0]
+    assert row.cells[2] == ((said, "info"),) and said in row.whole

@@ -12,7 +12,9 @@ STATES: Final = {
     "04": "warning",
     "00": "info",
 }
-"""Looks of the states, by the byte that a heartbeat has: operational, pre-operational, stopped, initialising."""
+"""Looks of the states, by the byte that a heartbeat has: operational, pre-operational, stopped, booted up."""
+_BOOTED: Final = "00"
+"""The state of a boot-up message: it says that initialising is over, but not what the node did then."""
 _SECOND: Final = 1_000_000_000
 _LATE: Final = 1.5
 """Periods without a heartbeat after which its age stands out; that it is missing is said by the core (`silent`)."""
@@ -41,6 +43,8 @@ def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, away: bool = Fa
 
 def _row(node: dict[str, Any], snapshot: dict[str, Any], words: Words, *, buses: bool, away: bool) -> Row:
     state, look = node["state_text"] or BLANK, STATES.get(node["state"] or "", "dim")
+    if node["state"] == _BOOTED:
+        state = words("monitor.booted")
     if away or _is_late(node):
         look = "dim"
     silent = words.of("monitor_silent", node["silent"]) if node["silent"] else ""

@@ -23,7 +23,9 @@ use crate::services::sdo::wire::Side;
 /// How a node shows that it is there (CiA 301, 7.2.8.2.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorControl {
+    /// By heartbeats of its own.
     Heartbeat,
+    /// By answers to the master.
     Guarding,
 }
 
