@@ -171,6 +171,25 @@ def test_empty_rooms_say_what_is_not_there_yet() -> None:
     on_screen(Still(), "en", (80, 24), act)
 
 
+def test_figures_of_the_status_line_stay_where_they_are() -> None:
+    def watch(rate: float) -> Still:
+        bus = {"name": "can0", "frames_per_s": rate, "load_percent": rate / 10, "error_frames": 7, "dropped": 0}
+        return Still(buses=[bus | {"state": None}])
+
+    shown = watch(1234.0)
+
+    async def act(app: Monitor, pilot: Any) -> None:
+        places = set()
+        for rate in (1234.0, 99.96, 99.9, 0.0, 12.3):
+            shown._snapshot = watch(rate)._snapshot
+            await settle(app, pilot)
+            first = text(app).splitlines()[0]
+            places.add((first.index("err"), first.index(" fr")))
+        assert len(places) == 1, places
+
+    on_screen(shown, "en", (80, 24), act)
+
+
 def test_nothing_is_asked_any_more_when_all_was_seen() -> None:
     asked = 0
 

@@ -60,6 +60,8 @@ class Status(Lines):
         """Nothing known yet."""
         super().__init__("status")
         self._words = words
+        self._widths: list[int] = []
+        """Of the items of the first line, the widest by now."""
 
     def update(self, snapshot: dict[str, Any], badges: list[str], speed: str, view: str, conditions: list[str]) -> None:
         """Say how it stands.
@@ -75,10 +77,20 @@ class Status(Lines):
         items = [*heads, *self._figures(snapshot, short=False)]
         if sum(_width(item) + 2 for item in items) > self.size.width:
             items = [*heads, *self._figures(snapshot, short=True)]
+        widths = [_width(item) for item in items]
+        if len(widths) == len(self._widths):  # never narrower: what stands right of it would jump
+            widths = [max(pair) for pair in zip(widths, self._widths, strict=True)]
+        self._widths = widths if sum(widths) + 2 * len(widths) <= self.size.width else []
         first: list[Piece] = []
-        for item in items:
+        for place, item in enumerate(items):
             first += [*((("  ", ""),) if first else ()), *item]
+            if self._widths and (missing := self._widths[place] - _width(item)) > 0:
+                first.append((" " * missing, ""))
         self.say([tuple(first), self._views(snapshot, view, conditions)])
+
+    def on_resize(self) -> None:
+        """Take the room that there is."""
+        self._widths = []
 
     def _figures(self, snapshot: dict[str, Any], *, short: bool) -> list[Cell]:
         """Give what there is to say of the buses, the most important first; short: where there is little room."""
