@@ -190,6 +190,26 @@ def test_figures_of_the_status_line_stay_where_they_are() -> None:
     on_screen(shown, "en", (80, 24), act)
 
 
+def test_a_bus_in_trouble_is_seen_however_many_there_are() -> None:
+    buses: list[dict[str, Any]] = [
+        {
+            "name": f"can{number}",
+            "frames_per_s": 9.0,
+            "load_percent": 4.0,
+            "error_frames": 0,
+            "dropped": 0,
+            "state": None,
+        }
+        for number in range(5)
+    ]
+    buses[3]["state"] = "bus-off"
+
+    async def act(app: Monitor, pilot: Any) -> None:
+        assert text(app).startswith(" LIVE   can3 4.0% bus-off  can0 4.0%  +3  0 fr ")
+
+    on_screen(Still(buses=buses), "en", (80, 24), act)
+
+
 def test_nothing_is_asked_any_more_when_all_was_seen() -> None:
     asked = 0
 

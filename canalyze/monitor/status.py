@@ -97,7 +97,11 @@ class Status(Lines):
         words = self._words
         buses = snapshot["buses"]
         start, now = snapshot["start_ns"], snapshot["now_ns"]
-        items: list[Cell] = [self._bus(bus) for bus in buses[: 2 if short else 6]]
+        most = 2 if short else 6
+        # One whose controller is in trouble is never among those left out.
+        items: list[Cell] = [self._bus(bus) for bus in sorted(buses, key=lambda bus: bus["state"] is None)[:most]]
+        if len(buses) > most:
+            items.append(cell(f"+{len(buses) - most}", "dim"))
         if start is not None and now is not None:
             items.append(cell(clock(now - start)))
         errors, dropped = (sum(bus[key] for bus in buses) for key in ("error_frames", "dropped"))
