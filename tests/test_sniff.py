@@ -265,14 +265,16 @@ def test_closed_streams_are_nobody_elses(tmp_path: Path) -> None:
         for stream in (0, 1, 2):
             os.close(stream)
 
-    with subprocess.Popen(program, cwd=tmp_path, env=environment(), preexec_fn=close) as running:
-        with can.Bus(interface="udp_multicast", channel="239.74.163.2") as bus:
-            deadline = time.monotonic() + 30
-            while running.poll() is None:
-                bus.send(frame(1))
-                time.sleep(0.01)
-                if time.monotonic() > deadline:
-                    running.kill()
+    with (
+        subprocess.Popen(program, cwd=tmp_path, env=environment(), preexec_fn=close) as running,
+        can.Bus(interface="udp_multicast", channel="239.74.163.2") as bus,
+    ):
+        deadline = time.monotonic() + 30
+        while running.poll() is None:
+            bus.send(frame(1))
+            time.sleep(0.01)
+            if time.monotonic() > deadline:
+                running.kill()
     assert running.returncode == 2
     recorded = (tmp_path / "bus.log").read_text().splitlines()
     assert recorded and all(re.fullmatch(r"\(\d+\.\d{6,9}\) \S+ 185#[0-9A-F]{8}( [RT])?", line) for line in recorded)

@@ -15,6 +15,8 @@ import click
 from canalyze.errors import CanalyzeError
 from canalyze.help import Command
 from canalyze.listening import (
+    OWN,
+    Channel,
     ListeningOptions,
     OwnOptions,
     channels_of,
@@ -34,6 +36,7 @@ from canalyze.reading import Reading
 from canalyze.sinks.target import RECORDS
 from canalyze.sources.file import STDIN
 from canalyze.sources.format import open_capture
+from canalyze.sources.netdevices import bit_rate
 from canalyze.sources.replay import Replay
 from canalyze.words import Words
 
@@ -89,19 +92,29 @@ def _listen(names: tuple[str, ...], words: Words, given: ListeningOptions, expre
 
     named = channels_of(names, given, words)
     masks = [channel.mask for channel in named if channel.filters] or None
+    if not given.get("bitrate") and given.get("interface") in (None, OWN) and (rate := _set_rate(named)):
+        given["bitrate"] = rate
     session = open_session(words, given, format="monitor", masks=masks)
     _check(session, expression)
     before: list[str] = []
     with listening(named, given, words, before.append) as opened:
-        watch = Watch(session, words, opened.live.name, lambda _: opened.live)
+        recordings = opened.recordings
+        records = (lambda: "unrecorded" if recordings.failed else "records") if recordings.written else None
+        watch = Watch(session, words, opened.live.name, lambda _: opened.live, recording=records)
         for line in before:
             watch.complain(line)
         code = _show(watch, words, expression)
         for line in opened.complete(words):
             complain(line)
-        for one in opened.recordings.written:
+        for one in recordings.written:
             complain(f"canalyze: {one.in_words(words)}")
-        return 2 if opened.recordings.failed else code
+        return 2 if recordings.failed else code
+
+
+def _set_rate(named: list[Channel]) -> int | None:
+    """Give the bit rate that all channels are set to; None where one has another, or the system does not tell."""
+    rates = {bit_rate(channel.name) for channel in named}
+    return rates.pop() if len(rates) == 1 else None
 
 
 def _replay(
