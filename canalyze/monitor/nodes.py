@@ -27,7 +27,7 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
         Column(words("col.name"), least=6, most=28, leaves=3),
         Column(words("col.node_state"), most=18),
         Column(words("col.heartbeat"), most=14),
-        Column("EMCY", least=16, most=48),
+        Column("EMCY", least=20, most=48),
         Column(words("monitor.drive"), least=10, most=30, leaves=2),
         Column(words("col.boot_ups"), most=8, right=True, leaves=5),
         Column(words("col.rate"), most=8, right=True, leaves=4),
