@@ -1,6 +1,6 @@
 """A flood on vcan0 with candump and sniff beside each other: what each of them saw, and at what cost.
 
-    PYTHONPATH=tests python tests/live/flood.py [--seconds S] [--gap MS] [--senders N] [--format text|jsonl] [--record FORM]...
+    PYTHONPATH=tests python tests/live/flood.py [--seconds S] [--gap MS] [--senders N] [--format F] [--record FORM]...
 
 Prints one JSON object: the rate, frames that the bus carried, that candump logged, and that sniff recorded and showed,
 and the CPU seconds of both. `test_flood.py` runs it for a short while; the rate that candump holds is found by hand.

@@ -95,7 +95,7 @@ CHANGES = {
 
 STALLS = {"EXP009", "EXP010"}
 """What a machine that stalls for half a second makes of any session."""
-ATTEMPTS = 4
+ATTEMPTS = 5
 
 
 def boot_configure_run(session: Session, change: str = "") -> None:
