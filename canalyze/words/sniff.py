@@ -42,7 +42,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sniff can0 --duration 30s --expect boot.expect.toml\n"
         "canalyze sniff -i pcan PCAN_USBBUS1 --bitrate 500k\n"
         "canalyze sniff -i slcan /dev/ttyACM0 --bitrate 1M --option tty_baudrate=115200\n"
-        "canalyze sniff can0 --format jsonl | jq -r .text",
+        "canalyze sniff can0 --format jsonl | jq -r '.text // .message'",
         "canalyze sniff can0\n"
         "canalyze sniff can0 can1 --record bus.mcap\n"
         "canalyze sniff can0,580:780,600:780 --eds 5=drive.eds\n"
@@ -50,7 +50,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sniff can0 --duration 30s --expect boot.expect.toml\n"
         "canalyze sniff -i pcan PCAN_USBBUS1 --bitrate 500k\n"
         "canalyze sniff -i slcan /dev/ttyACM0 --bitrate 1M --option tty_baudrate=115200\n"
-        "canalyze sniff can0 --format jsonl | jq -r .text",
+        "canalyze sniff can0 --format jsonl | jq -r '.text // .message'",
     ),
     # The summary at the end.
     (
