@@ -209,13 +209,16 @@ class Session:
         error_frames, dropped, state (of the listening controller: null error-warning error-passive bus-off).
         nodes: bus, node, name (of its description, else by 1008h), state (hex, null: unknown) and state_text, frames,
         sent (by itself), frames_per_s, heartbeat_age_ns (since boot-up, heartbeat or answer to guarding),
-        heartbeat_period_ns (by 1017h or its heartbeats), guarded, emcy (null, or the last error code that stands: code
-        text t_ns, and active: how many stand), boot_ups, drive (null, or its state), findings {error warning}.
+        heartbeat_period_ns (by 1017h or its heartbeats), silent (heartbeat or guarding: by which it should have been
+        heard since and was not; else null), guarded, emcy (null, or the last error code, of those that stand if any
+        do: code text t_ns, and active: how many stand, 0: none), boot_ups, drive (null, or its state), findings
+        {error warning}.
         objects, one an identifier, in order of bus, 11 bits before 29, identifier, data before remote frames: bus, id,
         ext, rtr, service, node, name, count, last_ns, period_ns (mean of the last 16), jitter_ns (by how much one of
-        them differs from it at most), rate, len, data, changed (FF for each byte that changed in the last second, or
-        with the last frame where there are no stamps), text (what the last frame says), severity (of the worst finding
-        about its frames in the last 10 s, or null). All error frames of a bus are one, of service error.
+        them differs from it at most; null of one alone), rate, len, data, changed (FF for each byte that changed in
+        the last second, or with the last frame where there are no stamps), text (what the last frame says), severity
+        (of the worst finding about its frames in the last 10 s, or null). All error frames of a bus are one, of
+        service error.
         objects_more: identifiers for which there was no room (4096 objects, 1024 of 29-bit foreign ones).
         transfers: running (transfer bus node direction mode index sub name; size as indicated or null, bytes by now,
         since_ns), done, the last 200 (transfer bus node direction mode index sub name size value text status abort

@@ -58,6 +58,9 @@ class Terminal:
     def type(self, keys: bytes) -> None:
         os.write(self._ours, keys)
 
+    def is_restored(self) -> bool:
+        return termios.tcgetattr(self._theirs) == self.before
+
     def end(self, *, screen: bool = True) -> tuple[int, str]:
         """Wait for the end; give the exit code and standard error."""
         self.until(lambda _: self.process.poll() is not None)
@@ -65,7 +68,7 @@ class Terminal:
         with self.process.stderr as pipe:
             said = pipe.read().decode()
         code = self.process.wait(10)
-        assert termios.tcgetattr(self._theirs) == self.before, "the terminal is not what it was"
+        assert self.is_restored(), "the terminal is not what it was"
         assert (b"\x1b[?1049h" in self.shown) == screen
         assert self.shown.count(b"\x1b[?1049h") == self.shown.count(b"\x1b[?1049l")
         os.close(self._ours)

@@ -1,5 +1,6 @@
 """`canalyze monitor` on the command line: what it refuses, and a run on a terminal of its own."""
 
+import os
 import re
 import signal
 import subprocess
@@ -124,3 +125,17 @@ def test_names_of_devices_cannot_drive_the_terminal(tmp_path: Path) -> None:
     terminal.type(b"q")
     terminal.end()
     assert b"\x1b]0;xB" not in terminal.shown
+
+
+def test_it_can_be_stopped_and_goes_on_with_the_whole_screen(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, str(CAPTURE), "--speed", "max")
+    assert terminal.until(drawn(b"OVER"))
+    terminal.type(b"\x1a")
+    stopped = os.WSTOPPED | os.WNOWAIT | os.WNOHANG
+    assert terminal.until(lambda _: os.waitid(os.P_PID, terminal.process.pid, stopped) is not None)
+    assert terminal.is_restored()
+    before = len(terminal.shown)
+    terminal.process.send_signal(signal.SIGCONT)
+    assert terminal.until(lambda shown: b"heartbeat" in shown[before:] and b"annotation" in shown[before:])
+    terminal.type(b"q")
+    assert terminal.end() == (0, "")

@@ -101,6 +101,7 @@ class Still:
     over = False
     failure = None
     badge = "live"
+    recording = ""
 
     def __init__(self, **parts: Any) -> None:
         """Take what the snapshot has beyond nothing."""
@@ -143,6 +144,93 @@ def test_running_transfer_shows_how_far_it_is(size: int | None, said: str) -> No
         assert "4 SDO 1" in shown
 
     on_screen(watch, "en", (100, 24), act)
+
+
+@pytest.mark.parametrize(("lang", "said"), [("en", (" REC ", " REC FAILED ")), ("zh", (" 记录中 ", " 记录失败 "))])
+def test_it_is_seen_whether_what_is_received_is_recorded(lang: str, said: tuple[str, str]) -> None:
+    class Recorded(Still):
+        recording = "records"
+
+    async def act(app: Monitor, pilot: Any) -> None:
+        assert said[0] in text(app).splitlines()[0]
+        Recorded.recording = "unrecorded"
+        await settle(app, pilot)
+        first = text(app).splitlines()[0]
+        assert said[1] in first
+
+    on_screen(Recorded(), lang, (80, 24), act)
+
+
+def test_empty_rooms_say_what_is_not_there_yet() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        assert text(app).count("no frame yet") == 2 and "no node seen yet" in text(app)
+        app.trace.choose("node=5")
+        await settle(app, pilot)
+        assert "no frame that fits" in text(app)
+
+    on_screen(Still(), "en", (80, 24), act)
+
+
+def test_figures_of_the_status_line_stay_where_they_are() -> None:
+    def watch(rate: float) -> Still:
+        bus = {"name": "can0", "frames_per_s": rate, "load_percent": rate / 10, "error_frames": 7, "dropped": 0}
+        return Still(buses=[bus | {"state": None}])
+
+    shown = watch(1234.0)
+
+    async def act(app: Monitor, pilot: Any) -> None:
+        places = set()
+        for rate in (1234.0, 99.96, 99.9, 0.0, 12.3):
+            shown._snapshot = watch(rate)._snapshot
+            await settle(app, pilot)
+            first = text(app).splitlines()[0]
+            places.add((first.index("err"), first.index(" fr")))
+        assert len(places) == 1, places
+
+    on_screen(shown, "en", (80, 24), act)
+
+
+def test_a_bus_in_trouble_is_seen_however_many_there_are() -> None:
+    buses: list[dict[str, Any]] = [
+        {
+            "name": f"can{number}",
+            "frames_per_s": 9.0,
+            "load_percent": 4.0,
+            "error_frames": 0,
+            "dropped": 0,
+            "state": None,
+        }
+        for number in range(5)
+    ]
+    buses[3]["state"] = "bus-off"
+
+    async def act(app: Monitor, pilot: Any) -> None:
+        assert text(app).startswith(" LIVE   can3 4.0% bus-off  can0 4.0%  +3  0 fr ")
+
+    on_screen(Still(buses=buses), "en", (80, 24), act)
+
+
+def test_nothing_is_asked_any_more_when_all_was_seen() -> None:
+    asked = 0
+
+    class Counted(Still):
+        def snapshot(self) -> dict[str, Any]:
+            nonlocal asked
+            asked += 1
+            return super().snapshot()
+
+    watch = Counted()
+
+    async def act(app: Monitor, pilot: Any) -> None:
+        before = asked
+        await settle(app, pilot)
+        assert asked == before + 2
+        watch.over = True
+        for _ in range(3):
+            await settle(app, pilot)
+        assert asked == before + 3  # once more, for what came last
+
+    on_screen(watch, "en", (80, 24), act)
 
 
 def test_buses_have_columns_only_where_there_are_several() -> None:

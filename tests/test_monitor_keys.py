@@ -326,3 +326,79 @@ def test_crash_of_the_reading_ends_the_screen() -> None:
         assert app.return_value == 2
 
     run(act)
+
+
+def test_what_is_typed_right_behind_a_key_that_asks_goes_into_the_prompt() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        from textual import events
+
+        for key, character in (
+            ("f", "f"),
+            *((one, one) for one in "id"),
+            ("equals_sign", "="),
+            *zip("185", "185", strict=True),
+        ):
+            app.post_message(events.Key(key, character))
+        await settle(app, pilot)
+        assert app.query_one("Input").value == "id=185"  # type: ignore[attr-defined]
+        assert app.focused is app.query_one("Input") and app._view == "overview"
+        assert "no longer" not in await press(app, pilot, "enter") and app.trace.filter == "id=185"
+
+    run(act)
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+@pytest.mark.parametrize("columns", [30, 40, 60, 80, 120])
+def test_the_foot_never_loses_help_and_the_end(lang: str, columns: int) -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        foot = text(app).splitlines()[-1]
+        words = Words(lang)
+        assert f"? {words('monitor.key_help')}" in foot and f"q {words('monitor.key_quit')}" in foot and "…" not in foot
+        assert ("Enter" in foot) == (columns == 120 or (columns == 80 and lang == "zh"))
+
+    run(act, lang=lang, size=(columns, 15))
+
+
+@pytest.mark.parametrize(("lang", "silent"), [("zh", "无心跳"), ("en", "no heartbeat")])
+def test_a_node_that_is_lost_is_seen_first(lang: str, silent: str) -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        shown = text(app).splitlines()
+        assert shown[2].startswith(" ✖ 1.000  HBT002  ")
+        assert silent in shown[4] and {"zh": "预操作", "en": "Pre-op"}[lang] not in shown[4]
+        look = {piece.strip(): look for cells in app.grids["nodes"].rows[0].cells for piece, look in cells}
+        assert look[silent] == "error"
+        # Where the findings themselves are seen, they are not said twice; nor in another view, or without room.
+        assert "HBT002" not in "".join((await press(app, pilot, "2")).splitlines()[:4])
+        await pilot.resize_terminal(80, 10)
+        assert "HBT002" not in "".join((await press(app, pilot, "1")).splitlines()[:3])
+        await pilot.resize_terminal(140, 40)
+        await settle(app, pilot)
+        assert text(app).count(" HBT002 ") == 2 and not app.query_one("#latest").display
+
+    run(act, SAMPLES / "rules" / "HBT002.log", lang)
+
+
+def test_states_are_dim_while_the_bus_is_away() -> None:
+    from canalyze.monitor import nodes
+
+    watch = replayed(FAULTY, "en")
+    snapshot, words = watch.snapshot(), Words("en")
+    here, away = (nodes.rows(snapshot, words, buses=False, away=away)[0].cells[2] for away in (False, True))
+    assert here == (("Pre-operational", "warning"),) and away == (("Pre-operational", "dim"),)
+
+
+def test_the_last_emergency_is_shown_after_it_is_over() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        await press(app, pilot, "2")
+        assert any("was 8130h life guard" in line for line in text(app).splitlines())
+
+    run(act, SAMPLES / "services.log", size=(160, 40))
+
+
+@pytest.mark.parametrize(("lang", "said"), [("zh", "已启动"), ("en", "booted up")])
+def test_a_node_that_has_only_booted_is_not_said_to_be_initialising(lang: str, said: str) -> None:
+    from canalyze.monitor import nodes
+
+    node = replayed(FAULTY, lang).snapshot()["nodes"][0] | {"state": "00", "state_text": "?"}
+    row = nodes.rows({"nodes": [node], "start_ns": 0}, Words(lang), buses=False)[0]
+    assert row.cells[2] == ((said, "info"),) and said in row.whole

@@ -23,7 +23,7 @@ KEYS = {
     },
     "nodes": {
         *("bus", "node", "name", "state", "state_text", "frames", "sent", "frames_per_s", "heartbeat_age_ns"),
-        *("heartbeat_period_ns", "guarded", "emcy", "boot_ups", "drive", "findings"),
+        *("heartbeat_period_ns", "silent", "guarded", "emcy", "boot_ups", "drive", "findings"),
     },
     "objects": {
         *("bus", "id", "ext", "rtr", "service", "node", "name", "count", "last_ns", "period_ns", "jitter_ns", "rate"),
@@ -166,8 +166,8 @@ def check_trace(session: _core.Session, frames: list[Row], rows: list[Row]) -> N
     ]
     for line, frame in zip(own, frames, strict=True):
         assert line[5] == ("remote request" if frame["rtr"] else bytes.fromhex(frame["data"]).hex(" ").upper())
-        if frame["findings"]:
-            assert line[1]
+        if line[1]:
+            assert frame["findings"]
     below = [line for line in lines if not line[4]]
     findings = Counter(row["code"] for row in rows if row["kind"] == "finding")
     said = Counter(line[6].split()[0] for line in below if line[1])

@@ -12,7 +12,7 @@ from canalyze import _core
 from canalyze.errors import SourceError
 from canalyze.reading import Reading
 from canalyze.sources.format import open_capture
-from canalyze.sources.live import RELEASE_ALL, UNTIL, heads
+from canalyze.sources.live import RECORDS, RELEASE_ALL, UNTIL, heads
 from canalyze.sources.replay import FASTEST, RATE, SLOWEST, Replay
 from canalyze.words import Words
 
@@ -174,3 +174,20 @@ def test_file_that_cannot_be_read_is_told_before(tmp_path: Path) -> None:
     source = replay(tmp_path / "missing.log", listener=listener)
     assert not source.prime()
     assert [error.key for error in listener.errors] and source.read() == b""
+
+
+def test_time_for_which_the_program_was_stopped_is_not_caught_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    capture = tmp_path / "capture.log"
+    capture.write_bytes(log_text(CanFrame("can0", 0x185, b"\1", second * 1_000_000) for second in range(50)))
+    source = replay(capture, speed=1.0)
+    now = time.monotonic()
+    monkeypatch.setattr(time, "monotonic", lambda: now)
+
+    def frames() -> int:
+        return sum(number for kind, _, number, *_ in heads(source.read()) if kind == RECORDS)
+
+    assert frames() == 1
+    now += 1000.0
+    assert frames() == 1

@@ -16,6 +16,8 @@ import click
 from canalyze.errors import CanalyzeError
 from canalyze.help import Command
 from canalyze.listening import (
+    OWN,
+    Channel,
     ListeningOptions,
     channels_of,
     check_recordings,
@@ -40,6 +42,7 @@ from canalyze.sinks.target import RECORDS
 from canalyze.sources.file import STDIN
 from canalyze.sources.format import open_capture
 from canalyze.sources.live import Live
+from canalyze.sources.netdevices import bit_rate
 from canalyze.sources.replay import Replay
 from canalyze.words import Words
 
@@ -109,14 +112,17 @@ def _listen(names: tuple[str, ...], words: Words, given: _Watching, expression: 
 
     named = channels_of(names, words)
     refuse_others(named, given, words)
-    interface_of(given, words)
+    interface = interface_of(given, words)
     check_recordings(given, words)
     masks = [channel.mask for channel in named if channel.filters] or None
+    asked = given.get("bitrate")
+    if not asked and interface == OWN and (rate := _set_rate(named)):
+        given["bitrate"] = rate
     session = open_session(words, given, format="monitor", masks=masks)
     _check(session, expression)
     before: list[str] = []
     with ExitStack() as stack:
-        buses = open_buses(named, given, words, bitrate=given.get("bitrate"), tell=before.append)
+        buses = open_buses(named, given, words, bitrate=asked, tell=before.append)
         for bus in buses:
             stack.callback(bus.close)
         recordings = open_recordings_of(given, words)
@@ -124,12 +130,19 @@ def _listen(names: tuple[str, ...], words: Words, given: _Watching, expression: 
             stack.callback(recordings.close)
         live = Live(buses, recording=recordings, reconnect=given.get("reconnect", False))
         stack.callback(live.close)
-        watch = Watch(session, words, live.name, lambda _: live)
+        records = None if recordings is None else lambda: "unrecorded" if recordings.failed else "records"
+        watch = Watch(session, words, live.name, lambda _: live, recording=records)
         for line in before:
             watch.complain(line)
         code = _show(watch, words, expression)
         live.close()
         return _recorded(recordings, words) or code if recordings else code
+
+
+def _set_rate(named: list[Channel]) -> int | None:
+    """Give the bit rate that all channels are set to; None where one has another, or the system does not tell."""
+    rates = {bit_rate(channel.name) for channel in named}
+    return rates.pop() if len(rates) == 1 else None
 
 
 def _recorded(recordings: "Recordings", words: Words) -> int:

@@ -34,6 +34,8 @@ _HIGH: Final = 34
 """Lines from which it has."""
 _AROUND: Final = 3
 """Lines of status and foot."""
+_LOW: Final = 12
+"""Lines from which the overview tells the last finding where the findings themselves have no room."""
 NOTHING: Final[dict[str, Any]] = {
     "now_ns": None,
     "start_ns": None,
@@ -70,6 +72,8 @@ class Monitor(App[int]):
         self._words = words
         self._beats = beat
         self._snapshot = NOTHING
+        self._complete = False
+        """Whether nothing will ever be added to the snapshot."""
         self._drawn: dict[str, Any] = {}
         self._view = "overview"
         self._notice = ""
@@ -81,13 +85,13 @@ class Monitor(App[int]):
         self.grids["trace"] = self.trace
         for name in ("nodes", "objects", "transfers", "findings"):
             self.grids[name].empty = words.of("monitor_empty", name)
-        self.trace.empty = words.of("monitor_empty", "trace")
-        self._whole, self._said = Below("whole"), Below("notice")
+        self._latest, self._whole, self._said = Below("latest"), Below("whole"), Below("notice")
         self._prompt = Prompt()
 
     def compose(self) -> ComposeResult:
         """Give all rooms; which of them can be seen says the view."""
         yield self.status
+        yield self._latest
         with Vertical(id="rooms"):
             with Horizontal(id="upper"):
                 yield self.grids["nodes"]
@@ -110,6 +114,7 @@ class Monitor(App[int]):
                 with suppress(NotImplementedError, ValueError, RuntimeError):
                     loop.add_signal_handler(number, self.exit, code)
             self.set_interval(_BEAT_S, self.beat)
+        self.app_resume_signal.subscribe(self, lambda _: self.refresh(layout=True))  # what the shell drew is on it
         self._arrange()
         self.trace.focus()
 
@@ -126,8 +131,11 @@ class Monitor(App[int]):
             return
         for complaint in self._watch.complaints():
             self._notice = complaint
+        over = self._watch.over
         if not self.paused:
-            self._snapshot = self._watch.snapshot()
+            if not self._complete:
+                self._snapshot = self._watch.snapshot()
+                self._complete = over
             self.trace.limit = None
         self.draw()
 
@@ -139,18 +147,23 @@ class Monitor(App[int]):
         if several != self.trace.buses:
             self.trace.buses = several
             self._drawn = {}
+        worst = findings.latest(snapshot) if self._view == "overview" and self.size.height >= _LOW else ()
+        self._latest.tell_cell(() if _seen(self.grids["findings"]) else worst)
         self._arrange()
-        self.status.update(snapshot, self._badge(), self._speed(), self._view, self.trace.conditions())
+        badges = [name for name in (self._badge(), self._watch.recording) if name]
+        self.status.update(snapshot, badges, self._speed(), self._view, self.trace.conditions())
         self._said.tell(self._notice, 3, "warning" if self._notice else "")
         for name in ("nodes", "objects", "transfers", "findings"):
             grid = self.grids[name]
-            part = (snapshot[name], snapshot["now_ns"] if name == "transfers" and snapshot[name]["running"] else 0)
+            away = self._watch.badge in ("lost", "waiting")
+            runs = name == "transfers" and snapshot[name]["running"]
+            part = (snapshot[name], snapshot["now_ns"] if runs else 0, away)
             if not grid.size.width or not _seen(grid) or self._drawn.get(name) == part:
                 continue
             self._drawn[name] = part
             width = self.size.width
             if name == "nodes":
-                grid.show(nodes.columns(words, buses=several), nodes.rows(snapshot, words, buses=several))
+                grid.show(nodes.columns(words, buses=several), nodes.rows(snapshot, words, buses=several, away=away))
             elif name == "objects":
                 shown = objects.rows(snapshot, words, buses=several, width=width)
                 grid.show(objects.columns(words, buses=several, width=width), shown)
@@ -195,7 +208,7 @@ class Monitor(App[int]):
         if not overview:
             upper.styles.height = self.grids["objects"].styles.height = "1fr"
             return
-        room = size.height - _AROUND
+        room = size.height - _AROUND - self._latest.display
         counts = {name: len(self._snapshot[name]) for name in ("nodes", "objects")}
         highest = 1 + max(1, min(counts["nodes"], room * 3 // 10 - 1))
         if wide:
@@ -230,9 +243,13 @@ class Monitor(App[int]):
 
     # Keys.
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Let keys pass to where something is asked, but those that end or stop the program."""
+        return not self._asked or action in ("end", "suspend_process") or not hasattr(Monitor, f"action_{action}")
+
     def action_view(self, name: str) -> None:
         """See one room, or the overview."""
-        if self._asked or name not in VIEWS:
+        if name not in VIEWS:
             return
         self._view = name
         self._arrange()
@@ -242,8 +259,6 @@ class Monitor(App[int]):
 
     def action_room(self, step: int) -> None:
         """Give the keys to the next room that can be seen."""
-        if self._asked:
-            return
         names = ("nodes", "findings", "transfers", "objects", "trace")
         seen = [self.grids[name] for name in names if _seen(self.grids[name])]
         at = next((place for place, grid in enumerate(seen) if grid is self.focused), -1)
@@ -385,11 +400,14 @@ class Monitor(App[int]):
 
     def action_help(self) -> None:
         """Show the page of help."""
-        if not self._asked:
-            self.push_screen(Help(self._words, replay=self._watch.replay is not None))
+        self.push_screen(Help(self._words, replay=self._watch.replay is not None))
 
     def action_stop(self) -> None:
         """End."""
+        self.exit(0)
+
+    def action_end(self) -> None:
+        """End, whatever is asked."""
         self.exit(0)
 
 

@@ -3,7 +3,8 @@
 from typing import Any
 
 from canalyze.monitor.figures import seconds
-from canalyze.monitor.grid import Column, Row, cell, texts
+from canalyze.monitor.grid import NOTHING, Cell, Column, Row, cell, texts
+from canalyze.monitor.status import MARKS
 from canalyze.words import Words
 
 
@@ -41,3 +42,14 @@ def rows(snapshot: dict[str, Any], *, buses: bool) -> list[Row]:
         found.append(Row(key, tuple(cells), texts([one["code"], one["text"]]), leads=one["frame"]))
     found.reverse()
     return found
+
+
+def latest(snapshot: dict[str, Any]) -> Cell:
+    """Give the last error or warning in a line, else the last info; nothing where there is none."""
+    found = snapshot["findings"]
+    if not found:
+        return NOTHING
+    one = next((one for one in reversed(found) if one["severity"] in ("error", "warning")), found[-1])
+    start, look = snapshot["start_ns"], one["severity"]
+    at = "" if one["t_ns"] is None or start is None else f"{seconds(one['t_ns'] - start, 3)}  "
+    return ((f" {MARKS.get(look, '')} ", look), (at, "dim"), (f"{one['code']}  ", look), (one["text"], ""))

@@ -27,6 +27,8 @@ class Key(NamedTuple):
     """What it does, for the page of help: a key of `words`."""
     foot: str = ""
     """The same in a word, for the foot line: a key of `words`; without it, it does not stand there."""
+    leaves: int = 0
+    """The higher, the sooner it leaves the foot line for want of room; 0: never."""
 
 
 VIEWS: Final = ("overview", "nodes", "objects", "transfers", "findings", "trace")
@@ -34,8 +36,8 @@ VIEWS: Final = ("overview", "nodes", "objects", "transfers", "findings", "trace"
 
 KEYS: Final = (
     *(Key(str(number), f"view('{name}')", "", "") for number, name in enumerate(VIEWS, 1)),
-    Key("", "", "1-6", "monitor.help_views"),
-    Key("tab", "room(1)", "Tab", "monitor.help_tab", "monitor.key_tab"),
+    Key("", "", "1-6", "monitor.help_views", "monitor.key_views", 1),
+    Key("tab", "room(1)", "Tab", "monitor.help_tab", "monitor.key_tab", 5),
     Key("shift+tab", "room(-1)", "", ""),
     Key("down,j", "move(1)", "", ""),
     Key("up,k", "move(-1)", "", ""),
@@ -45,10 +47,10 @@ KEYS: Final = (
     Key("end,G", "edge(True)", "", ""),
     Key("", "", "↑ ↓ PgUp PgDn", "monitor.help_move"),
     Key("", "", "Home End", "monitor.help_edge"),
-    Key("enter", "pick", "Enter", "monitor.help_pick"),
-    Key("space,p", "pause", "monitor.space", "monitor.help_pause", "monitor.key_pause"),
-    Key("f", "filter", "f", "monitor.help_filter", "monitor.key_filter"),
-    Key("slash", "search", "/", "monitor.help_search", "monitor.key_search"),
+    Key("enter", "pick", "Enter", "monitor.help_pick", "monitor.key_pick", 6),
+    Key("space,p", "pause", "monitor.space", "monitor.help_pause", "monitor.key_pause", 2),
+    Key("f", "filter", "f", "monitor.help_filter", "monitor.key_filter", 3),
+    Key("slash", "search", "/", "monitor.help_search", "monitor.key_search", 4),
     Key("n", "find(False)", "n", "monitor.help_next"),
     Key("N", "find(True)", "N", "monitor.help_previous"),
     Key("escape", "leave", "Esc", "monitor.help_leave"),
@@ -56,14 +58,19 @@ KEYS: Final = (
     Key("minus", "speed(False)", "-", "monitor.help_slower"),
     Key("question_mark,f1", "help", "?", "monitor.help_help", "monitor.key_help"),
     Key("q", "stop", "q", "monitor.help_quit", "monitor.key_quit"),
-    Key("ctrl+c,ctrl+q", "stop", "", ""),
+    Key("ctrl+c,ctrl+q", "end", "", ""),
+    Key("ctrl+z", "suspend_process", "", ""),
 )
 """In the order of the page of help."""
 
 
 def bindings() -> list[Binding | tuple[str, str] | tuple[str, str, str]]:
-    """Give what textual needs. Ctrl-C ends the program wherever the keys go."""
-    return [Binding(key.keys, key.action, show=False, priority="ctrl" in key.keys) for key in KEYS if key.keys]
+    """Give what textual needs.
+
+    All have priority: then the application takes them one by one, and what is typed or pasted right behind the key that
+    opens the prompt goes into it. While something is asked, `Monitor.check_action` lets them pass.
+    """
+    return [Binding(key.keys, key.action, show=False, priority=True) for key in KEYS if key.keys]
 
 
 def _name(key: Key, words: Words) -> str:
@@ -79,13 +86,18 @@ class Foot(Widget):
     def __init__(self, words: Words) -> None:
         """Take the keys that stand in it."""
         super().__init__(id="foot")
-        self._keys = [(_name(key, words), words(key.foot)) for key in KEYS if key.foot]
-        self._views = (("1-6", words("monitor.key_views")),)
+        self._keys = [(key.leaves, _name(key, words), words(key.foot)) for key in KEYS if key.foot]
 
     def render_line(self, y: int) -> Strip:
-        """Give the line."""
+        """Give the line; what has no room is left out, never what tells of all the others."""
+        keys = list(self._keys)
+        while sum(cell_len(key) + cell_len(what) + 3 for _, key, what in keys) - 1 > self.size.width:
+            leaving = max(keys)
+            if not leaving[0]:
+                break
+            keys.remove(leaving)
         pieces: list[tuple[str, str]] = []
-        for key, what in (*self._views, *self._keys):
+        for _, key, what in keys:
             pieces += [(" " if not pieces else "  ", ""), (key, "key"), (f" {what}", "")]
         return line(tuple(pieces), self.size.width)
 
@@ -122,7 +134,7 @@ class _Page(Widget):
 class Help(ModalScreen[None]):
     """The page of help; any key closes it."""
 
-    BINDINGS: ClassVar = [Binding("ctrl+c,ctrl+q", "app.stop", show=False, priority=True)]
+    BINDINGS: ClassVar = [Binding("ctrl+c,ctrl+q", "app.end", show=False, priority=True)]
 
     def __init__(self, words: Words, *, replay: bool) -> None:
         """Take the keys; those for speed only stand there of a replay."""

@@ -3,19 +3,21 @@
 from typing import Any, Final
 
 from canalyze.monitor.figures import BLANK, rate, seconds
-from canalyze.monitor.grid import NOTHING, Cell, Column, Row, cell, leads, texts
+from canalyze.monitor.grid import Cell, Column, Row, cell, leads, texts
 from canalyze.words import Words
 
 STATES: Final = {
     "05": "good",
     "7F": "warning",
-    "04": "error",
+    "04": "warning",
     "00": "info",
 }
-"""Looks of the states, by the byte that a heartbeat has: operational, pre-operational, stopped, initialising."""
+"""Looks of the states, by the byte that a heartbeat has: operational, pre-operational, stopped, booted up."""
+_BOOTED: Final = "00"
+"""The state of a boot-up message: it says that initialising is over, but not what the node did then."""
 _SECOND: Final = 1_000_000_000
 _LATE: Final = 1.5
-"""Periods without a heartbeat after which its age stands out. The verdict is the core's finding, not this colour."""
+"""Periods without a heartbeat after which its age stands out; that it is missing is said by the core (`silent`)."""
 
 
 def columns(words: Words, *, buses: bool) -> list[Column]:
@@ -25,7 +27,7 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
         Column(words("col.name"), least=6, most=28, leaves=3),
         Column(words("col.node_state"), most=18),
         Column(words("col.heartbeat"), most=14),
-        Column("EMCY", least=16, most=48),
+        Column("EMCY", least=20, most=48),
         Column(words("monitor.drive"), least=10, most=30, leaves=2),
         Column(words("col.boot_ups"), most=8, right=True, leaves=5),
         Column(words("col.rate"), most=8, right=True, leaves=4),
@@ -34,19 +36,24 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
     return [Column(words("col.bus"), most=10), *given] if buses else given
 
 
-def rows(snapshot: dict[str, Any], words: Words, *, buses: bool) -> list[Row]:
-    """Give a row a node."""
-    return [_row(node, words, buses=buses) for node in snapshot["nodes"]]
+def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, away: bool = False) -> list[Row]:
+    """Give a row a node; away: the bus is, what the nodes said last may hold no more."""
+    return [_row(node, snapshot, words, buses=buses, away=away) for node in snapshot["nodes"]]
 
 
-def _row(node: dict[str, Any], words: Words, *, buses: bool) -> Row:
-    state = node["state_text"] or BLANK
+def _row(node: dict[str, Any], snapshot: dict[str, Any], words: Words, *, buses: bool, away: bool) -> Row:
+    state, look = node["state_text"] or BLANK, STATES.get(node["state"] or "", "dim")
+    if node["state"] == _BOOTED:
+        state = words("monitor.booted")
+    if away or _is_late(node):
+        look = "dim"
+    silent = words.of("monitor_silent", node["silent"]) if node["silent"] else ""
     cells = [
         cell(node["node"], "strong"),
         cell(node["name"]),
-        cell(state, STATES.get(node["state"] or "", "dim")),
+        cell(silent or state, "error" if silent else look),
         _heartbeat(node),
-        _emcy(node["emcy"]),
+        _emcy(node["emcy"], words),
         cell(node["drive"]),
         cell(node["boot_ups"] or BLANK, "" if node["boot_ups"] else "dim"),
         cell(rate(node["frames_per_s"])),
@@ -57,13 +64,20 @@ def _row(node: dict[str, Any], words: Words, *, buses: bool) -> Row:
         [
             words("monitor.node", node=node["node"]),
             node["name"],
-            state,
-            _emcy_text(node["emcy"]),
+            silent,
+            words("monitor.last_state", state=state) if silent else state,
+            _emcy_text(node["emcy"], words),
+            _since(node["emcy"], snapshot["start_ns"]),
             node["drive"],
         ]
     )
     where = leads(node["bus"] if buses else "", node=node["node"])
     return Row(key, (cell(node["bus"]), *cells) if buses else tuple(cells), whole, leads=where)
+
+
+def _is_late(node: dict[str, Any]) -> bool:
+    age, period = node["heartbeat_age_ns"], node["heartbeat_period_ns"]
+    return bool(period and age is not None and age > period * _LATE)
 
 
 def _heartbeat(node: dict[str, Any]) -> Cell:
@@ -74,21 +88,29 @@ def _heartbeat(node: dict[str, Any]) -> Cell:
     if not period:
         return cell(f"{seconds(age)}s")
     digits = 1 if period >= _SECOND else 2
-    look = "error" if age > period * _LATE else "good"
+    look = "error" if node["silent"] else "warning" if _is_late(node) else "good"
     return ((seconds(age, digits), look), (f"/{seconds(period, digits)}s", "dim"))
 
 
-def _emcy(emcy: dict[str, Any] | None) -> Cell:
-    if emcy is None:
-        return NOTHING
-    return cell(_emcy_text(emcy), "error" if emcy["active"] else "dim")
+def _emcy(emcy: dict[str, Any] | None, words: Words) -> Cell:
+    return cell(_emcy_text(emcy, words), "error" if emcy and emcy["active"] else "dim")
 
 
-def _emcy_text(emcy: dict[str, Any] | None) -> str:
+def _emcy_text(emcy: dict[str, Any] | None, words: Words) -> str:
+    """Give the last emergency, how many stand beside it, and whether it is over."""
     if emcy is None:
         return ""
-    more = f" (+{emcy['active'] - 1})" if emcy["active"] > 1 else ""
-    return f"{emcy['code']}h {emcy['text']}{more}"
+    text = f"{emcy['code']}h {emcy['text']}".rstrip()
+    if not emcy["active"]:
+        return words("monitor.emcy_over", text=text)
+    return f"{text} (+{emcy['active'] - 1})" if emcy["active"] > 1 else text
+
+
+def _since(emcy: dict[str, Any] | None, start_ns: int | None) -> str:
+    """Give when that was, as the trace has it."""
+    if emcy is None or emcy["t_ns"] is None or start_ns is None:
+        return ""
+    return f"@ {seconds(emcy['t_ns'] - start_ns, 3)}s"
 
 
 def tally(found: dict[str, int]) -> Cell:

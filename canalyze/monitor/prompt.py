@@ -53,7 +53,7 @@ class Prompt(Horizontal):
         field = self.query_one(Input)
         field.value = text
         field.cursor_position = len(text)
-        field.focus()
+        self.screen.set_focus(field)  # at once: the next key is its own
 
     def close(self) -> None:
         """Go away."""

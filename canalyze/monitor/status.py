@@ -20,11 +20,13 @@ _BADGES: Final = {
     "waiting": "halted",
     "lost": "lost",
     "over": "over",
+    "records": "live",
+    "unrecorded": "lost",
 }
 """Looks of how it stands with the source."""
 _LOAD: Final = (("error", 80.0), ("warning", 50.0))
 """From which load of the bus, in percent, it stands out."""
-_MARKS: Final = {"error": "✖", "warning": "▲", "info": "i"}
+MARKS: Final = {"error": "✖", "warning": "▲", "info": "i"}
 
 
 class Lines(Widget):
@@ -58,30 +60,48 @@ class Status(Lines):
         """Nothing known yet."""
         super().__init__("status")
         self._words = words
+        self._widths: list[int] = []
+        """Of the items of the first line, the widest by now."""
 
-    def update(self, snapshot: dict[str, Any], badge: str, speed: str, view: str, conditions: list[str]) -> None:
+    def update(self, snapshot: dict[str, Any], badges: list[str], speed: str, view: str, conditions: list[str]) -> None:
         """Say how it stands.
 
-        badge: one of those of the source. speed: of a replay, else "". conditions: filter and search, in words.
+        badges: that of the source, and of the recording. speed: of a replay, else "". conditions: filter and search, in
+        words.
         """
         words = self._words
-        items = [
-            ((f" {words(f'monitor.{badge}')}{speed} ", _BADGES[badge]),),
-            *self._figures(snapshot, short=False),
+        heads: list[Cell] = [
+            ((f" {words(f'monitor.{badge}')}{'' if place else speed} ", _BADGES[badge]),)
+            for place, badge in enumerate(badges)
         ]
+        items = [*heads, *self._figures(snapshot, short=False)]
         if sum(_width(item) + 2 for item in items) > self.size.width:
-            items[1:] = self._figures(snapshot, short=True)
+            items = [*heads, *self._figures(snapshot, short=True)]
+        widths = [_width(item) for item in items]
+        if len(widths) == len(self._widths):  # never narrower: what stands right of it would jump
+            widths = [max(pair) for pair in zip(widths, self._widths, strict=True)]
+        self._widths = widths if sum(widths) + 2 * len(widths) <= self.size.width else []
         first: list[Piece] = []
-        for item in items:
+        for place, item in enumerate(items):
             first += [*((("  ", ""),) if first else ()), *item]
+            if self._widths and (missing := self._widths[place] - _width(item)) > 0:
+                first.append((" " * missing, ""))
         self.say([tuple(first), self._views(snapshot, view, conditions)])
+
+    def on_resize(self) -> None:
+        """Take the room that there is."""
+        self._widths = []
 
     def _figures(self, snapshot: dict[str, Any], *, short: bool) -> list[Cell]:
         """Give what there is to say of the buses, the most important first; short: where there is little room."""
         words = self._words
         buses = snapshot["buses"]
         start, now = snapshot["start_ns"], snapshot["now_ns"]
-        items: list[Cell] = [self._bus(bus) for bus in buses[: 2 if short else 6]]
+        most = 2 if short else 6
+        # One whose controller is in trouble is never among those left out.
+        items: list[Cell] = [self._bus(bus) for bus in sorted(buses, key=lambda bus: bus["state"] is None)[:most]]
+        if len(buses) > most:
+            items.append(cell(f"+{len(buses) - most}", "dim"))
         if start is not None and now is not None:
             items.append(cell(clock(now - start)))
         errors, dropped = (sum(bus[key] for bus in buses) for key in ("error_frames", "dropped"))
@@ -121,9 +141,7 @@ class Status(Lines):
             pieces.append((f"{number} {title}{count}", look))
             if name == "findings":
                 found = snapshot["tally"]["findings"]
-                marks = (
-                    (f" {mark}{found[severity]}", severity) for severity, mark in _MARKS.items() if found[severity]
-                )
+                marks = ((f" {mark}{found[severity]}", severity) for severity, mark in MARKS.items() if found[severity])
                 pieces += marks
             pieces.append((" ", ""))
         for condition in conditions:
@@ -152,3 +170,8 @@ class Below(Lines):
         self.styles.height = len(lines)
         self.display = True
         self.say([cell(one, look) for one in lines])
+
+    def tell_cell(self, said: Cell) -> None:
+        """Say this in one line; what has no room is cut off."""
+        self.display = bool(said)
+        self.say([said])

@@ -45,6 +45,7 @@ class Trace(Grid):
         """Show the newest lines, unless the user stands elsewhere."""
         if self.body <= 0:
             return
+        self.empty = self._words.of("monitor_empty", "trace" if self.filter else "objects")
         if self.follows:
             self._lines = list(self._ask(self.filter, "", self.limit, self.body, True))
         elif len(self._lines) < self.body:

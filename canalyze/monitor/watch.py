@@ -62,12 +62,14 @@ class Watch:
         open_source: "Callable[[Watch], Input]",
         *,
         replay: bool = False,
+        recording: Callable[[], str] | None = None,
         close: Callable[[], None] | None = None,
     ) -> None:
         """Read what `open_source` gives, which looks to the loop like a capture; `name` is what it is called.
 
         open_source: is given this, which takes what a loop over files tells. replay: it can stand still and run
-        faster. close: called when all is read, whatever came.
+        faster. recording: how the recording stands, `records` or `unrecorded`; None: there is none. close: called when
+        all is read, whatever came.
         """
         self.session = session
         self.failure: str | None = None
@@ -77,6 +79,7 @@ class Watch:
         self._words = words
         self._name = name
         self._close = close
+        self._recording = recording
         self._wished = threading.Event()
         self._over = threading.Event()
         self._complaints: list[str] = []
@@ -118,6 +121,11 @@ class Watch:
         if self.replay is not None:
             return "replay"
         return "waiting" if getattr(self._source, "waiting", False) else "live"
+
+    @property
+    def recording(self) -> str:
+        """How the recording stands: `records`, `unrecorded`; "" where nothing is recorded."""
+        return self._recording() if self._recording else ""
 
     def snapshot(self) -> dict[str, Any]:
         """Give what is known by now."""

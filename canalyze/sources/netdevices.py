@@ -27,6 +27,10 @@ _FILTER, _ERR_FILTER, _FD_FRAMES = 1, 2, 5
 _ALL_ERRORS, _BUS_OFF = 0x1FFF_FFFF, 0x40
 _RCVBUF, _RCVBUFFORCE = 8, 33
 _RX_HARDWARE, _RX_SOFTWARE, _SOFTWARE, _RAW_HARDWARE = 4, 8, 16, 64
+_GETLINK, _NEWLINK, _REQUEST = 18, 16, 1
+_LINKINFO, _INFO_KIND, _INFO_DATA, _CAN_BITTIMING = 18, 1, 2, 1
+_HEADS = 32
+"""Bytes before the attributes of a link: nlmsghdr, ifinfomsg."""
 _SIOCGIFFLAGS, _SIOCGIFHWADDR, _IFF_UP, _ARPHRD_CAN = 0x8913, 0x8927, 1, 280
 
 
@@ -76,6 +80,45 @@ def watching(name: str) -> socket.socket | None:
         watch.close()
         return None
     return watch
+
+
+def bit_rate(name: str) -> int | None:
+    """Give the bit rate in bit/s that an interface is set to; None where it has none (vcan), or none is told."""
+    if not hasattr(socket, "AF_NETLINK"):
+        return None
+    try:
+        asked = struct.pack("@IHHIIBxHiII", _HEADS, _GETLINK, _REQUEST, 1, 0, 0, 0, socket.if_nametoindex(name), 0, 0)
+        with socket.socket(socket.AF_NETLINK, socket.SOCK_RAW, 0) as kernel:
+            kernel.settimeout(0.5)
+            kernel.send(asked)
+            return told_bit_rate(kernel.recv(1 << 16))
+    except OSError:
+        return None
+
+
+def told_bit_rate(answer: bytes) -> int | None:
+    """Find the bit rate in what the kernel says of a link (RTM_NEWLINK)."""
+    if len(answer) < _HEADS or struct.unpack_from("@H", answer, 4) != (_NEWLINK,):
+        return None
+    info = _attributes(_attributes(answer[_HEADS:]).get(_LINKINFO, b""))
+    timing = _attributes(info.get(_INFO_DATA, b"")).get(_CAN_BITTIMING, b"")
+    if info.get(_INFO_KIND, b"").rstrip(b"\0") != b"can" or len(timing) < 4:
+        return None
+    (rate,) = struct.unpack_from("@I", timing)
+    return int(rate) or None
+
+
+def _attributes(text: bytes) -> dict[int, bytes]:
+    """Take netlink attributes apart: each a length with its head of 4 bytes, a kind, and filled up to 4 bytes."""
+    found: dict[int, bytes] = {}
+    at = 0
+    while at + 4 <= len(text):
+        length, kind = struct.unpack_from("@HH", text, at)
+        if length < 4:
+            break
+        found[kind & 0x3FFF] = text[at + 4 : at + length]
+        at += (length + 3) & ~3
+    return found
 
 
 def _set_up(listening: socket.socket, *, hardware_stamps: bool) -> bool:

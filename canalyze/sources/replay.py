@@ -24,6 +24,8 @@ _WAIT_S: Final = 0.1
 """Longest time that read() waits."""
 _SILENCE_NS: Final = 60_000_000_000
 """Longest silence of a capture that is waited for; a longer one is passed over."""
+_STOPPED_S: Final = 1.0
+"""No two reckonings lie this far apart, unless the program was stopped (Ctrl-Z): then the replay was, too."""
 _MOST: Final = 1 << 16
 """Bytes of records handed over at once, where they come as fast as can be."""
 _HEAD: Final = 24
@@ -197,7 +199,8 @@ class Replay:
         """Let the replay's own clock go on."""
         now = time.monotonic()
         if self._before is not None:
-            self._due += (now - self._before) * self._speed * (RATE if self.stamped is False else 1e9)
+            passed = min(now - self._before, _STOPPED_S)
+            self._due += passed * self._speed * (RATE if self.stamped is False else 1e9)
         self._before = now
 
     def _is_due(self, stamped: bool, stamp: int) -> bool:

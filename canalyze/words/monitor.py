@@ -91,6 +91,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.waiting", "等待", "WAITING"),
     ("monitor.lost", "已断开", "LOST"),
     ("monitor.over", "已结束", "OVER"),
+    ("monitor.records", "记录中", "REC"),
+    ("monitor.unrecorded", "记录失败", "REC FAILED"),
     ("monitor.fastest", "最快", "max"),
     ("monitor.fixed", "无时间戳，{rate}帧/秒", "no stamps, {rate}/s"),
     # The status line.
@@ -100,7 +102,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.long_dropped", "丢帧 {count}", "dropped {count}"),
     ("monitor.short_frames", "{count}帧", "{count} fr"),
     ("monitor.short_rate", "{count}/秒", "{count}/s"),
-    ("monitor.short_errors", "错误{count}", "err {count}"),
+    ("monitor.short_errors", "错误帧{count}", "err fr {count}"),
     ("monitor.short_dropped", "丢{count}", "drop {count}"),
     ("monitor.filtered", "筛选 {text}", "filter {text}"),
     ("monitor.searched", "查找 {text}", "search {text}"),
@@ -126,6 +128,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.node", "节点{node}", "node {node}"),
     ("monitor.of_node", "{node} {name}", "{node} {name}"),
     ("monitor.runs", "进行中", "running"),
+    ("monitor_silent.heartbeat", "无心跳", "no heartbeat"),
+    ("monitor_silent.guarding", "保护无应答", "no guarding answer"),
+    ("monitor.booted", "已启动", "booted up"),
+    ("monitor.last_state", "最后的状态: {state}", "last state: {state}"),
+    ("monitor.emcy_over", "曾有{text}", "was {text}"),
     ("monitor_empty.nodes", "还没有见到节点", "no node seen yet"),
     ("monitor_empty.objects", "还没有帧", "no frame yet"),
     ("monitor_empty.transfers", "还没有SDO传输", "no SDO transfer yet"),
@@ -150,6 +157,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.space", "空格", "Space"),
     ("monitor.key_views", "视图", "views"),
     ("monitor.key_tab", "窗格", "pane"),
+    ("monitor.key_pick", "转到", "go to"),
     ("monitor.key_pause", "暂停", "pause"),
     ("monitor.key_filter", "筛选", "filter"),
     ("monitor.key_search", "查找", "search"),
@@ -201,9 +209,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.help_quit", "退出（Ctrl-C 也可以）", "quit (so does Ctrl-C)"),
     (
         "monitor.help_looks",
-        "数据中加亮的字节在最近1秒内变化过。心跳：距上次的时间/周期，红色为已超过周期的1.5倍。"
-        "发现：✖ 错误，▲ 警告，i 信息。",
-        "Bytes in bold changed within the last second. Heartbeat: age of the last one / period, red after 1.5 of them. "
-        "Findings: ✖ errors, ▲ warnings, i infos.",
+        "数据中加亮的字节在最近1秒内变化过。心跳：距上次的时间/周期；该来而没来的写“无心跳”。"
+        "EMCY：“曾有”的已消除。发现：✖ 错误，▲ 警告，i 信息。",
+        "Bytes in bold changed within the last second. Heartbeat: age of the last one / period; 'no heartbeat' where "
+        "one is overdue. EMCY: 'was' one that no longer stands. Findings: ✖ errors, ▲ warnings, i infos.",
     ),
 )

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::checks::nodes::ErrorControl;
 use crate::checks::{Checks, Fit, PdoName};
 use crate::cob_id::Role;
 use crate::configuration::{self, Provenance};
@@ -78,6 +79,12 @@ impl Bus {
     /// How often a node sends heartbeats in ns, where it is known: by 1017h, or by its heartbeats.
     pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
         self.checks.heartbeat_period(node)
+    }
+
+    /// By which kind of error control a node should have been heard by `now_ns` and was not: what it last said of its
+    /// state may hold no more.
+    pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
+        self.checks.silent(node, now_ns)
     }
 
     /// The states that the axes of a drive have reported last, by their number from 0.

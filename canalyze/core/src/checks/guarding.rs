@@ -74,6 +74,11 @@ impl Guarding {
         self.nodes.get(node).is_some_and(|guarded| guarded.toggles)
     }
 
+    /// Whether it was said that a node leaves the master's requests unanswered, and it still does.
+    pub fn is_unanswered(&self, node: u8) -> bool {
+        self.nodes.get(node).is_some_and(|guarded| guarded.silent)
+    }
+
     /// Whether the master has asked a node and awaits its answer.
     pub fn is_asked(&self, node: u8, at: FrameRef) -> bool {
         self.nodes.get(node).is_some_and(|guarded| guarded.is_asked(at))

@@ -151,6 +151,16 @@ impl Heartbeats {
         self.producers.get(node)?.period()
     }
 
+    /// Whether no heartbeat of a node has come within its time, at `now_ns`: it counts as lost, or would if it were not
+    /// the whole bus that is silent. Not of a node that was reset, or is not watched for another reason.
+    pub fn is_overdue(&self, node: u8, now_ns: i64) -> bool {
+        let Some(producer) = self.producers.get(node) else { return false };
+        let off = producer.configured == Some(0) && producer.learnt.is_none();
+        let limit = producer.limit(self.jitter_ns.max(LEAST_SLACK_NS) + producer.wobble);
+        let late = |last: i64| !off && now_ns.saturating_sub(last) > limit;
+        producer.lost || producer.last_ns.is_some_and(late)
+    }
+
     /// Whether a node's heartbeats are even: it is a producer, not one that answers guarding.
     pub fn is_producer(&self, node: u8) -> bool {
         self.producers.get(node).is_some_and(|producer| producer.learnt.is_some())

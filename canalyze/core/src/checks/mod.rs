@@ -50,7 +50,7 @@ use crate::services::sdo::wire::{Mux, Side};
 use description::Descriptions;
 use drive::Drives;
 use lss::Lss;
-use nodes::Nodes;
+use nodes::{ErrorControl, Nodes};
 use pdo_configuration::PdoConfiguration;
 use pdo_length::{Misfit, PdoLength, misfit};
 use pdo_timing::PdoTiming;
@@ -144,6 +144,11 @@ impl Checks {
     /// How often a node sends heartbeats in ns, where it is known: by 1017h, or by its heartbeats.
     pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
         self.nodes.heartbeat_period(node)
+    }
+
+    /// By which kind of error control a node should have been heard by `now_ns` and was not.
+    pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
+        self.nodes.silent(node, now_ns)
     }
 
     /// The states that the axes of a drive have reported last, by their number from 0.

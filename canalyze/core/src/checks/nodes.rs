@@ -20,6 +20,25 @@ use crate::services::lss::Command as Lss;
 use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::services::sdo::wire::Side;
 
+/// How a node shows that it is there (CiA 301, 7.2.8.2.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ErrorControl {
+    /// By heartbeats of its own.
+    Heartbeat,
+    /// By answers to the master.
+    Guarding,
+}
+
+impl ErrorControl {
+    /// The word in machine output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Heartbeat => "heartbeat",
+            Self::Guarding => "guarding",
+        }
+    }
+}
+
 /// The checks of a bus's nodes.
 #[derive(Debug)]
 pub struct Nodes {
@@ -67,6 +86,17 @@ impl Nodes {
     /// How often a node sends heartbeats in ns, where it is known.
     pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
         self.heartbeats.period(node)
+    }
+
+    /// By which kind of error control a node should have been heard by `now_ns` and was not.
+    pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
+        if self.guarding.is_unanswered(node) {
+            Some(ErrorControl::Guarding)
+        } else if now_ns.is_some_and(|now| self.heartbeats.is_overdue(node, now)) {
+            Some(ErrorControl::Heartbeat)
+        } else {
+            None
+        }
     }
 
     /// What is known of heartbeat times after a change.

@@ -126,7 +126,8 @@ impl Monitor {
         } else {
             put!(&mut self.data; Spaced(frame.payload()));
         }
-        let severity = worst.iter().map(|(severity, _)| *severity).max();
+        // What is not about this frame says so in a line of its own.
+        let severity = worst.iter().filter(|(_, about)| *about).map(|(severity, _)| *severity).max();
         self.trace.push(place, severity, true, &self.data, words);
         self.below(events, place);
     }

@@ -186,13 +186,14 @@ impl Object {
         })
     }
 
-    /// Mean of the last times from one frame to the next in ns, and by how much one of them differs from it at most.
-    pub(super) fn period(&self) -> Option<(i64, i64)> {
+    /// Mean of the last times from one frame to the next in ns, and by how much one of them differs from it at most,
+    /// where there are several.
+    pub(super) fn period(&self) -> Option<(i64, Option<i64>)> {
         let gaps = self.gaps.get(..self.measured.min(GAPS)).filter(|gaps| !gaps.is_empty())?;
         let mean = gaps.iter().map(|gap| i128::from(*gap)).sum::<i128>() / gaps.len() as i128;
         let mean = mean as i64;
         let jitter = gaps.iter().map(|gap| gap.saturating_sub(mean).saturating_abs()).max()?;
-        Some((mean, jitter))
+        Some((mean, Some(jitter).filter(|_| gaps.len() > 1)))
     }
 
     /// The worst finding about it lately.

@@ -8,14 +8,17 @@
 //! | the object | `now_ns start_ns tally buses nodes objects objects_more transfers findings` |
 //! | `tally` | see `Session::tally` |
 //! | `buses` | `name frames frames_per_s bits_per_s bit_rate load_percent error_frames dropped state` |
-//! | `nodes` | `bus node name state state_text frames sent frames_per_s heartbeat_age_ns heartbeat_period_ns guarded emcy boot_ups drive findings` |
+//! | `nodes` | `bus node name state state_text frames sent frames_per_s heartbeat_age_ns heartbeat_period_ns silent guarded emcy boot_ups drive findings` |
 //! | `objects` | `bus id ext rtr service node name count last_ns period_ns jitter_ns rate len data changed text severity` |
 //! | `transfers` | `running`: `transfer bus node direction mode index sub name size bytes since_ns`; `done`: `transfer bus node direction mode index sub name size value text status abort first_frame last_frame t_ns duration_ns` |
 //! | `findings` | `code severity frame t_ns bus node text count` |
 //!
-//! `state` of a bus is null, `error-warning`, `error-passive` or `bus-off`; of a node as in `summary`. `emcy` is null or
-//! `{"code","text","t_ns","active"}`. `changed` has FF for a byte that changed in the last second, else 00.
-//! `jitter_ns` is by how much one of the last 16 times from frame to frame differs from their mean at most. `severity` is
+//! `state` of a bus is null, `error-warning`, `error-passive` or `bus-off`; of a node as in `summary`, what it said last:
+//! `silent` is `heartbeat` or `guarding` where it should have been heard since and was not, else null. `emcy` is null or
+//! the last emergency `{"code","text","t_ns","active"}`, where `active` counts the errors that stand: 0 once all are
+//! taken back. `changed` has FF for a byte that changed in the last second, else 00.
+//! `jitter_ns` is by how much one of the last 16 times from frame to frame differs from their mean at most; one time
+//! alone has none. `severity` is
 //! that of the worst finding about frames of the object in the last 10 s. `count` of a finding is above 1 where more
 //! of its kind follow that have no rows of their own.
 
@@ -135,6 +138,10 @@ impl View<'_> {
         jsonl::signed_or_null(out, self.monitor.clock.since(live.beat_ns));
         put!(out; ",\"heartbeat_period_ns\":");
         jsonl::signed_or_null(out, known.and_then(|bus| bus.heartbeat_period(id)));
+        let silent =
+            known.and_then(|bus| bus.silent(id, self.monitor.clock.now_ns)).map_or("", |control| control.name());
+        put!(out; ",\"silent\":");
+        jsonl::name_or_null(out, silent.as_bytes());
         put!(out; ",\"guarded\":", jsonl::truth(node.guarded), ",\"emcy\":");
         emergency(out, lang, live.emergency);
         put!(out; ",\"boot_ups\":", node.boot_ups, ",\"drive\":");
@@ -177,6 +184,7 @@ impl View<'_> {
         put!(out; "\",\"count\":", object.count, ",\"last_ns\":");
         jsonl::signed_or_null(out, object.last.t_ns);
         let (period, jitter) = object.period().unzip();
+        let jitter = jitter.flatten();
         put!(out; ",\"period_ns\":");
         jsonl::signed_or_null(out, period);
         put!(out; ",\"jitter_ns\":");

@@ -102,6 +102,43 @@ fn time_goes_on_without_frames() {
 }
 
 #[test]
+fn a_node_that_is_no_longer_heard_is_silent() {
+    let silent = |frames: &[(u64, &str)]| seen(frames)["nodes"][0]["silent"].clone();
+    let beats: Vec<_> = (0..8).map(|no| (no * 100, "705#05")).collect();
+    let then = |more: &[(u64, &'static str)]| silent(&[&beats[..], more].concat());
+    // 700 ms + three periods and what stamps are off by.
+    assert_eq!(then(&[(1_000, "185#00")]), Value::Null);
+    assert_eq!(then(&[(800, "185#00"), (900, "185#00"), (1_000, "185#00"), (1_100, "185#00")]), json!("heartbeat"));
+    assert_eq!(then(&[(1_100, "185#00"), (1_110, "705#05")]), Value::Null);
+    // It was told to reset: no heartbeat is due.
+    assert_eq!(then(&[(750, "000#8105"), (1_200, "185#00")]), Value::Null);
+    // Nobody knows how often one heartbeat is to come.
+    assert_eq!(silent(&[(0, "705#05"), (5_000, "185#00")]), Value::Null);
+
+    // The whole bus is silent: no verdict, but the node has not been heard all the same.
+    let mut session = session(None);
+    feed(&mut session, &log(&beats));
+    session.end(false, &mut Vec::new());
+    session.advance(105_000_000_000, &mut Vec::new());
+    assert_eq!(shot(&session)["nodes"][0]["silent"], "heartbeat");
+
+    let asked: Vec<_> = (0..8).map(|no| (no * 100, if no % 2 == 0 { "705#85" } else { "705#05" })).collect();
+    let asked: Vec<_> = asked.into_iter().flat_map(|(ms, answer)| [(ms, "705#R"), (ms + 1, answer)]).collect();
+    assert_eq!(silent(&asked), Value::Null);
+    let unanswered: Vec<_> = (8..30).map(|no| (no * 100, "705#R")).collect();
+    assert_eq!(silent(&[asked, unanswered].concat()), json!("guarding"));
+}
+
+#[test]
+fn one_time_from_frame_to_frame_has_no_jitter() {
+    let shot = seen(&[(0, "185#00"), (700, "185#00")]);
+    assert_eq!(
+        (&object(&shot, "185")["period_ns"], &object(&shot, "185")["jitter_ns"]),
+        (&json!(700_000_000), &Value::Null)
+    );
+}
+
+#[test]
 fn without_stamps_there_are_no_times() {
     let mut session = session(Some(500_000));
     feed(&mut session, "  can0  705   [1]  05\n  can0  185   [2]  01 02\n  can0  185   [2]  01 03\n");
@@ -178,8 +215,11 @@ fn emergencies_stand_until_they_are_taken_back() {
         (&both["code"], &both["active"], &both["t_ns"]),
         (&json!("5210"), &json!(2), &json!(100_005_000_000u64))
     );
-    assert_eq!(emcy(&[first, (9, "085#0000000000000000")]), Value::Null);
-    assert_eq!(emcy(&[first, (9, "705#00")]), Value::Null);
+    for taken_back in ["085#0000000000000000", "705#00"] {
+        let was = emcy(&[first, (9, taken_back)]);
+        assert_eq!((&was["code"], &was["active"], &was["t_ns"]), (&json!("8120"), &json!(0), &stands["t_ns"]));
+    }
+    assert_eq!(emcy(&[(9, "085#0000000000000000")]), Value::Null);
 }
 
 #[test]

@@ -63,14 +63,14 @@ impl ErrorState {
     }
 }
 
-/// An emergency that stands.
+/// The last emergency.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Emergency {
-    /// The last error code that was reported and not taken back.
+    /// The last error code that was reported and not taken back; where all are, the last of them.
     pub(super) code: u16,
     /// When it was reported, in ns.
     pub(super) t_ns: Option<i64>,
-    /// Errors that stand, it among them.
+    /// Errors that stand, it among them; 0: none does.
     pub(super) active: usize,
 }
 
@@ -95,17 +95,28 @@ impl Default for Live {
 impl Live {
     fn message(&mut self, message: &Message, t_ns: Option<i64>) {
         match *message {
-            Message::BootUp { .. } => (self.beat_ns, self.emergency) = (t_ns, None),
+            Message::BootUp { .. } => {
+                self.beat_ns = t_ns;
+                self.taken_back();
+            }
             Message::Heartbeat { .. } => self.beat_ns = t_ns,
             Message::Emcy { code, active, .. } => {
                 let latest = if code > RESET { Some(code) } else { active.iter().last() };
-                let before = self.emergency.filter(|before| code <= RESET && Some(before.code) == latest);
+                let Some(code_now) = latest else { return self.taken_back() };
+                let before = self.emergency.filter(|before| code <= RESET && before.code == code_now);
                 let t_ns = before.map_or(t_ns, |before| before.t_ns);
                 // A list that is full no longer has the latest one.
                 let count = active.iter().count();
-                self.emergency = latest.map(|code| Emergency { code, t_ns, active: count.max(1) });
+                self.emergency = Some(Emergency { code: code_now, t_ns, active: count.max(1) });
             }
             _ => {}
+        }
+    }
+
+    /// No error stands any more; what the last one was is still shown.
+    fn taken_back(&mut self) {
+        if let Some(last) = &mut self.emergency {
+            last.active = 0;
         }
     }
 }
