@@ -337,11 +337,26 @@ impl Bus {
     pub fn lost(&mut self, node: Option<u8>, reset: bool, cx: &mut Context<'_>) {
         if !reset {
             self.checks.lost(cx);
+            self.doubt(cx.at.no);
         }
         for channel in self.channels.values_mut() {
             if node.is_none_or(|node| node == channel.node()) {
                 channel.lost(reset, cx);
             }
+        }
+    }
+
+    /// Frames were lost behind the frame `last`: what was observed by then may not hold any more.
+    fn doubt(&mut self, last: u64) {
+        let mut changed = false;
+        for (_, node) in self.nodes.iter_mut() {
+            if node.configuration.doubt(last) {
+                node.compile();
+                changed = true;
+            }
+        }
+        if changed {
+            self.checks.reconfigured(&self.nodes);
         }
     }
 

@@ -23,6 +23,9 @@ const LOAD: u64 = 0x6461_6F6C;
 pub enum Provenance {
     /// The standard's default: the pre-defined connection set.
     Default,
+    /// The capture, with this frame; but frames were lost since, and it may have been changed or reset meanwhile.
+    /// Frames are still decoded by it, but nobody is judged by it.
+    Doubted(u64),
     /// An EDS.
     Eds,
     /// A DCF, or a concise DCF seen in the capture.
@@ -41,8 +44,26 @@ impl Provenance {
             Self::Eds => "eds",
             Self::Dcf => "dcf",
             Self::Option => "option",
-            Self::Observed(_) => "observed",
+            Self::Observed(_) | Self::Doubted(_) => "observed",
         }
+    }
+
+    /// The frame with which the capture has shown it, whether or not frames were lost since.
+    pub fn frame(self) -> Option<u64> {
+        match self {
+            Self::Observed(frame) | Self::Doubted(frame) => Some(frame),
+            _ => None,
+        }
+    }
+
+    /// It may not hold any more, since frames were lost.
+    pub fn is_doubted(self) -> bool {
+        matches!(self, Self::Doubted(_))
+    }
+
+    /// Somebody has said it of this very node, and not only its kind of device.
+    pub fn is_told(self) -> bool {
+        self > Self::Eds || self.is_doubted()
     }
 }
 
@@ -72,6 +93,8 @@ pub struct Configuration {
     /// Written since the last reset or store.
     written: BTreeSet<Address>,
     restored: bool,
+    /// Frames were lost behind this one: what was observed by then may be another value now.
+    doubted_to: Option<u64>,
 }
 
 /// Whether an object is one that decoding depends on.
@@ -107,7 +130,9 @@ impl Configuration {
     pub fn get(&self, node: u8, index: u16, sub: u8) -> Option<Known> {
         let address = (index, sub);
         if let Some((value, frame)) = self.observed.get(&address) {
-            return Some(Known { value: *value, from: Provenance::Observed(*frame) });
+            let doubted = self.doubted_to.is_some_and(|lost| *frame <= lost);
+            let from = if doubted { Provenance::Doubted(*frame) } else { Provenance::Observed(*frame) };
+            return Some(Known { value: *value, from });
         }
         if let Some(value) = self.options.get(&address) {
             return Some(Known { value: *value, from: Provenance::Option });
@@ -203,6 +228,12 @@ impl Configuration {
         };
         self.observed.retain(follows);
         self.stored.retain(follows);
+    }
+
+    /// Frames were lost behind the frame `last`. Says whether anything was observed that is in doubt now.
+    pub fn doubt(&mut self, last: u64) -> bool {
+        let before = self.doubted_to.replace(last);
+        self.observed.values().any(|(_, frame)| before.is_none_or(|before| *frame > before))
     }
 
     /// The node was reset: it comes up with what is stored. Says whether anything is another value now.

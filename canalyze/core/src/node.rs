@@ -299,6 +299,7 @@ impl Node {
 fn trusted_less(one: Provenance, other: Provenance) -> Provenance {
     match (one, other) {
         (Provenance::Observed(one), Provenance::Observed(other)) => Provenance::Observed(one.max(other)),
+        (Provenance::Doubted(one), Provenance::Doubted(other)) => Provenance::Doubted(one.max(other)),
         _ => one.min(other),
     }
 }

@@ -100,7 +100,7 @@ impl Roles {
     /// PDOs that are elsewhere have left their pre-defined identifiers. An EDS only presets: what is sent there all
     /// the same is still best called by its pre-defined name.
     fn moved(&mut self, node: &Node) {
-        let elsewhere = |pdo: &&Pdo| pdo.cob.1 > Provenance::Eds && pdo.number <= PREDEFINED;
+        let elsewhere = |pdo: &&Pdo| pdo.cob.1.is_told() && pdo.number <= PREDEFINED;
         for pdo in node.pdos().iter().filter(elsewhere) {
             self.leave(role(node, pdo));
         }
@@ -134,7 +134,7 @@ impl Roles {
     /// A PDO that was made invalid keeps the identifier that stands in its COB-ID, unless that is anything else's: what
     /// comes there is best called by it.
     fn disabled(&mut self, node: &Node, claims: &Claims) {
-        for pdo in node.pdos().iter().filter(|pdo| !pdo.cob.0.valid && pdo.cob.1 > Provenance::Eds) {
+        for pdo in node.pdos().iter().filter(|pdo| !pdo.cob.0.valid && pdo.cob.1.is_told()) {
             let id = pdo.cob.0.id;
             if matches!(self.of(id), Role::Unassigned | Role::Foreign) && !claims.contains_key(&id) {
                 self.set(id, role(node, pdo));
@@ -174,7 +174,7 @@ impl Roles {
     /// SDO channels by what a client knows of them (1280h to 12FFh): sub-index 3 is the server's node-ID.
     fn clients(&mut self, node: &Node, claims: &mut Claims) {
         for index in node.configuration.indices(0x1280..=0x12FF) {
-            let known = |sub| node.value(index, sub).filter(|(_, from)| *from > Provenance::Eds);
+            let known = |sub| node.value(index, sub).filter(|(_, from)| from.is_told());
             let (Some((client, from)), Some((server, _)), Some((id @ 1..=127, _))) = (known(1), known(2), known(3))
             else {
                 continue;
@@ -212,7 +212,7 @@ impl Roles {
     /// not take another node's place of the same kind, nor that of another service.
     fn may(&self, id: CanId, role: Role, from: Provenance) -> bool {
         let place = predefined(id);
-        if from > Provenance::Eds || place == role {
+        if from.is_told() || place == role {
             return true;
         }
         match (place, role) {

@@ -94,6 +94,8 @@ pub struct Beat {
     steady: u32,
     calm_from: u64,
     unbroken: bool,
+    /// Behind a gap no gap was judged yet: the SYNC before it may have been late.
+    joined: bool,
     deviation: Spread,
     p99_ns: i64,
     resolution_ns: i64,
@@ -173,6 +175,7 @@ impl Beat {
     pub fn broken(&mut self) {
         self.unbroken = false;
         self.settle();
+        self.joined = true;
         self.calm_from = self.cycle + 2;
     }
 
@@ -284,14 +287,19 @@ impl Beat {
         self.pairs = if paired { self.pairs + 1 } else { 0 };
         self.off_ns = self.off_ns.saturating_add(gap - period);
         let room = self.tolerance_ns().unwrap_or(0).max(self.resolution_ns).min(period);
+        let joined = std::mem::take(&mut self.joined);
         let pace = match gap {
             _ if steady => Pace::Steady,
             _ if gap / PAUSE > period || (restarted && gap > period) => Pace::Resumed,
             _ if gap > period.saturating_add(period / 2) => Pace::Late,
             _ if gap >= period / 2 => Pace::Steady,
+            _ if joined => Pace::CaughtUp,
             _ if self.off_ns >= -(period / 2 + room) || self.pairs >= 2 => Pace::CaughtUp,
             _ => Pace::Early,
         };
+        if joined && pace == Pace::CaughtUp {
+            self.settle();
+        }
         self.resumed = pace == Pace::Resumed;
         if restarted || self.resumed {
             let off = self.off_ns.max(gap - period).min(STALL_NS);

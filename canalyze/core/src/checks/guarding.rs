@@ -160,6 +160,8 @@ impl Guarding {
     pub fn forget(&mut self) {
         for (_, guarded) in self.nodes.iter_mut() {
             (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
+            // By now it may send heartbeats instead.
+            (guarded.toggles, guarded.requests, guarded.unasked) = (false, 0, 0);
         }
     }
 

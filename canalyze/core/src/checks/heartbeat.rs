@@ -300,15 +300,30 @@ impl Heartbeats {
         producer.await_next(slack_ns, &mut self.next);
     }
 
-    /// It is `now_ns`: who should have been heard and was not.
+    /// It is `now_ns`: who should have been heard and was not. `heard`: a frame says so, and not only the clock.
     #[inline]
-    pub fn advance(&mut self, now_ns: i64, pulse: Pulse, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: i64, heard: bool, pulse: Pulse, cx: &mut Context<'_>) {
         if now_ns >= self.next {
-            self.sweep(now_ns, pulse, cx);
+            self.sweep(now_ns, heard, pulse, cx);
         }
     }
 
-    fn sweep(&mut self, now_ns: i64, pulse: Pulse, cx: &mut Context<'_>) {
+    /// The bus is heard again at `now_ns`, of which it was said that it is silent: who was due meanwhile has as long as
+    /// anew.
+    pub fn resume(&mut self, now_ns: i64, pulse: Pulse) {
+        if self.silence.is_none() || self.silence != pulse.last_ns {
+            return;
+        }
+        let slack_ns = self.jitter_ns.max(LEAST_SLACK_NS);
+        for (_, producer) in self.producers.iter_mut().filter(|(_, producer)| producer.deadline < i64::MAX) {
+            let limit = producer.limit(slack_ns);
+            if producer.last_ns.is_some_and(|last| last.saturating_add(limit) <= now_ns) {
+                producer.deadline = now_ns.saturating_add(limit);
+            }
+        }
+    }
+
+    fn sweep(&mut self, now_ns: i64, frame: bool, pulse: Pulse, cx: &mut Context<'_>) {
         let heard = pulse.last_ns.unwrap_or(now_ns);
         let silence = pulse.silence(now_ns);
         let overdue =
@@ -322,9 +337,12 @@ impl Heartbeats {
             let facts = [("silence", Quantity::Ns(silence)), ("nodes", Quantity::Count(silent as u64))];
             cx.find(Code::Hbt005, None, None, None, Facts::told(0, &facts));
         }
+        // Where nobody else is heard either, it shows soon whether the others are silent as well.
+        let others = self.producers.iter().filter(|(_, producer)| producer.deadline < i64::MAX).count() > 1;
+        let open = !frame && others && !everybody;
         let mut next = i64::MAX;
         for (node, producer) in self.producers.iter_mut() {
-            if producer.deadline <= now_ns {
+            if producer.deadline <= now_ns && !(open && overdue(producer)) {
                 if everybody && overdue(producer) {
                     // Who does not come back now is lost.
                     producer.excused = true;

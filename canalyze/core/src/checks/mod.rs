@@ -92,7 +92,11 @@ impl Fit {
         Self {
             misfit,
             fits: misfit.is_none() && matches!(content, Signals::Mapped(..)),
-            read: !matches!(content, Signals::None(Unmapped::Unknown)),
+            read: match content {
+                Signals::None(Unmapped::Unknown) => false,
+                Signals::Mapped(_, from) | Signals::ByConsumer(_, from, ..) => !from.is_doubted(),
+                Signals::None(_) => true,
+            },
         }
     }
 }
@@ -170,7 +174,7 @@ impl Checks {
     pub fn due(&mut self, frame: &Frame, cx: &mut Context<'_>) {
         self.nodes.settle(cx);
         if let Some(now_ns) = frame.t_ns {
-            self.advance(now_ns, cx);
+            self.pass(now_ns, true, cx);
             self.pdo_timing.seen(now_ns);
         }
         self.nodes.heard(frame);
@@ -178,8 +182,13 @@ impl Checks {
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        self.nodes.advance(now_ns, cx);
-        self.pdo_timing.advance(now_ns, cx);
+        self.pass(now_ns, false, cx);
+    }
+
+    /// The same; `heard`: a frame says so, and not only the clock.
+    fn pass(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
+        self.nodes.advance(now_ns, heard, cx);
+        self.pdo_timing.advance(now_ns, heard, cx);
         self.lss.advance(now_ns, cx);
         self.drives.advance(now_ns, cx);
     }
@@ -362,6 +371,7 @@ impl Checks {
         self.drives.forget(None);
         self.srdos.interrupt(cx.at.no, true);
         self.pdo_length.lost(cx);
+        self.pdo_configuration.lost();
         self.sync.lost();
         self.lss.lost();
     }

@@ -140,14 +140,15 @@ impl Nodes {
         {
             self.pulse.stall = Some((last, now_ns));
         }
+        self.heartbeats.resume(now_ns, self.pulse);
         self.before = self.pulse;
         self.pulse.beat(now_ns);
     }
 
-    /// It is `now_ns`: what should have happened by now.
+    /// It is `now_ns`: what should have happened by now. `heard`: a frame says so, and not only the clock.
     #[inline]
-    pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        self.heartbeats.advance(now_ns, self.pulse, cx);
+    pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
+        self.heartbeats.advance(now_ns, heard, self.pulse, cx);
         self.guarding.advance(now_ns, &self.nmt, &self.heartbeats, cx);
     }
 

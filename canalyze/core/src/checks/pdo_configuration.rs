@@ -138,7 +138,7 @@ impl PdoConfiguration {
             }
             (false, Provenance::Observed(_), _) => (Code::Pdo019, 1),
             (false, Provenance::Eds | Provenance::Dcf, _) => (Code::Pdo019, 0),
-            (true, _, Content::Disabled(from)) if frame.len > 0 => {
+            (true, _, Content::Disabled(from)) if frame.len > 0 && !from.is_doubted() => {
                 (Code::Pdo015, u8::from(!matches!(from, Provenance::Observed(_))))
             }
             _ => return self.sent(node, pdo.transmit, pdo.number, frame.id),
@@ -166,6 +166,14 @@ impl PdoConfiguration {
             let object = Mux { index: pdo.communication(), sub: 1 };
             let measured = [("pdo", Quantity::Pdo(true, pdo.number)), ("id", Quantity::Id(frame.id))];
             cx.find(Code::Pdo011, Some(node), Some(object), None, Facts::told(0, &measured));
+        }
+    }
+
+    /// Frames were lost: a PDO may have been made invalid, and its mapping changed.
+    pub fn lost(&mut self) {
+        for (_, seen) in self.nodes.iter_mut() {
+            seen.sent = Default::default();
+            seen.live.clear();
         }
     }
 

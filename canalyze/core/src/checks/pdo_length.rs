@@ -133,6 +133,9 @@ impl PdoLength {
     /// Frames of the bus were lost.
     pub fn lost(&mut self, cx: &Context<'_>) {
         self.lost = Some(cx.at.no);
+        for (_, lengths) in self.nodes.iter_mut() {
+            lengths.fitted = [0; 2];
+        }
     }
 }
 

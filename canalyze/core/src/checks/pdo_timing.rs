@@ -93,7 +93,7 @@ impl PdoTiming {
     /// A data frame of a PDO.
     pub fn sent(&mut self, node: u8, pdo: &Pdo, frame: &Frame, cx: &mut Context<'_>) {
         let timed = pdo.inhibit.is_some_and(trusted) || pdo.event_timer.is_some_and(trusted);
-        if !timed || pdo.transmission.is_none_or(|(kind, _)| kind < 254) {
+        if !timed || pdo.transmission.is_none_or(|(kind, from)| kind < 254 || from.is_doubted()) {
             return;
         }
         let Some(now) = frame.t_ns else { return };
@@ -158,8 +158,9 @@ impl PdoTiming {
         }
     }
 
-    /// It is `now`: which PDOs should have come by now and have not.
-    pub fn advance(&mut self, now: i64, cx: &mut Context<'_>) {
+    /// It is `now`: which PDOs should have come by now and have not. `heard`: a frame says so; the clock alone does not
+    /// tell a PDO that is missing from a bus that is silent.
+    pub fn advance(&mut self, now: i64, heard: bool, cx: &mut Context<'_>) {
         if now < self.next_ns {
             return;
         }
@@ -167,7 +168,9 @@ impl PdoTiming {
         let mut next = i64::MAX;
         for (node, sending) in self.nodes.iter_mut() {
             for watch in &mut sending.watches {
-                if watch.due_ns <= now && watch.stalled(now, last_of_bus) {
+                if watch.due_ns <= now && !heard && watch.waits(last_of_bus) {
+                    // Judged by the next frame.
+                } else if watch.due_ns <= now && watch.stalled(now, last_of_bus) {
                     watch.due_ns = now.saturating_add((watch.timer_ns / 2).max(LATENESS));
                 } else if watch.due_ns <= now {
                     watch.due_ns = i64::MAX;
@@ -245,12 +248,17 @@ impl Watch {
         Some(gap)
     }
 
-    /// Whether the whole bus has been silent since before the PDO was due: where there is other traffic, the capture
+    /// Whether the whole bus has been silent since before the PDO was due.
+    fn waits(&self, last_of_bus: i64) -> bool {
+        last_of_bus < self.last_ns.saturating_add(self.timer_ns)
+    }
+
+    /// Whether that is so: where there is other traffic, the capture
     /// or the bus was held up, whatever the time; where there is none, only a long silence is the PDO's own.
     fn stalled(&self, now: i64, last_of_bus: i64) -> bool {
         let expected = self.last_ns.saturating_add(self.timer_ns);
         let busy = self.quiet_ns < self.timer_ns / 2;
-        last_of_bus < expected && (busy || now.saturating_sub(expected) < STALL)
+        self.waits(last_of_bus) && (busy || now.saturating_sub(expected) < STALL)
     }
 
     fn overdue(&self, node: u8, now: i64, cx: &mut Context<'_>) {

@@ -44,7 +44,7 @@ impl Settings {
     fn periods(&mut self, network: &Network, nodes: &PerNode<Node>) {
         let mut best: Option<((bool, Provenance), i64)> = None;
         let mut take = |node: Option<u8>, produces: bool, ns: i64, from: Provenance, periods: &mut Vec<_>| {
-            if ns <= 0 {
+            if ns <= 0 || from.is_doubted() {
                 return;
             }
             if matches!(from, Provenance::Option | Provenance::Observed(_)) {
@@ -97,7 +97,7 @@ impl Settings {
         for (id, node) in nodes.iter() {
             let Some((us, from)) = node.value(0x1007, 0) else { continue };
             let own = ranked(from) > Provenance::Option || network.sync_window_ns.is_none();
-            if let Some(slot) = self.windows.get_mut(usize::from(id)).filter(|_| own && from > Provenance::Default) {
+            if let Some(slot) = self.windows.get_mut(usize::from(id)).filter(|_| own && from >= Provenance::Eds) {
                 *slot = Some(ns(us)).filter(|ns| *ns > 0);
             }
         }

@@ -121,7 +121,7 @@ impl SyncWindow {
         window_ns: Option<i64>,
         cx: &mut Context<'_>,
     ) {
-        let Some((kind, from)) = pdo.transmission else { return };
+        let Some((kind, from)) = pdo.transmission.filter(|(_, from)| !from.is_doubted()) else { return };
         self.tell_unjudged(beat, at, window_ns, cx);
         self.empty = 0;
         let tracks = self.nodes.entry(node);

@@ -154,6 +154,7 @@ mod unchecked {
     pub(super) const SINCE_WHEN: u8 = 5;
     pub(super) const NO_BOOT_UP: u8 = 6;
     pub(super) const NOTHING: u8 = 7;
+    pub(super) const LOST: u8 = 8;
 }
 
 /// The frame at hand, and where findings go.
@@ -368,7 +369,9 @@ impl Verification {
     }
 
     /// Frames of a bus are missing here: no time is measured across the gap.
-    pub fn lost(&mut self, bus: BusId) {
+    pub fn lost(&mut self, bus: BusId, buses: &Buses) {
+        self.transfers.lost(buses.name(bus));
+        self.states.lost(bus, buses.name(bus));
         self.heartbeats.lost(bus);
         self.signals.lost(bus);
         self.syncs.lost(bus);
@@ -376,7 +379,12 @@ impl Verification {
     }
 
     /// It is `now_ns` on the clock of the frames, of which `last` is the last one.
-    pub fn advance(&mut self, now_ns: i64, last: FrameRef, events: &mut Vec<Event>) {
+    pub fn advance(&mut self, now_ns: i64, last: FrameRef, events: &mut Vec<Event>, buses: &Buses) {
+        if last.no > 0 {
+            let mut closing = Closing { last, end_ns: Some(now_ns), buses, heard: &self.heard, found: events };
+            self.transfers.overdue(self.start_ns, &mut closing);
+            self.states.overdue(self.start_ns, &mut closing);
+        }
         self.heartbeats.overdue(now_ns, last, events);
         self.signals.overdue(now_ns, last, events);
         self.syncs.overdue(now_ns, last, events);

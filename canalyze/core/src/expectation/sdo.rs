@@ -166,6 +166,10 @@ struct Progress {
     late: bool,
     /// It has a time limit, and came without a stamp.
     untimed: bool,
+    /// It was said that its time is over.
+    overdue: bool,
+    /// Frames were lost before it came.
+    lost: bool,
 }
 
 impl Progress {
@@ -190,6 +194,10 @@ impl Progress {
         {
             match scene.elapsed_ns() {
                 None => self.untimed = true,
+                Some(elapsed) if elapsed > limit && self.lost && !std::mem::replace(&mut self.late, true) => {
+                    let breach = scene.breach(Code::Exp015, unchecked::LOST);
+                    scene.raise(&self.place, breach);
+                }
                 Some(elapsed) if elapsed > limit && !std::mem::replace(&mut self.late, true) => {
                     let breach = scene.breach(Code::Exp001, 7).quantity("expected", Quantity::Ns(limit));
                     scene.raise(&self.place, breach.quantity("found", Quantity::Ns(elapsed)));
@@ -212,6 +220,12 @@ impl Progress {
 
     /// It has not come, or not in its place, until the end.
     fn missing(&self, closing: &mut Closing<'_>) {
+        if self.overdue {
+            return;
+        }
+        if self.lost && self.other.is_none() {
+            return closing.unchecked(&self.place, unchecked::LOST);
+        }
         let expected = self.entry.said();
         if let Some((seen, other)) = &self.other {
             let (face, found) = match (other, self.entry.outcome()) {
@@ -289,6 +303,8 @@ impl Transfers {
             cut: None,
             late: false,
             untimed: false,
+            overdue: false,
+            lost: false,
         });
         Self { all: all.collect(), sequences, fits: Vec::new() }
     }
@@ -316,6 +332,24 @@ impl Transfers {
         }
         for sequence in sequences {
             sequence.take(all, fits, scene);
+        }
+    }
+
+    /// Frames of a bus are missing: what has not come may have been among them.
+    pub(super) fn lost(&mut self, name: &[u8]) {
+        for one in self.all.iter_mut().filter(|one| one.place.is_on(name) && !one.is_done()) {
+            one.lost = true;
+        }
+    }
+
+    /// It is so late as `closing` says: what should have come by now and has not.
+    pub(super) fn overdue(&mut self, start_ns: Option<i64>, closing: &mut Closing<'_>) {
+        for one in self.all.iter_mut().filter(|one| !one.is_done() && !one.late) {
+            let elapsed = closing.end_ns.zip(start_ns).map(|(now, start)| now.saturating_sub(start));
+            if one.entry.within_ns.zip(elapsed).is_some_and(|(limit, elapsed)| elapsed > limit) {
+                one.missing(closing);
+                (one.overdue, one.late) = (true, true);
+            }
         }
     }
 

@@ -164,6 +164,10 @@ struct Progress {
     unbooted: bool,
     /// Its time was judged, or cannot be.
     judged: bool,
+    /// It was said that its time is over.
+    overdue: bool,
+    /// Frames were lost before it was reached.
+    lost: bool,
 }
 
 impl Progress {
@@ -211,6 +215,7 @@ impl Progress {
             track.booted = Some(at);
             if since == Some(Since::BootUp) {
                 track.reached_since = false;
+                (self.overdue, self.lost) = (false, false);
             }
         }
         if let Target::Nmt(_) = self.target {
@@ -249,6 +254,11 @@ impl Progress {
         self.judged = true;
         if elapsed <= limit {
             self.timely = true;
+        } else if self.overdue {
+            // It was said when its time was over.
+        } else if self.lost {
+            let breach = scene.breach(Code::Exp015, unchecked::LOST);
+            scene.raise(&self.place, breach);
         } else if since == Since::Start && self.timely {
             // On another bus it was in time.
         } else if since == Since::Start && first && !event {
@@ -269,7 +279,35 @@ impl Progress {
         }
     }
 
+    /// Frames are missing of a bus: it may have been reached meanwhile.
+    fn lose(&mut self, bus: BusId) {
+        let reached = |track: &Track| match self.entry.since {
+            Some(Since::BootUp) => track.reached_since || track.booted.is_none() && track.reached,
+            _ => track.reached,
+        };
+        self.lost |= !self.tracks.iter().any(|track| track.bus == bus && reached(track));
+    }
+
+    /// Its time is over, by the clock, and it was not reached.
+    fn expire(&mut self, start_ns: Option<i64>, closing: &mut Closing<'_>) {
+        let (Some(limit), Some(now), false) = (self.entry.by_ns, closing.end_ns, self.overdue) else { return };
+        let over = |then: Option<i64>| then.is_some_and(|then| now.saturating_sub(then) > limit);
+        let waited = self.entry.since == Some(Since::BootUp);
+        let expired = if waited {
+            self.tracks.iter().any(|track| !track.reached_since && over(track.booted.and_then(|booted| booted.t_ns)))
+        } else {
+            over(start_ns) && !self.tracks.iter().any(|track| track.reached)
+        };
+        if expired {
+            self.finish(closing);
+            self.overdue = true;
+        }
+    }
+
     fn finish(&self, closing: &mut Closing<'_>) {
+        if self.overdue {
+            return;
+        }
         let expected = self.target.quantity();
         if !self.tracks.iter().any(|track| track.reached) {
             return self.never(closing);
@@ -289,6 +327,9 @@ impl Progress {
             Some((track, booted)).filter(|_| booted.t_ns.is_some_and(|then| end.saturating_sub(then) > limit))
         });
         if let Some((track, booted)) = again {
+            if self.lost {
+                return closing.unchecked(&self.place, unchecked::LOST);
+            }
             let breach = Breach::new(Code::Exp005, 6, closing.last, track.bus).quantity("expected", expected);
             let breach = breach.quantity("limit", Quantity::Ns(limit)).about(booted);
             let breach = breach.quantity("found", track.shown.unwrap_or(Quantity::State(BOOT_UP)));
@@ -299,6 +340,9 @@ impl Progress {
     /// The state was not reached at all.
     fn never(&self, closing: &mut Closing<'_>) {
         let expected = self.target.quantity();
+        if self.lost && (self.entry.by_ns.is_some() || self.target == Target::Nmt(BOOT_UP)) {
+            return closing.unchecked(&self.place, unchecked::LOST);
+        }
         let obeyed = self
             .tracks
             .iter()
@@ -338,6 +382,8 @@ impl States {
             untimed: false,
             unbooted: false,
             judged: false,
+            overdue: false,
+            lost: false,
         });
         Self { all: all.collect(), drives: entries.iter().any(|entry| entry.drive.is_some()) }
     }
@@ -384,8 +430,8 @@ impl States {
 
     /// Takes a PDO: the statuswords in it.
     pub(super) fn process_data(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
-        let Signals::Mapped(mapping, _) = &data.content else { return };
-        if !self.drives || !data.transmit {
+        let Signals::Mapped(mapping, from) = &data.content else { return };
+        if !self.drives || !data.transmit || from.is_doubted() {
             return;
         }
         for one in self.of(data.node, scene.name) {
@@ -408,6 +454,20 @@ impl States {
             {
                 one.show(Quantity::Statusword(word), scene);
             }
+        }
+    }
+
+    /// Frames of a bus are missing.
+    pub(super) fn lost(&mut self, bus: BusId, name: &[u8]) {
+        for one in self.all.iter_mut().filter(|one| one.place.is_on(name)) {
+            one.lose(bus);
+        }
+    }
+
+    /// It is so late as `closing` says: what should have been reached by now and was not.
+    pub(super) fn overdue(&mut self, start_ns: Option<i64>, closing: &mut Closing<'_>) {
+        for one in &mut self.all {
+            one.expire(start_ns, closing);
         }
     }
 

@@ -136,8 +136,9 @@ impl Lines {
             What::Finding(finding) => {
                 let rule = finding.code.rule();
                 put!(out; "#   ", rule.id, " ");
-                // Under its own frame's line the frame needs no name.
-                let elsewhere = (finding.at.no != under).then_some(finding.at.no);
+                // Under its own frame's line the frame needs no name, nor where the sentence names it.
+                let named = finding.cause.is_some_and(|cause| cause.no == finding.at.no);
+                let elsewhere = (finding.at.no != under && !named).then_some(finding.at.no);
                 match self.lang {
                     Lang::Zh => {
                         put!(out; zh::findings::severity(rule.severity), ": ");

@@ -98,7 +98,7 @@ impl Decoding {
         self.on_bus(bus, last, buses, |bus, cx| bus.lost(None, false, cx));
         if let Some(verification) = &mut self.verification {
             verification.asides(&mut self.events, from, buses);
-            verification.lost(bus);
+            verification.lost(bus, buses);
         }
     }
 
@@ -115,7 +115,7 @@ impl Decoding {
             self.on_bus(BusId(index as u8), last, buses, |bus, cx| bus.advance(now_ns, cx));
         }
         if let Some(verification) = &mut self.verification {
-            verification.advance(now_ns, last, &mut self.events);
+            verification.advance(now_ns, last, &mut self.events, buses);
         }
         self.fold();
     }

@@ -73,13 +73,13 @@ impl Watch {
         for (id, node) in nodes.iter() {
             for pdo in node.pdos() {
                 let objects = match &pdo.content {
-                    Content::Mapped(mapping, _) => parts(mapping),
+                    Content::Mapped(mapping, from) if !from.is_doubted() => parts(mapping),
                     Content::Disabled(_) => continue,
-                    // A remapping under way, or a multiplex PDO.
-                    Content::Unknown | Content::Multiplex { .. } if pdo.transmit => continue,
-                    Content::Unknown | Content::Multiplex { .. } => Vec::new(),
+                    // A remapping under way or missed, or a multiplex PDO.
+                    _ if pdo.transmit => continue,
+                    _ => Vec::new(),
                 };
-                let mapped = matches!(pdo.content, Content::Mapped(..));
+                let mapped = matches!(&pdo.content, Content::Mapped(_, from) if !from.is_doubted());
                 let (cob, _) = pdo.cob;
                 if !cob.valid || (mapped && objects.is_empty()) {
                     continue;

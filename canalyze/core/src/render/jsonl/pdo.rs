@@ -35,13 +35,7 @@ pub(super) fn fields(out: &mut Vec<u8>, lang: Lang, data: &ProcessData, frame: &
         Signals::None(_) => (None, None, None),
     };
     object.optional("provenance", from.map(Provenance::name));
-    object.maybe(
-        "mapped_at",
-        match from {
-            Some(Provenance::Observed(frame)) => Some(frame),
-            _ => None,
-        },
-    );
+    object.maybe("mapped_at", from.and_then(Provenance::frame));
     object.optional(
         "unmapped",
         match &data.content {

@@ -79,8 +79,10 @@ pub struct Channel {
     pub(super) unsettled: Option<Arc<Transfer>>,
     /// The last one of those of which somebody has taken what it shows.
     taken: Option<Arc<Transfer>>,
-    /// A valid request with its response was seen.
+    /// A valid request with its response was seen, since frames were lost if they were.
     pub(super) trusted: bool,
+    /// The same was seen at any time.
+    pub(super) proven: bool,
     /// A request that can be one was seen: from here on there is something to judge.
     pub(super) begun: bool,
     pub(super) withheld: Vec<Finding>,
@@ -128,6 +130,7 @@ impl Channel {
             unsettled: None,
             taken: None,
             trusted: false,
+            proven: false,
             begun: false,
             withheld: Vec::new(),
             requests: 0,
@@ -349,8 +352,17 @@ impl Channel {
         self.held_ack = None;
         self.phase = Phase::Idle;
         self.outside = if reset { Outside::Said } else { Outside::Uncaptured };
-        // After a gap there is nothing to judge before the next request, as at the capture's beginning.
-        self.begun &= reset;
+        if !reset {
+            self.restart();
+        }
+    }
+
+    /// Behind a gap a transfer may be half-way, as at the capture's beginning: block data look like commands until an
+    /// exchange shows where the channel stands.
+    fn restart(&mut self) {
+        (self.trusted, self.begun, self.paired, self.first) = (false, false, false, None);
+        (self.requests, self.responses, self.odd, self.plausible) = (0, 0, 0, 0);
+        self.withheld.clear();
     }
 
     /// The capture is over: what is still open is incomplete, and what was withheld is said once.

@@ -92,8 +92,7 @@ impl Channel {
     }
 
     pub(super) fn trust(&mut self, cx: &mut Context<'_>) {
-        self.trusted = true;
-        self.begun = true;
+        (self.trusted, self.proven, self.begun) = (true, true, true);
         for finding in std::mem::take(&mut self.withheld) {
             push_finding(finding, cx);
         }
@@ -102,7 +101,7 @@ impl Channel {
     /// Whether the traffic looks so little like SDO that no transfer is made of it.
     pub(super) fn is_foreign(&self) -> bool {
         let frames = self.requests.saturating_add(self.responses);
-        !self.trusted && self.odd >= FOREIGN && self.odd > frames / 2
+        !self.proven && self.odd >= FOREIGN && self.odd > frames / 2
     }
 
     pub(super) fn is_trusted(&self) -> bool {
@@ -111,7 +110,7 @@ impl Channel {
 
     pub(super) fn say_distrust(&mut self, cx: &mut Context<'_>) {
         let Some(first) = self.first else { return };
-        if self.trusted {
+        if self.proven {
             return;
         }
         let unanswered = self.requests > 0 && self.responses == 0 && self.plausible > 0;

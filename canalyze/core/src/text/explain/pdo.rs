@@ -28,6 +28,10 @@ fn provenance(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
     match (lang, from) {
         (Lang::Zh, Provenance::Observed(frame)) => put!(out; "捕获中的SDO, 到第", frame, "帧为止"),
         (Lang::En, Provenance::Observed(frame)) => put!(out; "SDO in the capture, up to frame ", frame),
+        (Lang::Zh, Provenance::Doubted(frame)) => put!(out; "捕获中的SDO, 到第", frame, "帧为止, 此后有帧丢失"),
+        (Lang::En, Provenance::Doubted(frame)) => {
+            put!(out; "SDO in the capture, up to frame ", frame, "; frames were lost since");
+        }
         (Lang::Zh, Provenance::Option) => put!(out; "选项"),
         (Lang::En, Provenance::Option) => put!(out; "an option"),
         (_, Provenance::Dcf) => put!(out; "DCF"),

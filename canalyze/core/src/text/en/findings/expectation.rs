@@ -156,6 +156,7 @@ pub(super) const EXP015: RuleText = RuleText {
         "{expected} when first heard, {found} after the start of the capture: since when is not known",
         "no boot-up before it in the capture from which the time could be measured",
         "nothing to measure in the capture",
+        "frames were lost before it was seen: it may have been among them",
     ],
 };
 
