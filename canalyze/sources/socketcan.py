@@ -190,6 +190,8 @@ class _Channel:
         self.hardware = False
         self.reported = 0
         """Drops that stand beside a frame that was handed over."""
+        self._doubted = 0
+        """All drops up to when a gap was last handed over for them."""
         self.stamp: int | None = None
         """The stamp of its last frame."""
         self.small = False
@@ -226,6 +228,12 @@ class _Channel:
         missing: int = (total - self.reported) & 0xFFFF_FFFF
         return missing if missing < 1 << 31 else 0
 
+    def lacks(self) -> bool:
+        """Tell, once of each, whether frames are missing of which none that was handed over has told."""
+        unsaid = self.drops()
+        before, self._doubted = self._doubted, self.reported + unsaid
+        return unsaid > 0 and before != self._doubted
+
     def close(self) -> None:
         """Let its sockets go; a new one counts from 0."""
         for one in (self.socket, self.watch):
@@ -233,7 +241,7 @@ class _Channel:
                 one.close()
         self.socket = self.watch = None
         self.named = False
-        self.reported = 0
+        self.reported = self._doubted = 0
         self.stamp = None
 
 
@@ -294,6 +302,8 @@ class SocketCan:
         for channel in self._channels:
             if channel.socket is not None:
                 dry = self._take(channel, channel.socket.fileno(), blocks, now)
+                if dry and channel.lacks():  # time goes on past them before a frame tells of them
+                    blocks.append(gap_block(channel.bus))
                 ends.append(now + channel.offset if dry or channel.stamp is None else channel.stamp)
         moment = time.monotonic()
         if ready:

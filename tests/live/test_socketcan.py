@@ -341,6 +341,22 @@ def test_what_the_kernel_dropped_is_counted_once(send: Callable[..., None]) -> N
     assert len(complaints) == 2 and f"({4001 - received} in total)" in complaints[-1]
 
 
+def test_time_does_not_pass_frames_that_are_missing(send: Callable[..., None]) -> None:
+    bus = SocketCan([ONE])
+    listening = bus._channels[0].socket
+    assert listening is not None
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 20_000)
+    for _ in range(1000):
+        send(0x123, bytes(8))
+    blocks = until(bus, lambda blocks: count(blocks) > 0)
+    kinds = [kind for kind, *_ in live.heads(blocks)]
+    assert live.GAP in kinds[kinds.index(live.MESSAGES) : -1] and kinds[-1] == live.UNTIL
+    assert live.GAP not in [kind for kind, *_ in live.heads(bus.receive(0.2))], "once is enough"
+    send(0x124, bytes(8))  # tells of the drops before it
+    assert live.GAP not in [kind for kind, *_ in live.heads(until(bus, lambda blocks: count(blocks) > 0))]
+    bus.close()
+
+
 def test_bus_off_is_said_once(send: Callable[..., None]) -> None:
     bus = SocketCan([ONE])
     for _ in range(3):

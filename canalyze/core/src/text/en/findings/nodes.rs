@@ -90,7 +90,7 @@ pub(super) const HBT005: RuleText = RuleText {
     message: "silent bus",
     meaning: "There was no frame at all, so no node counts as lost for that; who does not come back afterwards does.",
     cause: "The recording paused or the host stalled, the bus was open, or the network had no power.",
-    faces: &["the bus was silent for {silence}; heartbeats of {nodes} nodes were due"],
+    faces: &["the bus was silent for {silence}; nodes whose heartbeat was due: {nodes}"],
 };
 
 pub(super) const GRD001: RuleText = RuleText {
