@@ -1,7 +1,7 @@
 """The CAN interfaces of this host: which there are, a socket that listens to one, and in words why there is none.
 
-Everything is asked of the kernel through sockets, so that it is right in a network namespace too. Must not: read a
-frame, change an interface, or send. Linux only, but importing it is fine anywhere; the numbers are those of the
+Everything is asked of the kernel through sockets, so that it is right in a network namespace too. Must not: read or
+send a frame, or change an interface. Linux only, but importing it is fine anywhere; the numbers are those of the
 kernel's generic headers.
 """
 
