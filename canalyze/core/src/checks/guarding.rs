@@ -100,6 +100,10 @@ impl Guarding {
             guarded.request = None;
             return;
         }
+        if guarded.requests == 1 && guarded.toggle == Some(false) {
+            // What came before the first request in sight may have been a heartbeat.
+            guarded.toggle = None;
+        }
         guarded.expire(node, cx);
         let just_answered = guarded.answer.is_some_and(|answer| close(answer, cx.at));
         let doubtful = std::mem::replace(&mut guarded.doubtful, just_answered);
