@@ -159,7 +159,8 @@ class Recording:
     def _open(self, name: str) -> None:
         from canalyze._core import Session
 
-        flags = os.O_WRONLY | os.O_CREAT | (os.O_TRUNC if self._force else os.O_EXCL)
+        flags = os.O_WRONLY | os.O_CREAT | (0 if self._force else os.O_EXCL)
+        self._replaces = os.path.lexists(name)
         with suppress(OSError, ValueError):  # opening it says what is wrong
             mode = Path(name).stat().st_mode
             if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):  # receiving would wait for whoever reads a pipe
@@ -179,6 +180,13 @@ class Recording:
         self.written.files.append(name)
         if self._names:
             self._write(self._session.feed(b"".join(self._names.values())))
+
+    def abandon(self) -> None:
+        """Leave everything as it was, where nothing was taken yet."""
+        fd, self._fd = self._fd, -1
+        os.close(fd)
+        if not self._replaces:
+            Path(self._name).unlink(missing_ok=True)
 
     def take(self, blocks: bytes) -> None:
         """Write what came: whole blocks of the live stream. What cannot be written is among `remarks`."""
@@ -241,6 +249,8 @@ class Recording:
             return
         view = memoryview(data)
         try:
+            if self._size == 0:
+                os.ftruncate(self._fd, 0)  # not when it is opened: another recording may still be refused
             while view:
                 view = view[os.write(self._fd, view) :]
         except OSError as error:
@@ -284,6 +294,8 @@ class Recording:
         room = _LOSSES - len(self._losses)
         self._losses += self._session.losses(self._name)[:room]
         try:
+            if self._size == 0:
+                os.ftruncate(fd, 0)
             os.close(fd)
         except OSError as error:
             raise OutputError("record.failed", name=self._name, error=error) from error
@@ -364,8 +376,6 @@ def open_recordings(
             opened.append(Recording(name, words, limit=limit, keep=keep, force=force))
     except OutputError:
         for one in opened:
-            one.close()
-            for file in one.written.files:  # nothing was seen yet
-                Path(file).unlink(missing_ok=True)
+            one.abandon()
         raise
     return Recordings(opened)

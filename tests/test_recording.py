@@ -128,6 +128,25 @@ def test_several_are_opened_or_none(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_what_was_to_be_replaced_stays_where_not_all_can_be_opened(tmp_path: Path) -> None:
+    before, new = tmp_path / "a.log", tmp_path / "b.log"
+    before.write_text("(1.000000) can0 123#\n")
+    with pytest.raises(OutputError, match="no such file or directory"):
+        names = [str(before), str(new), str(tmp_path / "missing" / "c.log")]
+        open_recordings(names, EN, limit=None, keep=None, force=True)
+    assert before.read_text() == "(1.000000) can0 123#\n" and not new.exists()
+
+
+def test_what_is_replaced_leaves_nothing(tmp_path: Path) -> None:
+    for frames in (0, 1):
+        path = tmp_path / "a.log"
+        path.write_text("(1.000000) can0 123#\n" * 100)
+        one = Recording(str(path), EN, force=True)
+        one.take(blocks(0, frames))
+        one.close()
+        assert path.read_text().count("\n") == frames and " 123#" not in path.read_text()
+
+
 @pytest.mark.parametrize("suffix", [".log", ".asc", ".mcap", ".pcapng"])
 def test_rotation_by_size_loses_nothing(tmp_path: Path, suffix: str) -> None:
     one = Recording(str(tmp_path / f"bus{suffix}"), EN, limit=Limit(4000, None))
