@@ -24,6 +24,7 @@ from canalyze.words import (
     sniff,
     summary,
     tables,
+    timeline,
 )
 
 LANGUAGES: Final = ("zh", "en")
@@ -46,6 +47,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *sniff.ROWS,
     *live.ROWS,
     *monitor.ROWS,
+    *timeline.ROWS,
 )
 
 
