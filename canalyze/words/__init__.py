@@ -25,6 +25,7 @@ from canalyze.words import (
     summary,
     tables,
     timeline,
+    topics,
 )
 
 LANGUAGES: Final = ("zh", "en")
@@ -48,6 +49,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *live.ROWS,
     *monitor.ROWS,
     *timeline.ROWS,
+    *topics.ROWS,
 )
 
 
