@@ -22,6 +22,7 @@ from canalyze.errors import SourceError
 from canalyze.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.charts import Chart, Line
+from canalyze.timeline.colours import COLOURS
 from canalyze.timeline.contents import Series
 from canalyze.timeline.layout import LEGEND, ROOM, TABS, Blueprint, Sized, fit
 from canalyze.timeline.layout import _LINKED as LINKED
@@ -42,10 +43,21 @@ CLOCK: Final = "message_log_time"
 
 _PLACE: Final = re.compile(r"/(?:(.*)/)?node(\d+)/(\w+)(?:/\w+)?")
 _PDO: Final = re.compile(r"[tr]pdo\d+(_v\d+)?")
-_FIELD: Final = re.compile(r"# (?:(.*), )?[0-9A-F]{4}h:[0-9A-F]{2}(?:, (.*))?\n(\S+) (\w+)\n(?:string (\w+_text)\n)?")
+_FIELD: Final = re.compile(r"# (?:(.*), )?([0-9A-F]{4}h:[0-9A-F]{2})(?:, (.*))?\n(\S+) (\w+)\n(?:string (\w+_text)\n)?")
+_COLUMNS: Final = rrb.TextLogColumns(timeline_columns=[CLOCK], text_log_columns=["LogLevel", "Body"])
 _NUMBERS: Final = re.compile(r"u?int\d+|float\d+")
-_STATES: Final[dict[int, int]] = {0: 0x3D85D6FF, 4: 0xD6453DFF, 5: 0x3FA34DFF, 127: 0xE0A526FF}
-"""Colours of NMT states, by their numbers."""
+_NMT: Final = {0: "initialising", 4: "stopped", 5: "operational", 127: "pre-operational"}
+_DRIVE: Final = (
+    (0x4F, 0x00, "not-ready-to-switch-on"),
+    (0x4F, 0x40, "switch-on-disabled"),
+    (0x6F, 0x21, "ready-to-switch-on"),
+    (0x6F, 0x23, "switched-on"),
+    (0x6F, 0x27, "operation-enabled"),
+    (0x6F, 0x07, "quick-stop-active"),
+    (0x4F, 0x0F, "fault-reaction-active"),
+    (0x4F, 0x08, "fault"),
+)
+"""States by the numbers beside their words, CiA 301 7.3.2 and CiA 402-2 (mask, value), for their colours."""
 
 
 @dataclass(slots=True)
@@ -78,8 +90,8 @@ class Topics:
     """What an MCAP has for the layout."""
 
     found: list[Topic] = field(default_factory=list)
-    nmt: dict[str, int] = field(default_factory=dict)
-    """NMT states in the words of the file, and their numbers."""
+    colours: dict[str, dict[str, int]] = field(default_factory=lambda: {NMT: {}, DRIVE: {}})
+    """By type of message: states in the words of the file, and their colours."""
     first_ns: int = 0
     last_ns: int = 0
     """Times of the first and the last message of the file."""
@@ -125,14 +137,11 @@ def read(path: str) -> Topics:
             _fields(topic, definition)
         topics.found.append(topic)
     topics.found.sort(key=lambda topic: (topic.bus, topic.node, topic.entity))
-    by_entity = {topic.entity: topic for topic in topics.found if topic.lines or topic.kind == NMT}
+    by_entity = {topic.entity: topic for topic in topics.found}
     for entity, messages in _messages(path):
-        if (topic := by_entity.get(entity)) is None:
-            continue
-        if topic.kind == NMT:
-            for name in pc.unique(messages.field("name")).to_pylist():
-                at = pc.index(messages.field("name"), name).as_py()
-                topics.nmt[name] = messages.field("state")[at].as_py()
+        topic = by_entity[entity]
+        if topic.kind in topics.colours:
+            _colours(topics.colours[topic.kind], topic.kind, messages)
         for name, series in topic.lines:
             _range(series, messages.field(name))
     return topics
@@ -152,8 +161,9 @@ def _definitions(path: str) -> Iterator[tuple[Topic, str]]:
 
 
 def _messages(path: str) -> Iterator[tuple[str, Any]]:
-    """Give the messages of PDOs and NMT states, some at a time, as an Arrow array of structs."""
-    reader = McapReader(path, decoders=["ros2_reflection"], include_topic_regex=[r"/node\d+/([tr]pdo\d+|nmt_state)"])
+    """Give the messages of PDOs and of states, some at a time, as an Arrow array of structs."""
+    wanted = r"/node\d+/([tr]pdo\d+|nmt_state$|drive_state)"
+    reader = McapReader(path, decoders=["ros2_reflection"], include_topic_regex=[wanted])
     for chunk in reader.stream():
         for column_of in chunk.to_record_batch().columns:
             if pa.types.is_list(column_of.type) and pa.types.is_struct(column_of.type.value_type):
@@ -167,12 +177,23 @@ def _last(entity: str) -> str:
 
 def _fields(topic: Topic, definition: str) -> None:
     """Sort the fields of a PDO: those with words of their own and the true-or-false ones are states."""
-    for name, unit, form, key, text in _FIELD.findall(definition.partition("====")[0]):
+    for name, address, unit, form, key, text in _FIELD.findall(definition.partition("====")[0]):
         if text or form == "bool":
             topic.states.append(text or key)
         elif _NUMBERS.fullmatch(form):
-            shown = name or key
+            shown = name or address
             topic.lines.append((key, Series(f"{shown} [{unit}]" if unit else shown, unit, bool(name))))
+
+
+def _colours(known: dict[str, int], kind: str, messages: Any) -> None:
+    """Add the colours of the states that some messages show."""
+    words, numbers = ("name", "state") if kind == NMT else ("state", "statusword")
+    for word in pc.unique(messages.field(words)).to_pylist():
+        at = pc.index(messages.field(words), word).as_py()
+        number = messages.field(numbers)[at].as_py()
+        found = [_NMT.get(number)] if kind == NMT else [name for mask, value, name in _DRIVE if number & mask == value]
+        if word and found and found[0]:
+            known[word] = COLOURS["nmt" if kind == NMT else "drive"][found[0]]
 
 
 def _range(series: Series, values: Any) -> None:
@@ -220,11 +241,14 @@ class _Views:
         return made
 
     def overview(self) -> rrb.Container | rrb.View:
-        """States of all nodes above the plots that tell most; log and SDO transfers beside them."""
+        """States of all nodes above the plots that tell most; log and SDO transfers of each node beside them."""
         states = [*self.topics.of(NMT), *self.topics.of(DRIVE)]
         left = [self.states(states)] if states else []
         left += grid([self.plot(chart) for chart in charts.overview(self.lines, ROOM)])
-        right = [view for view in (self.log(), self.transfers()) if view]
+        right: list[rrb.Container | rrb.View] = [self.log()] if self.topics.of(LOG) else []
+        transfers = self.topics.of(SDO)
+        if 0 < len(transfers) <= TABS:
+            right.append(rrb.Tabs(*map(self.transfers, transfers), active_tab=0))
         name = self.words("timeline.overview")
         if not left or not right:
             return column([*left, *((view, 500.0) for view in right)], name)
@@ -237,6 +261,7 @@ class _Views:
         parts = [self.states(states)] if states else []
         mine = [line for line in self.lines if (line.bus, line.node) == (bus, node)]
         parts += grid([self.plot(chart, of_node=True) for chart in charts.of_node(mine)])
+        parts += [(self.transfers(topic), 300.0) for topic in self.topics.of(SDO) if (topic.bus, topic.node) == (bus, node)]
         return column(parts, self.node_name(bus, node)) if parts else None
 
     def node_name(self, bus: str, node: int) -> str:
@@ -260,8 +285,7 @@ class _Views:
     def lane(self, topic: Topic, name: str) -> rrb.Visualizer:
         """One lane: a field as a state."""
         style = rr.StateConfiguration()
-        if topic.kind == NMT:
-            known = {text: _STATES[state] for text, state in self.topics.nmt.items() if state in _STATES}
+        if known := self.topics.colours.get(topic.kind):
             colours = np.array(list(known.values()), np.uint32)
             style = rr.StateConfiguration(values=list(known), labels=list(known), colors=colours)
         return style.visualizer(mappings=[_mapping("StateChange:state", topic, name)])
@@ -288,37 +312,24 @@ class _Views:
             overrides=overrides,
         )
 
-    def log(self) -> rrb.View | None:
+    def log(self) -> rrb.View:
         """Findings and emergencies, which Rerun draws as they are."""
-        topics = self.topics.of(LOG)
-        if not topics:
-            return None
         return rrb.TextLogView(
             origin="/",
-            contents=[topic.entity for topic in topics],
+            contents=[topic.entity for topic in self.topics.of(LOG)],
             name=self.words("timeline.log"),
-            columns=rrb.TextLogColumns(timeline_columns=[CLOCK], text_log_columns=["LogLevel", "Body"]),
+            columns=_COLUMNS,
         )
 
-    def transfers(self) -> rrb.View | None:
-        """SDO transfers in words, with what became of them for a level."""
-        topics = self.topics.of(SDO)
-        if not topics:
-            return None
-        overrides = {
-            topic.entity: [
-                rr.TextLog.from_fields().visualizer(
-                    mappings=[_mapping("TextLog:text", topic, topic.text), _mapping("TextLog:level", topic, "status")]
-                )
-            ]
-            for topic in topics
-        }
+    def transfers(self, topic: Topic) -> rrb.View:
+        """SDO transfers of a node in words, with what became of them for a level."""
+        mappings = [_mapping("TextLog:text", topic, topic.text), _mapping("TextLog:level", topic, "status")]
         return rrb.TextLogView(
             origin="/",
-            contents=list(overrides),
-            name=self.words("timeline.sdo"),
-            columns=rrb.TextLogColumns(timeline_columns=[CLOCK], text_log_columns=["LogLevel", "EntityPath", "Body"]),
-            overrides=overrides,
+            contents=[topic.entity],
+            name=f"{self.words('timeline.sdo')} {self.node_name(topic.bus, topic.node)}",
+            columns=_COLUMNS,
+            overrides={topic.entity: rr.TextLog.from_fields().visualizer(mappings=mappings)},
         )
 
 

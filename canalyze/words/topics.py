@@ -7,6 +7,16 @@ from typing import Final
 
 ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
+        "topics.one",
+        "布局（.rbl）只能由一个MCAP生成：canalyze view {name} --save {save}",
+        "a layout (.rbl) is made from one MCAP: canalyze view {name} --save {save}",
+    ),
+    (
+        "topics.written",
+        "{save}：这样打开：rerun --bind 127.0.0.1 {name} - < {save}",
+        "{save}: to open it: rerun --bind 127.0.0.1 {name} - < {save}",
+    ),
+    (
         "topics.none",
         "{name}：没有解码后的topic，布局（.rbl）无从生成；canalyze convert --decoded 写出的MCAP才有",
         "{name}: has no decoded topics that a layout (.rbl) could show; canalyze convert --decoded writes them",
