@@ -18,7 +18,7 @@ from canalyze.config import Config
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.network import Known
 from canalyze.options import ANY_PATH, CaptureOptions, Spelled, known_of
-from canalyze.timeline.viewer import LOCAL, Viewer, address, need_display, require
+from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, need_display, require
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -69,12 +69,14 @@ def check(
     words: Words,
     *,
     shown: bool,
-    why_not: tuple[str, str] = ("", ""),
+    why_not: tuple[str, str],
+    drawn: bool = True,
     suffixes: tuple[str, ...] = (SUFFIX,),
 ) -> None:
     """Make sure that the options fit each other, and that this machine can do it, before anything is opened.
 
     shown: there is to be a viewer; else an option of it is a usage error, in the words `why_not` (key, other option).
+    drawn: there is to be a timeline at all.
     suffixes: how the name of --save may end.
     """
     context = click.get_current_context()
@@ -86,7 +88,8 @@ def check(
     save = given.get("save")
     if save is not None and (Path(save).suffix.lower() not in suffixes or save == "-"):
         raise click.UsageError(words("view.suffix", name=save or '""'), context)
-    require()
+    if drawn:
+        require()
     if shown and not given.get("web"):
         need_display()
 
@@ -100,9 +103,7 @@ def configuration(given: CaptureOptions) -> list[str]:
 
 def open_viewer(given: ViewingOptions, path: str | None = None) -> Viewer:
     """Start a viewer as the options say; CanalyzeError where that cannot be."""
-    return Viewer(
-        path=path, bind=given.get("bind") or LOCAL, port=given.get("port"), web=given.get("web", False)
-    )
+    return Viewer(path=path, bind=given.get("bind") or LOCAL, port=given.get("port"), web=given.get("web", False))
 
 
 def opened(viewer: Viewer, given: ViewingOptions, words: Words) -> list[str]:
@@ -169,6 +170,7 @@ class Showing:
                 while not feed.ended(_STEP_S):
                     pass
                 self._complain(feed, file, tell)
+                self._join(feed, file, tell)
                 if feed.failure is None and (size := _size(file)):
                     lines.append(self._words("view.written", name=file, size=f"{size / 1e6:.1f}"))
             if feed.left_out:
@@ -220,6 +222,14 @@ class Showing:
                 self._complain(*way, tell)
             else:
                 way.feed.give(given)
+
+    def _join(self, feed: "Feed", file: str, tell: Callable[[str], None]) -> None:
+        """Give a file that was written in pieces its order and its end."""
+        if feed.failure is None and _size(file):
+            try:
+                completed(file)
+            except OutputError as error:
+                tell(error.in_words(self._words))
 
     def _watched(self, tell: Callable[[str], None]) -> bool:
         """Tell whether the viewer is still open."""

@@ -47,9 +47,7 @@ class _Given(CaptureOptions, ViewingOptions, total=False):
 def command(words: Words) -> click.Command:
     """Build the command in one language."""
 
-    def run(
-        files: tuple[str, ...], force: bool, expression: str | None, stamps: str, **given: Unpack[_Given]
-    ) -> int:
+    def run(files: tuple[str, ...], force: bool, expression: str | None, stamps: str, **given: Unpack[_Given]) -> int:
         save = given.get("save")
         check(given, words, shown=save is None, why_not=("usage.exclusive", "--save"), suffixes=(SUFFIX, LAYOUT))
         names = inputs(files, words)
@@ -81,9 +79,7 @@ def command(words: Words) -> click.Command:
     )
 
 
-def _save(
-    session: "Session", names: tuple[str, ...], save: str, given: _Given, words: Words, *, force: bool
-) -> int:
+def _save(session: "Session", names: tuple[str, ...], save: str, given: _Given, words: Words, *, force: bool) -> int:
     """Write the timeline to a file that is there when it is complete; give the exit code."""
     code = 0
     try:

@@ -327,7 +327,7 @@ class _Views:
         return rrb.TextLogView(
             origin="/",
             contents=[topic.entity],
-            name=f"{self.words('timeline.sdo')} {self.node_name(topic.bus, topic.node)}",
+            name=f"{self.node_name(topic.bus, topic.node)} {self.words('timeline.sdo')}",
             columns=_COLUMNS,
             overrides={topic.entity: rr.TextLog.from_fields().visualizer(mappings=mappings)},
         )

@@ -5,6 +5,7 @@ without a question who connects. It sends nothing either, no usage data and no q
 page does in a browser is the browser's. Must not: know what is shown.
 """
 
+import errno
 import importlib
 import importlib.util
 import ipaddress
@@ -43,6 +44,7 @@ _SILENT: Final = {
     **{name: _NOWHERE for one in ("http_proxy", "https_proxy", "all_proxy") for name in (one, one.upper())},
 }
 _UNSET: Final = frozenset({"NO_PROXY", "no_proxy", "FORCE_RERUN_ANALYTICS", "RUST_LOG"})
+_TAKEN: Final = (errno.EADDRINUSE, errno.EACCES)
 _COLOUR: Final = re.compile(r"\x1b\[[0-9;]*m")
 _FAULT: Final = re.compile(r"^Error: *|.*\bERROR\b *[\w:]*: *|.*panicked at [^:]*(?::\d+)*:? *")
 
@@ -89,6 +91,26 @@ def _program() -> str | None:
         if path.is_file():
             return str(path)
     return None
+
+
+def completed(name: str) -> None:
+    """Complete a recording that was written as it came: its pieces are joined, and an index stands at its end.
+
+    What cannot be completed stays as it is, and can be read. OutputError where that is for want of room.
+    """
+    beside = Path(f"{name}.{os.getpid()}.part")
+    program = _program()
+    if program is None:
+        return
+    try:
+        arguments = [program, "rrd", "optimize", "-o", str(beside), name]
+        done = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, env=_environment(), check=False)
+        if done.returncode == 0:
+            beside.replace(name)
+    except OSError as error:
+        raise OutputError("output.write", name=name, error=error) from error
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 class Viewer:
@@ -209,29 +231,32 @@ def _ports(bind: str, port: int | None, count: int) -> tuple[int, ...]:
         for one in wanted:
             try:
                 held.append(socket.create_server((bind, one), family=family))
-            except (OSError, OverflowError) as error:
-                problem = error if isinstance(error, OSError) else "?"
-                raise OutputError("view.port", address=bind, port=one, error=problem) from error
+            except OSError as error:
+                key = "view.port_taken" if one and error.errno in _TAKEN else "view.no_address"
+                raise OutputError(key, address=bind, port=one, error=error) from error
         return tuple(one.getsockname()[1] for one in held)
     finally:
-        for one in held:
-            one.close()
+        for server in held:
+            server.close()
 
 
 def _start(arguments: list[str]) -> "subprocess.Popen[bytes]":
-    environment = {name: value for name, value in os.environ.items() if name not in _UNSET} | _SILENT
     try:
         return subprocess.Popen(
             arguments,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            env=environment,
+            env=_environment(),
             start_new_session=True,  # Ctrl-C is for us: what was received has to be shown before it ends
             preexec_fn=_tied(),
         )
     except OSError as error:
         raise CanalyzeError("view.start", error=error) from error
+
+
+def _environment() -> dict[str, str]:
+    return {name: value for name, value in os.environ.items() if name not in _UNSET} | _SILENT
 
 
 def _tied() -> Callable[[], None] | None:

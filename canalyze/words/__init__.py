@@ -27,6 +27,7 @@ from canalyze.words import (
     tables,
     timeline,
     topics,
+    view,
 )
 
 LANGUAGES: Final = ("zh", "en")
@@ -52,6 +53,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *monitor.ROWS,
     *timeline.ROWS,
     *topics.ROWS,
+    *view.ROWS,
 )
 
 
