@@ -109,10 +109,11 @@ def application(path: str) -> str:
 def layout(path: str, words: Words) -> rrb.Blueprint:
     """Make the layout for a file that `convert --decoded` wrote; SourceError where it is none."""
     try:
+        Path(path).open("rb").close()
         topics = read(path)
     except OSError as error:
-        raise SourceError("input.open", name=path, error=error) from error
-    except ValueError as error:
+        raise SourceError("source.open", name=path, error=error) from error
+    except (ValueError, RuntimeError) as error:
         raise SourceError("topics.damaged", name=path) from error
     if not topics.found:
         raise SourceError("topics.none", name=path)
@@ -261,7 +262,9 @@ class _Views:
         parts = [self.states(states)] if states else []
         mine = [line for line in self.lines if (line.bus, line.node) == (bus, node)]
         parts += grid([self.plot(chart, of_node=True) for chart in charts.of_node(mine)])
-        parts += [(self.transfers(topic), 300.0) for topic in self.topics.of(SDO) if (topic.bus, topic.node) == (bus, node)]
+        parts += [
+            (self.transfers(topic), 300.0) for topic in self.topics.of(SDO) if (topic.bus, topic.node) == (bus, node)
+        ]
         return column(parts, self.node_name(bus, node)) if parts else None
 
     def node_name(self, bus: str, node: int) -> str:
