@@ -171,7 +171,7 @@ def test_lines(tmp_path: Path) -> None:
 
 
 def test_sync_and_load(tmp_path: Path) -> None:
-    cycles = [
+    cycles: list[dict[str, Any]] = [
         {"cycle": 1, "frame": 1, "t_ns": START, "period_ns": None, "window_ns": None},
         {"cycle": 2, "frame": 3, "t_ns": START + MS, "period_ns": MS, "window_ns": 2 * MS},
         {"cycle": 3, "frame": 5, "t_ns": START + 2 * MS, "period_ns": MS, "window_ns": 2 * MS},
