@@ -196,7 +196,7 @@ def test_sync_and_load(tmp_path: Path) -> None:
 
 def test_empty(tmp_path: Path) -> None:
     timeline, found = written(tmp_path, [table("listing", [])])
-    assert found.entities() <= {"/__properties"}
+    assert found.entities() <= {"/__properties", "/span"}
     assert timeline.contents.last_frame == 0
 
 
