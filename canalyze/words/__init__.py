@@ -25,6 +25,7 @@ from canalyze.words import (
     sniff,
     summary,
     tables,
+    timeline,
 )
 
 LANGUAGES: Final = ("zh", "en")
@@ -48,6 +49,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *sniff.ROWS,
     *live.ROWS,
     *monitor.ROWS,
+    *timeline.ROWS,
 )
 
 
