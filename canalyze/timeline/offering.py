@@ -26,12 +26,15 @@ _SHARE: Final = 0.1
 class Offering:
     """The layouts of one recording."""
 
-    def __init__(self, recording: rr.RecordingStream, contents: Contents, words: Words, viewer: str | None) -> None:
-        """None yet. viewer: where the recording is looked at while it grows."""
+    def __init__(
+        self, recording: rr.RecordingStream, contents: Contents, words: Words, *, viewer: str | None, live: bool
+    ) -> None:
+        """None yet. viewer: where the recording is looked at while it grows. live: it is looked at as it happens."""
         self._recording = recording
         self._contents = contents
         self._words = words
         self._viewer = viewer
+        self._live = live
         self._client: Any = None
         self._outline: tuple[object, ...] = ()
         self._views: set[str] = set()
@@ -59,7 +62,7 @@ class Offering:
         self._recording.send_blueprint(self._made(), make_active=taken, make_default=True)
 
     def _made(self) -> rrb.Blueprint:
-        made = layout(self._contents, self._words)
+        made = layout(self._contents, self._words, live=self._live)
         self._views = {str(view.id) for view in _views(getattr(made, "root_container", None))}
         return made
 

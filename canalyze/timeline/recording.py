@@ -116,7 +116,7 @@ class Timeline:
             "log": logs.log,
             "listing": logs.frames,
         }
-        self._offering = Offering(recording, contents, self._words, self._connect)
+        self._offering = Offering(recording, contents, self._words, viewer=self._connect, live=self._live)
         recording.send_recording_name(self._name)
         stream.always("/span", rr.SeriesLines(visible_series=[False]))
         # Rows are kept until there is somewhere to send them, so that a layout of them can come first.
