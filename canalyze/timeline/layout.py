@@ -6,7 +6,7 @@ Rerun. Must not: read the recording, or know what a state means.
 """
 
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 import rerun as rr
@@ -22,26 +22,38 @@ Part = rrb.Container | rrb.View
 Sized = tuple[Part, float]
 """A part and the height that it wants, in points; only proportions count."""
 
-ROOM: Final = 8
-"""Plots of signals in the overview, besides those of SYNC and load."""
+SPAN: Final = "/time_span"
+"""Two points without a value, at the recording's ends: with them in it a plot is as wide as the recording."""
+CLOCK: Final = "time_since_start"
+"""The timeline that is shown first where there are stamps: in logs its column is as wide as its name."""
 TOGETHER: Final = 8
 """Up to so many lanes share one view whatever their kinds: a title bar for each kind would take their place."""
+ROOM: Final = 8
+"""Plots of signals in the overview, besides those of SYNC and load."""
+LESS_ROOM: Final = 6
+"""The same where many lanes have a column of their own."""
 PAGE: Final = 12
 """Plots on one page of a node."""
 TABS: Final = 8
 """Up to so many nodes have tabs beside the overview; more of them have theirs in one tab."""
 LEGEND: Final = 10
 """Lines up to which a plot has a legend; a longer one would cover it."""
+TITLE: Final = 44
+"""Columns of text that fit above a plot."""
 
 KINDS: Final = ("nmt", "drive", "emcy", "sdo")
 """Kinds of lanes that the overview shows whole, from the top."""
 
 _LANE: Final = 38
 _BAR: Final = 50
-_PLOT: Final = 130
+_PLOT: Final = 110
+_TEXT: Final = 400
+_HEIGHT: Final = 1000
 _LINKED: Final = rrb.archetypes.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
 _GLOBAL: Final = "view/5c0dca6a-e63f-9cf7-f657-2602590474cc/TimeAxis"
 """The range that linked axes share. Rerun's own id, not public: under another one, only the first zoom is lost."""
+_HIDDEN: Final = "…"
+"""What a legend calls the lines that it does not show: it has them all, but one entry a name."""
 _IDS: Final = uuid.UUID("6b0e2b52-1f0c-4d0e-9d39-0d7a3c2f6c11")
 
 
@@ -66,7 +78,7 @@ def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Bluep
         rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(
             state="collapsed",
-            timeline="elapsed" if contents.timed else "frame",
+            timeline=views.clock(),
             play_state="following" if live else "paused",
         ),
         auto_views=False,
@@ -101,22 +113,19 @@ class _Views:
         for lane in contents.lanes.values():
             if lane.rows:
                 self.lanes.setdefault(lane.kind, []).append(lane)
-        self.buses = {bus for bus, _ in self.nodes()}
+        entities = [*contents.plots, *(lane.entity for lanes in self.lanes.values() for lane in lanes)]
+        self.places = sorted({place for entity in entities if (place := charts.place(entity))[1]})
+        self.buses = {bus for bus, _ in self.places} | contents.sync | set(contents.load)
 
     def whole(self) -> rrb.Container:
         """Overview, then the nodes."""
         tabs = [self.overview()]
-        nodes = [page for bus, node in self.nodes() if (page := self.node(bus, node))]
+        nodes = [page for bus, node in self.places if (page := self.node(bus, node))]
         if len(nodes) > TABS:
             tabs.append(rrb.Tabs(*nodes, name=self.words("timeline.nodes")))
         elif len(nodes) > 1 or self.more_than_overview():
             tabs += nodes
         return rrb.Tabs(*tabs, active_tab=0)
-
-    def nodes(self) -> list[tuple[str, int]]:
-        """Every node that something is shown of, in order."""
-        entities = [*self.contents.plots, *(lane.entity for lanes in self.lanes.values() for lane in lanes)]
-        return sorted({place for entity in entities if (place := charts.place(entity))[1]})
 
     def more_than_overview(self) -> bool:
         """Whether the tab of an only node has anything that the overview has not."""
@@ -125,20 +134,27 @@ class _Views:
     # The overview.
 
     def overview(self) -> Part:
-        """Lanes above plots; log, summary and frames beside them."""
-        chosen = charts.overview(self.lines, ROOM)
+        """Lanes, plots, texts: few lanes stand above the plots, on the same scale of time; many have a column."""
+        lanes = self.kinds()
+        few = len(lanes) <= 1
+        chosen = charts.overview(self.lines, ROOM if few else LESS_ROOM)
         plots = [*(self.plot(chart) for chart in chosen), *self.syncs(), *self.loads()]
-        left = [*self.kinds(), *_grid(plots)]
-        right = self.texts()
-        if self.contents.frames and not plots:
+        log, frames = self.log(), self.frames()
+        columns: list[tuple[list[Sized], float]] = []
+        if few and plots:
+            columns = [([*lanes, _grid(plots, _HEIGHT - sum(height for _, height in lanes))], 3), ([*log, *frames], 2)]
+        elif few and lanes:
             # Without plots there is room for frames below the lanes, and they are what is to be read.
-            left.append((self.frames(), 500))
-            right = [one for one in right if one.name != self.words("timeline.frames")]
+            columns = [([*lanes, *frames], 3), (log, 2)]
+        else:
+            columns = [(lanes, 2), ([(rrb.Vertical(*plots), _HEIGHT)] if plots else [], 2), ([*log, *frames], 3)]
+        columns = [column for column in columns if column[0]]
         name = self.words("timeline.overview")
-        if not left or not right:
-            return _column([*left, *((one, 500.0) for one in right)], name)
-        beside = _column([(one, 500.0) for one in right])
-        return rrb.Horizontal(_column(left), beside, column_shares=[3, 2], name=name)
+        if len(columns) == 1:
+            return _column(columns[0][0], name)
+        return rrb.Horizontal(
+            *(_column(parts) for parts, _ in columns), column_shares=[share for _, share in columns], name=name
+        )
 
     def kinds(self) -> list[Sized]:
         """Lanes of all nodes: few of them in one view, else a view a kind."""
@@ -147,12 +163,11 @@ class _Views:
         if len(every) <= TOGETHER:
             every += self.values(TOGETHER - len(every))
             return [self.states(every)] if every else []
+        wanted = {kind: float(_BAR + _LANE * len(self.lanes[kind])) for kind in kinds}
+        heights = _share({kind: want for kind, want in wanted.items()}, _HEIGHT)
         return [
-            (
-                rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=_LINKED),
-                _BAR + _LANE * min(len(self.lanes[kind]), 8 if kind == "nmt" else 4),
-            )
-            for kind in kinds
+            (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=_LINKED), height)
+            for kind, height in heights.items()
         ]
 
     def values(self, room: int) -> list[Lane]:
@@ -175,60 +190,63 @@ class _Views:
         found = []
         for bus in sorted(self.contents.sync):
             path = f"/sync/{bus}" if bus else "/sync"
-            delays = [entity for entity in self.contents.delays if entity.startswith(f"{path}/delay/")]
-            name = self.titled(self.words("timeline.period"), bus)
-            found.append(_series(name, [f"{path}/period"], 1))
+            period = self.titled(self.words("timeline.period"), bus)
+            found.append(_series(period, {f"{path}/period": [period]}))
+            delays: dict[str, list[str]] = {}
+            for entity in self.contents.delays:
+                if entity.startswith(f"{path}/delay/"):
+                    node, pdo = entity.split("/")[-2:]
+                    delays[entity] = [f"{self.words('timeline.node', node=node.removeprefix('node'))} {pdo}"]
+            if delays and bus in self.contents.windows:
+                delays[f"{path}/window"] = [self.words("timeline.window")]
             if delays:
-                window = [f"{path}/window"] if bus in self.contents.windows else []
-                name = self.titled(self.words("timeline.delay"), bus)
-                found.append(_series(name, [*window, *delays], len(delays) + 1))
+                title = self.words("timeline.delay" if bus in self.contents.windows else "timeline.delay_only")
+                found.append(_series(self.titled(title, bus), delays))
         return found
 
     def loads(self) -> list[rrb.View]:
         """The load of all buses: those in percent, and those of which the bit rate is not known."""
         found = []
         for percent in (True, False):
-            paths = [f"/load/{bus}" if bus else "/load" for bus, one in self.contents.load.items() if one is percent]
-            if paths:
-                name = self.words("timeline.load" if percent else "timeline.rate")
-                axis = rrb.ScalarAxis(range=(0, 100)) if percent else None
-                found.append(_series(name, paths, len(paths), axis=axis))
+            name = self.words("timeline.load" if percent else "timeline.rate")
+            lines = {
+                f"/load/{bus}" if bus else "/load": [bus or name]
+                for bus, one in self.contents.load.items()
+                if one is percent
+            }
+            if lines:
+                found.append(_series(name, lines, axis=rrb.ScalarAxis(range=(0, 100)) if percent else None))
         return found
 
-    def texts(self) -> list[rrb.View | rrb.Container]:
-        """Log, summary, frames."""
-        above: list[rrb.View] = []
+    def log(self) -> list[Sized]:
+        """Findings and emergencies, and the summary behind them."""
+        views: list[rrb.View] = []
         if self.contents.logged:
-            above.append(self.log())
+            columns = rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"])
+            rows = rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO"])
+            views.append(rrb.TextLogView(origin="/log", name=self.words("timeline.log"), columns=columns, rows=rows))
         if self.contents.summary:
-            above.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
-        parts: list[rrb.View | rrb.Container] = list(above)
-        if len(above) > 1:
-            parts = [rrb.Tabs(*above, active_tab=0)]
-        return [*parts, self.frames()] if self.contents.frames else parts
+            views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
+        if len(views) > 1:
+            return [(rrb.Tabs(*views, active_tab=0), _TEXT)]
+        return [(view, _TEXT) for view in views]
 
-    def log(self) -> rrb.View:
-        """Findings and emergencies."""
-        return rrb.TextLogView(
-            origin="/log",
-            name=self.words("timeline.log"),
-            columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"]),
-            rows=rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO"]),
-        )
-
-    def frames(self) -> rrb.View:
+    def frames(self) -> list[Sized]:
         """Annotated frames."""
-        return rrb.TextLogView(
+        if not self.contents.frames:
+            return []
+        view = rrb.TextLogView(
             origin="/frames",
             name=self.words("timeline.frames"),
             columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["Body"]),
             rows=rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO", "TRACE"]),
             format_options=rrb.TextLogFormat(monospace_body=True),
         )
+        return [(view, _HEIGHT - _TEXT)]
 
     def clock(self) -> str:
         """The timeline that is shown first."""
-        return "elapsed" if self.contents.timed else "frame"
+        return CLOCK if self.contents.timed else "frame"
 
     # The nodes.
 
@@ -245,12 +263,13 @@ class _Views:
             for chart in charts.of_node(line for line in self.lines if (line.bus, line.node) == (bus, node))
         ]
         parts: list[Sized] = [self.states(lanes)] if lanes else []
+        room = _HEIGHT - sum(height for _, height in parts)
         pages = [plots[start : start + PAGE] for start in range(0, len(plots), PAGE)]
         if len(pages) > 1:
-            tabs = [_column(_grid(page), str(number)) for number, page in enumerate(pages, 1)]
-            parts.append((rrb.Tabs(*tabs, active_tab=0), _PLOT * PAGE / 2))
+            tabs = [_column([_grid(page, room)], f"{number}/{len(pages)}") for number, page in enumerate(pages, 1)]
+            parts.append((rrb.Tabs(*tabs, active_tab=0), room))
         elif pages:
-            parts += _grid(pages[0])
+            parts.append(_grid(pages[0], room))
         return _column(parts, fit(self.node_name(bus, node), 24)) if parts else None
 
     def node_name(self, bus: str, node: int) -> str:
@@ -265,54 +284,64 @@ class _Views:
 
     def plot(self, chart: Chart, *, of_node: bool = False) -> rrb.View:
         """One plot: the lines that it has; the others of their PDOs stay hidden."""
-        overrides = {}
-        for entity in dict.fromkeys(line.entity for line in chart.lines):
-            shown = {line.index: line for line in chart.lines if line.entity == entity}
-            series = self.contents.plots[entity].series
-            names = [
-                self.node_name(shown[at].bus, shown[at].node) if chart.shared and at in shown else one.name
-                for at, one in enumerate(series)
-            ]
-            style = rr.SeriesLines(names=names, visible_series=[at in shown for at in range(len(series))])
-            overrides[entity] = style.visualizer()
-        return _series(self.title(chart, of_node), list(overrides), len(chart.lines), overrides=overrides)
+        lines: dict[str, list[str | None]] = {}
+        for line in chart.lines:
+            names = lines.setdefault(line.entity, [None] * len(self.contents.plots[line.entity].series))
+            names[line.index] = self.node_name(line.bus, line.node) if chart.shared else line.series.name
+        return _series(self.title(chart, of_node), lines)
 
     def title(self, chart: Chart, of_node: bool) -> str:
         """Whose signals, which, and their unit, which is never cut off."""
-        first = chart.lines[0]
-        before = "" if of_node or chart.shared else self.node_name(first.bus, first.node) + " "
         unit = f" [{chart.unit}]" if chart.unit else ""
-        names = self.words("timeline.comma").join(dict.fromkeys(line.title for line in chart.lines))
-        return before + fit(names, 48 - width(before + unit)) + unit
+        names = list(dict.fromkeys(line.title for line in chart.lines))
+        if chart.shared:
+            whole = self.words("timeline.of_nodes", count=len(chart.lines), name="{name}")
+            return whole.format(name=fit(names[0], TITLE - width(whole + unit))) + unit
+        first = chart.lines[0]
+        before = "" if of_node or len(self.places) == 1 else self.node_name(first.bus, first.node) + " "
+        return before + fit(self.words("timeline.comma").join(names), TITLE - width(before + unit)) + unit
 
 
-def _series(
-    name: str,
-    entities: list[str],
-    lines: int,
-    *,
-    axis: rrb.ScalarAxis | None = None,
-    overrides: dict[str, rrb.Visualizer] | None = None,
-) -> rrb.View:
-    """Make a plot as wide in time as the recording, by the two points of /span."""
+def _series(title: str, lines: Mapping[str, Sequence[str | None]], *, axis: rrb.ScalarAxis | None = None) -> rrb.View:
+    """Make a plot of some entities, their lines by name; what has no name is hidden.
+
+    It is as wide in time as the recording, by the span, which takes the name of a line so as to have no entry of its own.
+    """
+    named = [name for names in lines.values() for name in names if name is not None]
+    overrides = {
+        entity: rr.SeriesLines(
+            names=[_HIDDEN if name is None else name for name in names],
+            visible_series=[name is not None for name in names],
+        ).visualizer()
+        for entity, names in lines.items()
+    }
+    overrides[SPAN] = rr.SeriesLines(names=named[:1], visible_series=[False]).visualizer()
     return rrb.TimeSeriesView(
         origin="/",
-        contents=[*entities, "/span"],
-        name=name,
+        contents=list(overrides),
+        name=title,
         axis_x=_LINKED,
         axis_y=axis,
-        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=lines <= LEGEND),
+        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=1 < len(named) <= LEGEND),
         overrides=overrides,
     )
 
 
-def _grid(plots: list[rrb.View]) -> list[Sized]:
+def _grid(plots: list[rrb.View], room: float) -> Sized:
     """Put plots below each other; in two columns where they are many."""
-    if not plots:
-        return []
-    columns = 1 if len(plots) <= 4 else 2
-    height = _PLOT * -(-len(plots) // columns)
-    return [(rrb.Vertical(*plots) if columns == 1 else rrb.Grid(*plots, grid_columns=columns), height)]
+    rows = [plots[start : start + 2] for start in range(0, len(plots), 2)] if len(plots) > 4 else [plots]
+    height = max(room, _PLOT * (len(rows) if len(rows) > 1 else len(plots)))
+    if len(rows) == 1:
+        return rrb.Vertical(*plots), height
+    return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in rows)), height
+
+
+def _share(wanted: dict[str, float], height: float) -> dict[str, float]:
+    """Share out a height: what wants little gets it, the others the same each."""
+    given: dict[str, float] = {}
+    for one in sorted(wanted, key=wanted.__getitem__):
+        given[one] = min(wanted[one], (height - sum(given.values())) / (len(wanted) - len(given)))
+    return {one: given[one] for one in wanted}
 
 
 def _column(parts: Iterable[Sized], name: str | None = None) -> rrb.Container:
