@@ -1,11 +1,11 @@
 """A capture in figures for people: the capture, its buses, nodes, SYNC, PDOs and findings, one block each.
 
 It lays out the records that the core hands over (`canalyze/core/src/render/jsonl/summary.rs` documents them) and
-computes nothing but units. A block that has nothing to tell is left out.
+computes nothing but units. A block that has nothing to tell is left out. What a block looks like, its sheet says.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 from canalyze.layout import pad, width
 from canalyze.output import Output, printable
@@ -15,7 +15,7 @@ from canalyze.words import Words
 Record = Mapping[str, Any]
 """A line of the core."""
 
-_LEFT: Final = frozenset(
+LEFT: Final = frozenset(
     {"bus", "name", "node_state", "service", "states", "code", "by", "meaning", "pdo", "id", "severity", "buses"}
     | {"nodes", "message"}
 )
@@ -45,7 +45,25 @@ _STATES: Final = 12
 """Changes of state that are shown of one node; JSON has more."""
 
 
+class Sheet(Protocol):
+    """Where blocks are written to; texts are as they are in the capture."""
+
+    def facts(self, heading: str, rows: Sequence[tuple[str, str]]) -> None:
+        """Write terms with what is said of them."""
+
+    def table(self, heading: str, keys: Sequence[str], names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+        """Write a table; `keys` say what its columns are, `names` what they are called."""
+
+    def line(self, text: str) -> None:
+        """Write a line behind a block; an empty one separates."""
+
+
 def show(records: Iterable[Record], out: Output, words: Words) -> None:
+    """Write the records of one capture as text."""
+    report(records, _Text(out), words)
+
+
+def report(records: Iterable[Record], sheet: Sheet, words: Words) -> None:
     """Write the records of one capture."""
     kinds: dict[str, list[Record]] = {}
     for record in records:
@@ -54,7 +72,7 @@ def show(records: Iterable[Record], out: Output, words: Words) -> None:
         return
     (capture,) = kinds["capture"]
     nodes = kinds.get("node", [])
-    _Report(out, words, capture).all(
+    _Report(sheet, words, capture).all(
         kinds.get("bus", []),
         [node for node in nodes if node["sent"]],
         [node for node in nodes if not node["sent"]],
@@ -63,10 +81,10 @@ def show(records: Iterable[Record], out: Output, words: Words) -> None:
 
 
 class _Report:
-    """The blocks of one capture, on their way to an output."""
+    """The blocks of one capture, on their way to a sheet."""
 
-    def __init__(self, out: Output, words: Words, capture: Record) -> None:
-        self._out = out
+    def __init__(self, sheet: Sheet, words: Words, capture: Record) -> None:
+        self._sheet = sheet
         self._words = words
         self._capture = capture
 
@@ -100,10 +118,7 @@ class _Report:
         for line in self._quality():
             rows.append((quality, line))
             quality = ""
-        left = max(width(term) for term, _ in rows)
-        self._line(words("summary.capture"))
-        for term, text in rows:
-            self._line(f"  {pad(term, left)}  {text}")
+        self._sheet.facts(words("summary.capture"), rows)
 
     def _quality(self) -> list[str]:
         """Say what a reader of the figures has to know of the capture."""
@@ -312,22 +327,38 @@ class _Report:
         if not rows:
             return
         shown = [place for place in range(len(keys)) if any(row[place] != EMPTY for row in rows)]
-        columns = [
-            Column(
-                self._words(f"col.{keys[place]}"),
-                right=keys[place] not in _LEFT,
-                folds=keys[place] in _FOLDS,
-                leaves=_LEAVING.get(keys[place], 0),
-            )
-            for place in shown
-        ]
-        self._line("")
-        self._line(self._words(heading))
-        table = Table(columns, self._out, live=False)
-        table.add([Row([row[place] for place in shown], number) for number, row in enumerate(rows)])
-        table.close()
+        names = [self._words(f"col.{keys[place]}") for place in shown]
+        cells = [[row[place] for place in shown] for row in rows]
+        self._sheet.table(self._words(heading), [keys[place] for place in shown], names, cells)
 
     def _line(self, text: str) -> None:
+        self._sheet.line(text)
+
+
+class _Text:
+    """Blocks as lines of text, tables as wide as the terminal."""
+
+    def __init__(self, out: Output) -> None:
+        self._out = out
+
+    def facts(self, heading: str, rows: Sequence[tuple[str, str]]) -> None:
+        left = max(width(term) for term, _ in rows)
+        self.line(heading)
+        for term, text in rows:
+            self.line(f"  {pad(term, left)}  {text}")
+
+    def table(self, heading: str, keys: Sequence[str], names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+        columns = [
+            Column(name, right=key not in LEFT, folds=key in _FOLDS, leaves=_LEAVING.get(key, 0))
+            for key, name in zip(keys, names, strict=True)
+        ]
+        self.line("")
+        self.line(heading)
+        table = Table(columns, self._out, live=False)
+        table.add([Row(list(row), number) for number, row in enumerate(rows)])
+        table.close()
+
+    def line(self, text: str) -> None:
         self._out.text(printable(text).rstrip() + "\n")
 
 

@@ -1,0 +1,42 @@
+"""Colours of states, by the classes that the core gives them: the same state looks the same in every lane.
+
+Green runs, amber waits, red is a fault, violet is gone, grey is unknown or off. Must not: know words for people.
+"""
+
+from typing import Final
+
+_GREY, _LIGHT, _BLUE, _GREEN, _AMBER, _ORANGE, _RED, _VIOLET = (
+    0x8A8F98FF,
+    0x5B6470FF,
+    0x3D85D6FF,
+    0x3FA34DFF,
+    0xE0A526FF,
+    0xE8772EFF,
+    0xD6453DFF,
+    0x8E5BD0FF,
+)
+
+COLOURS: Final[dict[str, dict[str, int]]] = {
+    "nmt": {
+        "initialising": _BLUE,
+        "pre-operational": _AMBER,
+        "operational": _GREEN,
+        "stopped": _RED,
+        "lost": _VIOLET,
+        "unknown": _GREY,
+    },
+    "drive": {
+        "not-ready-to-switch-on": _LIGHT,
+        "switch-on-disabled": _GREY,
+        "ready-to-switch-on": _AMBER,
+        "switched-on": _BLUE,
+        "operation-enabled": _GREEN,
+        "quick-stop-active": _ORANGE,
+        "fault-reaction-active": _RED,
+        "fault": _RED,
+    },
+    "sdo": {"ok": _BLUE, "aborted": _RED, "failed": _RED, "incomplete": _GREY},
+    "emcy": {"active": _RED},
+    "value": {"0": _LIGHT, "1": _GREEN},
+}
+"""By kind of lane and class; a state without a row gets a colour from the viewer."""

@@ -1,0 +1,51 @@
+"""What is read line by line: annotated frames, findings and emergencies.
+
+Must not: make a text; the core's lines are the lines.
+"""
+
+from typing import Final
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from canalyze.timeline.clock import places
+from canalyze.timeline.contents import Contents
+from canalyze.timeline.stream import LEVEL, TEXT, Stream, mapped, plain, words
+
+_LEVELS: Final[dict[str | None, str]] = {"error": "ERROR", "warning": "WARN", "info": "INFO", None: "TRACE"}
+_SOURCES: Final = {"finding": "/log/findings", "emcy": "/log/emcy"}
+
+
+class LogWriter:
+    """Lines on their way into a recording."""
+
+    def __init__(self, stream: Stream, contents: Contents) -> None:
+        """Rows go to `stream`; `contents` is told what there is."""
+        self._stream = stream
+        self._contents = contents
+        self._buses: set[str] = set()
+
+    def frames(self, batch: pa.RecordBatch) -> None:
+        """Take annotated frames. The bus stands before them where there are several."""
+        if not len(batch):
+            return
+        lines, buses = batch.column("line"), batch.column("bus")
+        self._buses |= words(buses)
+        if len(self._buses) > 1:
+            lines = pc.binary_join_element_wise(plain(buses).fill_null("-"), lines, "  ")
+        self._contents.frames += len(batch)
+        levels = mapped(batch.column("severity"), _LEVELS)
+        self._stream.texts("/frames", places(batch), [(TEXT, lines), (LEVEL, levels)])
+
+    def log(self, batch: pa.RecordBatch) -> None:
+        """Take findings and emergencies."""
+        rows, sources = places(batch), np.asarray(plain(batch.column("source")), object)
+        texts = pc.binary_join_element_wise(plain(batch.column("code")), batch.column("text"), "  ")
+        levels = mapped(batch.column("level"), _LEVELS)
+        for source, entity in _SOURCES.items():
+            (some,) = np.nonzero(sources == source)
+            if len(some):
+                taken = pa.array(some)
+                self._contents.logged += len(some)
+                self._stream.texts(entity, rows[some], [(TEXT, texts.take(taken)), (LEVEL, levels.take(taken))])

@@ -1,0 +1,163 @@
+"""A recording for Rerun out of the core's tables: what is in which entity, from the first batch to the last.
+
+`timeline/__init__` lists the tables; each has a writer in this folder. A recording begins with the first rows: until a
+frame is listed, rows wait, because their application id and the beginning of time come from them. Must not: start a
+viewer, or know what a frame means.
+"""
+
+import hashlib
+import json
+import re
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import pyarrow as pa
+import rerun as rr
+
+from canalyze.timeline.clock import Clock, places
+from canalyze.timeline.contents import Contents
+from canalyze.timeline.lanes import LaneWriter
+from canalyze.timeline.logs import LogWriter
+from canalyze.timeline.offering import Offering
+from canalyze.timeline.series import SeriesWriter
+from canalyze.timeline.stream import Stream
+from canalyze.timeline.summary import facts, markdown
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze._core import Batch
+
+_WAITING: Final = 64
+"""Batches that wait at most for the first annotated frame."""
+_SAFE: Final = re.compile("[^A-Za-z0-9]+")
+_LONGEST: Final = 24
+"""Characters of the readable part of an application id."""
+
+
+class Timeline:
+    """One capture as a recording, in a file, in a viewer, or both."""
+
+    def __init__(
+        self,
+        words: Words,
+        *,
+        name: str,
+        save: str | None = None,
+        connect: str | None = None,
+        configuration: Iterable[str] = (),
+        live: bool = False,
+    ) -> None:
+        """Nothing in it yet, and nothing written.
+
+        name: of the recording, for people. save: the file. connect: the viewer, as rerun+http://127.0.0.1:9876/proxy.
+        configuration: what tells this network from another, as the descriptions of its nodes; a layout is kept for
+        each network by itself. live: rows come as they happen, and without end.
+        """
+        self.contents = Contents()
+        self._words = words
+        self._name = name
+        self._save = save
+        self._connect = connect
+        self._configuration = sorted(configuration)
+        self._live = live
+        self._waiting: list[tuple[str, pa.RecordBatch]] | None = []
+        self._recording: rr.RecordingStream | None = None
+
+    def take(self, batches: "Iterable[tuple[str, Batch]]") -> None:
+        """Take batches as they come from a session."""
+        taken = [(name, pa.record_batch(batch)) for name, batch in batches]
+        if self._waiting is None:
+            self._write(taken)
+            if self._offering.due() and (self._live or self._connect):
+                self._renew()
+            return
+        self._waiting += [one for one in taken if len(one[1])]
+        if len(self._waiting) >= _WAITING or any(name == "listing" for name, _ in self._waiting):
+            self._begin()
+
+    def finish(self, summary: bytes = b"") -> None:
+        """End the recording with a summary, given as JSON lines."""
+        self._begin()
+        records = [json.loads(line) for line in summary.splitlines()]
+        if records and self._recording:
+            self.contents.summary = True
+            self._stream.always("/summary", rr.TextDocument(markdown(records, self._words), media_type="text/markdown"))
+            self._recording.send_property("capture", rr.AnyValues(**facts(records)))
+        self.close()
+
+    def close(self) -> None:
+        """End the recording as it is; whatever was taken is in it."""
+        self._begin()
+        if self._recording is not None:
+            self._renew()
+            self._recording.flush()
+            self._recording.disconnect()
+            self._recording = None
+
+    def _begin(self) -> None:
+        """Create the recording out of the rows that wait, unless there is one."""
+        if self._waiting is None:
+            return
+        waited, self._waiting = self._waiting, None
+        recording = self._recording = rr.RecordingStream(self._application(waited))
+        contents = self.contents
+        self._clock = Clock(contents)
+        self._clock.start(places(batch) for name, batch in waited if name != "load")
+        stream = self._stream = Stream(recording, self._clock)
+        series = SeriesWriter(stream, contents, self._words)
+        self._lanes = LaneWriter(stream, contents)
+        logs = LogWriter(stream, contents)
+        self._writers: dict[str, Callable[[pa.RecordBatch], None]] = {
+            "pdo": series.pdo,
+            "sync_cycles": series.sync,
+            "load": series.load,
+            "lanes": self._lanes.take,
+            "log": logs.log,
+            "listing": logs.frames,
+        }
+        self._offering = Offering(recording, contents, self._words, self._connect)
+        recording.send_recording_name(self._name)
+        stream.always("/span", rr.SeriesLines(visible_series=[False]))
+        # Rows are kept until there is somewhere to send them, so that a layout of them can come first.
+        self._write(waited)
+        self._lanes.colour()
+        recording.set_sinks(*self._sinks(), default_blueprint=self._offering.first())
+
+    def _sinks(self) -> list[Any]:
+        sinks: list[Any] = []
+        if self._connect:
+            sinks.append(rr.GrpcSink(self._connect))
+        if self._save:
+            # The index at the end of a file takes memory for every piece of it: not without end.
+            sinks.append(rr.FileSink(self._save, write_footer=not self._live))
+        return sinks
+
+    def _write(self, batches: list[tuple[str, pa.RecordBatch]]) -> None:
+        for name, batch in batches:
+            writer = self._writers.get(name.partition("/")[0])
+            if writer and len(batch):
+                writer(batch)
+
+    def _renew(self) -> None:
+        """Bring up to date what the recording has only once: colours, extent, layout."""
+        self._lanes.colour()
+        if self.contents.last_frame:
+            nothing = rr.Scalars.columns(scalars=np.full(2, np.nan))
+            rr.send_columns("/span", self._clock.span(), nothing, recording=self._recording)
+        self._offering.renew()
+
+    def _application(self, batches: list[tuple[str, pa.RecordBatch]]) -> str:
+        """Give an id that is the same for the same network: a layout that a user makes is kept under it."""
+        whose: set[tuple[str, int]] = set()
+        for name, batch in batches:
+            if name == "listing":
+                pairs = pa.table([batch.column("bus").dictionary_decode(), batch.column("node")], names=["bus", "node"])
+                for row in pairs.group_by(["bus", "node"]).aggregate([]).to_pylist():
+                    whose.add((row["bus"] or "", row["node"] or 0))
+        buses = sorted({bus for bus, _ in whose})
+        # What is on a live bus within the first moments is chance.
+        nodes = [] if self._live else sorted(one for one in whose if one[1])
+        digest = hashlib.sha256(json.dumps([buses, nodes, self._configuration]).encode("utf-8", "surrogatepass"))
+        readable = _SAFE.sub("-", "-".join(buses))[:_LONGEST].strip("-")
+        return "-".join(one for one in ("canalyze", readable, digest.hexdigest()[:10]) if one)

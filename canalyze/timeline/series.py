@@ -1,0 +1,159 @@
+"""What is plotted: quantities of PDOs, periods and delays of SYNC, the load of a bus.
+
+One entity a PDO and mapping, a row a frame, all its quantities in it, as physical values. Must not: choose what is
+shown first, which the layout does.
+"""
+
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+import rerun as rr
+
+from canalyze.timeline.clock import Places, places
+from canalyze.timeline.contents import Contents, Plot, Series
+from canalyze.timeline.stream import Stream, path, words
+from canalyze.words import Words
+
+_US: Final = 1000.0
+"""Nanoseconds in a microsecond."""
+
+Numbers = npt.NDArray[np.float64]
+"""Numbers of rows; NaN where there is none."""
+
+
+class SeriesWriter:
+    """Plots on their way into a recording."""
+
+    def __init__(self, stream: Stream, contents: Contents, words: Words) -> None:
+        """Rows go to `stream`; `contents` is told what there is."""
+        self._stream = stream
+        self._contents = contents
+        self._words = words
+        self._windows: dict[str, float] = {}
+        """The synchronous window shown last, by bus, in µs."""
+
+    def pdo(self, batch: pa.RecordBatch) -> None:
+        """Take rows of a PDO by one mapping."""
+        meta = {key.decode(): value.decode() for key, value in (batch.schema.metadata or {}).items()}
+        rows = _running(places(batch), batch)
+        whose = (meta["bus"], f"node{meta['node']}", meta["pdo"])
+        fields = [(place, _meta(field)) for place, field in enumerate(batch.schema)]
+        shown = [(place, one) for place, one in fields if one.get("quantity") == "true"]
+        if shown and len(rows):
+            version = f"v{meta['version']}" if meta["version"] != "1" else ""
+            entity = path("pdo", *whose, version)
+            plot = self._contents.plots.get(entity)
+            if plot is None:
+                series = [_series(batch.schema.field(place).name, one) for place, one in shown]
+                plot = Plot(entity, meta["bus"], int(meta["node"]), meta["pdo"], series)
+                self._contents.plots[entity] = plot
+                self._named(entity, [one.name for one in series])
+            values = np.empty((len(rows), len(shown)), np.float64)
+            for line, (place, one) in enumerate(shown):
+                column = _numbers(batch.column(place))
+                np.multiply(column, float(one.get("factor", "1")), out=values[:, line])
+                _extend(plot.series[line], values[:, line])
+            plot.rows += len(rows)
+            self._stream.scalars(entity, rows, values)
+        self._delays(whose, rows, batch.column("delay_ns"))
+
+    def _delays(self, whose: tuple[str, str, str], rows: Places, delays: pa.Array) -> None:
+        """Put the time since SYNC of those that have one."""
+        (some,) = np.nonzero(np.asarray(delays.is_valid()))
+        if not len(some):
+            return
+        bus, node, pdo = whose
+        entity = path("sync", bus, "delay", node, pdo)
+        if entity not in self._contents.delays:
+            self._contents.delays[entity] = None
+            self._named(entity, [f"{node.removeprefix('node')}.{pdo} [µs]"])
+        self._stream.scalars(entity, rows[some], _numbers(delays)[some, np.newaxis] / _US)
+
+    def sync(self, batch: pa.RecordBatch) -> None:
+        """Take SYNC cycles."""
+        for bus, rows, some in _by_bus(batch):
+            entity = path("sync", bus, "period")
+            if bus not in self._contents.sync:
+                self._contents.sync.add(bus)
+                self._named(entity, [self._words("series.period")])
+            self._stream.scalars(entity, rows, _numbers(batch.column("period_ns"))[some, np.newaxis] / _US)
+            self._window(bus, rows, _numbers(batch.column("window_ns"))[some] / _US)
+
+    def _window(self, bus: str, rows: Places, windows: Numbers) -> None:
+        """Put the synchronous window where it changes, and again at the end, up to which it is drawn."""
+        known = np.nan_to_num(windows, nan=-1.0)
+        before = np.concatenate(([self._windows.get(bus, -1.0)], known[:-1]))
+        if (known < 0).all() and before[0] < 0:
+            return
+        self._windows[bus] = float(known[-1])
+        change = known != before
+        change[-1] = True
+        entity = path("sync", bus, "window")
+        if bus not in self._contents.windows:
+            self._contents.windows.add(bus)
+            self._named(entity, [self._words("series.window")], rr.components.InterpolationMode.StepAfter)
+        self._stream.scalars(entity, rows[change], windows[change, np.newaxis])
+
+    def load(self, batch: pa.RecordBatch) -> None:
+        """Take the load of buses, in percent where the bit rate is known, else frames a second."""
+        for bus, rows, some in _by_bus(batch):
+            entity = path("load", bus)
+            percent = self._contents.load.get(bus)
+            if percent is None:
+                percent = bool(np.asarray(batch.column("load_percent").is_valid())[some].any())
+                self._contents.load[bus] = percent
+                name = self._words("series.load" if percent else "series.rate", bus=bus).strip()
+                self._named(entity, [name], rr.components.InterpolationMode.StepBefore)
+            column = batch.column("load_percent" if percent else "frames_per_s")
+            self._stream.scalars(entity, rows, _numbers(column)[some, np.newaxis])
+
+    def _named(self, entity: str, names: list[str], mode: Any = None) -> None:
+        lines = rr.SeriesLines(
+            names=names, interpolation_mode=mode, aggregation_policy=rr.components.AggregationPolicy.MinMax
+        )
+        self._stream.always(entity, lines)
+
+
+def _series(name: str, meta: dict[str, str]) -> Series:
+    unit = meta.get("unit", "")
+    # A signal without a name is called by its object: 2000h:01.
+    described = name.partition(" (")[0].replace("h", "") != meta["object"] and not name.startswith(meta["object"][:4])
+    return Series(f"{name} [{unit}]" if unit else name, unit, described)
+
+
+def _extend(series: Series, values: Numbers) -> None:
+    finite = values[np.isfinite(values)]
+    if len(finite):
+        series.least = min(series.least, float(finite.min()))
+        series.greatest = max(series.greatest, float(finite.max()))
+
+
+def _meta(field: pa.Field) -> dict[str, str]:
+    return {key.decode(): value.decode() for key, value in (field.metadata or {}).items()}
+
+
+def _numbers(column: pa.Array) -> Numbers:
+    """Give a column of any numbers; NaN for null."""
+    return np.asarray(column.to_numpy(zero_copy_only=False), np.float64)
+
+
+def _by_bus(batch: pa.RecordBatch) -> "list[tuple[str, Places, npt.NDArray[np.bool_]]]":
+    """Give the rows of each bus, "" where the capture names none."""
+    rows = places(batch)
+    buses = batch.column("bus").dictionary_decode()
+    if buses.null_count == len(buses) or (buses.null_count == 0 and len(words(buses)) == 1):
+        everything = np.ones(len(rows), np.bool_)
+        return [(buses[0].as_py() or "", rows, everything)] if len(rows) else []
+    named = np.asarray(buses.fill_null(""), object)
+    return [(bus, rows[named == bus], named == bus) for bus in dict.fromkeys(named.tolist())]
+
+
+def _running(rows: Places, batch: pa.RecordBatch) -> Places:
+    """Give asynchronous PDOs the cycle of the synchronous ones before them, where the table has no better."""
+    if "running_cycle" in batch.schema.names or not batch.column("cycle").null_count:
+        return rows
+    known = np.asarray(batch.column("cycle").is_valid())
+    before = np.maximum.accumulate(np.where(known, np.arange(len(known)), 0)) if len(known) else np.zeros(0, np.int64)
+    return Places(rows.t_ns, rows.stamped, rows.frame, rows.cycle[before])

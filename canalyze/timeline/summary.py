@@ -1,0 +1,54 @@
+"""The summary of a capture as a document of a recording, in Markdown.
+
+Which blocks there are and what stands in them, `reports/summary_text.py` says. Must not: count or measure.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from canalyze.output import printable
+from canalyze.reports.summary_text import LEFT, report
+from canalyze.words import Words
+
+_SPECIAL: Final = re.compile(r"([\\`*_{}\[\]<>#|~])")
+_FACTS: Final = ("files", "frames", "first_t", "last_t", "seconds", "bit_rate", "dropped", "unreadable")
+
+
+def markdown(records: Sequence[Mapping[str, Any]], words: Words) -> str:
+    """Give the records of one capture as a document."""
+    sheet = _Markdown()
+    report(records, sheet, words)
+    return "".join(sheet.parts)
+
+
+def facts(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Give what a recording has as its properties; what is not known is left out."""
+    capture = next(record for record in records if record["kind"] == "summary_capture")
+    return {key: capture[key] for key in _FACTS if capture[key] is not None}
+
+
+class _Markdown:
+    """Blocks as chapters."""
+
+    def __init__(self) -> None:
+        self.parts: list[str] = []
+
+    def facts(self, heading: str, rows: Sequence[tuple[str, str]]) -> None:
+        lines = "".join(f"- {_plain(term)}: {_plain(text)}\n" if term else f"- {_plain(text)}\n" for term, text in rows)
+        self.parts.append(f"# {_plain(heading)}\n\n{lines}")
+
+    def table(self, heading: str, keys: Sequence[str], names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+        sides = [":--" if key in LEFT else "--:" for key in keys]
+        lines = "".join(f"| {' | '.join(cells)} |\n" for cells in (map(_plain, row) for row in rows))
+        head = f"| {' | '.join(map(_plain, names))} |\n|{'|'.join(sides)}|\n"
+        self.parts.append(f"\n## {_plain(heading)}\n\n{head}{lines}")
+
+    def line(self, text: str) -> None:
+        if text:
+            self.parts.append(f"\n{_plain(text)}\n")
+
+
+def _plain(text: str) -> str:
+    """Give a text that Markdown shows as it is."""
+    return _SPECIAL.sub(r"\\\1", printable(text))

@@ -1,0 +1,223 @@
+"""How a timeline is written: batches made by hand in, what a reader of the recording finds out.
+
+What it must not do: test what the core says of a capture.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pytest
+
+pytest.importorskip("rerun")
+
+from recordings import Recording, recording
+from timeline_batches import pdo, table
+
+from canalyze.timeline.recording import Timeline
+from canalyze.words import Words
+
+START = 1_700_000_000 * 10**9
+MS = 1_000_000
+
+
+def listed(frame: int, t_ns: int | None, **more: Any) -> dict[str, Any]:
+    return {"frame": frame, "t_ns": t_ns, "node": 5, "service": "pdo", "line": f"line {frame}", **more}
+
+
+def written(tmp_path: Path, *takes: list[tuple[str, Any]], **options: Any) -> tuple[Timeline, Recording]:
+    """A timeline of batches, and what is in its file."""
+    out = tmp_path / "out.rrd"
+    timeline = Timeline(Words("en"), name="capture.log", save=str(out), **options)
+    for batches in takes:
+        timeline.take(batches)
+    timeline.finish()
+    return timeline, recording(out)
+
+
+def test_quantities_of_a_pdo(tmp_path: Path) -> None:
+    signals: dict[str, Any] = {
+        "Velocity": (pa.int16(), {"object": "606C:00", "unit": "rpm", "factor": "0.5"}, [10, None, -30]),
+        "Statusword": (pa.uint16(), {"object": "6041:00", "quantity": "false"}, [1, 2, 3]),
+        "2000h:01": (pa.float32(), {"object": "2000:01"}, [1.5, 2.5, 2.5]),
+    }
+    rows = [{"t_ns": START + at * MS, "frame": at + 1, "cycle": at, "delay_ns": at * 1000} for at in range(3)]
+    batches = [table("listing", [listed(1, START)]), pdo(5, "TPDO1", signals, rows)]
+    timeline, found = written(tmp_path, batches)
+    values = found.rows("/pdo/can0/node5/TPDO1", "Scalars:scalars")
+    assert [(row["elapsed"], row["frame"], row["sync_cycle"], row["capture_time"]) for row in values] == [
+        (at * MS, at + 1, at, START + at * MS) for at in range(3)
+    ]
+    assert values[0]["value"] == [5.0, 1.5]
+    assert math.isnan(values[1]["value"][0])
+    assert values[2]["value"] == [-15.0, 2.5]
+    assert found.static("/pdo/can0/node5/TPDO1", "SeriesLines:names") == ["Velocity [rpm]", "2000h:01"]
+    plot = timeline.contents.plots["/pdo/can0/node5/TPDO1"]
+    assert (plot.node, plot.pdo, plot.rows) == (5, "TPDO1", 3)
+    assert [(one.unit, one.described, one.least, one.greatest) for one in plot.series] == [
+        ("rpm", True, -15.0, 5.0),
+        ("", False, 1.5, 2.5),
+    ]
+    delays = found.rows("/sync/can0/delay/node5/TPDO1", "Scalars:scalars")
+    assert [row["value"] for row in delays] == [[0.0], [1.0], [2.0]]
+
+
+def test_another_mapping_is_another_entity(tmp_path: Path) -> None:
+    rows = [{"t_ns": START, "frame": 1}]
+    batches = [
+        table("listing", [listed(1, START)]),
+        pdo(5, "TPDO1", {"A": (pa.uint8(), {}, [1])}, rows),
+        pdo(5, "TPDO1", {"B": (pa.uint8(), {}, [2])}, rows, version=2),
+        pdo(6, "RPDO1", {"C": (pa.uint8(), {}, [3])}, rows, bus=""),
+    ]
+    _, found = written(tmp_path, batches)
+    for entity, value in (("/pdo/can0/node5/TPDO1", 1), ("/pdo/can0/node5/TPDO1/v2", 2), ("/pdo/node6/RPDO1", 3)):
+        assert [row["value"] for row in found.rows(entity, "Scalars:scalars")] == [[value]]
+
+
+def test_states(tmp_path: Path) -> None:
+    lane, other = "nmt/can0/node5", "value/can0/node5/TPDO1/Digital_inputs.3"
+    rows: list[dict[str, Any]] = [
+        {"lane": lane, "state": "Pre-operational", "class": "pre-operational"},
+        {"lane": other, "state": "0", "class": "0"},
+        {"lane": lane, "state": "Operational", "class": "operational"},
+        {"lane": other, "state": "", "class": None},
+        {"lane": lane, "state": None, "class": None},
+    ]
+    stamped = [{**row, "t_ns": START + at * MS, "frame": at + 1} for at, row in enumerate(rows)]
+    timeline, found = written(tmp_path, [table("listing", [listed(1, START)]), table("lanes", stamped)])
+    assert [(row["frame"], row["value"]) for row in found.rows("/nmt/can0/node5", "StateChange:state")] == [
+        (1, ["Pre-operational"]),
+        (3, ["Operational"]),
+        (5, [""]),
+    ]
+    assert found.static("/nmt/can0/node5", "StateConfiguration:values") == ["Pre-operational", "Operational"]
+    assert len(set(found.static("/nmt/can0/node5", "StateConfiguration:colors"))) == 2
+    bits = found.rows("/value/can0/node5/TPDO1/Digital_inputs.3", "StateChange:state")
+    assert [row["value"] for row in bits] == [["0"], ['""']]
+    assert [one.kind for one in timeline.contents.lanes.values()] == ["nmt", "value"]
+
+
+def test_one_text_of_two_classes(tmp_path: Path) -> None:
+    lane = "sdo/node5"
+    rows: list[dict[str, Any]] = [
+        {"lane": lane, "frame": 1, "state": "1008h:00 read", "class": "ok"},
+        {"lane": lane, "frame": 2, "state": "1008h:00 read", "class": "aborted"},
+    ]
+    _, found = written(tmp_path, [table("listing", [listed(1, None)]), table("lanes", rows)])
+    states = [row["value"] for row in found.rows("/sdo/node5", "StateChange:state")]
+    assert states == [["1008h:00 read"], ["1008h:00 read (aborted)"]]
+    assert found.static("/sdo/node5", "StateConfiguration:labels") == ["1008h:00 read"] * 2
+
+
+def test_rows_without_a_stamp_stand_on_the_frames_only(tmp_path: Path) -> None:
+    rows = [listed(1, START), listed(2, None), listed(3, START + MS)]
+    timeline, found = written(tmp_path, [table("listing", rows)])
+    lines = {row["frame"]: row for row in found.rows("/frames", "TextLog:text")}
+    assert [lines[frame]["value"] for frame in (1, 2, 3)] == [["line 1"], ["line 2"], ["line 3"]]
+    assert "elapsed" not in lines[2]
+    assert lines[3]["elapsed"] == MS
+    assert (timeline.contents.timed, timeline.contents.dated, timeline.contents.cycles) == (True, True, False)
+    assert (timeline.contents.first_frame, timeline.contents.last_frame, timeline.contents.last_ns) == (1, 3, MS)
+
+
+def test_no_stamp_at_all(tmp_path: Path) -> None:
+    timeline, found = written(tmp_path, [table("listing", [listed(1, None), listed(2, None)])])
+    assert [set(row) for row in found.rows("/frames", "TextLog:text")] == [{"frame", "value"}] * 2
+    assert [set(row) for row in found.rows("/span", "Scalars:scalars")] == [{"frame", "value"}] * 2
+    assert not timeline.contents.timed
+
+
+def test_stamps_that_are_no_dates(tmp_path: Path) -> None:
+    _, found = written(tmp_path, [table("listing", [listed(1, 5 * MS), listed(2, 7 * MS)])])
+    rows = found.rows("/frames", "TextLog:text")
+    assert [(row["frame"], row["elapsed"]) for row in rows] == [(1, 0), (2, 2 * MS)]
+    assert "capture_time" not in rows[0]
+
+
+def test_time_begins_with_the_earliest_frame_whatever_comes_first(tmp_path: Path) -> None:
+    later = [{"t_ns": START + 9 * MS, "frame": 10}]
+    first = [pdo(5, "TPDO1", {"A": (pa.uint8(), {}, [1])}, later)]
+    _, found = written(tmp_path, first, [table("listing", [listed(1, START), listed(10, START + 9 * MS)])])
+    assert [row["elapsed"] for row in found.rows("/pdo/can0/node5/TPDO1", "Scalars:scalars")] == [9 * MS]
+
+
+def test_lines(tmp_path: Path) -> None:
+    lines = [
+        listed(1, START, severity="error"),
+        listed(2, START, bus="can1", severity="warning"),
+        listed(3, START, bus=None, severity="info"),
+        listed(4, START),
+    ]
+    logged = [
+        {"frame": 1, "t_ns": START, "level": "error", "source": "finding", "code": "SDO001", "text": "one"},
+        {"frame": 2, "t_ns": START, "level": "info", "source": "emcy", "code": "0000", "text": "two"},
+    ]
+    timeline, found = written(tmp_path, [table("listing", lines), table("log", logged)])
+    assert [row["value"] for row in found.rows("/frames", "TextLog:level")] == [
+        ["ERROR"],
+        ["WARN"],
+        ["INFO"],
+        ["TRACE"],
+    ]
+    texts = [row["value"] for row in found.rows("/frames", "TextLog:text")]
+    assert texts == [["can0  line 1"], ["can1  line 2"], ["-  line 3"], ["can0  line 4"]]
+    assert [row["value"] for row in found.rows("/log/findings", "TextLog:text")] == [["SDO001  one"]]
+    assert [row["value"] for row in found.rows("/log/emcy", "TextLog:level")] == [["INFO"]]
+    assert (timeline.contents.frames, timeline.contents.logged) == (4, 2)
+
+
+def test_sync_and_load(tmp_path: Path) -> None:
+    cycles: list[dict[str, Any]] = [
+        {"cycle": 1, "frame": 1, "t_ns": START, "period_ns": None, "window_ns": None},
+        {"cycle": 2, "frame": 3, "t_ns": START + MS, "period_ns": MS, "window_ns": 2 * MS},
+        {"cycle": 3, "frame": 5, "t_ns": START + 2 * MS, "period_ns": MS, "window_ns": 2 * MS},
+        {"cycle": 4, "frame": 7, "t_ns": START + 3 * MS, "period_ns": MS, "window_ns": 2 * MS},
+    ]
+    load: list[dict[str, Any]] = [
+        {"frame": 3, "t_ns": START + MS, "bus": bus, "frames_per_s": 12.0, "load_percent": percent}
+        for bus, percent in (("can0", 3.5), ("can1", None))
+    ]
+    batches = [table("listing", [listed(1, START)]), table("sync_cycles", cycles)]
+    timeline, found = written(tmp_path, batches, [table("load", load)], [table("load", load[1:])])
+    periods = [row["value"][0] for row in found.rows("/sync/can0/period", "Scalars:scalars")]
+    assert math.isnan(periods[0])
+    assert periods[1:] == [1000.0] * 3
+    window = [(row["sync_cycle"], row["value"]) for row in found.rows("/sync/can0/window", "Scalars:scalars")]
+    assert window == [(2, [2000.0]), (4, [2000.0])]
+    assert [row["value"] for row in found.rows("/load/can0", "Scalars:scalars")] == [[3.5]]
+    assert timeline.contents.load == {"can0": True, "can1": False}
+    assert [row["value"] for row in found.rows("/load/can1", "Scalars:scalars")] == [[12.0]] * 2
+    assert timeline.contents.windows == {"can0"}
+
+
+def test_empty(tmp_path: Path) -> None:
+    timeline, found = written(tmp_path, [table("listing", [])])
+    assert found.entities() <= {"/__properties", "/span"}
+    assert timeline.contents.last_frame == 0
+
+
+def test_names_that_are_no_paths(tmp_path: Path) -> None:
+    rows = [{"lane": "value/can%2F1/node5/TPDO1/速度_[x]", "frame": 1, "state": "1", "class": None}]
+    timeline, found = written(tmp_path, [table("listing", [listed(1, None)]), table("lanes", rows)])
+    (entity,) = timeline.contents.lanes
+    assert [row["value"] for row in found.rows(entity, "StateChange:state")] == [["1"]]
+
+
+@pytest.mark.filterwarnings("ignore:RRD file has no footer")
+@pytest.mark.parametrize("live", [False, True])
+def test_the_application_is_the_network(tmp_path: Path, live: bool) -> None:
+    def application(rows: list[dict[str, Any]], *configuration: str) -> str:
+        batches = [table("listing", rows)]
+        return written(tmp_path, batches, configuration=configuration, live=live)[1].application
+
+    one = application([listed(1, START), listed(2, START, node=6)])
+    assert one.startswith("canalyze-can0-")
+    assert set(one) <= set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
+    assert application([listed(1, START + MS, node=6), listed(9, START + MS)]) == one
+    assert (application([listed(1, START)]) == one) == live
+    assert application([listed(1, START, bus="can1"), listed(2, START, bus="can1", node=6)]) != one
+    assert application([listed(1, START), listed(2, START, node=6)], "5=drive.eds") != one
