@@ -6,7 +6,8 @@ Rerun. Must not: read the recording, or know what a state means.
 """
 
 import uuid
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Final
 
 import rerun as rr
@@ -14,8 +15,9 @@ import rerun.blueprint as rrb
 
 from canalyze.layout import width
 from canalyze.timeline import charts
-from canalyze.timeline.charts import Chart, Line
+from canalyze.timeline.charts import Chart
 from canalyze.timeline.contents import Contents, Lane
+from canalyze.timeline.stream import path
 from canalyze.words import Words
 
 Part = rrb.Container | rrb.View
@@ -36,8 +38,6 @@ PAGE: Final = 12
 """Plots on one page of a node."""
 TABS: Final = 8
 """Up to so many nodes have tabs beside the overview; more of them have theirs in one tab."""
-LEGEND: Final = 10
-"""Lines up to which a plot has a legend; a longer one would cover it."""
 TITLE: Final = 44
 """Columns of text that fit above a plot."""
 
@@ -47,6 +47,8 @@ KINDS: Final = ("nmt", "drive", "emcy", "sdo")
 _LANE: Final = 38
 _BAR: Final = 50
 _PLOT: Final = 110
+_ENTRY: Final = 24
+_FEW: Final = _BAR + _LANE * TOGETHER
 _TEXT: Final = 400
 _HEIGHT: Final = 1000
 _LINKED: Final = rrb.archetypes.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
@@ -55,6 +57,17 @@ _GLOBAL: Final = "view/5c0dca6a-e63f-9cf7-f657-2602590474cc/TimeAxis"
 _HIDDEN: Final = "…"
 """What a legend calls the lines that it does not show: it has them all, but one entry a name."""
 _IDS: Final = uuid.UUID("6b0e2b52-1f0c-4d0e-9d39-0d7a3c2f6c11")
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """A plot before it is known how high it will be."""
+
+    title: str
+    lines: dict[str, list[str | None]]
+    """By entity the names of its lines; None: not shown in this plot."""
+    percent: bool = False
+    """Its axis goes from 0 to 100."""
 
 
 class Blueprint(rrb.Blueprint):
@@ -115,7 +128,7 @@ class _Views:
                 self.lanes.setdefault(lane.kind, []).append(lane)
         entities = [*contents.plots, *(lane.entity for lanes in self.lanes.values() for lane in lanes)]
         self.places = sorted({place for entity in entities if (place := charts.place(entity))[1]})
-        self.buses = {bus for bus, _ in self.places} | contents.sync | set(contents.load)
+        self.buses = max(len({bus for bus, _ in self.places}), len(contents.sync), len(contents.load))
 
     def whole(self) -> rrb.Container:
         """Overview, then the nodes."""
@@ -136,18 +149,19 @@ class _Views:
     def overview(self) -> Part:
         """Lanes, plots, texts: few lanes stand above the plots, on the same scale of time; many have a column."""
         lanes = self.kinds()
-        few = len(lanes) <= 1
+        few = sum(height for _, height in lanes) <= _FEW
         chosen = charts.overview(self.lines, ROOM if few else LESS_ROOM)
         plots = [*(self.plot(chart) for chart in chosen), *self.syncs(), *self.loads()]
         log, frames = self.log(), self.frames()
         columns: list[tuple[list[Sized], float]] = []
         if few and plots:
-            columns = [([*lanes, _grid(plots, _HEIGHT - sum(height for _, height in lanes))], 3), ([*log, *frames], 2)]
+            room = _HEIGHT - sum(height for _, height in lanes)
+            columns = [([*lanes, _grid(plots, room)], 3), ([*log, *frames], 2)]
         elif few and lanes:
             # Without plots there is room for frames below the lanes, and they are what is to be read.
             columns = [([*lanes, *frames], 3), (log, 2)]
         else:
-            columns = [(lanes, 2), ([(rrb.Vertical(*plots), _HEIGHT)] if plots else [], 2), ([*log, *frames], 3)]
+            columns = [(lanes, 2), ([_grid(plots, _HEIGHT, 1)] if plots else [], 2), ([*log, *frames], 3)]
         columns = [column for column in columns if column[0]]
         name = self.words("timeline.overview")
         if len(columns) == 1:
@@ -163,8 +177,7 @@ class _Views:
         if len(every) <= TOGETHER:
             every += self.values(TOGETHER - len(every))
             return [self.states(every)] if every else []
-        wanted = {kind: float(_BAR + _LANE * len(self.lanes[kind])) for kind in kinds}
-        heights = _share({kind: want for kind, want in wanted.items()}, _HEIGHT)
+        heights = _share({kind: float(_BAR + _LANE * len(self.lanes[kind])) for kind in kinds}, _HEIGHT)
         return [
             (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=_LINKED), height)
             for kind, height in heights.items()
@@ -177,45 +190,44 @@ class _Views:
 
     def states(self, lanes: list[Lane]) -> Sized:
         """Some lanes in one view."""
+        kinds = {lane.kind for lane in lanes}
         view = rrb.StateTimelineView(
             origin="/",
             contents=[lane.entity for lane in lanes],
-            name=self.words("timeline.states"),
+            name=self.words(f"timeline.{kinds.pop()}" if len(kinds) == 1 else "timeline.states"),
             time_view=_LINKED,
         )
         return view, _BAR + _LANE * min(len(lanes), 12)
 
-    def syncs(self) -> list[rrb.View]:
+    def syncs(self) -> list[Plot]:
         """Per bus the period of SYNC, and when synchronous PDOs came against the window."""
         found = []
         for bus in sorted(self.contents.sync):
-            path = f"/sync/{bus}" if bus else "/sync"
             period = self.titled(self.words("timeline.period"), bus)
-            found.append(_series(period, {f"{path}/period": [period]}))
-            delays: dict[str, list[str]] = {}
+            found.append(Plot(period, {path("sync", bus, "period"): [period]}))
+            before = path("sync", bus, "delay") + "/"
+            delays: dict[str, list[str | None]] = {}
             for entity in self.contents.delays:
-                if entity.startswith(f"{path}/delay/"):
-                    node, pdo = entity.split("/")[-2:]
+                if entity.startswith(before):
+                    node, _, pdo = entity.removeprefix(before).partition("/")
                     delays[entity] = [f"{self.words('timeline.node', node=node.removeprefix('node'))} {pdo}"]
             if delays and bus in self.contents.windows:
-                delays[f"{path}/window"] = [self.words("timeline.window")]
+                delays[path("sync", bus, "window")] = [self.words("timeline.window")]
             if delays:
                 title = self.words("timeline.delay" if bus in self.contents.windows else "timeline.delay_only")
-                found.append(_series(self.titled(title, bus), delays))
+                found.append(Plot(self.titled(title, bus), delays))
         return found
 
-    def loads(self) -> list[rrb.View]:
+    def loads(self) -> list[Plot]:
         """The load of all buses: those in percent, and those of which the bit rate is not known."""
         found = []
         for percent in (True, False):
             name = self.words("timeline.load" if percent else "timeline.rate")
-            lines = {
-                f"/load/{bus}" if bus else "/load": [bus or name]
-                for bus, one in self.contents.load.items()
-                if one is percent
+            lines: dict[str, list[str | None]] = {
+                path("load", bus): [bus or name] for bus, one in self.contents.load.items() if one is percent
             }
             if lines:
-                found.append(_series(name, lines, axis=rrb.ScalarAxis(range=(0, 100)) if percent else None))
+                found.append(Plot(name, lines, percent))
         return found
 
     def log(self) -> list[Sized]:
@@ -278,17 +290,17 @@ class _Views:
 
     def titled(self, title: str, bus: str) -> str:
         """A title with its bus where there are several."""
-        return f"{bus} {title}" if len(self.buses) > 1 else title
+        return f"{bus} {title}" if self.buses > 1 else title
 
     # Plots of signals.
 
-    def plot(self, chart: Chart, *, of_node: bool = False) -> rrb.View:
+    def plot(self, chart: Chart, *, of_node: bool = False) -> Plot:
         """One plot: the lines that it has; the others of their PDOs stay hidden."""
         lines: dict[str, list[str | None]] = {}
         for line in chart.lines:
             names = lines.setdefault(line.entity, [None] * len(self.contents.plots[line.entity].series))
             names[line.index] = self.node_name(line.bus, line.node) if chart.shared else line.series.name
-        return _series(self.title(chart, of_node), lines)
+        return Plot(self.title(chart, of_node), lines)
 
     def title(self, chart: Chart, of_node: bool) -> str:
         """Whose signals, which, and their unit, which is never cut off."""
@@ -302,44 +314,50 @@ class _Views:
         return before + fit(self.words("timeline.comma").join(names), TITLE - width(before + unit)) + unit
 
 
-def _series(title: str, lines: Mapping[str, Sequence[str | None]], *, axis: rrb.ScalarAxis | None = None) -> rrb.View:
-    """Make a plot of some entities, their lines by name; what has no name is hidden.
+def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
+    """Put plots below each other, in two columns where they are many."""
+    if columns is None:
+        columns = 1 if len(plots) <= 4 else 2
+    rows = [plots[start : start + columns] for start in range(0, len(plots), columns)]
+    height = max(room, _PLOT * len(rows))
+    legend = int((height / len(rows) - _BAR) / _ENTRY)
+    views = [[_series(plot, legend) for plot in row] for row in rows]
+    return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in views)), height
 
-    It is as wide in time as the recording, by the span, which takes the name of a line so as to have no entry of its own.
+
+def _series(plot: Plot, legend: int) -> rrb.View:
+    """Make a plot; its legend where it says more than the title and has at most `legend` entries.
+
+    It is as wide in time as the recording, by the span, which takes a line's name so as to have no entry of its own.
     """
-    named = [name for names in lines.values() for name in names if name is not None]
     overrides = {
         entity: rr.SeriesLines(
             names=[_HIDDEN if name is None else name for name in names],
             visible_series=[name is not None for name in names],
         ).visualizer()
-        for entity, names in lines.items()
+        for entity, names in plot.lines.items()
     }
-    overrides[SPAN] = rr.SeriesLines(names=named[:1], visible_series=[False]).visualizer()
+    every = [name for names in plot.lines.values() for name in names]
+    shown = [name for name in every if name is not None]
+    overrides[SPAN] = rr.SeriesLines(names=shown[:1], visible_series=[False]).visualizer()
     return rrb.TimeSeriesView(
         origin="/",
         contents=list(overrides),
-        name=title,
+        name=plot.title,
         axis_x=_LINKED,
-        axis_y=axis,
-        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=1 < len(named) <= LEGEND),
+        axis_y=rrb.ScalarAxis(range=(0, 100)) if plot.percent else None,
+        plot_legend=rrb.PlotLegend(
+            corner=rrb.Corner2D.LeftTop, visible=len(shown) > 1 and len(shown) + (None in every) <= legend
+        ),
         overrides=overrides,
     )
 
 
-def _grid(plots: list[rrb.View], room: float) -> Sized:
-    """Put plots below each other; in two columns where they are many."""
-    rows = [plots[start : start + 2] for start in range(0, len(plots), 2)] if len(plots) > 4 else [plots]
-    height = max(room, _PLOT * (len(rows) if len(rows) > 1 else len(plots)))
-    if len(rows) == 1:
-        return rrb.Vertical(*plots), height
-    return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in rows)), height
-
-
 def _share(wanted: dict[str, float], height: float) -> dict[str, float]:
-    """Share out a height: what wants little gets it, the others the same each."""
-    given: dict[str, float] = {}
-    for one in sorted(wanted, key=wanted.__getitem__):
+    """Share out a height: half of it to the first, the rest alike; but no more than wanted while others want it."""
+    first, *others = wanted
+    given = {first: min(wanted[first], max(height / 2, height - sum(wanted[one] for one in others)))}
+    for one in sorted(others, key=wanted.__getitem__):
         given[one] = min(wanted[one], (height - sum(given.values())) / (len(wanted) - len(given)))
     return {one: given[one] for one in wanted}
 
@@ -350,8 +368,8 @@ def _column(parts: Iterable[Sized], name: str | None = None) -> rrb.Container:
     return rrb.Vertical(*(part for part, _ in parts), row_shares=[height for _, height in parts], name=name)
 
 
-def _identify(part: Part, path: str) -> None:
+def _identify(part: Part, where: str) -> None:
     """Give the same ids in every layout of the same, so that one sent anew does not rebuild what stays."""
-    part.id = uuid.uuid5(_IDS, path)
+    part.id = uuid.uuid5(_IDS, where)
     for place, inner in enumerate(part.contents if isinstance(part, rrb.Container) else ()):
-        _identify(inner, f"{path}/{inner.name or place}")
+        _identify(inner, f"{where}/{inner.name or place}")

@@ -15,6 +15,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("timeline.nmt", "NMT状态", "NMT states"),
     ("timeline.drive", "驱动器状态", "Drive states"),
     ("timeline.emcy", "EMCY：未消除的错误", "EMCY: active errors"),
+    ("timeline.value", "信号的取值", "Values of signals"),
     ("timeline.sdo", "SDO传输", "SDO transfers"),
     # Plots.
     ("timeline.period", "SYNC周期 [µs]", "SYNC period [µs]"),
