@@ -118,7 +118,7 @@ class Timeline:
         }
         self._offering = Offering(recording, contents, self._words, viewer=self._connect, live=self._live)
         recording.send_recording_name(self._name)
-        stream.always("/span", rr.SeriesLines(visible_series=[False]))
+        stream.always("/time_span", rr.SeriesLines(visible_series=[False], names=[""]))
         # Rows are kept until there is somewhere to send them, so that a layout of them can come first.
         self._write(waited)
         self._lanes.colour()
@@ -144,7 +144,7 @@ class Timeline:
         self._lanes.colour()
         if self.contents.last_frame:
             nothing = rr.Scalars.columns(scalars=np.full(2, np.nan))
-            rr.send_columns("/span", self._clock.span(), nothing, recording=self._recording)
+            rr.send_columns("/time_span", self._clock.span(), nothing, recording=self._recording)
         self._offering.renew()
 
     def _application(self, batches: list[tuple[str, pa.RecordBatch]]) -> str:
