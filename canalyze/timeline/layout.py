@@ -7,6 +7,7 @@ Rerun. Must not: read the recording, or know what a state means.
 
 import uuid
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Final
 
 import rerun as rr
@@ -14,35 +15,60 @@ import rerun.blueprint as rrb
 
 from canalyze.layout import width
 from canalyze.timeline import charts
-from canalyze.timeline.charts import Chart, Line
+from canalyze.timeline.charts import Chart
 from canalyze.timeline.contents import Contents, Lane
+from canalyze.timeline.stream import path
 from canalyze.words import Words
 
 Part = rrb.Container | rrb.View
 Sized = tuple[Part, float]
 """A part and the height that it wants, in points; only proportions count."""
 
-ROOM: Final = 8
-"""Plots of signals in the overview, besides those of SYNC and load."""
+SPAN: Final = "/time_span"
+"""Two points without a value, at the recording's ends: with them in it a plot is as wide as the recording."""
+CLOCK: Final = "time_since_start"
+"""The timeline that is shown first where there are stamps: in logs its column is as wide as its name."""
 TOGETHER: Final = 8
 """Up to so many lanes share one view whatever their kinds: a title bar for each kind would take their place."""
+ROOM: Final = 8
+"""Plots of signals in the overview, besides those of SYNC and load."""
+LESS_ROOM: Final = 6
+"""The same where many lanes have a column of their own."""
 PAGE: Final = 12
 """Plots on one page of a node."""
 TABS: Final = 8
 """Up to so many nodes have tabs beside the overview; more of them have theirs in one tab."""
-LEGEND: Final = 10
-"""Lines up to which a plot has a legend; a longer one would cover it."""
+TITLE: Final = 44
+"""Columns of text that fit above a plot."""
 
 KINDS: Final = ("nmt", "drive", "emcy", "sdo")
 """Kinds of lanes that the overview shows whole, from the top."""
 
 _LANE: Final = 38
 _BAR: Final = 50
-_PLOT: Final = 130
+_PLOT: Final = 110
+_AXIS: Final = 40
+_ENTRY: Final = 22
+_FEW: Final = _BAR + _LANE * TOGETHER
+_TEXT: Final = 400
+_HEIGHT: Final = 1000
 _LINKED: Final = rrb.archetypes.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
 _GLOBAL: Final = "view/5c0dca6a-e63f-9cf7-f657-2602590474cc/TimeAxis"
 """The range that linked axes share. Rerun's own id, not public: under another one, only the first zoom is lost."""
+_HIDDEN: Final = "…"
+"""What a legend calls the lines that it does not show: it has them all, but one entry a name."""
 _IDS: Final = uuid.UUID("6b0e2b52-1f0c-4d0e-9d39-0d7a3c2f6c11")
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """A plot before it is known how high it will be."""
+
+    title: str
+    lines: dict[str, list[str | None]]
+    """By entity the names of its lines; None: not shown in this plot."""
+    percent: bool = False
+    """Its axis goes from 0 to 100."""
 
 
 class Blueprint(rrb.Blueprint):
@@ -66,7 +92,7 @@ def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Bluep
         rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(
             state="collapsed",
-            timeline="elapsed" if contents.timed else "frame",
+            timeline=views.clock(),
             play_state="following" if live else "paused",
         ),
         auto_views=False,
@@ -101,22 +127,19 @@ class _Views:
         for lane in contents.lanes.values():
             if lane.rows:
                 self.lanes.setdefault(lane.kind, []).append(lane)
-        self.buses = {bus for bus, _ in self.nodes()}
+        entities = [*contents.plots, *(lane.entity for lanes in self.lanes.values() for lane in lanes)]
+        self.places = sorted({place for entity in entities if (place := charts.place(entity))[1]})
+        self.buses = max(len({bus for bus, _ in self.places}), len(contents.sync), len(contents.load))
 
     def whole(self) -> rrb.Container:
         """Overview, then the nodes."""
         tabs = [self.overview()]
-        nodes = [page for bus, node in self.nodes() if (page := self.node(bus, node))]
+        nodes = [page for bus, node in self.places if (page := self.node(bus, node))]
         if len(nodes) > TABS:
             tabs.append(rrb.Tabs(*nodes, name=self.words("timeline.nodes")))
         elif len(nodes) > 1 or self.more_than_overview():
             tabs += nodes
         return rrb.Tabs(*tabs, active_tab=0)
-
-    def nodes(self) -> list[tuple[str, int]]:
-        """Every node that something is shown of, in order."""
-        entities = [*self.contents.plots, *(lane.entity for lanes in self.lanes.values() for lane in lanes)]
-        return sorted({place for entity in entities if (place := charts.place(entity))[1]})
 
     def more_than_overview(self) -> bool:
         """Whether the tab of an only node has anything that the overview has not."""
@@ -125,20 +148,28 @@ class _Views:
     # The overview.
 
     def overview(self) -> Part:
-        """Lanes above plots; log, summary and frames beside them."""
-        chosen = charts.overview(self.lines, ROOM)
+        """Lanes, plots, texts: few lanes stand above the plots, on the same scale of time; many have a column."""
+        lanes = self.kinds()
+        few = sum(height for _, height in lanes) <= _FEW
+        chosen = charts.overview(self.lines, ROOM if few else LESS_ROOM)
         plots = [*(self.plot(chart) for chart in chosen), *self.syncs(), *self.loads()]
-        left = [*self.kinds(), *_grid(plots)]
-        right = self.texts()
-        if self.contents.frames and not plots:
+        log, frames = self.log(), self.frames()
+        columns: list[tuple[list[Sized], float]] = []
+        if few and plots:
+            room = _HEIGHT - sum(height for _, height in lanes)
+            columns = [([*lanes, _grid(plots, room)], 3), ([*log, *frames], 2)]
+        elif few and lanes:
             # Without plots there is room for frames below the lanes, and they are what is to be read.
-            left.append((self.frames(), 500))
-            right = [one for one in right if one.name != self.words("timeline.frames")]
+            columns = [([*lanes, *frames], 3), (log, 2)]
+        else:
+            columns = [(lanes, 2), ([_grid(plots, _HEIGHT, 1)] if plots else [], 2), ([*log, *frames], 3)]
+        columns = [column for column in columns if column[0]]
         name = self.words("timeline.overview")
-        if not left or not right:
-            return _column([*left, *((one, 500.0) for one in right)], name)
-        beside = _column([(one, 500.0) for one in right])
-        return rrb.Horizontal(_column(left), beside, column_shares=[3, 2], name=name)
+        if len(columns) == 1:
+            return _column(columns[0][0], name)
+        return rrb.Horizontal(
+            *(_column(parts) for parts, _ in columns), column_shares=[share for _, share in columns], name=name
+        )
 
     def kinds(self) -> list[Sized]:
         """Lanes of all nodes: few of them in one view, else a view a kind."""
@@ -147,12 +178,10 @@ class _Views:
         if len(every) <= TOGETHER:
             every += self.values(TOGETHER - len(every))
             return [self.states(every)] if every else []
+        heights = _share({kind: float(_BAR + _LANE * len(self.lanes[kind])) for kind in kinds}, _HEIGHT)
         return [
-            (
-                rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=_LINKED),
-                _BAR + _LANE * min(len(self.lanes[kind]), 8 if kind == "nmt" else 4),
-            )
-            for kind in kinds
+            (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=_LINKED), height)
+            for kind, height in heights.items()
         ]
 
     def values(self, room: int) -> list[Lane]:
@@ -162,73 +191,75 @@ class _Views:
 
     def states(self, lanes: list[Lane]) -> Sized:
         """Some lanes in one view."""
+        kinds = {lane.kind for lane in lanes}
         view = rrb.StateTimelineView(
             origin="/",
             contents=[lane.entity for lane in lanes],
-            name=self.words("timeline.states"),
+            name=self.words(f"timeline.{kinds.pop()}" if len(kinds) == 1 else "timeline.states"),
             time_view=_LINKED,
         )
         return view, _BAR + _LANE * min(len(lanes), 12)
 
-    def syncs(self) -> list[rrb.View]:
+    def syncs(self) -> list[Plot]:
         """Per bus the period of SYNC, and when synchronous PDOs came against the window."""
         found = []
         for bus in sorted(self.contents.sync):
-            path = f"/sync/{bus}" if bus else "/sync"
-            delays = [entity for entity in self.contents.delays if entity.startswith(f"{path}/delay/")]
-            name = self.titled(self.words("timeline.period"), bus)
-            found.append(_series(name, [f"{path}/period"], 1))
+            period = self.titled(self.words("timeline.period"), bus)
+            found.append(Plot(period, {path("sync", bus, "period"): [period]}))
+            before = path("sync", bus, "delay") + "/"
+            delays: dict[str, list[str | None]] = {}
+            for entity in self.contents.delays:
+                if entity.startswith(before):
+                    node, _, pdo = entity.removeprefix(before).partition("/")
+                    delays[entity] = [f"{self.words('timeline.node', node=node.removeprefix('node'))} {pdo}"]
+            if delays and bus in self.contents.windows:
+                delays[path("sync", bus, "window")] = [self.words("timeline.window")]
             if delays:
-                window = [f"{path}/window"] if bus in self.contents.windows else []
-                name = self.titled(self.words("timeline.delay"), bus)
-                found.append(_series(name, [*window, *delays], len(delays) + 1))
+                title = self.words("timeline.delay" if bus in self.contents.windows else "timeline.delay_only")
+                found.append(Plot(self.titled(title, bus), delays))
         return found
 
-    def loads(self) -> list[rrb.View]:
+    def loads(self) -> list[Plot]:
         """The load of all buses: those in percent, and those of which the bit rate is not known."""
         found = []
         for percent in (True, False):
-            paths = [f"/load/{bus}" if bus else "/load" for bus, one in self.contents.load.items() if one is percent]
-            if paths:
-                name = self.words("timeline.load" if percent else "timeline.rate")
-                axis = rrb.ScalarAxis(range=(0, 100)) if percent else None
-                found.append(_series(name, paths, len(paths), axis=axis))
+            name = self.words("timeline.load" if percent else "timeline.rate")
+            lines: dict[str, list[str | None]] = {
+                path("load", bus): [bus or name] for bus, one in self.contents.load.items() if one is percent
+            }
+            if lines:
+                found.append(Plot(name, lines, percent))
         return found
 
-    def texts(self) -> list[rrb.View | rrb.Container]:
-        """Log, summary, frames."""
-        above: list[rrb.View] = []
+    def log(self) -> list[Sized]:
+        """Findings and emergencies, and the summary behind them."""
+        views: list[rrb.View] = []
         if self.contents.logged:
-            above.append(self.log())
+            columns = rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"])
+            rows = rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO"])
+            views.append(rrb.TextLogView(origin="/log", name=self.words("timeline.log"), columns=columns, rows=rows))
         if self.contents.summary:
-            above.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
-        parts: list[rrb.View | rrb.Container] = list(above)
-        if len(above) > 1:
-            parts = [rrb.Tabs(*above, active_tab=0)]
-        return [*parts, self.frames()] if self.contents.frames else parts
+            views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
+        if len(views) > 1:
+            return [(rrb.Tabs(*views, active_tab=0), _TEXT)]
+        return [(view, _TEXT) for view in views]
 
-    def log(self) -> rrb.View:
-        """Findings and emergencies."""
-        return rrb.TextLogView(
-            origin="/log",
-            name=self.words("timeline.log"),
-            columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"]),
-            rows=rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO"]),
-        )
-
-    def frames(self) -> rrb.View:
+    def frames(self) -> list[Sized]:
         """Annotated frames."""
-        return rrb.TextLogView(
+        if not self.contents.frames:
+            return []
+        view = rrb.TextLogView(
             origin="/frames",
             name=self.words("timeline.frames"),
             columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["Body"]),
             rows=rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO", "TRACE"]),
             format_options=rrb.TextLogFormat(monospace_body=True),
         )
+        return [(view, _HEIGHT - _TEXT)]
 
     def clock(self) -> str:
         """The timeline that is shown first."""
-        return "elapsed" if self.contents.timed else "frame"
+        return CLOCK if self.contents.timed else "frame"
 
     # The nodes.
 
@@ -245,12 +276,13 @@ class _Views:
             for chart in charts.of_node(line for line in self.lines if (line.bus, line.node) == (bus, node))
         ]
         parts: list[Sized] = [self.states(lanes)] if lanes else []
+        room = _HEIGHT - sum(height for _, height in parts)
         pages = [plots[start : start + PAGE] for start in range(0, len(plots), PAGE)]
         if len(pages) > 1:
-            tabs = [_column(_grid(page), str(number)) for number, page in enumerate(pages, 1)]
-            parts.append((rrb.Tabs(*tabs, active_tab=0), _PLOT * PAGE / 2))
+            tabs = [_column([_grid(page, room)], f"{number}/{len(pages)}") for number, page in enumerate(pages, 1)]
+            parts.append((rrb.Tabs(*tabs, active_tab=0), room))
         elif pages:
-            parts += _grid(pages[0])
+            parts.append(_grid(pages[0], room))
         return _column(parts, fit(self.node_name(bus, node), 24)) if parts else None
 
     def node_name(self, bus: str, node: int) -> str:
@@ -259,60 +291,76 @@ class _Views:
 
     def titled(self, title: str, bus: str) -> str:
         """A title with its bus where there are several."""
-        return f"{bus} {title}" if len(self.buses) > 1 else title
+        return f"{bus} {title}" if self.buses > 1 else title
 
     # Plots of signals.
 
-    def plot(self, chart: Chart, *, of_node: bool = False) -> rrb.View:
+    def plot(self, chart: Chart, *, of_node: bool = False) -> Plot:
         """One plot: the lines that it has; the others of their PDOs stay hidden."""
-        overrides = {}
-        for entity in dict.fromkeys(line.entity for line in chart.lines):
-            shown = {line.index: line for line in chart.lines if line.entity == entity}
-            series = self.contents.plots[entity].series
-            names = [
-                self.node_name(shown[at].bus, shown[at].node) if chart.shared and at in shown else one.name
-                for at, one in enumerate(series)
-            ]
-            style = rr.SeriesLines(names=names, visible_series=[at in shown for at in range(len(series))])
-            overrides[entity] = style.visualizer()
-        return _series(self.title(chart, of_node), list(overrides), len(chart.lines), overrides=overrides)
+        lines: dict[str, list[str | None]] = {}
+        for line in chart.lines:
+            names = lines.setdefault(line.entity, [None] * len(self.contents.plots[line.entity].series))
+            names[line.index] = self.node_name(line.bus, line.node) if chart.shared else line.series.name
+        return Plot(self.title(chart, of_node), lines)
 
     def title(self, chart: Chart, of_node: bool) -> str:
         """Whose signals, which, and their unit, which is never cut off."""
-        first = chart.lines[0]
-        before = "" if of_node or chart.shared else self.node_name(first.bus, first.node) + " "
         unit = f" [{chart.unit}]" if chart.unit else ""
-        names = self.words("timeline.comma").join(dict.fromkeys(line.title for line in chart.lines))
-        return before + fit(names, 48 - width(before + unit)) + unit
+        names = list(dict.fromkeys(line.title for line in chart.lines))
+        if chart.shared:
+            whole = self.words("timeline.of_nodes", count=len(chart.lines), name="{name}")
+            return whole.format(name=fit(names[0], TITLE - width(whole + unit))) + unit
+        first = chart.lines[0]
+        before = "" if of_node or len(self.places) == 1 else self.node_name(first.bus, first.node) + " "
+        return before + fit(self.words("timeline.comma").join(names), TITLE - width(before + unit)) + unit
 
 
-def _series(
-    name: str,
-    entities: list[str],
-    lines: int,
-    *,
-    axis: rrb.ScalarAxis | None = None,
-    overrides: dict[str, rrb.Visualizer] | None = None,
-) -> rrb.View:
-    """Make a plot as wide in time as the recording, by the two points of /span."""
+def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
+    """Put plots below each other, in two columns where they are many."""
+    if columns is None:
+        columns = 1 if len(plots) <= 4 else 2
+    rows = [plots[start : start + columns] for start in range(0, len(plots), columns)]
+    height = max(room, _PLOT * len(rows))
+    legend = int((height / len(rows) - _AXIS) / _ENTRY)
+    views = [[_series(plot, legend) for plot in row] for row in rows]
+    return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in views)), height
+
+
+def _series(plot: Plot, legend: int) -> rrb.View:
+    """Make a plot; its legend where it says more than the title and has at most `legend` entries.
+
+    It is as wide in time as the recording, by the span, which takes a line's name so as to have no entry of its own.
+    """
+    overrides = {
+        entity: rr.SeriesLines(
+            names=[_HIDDEN if name is None else name for name in names],
+            visible_series=[name is not None for name in names],
+        ).visualizer()
+        for entity, names in plot.lines.items()
+    }
+    every = [name for names in plot.lines.values() for name in names]
+    shown = [name for name in every if name is not None]
+    overrides[SPAN] = rr.SeriesLines(names=shown[:1], visible_series=[False]).visualizer()
     return rrb.TimeSeriesView(
         origin="/",
-        contents=[*entities, "/span"],
-        name=name,
+        contents=list(overrides),
+        name=plot.title,
         axis_x=_LINKED,
-        axis_y=axis,
-        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=lines <= LEGEND),
+        axis_y=rrb.ScalarAxis(range=(0, 100)) if plot.percent else None,
+        plot_legend=rrb.PlotLegend(
+            corner=rrb.Corner2D.LeftTop, visible=len(shown) > 1 and len(shown) + (None in every) <= legend
+        ),
         overrides=overrides,
     )
 
 
-def _grid(plots: list[rrb.View]) -> list[Sized]:
-    """Put plots below each other; in two columns where they are many."""
-    if not plots:
-        return []
-    columns = 1 if len(plots) <= 4 else 2
-    height = _PLOT * -(-len(plots) // columns)
-    return [(rrb.Vertical(*plots) if columns == 1 else rrb.Grid(*plots, grid_columns=columns), height)]
+def _share(wanted: dict[str, float], height: float) -> dict[str, float]:
+    """Share out a height: half of it to the first, the rest alike; but no more than wanted while others want it."""
+    first, *others = wanted
+    given = {first: min(wanted[first], max(height / 2, height - sum(wanted[one] for one in others)))}
+    for one in sorted(others, key=wanted.__getitem__):
+        given[one] = min(wanted[one], (height - sum(given.values())) / (len(wanted) - len(given)))
+    return {one: given[one] for one in wanted}
 
 
 def _column(parts: Iterable[Sized], name: str | None = None) -> rrb.Container:
@@ -321,8 +369,8 @@ def _column(parts: Iterable[Sized], name: str | None = None) -> rrb.Container:
     return rrb.Vertical(*(part for part, _ in parts), row_shares=[height for _, height in parts], name=name)
 
 
-def _identify(part: Part, path: str) -> None:
+def _identify(part: Part, where: str) -> None:
     """Give the same ids in every layout of the same, so that one sent anew does not rebuild what stays."""
-    part.id = uuid.uuid5(_IDS, path)
+    part.id = uuid.uuid5(_IDS, where)
     for place, inner in enumerate(part.contents if isinstance(part, rrb.Container) else ()):
-        _identify(inner, f"{path}/{inner.name or place}")
+        _identify(inner, f"{where}/{inner.name or place}")
