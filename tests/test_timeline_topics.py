@@ -1,13 +1,14 @@
-"""The layout for an MCAP's own topics: what it draws is there when Rerun itself reads the file, with the right values."""
+"""The layout for an MCAP's own topics: what it draws is there, and right, when Rerun itself reads the file."""
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import re
+import socket
 import subprocess
 import time
-from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,11 +20,10 @@ from test_mcap_writing import NETWORK, definitions
 
 pytest.importorskip("rerun.chunk")
 
-import rerun_cli
 from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
 
-RERUN = str(Path(rerun_cli.__file__).with_name("rerun"))
+RERUN = str(Path(str(importlib.import_module("rerun_cli").__file__)).with_name("rerun"))
 SERVICES = SAMPLES / "services.log"
 NAMED = [("sync-and-pdos", "en"), ("drive-states", "zh"), ("remapping", "zh"), ("multiplex-and-safety", "en")]
 
@@ -187,18 +187,16 @@ def test_usage(canalyze: Runner, tmp_path: Path) -> None:
     assert canalyze("view", "out.mcap", "--save", "out.rbl", "--web").code == 2
 
 
-@pytest.fixture
-def port() -> Iterator[int]:
-    import socket
-
+def free_port() -> int:
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
-        yield int(one.getsockname()[1])
+        return int(one.getsockname()[1])
 
 
-def test_viewer_draws_it(canalyze: Runner, tmp_path: Path, port: int) -> None:
+def test_viewer_draws_it(canalyze: Runner, tmp_path: Path) -> None:
     """By the command line of the manual, without a window: every view draws, none reports a fault."""
     made(canalyze, SAMPLES / "network" / "sync-and-pdos.log")
+    port = free_port()
     command = [RERUN, "--bind", "127.0.0.1", "--port", str(port), "--headless", "out.mcap", "-"]
     environment = {**os.environ, "CI": "1", "XDG_RUNTIME_DIR": str(tmp_path)}
     with (

@@ -6,7 +6,7 @@ know what a value means.
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -24,10 +24,7 @@ from canalyze.timeline import charts
 from canalyze.timeline.charts import Chart, Line
 from canalyze.timeline.colours import COLOURS
 from canalyze.timeline.contents import Series
-from canalyze.timeline.layout import LEGEND, ROOM, TABS, Blueprint, Sized, fit
-from canalyze.timeline.layout import _LINKED as LINKED
-from canalyze.timeline.layout import _column as column
-from canalyze.timeline.layout import _grid as grid
+from canalyze.timeline.layout import ROOM, TABS, TITLE, Blueprint, Part, Sized, fit
 from canalyze.words import Words
 
 NMT, DRIVE, SDO, LOG = (
@@ -44,6 +41,11 @@ CLOCK: Final = "message_log_time"
 _PLACE: Final = re.compile(r"/(?:(.*)/)?node(\d+)/(\w+)(?:/\w+)?")
 _PDO: Final = re.compile(r"[tr]pdo\d+(_v\d+)?")
 _FIELD: Final = re.compile(r"# (?:(.*), )?([0-9A-F]{4}h:[0-9A-F]{2})(?:, (.*))?\n(\S+) (\w+)\n(?:string (\w+_text)\n)?")
+_LINKED: Final = rrb.archetypes.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
+_LANE, _BAR, _PLOT, _TEXT = 38, 50, 110, 400
+"""Heights in points; only proportions count."""
+_LEGEND: Final = 6
+"""Lines up to which a plot has a legend; a longer one would cover it."""
 _COLUMNS: Final = rrb.TextLogColumns(timeline_columns=[CLOCK], text_log_columns=["LogLevel", "Body"])
 _NUMBERS: Final = re.compile(r"u?int\d+|float\d+")
 _NMT: Final = {0: "initialising", 4: "stopped", 5: "operational", 127: "pre-operational"}
@@ -241,49 +243,51 @@ class _Views:
         )
         return made
 
-    def overview(self) -> rrb.Container | rrb.View:
+    def overview(self) -> Part:
         """States of all nodes above the plots that tell most; log and SDO transfers of each node beside them."""
         states = [*self.topics.of(NMT), *self.topics.of(DRIVE)]
         left = [self.states(states)] if states else []
-        left += grid([self.plot(chart) for chart in charts.overview(self.lines, ROOM)])
-        right: list[rrb.Container | rrb.View] = [self.log()] if self.topics.of(LOG) else []
+        left += _grid([self.plot(chart) for chart in charts.overview(self.lines, ROOM)])
+        right: list[Part] = [self.log()] if self.topics.of(LOG) else []
         transfers = self.topics.of(SDO)
         if 0 < len(transfers) <= TABS:
             right.append(rrb.Tabs(*map(self.transfers, transfers), active_tab=0))
         name = self.words("timeline.overview")
         if not left or not right:
-            return column([*left, *((view, 500.0) for view in right)], name)
-        beside = column([(view, 500.0) for view in right])
-        return rrb.Horizontal(column(left), beside, column_shares=[3, 2], name=name)
+            return _column([*left, *((view, _TEXT) for view in right)], name)
+        beside = _column([(view, _TEXT) for view in right])
+        return rrb.Horizontal(_column(left), beside, column_shares=[3, 2], name=name)
 
     def page(self, bus: str, node: int) -> rrb.Container | None:
         """All states and all plots of a node."""
         states = [topic for topic in self.topics.found if topic.states and (topic.bus, topic.node) == (bus, node)]
         parts = [self.states(states)] if states else []
         mine = [line for line in self.lines if (line.bus, line.node) == (bus, node)]
-        parts += grid([self.plot(chart, of_node=True) for chart in charts.of_node(mine)])
+        parts += _grid([self.plot(chart, of_node=True) for chart in charts.of_node(mine)])
         parts += [
-            (self.transfers(topic), 300.0) for topic in self.topics.of(SDO) if (topic.bus, topic.node) == (bus, node)
+            (self.transfers(topic), _TEXT) for topic in self.topics.of(SDO) if (topic.bus, topic.node) == (bus, node)
         ]
-        return column(parts, self.node_name(bus, node)) if parts else None
+        return _column(parts, self.node_name(bus, node)) if parts else None
 
     def node_name(self, bus: str, node: int) -> str:
         """Node 5; with its bus where there are several."""
         name = self.words("timeline.node", node=node)
         return f"{bus} {name}" if self.several else name
 
-    def states(self, topics: Iterable[Topic]) -> Sized:
+    def states(self, topics: list[Topic]) -> Sized:
         """Lanes, several of one topic where its messages have several states."""
-        overrides = {topic.entity: [self.lane(topic, name) for name in topic.states] for topic in topics}
-        count = sum(map(len, overrides.values()))
+        overrides: dict[Any, list[rrb.Visualizer]] = {
+            topic.entity: [self.lane(topic, name) for name in topic.states] for topic in topics
+        }
+        count = sum(len(topic.states) for topic in topics)
         view = rrb.StateTimelineView(
             origin="/",
             contents=list(overrides),
             name=self.words("timeline.states"),
-            time_view=LINKED,
+            time_view=_LINKED,
             overrides=overrides,
         )
-        return view, 50 + 38 * min(count, 12)
+        return view, _BAR + _LANE * min(count, 12)
 
     def lane(self, topic: Topic, name: str) -> rrb.Visualizer:
         """One lane: a field as a state."""
@@ -295,11 +299,11 @@ class _Views:
 
     def plot(self, chart: Chart, *, of_node: bool = False) -> rrb.View:
         """One plot, each line a field."""
-        overrides: dict[str, list[rrb.Visualizer]] = {}
+        overrides: dict[Any, list[rrb.Visualizer]] = {}
         for line in chart.lines:
             topic = self.by_entity[line.entity]
             name = self.node_name(line.bus, line.node) if chart.shared else line.series.name
-            style = rr.SeriesLines(names=name)
+            style = rr.SeriesLines(names=name, interpolation_mode="StepAfter")
             mapping = _mapping("Scalars:scalars", topic, topic.lines[line.index][0])
             overrides.setdefault(line.entity, []).append(style.visualizer(mappings=[mapping]))
         first = chart.lines[0]
@@ -309,9 +313,9 @@ class _Views:
         return rrb.TimeSeriesView(
             origin="/",
             contents=list(overrides),
-            name=before + fit(names, 48 - width(before + unit)) + unit,
-            axis_x=LINKED,
-            plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=len(chart.lines) <= LEGEND),
+            name=before + fit(names, TITLE - width(before + unit)) + unit,
+            axis_x=_LINKED,
+            plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=1 < len(chart.lines) <= _LEGEND),
             overrides=overrides,
         )
 
@@ -334,6 +338,20 @@ class _Views:
             columns=_COLUMNS,
             overrides={topic.entity: rr.TextLog.from_fields().visualizer(mappings=mappings)},
         )
+
+
+def _grid(plots: list[rrb.View]) -> list[Sized]:
+    """Put plots below each other, in two columns where they are many."""
+    if not plots:
+        return []
+    columns = 1 if len(plots) <= 4 else 2
+    height = _PLOT * -(-len(plots) // columns)
+    return [(rrb.Vertical(*plots) if columns == 1 else rrb.Grid(*plots, grid_columns=columns), height)]
+
+
+def _column(parts: list[Sized], name: str | None = None) -> rrb.Container:
+    """Put parts below each other, in proportion to the heights that they want."""
+    return rrb.Vertical(*(part for part, _ in parts), row_shares=[height for _, height in parts], name=name)
 
 
 def _mapping(what: str, topic: Topic, name: str) -> Any:
