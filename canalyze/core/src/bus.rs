@@ -76,6 +76,11 @@ impl Bus {
         self.checks.sync_cycle()
     }
 
+    /// The least synchronous window in force, in ns; `None` where there is none or none is known.
+    pub fn sync_window_ns(&self) -> Option<i64> {
+        self.checks.sync_window_ns()
+    }
+
     /// How often a node sends heartbeats in ns, where it is known: by 1017h, or by its heartbeats.
     pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
         self.checks.heartbeat_period(node)

@@ -30,18 +30,20 @@ impl Repeats {
         if events.len() < 2 && !matches!(events.first(), Some(Event { what: What::Finding(_), .. })) {
             return;
         }
+        events.retain(|event| if let What::Finding(finding) = &event.what { self.shows(finding) } else { true });
+    }
+
+    /// Counts a finding, and says whether it is shown.
+    pub fn shows(&mut self, finding: &Finding) -> bool {
         let counted = &mut self.counted;
-        events.retain(|event| {
-            let What::Finding(finding) = &event.what else { return true };
-            let expectation = finding.expectation().map(Arc::clone);
-            let key = (finding.code, finding.bus, finding.node, finding.object, expectation);
-            if counted.len() >= COUNTED && !counted.contains_key(&key) {
-                return true;
-            }
-            let (count, _) = counted.entry(key).or_insert_with(|| (0, Finding::clone(finding)));
-            *count += 1;
-            *count <= SHOWN
-        });
+        let expectation = finding.expectation().map(Arc::clone);
+        let key = (finding.code, finding.bus, finding.node, finding.object, expectation);
+        if counted.len() >= COUNTED && !counted.contains_key(&key) {
+            return true;
+        }
+        let (count, _) = counted.entry(key).or_insert_with(|| (0, finding.clone()));
+        *count += 1;
+        *count <= SHOWN
     }
 
     /// Appends what was only counted; `at` is the last frame of the capture.

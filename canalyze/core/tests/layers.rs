@@ -137,6 +137,7 @@ const MAY_USE: &[Row] = &[
             "diff",
         ],
     ),
+    ("repeats", &["frame", "finding", "event", "services::sdo::wire"]),
     (
         "render",
         &[
@@ -159,6 +160,7 @@ const MAY_USE: &[Row] = &[
             "writers",
             "text",
             "trail",
+            "repeats",
         ],
     ),
     ("trail", &["frame", "cob_id", "message", "finding", "event", "services::sdo::wire"]),
@@ -173,7 +175,6 @@ const MAY_USE: &[Row] = &[
             "summary", "text", "render", "trail",
         ],
     ),
-    ("repeats", &["frame", "finding", "event", "services::sdo::wire"]),
     (
         "session",
         &[

@@ -140,6 +140,11 @@ impl Checks {
         self.sync.cycle()
     }
 
+    /// The least synchronous window in force, in ns; `None` where there is none or none is known.
+    pub fn sync_window_ns(&self) -> Option<i64> {
+        self.sync.least_window_ns()
+    }
+
     /// The NMT state of a node, where it is known.
     pub fn state(&self, node: u8) -> Option<u8> {
         self.nodes.state(node)

@@ -114,6 +114,11 @@ impl Sync {
         Self { settings, beat: Beat::new(network.jitter_ns), ..Self::default() }
     }
 
+    /// The least synchronous window in force on the bus, in ns; `None` where there is none or none is known.
+    pub fn least_window_ns(&self) -> Option<i64> {
+        self.settings.least_window_ns
+    }
+
     /// The cycle that runs; 0 before the first.
     pub fn cycle(&self) -> u64 {
         self.beat.cycle()

@@ -27,6 +27,8 @@ pub struct Settings {
     pub any_overflow: Option<(u8, u8)>,
     /// Synchronous window length in ns by node-ID; `None` where there is no window or none is known.
     pub windows: Vec<Option<i64>>,
+    /// The least of them.
+    pub least_window_ns: Option<i64>,
 }
 
 impl Settings {
@@ -101,6 +103,7 @@ impl Settings {
                 *slot = Some(ns(us)).filter(|ns| *ns > 0);
             }
         }
+        self.least_window_ns = self.windows.iter().skip(1).copied().flatten().min();
     }
 }
 

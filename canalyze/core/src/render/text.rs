@@ -66,6 +66,19 @@ impl Lines {
         }
     }
 
+    /// One frame's line by itself: neither stamp nor bus, and nothing below it; no line end. `event`: its own one.
+    pub fn alone(&mut self, out: &mut Vec<u8>, frame: &Frame, event: Option<&Event>) {
+        self.columns.head(out, None, &[], frame);
+        data(out, frame);
+        if let Some(event) = event {
+            put!(out; "  # ");
+            let from = out.len();
+            self.said(out, event, frame);
+            let line = out.get(from..).and_then(|said| said.iter().position(|byte| *byte == b'\n'));
+            out.truncate(line.map_or(out.len(), |line| from + line));
+        }
+    }
+
     /// What one of a frame's events says, in whole lines. Its own one stands behind the frame's data, others below it.
     /// Gives whether it is its own.
     pub fn said(&self, out: &mut Vec<u8>, event: &Event, frame: &Frame) -> bool {

@@ -86,7 +86,6 @@ impl Decoding {
         if let Some(verification) = &mut self.verification {
             verification.frame(frame, &mut self.events, buses);
         }
-        self.fold();
         if let Some(node) = self.events.first().and_then(|event| event.node) {
             self.see(frame.bus, node);
         }
@@ -117,10 +116,9 @@ impl Decoding {
         if let Some(verification) = &mut self.verification {
             verification.advance(now_ns, last, &mut self.events, buses);
         }
-        self.fold();
     }
 
-    /// The capture is over.
+    /// The capture is over, but for what was only counted.
     pub(super) fn finish(&mut self, last: FrameRef, buses: &Buses) {
         for index in 0..self.state.len() {
             self.on_bus(BusId(index as u8), last, buses, Bus::finish);
@@ -129,7 +127,10 @@ impl Decoding {
             verification.asides(&mut self.events, 0, buses);
             verification.finish(last, &mut self.events, buses);
         }
-        self.fold();
+    }
+
+    /// What was only counted, at the end of the capture.
+    pub(super) fn counted(&mut self, last: FrameRef) {
         self.repeats.finish(last, &mut self.events);
     }
 
@@ -146,9 +147,9 @@ impl Decoding {
         &self.state
     }
 
-    /// The SYNC cycle that runs on a bus; 0 before the first.
-    pub(super) fn sync_cycle(&self, bus: BusId) -> u64 {
-        self.state.get(usize::from(bus.0)).map_or(0, Bus::sync_cycle)
+    /// The SYNC cycle that runs on a bus, 0 before the first, and the least synchronous window there, in ns.
+    pub(super) fn sync(&self, bus: BusId) -> (u64, Option<i64>) {
+        self.state.get(usize::from(bus.0)).map_or((0, None), |bus| (bus.sync_cycle(), bus.sync_window_ns()))
     }
 
     /// Descriptions of nodes that are not in the capture, by file: a number was mistyped, or the capture is another
@@ -186,7 +187,8 @@ impl Decoding {
         act(bus, &mut cx);
     }
 
-    fn fold(&mut self) {
+    /// Takes out what is only counted.
+    pub(super) fn fold(&mut self) {
         if self.folds {
             self.repeats.fold(&mut self.events);
         }

@@ -70,7 +70,7 @@ pub enum Format {
     /// Nothing: what a view shows while the capture grows is asked for with [`Session::snapshot`] and
     /// [`Session::trace`].
     Monitor,
-    /// Tables of columns: nothing comes out as bytes, batches are taken with [`Session::take_batches`].
+    /// Nothing: for tables alone (see [`Options::tables`]), of which batches are taken with [`Session::take_batches`].
     Columns,
 }
 
@@ -101,7 +101,7 @@ pub struct Options {
     pub network: Arc<Network>,
     /// Which signals are listed.
     pub select: Select,
-    /// Which tables of columns are built.
+    /// Which tables of columns are built, beside what comes out in any format but [`Format::Info`].
     pub tables: Vec<columns::Name>,
     /// How the format that is written is written.
     pub writing: writers::Settings,
@@ -385,9 +385,11 @@ impl Stream {
     fn frame(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
         self.capture.place(&mut frame);
         self.decoding.step(&frame, buses);
-        if self.output.wants_cycle() {
-            self.output.cycle = self.decoding.sync_cycle(frame.bus);
+        if self.output.has_tables() {
+            let sync = self.decoding.sync(frame.bus);
+            self.output.rows(self.capture.view(buses), &frame, &self.decoding.events, sync);
         }
+        self.decoding.fold();
         self.tally.frame(&frame, &self.decoding.events);
         self.output.frame(out, self.capture.view(buses), &frame, &mut self.decoding.events);
         self.decoding.clear(buses);
@@ -453,22 +455,32 @@ impl Stream {
     fn finish(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.decoding.finish(self.capture.last, buses);
         self.aside(buses, out);
+        self.decoding.counted(self.capture.last);
+        self.told(buses, out);
         if self.capture.frames > 0 {
             self.capture.finish(self.decoding.absent(buses), self.output.is_idle());
             self.output.finish(out, self.capture.view(buses));
         }
-        self.output.close(buses);
+        self.output.close(self.capture.view(buses));
     }
 
     fn tell(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {
         if let Some(finding) = finding {
             self.tally.finding(finding);
+            self.output.row(self.capture.view(buses), finding);
             self.output.finding(out, self.capture.view(buses), finding);
         }
     }
 
     /// What belongs to no frame at hand.
     fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.output.aside_rows(self.capture.view(buses), &self.decoding.events);
+        self.decoding.fold();
+        self.told(buses, out);
+    }
+
+    /// The same of what is not only counted, but for tables.
+    fn told(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.tally.events(&self.decoding.events);
         self.output.aside(out, self.capture.view(buses), &self.decoding.events);
         self.decoding.clear(buses);

@@ -10,7 +10,7 @@ use crate::diff::course::Course;
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::Finding;
-use crate::frame::{BusId, Buses, Frame};
+use crate::frame::{BusId, Frame};
 use crate::info::Info;
 use crate::masks::Masks;
 use crate::monitor::Monitor;
@@ -32,8 +32,8 @@ pub(super) struct Output {
     pub(super) shown: u64,
     /// So many are shown at most.
     count: Option<u64>,
-    /// The SYNC cycle that runs on the bus of the frame at hand; only set where [`Output::wants_cycle`].
-    pub(super) cycle: u64,
+    /// Tables that are built beside.
+    tables: Option<Box<Columns>>,
 }
 
 /// The formats, each with what it keeps from line to line.
@@ -48,7 +48,8 @@ pub(super) enum Form {
     Info(Box<Info>),
     Course(Box<Course>),
     Convert(Box<Writer>),
-    Columns(Box<Columns>),
+    /// Nothing.
+    Columns,
     Monitor(Box<Monitor>),
 }
 
@@ -69,10 +70,13 @@ impl Output {
             Format::Course => Form::Course(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
             Format::Monitor => Form::Monitor(Box::new(Monitor::new(options.lang, &options.network))),
-            Format::Columns => Form::Columns(Box::new(Columns::new(options.lang, &options.select, &options.tables))),
+            Format::Columns => Form::Columns,
         };
         let (filter, masks) = (options.filter.clone(), options.masks.clone());
-        Self { form, filter, masks, shown: 0, count: options.count, cycle: 0 }
+        let has_tables = !options.tables.is_empty() && options.format != Format::Info;
+        let columns = || Columns::new(options.lang, &options.select, &options.tables, options.network.bit_rate);
+        let tables = has_tables.then(|| Box::new(columns()));
+        Self { form, filter, masks, shown: 0, count: options.count, tables }
     }
 
     /// As many were shown as are to be.
@@ -82,17 +86,18 @@ impl Output {
 
     /// Nobody asks what frames mean.
     pub(super) fn is_blind(&self) -> bool {
-        matches!(&self.form, Form::Convert(writer) if self.filter.is_plain() && !writer.wants_events())
+        let plain = self.filter.is_plain() && self.tables.is_none();
+        matches!(&self.form, Form::Convert(writer) if plain && !writer.wants_events())
     }
 
-    /// Whether it asks which SYNC cycle runs.
-    pub(super) fn wants_cycle(&self) -> bool {
-        matches!(self.form, Form::Columns(_))
+    /// Whether tables are built.
+    pub(super) fn has_tables(&self) -> bool {
+        self.tables.is_some()
     }
 
     /// The batches that are complete; `flush`: those that run end now.
     pub(super) fn take_batches(&mut self, flush: bool) -> Vec<Batch> {
-        if let Form::Columns(columns) = &mut self.form { columns.take(flush) } else { Vec::new() }
+        self.tables.as_mut().map_or_else(Vec::new, |tables| tables.take(flush))
     }
 
     /// A filter has let nothing through.
@@ -128,6 +133,9 @@ impl Output {
     pub(super) fn advance(&mut self, now_ns: i64) {
         if let Form::Monitor(monitor) = &mut self.form {
             monitor.advance(now_ns);
+        }
+        if let Some(tables) = &mut self.tables {
+            tables.advance(now_ns);
         }
     }
 
@@ -169,10 +177,6 @@ impl Output {
         match &mut self.form {
             Form::Records(records) => return records.frame(out, view, frame, events, shown),
             Form::Monitor(monitor) => return monitor.frame(view.jsonl, service, frame, events, shown),
-            Form::Columns(columns) => {
-                let seen = Seen { service: (service, node), cycle: self.cycle, shown, setting: view.jsonl };
-                return columns.frame(seen, frame, events);
-            }
             _ => {}
         }
         if !shown {
@@ -194,7 +198,46 @@ impl Output {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
             }
-            Form::Records(_) | Form::Info(_) | Form::Columns(_) | Form::Monitor(_) => {}
+            Form::Records(_) | Form::Info(_) | Form::Columns | Form::Monitor(_) => {}
+        }
+    }
+
+    /// The rows of a frame with all that follows from it. `sync`: the SYNC cycle that runs on its bus, and the least
+    /// synchronous window there, in ns.
+    pub(super) fn rows(&mut self, view: View<'_>, frame: &Frame, events: &[Event], sync: (u64, Option<i64>)) {
+        let Some(tables) = &mut self.tables else { return };
+        let (service, node) = service(events);
+        let shown =
+            self.filter.shows(frame, service, node, view.buses, view.clock) && self.masks.shows(frame, view.buses);
+        let (cycle, window_ns) = sync;
+        let seen = Seen { service: (service, node), cycle, window_ns, shown, setting: view.jsonl };
+        tables.frame(seen, frame, events);
+        for event in events {
+            if let What::Transfer(transfer) = &event.what
+                && self.filter.shows_transfer(transfer, view.buses, view.clock)
+            {
+                tables.transfer(view.jsonl, transfer);
+            }
+        }
+    }
+
+    /// The rows of what belongs to no frame at hand.
+    pub(super) fn aside_rows(&mut self, view: View<'_>, events: &[Event]) {
+        let Some(tables) = &mut self.tables else { return };
+        tables.asides(view.jsonl, events);
+        for event in events {
+            if let What::Transfer(transfer) = &event.what
+                && self.filter.shows_transfer(transfer, view.buses, view.clock)
+            {
+                tables.transfer(view.jsonl, transfer);
+            }
+        }
+    }
+
+    /// The rows of a finding about the capture.
+    pub(super) fn row(&mut self, view: View<'_>, finding: &Finding) {
+        if let Some(tables) = &mut self.tables {
+            tables.finding(view.jsonl, finding);
         }
     }
 
@@ -220,9 +263,8 @@ impl Output {
                 let passes: Option<&dyn Fn(&Held) -> bool> = if self.filter.is_empty() { None } else { Some(&passes) };
                 records.asides(out, view, events, passes);
             }
-            Form::Columns(columns) => columns.asides(view.jsonl, events),
             Form::Monitor(monitor) => monitor.asides(view.jsonl, events),
-            Form::Lines(_) | Form::Signals(_) | Form::Info(_) => {}
+            Form::Lines(_) | Form::Signals(_) | Form::Info(_) | Form::Columns => {}
         }
     }
 
@@ -233,7 +275,7 @@ impl Output {
             Form::Records(records) => records.marker(marker),
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
             Form::Monitor(monitor) => monitor.marker(marker),
-            Form::Lines(_) | Form::Jsonl | Form::Signals(_) | Form::Info(_) | Form::Columns(_) | Form::Course(_) => {}
+            Form::Lines(_) | Form::Jsonl | Form::Signals(_) | Form::Info(_) | Form::Columns | Form::Course(_) => {}
         }
     }
 
@@ -243,9 +285,8 @@ impl Output {
             Form::Jsonl => jsonl::finding(out, view.jsonl, finding),
             Form::Records(records) => records.finding(out, view, finding),
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
-            Form::Columns(columns) => columns.finding(view.jsonl, finding),
             Form::Monitor(monitor) => monitor.finding(view.jsonl, finding),
-            Form::Text(_) | Form::Lines(_) | Form::Signals(_) | Form::Info(_) | Form::Course(_) => {}
+            Form::Text(_) | Form::Lines(_) | Form::Signals(_) | Form::Info(_) | Form::Course(_) | Form::Columns => {}
         }
     }
 
@@ -276,9 +317,9 @@ impl Output {
     }
 
     /// The capture, which may have no frame, is over.
-    pub(super) fn close(&mut self, buses: &Buses) {
-        if let Form::Columns(columns) = &mut self.form {
-            columns.finish(buses);
+    pub(super) fn close(&mut self, view: View<'_>) {
+        if let Some(tables) = &mut self.tables {
+            tables.finish(view.jsonl);
         }
     }
 
@@ -288,8 +329,7 @@ impl Output {
 
     /// The transfers that end here, where they are told by themselves and pass the filter.
     fn transfers(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
-        if !matches!(&self.form, Form::Columns(_)) && !matches!(&self.form, Form::Records(records) if records.transfers)
-        {
+        if !matches!(&self.form, Form::Records(records) if records.transfers) {
             return;
         }
         for event in events {
@@ -297,10 +337,7 @@ impl Output {
                 && self.filter.shows_transfer(transfer, view.buses, view.clock)
             {
                 self.shown += 1;
-                match &mut self.form {
-                    Form::Columns(columns) => columns.transfer(view.jsonl, transfer),
-                    _ => jsonl::transfer(out, view.jsonl, transfer),
-                }
+                jsonl::transfer(out, view.jsonl, transfer);
             }
         }
     }

@@ -10,9 +10,13 @@
 //! | `states` | a change of an NMT state, or an NMT command | `t_ns? frame bus? node? state? name? source command?` |
 //! | `emcy` | an emergency | `t_ns? frame bus? node code name? register manufacturer active cleared` |
 //! | `findings` | a finding | `code name severity file frame? line? t_ns? cause_frame? cause_line? bus? node? index? sub? message facts` |
-//! | `sync_cycles` | a SYNC cycle | `cycle frame t_ns? bus? period_ns? counter? pdos delay_min_ns? delay_max_ns?` |
+//! | `sync_cycles` | a SYNC cycle | `cycle frame t_ns? bus? period_ns? counter? pdos delay_min_ns? delay_max_ns? window_ns?` |
 //! | `signals` | a signal of a PDO | `t_ns? frame line? bus? node pdo signal object value? integer? raw? data? unit? text? provenance` |
-//! | `pdo` | a PDO; `pdo/can1/5.TPDO1/1` is a table for itself, see `pdo` | `t_ns? frame provenance cycle? delay_ns?`, then its signals |
+//! | `pdo` | a PDO; `pdo/can1/5.TPDO1/1` is a table for itself, see `pdo` | `t_ns? frame provenance cycle? delay_ns? running_cycle`, then its signals |
+//! | `listing` | a frame, for people | `frame t_ns? cycle bus? node? service severity? line` |
+//! | `lanes` | a change of what a lane of a timeline shows | `lane t_ns? frame cycle state? class?` |
+//! | `log` | a finding or an emergency, for people | `t_ns? frame cycle bus? node? level source code text` |
+//! | `load` | 100 ms of a bus | `t_ns frame cycle bus? frames bits frames_per_s load_percent?` |
 //!
 //! `?`: null where there is none. Times (`..._ns`) are int64 in ns, `t_ns` is JSON's `t`. Identifiers, indices and
 //! codes are numbers; `object` is `1008:00`; `id` is that of an error frame its class. Words of which there are few are
@@ -24,9 +28,14 @@
 //! Must not: judge, or leave Rust: how columns are handed over is the binding's matter.
 
 mod column;
+mod cycle_numbers;
 mod emcy;
 mod findings;
 mod frames;
+mod lanes;
+mod listing;
+mod load;
+mod log;
 mod pdo;
 mod signals;
 mod states;
@@ -34,9 +43,14 @@ mod sync_cycles;
 mod transfers;
 
 use self::column::Table;
+use self::cycle_numbers::CycleNumbers;
 use self::emcy::Emcy;
 use self::findings::Findings;
 use self::frames::Frames;
+use self::lanes::Lanes;
+use self::listing::Listing;
+use self::load::Load;
+use self::log::Log;
 use self::pdo::Pdos;
 use self::signals::Listed;
 use self::states::States;
@@ -45,8 +59,9 @@ use self::transfers::Transfers;
 use super::jsonl::Setting;
 use super::selection::Selection;
 use crate::event::{Event, What};
-use crate::finding::{Code, Finding};
-use crate::frame::{Buses, Frame};
+use crate::finding::{Code, Finding, Severity};
+use crate::frame::{Frame, FrameRef};
+use crate::repeats::Repeats;
 use crate::select::Select;
 use crate::services::sdo::transfer::Transfer;
 use crate::text::Lang;
@@ -72,6 +87,14 @@ pub enum Name {
     Signals,
     /// A table for each PDO and mapping.
     Pdo,
+    /// Frames with what they mean, for people.
+    Listing,
+    /// Lanes of a timeline.
+    Lanes,
+    /// Findings and emergencies, for people.
+    Log,
+    /// How busy buses are.
+    Load,
 }
 
 impl Name {
@@ -85,6 +108,10 @@ impl Name {
         ("sync_cycles", Name::SyncCycles),
         ("signals", Name::Signals),
         ("pdo", Name::Pdo),
+        ("listing", Name::Listing),
+        ("lanes", Name::Lanes),
+        ("log", Name::Log),
+        ("load", Name::Load),
     ];
 }
 
@@ -95,6 +122,8 @@ pub struct Seen<'a> {
     pub service: (&'static str, Option<u8>),
     /// The SYNC cycle that runs on its bus now; 0 before the first.
     pub cycle: u64,
+    /// The least synchronous window in force on its bus, in ns, where one is known.
+    pub window_ns: Option<i64>,
     /// The filter lets it through.
     pub shown: bool,
     /// What is known of the capture.
@@ -114,11 +143,19 @@ pub struct Columns {
     cycles: Option<Cycles>,
     signals: Option<Listed>,
     pdos: Option<Pdos>,
+    listing: Option<Listing>,
+    lanes: Option<Lanes>,
+    log: Option<Log>,
+    load: Option<Load>,
+    cycle_numbers: CycleNumbers,
+    repeats: Repeats,
+    /// The last frame.
+    last: FrameRef,
 }
 
 impl Columns {
-    /// These tables, without a row. `select`: which signals are in them.
-    pub fn new(lang: Lang, select: &Select, tables: &[Name]) -> Self {
+    /// These tables, without a row. `select`: which signals are in them; `bit_rate`: of all buses, in bit/s.
+    pub fn new(lang: Lang, select: &Select, tables: &[Name], bit_rate: Option<u32>) -> Self {
         fn table<C: column::Columns + Default>(tables: &[Name], name: Name) -> Option<Table<C>> {
             let (word, _) = Name::NAMES.iter().find(|row| row.1 == name && tables.contains(&name))?;
             Some(Table::new(word, C::default(), &[]))
@@ -134,17 +171,38 @@ impl Columns {
             cycles: table(tables, Name::SyncCycles).map(Cycles::new),
             signals: table(tables, Name::Signals).map(|table| Listed::new(table, selection(), lang)),
             pdos: tables.contains(&Name::Pdo).then(|| Pdos::new(lang, selection())),
+            listing: table(tables, Name::Listing).map(|table| Listing::new(table, lang)),
+            lanes: table(tables, Name::Lanes).map(|table| Lanes::new(table, lang, selection())),
+            log: table(tables, Name::Log).map(|table| Log::new(table, lang)),
+            load: table(tables, Name::Load).map(|table| Load::new(table, bit_rate)),
+            cycle_numbers: CycleNumbers::default(),
+            repeats: Repeats::default(),
+            last: FrameRef::default(),
         }
     }
 
-    /// Takes a frame and what follows from it, but for transfers.
+    /// Takes a frame and what follows from it, but for transfers. Repeats of findings are among it: they are folded
+    /// here.
     pub fn frame(&mut self, seen: Seen<'_>, frame: &Frame, events: &[Event]) {
-        let Seen { service, cycle, shown, setting } = seen;
+        let Seen { service, cycle, shown, setting, .. } = seen;
+        self.last = frame.reference();
+        self.cycle_numbers.frame(frame, cycle);
         if let Some(cycles) = &mut self.cycles {
-            cycles.frame(&mut self.done, setting.buses, frame, events, (cycle, shown));
+            cycles.frame(&mut self.done, seen, frame, events);
         }
+        if let Some(lanes) = &mut self.lanes {
+            lanes.frame(&mut self.done, seen, frame, events);
+        }
+        // Repeats are counted whether they are shown or not.
+        let severity = self.findings(setting, events, shown);
         if !shown {
             return;
+        }
+        if let Some(listing) = &mut self.listing {
+            listing.frame(&mut self.done, seen, frame, events.first(), severity);
+        }
+        if let Some(load) = &mut self.load {
+            load.frame(&mut self.done, seen, frame);
         }
         if let Some(frames) = &mut self.frames {
             frames.frame(&mut self.done, setting, frame, service);
@@ -158,28 +216,51 @@ impl Columns {
                     if let Some(emcy) = &mut self.emcy {
                         emcy.message(&mut self.done, setting, event, message);
                     }
+                    if let Some(log) = &mut self.log {
+                        log.message(&mut self.done, seen, frame, event, message);
+                    }
                 }
                 What::Pdo(_) | What::Mpdo(_) => {
                     if let Some(signals) = &mut self.signals {
                         signals.event(&mut self.done, setting, frame, event);
                     }
                     if let (Some(pdos), What::Pdo(data)) = (&mut self.pdos, &event.what) {
-                        pdos.process_data(&mut self.done, setting, frame, data);
+                        pdos.process_data(&mut self.done, seen, frame, data);
                     }
                 }
-                What::Finding(one) => self.finding(setting, one),
-                What::Sdo(_) | What::Transfer(_) | What::Note(_) => {}
+                What::Finding(_) | What::Sdo(_) | What::Transfer(_) | What::Note(_) => {}
             }
         }
     }
 
     /// Takes findings that belong to no frame at hand.
     pub fn asides(&mut self, setting: Setting<'_>, events: &[Event]) {
+        self.findings(setting, events, true);
+    }
+
+    /// It is `now_ns` on the clock of the frames.
+    pub fn advance(&mut self, now_ns: i64) {
+        if let Some(load) = &mut self.load {
+            load.advance(&mut self.done, now_ns);
+        }
+    }
+
+    /// Takes the findings among events, where they are shown, and gives the worst that was told. Lanes have all of them:
+    /// what they show ends with the eleventh time as with the first.
+    fn findings(&mut self, setting: Setting<'_>, events: &[Event], shown: bool) -> Option<Severity> {
+        let mut worst = None;
         for event in events {
-            if let What::Finding(one) = &event.what {
-                self.finding(setting, one);
+            let What::Finding(one) = &event.what else { continue };
+            if let Some(lanes) = self.lanes.as_mut().filter(|_| shown) {
+                lanes.finding(&mut self.done, setting, &self.cycle_numbers, one);
+            }
+            if self.repeats.shows(one) && shown {
+                self.tell(setting, one);
+                let severity = one.code.rule().severity;
+                worst = worst.max(Some(severity));
             }
         }
+        worst
     }
 
     /// Takes a transfer that has ended.
@@ -187,10 +268,20 @@ impl Columns {
         if let Some(transfers) = &mut self.transfers {
             transfers.transfer(&mut self.done, setting, transfer);
         }
+        if let Some(lanes) = &mut self.lanes {
+            lanes.transfer(&mut self.done, setting, &self.cycle_numbers, transfer);
+        }
     }
 
-    /// Takes a finding.
+    /// Takes a finding about the capture.
     pub fn finding(&mut self, setting: Setting<'_>, finding: &Finding) {
+        if let Some(lanes) = &mut self.lanes {
+            lanes.finding(&mut self.done, setting, &self.cycle_numbers, finding);
+        }
+        self.tell(setting, finding);
+    }
+
+    fn tell(&mut self, setting: Setting<'_>, finding: &Finding) {
         if let Some(cycles) = &mut self.cycles {
             match finding.code {
                 Code::Cap002 => cycles.lost(Some(finding.bus)),
@@ -201,26 +292,41 @@ impl Columns {
         if let Some(findings) = &mut self.findings {
             findings.finding(&mut self.done, setting, finding);
         }
+        if let Some(log) = &mut self.log {
+            log.finding(&mut self.done, setting, &self.cycle_numbers, finding, self.last);
+        }
     }
 
     /// The capture is over: the last batches, and one without rows of each table that has had none, for its schema.
-    pub fn finish(&mut self, buses: &Buses) {
-        let Self { done, frames, transfers, states, emcy, findings, cycles, signals, pdos } = self;
+    pub fn finish(&mut self, setting: Setting<'_>) {
+        let mut counted = Vec::new();
+        self.repeats.finish(self.last, &mut counted);
+        for event in &counted {
+            if let What::Finding(one) = &event.what {
+                self.tell(setting, one);
+            }
+        }
+        let Self { done, frames, transfers, states, emcy, findings, cycles, signals, pdos, .. } = self;
         // One row a table; each has columns of its own type.
         frames.iter_mut().for_each(|table| table.finish(done));
         transfers.iter_mut().for_each(|table| table.finish(done));
         states.iter_mut().for_each(|table| table.finish(done));
         emcy.iter_mut().for_each(|table| table.finish(done));
         findings.iter_mut().for_each(|table| table.finish(done));
-        cycles.iter_mut().for_each(|cycles| cycles.finish(done, buses));
+        cycles.iter_mut().for_each(|cycles| cycles.finish(done, setting.buses));
         signals.iter_mut().for_each(|signals| signals.table.finish(done));
         pdos.iter_mut().for_each(|pdos| pdos.flush(done));
+        let Self { done, listing, lanes, log, load, .. } = self;
+        listing.iter_mut().for_each(|listing| listing.table.finish(done));
+        lanes.iter_mut().for_each(|lanes| lanes.finish(done));
+        log.iter_mut().for_each(|log| log.table.finish(done));
+        load.iter_mut().for_each(|load| load.finish(done, self.last));
     }
 
     /// Takes the batches that are complete. `flush`: those that run end now.
     pub fn take(&mut self, flush: bool) -> Vec<Batch> {
         if flush {
-            let Self { done, frames, transfers, states, emcy, findings, cycles, signals, pdos } = self;
+            let Self { done, frames, transfers, states, emcy, findings, cycles, signals, pdos, .. } = self;
             frames.iter_mut().for_each(|table| table.flush(done));
             transfers.iter_mut().for_each(|table| table.flush(done));
             states.iter_mut().for_each(|table| table.flush(done));
@@ -229,6 +335,11 @@ impl Columns {
             cycles.iter_mut().for_each(|cycles| cycles.table.flush(done));
             signals.iter_mut().for_each(|signals| signals.table.flush(done));
             pdos.iter_mut().for_each(|pdos| pdos.flush(done));
+            let Self { done, listing, lanes, log, load, .. } = self;
+            listing.iter_mut().for_each(|listing| listing.table.flush(done));
+            lanes.iter_mut().for_each(|lanes| lanes.table.flush(done));
+            log.iter_mut().for_each(|log| log.table.flush(done));
+            load.iter_mut().for_each(|load| load.table.flush(done));
         }
         std::mem::take(&mut self.done)
     }

@@ -2,9 +2,11 @@
 //!
 //! The mapping seen first is version 1, the next other one 2; one that comes again has its own number again. Signals
 //! have the type that they have on the bus, without factor: what a column is, its metadata say (`object`, `index`,
-//! `sub`, `unit`, `factor`, `type`, `bits`, `offset`). A cell is null where the payload does not reach. Columns are
-//! named as the signals are; of several with one name the later ones have their object behind it. Multiplex PDOs have
-//! no such table: their object is another one in every frame. Must not: decide what a mapping is.
+//! `sub`, `unit`, `factor`, `type`, `bits`, `offset`, and `quantity`: "true", or "false" for truth values, choices, bits
+//! and text). A cell is null where the payload does not reach. Columns are named as the signals are; of several with one
+//! name the later ones have their object behind it. Multiplex PDOs have no such table: their object is another one in
+//! every frame. `cycle` is the SYNC cycle to which a synchronous PDO belongs, `running_cycle` the one that runs on the
+//! bus at any PDO. Must not: decide what a mapping is.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -16,18 +18,18 @@ use arrow_array::types::{
 };
 use arrow_schema::Field;
 
+use super::Seen;
 use super::column::{Batch, Column, Columns, Numbers, Table, Words};
 use crate::configuration::Provenance;
 use crate::event::{Placement, ProcessData, Signals};
 use crate::frame::{BusId, Frame};
 use crate::od::DataType;
-use crate::render::jsonl::Setting;
 use crate::render::selection::{Chosen, Selection, Whose};
 use crate::services::pdo::mapping::{Mapped, Mapping, Number, number};
-use crate::text::Lang;
+use crate::text::{Lang, signal};
 
 /// Columns that every such table has before those of its signals.
-const FIXED: [&str; 5] = ["t_ns", "frame", "provenance", "cycle", "delay_ns"];
+const FIXED: [&str; 6] = ["t_ns", "frame", "provenance", "cycle", "delay_ns", "running_cycle"];
 /// Most tables that rows are kept for; with one more all of them end their batches and are forgotten.
 const MOST: usize = 4096;
 /// Bytes that the rows of all tables may take before all of them end their batches.
@@ -136,6 +138,7 @@ struct Wide {
     provenance: Words,
     cycle: Numbers<UInt64Type>,
     delay_ns: Numbers<Int64Type>,
+    running_cycle: Numbers<UInt64Type>,
     /// Place in the mapping, the column as the schema has it, its values.
     signals: Vec<(usize, Field, Cells)>,
 }
@@ -158,16 +161,24 @@ impl Wide {
             provenance: Words::default(),
             cycle: Numbers::with_capacity(0),
             delay_ns: Numbers::with_capacity(0),
+            running_cycle: Numbers::with_capacity(0),
             signals,
         }
     }
 
-    fn append(&mut self, mapping: &Mapping, frame: &Frame, from: Provenance, sync: Option<Placement>) {
+    fn append(
+        &mut self,
+        mapping: &Mapping,
+        frame: &Frame,
+        running: u64,
+        (from, sync): (Provenance, Option<Placement>),
+    ) {
         self.t_ns.append_option(frame.t_ns);
         self.frame.append_value(frame.no);
         self.provenance.word(from.name());
         self.cycle.append_option(sync.map(|sync| sync.cycle));
         self.delay_ns.append_option(sync.and_then(|sync| sync.delay_ns));
+        self.running_cycle.append_value(running);
         for (place, _, cells) in &mut self.signals {
             if let Some(mapped) = mapping.entries.get(*place) {
                 cells.append(mapping, mapped, frame.payload());
@@ -184,6 +195,7 @@ impl Columns for Wide {
             (Words::data_type(), false),
             (Numbers::<UInt64Type>::data_type(), true),
             (Numbers::<Int64Type>::data_type(), true),
+            (Numbers::<UInt64Type>::data_type(), false),
         ];
         let fixed = FIXED.iter().zip(fixed).map(|(name, (data_type, null))| Field::new(*name, data_type, null));
         fixed.chain(self.signals.iter().map(|(_, field, _)| field.clone())).collect()
@@ -196,6 +208,7 @@ impl Columns for Wide {
             Column::take(&mut self.provenance),
             Column::take(&mut self.cycle),
             Column::take(&mut self.delay_ns),
+            Column::take(&mut self.running_cycle),
         ];
         let signals = self.signals.iter_mut();
         arrays.extend(signals.map(|(_, _, cells)| each!(cells, builder => Column::take(builder))));
@@ -226,6 +239,7 @@ fn metadata(mapped: &Mapped, object: &str) -> HashMap<String, String> {
         ("factor", mapped.factor.to_string()),
         ("bits", mapped.bits.to_string()),
         ("offset", mapped.offset.to_string()),
+        ("quantity", signal::is_quantity(mapped).to_string()),
     ];
     all.extend(mapped.unit.as_deref().map(|unit| ("unit", unit.to_owned())));
     all.extend(mapped.data_type.map(|one| ("type", DataType::name(one).to_owned())));
@@ -269,13 +283,7 @@ impl Pdos {
     }
 
     /// Appends the signals of a PDO.
-    pub(super) fn process_data(
-        &mut self,
-        done: &mut Vec<Batch>,
-        setting: Setting<'_>,
-        frame: &Frame,
-        data: &ProcessData,
-    ) {
+    pub(super) fn process_data(&mut self, done: &mut Vec<Batch>, seen: Seen<'_>, frame: &Frame, data: &ProcessData) {
         let (Signals::Mapped(mapping, from) | Signals::ByConsumer(mapping, from, ..)) = &data.content else { return };
         let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
         if self.count >= MOST || self.bytes >= BYTES {
@@ -294,7 +302,7 @@ impl Pdos {
             None => {
                 versions.count += 1;
                 self.count += 1;
-                let bus = setting.buses.name(frame.bus);
+                let bus = seen.setting.buses.name(frame.bus);
                 let chosen = self.selection.choose(whose, mapping);
                 versions.known.push(version(self.lang, bus, whose, versions.count, mapping, &chosen));
                 versions.known.len() - 1
@@ -308,7 +316,7 @@ impl Pdos {
             // The newer of two that are the same is the one that comes again.
             version.mapping = Arc::clone(mapping);
         }
-        version.table.columns.append(mapping, frame, *from, data.sync);
+        version.table.columns.append(mapping, frame, seen.cycle, (*from, data.sync));
         version.table.end_row(0, done);
         self.bytes += version.width;
     }
@@ -349,9 +357,9 @@ fn version(lang: Lang, bus: &[u8], whose: Whose, number: usize, mapping: &Arc<Ma
     Version { mapping: Arc::clone(mapping), table: Table::new(&table, columns, &metadata), width }
 }
 
-/// Appends a bus's name as a part of a table's name: what would end the part, or is not a plain character, is `%2F`.
-fn part(table: &mut String, bus: &[u8]) {
-    for chunk in bus.utf8_chunks() {
+/// Appends a name, of a bus for one, as a part of a table's or a lane's name: what would end the part, or is not a plain character, is `%2F`.
+pub(super) fn part(table: &mut String, name: &[u8]) {
+    for chunk in name.utf8_chunks() {
         for c in chunk.valid().chars() {
             if matches!(c, '/' | '%') || c.is_whitespace() || crate::text::escape::unsafe_on_a_terminal(c) {
                 let mut bytes = [0; 4];

@@ -2,12 +2,14 @@
 //!
 //! Its number is that of `pdo.sync.cycle` in JSON lines: a SYNC that was captured twice, or one of another identifier,
 //! begins none. `pdos` counts all synchronous PDOs of the cycle; the filter decides whether its SYNC is shown.
-//! `period_ns` is the time since the SYNC before, null after a gap in the capture. Must not: judge.
+//! `period_ns` is the time since the SYNC before, null after a gap in the capture; `window_ns` the least synchronous
+//! window in force when the cycle began (1007h, option or EDS). Must not: judge.
 
 use std::collections::BTreeMap;
 
 use arrow_array::types::{Int64Type, UInt8Type, UInt32Type, UInt64Type};
 
+use super::Seen;
 use super::column::{Batch, Numbers, Table, Words, columns};
 use crate::event::{Event, What};
 use crate::frame::{BusId, Buses, Frame, FrameRef};
@@ -25,12 +27,13 @@ columns! {
         pdos: Numbers<UInt32Type>;
         delay_min_ns: Numbers<Int64Type>, or_null;
         delay_max_ns: Numbers<Int64Type>, or_null;
+        window_ns: Numbers<Int64Type>, or_null;
     }
 }
 
 /// The PDOs of a cycle.
 #[derive(Clone, Copy, Debug, Default)]
-struct Seen {
+struct Pdos {
     pdos: u32,
     /// Least and greatest delay in ns.
     delays: Option<(i64, i64)>,
@@ -45,9 +48,10 @@ struct Running {
     shown: bool,
     period_ns: Option<i64>,
     counter: Option<u8>,
-    seen: Seen,
+    window_ns: Option<i64>,
+    seen: Pdos,
     /// What came before the SYNC that it belongs to.
-    early: Seen,
+    early: Pdos,
     /// Frames were lost since.
     broken: bool,
 }
@@ -67,14 +71,8 @@ impl Cycles {
     }
 
     /// Takes a frame of a bus on which the cycle of this number runs now; `shown`: the filter lets it through.
-    pub(super) fn frame(
-        &mut self,
-        done: &mut Vec<Batch>,
-        buses: &Buses,
-        frame: &Frame,
-        events: &[Event],
-        (cycle, shown): (u64, bool),
-    ) {
+    pub(super) fn frame(&mut self, done: &mut Vec<Batch>, at_hand: Seen<'_>, frame: &Frame, events: &[Event]) {
+        let Seen { cycle, window_ns, shown, setting, .. } = at_hand;
         match events.first().map(|event| &event.what) {
             Some(What::Pdo(data)) => {
                 let Some(placement) = data.sync else { return };
@@ -97,8 +95,9 @@ impl Cycles {
                 let known = before.cycle > 0 && !before.broken;
                 let times = at.t_ns.zip(before.at.t_ns).filter(|(now, then)| known && now >= then);
                 let period_ns = times.map(|(now, then)| now.saturating_sub(then));
-                *running = Running { cycle, at, shown, period_ns, counter, seen: before.early, ..Running::default() };
-                row(&mut self.table, done, buses.name(frame.bus), &before);
+                let seen = before.early;
+                *running = Running { cycle, at, shown, period_ns, counter, window_ns, seen, ..Running::default() };
+                row(&mut self.table, done, setting.buses.name(frame.bus), &before);
             }
             _ => {}
         }
@@ -134,5 +133,6 @@ fn row(table: &mut Table<SyncCycles>, done: &mut Vec<Batch>, bus: &[u8], over: &
     columns.pdos.append_value(over.seen.pdos);
     columns.delay_min_ns.append_option(over.seen.delays.map(|(least, _)| least));
     columns.delay_max_ns.append_option(over.seen.delays.map(|(_, most)| most));
+    columns.window_ns.append_option(over.window_ns);
     table.end_row(0, done);
 }

@@ -38,11 +38,15 @@ cleared [u16?]
 findings: code word, name word, severity word, file word, frame u64?, line u64?, t_ns i64?, cause_frame u64?, \
 cause_line u64?, bus word?, node u8?, index u16?, sub u8?, message utf8, facts utf8
 sync_cycles: cycle u64, frame u64, t_ns i64?, bus word?, period_ns i64?, counter u8?, pdos u32, delay_min_ns i64?, \
-delay_max_ns i64?
+delay_max_ns i64?, window_ns i64?
 signals: t_ns i64?, frame u64, line u64?, bus word?, node u8, pdo word, signal word, object word, value f64?, \
 integer i64?, raw u64?, data binary?, unit word?, text utf8?, provenance word
-pdo/can0/5.TPDO1/1: t_ns i64?, frame u64, provenance word, cycle u64?, delay_ns i64?, statusword u16?, \
+pdo/can0/5.TPDO1/1: t_ns i64?, frame u64, provenance word, cycle u64?, delay_ns i64?, running_cycle u64, statusword u16?, \
 position actual value i32?, 2000h:00 bool?, 2001h:00 u64?, 2002h:00 u8?
+listing: frame u64, t_ns i64?, cycle u64, bus word?, node u8?, service word, severity word?, line utf8
+lanes: lane word, t_ns i64?, frame u64, cycle u64, state word?, class word?
+log: t_ns i64?, frame u64, cycle u64, bus word?, node u8?, level word, source word, code word, text utf8
+load: t_ns i64, frame u64, cycle u64, bus word?, frames u32, bits u64, frames_per_s f64, load_percent f64?
 ";
 
 fn type_name(data_type: &DataType) -> String {
@@ -78,7 +82,7 @@ impl Capture {
     fn new(tables: &[Name]) -> Self {
         let mut buses = Buses::default();
         buses.intern(b"can0");
-        Self { columns: Columns::new(Lang::En, &Select::default(), tables), buses, no: 0, cycle: 0 }
+        Self { columns: Columns::new(Lang::En, &Select::default(), tables, Some(500_000)), buses, no: 0, cycle: 0 }
     }
 
     fn frame(&mut self, payload: &[u8], what: What) {
@@ -87,7 +91,7 @@ impl Capture {
         let frame = Frame { no: self.no, t_ns: Some(1000 * self.no as i64), ..Frame::classic(id, payload) };
         let event = Event { at: frame.reference(), about: None, bus: BusId(0), node: Some(5), transfer: None, what };
         let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
-        let seen = Seen { service: ("pdo", Some(5)), cycle: self.cycle, shown: true, setting };
+        let seen = Seen { service: ("pdo", Some(5)), cycle: self.cycle, window_ns: Some(5_000), shown: true, setting };
         self.columns.frame(seen, &frame, &[event]);
     }
 
@@ -111,7 +115,8 @@ impl Capture {
     }
 
     fn end(mut self) -> Vec<Batch> {
-        self.columns.finish(&self.buses);
+        let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
+        self.columns.finish(setting);
         self.columns.take(false)
     }
 }
@@ -151,7 +156,7 @@ fn what_the_head_lists_is_there() {
                 let row = head.lines().find(|line| line.contains(&format!("`{table}`"))).unwrap();
                 assert!(row.ends_with(&format!("| `{listed}` |")), "{table}: {listed}");
             }
-            Some(_) => assert!(head.contains("`t_ns? frame provenance cycle? delay_ns?`")),
+            Some(_) => assert!(head.contains("`t_ns? frame provenance cycle? delay_ns? running_cycle`")),
         }
     }
 }
