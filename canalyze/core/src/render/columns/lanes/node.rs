@@ -205,6 +205,11 @@ impl Node {
         present.then_some(Standing::Commanded(state))
     }
 
+    /// Whether a PDO was sent before the node could obey a command to send none.
+    pub(super) fn will_obey(&self, at: FrameRef) -> bool {
+        self.command.is_some_and(|(state, command)| state != OPERATIONAL && sent_before(command, at))
+    }
+
     /// It has sent something for the first time: what it was commanded before.
     pub(super) fn appears(&self) -> Option<Standing> {
         let (state, _) = self.command.filter(|(state, _)| *state != 0 && self.standing.is_none())?;

@@ -1,27 +1,15 @@
-//! The rows of `lanes`, the names of lanes, and where a row stands.
+//! How rows of `lanes` are written, the names of lanes, and where a row stands.
 //!
 //! Must not: know what a lane is about.
 
 use std::fmt::Write;
 
-use arrow_array::types::{Int64Type, UInt64Type};
-
-use crate::frame::{Frame, FrameRef};
-use crate::render::columns::column::{Batch, Numbers, Table, Words, columns};
+use super::Rows;
+use crate::frame::{BusId, Frame, FrameRef};
+use crate::render::columns::column::{Batch, Table};
+use crate::render::columns::cycle_numbers::CycleNumbers;
 use crate::text::Lang;
 use crate::text::escape::unsafe_on_a_terminal;
-
-columns! {
-    /// The columns.
-    Rows {
-        lane: Words;
-        t_ns: Numbers<Int64Type>, or_null;
-        frame: Numbers<UInt64Type>;
-        cycle: Numbers<UInt64Type>;
-        state: Words, or_null;
-        class: Words, or_null;
-    }
-}
 
 /// Where a row stands: time stamp in ns, frame, SYNC cycle of its bus.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,9 +25,9 @@ impl At {
         Self { t_ns: frame.t_ns, frame: frame.no, cycle }
     }
 
-    /// An earlier frame.
-    pub(super) fn earlier(at: FrameRef, cycle: u64) -> Self {
-        Self { t_ns: at.t_ns, frame: at.no, cycle }
+    /// An earlier frame of a bus.
+    pub(super) fn of(at: FrameRef, bus: BusId, cycles: &CycleNumbers) -> Self {
+        Self { t_ns: at.t_ns, frame: at.no, cycle: cycles.at(bus, at.no) }
     }
 
     /// The same at another time, but not before `least`.

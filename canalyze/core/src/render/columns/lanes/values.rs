@@ -131,7 +131,7 @@ fn has_bits(mapped: &Mapped) -> bool {
 
 /// One PDO.
 #[derive(Debug)]
-struct Carrier {
+pub(super) struct Carrier {
     mapping: Arc<Mapping>,
     /// It is known whose mapping it is, and no frames were lost since.
     is_trusted: bool,
@@ -147,9 +147,9 @@ struct Carrier {
 }
 
 impl Carrier {
-    fn new(mapping: &Arc<Mapping>, signals: Vec<Signal>) -> Self {
+    fn new(mapping: &Arc<Mapping>, transmit: bool, signals: Vec<Signal>) -> Self {
         let entries = || mapping.entries.iter().enumerate();
-        let statuswords = entries().filter(|(_, mapped)| is_statusword(mapped));
+        let statuswords = entries().filter(|(_, mapped)| transmit && is_statusword(mapped));
         let statuswords: Vec<_> =
             statuswords.filter_map(|(place, mapped)| Some((drive::axis(mapped.index)?, place))).collect();
         let (mut mask, mut is_long) = (0, false);
@@ -164,6 +164,20 @@ impl Carrier {
         Self { mapping: Arc::clone(mapping), is_trusted: true, signals, statuswords, mask, is_long, last: None }
     }
 
+    /// The statuswords that a frame carries, by axis.
+    pub(super) fn statuswords(&self, frame: &Frame) -> impl Iterator<Item = (u8, u16)> {
+        let entries = self.statuswords.iter().filter(|_| self.has_statuswords());
+        entries.filter_map(|(axis, place)| {
+            let mapped = self.mapping.entries.get(*place)?;
+            Some((*axis, self.mapping.raw(mapped, frame.payload())? as u16))
+        })
+    }
+
+    /// Whether statuswords in it are read.
+    fn has_statuswords(&self) -> bool {
+        !self.statuswords.is_empty() && self.is_trusted && self.last.is_some()
+    }
+
     fn end(&mut self, pen: &mut Pen<'_>, at: At) {
         if self.last.take().is_some() {
             for one in &mut self.signals {
@@ -171,6 +185,19 @@ impl Carrier {
             }
         }
     }
+}
+
+/// The mapping of a PDO, and whether it is its own and no frames were lost since it was known; `None` where none is.
+fn read(data: &ProcessData) -> Option<(&Arc<Mapping>, bool)> {
+    match &data.content {
+        Signals::Mapped(mapping, from) => Some((mapping, !from.is_doubted())),
+        Signals::ByConsumer(mapping, ..) => Some((mapping, false)),
+        Signals::None(_) => None,
+    }
+}
+
+fn key(frame: &Frame, data: &ProcessData) -> Key {
+    (frame.bus, data.node, data.transmit, data.number)
 }
 
 /// Whether an entry is a drive's statusword.
@@ -196,69 +223,56 @@ impl Values {
         Self { selection, carriers: BTreeMap::new(), count: 0 }
     }
 
-    /// Follows a PDO; gives the statuswords in it to `report`, where they are not those of its last frame.
+    /// The PDO whose lanes show already what a frame carries.
     #[inline]
-    pub(super) fn process_data(
+    pub(super) fn same(&self, frame: &Frame, data: &ProcessData) -> Option<&Carrier> {
+        let (mapping, is_trusted) = read(data)?;
+        let carrier = self.carriers.get(&key(frame, data))?;
+        let (before, len) = carrier.last?;
+        let payload = frame.payload();
+        let same = Arc::ptr_eq(&carrier.mapping, mapping)
+            && carrier.is_trusted == is_trusted
+            && !carrier.is_long
+            && len == payload.len()
+            && (before ^ word(payload)) & carrier.mask == 0;
+        same.then_some(carrier)
+    }
+
+    /// Shows what a frame carries, at `at`; gives whether statuswords that were read before are not read any more.
+    pub(super) fn change(
         &mut self,
         pen: &mut Pen<'_>,
         prefix: &str,
         (frame, at, shown): (&Frame, At, bool),
         data: &ProcessData,
-        report: impl FnMut(&mut Pen<'_>, u8, u16),
-    ) {
-        let key = (frame.bus, data.node, data.transmit, data.number);
-        let (mapping, is_trusted) = match &data.content {
-            Signals::Mapped(mapping, from) => (mapping, !from.is_doubted()),
-            Signals::ByConsumer(mapping, ..) => (mapping, false),
-            Signals::None(_) => return self.end_one(pen, key, at),
+    ) -> bool {
+        let key = key(frame, data);
+        let before = self.carriers.get(&key).is_some_and(Carrier::has_statuswords);
+        let Some((mapping, is_trusted)) = read(data).filter(|_| shown) else {
+            if let Some(carrier) = self.carriers.get_mut(&key) {
+                carrier.end(pen, at);
+            }
+            return before;
         };
-        let payload = frame.payload();
-        if let Some(carrier) = self.carriers.get(&key)
-            && Arc::ptr_eq(&carrier.mapping, mapping)
-            && carrier.is_trusted == is_trusted
-            && shown
-            && !carrier.is_long
-            && let Some((before, len)) = carrier.last
-            && len == payload.len()
-            && (before ^ word(payload)) & carrier.mask == 0
-        {
-            return;
-        }
-        self.changed(pen, prefix, (frame, at, shown), (key, mapping, is_trusted), report);
-    }
-
-    /// The same where something may be other than before.
-    fn changed(
-        &mut self,
-        pen: &mut Pen<'_>,
-        prefix: &str,
-        (frame, at, shown): (&Frame, At, bool),
-        (key, mapping, is_trusted): (Key, &Arc<Mapping>, bool),
-        mut report: impl FnMut(&mut Pen<'_>, u8, u16),
-    ) {
-        if !shown {
-            return self.end_one(pen, key, at);
-        }
         self.compile(pen, prefix, key, mapping, at);
-        let Some(carrier) = self.carriers.get_mut(&key) else { return };
-        carrier.is_trusted = is_trusted;
+        let Some(carrier) = self.carriers.get_mut(&key) else { return before };
         let payload = frame.payload();
+        carrier.is_trusted = is_trusted;
         carrier.last = Some((word(payload), payload.len()));
-        let raw = |place: usize| {
-            let mapped = mapping.entries.get(place)?;
-            mapping.raw(mapped, payload)
-        };
         for one in &mut carrier.signals {
             // A payload that is too short says nothing.
-            if let Some(raw) = raw(one.place) {
+            if let Some(mapped) = mapping.entries.get(one.place)
+                && let Some(raw) = mapping.raw(mapped, payload)
+            {
                 one.show(pen, mapping, raw, at);
             }
         }
-        for (axis, place) in carrier.statuswords.iter().filter(|_| is_trusted && key.2) {
-            if let Some(raw) = raw(*place) {
-                report(pen, *axis, raw as u16);
-            }
-        }
+        before && !carrier.has_statuswords()
+    }
+
+    /// The statuswords in a frame, by axis.
+    pub(super) fn statuswords(&self, frame: &Frame, data: &ProcessData) -> Option<&Carrier> {
+        self.carriers.get(&key(frame, data)).filter(|carrier| carrier.has_statuswords())
     }
 
     /// Makes the lanes of a PDO, where its mapping is not the one that it had.
@@ -304,13 +318,7 @@ impl Values {
             gone.end(pen, at);
         }
         self.count = self.count - before + signals.len();
-        self.carriers.insert(key, Carrier::new(mapping, signals));
-    }
-
-    fn end_one(&mut self, pen: &mut Pen<'_>, key: Key, at: At) {
-        if let Some(carrier) = self.carriers.get_mut(&key) {
-            carrier.end(pen, at);
-        }
+        self.carriers.insert(key, Carrier::new(mapping, transmit, signals));
     }
 
     /// What the PDOs of a node, or of all nodes of a bus, have carried holds no more.
