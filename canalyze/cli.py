@@ -29,6 +29,7 @@ COMMANDS: Final = (
     "decode",
     "sniff",
     "monitor",
+    "view",
     "explain",
     "sdo",
     "signals",

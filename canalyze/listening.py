@@ -132,15 +132,16 @@ def data_rate(text: str) -> int | None:
     return rate if 1000 <= rate <= 20_000_000 else None
 
 
-def channels_of(texts: Sequence[str], given: ListeningOptions, words: Words) -> list[Channel]:
+def channels_of(texts: Sequence[str], given: ListeningOptions, words: Words, *, writes: bool = False) -> list[Channel]:
     """Take the names of channels apart; what is wrong with them or the options of listening is a usage error.
 
-    A channel named twice, and none, are wrong too. Nothing is opened.
+    A channel named twice, and none, are wrong too. Nothing is opened. writes: the command writes something else that
+    --force may be for.
     """
     channels = _channels(texts, words)
     _refuse_others(channels, given, words)
     _interface(given, words)
-    _check_recordings(given, words)
+    _check_recordings(given, words, writes=writes)
     return channels
 
 
@@ -271,7 +272,7 @@ def _open_buses(
     return list(opened)
 
 
-def _check_recordings(given: ListeningOptions, words: Words) -> None:
+def _check_recordings(given: ListeningOptions, words: Words, *, writes: bool) -> None:
     """Make sure that what is to be recorded can be told from the names and options."""
     context = click.get_current_context()
     names = given.get("record", ())
@@ -283,7 +284,7 @@ def _check_recordings(given: ListeningOptions, words: Words) -> None:
     for option, value, needed in (
         ("--rotate", given.get("rotate"), "--record" if not names else ""),
         ("--keep", given.get("keep"), "--rotate" if not given.get("rotate") else ""),
-        ("--force", given.get("force") or None, "--record" if not names else ""),
+        ("--force", given.get("force") or None, "--record" if not names and not writes else ""),
     ):
         if value is not None and needed:
             raise click.UsageError(words("record.needs", option=option, other=needed), context)

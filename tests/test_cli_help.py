@@ -9,6 +9,7 @@ from conftest import Runner
 COMMANDS = (
     "decode",
     "sniff",
+    "view",
     "explain",
     "sdo",
     "signals",

@@ -30,6 +30,7 @@ MAY_USE: dict[str, set[str]] = {
     "expectations": {*SAID, "_core", "compression", "layout", "network", "output", "toml"},
     "recording": {*READ, "sinks"},
     "listening": {*READ, "config", "network", "options", "recording"},
+    "viewing": {*SAID, "_core", "config", "network", "options", "timeline"},
     "run": {*READ, "options", "output", "reading"},
     "options": {*READ, "config", "descriptions", "network", "output", "run"},
     "help": {*SAID, "layout", "options"},

@@ -8,6 +8,7 @@ expectations could be checked by; 143 SIGTERM, 129 SIGHUP.
 import json
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final, Unpack
 
@@ -27,7 +28,9 @@ from canalyze.listening import (
 )
 from canalyze.options import ANY_PATH, Spelled, depth_of, listing_options, network_options, open_session
 from canalyze.output import Output, Progress, complain
-from canalyze.run import Run
+from canalyze.run import Interrupt, Run
+from canalyze.timeline import TABLES
+from canalyze.viewing import Showing, ViewingOptions, check, viewing_options
 from canalyze.words import Words
 
 _REST_S: Final = 2.0
@@ -37,6 +40,10 @@ _COUNTED: Final = {
     "sniff.transfers": ("transfers", ("sniff.ok", "sniff.aborted", "sniff.incomplete", "sniff.failed")),
 }
 """What the summary counts, in its order: in which words, and how the core calls it."""
+
+
+class SniffOptions(ListeningOptions, ViewingOptions, total=False):
+    """What the command is given beside its own parameters."""
 
 
 def command(words: Words) -> click.Command:
@@ -52,17 +59,26 @@ def command(words: Words) -> click.Command:
         duration: float | None,
         count: int | None,
         expect: str | None,
-        **given: Unpack[ListeningOptions],
+        rerun: bool,
+        **given: Unpack[SniffOptions],
     ) -> int:
         depth = depth_of(form, words, brief=brief, explain=explain)
-        named = channels_of(channels, given, words)
+        named = channels_of(channels, given, words, writes=given.get("save") is not None)
+        drawn = rerun or given.get("save") is not None
+        check(given, words, drawn=drawn, shown=rerun, why_not=("sniff.needs_rerun", "--rerun"))
         settings: dict[str, Any] = {"format": form, "depth": depth, "time": time, "filter": expression, "count": count}
         settings["masks"] = [channel.mask for channel in named if channel.filters] or None
         if expect is not None:
             settings["expectations"] = expectations.read(Path(expect))
-        session = open_session(words, given, **settings)
-        with listening(named, given, words, complain, duration_s=duration) as opened:
-            return _listen(opened, session, words, given)
+        session = open_session(words, given, tables=TABLES if drawn else None, **settings)
+        with ExitStack() as stack:
+            force = given.get("force", False)
+            showing = stack.enter_context(Showing(given, words, shown=rerun, force=force)) if drawn else None
+            opened = stack.enter_context(listening(named, given, words, complain, duration_s=duration))
+            if showing is not None:
+                opened.live.start()  # what comes until the viewer is ready is not lost
+                showing.begin(opened.live.name, given, _tell)
+            return _listen(opened, session, words, given, showing)
 
     return Command(
         "sniff",
@@ -80,12 +96,20 @@ def command(words: Words) -> click.Command:
             ),
             *listing_options(words),
             click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("sniff.expect")),
+            click.Option(["--rerun"], is_flag=True, help=words("sniff.rerun")),
+            *viewing_options(words, "sniff"),
             *network_options(words),
         ],
     )
 
 
-def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptions) -> int:
+def _tell(line: str) -> None:
+    complain(f"canalyze: {line}")
+
+
+def _listen(
+    opened: Listening, session: Any, words: Words, given: ListeningOptions, showing: Showing | None
+) -> int:
     """Show what is received until the end; give the exit code."""
     live = opened.live
     out = Output()
@@ -96,6 +120,8 @@ def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptio
         nonlocal stopped
         if result:
             out.write(result)
+        if showing is not None:
+            showing.step(session, lambda line: run.complain(f"canalyze: {line}"))
         if run.signal:  # the rest is shown, but not for long
             stopped = stopped or time.monotonic()
             if time.monotonic() - stopped > _REST_S:
@@ -119,13 +145,26 @@ def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptio
         lines = [*_seen(tally, took, live.unshown, bool(written), words), *_held(tally, words), *lines]
     for line in lines:
         complain(f"canalyze: {line}")
-    if opened.recordings.failed:
+    if showing is not None:
+        for line in showing.complete(session, _tell):
+            _tell(line)
+    if opened.recordings.failed or (showing is not None and showing.failed):
         code = code or 2
     if broken is not None and code == broken.exit_code:
         raise broken
     if tally["expectations"]:
         code = code or (2 if not tally["frames"] else 1 if tally["expectations"]["missed"] else 0)
+    if showing is not None and code < 128:
+        _stay(showing)
     return code
+
+
+def _stay(showing: Showing) -> None:
+    """Leave the viewer to the user, who has not seen everything yet when the listening ends."""
+    if told := showing.stays:
+        _tell(told)
+        with Interrupt() as interrupt:
+            interrupt.during(showing.wait)
 
 
 def _held(tally: Mapping[str, Any], words: Words) -> Iterator[str]:

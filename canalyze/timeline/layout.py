@@ -47,7 +47,8 @@ KINDS: Final = ("nmt", "drive", "emcy", "sdo")
 _LANE: Final = 38
 _BAR: Final = 50
 _PLOT: Final = 110
-_ENTRY: Final = 24
+_AXIS: Final = 40
+_ENTRY: Final = 22
 _FEW: Final = _BAR + _LANE * TOGETHER
 _TEXT: Final = 400
 _HEIGHT: Final = 1000
@@ -320,7 +321,7 @@ def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
         columns = 1 if len(plots) <= 4 else 2
     rows = [plots[start : start + columns] for start in range(0, len(plots), columns)]
     height = max(room, _PLOT * len(rows))
-    legend = int((height / len(rows) - _BAR) / _ENTRY)
+    legend = int((height / len(rows) - _AXIS) / _ENTRY)
     views = [[_series(plot, legend) for plot in row] for row in rows]
     return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in views)), height
 

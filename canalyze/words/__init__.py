@@ -26,6 +26,7 @@ from canalyze.words import (
     summary,
     tables,
     timeline,
+    view,
 )
 
 LANGUAGES: Final = ("zh", "en")
@@ -50,6 +51,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *live.ROWS,
     *monitor.ROWS,
     *timeline.ROWS,
+    *view.ROWS,
 )
 
 

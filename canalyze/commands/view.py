@@ -1,0 +1,154 @@
+"""`canalyze view`: a capture as a timeline, in Rerun's viewer or in a file for it.
+
+What is on the timeline stands in `timeline/`, which alone needs Rerun. The capture is read to its end first and written
+to a file beside; the viewer shows that file, which goes when the viewer is closed.
+"""
+
+import tempfile
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Unpack
+
+import click
+
+from canalyze.errors import OutputError, SourceError
+from canalyze.help import Command
+from canalyze.options import (
+    ANY_PATH,
+    CaptureOptions,
+    bitrate_option,
+    inputs,
+    open_session,
+    reading_options,
+)
+from canalyze.output import FileOutput, Output, Progress, complain
+from canalyze.run import Interrupt, Run
+from canalyze.sources.file import STDIN, total_size
+from canalyze.timeline import TABLES
+from canalyze.viewing import SUFFIX, ViewingOptions, check, configuration, open_viewer, opened, viewing_options
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze._core import Session
+
+_MAGIC: Final = b"RRF"
+"""How the files of Rerun begin."""
+
+
+class _Unwanted(Exception):
+    """Leaves the block of an output so that no file is left behind."""
+
+
+class _Given(CaptureOptions, ViewingOptions, total=False):
+    """What the command is given."""
+
+
+def command(words: Words) -> click.Command:
+    """Build the command in one language."""
+
+    def run(files: tuple[str, ...], force: bool, expression: str | None, stamps: str, **given: Unpack[_Given]) -> int:
+        save = given.get("save")
+        check(given, words, shown=save is None, why_not=("usage.exclusive", "--save"))
+        names = inputs(files, words)
+        if save is None and len(names) == 1 and Path(names[0]).suffix.lower() == SUFFIX:
+            return _show(_timeline(names[0]), given, words)
+        session = open_session(words, given, format="summary", tables=TABLES, stamps=stamps, filter=expression)
+        if save is not None:
+            return _save(session, names, save, given, words, force=force)
+        with tempfile.TemporaryDirectory(prefix="canalyze-", ignore_cleanup_errors=True) as folder:
+            path = str(Path(folder) / f"{_readable(names)}{SUFFIX}")
+            code = _write(session, names, path, Progress(words, Output(), total_size(names)), given, words)
+            if session.frames == 0 or code >= 128:
+                return code
+            return _show(path, given, words) or code
+
+    return Command(
+        "view",
+        words,
+        run,
+        [
+            click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
+            *viewing_options(words, "view"),
+            bitrate_option(words),
+            *reading_options(words),
+            click.Option(["--force"], is_flag=True, help=words("opt.force")),
+        ],
+    )
+
+
+def _save(session: "Session", names: tuple[str, ...], save: str, given: _Given, words: Words, *, force: bool) -> int:
+    """Write the timeline to a file that is there when it is complete; give the exit code."""
+    code = 0
+    try:
+        with FileOutput(save, force=force) as out:
+            code = _write(session, names, out.path, Progress(words, out, total_size(names)), given, words)
+            if session.frames == 0 or code >= 128:
+                raise _Unwanted
+    except _Unwanted:
+        if code >= 128:
+            complain(f"canalyze: {words('convert.dropped', name=save)}")
+    return code
+
+
+def _write(
+    session: "Session", names: tuple[str, ...], path: str, progress: Progress, given: _Given, words: Words
+) -> int:
+    """Read captures to their end and write their timeline; give the exit code."""
+    from canalyze.timeline.recording import Timeline
+
+    timeline = Timeline(words, name=_readable(names), save=path, configuration=configuration(given))
+    summary: list[bytes] = []
+
+    def take(result: bytes) -> None:
+        summary.append(result)
+        timeline.take(session.batches())
+
+    complete = False
+    try:
+        code = Run(session, words, progress, take, given).over(names)
+        complete = code < 128 and session.frames > 0
+        if complete:
+            timeline.finish(b"".join(summary))
+    finally:
+        if not complete:
+            timeline.close()
+    return code
+
+
+def _show(path: str, given: _Given, words: Words) -> int:
+    """Show a recording until the user has seen enough; give the exit code."""
+    with Interrupt() as interrupt, open_viewer(given, path) as viewer:
+        interrupt.during(viewer.ready)
+        if not interrupt.signal:
+            lines = opened(viewer, given, words)
+            for line in [*lines, *([words("view.until")] if viewer.page else [])]:
+                complain(f"canalyze: {line}")
+        interrupt.during(viewer.wait)
+        if failure := viewer.failure:
+            raise failure
+    ended_by = interrupt.signal
+    return 128 + ended_by if ended_by and ended_by != _usual() else 0
+
+
+def _usual() -> int:
+    import signal
+
+    return signal.SIGINT
+
+
+def _readable(names: tuple[str, ...]) -> str:
+    """Give what the recording is called."""
+    first = "stdin" if names[0] == STDIN else Path(names[0]).name
+    return first if len(names) == 1 else f"{first}+{len(names) - 1}"
+
+
+def _timeline(name: str) -> str:
+    """Make sure that a file is a timeline already; SourceError where it is not."""
+    try:
+        with Path(name).open("rb") as file:
+            head = file.read(len(_MAGIC))
+    except (OSError, ValueError) as error:
+        raise SourceError("source.open", name=name, error=error) from error
+    if head != _MAGIC:
+        raise SourceError("view.no_timeline", name=name)
+    return name

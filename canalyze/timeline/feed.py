@@ -1,0 +1,88 @@
+"""A timeline that is fed while frames come: in a thread of its own, so that whoever receives never waits for it.
+
+A viewer may be slow, stopped or gone, and a disk full; what comes meanwhile waits, but not without end: then whole
+batches are left out, and counted. Must not: know what is in a batch.
+"""
+
+import threading
+from collections import deque
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final, Protocol
+
+if TYPE_CHECKING:
+    from canalyze._core import Batch
+
+MOST_ROWS: Final = 1_000_000
+"""Rows that wait at most: some 100 MB."""
+
+
+class Fed(Protocol):
+    """What takes the batches: a `Timeline`."""
+
+    def take(self, batches: "Sequence[tuple[str, Batch]]") -> None:
+        """Take batches as they come."""
+
+    def finish(self, summary: bytes = b"") -> None:
+        """Complete it."""
+
+
+class Feed:
+    """Batches on their way to a timeline."""
+
+    def __init__(self, timeline: Fed, *, most: int = MOST_ROWS) -> None:
+        """Begin; the timeline is used in the thread only from here on."""
+        self.left_out = 0
+        """Rows for which there was no room."""
+        self.failure: Exception | None = None
+        """Why nothing is taken any more; None while it is."""
+        self._timeline = timeline
+        self._most = most
+        self._queue: deque[Sequence[tuple[str, Batch]]] = deque()
+        self._waiting = 0
+        self._over = False
+        self._arrived = threading.Condition()
+        self._thread = threading.Thread(target=self._work, name="canalyze-timeline", daemon=True)
+        self._thread.start()
+
+    def give(self, batches: "Sequence[tuple[str, Batch]]") -> None:
+        """Hand batches over; never waits."""
+        rows = sum(batch.num_rows for _, batch in batches)
+        with self._arrived:
+            if self.failure is not None or not rows:
+                return
+            if self._waiting + rows > self._most:
+                self.left_out += rows
+                return
+            self._queue.append(batches)
+            self._waiting += rows
+            self._arrived.notify()
+
+    def end(self) -> None:
+        """Say that nothing more comes; what waits is still taken. Twice is harmless."""
+        with self._arrived:
+            self._over = True
+            self._arrived.notify()
+
+    def ended(self, within_s: float) -> bool:
+        """Wait, but not longer, until all is taken and the timeline complete; tell whether it is."""
+        self._thread.join(within_s)
+        return not self._thread.is_alive()
+
+    def _work(self) -> None:
+        try:
+            while True:
+                with self._arrived:
+                    self._arrived.wait_for(lambda: self._queue or self._over)
+                    taken = list(self._queue)
+                    self._queue.clear()
+                if not taken:
+                    break
+                for batches in taken:
+                    self._timeline.take(batches)
+                    with self._arrived:
+                        self._waiting -= sum(batch.num_rows for _, batch in batches)
+            self._timeline.finish()
+        except Exception as error:
+            with self._arrived:
+                self.failure = error
+                self._queue.clear()
