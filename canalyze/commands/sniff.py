@@ -107,9 +107,7 @@ def _tell(line: str) -> None:
     complain(f"canalyze: {line}")
 
 
-def _listen(
-    opened: Listening, session: Any, words: Words, given: ListeningOptions, showing: Showing | None
-) -> int:
+def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptions, showing: Showing | None) -> int:
     """Show what is received until the end; give the exit code."""
     live = opened.live
     out = Output()

@@ -5,13 +5,12 @@ to a file beside; the viewer shows that file, which goes when the viewer is clos
 """
 
 import tempfile
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Unpack
 
 import click
 
-from canalyze.errors import OutputError, SourceError
+from canalyze.errors import SourceError
 from canalyze.help import Command
 from canalyze.options import (
     ANY_PATH,
