@@ -13,7 +13,7 @@ from typing import Any
 
 from rerun.chunk import Chunk, RrdReader
 
-TIMELINES = ("capture_time", "elapsed", "frame", "sync_cycle")
+TIMELINES = ("capture_time", "time_since_start", "frame", "sync_cycle")
 
 
 @dataclass(slots=True)

@@ -6,6 +6,7 @@ What it must not do: test what the core says of a capture.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ pytest.importorskip("rerun")
 from recordings import Recording, recording
 from timeline_batches import pdo, table
 
+from canalyze.errors import OutputError
 from canalyze.timeline.recording import Timeline
 from canalyze.words import Words
 
@@ -48,7 +50,7 @@ def test_quantities_of_a_pdo(tmp_path: Path) -> None:
     batches = [table("listing", [listed(1, START)]), pdo(5, "TPDO1", signals, rows)]
     timeline, found = written(tmp_path, batches)
     values = found.rows("/pdo/can0/node5/TPDO1", "Scalars:scalars")
-    assert [(row["elapsed"], row["frame"], row["sync_cycle"], row["capture_time"]) for row in values] == [
+    assert [(row["time_since_start"], row["frame"], row["sync_cycle"], row["capture_time"]) for row in values] == [
         (at * MS, at + 1, at, START + at * MS) for at in range(3)
     ]
     assert values[0]["value"] == [5.0, 1.5]
@@ -118,8 +120,8 @@ def test_rows_without_a_stamp_stand_on_the_frames_only(tmp_path: Path) -> None:
     timeline, found = written(tmp_path, [table("listing", rows)])
     lines = {row["frame"]: row for row in found.rows("/frames", "TextLog:text")}
     assert [lines[frame]["value"] for frame in (1, 2, 3)] == [["line 1"], ["line 2"], ["line 3"]]
-    assert "elapsed" not in lines[2]
-    assert lines[3]["elapsed"] == MS
+    assert "time_since_start" not in lines[2]
+    assert lines[3]["time_since_start"] == MS
     assert (timeline.contents.timed, timeline.contents.dated, timeline.contents.cycles) == (True, True, False)
     assert (timeline.contents.first_frame, timeline.contents.last_frame, timeline.contents.last_ns) == (1, 3, MS)
 
@@ -127,14 +129,14 @@ def test_rows_without_a_stamp_stand_on_the_frames_only(tmp_path: Path) -> None:
 def test_no_stamp_at_all(tmp_path: Path) -> None:
     timeline, found = written(tmp_path, [table("listing", [listed(1, None), listed(2, None)])])
     assert [set(row) for row in found.rows("/frames", "TextLog:text")] == [{"frame", "value"}] * 2
-    assert [set(row) for row in found.rows("/span", "Scalars:scalars")] == [{"frame", "value"}] * 2
+    assert [set(row) for row in found.rows("/time_span", "Scalars:scalars")] == [{"frame", "value"}] * 2
     assert not timeline.contents.timed
 
 
 def test_stamps_that_are_no_dates(tmp_path: Path) -> None:
     _, found = written(tmp_path, [table("listing", [listed(1, 5 * MS), listed(2, 7 * MS)])])
     rows = found.rows("/frames", "TextLog:text")
-    assert [(row["frame"], row["elapsed"]) for row in rows] == [(1, 0), (2, 2 * MS)]
+    assert [(row["frame"], row["time_since_start"]) for row in rows] == [(1, 0), (2, 2 * MS)]
     assert "capture_time" not in rows[0]
 
 
@@ -142,7 +144,7 @@ def test_time_begins_with_the_earliest_frame_whatever_comes_first(tmp_path: Path
     later = [{"t_ns": START + 9 * MS, "frame": 10}]
     first = [pdo(5, "TPDO1", {"A": (pa.uint8(), {}, [1])}, later)]
     _, found = written(tmp_path, first, [table("listing", [listed(1, START), listed(10, START + 9 * MS)])])
-    assert [row["elapsed"] for row in found.rows("/pdo/can0/node5/TPDO1", "Scalars:scalars")] == [9 * MS]
+    assert [row["time_since_start"] for row in found.rows("/pdo/can0/node5/TPDO1", "Scalars:scalars")] == [9 * MS]
 
 
 def test_lines(tmp_path: Path) -> None:
@@ -171,7 +173,7 @@ def test_lines(tmp_path: Path) -> None:
 
 
 def test_sync_and_load(tmp_path: Path) -> None:
-    cycles = [
+    cycles: list[dict[str, Any]] = [
         {"cycle": 1, "frame": 1, "t_ns": START, "period_ns": None, "window_ns": None},
         {"cycle": 2, "frame": 3, "t_ns": START + MS, "period_ns": MS, "window_ns": 2 * MS},
         {"cycle": 3, "frame": 5, "t_ns": START + 2 * MS, "period_ns": MS, "window_ns": 2 * MS},
@@ -196,7 +198,7 @@ def test_sync_and_load(tmp_path: Path) -> None:
 
 def test_empty(tmp_path: Path) -> None:
     timeline, found = written(tmp_path, [table("listing", [])])
-    assert found.entities() <= {"/__properties"}
+    assert found.entities() <= {"/__properties", "/time_span"}
     assert timeline.contents.last_frame == 0
 
 
@@ -221,3 +223,15 @@ def test_the_application_is_the_network(tmp_path: Path, live: bool) -> None:
     assert (application([listed(1, START)]) == one) == live
     assert application([listed(1, START, bus="can1"), listed(2, START, bus="can1", node=6)]) != one
     assert application([listed(1, START), listed(2, START, node=6)], "5=drive.eds") != one
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize("name", ["/dev/full", "missing/out.rrd"])
+def test_what_cannot_be_written(tmp_path: Path, name: str) -> None:
+    timeline = Timeline(Words("en"), name="capture.log", save=str(tmp_path / name))
+    with pytest.raises(OutputError) as failed:
+        timeline.take([table("listing", [listed(1, START)])])
+        timeline.finish()
+    assert failed.value.in_words(Words("en")).startswith(f"{tmp_path / name}: cannot be written: ")
+    with suppress(OutputError):
+        timeline.close()

@@ -57,7 +57,7 @@ def command(words: Words) -> click.Command:
         # Whatever ends it, and when: the folder goes, and the viewer with it.
         with (
             Interrupt() as ended,
-            tempfile.TemporaryDirectory(prefix="canalyze-", ignore_cleanup_errors=True) as folder,
+            TemporaryDirectory(prefix="canalyze-", ignore_cleanup_errors=True) as folder,
         ):
             path = str(Path(folder) / f"{_readable(names)}{SUFFIX}")
             code = _write(session, names, path, Progress(words, Output(), total_size(names)), given, words)

@@ -1,6 +1,6 @@
 """The timelines of a recording, and where a row of the core's tables stands on them.
 
-`capture_time` is there where stamps are dates, `elapsed` counts from the first stamp, `frame` is always there,
+`capture_time` is there where stamps are dates, `time_since_start` counts from the first stamp, `frame` is always there,
 `sync_cycle` once there is a SYNC. A row without a stamp stands on the last two only. Must not: touch what a row says.
 """
 
@@ -16,7 +16,7 @@ import rerun as rr
 from canalyze.timeline.contents import Contents
 
 CAPTURE_TIME: Final = "capture_time"
-ELAPSED: Final = "elapsed"
+ELAPSED: Final = "time_since_start"
 FRAME: Final = "frame"
 SYNC_CYCLE: Final = "sync_cycle"
 
@@ -77,7 +77,7 @@ class Clock:
         self._last_cycle = 0
 
     def start(self, batches: Iterable[Places]) -> None:
-        """Take the first rows of all tables: the earliest frame with a stamp among them is where `elapsed` begins."""
+        """Take the first rows of all tables: the earliest frame with a stamp among them is the start."""
         first: tuple[int, int] | None = None
         for rows in batches:
             self._contents.cycles |= bool(len(rows) and rows.cycle.max() > 0)

@@ -81,7 +81,7 @@ class Contents:
     logged: int = 0
     """Rows of findings and emergencies, at /log/..."""
     timed: bool = False
-    """Something has a stamp: there is a timeline `elapsed`; else there is only `frame`."""
+    """Something has a stamp: there is a timeline `time_since_start`; else there is only `frame`."""
     dated: bool = False
     """Stamps are dates: there is a timeline `capture_time`."""
     cycles: bool = False

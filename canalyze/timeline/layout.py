@@ -1,11 +1,375 @@
-"""Stand-in until the layout is merged."""
+"""The first layout of a recording in Rerun: what an engineer sees without touching anything.
 
+Made from what stands in the recording and nothing else, so nothing empty is shown: an overview (lanes and plots on
+linked time axes, log and frames beside them), then all there is of each node. What the user rearranges is kept by
+Rerun. Must not: read the recording, or know what a state means.
+"""
+
+import uuid
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+import rerun as rr
 import rerun.blueprint as rrb
 
-from canalyze.timeline.contents import Contents
+from canalyze.layout import width
+from canalyze.timeline import charts
+from canalyze.timeline.charts import Chart
+from canalyze.timeline.contents import Contents, Lane
+from canalyze.timeline.stream import path
 from canalyze.words import Words
 
+Part = rrb.Container | rrb.View
+Sized = tuple[Part, float]
+"""A part and the height that it wants, in points; only proportions count."""
 
-def layout(contents: Contents, words: Words) -> rrb.Blueprint:
-    """Give what Rerun makes of it by itself."""
-    return rrb.Blueprint()
+SPAN: Final = "/time_span"
+"""Two points without a value, at the recording's ends: with them in it a plot is as wide as the recording."""
+CLOCK: Final = "time_since_start"
+"""The timeline that is shown first where there are stamps: in logs its column is as wide as its name."""
+TOGETHER: Final = 8
+"""Up to so many lanes share one view whatever their kinds: a title bar for each kind would take their place."""
+ROOM: Final = 8
+"""Plots of signals in the overview, besides those of SYNC and load."""
+LESS_ROOM: Final = 6
+"""The same where many lanes have a column of their own."""
+PAGE: Final = 12
+"""Plots on one page of a node."""
+TABS: Final = 8
+"""Up to so many nodes have tabs beside the overview; more of them have theirs in one tab."""
+TITLE: Final = 44
+"""Columns of text that fit above a plot."""
+
+KINDS: Final = ("nmt", "drive", "emcy", "sdo")
+"""Kinds of lanes that the overview shows whole, from the top."""
+
+_LANE: Final = 38
+_BAR: Final = 50
+_PLOT: Final = 110
+_ENTRY: Final = 24
+_FEW: Final = _BAR + _LANE * TOGETHER
+_TEXT: Final = 400
+_HEIGHT: Final = 1000
+_LINKED: Final = rrb.archetypes.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
+_GLOBAL: Final = "view/5c0dca6a-e63f-9cf7-f657-2602590474cc/TimeAxis"
+"""The range that linked axes share. Rerun's own id, not public: under another one, only the first zoom is lost."""
+_HIDDEN: Final = "…"
+"""What a legend calls the lines that it does not show: it has them all, but one entry a name."""
+_IDS: Final = uuid.UUID("6b0e2b52-1f0c-4d0e-9d39-0d7a3c2f6c11")
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """A plot before it is known how high it will be."""
+
+    title: str
+    lines: dict[str, list[str | None]]
+    """By entity the names of its lines; None: not shown in this plot."""
+    percent: bool = False
+    """Its axis goes from 0 to 100."""
+
+
+class Blueprint(rrb.Blueprint):
+    """A blueprint whose linked time axes open on a range of their own."""
+
+    shown: rr.TimeRange
+
+    def _log_to_stream(self, stream: rr.RecordingStream) -> None:
+        super()._log_to_stream(stream)
+        stream.log(_GLOBAL, rrb.archetypes.TimeAxis(view_range=self.shown))
+
+
+def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Blueprint:
+    """Make the first layout of a recording; `live`: it shows the last minute and follows what comes."""
+    views = _Views(contents, words)
+    root = views.whole()
+    _identify(root, "")
+    made = Blueprint(
+        root,
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(
+            state="collapsed",
+            timeline=views.clock(),
+            play_state="following" if live else "paused",
+        ),
+        auto_views=False,
+        auto_layout=False,
+    )
+    bound = rr.TimeRangeBoundary
+    made.shown = (
+        rr.TimeRange(bound.cursor_relative(seconds=-60), bound.cursor_relative(seconds=1))
+        if live and contents.timed
+        else rr.TimeRange(bound.infinite(), bound.infinite())
+    )
+    return made
+
+
+def fit(text: str, columns: int) -> str:
+    """Cut a text to `columns` of a terminal's width."""
+    if width(text) <= columns:
+        return text
+    while text and width(text) >= columns:
+        text = text[:-1]
+    return text.rstrip(" ,、·") + "…"
+
+
+class _Views:
+    """What is in the recording, as views with titles."""
+
+    def __init__(self, contents: Contents, words: Words) -> None:
+        self.contents = contents
+        self.words = words
+        self.lines = charts.lines(contents)
+        self.lanes: dict[str, list[Lane]] = {}
+        for lane in contents.lanes.values():
+            if lane.rows:
+                self.lanes.setdefault(lane.kind, []).append(lane)
+        entities = [*contents.plots, *(lane.entity for lanes in self.lanes.values() for lane in lanes)]
+        self.places = sorted({place for entity in entities if (place := charts.place(entity))[1]})
+        self.buses = max(len({bus for bus, _ in self.places}), len(contents.sync), len(contents.load))
+
+    def whole(self) -> rrb.Container:
+        """Overview, then the nodes."""
+        tabs = [self.overview()]
+        nodes = [page for bus, node in self.places if (page := self.node(bus, node))]
+        if len(nodes) > TABS:
+            tabs.append(rrb.Tabs(*nodes, name=self.words("timeline.nodes")))
+        elif len(nodes) > 1 or self.more_than_overview():
+            tabs += nodes
+        return rrb.Tabs(*tabs, active_tab=0)
+
+    def more_than_overview(self) -> bool:
+        """Whether the tab of an only node has anything that the overview has not."""
+        return bool(self.lines or self.lanes.get("value"))
+
+    # The overview.
+
+    def overview(self) -> Part:
+        """Lanes, plots, texts: few lanes stand above the plots, on the same scale of time; many have a column."""
+        lanes = self.kinds()
+        few = sum(height for _, height in lanes) <= _FEW
+        chosen = charts.overview(self.lines, ROOM if few else LESS_ROOM)
+        plots = [*(self.plot(chart) for chart in chosen), *self.syncs(), *self.loads()]
+        log, frames = self.log(), self.frames()
+        columns: list[tuple[list[Sized], float]] = []
+        if few and plots:
+            room = _HEIGHT - sum(height for _, height in lanes)
+            columns = [([*lanes, _grid(plots, room)], 3), ([*log, *frames], 2)]
+        elif few and lanes:
+            # Without plots there is room for frames below the lanes, and they are what is to be read.
+            columns = [([*lanes, *frames], 3), (log, 2)]
+        else:
+            columns = [(lanes, 2), ([_grid(plots, _HEIGHT, 1)] if plots else [], 2), ([*log, *frames], 3)]
+        columns = [column for column in columns if column[0]]
+        name = self.words("timeline.overview")
+        if len(columns) == 1:
+            return _column(columns[0][0], name)
+        return rrb.Horizontal(
+            *(_column(parts) for parts, _ in columns), column_shares=[share for _, share in columns], name=name
+        )
+
+    def kinds(self) -> list[Sized]:
+        """Lanes of all nodes: few of them in one view, else a view a kind."""
+        kinds = [kind for kind in KINDS if kind in self.lanes]
+        every = [lane for kind in kinds for lane in self.lanes[kind]]
+        if len(every) <= TOGETHER:
+            every += self.values(TOGETHER - len(every))
+            return [self.states(every)] if every else []
+        heights = _share({kind: float(_BAR + _LANE * len(self.lanes[kind])) for kind in kinds}, _HEIGHT)
+        return [
+            (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=_LINKED), height)
+            for kind, height in heights.items()
+        ]
+
+    def values(self, room: int) -> list[Lane]:
+        """Lanes of signals that change and are no quantities: whole signals before single bits."""
+        changing = [lane for lane in self.lanes.get("value", ()) if lane.rows > 1]
+        return sorted(changing, key=lambda lane: lane.entity.rpartition(".")[2].isdecimal())[:room]
+
+    def states(self, lanes: list[Lane]) -> Sized:
+        """Some lanes in one view."""
+        kinds = {lane.kind for lane in lanes}
+        view = rrb.StateTimelineView(
+            origin="/",
+            contents=[lane.entity for lane in lanes],
+            name=self.words(f"timeline.{kinds.pop()}" if len(kinds) == 1 else "timeline.states"),
+            time_view=_LINKED,
+        )
+        return view, _BAR + _LANE * min(len(lanes), 12)
+
+    def syncs(self) -> list[Plot]:
+        """Per bus the period of SYNC, and when synchronous PDOs came against the window."""
+        found = []
+        for bus in sorted(self.contents.sync):
+            period = self.titled(self.words("timeline.period"), bus)
+            found.append(Plot(period, {path("sync", bus, "period"): [period]}))
+            before = path("sync", bus, "delay") + "/"
+            delays: dict[str, list[str | None]] = {}
+            for entity in self.contents.delays:
+                if entity.startswith(before):
+                    node, _, pdo = entity.removeprefix(before).partition("/")
+                    delays[entity] = [f"{self.words('timeline.node', node=node.removeprefix('node'))} {pdo}"]
+            if delays and bus in self.contents.windows:
+                delays[path("sync", bus, "window")] = [self.words("timeline.window")]
+            if delays:
+                title = self.words("timeline.delay" if bus in self.contents.windows else "timeline.delay_only")
+                found.append(Plot(self.titled(title, bus), delays))
+        return found
+
+    def loads(self) -> list[Plot]:
+        """The load of all buses: those in percent, and those of which the bit rate is not known."""
+        found = []
+        for percent in (True, False):
+            name = self.words("timeline.load" if percent else "timeline.rate")
+            lines: dict[str, list[str | None]] = {
+                path("load", bus): [bus or name] for bus, one in self.contents.load.items() if one is percent
+            }
+            if lines:
+                found.append(Plot(name, lines, percent))
+        return found
+
+    def log(self) -> list[Sized]:
+        """Findings and emergencies, and the summary behind them."""
+        views: list[rrb.View] = []
+        if self.contents.logged:
+            columns = rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"])
+            rows = rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO"])
+            views.append(rrb.TextLogView(origin="/log", name=self.words("timeline.log"), columns=columns, rows=rows))
+        if self.contents.summary:
+            views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
+        if len(views) > 1:
+            return [(rrb.Tabs(*views, active_tab=0), _TEXT)]
+        return [(view, _TEXT) for view in views]
+
+    def frames(self) -> list[Sized]:
+        """Annotated frames."""
+        if not self.contents.frames:
+            return []
+        view = rrb.TextLogView(
+            origin="/frames",
+            name=self.words("timeline.frames"),
+            columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["Body"]),
+            rows=rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO", "TRACE"]),
+            format_options=rrb.TextLogFormat(monospace_body=True),
+        )
+        return [(view, _HEIGHT - _TEXT)]
+
+    def clock(self) -> str:
+        """The timeline that is shown first."""
+        return CLOCK if self.contents.timed else "frame"
+
+    # The nodes.
+
+    def node(self, bus: str, node: int) -> Part | None:
+        """All lanes and all plots of a node, on pages where they are many."""
+        lanes = [
+            lane
+            for kind in (*KINDS, "value")
+            for lane in self.lanes.get(kind, ())
+            if charts.place(lane.entity) == (bus, node)
+        ]
+        plots = [
+            self.plot(chart, of_node=True)
+            for chart in charts.of_node(line for line in self.lines if (line.bus, line.node) == (bus, node))
+        ]
+        parts: list[Sized] = [self.states(lanes)] if lanes else []
+        room = _HEIGHT - sum(height for _, height in parts)
+        pages = [plots[start : start + PAGE] for start in range(0, len(plots), PAGE)]
+        if len(pages) > 1:
+            tabs = [_column([_grid(page, room)], f"{number}/{len(pages)}") for number, page in enumerate(pages, 1)]
+            parts.append((rrb.Tabs(*tabs, active_tab=0), room))
+        elif pages:
+            parts.append(_grid(pages[0], room))
+        return _column(parts, fit(self.node_name(bus, node), 24)) if parts else None
+
+    def node_name(self, bus: str, node: int) -> str:
+        """Node 5; with its bus where there are several."""
+        return self.titled(self.words("timeline.node", node=node), bus)
+
+    def titled(self, title: str, bus: str) -> str:
+        """A title with its bus where there are several."""
+        return f"{bus} {title}" if self.buses > 1 else title
+
+    # Plots of signals.
+
+    def plot(self, chart: Chart, *, of_node: bool = False) -> Plot:
+        """One plot: the lines that it has; the others of their PDOs stay hidden."""
+        lines: dict[str, list[str | None]] = {}
+        for line in chart.lines:
+            names = lines.setdefault(line.entity, [None] * len(self.contents.plots[line.entity].series))
+            names[line.index] = self.node_name(line.bus, line.node) if chart.shared else line.series.name
+        return Plot(self.title(chart, of_node), lines)
+
+    def title(self, chart: Chart, of_node: bool) -> str:
+        """Whose signals, which, and their unit, which is never cut off."""
+        unit = f" [{chart.unit}]" if chart.unit else ""
+        names = list(dict.fromkeys(line.title for line in chart.lines))
+        if chart.shared:
+            whole = self.words("timeline.of_nodes", count=len(chart.lines), name="{name}")
+            return whole.format(name=fit(names[0], TITLE - width(whole + unit))) + unit
+        first = chart.lines[0]
+        before = "" if of_node or len(self.places) == 1 else self.node_name(first.bus, first.node) + " "
+        return before + fit(self.words("timeline.comma").join(names), TITLE - width(before + unit)) + unit
+
+
+def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
+    """Put plots below each other, in two columns where they are many."""
+    if columns is None:
+        columns = 1 if len(plots) <= 4 else 2
+    rows = [plots[start : start + columns] for start in range(0, len(plots), columns)]
+    height = max(room, _PLOT * len(rows))
+    legend = int((height / len(rows) - _BAR) / _ENTRY)
+    views = [[_series(plot, legend) for plot in row] for row in rows]
+    return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in views)), height
+
+
+def _series(plot: Plot, legend: int) -> rrb.View:
+    """Make a plot; its legend where it says more than the title and has at most `legend` entries.
+
+    It is as wide in time as the recording, by the span, which takes a line's name so as to have no entry of its own.
+    """
+    overrides = {
+        entity: rr.SeriesLines(
+            names=[_HIDDEN if name is None else name for name in names],
+            visible_series=[name is not None for name in names],
+        ).visualizer()
+        for entity, names in plot.lines.items()
+    }
+    every = [name for names in plot.lines.values() for name in names]
+    shown = [name for name in every if name is not None]
+    overrides[SPAN] = rr.SeriesLines(names=shown[:1], visible_series=[False]).visualizer()
+    return rrb.TimeSeriesView(
+        origin="/",
+        contents=list(overrides),
+        name=plot.title,
+        axis_x=_LINKED,
+        axis_y=rrb.ScalarAxis(range=(0, 100)) if plot.percent else None,
+        plot_legend=rrb.PlotLegend(
+            corner=rrb.Corner2D.LeftTop, visible=len(shown) > 1 and len(shown) + (None in every) <= legend
+        ),
+        overrides=overrides,
+    )
+
+
+def _share(wanted: dict[str, float], height: float) -> dict[str, float]:
+    """Share out a height: half of it to the first, the rest alike; but no more than wanted while others want it."""
+    first, *others = wanted
+    given = {first: min(wanted[first], max(height / 2, height - sum(wanted[one] for one in others)))}
+    for one in sorted(others, key=wanted.__getitem__):
+        given[one] = min(wanted[one], (height - sum(given.values())) / (len(wanted) - len(given)))
+    return {one: given[one] for one in wanted}
+
+
+def _column(parts: Iterable[Sized], name: str | None = None) -> rrb.Container:
+    """Put parts below each other, in proportion to the heights that they want."""
+    parts = list(parts)
+    return rrb.Vertical(*(part for part, _ in parts), row_shares=[height for _, height in parts], name=name)
+
+
+def _identify(part: Part, where: str) -> None:
+    """Give the same ids in every layout of the same, so that one sent anew does not rebuild what stays."""
+    part.id = uuid.uuid5(_IDS, where)
+    for place, inner in enumerate(part.contents if isinstance(part, rrb.Container) else ()):
+        _identify(inner, f"{where}/{inner.name or place}")

@@ -5,22 +5,25 @@ frame is listed, rows wait, because their application id and the beginning of ti
 viewer, or know what a frame means.
 """
 
+import errno
 import hashlib
 import json
+import os
 import re
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import pyarrow as pa
 import rerun as rr
 
-from canalyze.timeline.clock import Clock, Places, places
+from canalyze.errors import OutputError
+from canalyze.timeline.clock import Clock, places
 from canalyze.timeline.contents import Contents
 from canalyze.timeline.lanes import LaneWriter
-from canalyze.timeline.layout import layout
 from canalyze.timeline.logs import LogWriter
+from canalyze.timeline.offering import Offering
 from canalyze.timeline.series import SeriesWriter
 from canalyze.timeline.stream import Stream
 from canalyze.timeline.summary import facts, markdown
@@ -31,8 +34,9 @@ if TYPE_CHECKING:
 
 _WAITING: Final = 64
 """Batches that wait at most for the first annotated frame."""
-_REFRESH_S: Final = 2.0
-"""Between two layouts of a recording that somebody looks at while it grows."""
+_UNWRITTEN: Final = 64 << 20
+"""Bytes of batches that may be on their way into a file."""
+_SYSTEM: Final = re.compile(r"\(os error (\d+)\)")
 _SAFE: Final = re.compile("[^A-Za-z0-9]+")
 _LONGEST: Final = 24
 """Characters of the readable part of an application id."""
@@ -51,7 +55,7 @@ class Timeline:
         configuration: Iterable[str] = (),
         live: bool = False,
     ) -> None:
-        """Nothing in it yet, and nothing written.
+        """Nothing in it yet, and nothing written. What cannot be written to a file is an OutputError, of any method.
 
         name: of the recording, for people. save: the file. connect: the viewer, as rerun+http://127.0.0.1:9876/proxy.
         configuration: what tells this network from another, as the descriptions of its nodes; a layout is kept for
@@ -66,67 +70,60 @@ class Timeline:
         self._live = live
         self._waiting: list[tuple[str, pa.RecordBatch]] | None = []
         self._recording: rr.RecordingStream | None = None
-        self._shown: tuple[object, ...] = ()
-        """What the layout that was sent last was made of."""
-        self._refreshed = 0.0
+        self._unwritten = 0
 
     def take(self, batches: "Iterable[tuple[str, Batch]]") -> None:
         """Take batches as they come from a session."""
         taken = [(name, pa.record_batch(batch)) for name, batch in batches]
-        if self._waiting is not None:
-            self._waiting += [one for one in taken if len(one[1])]
-            listed = any(name == "listing" for name, _ in self._waiting)
-            if not listed and len(self._waiting) < _WAITING:
-                return
-            taken = self._begin()
-        for name, batch in taken:
-            self._write(name, batch)
-        if taken and (self._live or self._connect) and time.monotonic() - self._refreshed >= _REFRESH_S:
-            self._refresh()
+        if self._waiting is None:
+            self._write(taken)
+            if self._offering.due() and (self._live or self._connect):
+                self._renew()
+            self._unwritten += sum(batch.nbytes for _, batch in taken)
+            if self._recording and not self._connect and self._unwritten > _UNWRITTEN:
+                self._unwritten = 0
+                with self._writing():
+                    self._recording.flush()
+            return
+        self._waiting += [one for one in taken if len(one[1])]
+        if len(self._waiting) >= _WAITING or any(name == "listing" for name, _ in self._waiting):
+            self._begin()
 
     def finish(self, summary: bytes = b"") -> None:
         """End the recording with a summary, given as JSON lines."""
-        for name, batch in self._begin():
-            self._write(name, batch)
+        self._begin()
         records = [json.loads(line) for line in summary.splitlines()]
-        if records:
+        if records and self._recording:
             self.contents.summary = True
             self._stream.always("/summary", rr.TextDocument(markdown(records, self._words), media_type="text/markdown"))
-            assert self._recording is not None
             self._recording.send_property("capture", rr.AnyValues(**facts(records)))
         self.close()
 
     def close(self) -> None:
         """End the recording as it is; whatever was taken is in it."""
-        for name, batch in self._begin():
-            self._write(name, batch)
+        self._begin()
         if self._recording is not None:
-            self._refresh()
-            self._recording.flush()
-            self._recording.disconnect()
-            self._recording = None
+            self._renew()
+            recording, self._recording = self._recording, None
+            try:
+                with self._writing():
+                    recording.flush()
+            finally:
+                recording.disconnect()
 
-    def _begin(self) -> list[tuple[str, pa.RecordBatch]]:
-        """Create the recording, unless there is one; give the rows that have waited for it."""
+    def _begin(self) -> None:
+        """Create the recording out of the rows that wait, unless there is one."""
         if self._waiting is None:
-            return []
+            return
         waited, self._waiting = self._waiting, None
-        recording = rr.RecordingStream(self._application(waited))
-        sinks: list[Any] = []
-        if self._connect:
-            sinks.append(rr.GrpcSink(self._connect))
-        if self._save:
-            # The index at the end of a file takes memory for every piece of it: not without end.
-            sinks.append(rr.FileSink(self._save, write_footer=not self._live))
-        recording.set_sinks(*sinks)
-        recording.send_recording_name(self._name)
-        clock = Clock(self.contents)
-        clock.start(_framed(waited))
-        self._recording, self._clock = recording, clock
-        stream = self._stream = Stream(recording, clock)
-        series = SeriesWriter(stream, self.contents, self._words)
-        self._lanes = LaneWriter(stream, self.contents)
-        logs = LogWriter(stream, self.contents)
+        recording = self._recording = rr.RecordingStream(self._application(waited))
+        contents = self.contents
+        self._clock = Clock(contents)
+        self._clock.start(places(batch) for name, batch in waited if name != "load")
+        stream = self._stream = Stream(recording, self._clock)
+        series = SeriesWriter(stream, contents, self._words)
+        self._lanes = LaneWriter(stream, contents)
+        logs = LogWriter(stream, contents)
         self._writers: dict[str, Callable[[pa.RecordBatch], None]] = {
             "pdo": series.pdo,
             "sync_cycles": series.sync,
@@ -135,30 +132,50 @@ class Timeline:
             "log": logs.log,
             "listing": logs.frames,
         }
-        return waited
-
-    def _write(self, name: str, batch: pa.RecordBatch) -> None:
-        writer = self._writers.get(name.partition("/")[0])
-        if writer and len(batch):
-            writer(batch)
-
-    def _refresh(self) -> None:
-        """Bring everything up to date that the recording has only once: colours, extent, layout."""
-        assert self._recording is not None
-        self._refreshed = time.monotonic()
+        self._offering = Offering(recording, contents, self._words, viewer=self._connect, live=self._live)
+        recording.send_recording_name(self._name)
+        stream.always("/time_span", rr.SeriesLines(visible_series=[False], names=[""]))
+        # Rows are kept until there is somewhere to send them, so that a layout of them can come first.
+        self._write(waited)
         self._lanes.colour()
-        contents = self.contents
-        if contents.last_frame:
-            if not self._shown:
-                self._stream.always("/span", rr.SeriesLines(visible_series=[False]))
-            rr.send_columns(
-                "/span", self._clock.span(), rr.Scalars.columns(scalars=np.full(2, np.nan)), recording=self._recording
-            )
-        shown = _outline(contents)
-        if shown != self._shown:
-            self._shown = shown
-            # The layout is an offer: what the user has made of the last one for this network stays.
-            self._recording.send_blueprint(layout(contents, self._words), make_active=False, make_default=True)
+        with self._writing():
+            recording.set_sinks(*self._sinks(), default_blueprint=self._offering.first())
+
+    def _sinks(self) -> list[Any]:
+        sinks: list[Any] = []
+        if self._connect:
+            sinks.append(rr.GrpcSink(self._connect))
+        if self._save:
+            # The index at the end of a file takes memory for every piece of it: not without end.
+            sinks.append(rr.FileSink(self._save, write_footer=not self._live))
+        return sinks
+
+    def _write(self, batches: list[tuple[str, pa.RecordBatch]]) -> None:
+        for name, batch in batches:
+            writer = self._writers.get(name.partition("/")[0])
+            if writer and len(batch):
+                writer(batch)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Say what is wrong with the file. That a viewer is gone is no fault: its user has closed it."""
+        try:
+            yield
+        except RuntimeError as error:
+            text = str(error)
+            if self._save is None or "gRPC" in text:
+                return
+            found = _SYSTEM.search(text)
+            number = int(found[1]) if found else errno.EIO
+            raise OutputError("output.write", name=self._save, error=OSError(number, os.strerror(number))) from error
+
+    def _renew(self) -> None:
+        """Bring up to date what the recording has only once: colours, extent, layout."""
+        self._lanes.colour()
+        if self.contents.last_frame:
+            nothing = rr.Scalars.columns(scalars=np.full(2, np.nan))
+            rr.send_columns("/time_span", self._clock.span(), nothing, recording=self._recording)
+        self._offering.renew()
 
     def _application(self, batches: list[tuple[str, pa.RecordBatch]]) -> str:
         """Give an id that is the same for the same network: a layout that a user makes is kept under it."""
@@ -174,24 +191,3 @@ class Timeline:
         digest = hashlib.sha256(json.dumps([buses, nodes, self._configuration]).encode("utf-8", "surrogatepass"))
         readable = _SAFE.sub("-", "-".join(buses))[:_LONGEST].strip("-")
         return "-".join(one for one in ("canalyze", readable, digest.hexdigest()[:10]) if one)
-
-
-def _framed(batches: list[tuple[str, pa.RecordBatch]]) -> "Iterable[Places]":
-    """Give where rows stand that belong to a frame each."""
-    return (places(batch) for name, batch in batches if name != "load")
-
-
-def _outline(contents: Contents) -> tuple[object, ...]:
-    """Give what a new layout would differ by."""
-    return (
-        tuple((plot.entity, tuple(one.varies for one in plot.series)) for plot in contents.plots.values()),
-        tuple(contents.lanes),
-        frozenset(contents.sync),
-        frozenset(contents.windows),
-        tuple(contents.delays),
-        tuple(contents.load),
-        contents.frames > 0,
-        contents.logged > 0,
-        contents.summary,
-        contents.timed,
-    )

@@ -49,7 +49,8 @@ class SeriesWriter:
                 series = [_series(batch.schema.field(place).name, one) for place, one in shown]
                 plot = Plot(entity, meta["bus"], int(meta["node"]), meta["pdo"], series)
                 self._contents.plots[entity] = plot
-                self._named(entity, [one.name for one in series])
+                # A sample holds until the next one: between two of them nobody sent anything.
+                self._named(entity, [one.name for one in series], rr.components.InterpolationMode.StepAfter)
             values = np.empty((len(rows), len(shown)), np.float64)
             for line, (place, one) in enumerate(shown):
                 column = _numbers(batch.column(place))

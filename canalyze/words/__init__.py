@@ -25,6 +25,7 @@ from canalyze.words import (
     sniff,
     summary,
     tables,
+    timeline,
     view,
 )
 
@@ -49,6 +50,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *sniff.ROWS,
     *live.ROWS,
     *monitor.ROWS,
+    *timeline.ROWS,
     *view.ROWS,
 )
 

@@ -1,0 +1,137 @@
+"""Which signals share a plot, and which plots the overview has room for.
+
+A plot has one Y axis: lines of one unit share it, lines without a unit where they are of like magnitude. What varies
+comes before what does not, what has a name before what has only an index. Must not: import Rerun, or name anything.
+"""
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Final
+
+from canalyze.timeline.contents import Contents, Series
+
+LINES: Final = 8
+"""Lines of a plot, where there are more to choose from: as many as a legend names without covering them."""
+_NODE: Final = re.compile(r"node\d+")
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One line of a chart."""
+
+    entity: str
+    """Path of the entity that it stands in."""
+    index: int
+    """Its place in the entity's rows."""
+    bus: str
+    """The bus as paths have it; "" where the capture names none."""
+    node: int
+    series: Series = field(compare=False)
+
+    @property
+    def title(self) -> str:
+        """Give its name without its unit."""
+        return self.series.name.removesuffix(f" [{self.series.unit}]") if self.series.unit else self.series.name
+
+
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """Lines that share a plot: of one node, or the same signal of several."""
+
+    unit: str
+    lines: tuple[Line, ...]
+    varies: bool
+    described: bool
+
+    @property
+    def shared(self) -> bool:
+        """Whether it is a signal of several nodes rather than signals of one."""
+        return len({(line.bus, line.node) for line in self.lines}) > 1
+
+
+def place(entity: str) -> tuple[str, int]:
+    """Give the bus and the node of an entity: /nmt/can0/node5, /value/node5/TPDO1/signal."""
+    parts = entity.split("/")[2:5]
+    at = 1 if len(parts) > 1 and _NODE.fullmatch(parts[1]) else 0
+    if at >= len(parts) or not _NODE.fullmatch(parts[at]):
+        return "", 0
+    return parts[0] if at else "", int(parts[at].removeprefix("node"))
+
+
+def lines(contents: Contents) -> list[Line]:
+    """Give every line that there is, by bus and node, in the order of their PDOs."""
+    found = [
+        Line(plot.entity, index, *place(plot.entity), series)
+        for plot in contents.plots.values()
+        if plot.rows
+        for index, series in enumerate(plot.series)
+        if series.least <= series.greatest
+    ]
+    return sorted(found, key=lambda line: (line.bus, line.node))
+
+
+def of_node(every: Iterable[Line]) -> list[Chart]:
+    """Give the charts of one node's lines: the most telling first."""
+    groups: dict[tuple[bool, bool, str, int], list[Line]] = {}
+    for line in every:
+        series = line.series
+        key = (not series.varies, not series.described and not series.unit, series.unit, _magnitude(series))
+        groups.setdefault(key, []).append(line)
+    return [chart for key in sorted(groups, key=lambda key: key[:2]) for chart in _filled(groups[key])]
+
+
+def overview(every: list[Line], room: int) -> list[Chart]:
+    """Choose at most `room` charts: each node's own where there is room for all, else what the nodes have in common."""
+    varying = [line for line in every if line.series.varies]
+    named = [line for line in varying if line.series.described]
+    for some in (varying, named):
+        charts = [of_node(one) for one in _by_node(some).values()]
+        if some and sum(map(len, charts)) <= room:
+            return [chart for of_one in charts for chart in of_one]
+    some = named or varying or [line for line in every if line.series.described] or every
+    common = _common(some)[:room]
+    taken = {line for chart in common for line in chart.lines}
+    charts = [of_node(one) for one in _by_node([line for line in some if line not in taken]).values()]
+    # The nodes in turn: the best of each, then the second best, until there is no room.
+    turns = [(turn, place) for place, of_one in enumerate(charts) for turn in range(len(of_one))]
+    chosen = sorted(sorted(turns)[: room - len(common)], key=lambda one: (one[1], one[0]))
+    return [*common, *(charts[place][turn] for turn, place in chosen)]
+
+
+def _by_node(every: Iterable[Line]) -> dict[tuple[str, int], list[Line]]:
+    nodes: dict[tuple[str, int], list[Line]] = {}
+    for line in every:
+        nodes.setdefault((line.bus, line.node), []).append(line)
+    return nodes
+
+
+def _common(every: Iterable[Line]) -> list[Chart]:
+    """Give the signals that three nodes and more have by the same name: those of most nodes first."""
+    groups: dict[tuple[str, str], list[Line]] = {}
+    for line in every:
+        if line.series.described:
+            groups.setdefault((line.series.name, line.series.unit), []).append(line)
+    shared = [group for group in groups.values() if len(_by_node(group)) >= 3]
+    return [_chart(group) for group in sorted(shared, key=lambda group: -len(_by_node(group)))]
+
+
+def _filled(group: list[Line]) -> Iterable[Chart]:
+    """Cut lines into charts of at most LINES, all about as full."""
+    count = math.ceil(len(group) / LINES)
+    size = math.ceil(len(group) / count)
+    return (_chart(group[start : start + size]) for start in range(0, len(group), size))
+
+
+def _chart(group: list[Line]) -> Chart:
+    first = group[0].series
+    return Chart(first.unit, tuple(group), any(line.series.varies for line in group), first.described)
+
+
+def _magnitude(series: Series) -> int:
+    """Tell lines without a unit apart that cannot be read on one axis: in steps of a factor of 100."""
+    if series.unit:
+        return 0
+    most = max(abs(series.least), abs(series.greatest))
+    return 0 if not math.isfinite(most) or most < 1 else 1 + int(math.log10(most)) // 2

@@ -1,0 +1,102 @@
+"""The layout of a recording, offered anew when there is something new to show.
+
+A file's layout is its default: what a user has made of the one before, for the same network, stays. A viewer takes a
+new default only when it has none; so where a growing recording is looked at, the new layout is made the active one,
+unless the views there are no longer those that were offered. Must not: decide what a layout looks like.
+"""
+
+import contextlib
+import time
+from collections.abc import Iterator
+from typing import Any, Final
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from canalyze.timeline.contents import Contents
+from canalyze.timeline.layout import layout
+from canalyze.words import Words
+
+_LEAST_S: Final = 2.0
+_MOST_S: Final = 30.0
+_SHARE: Final = 0.1
+"""Between two layouts: a tenth of the time so far, but not less or more than these."""
+
+
+class Offering:
+    """The layouts of one recording."""
+
+    def __init__(
+        self, recording: rr.RecordingStream, contents: Contents, words: Words, *, viewer: str | None, live: bool
+    ) -> None:
+        """None yet. viewer: where the recording is looked at while it grows. live: it is looked at as it happens."""
+        self._recording = recording
+        self._contents = contents
+        self._words = words
+        self._viewer = viewer
+        self._live = live
+        self._client: Any = None
+        self._outline: tuple[object, ...] = ()
+        self._views: set[str] = set()
+        """Ids of the views that were offered last."""
+        self._since = self._last = time.monotonic()
+
+    def due(self) -> bool:
+        """Tell whether it is time to see what is new."""
+        now = time.monotonic()
+        return now - self._last >= min(max(_LEAST_S, _SHARE * (now - self._since)), _MOST_S)
+
+    def first(self) -> rrb.Blueprint:
+        """Give the layout that comes before all rows."""
+        self._outline, self._last = _outline(self._contents), time.monotonic()
+        return self._made()
+
+    def renew(self) -> None:
+        """Send a new layout if it would be another one."""
+        self._last = time.monotonic()
+        outline = _outline(self._contents)
+        if outline == self._outline:
+            return
+        self._outline = outline
+        taken = self._shown() == self._views
+        self._recording.send_blueprint(self._made(), make_active=taken, make_default=True)
+
+    def _made(self) -> rrb.Blueprint:
+        made = layout(self._contents, self._words, live=self._live)
+        self._views = {str(view.id) for view in _views(getattr(made, "root_container", None))}
+        return made
+
+    def _shown(self) -> set[str] | None:
+        """Give the ids of the viewer's views; None where it does not tell."""
+        if self._viewer is None:
+            return None
+        with contextlib.suppress(Exception):  # it is experimental: what it may raise is not said
+            from rerun.experimental import ViewerClient
+
+            self._client = self._client or ViewerClient.connect(self._viewer)
+            return {str(view.view_id) for view in self._client.get_state().views}
+        return None
+
+
+def _views(part: Any) -> Iterator[Any]:
+    if isinstance(part, rrb.Container):
+        for one in part.contents:
+            yield from _views(one)
+    elif part is not None:
+        yield part
+
+
+def _outline(contents: Contents) -> tuple[object, ...]:
+    """Give what a layout is made of, as far as one may differ from the next."""
+    return (
+        tuple((plot.entity, tuple(one.varies for one in plot.series)) for plot in contents.plots.values()),
+        tuple(contents.lanes),
+        frozenset(contents.sync),
+        frozenset(contents.windows),
+        tuple(contents.delays),
+        tuple(contents.load),
+        contents.frames > 0,
+        contents.logged > 0,
+        contents.summary,
+        contents.timed,
+    )

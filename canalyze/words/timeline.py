@@ -1,0 +1,33 @@
+"""What a timeline in Rerun says: titles of its tabs and views.
+
+Rows (key, zh, en), as the folder's `__init__` has it; nothing else.
+"""
+
+from typing import Final
+
+ROWS: Final[tuple[tuple[str, str, str], ...]] = (
+    # Tabs.
+    ("timeline.overview", "概览", "Overview"),
+    ("timeline.nodes", "节点", "Nodes"),
+    ("timeline.node", "节点{node}", "Node {node}"),
+    # Lanes.
+    ("timeline.states", "状态", "States"),
+    ("timeline.nmt", "NMT状态", "NMT states"),
+    ("timeline.drive", "驱动器状态", "Drive states"),
+    ("timeline.emcy", "EMCY：未消除的错误", "EMCY: active errors"),
+    ("timeline.value", "信号的取值", "Values of signals"),
+    ("timeline.sdo", "SDO传输", "SDO transfers"),
+    # Plots.
+    ("timeline.period", "SYNC周期 [µs]", "SYNC period [µs]"),
+    ("timeline.delay", "同步PDO的延迟和同步窗口 [µs]", "Synchronous PDOs: delay and window [µs]"),
+    ("timeline.delay_only", "同步PDO的延迟 [µs]", "Synchronous PDOs: delay [µs]"),
+    ("timeline.window", "同步窗口", "synchronous window"),
+    ("timeline.load", "总线负载 [%]", "Bus load [%]"),
+    ("timeline.rate", "每秒帧数", "Frames per second"),
+    ("timeline.of_nodes", "{count}个节点的{name}", "{name} of {count} nodes"),
+    ("timeline.comma", "、", ", "),
+    # Texts.
+    ("timeline.log", "发现和EMCY", "Findings and EMCY"),
+    ("timeline.frames", "帧", "Frames"),
+    ("timeline.summary", "摘要", "Summary"),
+)
