@@ -6,6 +6,7 @@ to a file beside; the viewer shows that file, which goes when the viewer is clos
 
 import signal
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final, Unpack
 
 import click
