@@ -6,6 +6,7 @@ What it must not do: test what the core says of a capture.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ pytest.importorskip("rerun")
 from recordings import Recording, recording
 from timeline_batches import pdo, table
 
+from canalyze.errors import OutputError
 from canalyze.timeline.recording import Timeline
 from canalyze.words import Words
 
@@ -221,3 +223,15 @@ def test_the_application_is_the_network(tmp_path: Path, live: bool) -> None:
     assert (application([listed(1, START)]) == one) == live
     assert application([listed(1, START, bus="can1"), listed(2, START, bus="can1", node=6)]) != one
     assert application([listed(1, START), listed(2, START, node=6)], "5=drive.eds") != one
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize("name", ["/dev/full", "missing/out.rrd"])
+def test_what_cannot_be_written(tmp_path: Path, name: str) -> None:
+    timeline = Timeline(Words("en"), name="capture.log", save=str(tmp_path / name))
+    with pytest.raises(OutputError) as failed:
+        timeline.take([table("listing", [listed(1, START)])])
+        timeline.finish()
+    assert failed.value.in_words(Words("en")).startswith(f"{tmp_path / name}: cannot be written: ")
+    with suppress(OutputError):
+        timeline.close()

@@ -5,16 +5,20 @@ frame is listed, rows wait, because their application id and the beginning of ti
 viewer, or know what a frame means.
 """
 
+import errno
 import hashlib
 import json
+import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import pyarrow as pa
 import rerun as rr
 
+from canalyze.errors import OutputError
 from canalyze.timeline.clock import Clock, places
 from canalyze.timeline.contents import Contents
 from canalyze.timeline.lanes import LaneWriter
@@ -30,6 +34,9 @@ if TYPE_CHECKING:
 
 _WAITING: Final = 64
 """Batches that wait at most for the first annotated frame."""
+_UNWRITTEN: Final = 64 << 20
+"""Bytes of batches that may be on their way into a file."""
+_SYSTEM: Final = re.compile(r"\(os error (\d+)\)")
 _SAFE: Final = re.compile("[^A-Za-z0-9]+")
 _LONGEST: Final = 24
 """Characters of the readable part of an application id."""
@@ -48,7 +55,7 @@ class Timeline:
         configuration: Iterable[str] = (),
         live: bool = False,
     ) -> None:
-        """Nothing in it yet, and nothing written.
+        """Nothing in it yet, and nothing written. What cannot be written to a file is an OutputError, of any method.
 
         name: of the recording, for people. save: the file. connect: the viewer, as rerun+http://127.0.0.1:9876/proxy.
         configuration: what tells this network from another, as the descriptions of its nodes; a layout is kept for
@@ -63,6 +70,7 @@ class Timeline:
         self._live = live
         self._waiting: list[tuple[str, pa.RecordBatch]] | None = []
         self._recording: rr.RecordingStream | None = None
+        self._unwritten = 0
 
     def take(self, batches: "Iterable[tuple[str, Batch]]") -> None:
         """Take batches as they come from a session."""
@@ -71,6 +79,11 @@ class Timeline:
             self._write(taken)
             if self._offering.due() and (self._live or self._connect):
                 self._renew()
+            self._unwritten += sum(batch.nbytes for _, batch in taken)
+            if self._recording and not self._connect and self._unwritten > _UNWRITTEN:
+                self._unwritten = 0
+                with self._writing():
+                    self._recording.flush()
             return
         self._waiting += [one for one in taken if len(one[1])]
         if len(self._waiting) >= _WAITING or any(name == "listing" for name, _ in self._waiting):
@@ -91,9 +104,12 @@ class Timeline:
         self._begin()
         if self._recording is not None:
             self._renew()
-            self._recording.flush()
-            self._recording.disconnect()
-            self._recording = None
+            recording, self._recording = self._recording, None
+            try:
+                with self._writing():
+                    recording.flush()
+            finally:
+                recording.disconnect()
 
     def _begin(self) -> None:
         """Create the recording out of the rows that wait, unless there is one."""
@@ -122,7 +138,8 @@ class Timeline:
         # Rows are kept until there is somewhere to send them, so that a layout of them can come first.
         self._write(waited)
         self._lanes.colour()
-        recording.set_sinks(*self._sinks(), default_blueprint=self._offering.first())
+        with self._writing():
+            recording.set_sinks(*self._sinks(), default_blueprint=self._offering.first())
 
     def _sinks(self) -> list[Any]:
         sinks: list[Any] = []
@@ -138,6 +155,19 @@ class Timeline:
             writer = self._writers.get(name.partition("/")[0])
             if writer and len(batch):
                 writer(batch)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Say what is wrong with the file. That a viewer is gone is no fault: its user has closed it."""
+        try:
+            yield
+        except RuntimeError as error:
+            text = str(error)
+            if self._save is None or "gRPC" in text:
+                return
+            found = _SYSTEM.search(text)
+            number = int(found[1]) if found else errno.EIO
+            raise OutputError("output.write", name=self._save, error=OSError(number, os.strerror(number))) from error
 
     def _renew(self) -> None:
         """Bring up to date what the recording has only once: colours, extent, layout."""
