@@ -5,14 +5,14 @@ to a file beside; the viewer shows that file, which goes when the viewer is clos
 """
 
 import shlex
-import tempfile
-from functools import partial
+import signal
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final, Unpack
 
 import click
 
-from canalyze.errors import OutputError, SourceError
+from canalyze.errors import SourceError
 from canalyze.help import Command
 from canalyze.options import (
     ANY_PATH,
@@ -58,11 +58,15 @@ def command(words: Words) -> click.Command:
         session = open_session(words, given, format="summary", tables=TABLES, stamps=stamps, filter=expression)
         if save is not None:
             return _save(session, names, save, given, words, force=force)
-        with tempfile.TemporaryDirectory(prefix="canalyze-", ignore_cleanup_errors=True) as folder:
+        # Whatever ends it, and when: the folder goes, and the viewer with it.
+        with (
+            Interrupt() as ended,
+            TemporaryDirectory(prefix="canalyze-", ignore_cleanup_errors=True) as folder,
+        ):
             path = str(Path(folder) / f"{_readable(names)}{SUFFIX}")
             code = _write(session, names, path, Progress(words, Output(), total_size(names)), given, words)
-            if session.frames == 0 or code >= 128:
-                return code
+            if ended.signal or session.frames == 0 or code >= 128:
+                return 128 + ended.signal if ended.signal else code
             return _show(path, given, words) or code
 
     return Command(
@@ -83,8 +87,9 @@ def _save(session: "Session", names: tuple[str, ...], save: str, given: _Given, 
     """Write the timeline to a file that is there when it is complete; give the exit code."""
     code = 0
     try:
-        with FileOutput(save, force=force) as out:
+        with Interrupt() as ended, FileOutput(save, force=force) as out:
             code = _write(session, names, out.path, Progress(words, out, total_size(names)), given, words)
+            code = 128 + ended.signal if ended.signal else code
             if session.frames == 0 or code >= 128:
                 raise _Unwanted
     except _Unwanted:
@@ -143,14 +148,7 @@ def _show(path: str, given: _Given, words: Words) -> int:
         interrupt.during(viewer.wait)
         if failure := viewer.failure:
             raise failure
-    ended_by = interrupt.signal
-    return 128 + ended_by if ended_by and ended_by != _usual() else 0
-
-
-def _usual() -> int:
-    import signal
-
-    return signal.SIGINT
+    return 128 + interrupt.signal if interrupt.signal not in (0, signal.SIGINT) else 0
 
 
 def _readable(names: tuple[str, ...]) -> str:

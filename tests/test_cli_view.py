@@ -1,0 +1,446 @@
+"""`canalyze view` and `canalyze sniff --rerun`: viewers, files, who listens where, and ends of all kinds.
+
+What stands on a timeline is tested by `test_timeline*.py`. What it must not do: need a display, but for the one test
+that has a virtual one.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, urlparse
+
+import pytest
+from captures import SAMPLES
+from conftest import Runner, command, environment
+from recordings import recording, verified
+from test_sniff import process as sniffing
+from test_sniff import without_end
+from viewers import listeners, on_linux, sent_to, soon, viewer_of
+
+from canalyze.timeline.feed import Feed
+
+CAPTURE = SAMPLES / "network" / "sync-and-pdos.log"
+EDS = f"5={SAMPLES.parent / 'eds' / 'drive.eds'}"
+LOCAL = "127.0.0.1"
+
+
+@contextmanager
+def viewing(*args: str, cwd: Path, **more: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A command that lasts; whatever comes, it does not outlive the test."""
+    (cwd / "tmp").mkdir(exist_ok=True)
+    given = environment(TMPDIR=str(cwd / "tmp"), **more)
+    line = command("--lang", "en", *args)
+    with subprocess.Popen(line, cwd=cwd, env=given, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        try:
+            yield running
+        finally:
+            running.kill()
+
+
+def told(running: subprocess.Popen[bytes], wanted: str) -> str:
+    """The first line on standard error with this in it."""
+    assert running.stderr is not None
+    for line in running.stderr:
+        if wanted.encode() in line:
+            return line.decode().strip()
+    pytest.fail(f"nothing was said of {wanted}")
+
+
+def page_of(line: str) -> tuple[str, str]:
+    """The address of the page, and where the viewer takes what it shows."""
+    (url,) = re.findall(r"http://\S+", line)
+    return url, parse_qs(urlparse(url).query)["url"][0]
+
+
+def end(running: subprocess.Popen[bytes], by: signal.Signals = signal.SIGINT) -> int:
+    """Ends it as a user does; gives the exit code."""
+    running.send_signal(by)
+    return running.wait(30)
+
+
+def rows(path: Path) -> int:
+    """Annotated frames in a recording."""
+    return len(recording(path).rows("/frames", "TextLog:text"))
+
+
+# Files.
+
+
+def test_a_file(canalyze: Runner, tmp_path: Path) -> None:
+    done = canalyze("view", "--save", "out.rrd", "--eds", EDS, str(CAPTURE))
+    assert (done.code, done.out) == (0, "")
+    assert [path.name for path in tmp_path.iterdir()] == ["out.rrd"]
+    verified(tmp_path / "out.rrd")
+    assert rows(tmp_path / "out.rrd") == len(CAPTURE.read_text().splitlines())
+    assert recording(tmp_path / "out.rrd").application.startswith("canalyze-")
+
+
+def test_a_pipe_becomes_a_file(canalyze: Runner, tmp_path: Path) -> None:
+    done = canalyze("view", "--save", "out.rrd", stdin=CAPTURE.read_bytes())
+    assert done.code == 0
+    assert rows(tmp_path / "out.rrd") > 0
+
+
+def test_a_file_that_exists_stays(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "out.rrd").write_text("mine")
+    done = canalyze("view", "--lang", "en", "--save", "out.rrd", str(CAPTURE))
+    assert (done.code, done.err) == (2, "canalyze: out.rrd: exists; --force overwrites it\n")
+    assert (tmp_path / "out.rrd").read_text() == "mine"
+    assert canalyze("view", "--save", "out.rrd", "--force", str(CAPTURE)).code == 0
+    verified(tmp_path / "out.rrd")
+
+
+def test_what_is_no_capture_leaves_no_file(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("hello\n")
+    done = canalyze("view", "--save", "out.rrd", "notes.txt")
+    assert done.code == 2 and len(done.complaints) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_an_interrupted_one_leaves_no_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with viewing("view", "--save", "out.rrd", "pipe", cwd=tmp_path) as running:
+        with (tmp_path / "pipe").open("wb") as pipe:
+            pipe.write(CAPTURE.read_bytes())
+            pipe.flush()
+            soon(lambda: list(tmp_path.glob("out.rrd.*.part")), "the file beside")
+            assert end(running) == 130
+        assert running.stderr is not None and b"interrupted, nothing was written" in running.stderr.read()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["pipe", "tmp"]
+
+
+# Words.
+
+USAGE: list[tuple[list[str], str, str]] = [
+    (["view", "--save", "x.rrd", "--web", "f"], "--web 和 --save 不能同时使用", "--web and --save exclude each other"),
+    (["view", "--save", "x.txt", "f"], "x.txt 要以 .rrd 结尾", "x.txt has to end in .rrd"),
+    (["view", "--save", "-", "f"], "- 要以 .rrd 结尾", "- has to end in .rrd"),
+    (["view", "--bind", "plant", "f"], "plant，应为IP地址", "plant is no IP address"),
+    (["view", "--port", "80", "f"], "80，可以是1024到65534", "80 is no port from 1024"),
+    (["sniff", "bus", "-i", "virtual", "--web"], "--web 要与 --rerun 一起用", "--web goes with --rerun"),
+    (["sniff", "bus", "-i", "virtual", "--port", "9999"], "--port 要与", "--port goes with --rerun"),
+    (["sniff", "bus", "-i", "virtual", "--save", "x.log"], "x.log 要以 .rrd 结尾", "x.log has to end in .rrd"),
+    (["sniff", "bus", "-i", "virtual", "--rerun", "--force"], "--force 要与 --record", "--force goes with --record"),
+]
+
+
+@pytest.mark.parametrize(("args", "zh", "en"), USAGE)
+def test_wrong_usage(canalyze: Runner, args: list[str], zh: str, en: str) -> None:
+    for lang, words in (("zh", zh), ("en", en)):
+        done = canalyze(*args, "--lang", lang)
+        assert done.code == 2 and words in done.err and len(done.complaints) == 1
+
+
+@pytest.mark.parametrize("args", [["view", str(CAPTURE)], ["sniff", "bus", "-i", "virtual", "--rerun"]])
+def test_without_a_display(canalyze: Runner, args: list[str]) -> None:
+    done = canalyze(*args, env={"DISPLAY": "", "WAYLAND_DISPLAY": "", "CANALYZE_LANG": "en"})
+    said = "there is no display for a window; --web shows it in a browser, --save FILE.rrd writes it to a file"
+    assert (done.code, done.out, done.err) == (2, "", f"canalyze: {said}\n")
+
+
+@pytest.mark.parametrize("args", [["view", str(CAPTURE)], ["sniff", "bus", "-i", "virtual", "--save", "x.rrd"]])
+def test_without_rerun(canalyze: Runner, tmp_path: Path, args: list[str]) -> None:
+    (tmp_path / "lacks").mkdir()
+    (tmp_path / "lacks" / "rerun.py").write_text("raise ImportError('not here')\n")
+    done = canalyze(*args, env={"PYTHONPATH": str(tmp_path / "lacks"), "CANALYZE_LANG": "en"})
+    said = "a timeline needs Rerun, which is not installed: pip install 'canalyze[rerun]'"
+    assert (done.code, done.out, done.err) == (2, "", f"canalyze: {said}\n")
+    assert not (tmp_path / "x.rrd").exists()
+
+
+def test_a_display_that_is_not_there(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "tmp").mkdir()
+    env = {"DISPLAY": ":987", "WAYLAND_DISPLAY": "", "CANALYZE_LANG": "en", "TMPDIR": str(tmp_path / "tmp")}
+    done = canalyze("view", str(CAPTURE), env=env)
+    assert (done.code, done.out) == (2, "")
+    assert len(done.complaints) == 1 and done.err.startswith("canalyze: the viewer ended by itself (it says: ")
+    assert not list((tmp_path / "tmp").iterdir())
+
+
+def test_what_is_no_timeline(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "x.rrd").write_text("hello")
+    done = canalyze("view", "--web", "--lang", "en", "x.rrd")
+    assert (done.code, done.err) == (2, "canalyze: x.rrd: is no file of Rerun's\n")
+
+
+# Viewers.
+
+
+@on_linux
+def test_a_page_is_for_this_machine_only(tmp_path: Path) -> None:
+    with viewing("view", "--web", "--eds", EDS, str(CAPTURE), cwd=tmp_path) as running:
+        url, connect = page_of(told(running, "open in a browser"))
+        with urllib.request.urlopen(url) as answer:
+            assert answer.status == 200
+        found = listeners(running.pid)
+        assert {address for address, _ in found} == {LOCAL} and len(found) == 2
+        assert {port for _, port in found} == {urlparse(url).port, urlparse(connect).port}
+        (folder,) = (tmp_path / "tmp").iterdir()
+        assert folder.stat().st_mode & 0o777 == 0o700
+        sent_to(connect, tmp_path / "seen.rrd", lambda path: rows(path) == len(CAPTURE.read_text().splitlines()))
+        viewer = viewer_of(running.pid)
+        assert end(running) == 0
+        assert not Path(f"/proc/{viewer}").exists()
+    assert not list((tmp_path / "tmp").iterdir())
+
+
+@on_linux
+def test_a_timeline_of_before_is_shown(tmp_path: Path, canalyze: Runner) -> None:
+    assert canalyze("view", "--save", "out.rrd", str(CAPTURE)).code == 0
+    with viewing("view", "--web", "out.rrd", cwd=tmp_path) as running:
+        told(running, "open in a browser")
+        assert {address for address, _ in listeners(running.pid)} == {LOCAL}
+        assert end(running, signal.SIGTERM) == 143
+
+
+@on_linux
+@pytest.mark.parametrize("bind", ["0.0.0.0", "127.0.0.2"])
+def test_another_address_only_where_it_was_asked_for(tmp_path: Path, bind: str) -> None:
+    with viewing("view", "--web", "--bind", bind, str(CAPTURE), cwd=tmp_path) as running:
+        told(running, "open in a browser")
+        assert {address for address, _ in listeners(running.pid)} == {bind}
+        said = told(running, "the viewer listens on" if bind == "0.0.0.0" else "Ctrl-C ends it")
+        assert ("without a password" in said) == (bind == "0.0.0.0")
+        assert end(running) == 0
+
+
+@on_linux
+def test_the_viewer_is_kept_from_sending_anything(tmp_path: Path) -> None:
+    """By its environment: `viewer.py` says what of it does what."""
+    with viewing("view", "--web", str(CAPTURE), cwd=tmp_path, NO_PROXY="*", FORCE_RERUN_ANALYTICS="1") as running:
+        told(running, "open in a browser")
+        given = Path(f"/proc/{viewer_of(running.pid)}/environ").read_bytes().decode().split("\0")
+        assert {"CI=1", "ALL_PROXY=http://127.0.0.1:9", "https_proxy=http://127.0.0.1:9"} <= set(given)
+        assert not [one for one in given if one.startswith(("NO_PROXY", "FORCE_RERUN"))]
+
+
+@on_linux
+def test_a_port_that_is_taken(tmp_path: Path, canalyze: Runner) -> None:
+    with viewing("view", "--web", "--port", "19470", str(CAPTURE), cwd=tmp_path) as running:
+        told(running, "open in a browser")
+        assert listeners(running.pid) == {(LOCAL, 19470), (LOCAL, 19471)}
+        done = canalyze("view", "--web", "--port", "19471", "--lang", "en", str(CAPTURE))
+        assert done.code == 2 and done.err.startswith("canalyze: the viewer cannot listen on 127.0.0.1, port 19471: ")
+        assert len(done.complaints) == 1
+
+
+@on_linux
+def test_no_viewer_outlives_a_command_that_is_killed(tmp_path: Path) -> None:
+    with viewing("view", "--web", str(CAPTURE), cwd=tmp_path) as running:
+        told(running, "open in a browser")
+        viewer = viewer_of(running.pid)
+        running.kill()
+        running.wait()
+        soon(lambda: not _alive(viewer), "the viewer goes too", within_s=15)
+
+
+@on_linux
+def test_a_viewer_that_is_killed_is_said(tmp_path: Path) -> None:
+    with viewing("view", "--web", str(CAPTURE), cwd=tmp_path) as running:
+        told(running, "open in a browser")
+        os.kill(viewer_of(running.pid) or 0, signal.SIGKILL)
+        assert running.wait(30) == 2
+        told(running, "the viewer ended by itself")
+
+
+@on_linux
+@pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="no xvfb-run for a virtual display")
+def test_a_window_is_for_this_machine_only(tmp_path: Path) -> None:
+    from rerun.experimental import ViewerClient
+
+    inner = " ".join(command("--lang", "en", "view", str(CAPTURE)))
+    given = environment(TMPDIR=str(tmp_path))
+    line = ["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", "sh", "-c", f"exec {inner}"]
+    with subprocess.Popen(line, cwd=tmp_path, env=given, stderr=subprocess.PIPE, start_new_session=True) as running:
+        try:
+            viewer = soon(lambda: viewer_of(running.pid) or running.poll() is not None, "a viewer")
+            if running.poll() is not None:  # no Vulkan here
+                assert running.stderr is not None
+                pytest.skip(running.stderr.read().decode())
+            (found,) = soon(lambda: listeners(viewer), "it listens")
+            assert found[0] == LOCAL
+            client = soon(lambda: _client(ViewerClient, found[1]), "it answers")
+            soon(lambda: client.get_state().recordings, "it shows the capture")
+            assert {address for address, _ in listeners(viewer)} == {LOCAL}
+            os.kill(viewer, signal.SIGTERM)
+            running.wait(30)
+        finally:
+            os.killpg(running.pid, signal.SIGKILL)
+
+
+def _client(kind: Any, port: int) -> Any:
+    try:
+        return kind.connect(f"rerun+http://{LOCAL}:{port}/proxy")
+    except Exception:
+        return None
+
+
+def _alive(pid: int | None) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+# Live.
+
+
+@on_linux
+def test_a_live_bus_in_a_viewer_and_a_file(tmp_path: Path) -> None:
+    """Both have every frame; nobody else can look; the viewer stays until the user has seen enough."""
+    args = ("bus", "--rerun", "--web", "--save", "out.rrd", "--record", "bus.log")
+    with sniffing("session", *args, cwd=tmp_path) as running:
+        try:
+            _, connect = page_of(told(running, "open in a browser"))
+            assert {address for address, _ in listeners(running.pid)} == {LOCAL}
+            assert "out.rrd: timeline, " in told(running, "timeline")
+            told(running, "stays")
+            frames = len((tmp_path / "bus.log").read_text().splitlines())
+            assert rows(tmp_path / "out.rrd") == frames
+            verified(tmp_path / "out.rrd")
+            sent_to(connect, tmp_path / "seen.rrd", lambda path: rows(path) == frames)
+            assert {address for address, _ in listeners(running.pid)} == {LOCAL}
+            assert running.poll() is None
+            viewer = viewer_of(running.pid)
+            assert end(running) == 0
+            assert not _alive(viewer)
+        finally:
+            running.kill()
+
+
+@on_linux
+def test_a_file_of_a_live_bus_needs_no_listener(tmp_path: Path) -> None:
+    with sniffing("steady", "bus", "--save", "out.rrd", cwd=tmp_path) as running:
+        try:
+            found = set()
+            until = time.monotonic() + 3
+            while time.monotonic() < until:
+                found |= listeners(running.pid)
+                time.sleep(0.05)
+            assert end(running) == 0
+            out, err = running.communicate()
+        finally:
+            running.kill()
+    assert found == set()
+    assert err.decode().splitlines()[-1].startswith("canalyze: out.rrd: timeline, ")
+    verified(tmp_path / "out.rrd")
+    assert rows(tmp_path / "out.rrd") == len(without_end(out.decode()))
+
+
+def test_a_file_of_a_silent_bus(tmp_path: Path) -> None:
+    with sniffing("silence", "bus", "--save", "out.rrd", "--duration", "1", cwd=tmp_path) as running:
+        _, err = running.communicate(timeout=60)
+    assert running.returncode == 0 and b"Traceback" not in err
+
+
+def test_a_live_file_that_exists_stays(tmp_path: Path) -> None:
+    (tmp_path / "out.rrd").write_text("mine")
+    with sniffing("session", "bus", "--save", "out.rrd", cwd=tmp_path) as running:
+        _, err = running.communicate(timeout=60)
+    assert (running.returncode, err.decode()) == (2, "canalyze: out.rrd: exists; --force overwrites it\n")
+    with sniffing("session", "bus", "--save", "out.rrd", "--force", cwd=tmp_path) as running:
+        running.communicate(timeout=60)
+    assert running.returncode == 0
+    verified(tmp_path / "out.rrd")
+
+
+@on_linux
+@pytest.mark.parametrize("what", [signal.SIGKILL, signal.SIGTERM, signal.SIGSTOP])
+def test_whatever_the_viewer_does_the_listening_goes_on(tmp_path: Path, what: signal.Signals) -> None:
+    args = ("bus", "--rerun", "--web", "--save", "out.rrd", "--duration", "8")
+    with sniffing("steady", *args, cwd=tmp_path) as running:
+        try:
+            told(running, "open in a browser")
+            viewer = viewer_of(running.pid) or 0
+            os.kill(viewer, what)
+            reading = threading.Thread(target=lambda: shown.append(running.stdout.read()))  # type: ignore[union-attr]
+            shown: list[bytes] = []
+            reading.start()
+            if what == signal.SIGSTOP:
+                told(running, "stays")
+                code = end(running)
+            else:
+                told(running, "the viewer ended by itself" if what == signal.SIGKILL else "the viewer")
+                code = running.wait(30)
+            reading.join(10)
+            assert code == 0
+            assert not _alive(viewer)
+        finally:
+            running.kill()
+    numbers = [int(found[::-1].hex(), 16) for found in map(_payload, without_end(shown[0].decode())) if found]
+    assert numbers == list(range(len(numbers))) and len(numbers) > 1000
+    assert rows(tmp_path / "out.rrd") == len(numbers)
+
+
+def _payload(line: str) -> bytes | None:
+    found = re.search(r"185 +\[4\] +((?:[0-9A-F]{2} ){3}[0-9A-F]{2})", line)
+    return bytes.fromhex(found[1]) if found else None
+
+
+# The feed of a live timeline.
+
+
+class _Batch:
+    def __init__(self, num_rows: int) -> None:
+        self.num_rows = num_rows
+
+
+class _Slow:
+    """A timeline that takes nothing until it may."""
+
+    def __init__(self, error: Exception | None = None) -> None:
+        self.may = threading.Event()
+        self.rows = 0
+        self.complete = False
+        self._error = error
+
+    def take(self, batches: Sequence[tuple[str, Any]]) -> None:
+        self.may.wait(10)
+        if self._error:
+            raise self._error
+        self.rows += sum(batch.num_rows for _, batch in batches)
+
+    def finish(self, summary: bytes = b"") -> None:
+        self.complete = True
+
+
+def test_a_slow_timeline_is_not_waited_for_and_what_it_misses_is_counted() -> None:
+    slow = _Slow()
+    feed = Feed(slow, most=100)
+    began = time.monotonic()
+    for _ in range(30):
+        feed.give([("log", _Batch(10))])  # type: ignore[list-item]
+    assert time.monotonic() - began < 5
+    assert feed.left_out == 200 and not feed.ended(0.01)
+    slow.may.set()
+    feed.end()
+    assert feed.ended(10) and slow.complete
+    assert slow.rows + feed.left_out == 300
+
+
+def test_a_timeline_that_fails_is_not_given_more() -> None:
+    broken = _Slow(OSError("no room"))
+    broken.may.set()
+    feed = Feed(broken)
+    feed.give([("log", _Batch(10))])  # type: ignore[list-item]
+    assert feed.ended(10)
+    assert str(feed.failure) == "no room" and not broken.complete
+    feed.give([("log", _Batch(10))])  # type: ignore[list-item]
+    feed.end()
+
+
+def test_help_says_how_it_stays_on_this_machine(canalyze: Runner) -> None:
+    assert "127.0.0.1" in canalyze("view", "--help").out
+    assert sys.executable

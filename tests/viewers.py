@@ -1,0 +1,99 @@
+"""Viewers that canalyze starts, seen from outside: what a tree of processes listens on, and what a viewer was sent.
+
+The kernel says who listens (/proc/net/tcp and the open files of each process), not the program under test. What it must
+not do: start canalyze.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from ipaddress import ip_address
+from pathlib import Path
+from typing import TypeVar
+
+import pytest
+
+T = TypeVar("T")
+
+DEADLINE_S = 60.0
+"""For what a user would see within seconds; a loaded machine may take its time."""
+LISTENS = "0A"
+"""The state of a socket that listens, as the kernel writes it."""
+
+on_linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the kernel is asked by /proc")
+
+
+def soon(find: Callable[[], T], what: str, *, within_s: float = DEADLINE_S) -> T:
+    """Waits until it gives something, and fails with `what` where it does not."""
+    end = time.monotonic() + within_s
+    while not (found := find()):
+        if time.monotonic() > end:
+            pytest.fail(f"not within {within_s:g} s: {what}")
+        time.sleep(0.05)
+    return found
+
+
+def tree(root: int) -> set[int]:
+    """The process and all that came from it and are still there."""
+    parents: dict[int, int] = {}
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            parents[int(path.parent.name)] = int(path.read_text().rpartition(")")[2].split()[1])
+        except (OSError, ValueError):
+            continue
+    found = {root}
+    while more := {child for child, parent in parents.items() if parent in found} - found:
+        found |= more
+    return found
+
+
+def viewer_of(root: int) -> int | None:
+    """The viewer among the process's children."""
+    for one in tree(root) - {root}:
+        try:
+            if Path(f"/proc/{one}/cmdline").read_bytes().split(b"\0")[0].endswith(b"/rerun"):
+                return one
+        except OSError:
+            continue
+    return None
+
+
+def listeners(root: int) -> set[tuple[str, int]]:
+    """Every address with its port on which any process of the tree listens, of every protocol of the internet."""
+    held = set()
+    for one in tree(root):
+        for entry in Path(f"/proc/{one}/fd").glob("*"):
+            try:
+                held |= set(re.findall(r"socket:\[(\d+)\]", str(entry.readlink())))
+            except OSError:
+                continue
+    found = set()
+    for name in ("tcp", "tcp6", "udp", "udp6"):
+        for line in Path(f"/proc/net/{name}").read_text().splitlines()[1:]:
+            local, _, state, *_rest = line.split()[1:]
+            inode = line.split()[9]
+            if inode in held and (state == LISTENS or name.startswith("udp")):
+                address, _, port = local.partition(":")
+                words = [bytes.fromhex(address[at : at + 8])[::-1] for at in range(0, len(address), 8)]
+                found.add((str(ip_address(b"".join(words))), int(port, 16)))
+    return found
+
+
+def sent_to(connect: str, path: Path, enough: Callable[[Path], bool]) -> None:
+    """Writes what a viewer of the web was sent, by Rerun's own program, once there is enough of it."""
+    line = [str(Path(sys.executable).with_name("rerun")), connect, "--save", str(path)]
+    line += ["--bind", "127.0.0.1", "--port", "auto"]
+    end = time.monotonic() + DEADLINE_S
+    while time.monotonic() < end:
+        with subprocess.Popen(
+            [*line, "--port", "auto"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        ) as saving:
+            time.sleep(3)
+            saving.terminate()
+        if path.exists() and enough(path):
+            return
+    pytest.fail("the viewer was not sent what is on the bus")
