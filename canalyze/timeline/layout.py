@@ -88,7 +88,7 @@ def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Bluep
     """Make the first layout of a recording; `live`: it shows the last minute and follows what comes."""
     views = _Views(contents, words)
     root = views.whole()
-    _identify(root, "")
+    _identify(root, "", "", set())
     made = Blueprint(
         root,
         rrb.BlueprintPanel(state="collapsed"),
@@ -389,8 +389,17 @@ def _column(parts: Iterable[Sized], name: str | None = None) -> rrb.Container:
     return rrb.Vertical(*(part for part, _ in parts), row_shares=[height for _, height in parts], name=name)
 
 
-def _identify(part: Part, where: str) -> None:
-    """Give the same ids in every layout of the same, so that one sent anew does not rebuild what stays."""
-    part.id = uuid.uuid5(_IDS, where)
-    for place, inner in enumerate(part.contents if isinstance(part, rrb.Container) else ()):
-        _identify(inner, f"{where}/{inner.name or place}")
+def _identify(part: Part, tab: str, place: str, taken: set[str]) -> None:
+    """Give the same ids in every layout of the same, so that one sent anew does not rebuild what stays.
+
+    A view is known by its tab and its title, wherever it has moved to in there.
+    """
+    name = f"{tab}/{place}" if isinstance(part, rrb.Container) else f"{tab}/{part.name}"
+    while name in taken:
+        name += "'"
+    taken.add(name)
+    part.id = uuid.uuid5(_IDS, name)
+    if isinstance(part, rrb.Container):
+        for at, inner in enumerate(part.contents):
+            own = isinstance(inner, rrb.Container) and inner.name
+            _identify(inner, f"{tab}/{inner.name}" if own else tab, "" if own else f"{place}.{at}", taken)
