@@ -5,17 +5,20 @@ linked time axes, log and frames beside them), then all there is of each node. W
 Rerun. Must not: read the recording, or know what a state means.
 """
 
+import itertools
 import uuid
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
 from canalyze.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.charts import Chart
+from canalyze.timeline.colours import LINES
 from canalyze.timeline.contents import Contents, Lane
 from canalyze.timeline.stream import path
 from canalyze.words import Words
@@ -351,15 +354,18 @@ def _series(plot: Plot, legend: int) -> rrb.View:
 
     It is as wide in time as the recording, by the span, which takes a line's name so as to have no entry of its own.
     """
-    overrides: dict[Any, rrb.Visualizer] = {
-        entity: rr.SeriesLines(
-            names=[_HIDDEN if name is None else name for name in names],
-            visible_series=[name is not None for name in names],
-        ).visualizer()
-        for entity, names in plot.lines.items()
-    }
     every = [name for names in plot.lines.values() for name in names]
     shown = [name for name in every if name is not None]
+    colours = itertools.cycle(LINES)
+    overrides: dict[Any, rrb.Visualizer] = {}
+    for entity, names in plot.lines.items():
+        style = rr.SeriesLines(
+            names=[_HIDDEN if name is None else name for name in names],
+            visible_series=[name is not None for name in names],
+            # An array: a list of three or four numbers would be taken for one colour.
+            colors=np.array([next(colours) if name is not None else LINES[0] for name in names], np.uint32),
+        )
+        overrides[entity] = style.visualizer()
     overrides[SPAN] = rr.SeriesLines(names=shown[:1], visible_series=[False]).visualizer()
     return rrb.TimeSeriesView(
         origin="/",
