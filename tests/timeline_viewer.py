@@ -14,7 +14,7 @@ import subprocess
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
 
@@ -39,10 +39,17 @@ class Drawn:
         return [f"{view.name}: {report.summary}: {report.details}" for view in self.views for report in view.reports]
 
 
+def missing(what: str) -> NoReturn:
+    """Skips the test, unless nothing may be missing."""
+    if os.environ.get("CANALYZE_TOOLS") == "required":
+        pytest.fail(f"{what}, and CANALYZE_TOOLS=required")
+    pytest.skip(f"nothing is drawn: {what}")
+
+
 def draw(recording: Path, folder: Path, *, screen: bool, picture: Path | None = None) -> Drawn:
     """Draws a recording's first view; the test is skipped where there is nothing to draw with."""
     if screen and shutil.which("xvfb-run") is None:
-        pytest.skip("pictures on a virtual screen: xvfb-run is not installed")
+        missing("xvfb-run is not installed")
     port = free_port()
     line = [str(RERUN), str(recording), "--port", str(port), "--bind", "127.0.0.1", "--window-size", "1920x1200"]
     line += ["--hide-welcome-screen"] if screen else ["--headless", "--hide-welcome-screen"]
@@ -63,7 +70,7 @@ def draw(recording: Path, folder: Path, *, screen: bool, picture: Path | None = 
                 viewer.kill()
     text = said.read_text(errors="replace")
     if views is None and ("adapter" in text or "render context" in text):
-        pytest.skip("the viewer does not draw here: no Vulkan driver (mesa-vulkan-drivers)")
+        missing("the viewer finds no Vulkan driver (mesa-vulkan-drivers)")
     assert views is not None, text
     return Drawn(views, text)
 
