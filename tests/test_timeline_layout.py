@@ -57,18 +57,21 @@ def names(part: rrb.Container | rrb.View) -> list[str]:
     return [str(view.name) for view in views(part)]
 
 
-def shown(view: rrb.View) -> dict[str, list[str]]:
+def shown(view: rrb.View, contents: Contents) -> dict[str, list[str]]:
     """The lines that a plot shows, by entity."""
-    found = {}
+    found: dict[str, list[str]] = {}
+    if not isinstance(view, rrb.TimeSeriesView):
+        return found
     overrides: dict[Any, Any] = view.visualizer_overrides
-    for entity, visualizer in overrides.items():
-        if entity != SPAN:
-            batches = {
-                str(one.component_descriptor()): one.as_arrow_array().to_pylist() for one in visualizer.overrides
+    for entity in of(view) - {SPAN}:
+        found[entity] = [one.name for one in contents.plots[entity].series] if entity in contents.plots else [entity]
+        if entity in overrides:
+            style = {
+                str(one.component_descriptor()): one.as_arrow_array().to_pylist() for one in overrides[entity].overrides
             }
-            (names,) = (values for name, values in batches.items() if "names" in name)
-            (visible,) = (values for name, values in batches.items() if "visible_series" in name)
-            found[str(entity)] = [name for name, one in zip(names, visible, strict=True) if one]
+            (names,) = (values for name, values in style.items() if "names" in name)
+            (visible,) = (values for name, values in style.items() if "visible_series" in name)
+            found[entity] = [name for name, one in zip(names, visible, strict=True) if one]
     return found
 
 
@@ -91,7 +94,7 @@ def test_every_view_has_something_in_it(contents: Contents) -> None:
         for view in views(part):
             if view.origin == "/":
                 assert of(view) <= there
-                assert not isinstance(view, rrb.TimeSeriesView) or any(shown(view).values())
+                assert not isinstance(view, rrb.TimeSeriesView) or any(shown(view, contents).values())
             else:
                 assert any(entity == view.origin or entity.startswith(f"{view.origin}/") for entity in there)
 
@@ -105,7 +108,9 @@ def test_everything_has_a_view(contents: Contents) -> None:
         for view in views(part):
             covered |= of(view) if view.origin == "/" else {str(view.origin)}
             lines |= {
-                (entity, name.rpartition(" TPDO")[0] or name) for entity, ones in shown(view).items() for name in ones
+                (entity, name.rpartition(" TPDO")[0] or name)
+                for entity, ones in shown(view, contents).items()
+                for name in ones
             }
     below = tuple(f"{entity}/" for entity in covered)
     assert {one for one in entities(contents) if one not in covered and not one.startswith(below)} <= {SPAN}
@@ -129,8 +134,8 @@ def test_one_axis_one_unit(contents: Contents) -> None:
     assert all({line.series.unit for line in chart.lines} == {chart.unit} for chart in by_chart)
     for part in tabs(contents)[1:]:
         for view in views(part):
-            named = [name.rpartition(" TPDO")[0] or name for ones in shown(view).values() for name in ones]
-            assert len({units[name] for name in named}) <= 1
+            named = [name.rpartition(" TPDO")[0] or name for ones in shown(view, contents).values() for name in ones]
+            assert len({units[name] for name in named if name in units}) <= 1
 
 
 def test_the_overview_of_a_drive() -> None:
@@ -162,7 +167,8 @@ def test_few_plots_leave_room_for_frames() -> None:
 
 
 def test_many_nodes_share_plots_and_a_tab() -> None:
-    overview, nodes = tabs(network(30))
+    contents = network(30)
+    overview, nodes = tabs(contents)
     kinds = ["NMT states", "Drive states", "EMCY: active errors", "SDO transfers"]
     assert names(overview)[:8] == [
         *kinds,
@@ -173,7 +179,7 @@ def test_many_nodes_share_plots_and_a_tab() -> None:
     ]
     assert [part.name for part in nodes.contents] == [f"Node {node}" for node in range(1, 31)]
     velocity = next(view for view in views(overview) if view.name == "Velocity of 30 nodes [rpm]")
-    assert shown(velocity)["/pdo/can0/node7/TPDO1"] == ["Node 7"]
+    assert shown(velocity, contents)["/pdo/can0/node7/TPDO1"] == ["Node 7"]
 
 
 def test_buses_are_named_where_there_are_several() -> None:
@@ -187,7 +193,7 @@ def test_hundreds_of_signals() -> None:
     overview, *nodes = tabs(contents)
     plots = [view for view in views(overview) if isinstance(view, rrb.TimeSeriesView)]
     assert len(plots) == ROOM and [str(view.name)[:6] for view in plots] == [f"Node {node}" for node in range(1, 9)]
-    chosen = {(entity, name) for view in plots for entity, ones in shown(view).items() for name in ones}
+    chosen = {(entity, name) for view in plots for entity, ones in shown(view, contents).items() for name in ones}
     by_name = {(entity, line.name): line for entity, one in contents.plots.items() for line in one.series}
     assert all(by_name[one].varies and by_name[one].described for one in chosen)
     for page in nodes:
@@ -209,10 +215,10 @@ def test_no_two_lines_of_a_plot_have_one_name() -> None:
     for pdo in ("TPDO1", "TPDO2"):
         plot(contents, 5, pdo, [series("Velocity", "rpm"), series("Position")])
     for view in views(tabs(contents)[0]):
-        every = [name for ones in shown(view).values() for name in ones]
+        every = [name for ones in shown(view, contents).values() for name in ones]
         assert len(set(every)) == len(every)
     assert {"Velocity [rpm] TPDO1", "Velocity [rpm] TPDO2"} <= {
-        name for view in views(tabs(contents)[0]) for ones in shown(view).values() for name in ones
+        name for view in views(tabs(contents)[0]) for ones in shown(view, contents).values() for name in ones
     }
 
 
@@ -259,6 +265,12 @@ def test_a_new_plot_leaves_the_others_their_ids() -> None:
     plot(after, 5, "TPDO4", [series("Current", "A")])
     ids = [{str(view.name): view.id for view in views(tabs(one)[0])} for one in (before, after)]
     assert ids[0].items() <= ids[1].items()
+
+
+def test_a_layout_is_small(tmp_path: Path) -> None:
+    """It is part of every recording, and sent anew where one grows."""
+    layout(network(30), Words("en")).save("canalyze-test", tmp_path / "out.rbl")
+    assert (tmp_path / "out.rbl").stat().st_size < 4_000_000
 
 
 @pytest.mark.parametrize(("timed", "timeline"), [(True, CLOCK), (False, "frame")])

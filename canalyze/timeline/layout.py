@@ -75,6 +75,8 @@ class Plot:
     """By entity the names of its lines; None: not shown in this plot."""
     percent: bool = False
     """Its axis goes from 0 to 100."""
+    renamed: bool = False
+    """Its lines have other names than elsewhere."""
 
 
 class Blueprint(rrb.Blueprint):
@@ -321,7 +323,7 @@ class _Views:
             plot = self.contents.plots[line.entity]
             names = lines.setdefault(line.entity, [None] * len(plot.series))
             names[line.index] = f"{name} {plot.pdo}" if named.count(name) > 1 else name
-        return Plot(self.title(chart, of_node), lines)
+        return Plot(self.title(chart, of_node), lines, renamed=chart.shared)
 
     def title(self, chart: Chart, of_node: bool) -> str:
         """Whose signals, which, and their unit, which is never cut off."""
@@ -349,33 +351,35 @@ def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
     return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in views)), height
 
 
-def _series(plot: Plot, legend: int) -> rrb.View:
-    """Make a plot; its legend where it says more than the title and has at most `legend` entries.
+def _series(plot: Plot, room: int) -> rrb.View:
+    """Make a plot; its legend where it says more than the title and has room for all entries.
 
-    It is as wide in time as the recording, by the span, which takes a line's name so as to have no entry of its own.
+    An override is three chunks of some kilobytes: there is one only where an entity's own style would not do.
     """
     every = [name for names in plot.lines.values() for name in names]
     shown = [name for name in every if name is not None]
+    legend = len(shown) > 1 and len(shown) + (None in every) <= room
     colours = itertools.cycle(LINES)
     overrides: dict[Any, rrb.Visualizer] = {}
     for entity, names in plot.lines.items():
-        style = rr.SeriesLines(
-            names=[_HIDDEN if name is None else name for name in names],
-            visible_series=[name is not None for name in names],
-            # An array: a list of three or four numbers would be taken for one colour.
-            colors=np.array([next(colours) if name is not None else LINES[0] for name in names], np.uint32),
-        )
-        overrides[entity] = style.visualizer()
-    overrides[SPAN] = rr.SeriesLines(names=shown[:1], visible_series=[False]).visualizer()
+        if legend or None in names or plot.renamed:
+            style = rr.SeriesLines(
+                names=[_HIDDEN if name is None else name for name in names],
+                visible_series=[name is not None for name in names],
+                # An array: a list of three or four numbers would be taken for one colour.
+                colors=np.array([next(colours) if name is not None else LINES[0] for name in names], np.uint32),
+            )
+            overrides[entity] = style.visualizer()
+    if legend:
+        # With the name of another line the span has no entry of its own.
+        overrides[SPAN] = rr.SeriesLines(names=shown[:1], visible_series=[False]).visualizer()
     return rrb.TimeSeriesView(
         origin="/",
-        contents=list(overrides),
+        contents=[*plot.lines, SPAN],
         name=plot.title,
         axis_x=_LINKED,
         axis_y=rrb.ScalarAxis(range=(0, 100)) if plot.percent else None,
-        plot_legend=rrb.PlotLegend(
-            corner=rrb.Corner2D.LeftTop, visible=len(shown) > 1 and len(shown) + (None in every) <= legend
-        ),
+        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
         overrides=overrides,
     )
 
