@@ -25,9 +25,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "convert.decoded",
         "MCAP：另写入解码后的topic：每个PDO的信号、NMT状态、驱动器状态、EMCY、SDO传输和发现，"
-        "供 Foxglove、PlotJuggler、Rerun 直接显示。",
+        "Foxglove、PlotJuggler 直接显示；Rerun 用 canalyze view 输出.mcap --save 输出.rbl 写出的布局显示。",
         "MCAP: topics of what the frames mean as well: signals of each PDO, NMT states, states of drives, EMCY, SDO "
-        "transfers, findings; Foxglove, PlotJuggler and Rerun show them as they are.",
+        "transfers, findings; Foxglove and PlotJuggler show them as they are, Rerun with the layout that canalyze view "
+        "OUT.mcap --save OUT.rbl writes.",
     ),
     (
         "convert.fd_schema",

@@ -55,11 +55,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze view --eds 5=drive.eds --filter 'node=5' capture.log.gz\n"
         "canalyze view --save capture.rrd capture.asc && canalyze view capture.rrd\n"
         "canalyze view --web --port 9090 capture.mcap\n"
+        "canalyze view --save out.rbl out.mcap\n"
         "canalyze sniff can0 --rerun",
         "canalyze view capture.log\n"
         "canalyze view --eds 5=drive.eds --filter 'node=5' capture.log.gz\n"
         "canalyze view --save capture.rrd capture.asc && canalyze view capture.rrd\n"
         "canalyze view --web --port 9090 capture.mcap\n"
+        "canalyze view --save out.rbl out.mcap\n"
         "canalyze sniff can0 --rerun",
     ),
     (
