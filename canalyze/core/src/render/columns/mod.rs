@@ -246,7 +246,7 @@ impl Columns {
         }
     }
 
-    /// Takes the findings among events, where they are shown, and gives the worst that was told. Lanes have all of them:
+    /// Takes the findings among events, where they are shown, and gives the severity of the worst at the last frame. Lanes have all of them:
     /// what they show ends with the eleventh time as with the first.
     fn findings(&mut self, setting: Setting<'_>, events: &[Event], shown: bool) -> Option<Severity> {
         let mut worst = None;
@@ -257,8 +257,7 @@ impl Columns {
             }
             if self.repeats.shows(one) && shown {
                 self.tell(setting, one);
-                let severity = one.code.rule().severity;
-                worst = worst.max(Some(severity));
+                worst = worst.max((one.at == self.last).then_some(one.code.rule().severity));
             }
         }
         worst
