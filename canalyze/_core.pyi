@@ -133,7 +133,7 @@ class Session:
         records (JSON lines: transfers and findings as they come, and what summary has from finish()) |
         info (JSON lines, one object a file, from its end(); nothing is decoded) |
         check (JSON lines of findings only, with `lines`, the annotated lines that led to each) |
-        columns (tables, taken with batches(); nothing comes out as bytes) |
+        columns (nothing comes out as bytes: for tables alone) |
         course (nothing comes out: it is kept for a Comparison) |
         monitor (nothing comes out: what holds now is asked for with snapshot() and trace()) |
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
@@ -142,14 +142,14 @@ class Session:
         time: None (as they came) or one of a d z A n.
         filter: the expression of --filter.
         network: what is known of the network before its capture is read.
-        select: the globs of --select; signals, signals-csv and columns only.
+        select: the globs of --select; signals, signals-csv and tables only.
         topics: globs of the topics that are read of an MCAP file; none: all.
         time_source: stamp | publish | log, the time of its messages; None: found out for each topic.
         mcap_maps: fields of its messages, each `topic=/x,id=can_id,data=payload` as in --mcap-map.
         to: one of WRITERS; convert only.
         decoded: topics of what the frames mean as well, where the format has such.
         mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
-        tables: which of TABLES are built; columns only.
+        tables: which of TABLES are built beside, to be taken with batches(); with every format but info.
         expectations: what the capture is held against; what does not hold is a finding like others.
         masks: channels, each with candump's filters behind its name (`can0,123:7FF,#1F`): which of its frames are
         shown; of channels that are not named, or have no filters, all are.
@@ -189,7 +189,7 @@ class Session:
     def finish(self) -> bytes:
         """The capture is over: transfers still open, and what else is said at the end."""
     def batches(self, flush: bool = False) -> list[tuple[str, Batch]]:
-        """With columns: the batches that were completed since the last call, each with the name of its table.
+        """Give the batches of tables that were completed since the last call, each with the name of its table.
 
         A batch ends after 65,536 rows or 16 MiB of text and data, those of PDOs also where all of them together would
         take more than 64 MiB. flush: those that run end now (live sources). After finish(): all of them, and of each

@@ -19,6 +19,8 @@ from captures import SAMPLES, Row, described, described_beside, session_output, 
 from canalyze import _core
 
 FIXED = [table for table in _core.TABLES if table != "pdo"]
+PDO = ["t_ns", "frame", "provenance", "cycle", "delay_ns", "running_cycle"]
+"""Columns of every table of a PDO, before those of its signals."""
 CAPTURES = sorted(
     path for path in SAMPLES.rglob("*") if path.suffix in {".log", ".asc", ".mcap"} and "recorded" not in path.parts
 )
@@ -231,7 +233,7 @@ def same_pdos(said: list[Row], tables: dict[str, _core.Table]) -> None:
         assert name == "/".join(
             filter(None, ("pdo", about["bus"], f"{about['node']}.{about['pdo']}", about["version"]))
         )
-        assert schema.names[:5] == ["t_ns", "frame", "provenance", "cycle", "delay_ns"]
+        assert schema.names[:6] == PDO
         fields = [field for field in schema if field.metadata]
         for row in rows_of(table):
             signals = expected.pop((row["frame"], about["bus"] or None, int(about["node"]), about["pdo"]))
@@ -288,12 +290,16 @@ def test_others_read_the_same(path: Path) -> None:
         assert pa.schema(table).equals(arrow.schema, check_metadata=True)
 
 
+SHORT = {"findings": {"message"}, "states": {"name"}}
+"""Tables in which what is called so elsewhere is no word for people."""
+
+
 def test_languages_differ_in_words_only() -> None:
     text = (SAMPLES / "network/sync-and-pdos.log").read_bytes()
-    words = {"name", "text", "message", "signal", "abort_text"}
+    words = {"name", "text", "message", "signal", "abort_text", "line", "state"}
     zh, en = (tables_of([text], FIXED, network=DRIVE, lang=lang) for lang in ("zh", "en"))
     for name, table in en.items():
-        for column in set(table.column_names) - (words if name != "findings" else {"message"}):
+        for column in set(table.column_names) - SHORT.get(name, words):
             assert table.column(column) == zh[name].column(column), (name, column)
     assert "状态字" in zh["signals"].column("signal")
 
@@ -445,9 +451,9 @@ def test_hostile_names_of_signals() -> None:
     network = described_as(*((0x2000 + number, name, 5, "\x00\u202e") for number, name in enumerate(names)))
     tables = tables_of([log(2, "can0", "185", "0102030405060708")], network=network)
     (wide,) = [table for name, table in tables.items() if name.startswith("pdo/")]
-    assert len(set(wide.column_names)) == 5 + 8
-    assert wide.column_names[5:9] == ["frame (2000:00)", "t_ns (2001:00)", "same", "same (2003:00)"]
-    assert [wide.column(name)[0] for name in wide.column_names[5:]] == list(range(1, 9))
+    assert len(set(wide.column_names)) == 6 + 8
+    assert wide.column_names[6:10] == ["frame (2000:00)", "t_ns (2001:00)", "same", "same (2003:00)"]
+    assert [wide.column(name)[0] for name in wide.column_names[6:]] == list(range(1, 9))
     assert set(tables["signals"].column("unit")) == {"\x00\u202e"}
     arrow = pa.table(wide)
     arrow.validate(full=True)
@@ -459,7 +465,7 @@ def test_types_are_those_of_the_bus() -> None:
     network = described_as((0x2000, "flag", 1, ""), (0x2001, "whole", 6, "V"), (0x2002, "real", 8, ""))
     tables = tables_of([log(1, "can0", "185", "0102") + log(1, "can0", "185", "01000000803F0000")], network=network)
     wide = pa.table(tables["pdo/can0/5.TPDO1/1"])
-    assert [str(field.type) for field in wide.schema][5:] == ["bool", "uint16", "float"]
+    assert [str(field.type) for field in wide.schema][6:] == ["bool", "uint16", "float"]
     assert wide.schema.field("whole").metadata[b"unit"] == b"V"
     assert wide.column("flag").to_pylist() == [True, True]
     assert wide.column("whole").to_pylist()[0] is None
@@ -483,7 +489,7 @@ def test_mappings_have_versions() -> None:
     text = first + pdo + second + pdo + first + pdo + pdo
     tables = tables_of([text], ["pdo"])
     assert {name: len(table) for name, table in tables.items()} == {"pdo/can0/5.TPDO1/1": 3, "pdo/can0/5.TPDO1/2": 1}
-    assert tables["pdo/can0/5.TPDO1/1"].column_names[5:] == ["statusword"]
+    assert tables["pdo/can0/5.TPDO1/1"].column_names[6:] == ["statusword"]
     assert set(tables["pdo/can0/5.TPDO1/1"].column("provenance")) == {"observed"}
 
 

@@ -49,6 +49,22 @@ fn rows(text: &[u8], options: Options, regular: bool, size: usize) -> (BTreeMap<
     (rows, session.frames().0)
 }
 
+/// Output of a format with all tables beside it.
+fn beside(text: &[u8], options: Options, regular: bool, size: usize) -> Vec<u8> {
+    let tables = Name::NAMES.iter().map(|(_, name)| *name).collect();
+    let mut session = Session::new(Options { tables, ..options });
+    let mut out = Vec::new();
+    session.begin(b"capture.log", Input::Candump, regular);
+    for piece in text.chunks(size) {
+        session.feed(piece, &mut out);
+        session.take_batches(true);
+    }
+    session.end(false, &mut out);
+    session.finish(&mut out);
+    session.take_batches(false);
+    out
+}
+
 /// What a view shows of it.
 fn watched(text: &[u8], options: Options, regular: bool, size: usize) -> (Vec<u8>, Vec<Line>) {
     let mut session = Session::new(Options { format: Format::Monitor, ..options });
@@ -90,7 +106,13 @@ fuzz_target!(|input: &[u8]| {
 
     let [(first, frames), second] = sizes.map(|size| rows(text, options(), regular, size));
     assert_eq!((&first, frames), (&second.0, second.1), "the same rows whatever the chunking");
-    assert_eq!(first.get("frames").copied().unwrap_or(0) as u64, frames, "every frame is a row");
+    for table in ["frames", "listing"] {
+        assert_eq!(first.get(table).copied().unwrap_or(0) as u64, frames, "every frame is a row");
+    }
+    let figures = || Options { format: Format::Summary, ..options() };
+    let [alone, with_tables] =
+        [run(text, figures(), regular, sizes[0]).0.into_bytes(), beside(text, figures(), regular, sizes[1])];
+    assert_eq!(alone, with_tables, "tables change nothing of what comes out");
 
     let [first, second] = sizes.map(|size| watched(text, options(), regular, size));
     assert_eq!(first, second, "the same view whatever the chunking");

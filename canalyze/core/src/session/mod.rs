@@ -448,7 +448,7 @@ impl Stream {
             return;
         }
         self.decoding.advance(now_ns, self.capture.last, buses);
-        self.output.advance(now_ns);
+        self.output.advance(self.capture.view(buses), now_ns);
         self.aside(buses, out);
     }
 

@@ -130,12 +130,12 @@ impl Output {
     }
 
     /// It is `now_ns` on the clock of the frames.
-    pub(super) fn advance(&mut self, now_ns: i64) {
+    pub(super) fn advance(&mut self, view: View<'_>, now_ns: i64) {
         if let Form::Monitor(monitor) = &mut self.form {
             monitor.advance(now_ns);
         }
         if let Some(tables) = &mut self.tables {
-            tables.advance(now_ns);
+            tables.advance(view.jsonl, now_ns);
         }
     }
 

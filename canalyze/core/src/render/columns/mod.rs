@@ -249,21 +249,21 @@ impl Columns {
     }
 
     /// It is `now_ns` on the clock of the frames.
-    pub fn advance(&mut self, now_ns: i64) {
-        if let Some(load) = &mut self.load {
-            load.advance(&mut self.done, now_ns);
+    pub fn advance(&mut self, setting: Setting<'_>, now_ns: i64) {
+        // The greatest time says that all frames have come, not what time it is.
+        if let Some(load) = self.load.as_mut().filter(|_| now_ns < i64::MAX) {
+            load.advance(&mut self.done, setting.buses, now_ns);
         }
     }
 
-    /// Takes the findings among events, where they are shown, and gives the worst that was told.
+    /// Takes the findings among events, where they are shown, and gives the severity of the worst at the last frame.
     fn findings(&mut self, setting: Setting<'_>, events: &[Event], shown: bool) -> Option<Severity> {
         let mut worst = None;
         for event in events {
             let What::Finding(one) = &event.what else { continue };
             if self.repeats.shows(one) && shown {
                 self.tell(setting, one);
-                let severity = one.code.rule().severity;
-                worst = worst.max(Some(severity));
+                worst = worst.max((one.at == self.last).then_some(one.code.rule().severity));
             }
         }
         worst
@@ -326,7 +326,7 @@ impl Columns {
         listing.iter_mut().for_each(|listing| listing.table.finish(done));
         lanes.iter_mut().for_each(|lanes| lanes.finish(done));
         log.iter_mut().for_each(|log| log.table.finish(done));
-        load.iter_mut().for_each(|load| load.finish(done, self.last));
+        load.iter_mut().for_each(|load| load.finish(done, setting.buses, self.last));
     }
 
     /// Takes the batches that are complete. `flush`: those that run end now.
