@@ -111,6 +111,7 @@ def _check(shown: Shown) -> None:
     _nmt(shown)
     _transfers(shown)
     _emergencies(shown)
+    _colours(shown)
 
 
 def test_a_timeline_says_what_the_lines_say(shown: Shown) -> None:
@@ -282,6 +283,13 @@ def _emergencies(shown: Shown) -> None:
             active = row["emcy"]["active"]
             assert all(f"{code}h" in text for code in active), (row, text)
             assert bool(text) == bool(active), (row, text)
+
+
+def _colours(shown: Shown) -> None:
+    """Every state but a value has a colour that was chosen for it."""
+    for entity in (one for top in ("/nmt/", "/drive/", "/sdo/", "/emcy/") for one in shown.under(top)):
+        states = {row["value"][0] for row in shown.recording.rows(entity, "StateChange:state")} - {""}
+        assert states == set(shown.recording.static(entity, "StateConfiguration:values")), entity
 
 
 def test_without_stamps(tmp_path: Path) -> None:
