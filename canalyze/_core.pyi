@@ -15,8 +15,7 @@ WRITERS: list[str]
 """Names of the formats that the core writes: those of `convert --to`."""
 
 TABLES: list[str]
-"""Names of the tables of columns that a session builds; `pdo` stands for those of all PDOs, `listing`, `lanes`, `log` and
-`load` are what a timeline shows."""
+"""Names of the tables of columns that a session builds; `pdo` stands for those of all PDOs."""
 
 @final
 class Dictionary:
@@ -190,7 +189,7 @@ class Session:
     def finish(self) -> bytes:
         """The capture is over: transfers still open, and what else is said at the end."""
     def batches(self, flush: bool = False) -> list[tuple[str, Batch]]:
-        """Of the tables asked for: the batches that were completed since the last call, each with the name of its table.
+        """Give the batches of tables that were completed since the last call, each with the name of its table.
 
         A batch ends after 65,536 rows or 16 MiB of text and data, those of PDOs also where all of them together would
         take more than 64 MiB. flush: those that run end now (live sources). After finish(): all of them, and of each

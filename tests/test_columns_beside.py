@@ -1,7 +1,6 @@
-"""Tables of columns beside what comes out in other formats, and those that a timeline is made of: against the same
-capture's lines and figures.
+"""Tables of columns beside other formats, and those of a timeline against the same capture's lines and figures.
 
-What each lane shows is `test_lanes`' matter.
+What each lane shows is another file's matter.
 """
 
 from __future__ import annotations
@@ -74,7 +73,9 @@ def test_repeats_are_folded_in_tables_though_figures_count_them() -> None:
     raised = [json.loads(line) for line in output.splitlines() if b'"summary_finding"' in line]
     assert raised[0]["count"] > 20
     told = sort_rows(session_output([REPEATED], output_format="jsonl", lang="en")).findings
-    assert [row["code"] for row in rows["findings"]] == [row["code"] for row in told] == [raised[0]["code"]] * 11  # ten, and one that counts the others
+    # Ten, and one that counts the others.
+    assert [row["code"] for row in told] == [raised[0]["code"]] * 11
+    assert [row["message"] for row in rows["findings"]] == [row["message"] for row in told]
     assert [row["text"] for row in rows["log"]] == [row["message"] for row in told]
     assert sum(row["severity"] is not None for row in rows["listing"]) == 10
 
@@ -84,15 +85,19 @@ def test_repeats_are_folded_in_tables_though_figures_count_them() -> None:
 def test_the_listing_is_the_lines_of_decode(path: Path, lang: str) -> None:
     text, network = path.read_bytes(), described_beside(path)
     rows = table(text, "listing", network=network, lang=lang)
-    frames = sort_rows(session_output([text], output_format="jsonl", lang=lang, network=network)).frames
+    said = sort_rows(session_output([text], output_format="jsonl", lang=lang, network=network))
+    found = {(finding["frame"], finding["severity"]) for finding in said.findings}
     lines, _ = both(text, "lines", [], network=network, lang=lang, time="n")
-    for row, frame, line in zip(rows, frames, lines.decode().splitlines(), strict=True):
+    for row, frame, line in zip(rows, said.frames, lines.decode().splitlines(), strict=True):
         shown = json.loads(line)["text"].splitlines()[0]
         assert shown.endswith(row["line"].lstrip())
         assert shown.removesuffix(row["line"].lstrip()).strip() == (frame["bus"] or "")
         assert row["line"].isprintable()
         shared = ("frame", "bus", "node", "service")
         assert {key: row[key] for key in shared} == {key: frame[key] for key in shared}
+        assert row["severity"] is None or (row["frame"], row["severity"]) in found
+        if not any((row["frame"], level) in found for level in ("error", "warning")):
+            assert row["severity"] in {None, "info"}
 
 
 @pytest.mark.parametrize("path", CAPTURES, ids=lambda path: str(path.relative_to(SAMPLES)))

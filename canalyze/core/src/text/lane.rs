@@ -29,6 +29,8 @@ pub enum Word {
     Gap,
     /// Nothing at all was heard on the bus.
     Silence,
+    /// All nodes were commanded, and it may be the one that did.
+    All,
     /// It sends PDOs after its boot-up, and nothing says its state.
     Sends,
 }
@@ -40,6 +42,7 @@ static WORDS: &[Row<Word>] = &[
     (Word::GuardingLost, "节点守护无应答", "guarding unanswered"),
     (Word::Gap, "未知 (捕获缺口)", "unknown (gap in the capture)"),
     (Word::Silence, "未知 (总线静默)", "unknown (silent bus)"),
+    (Word::All, "未知 (命令所有节点)", "unknown (all nodes commanded)"),
     (Word::Sends, "未知 (启动后发送PDO)", "unknown (sends PDOs after its boot-up)"),
 ];
 

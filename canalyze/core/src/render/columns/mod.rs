@@ -256,15 +256,14 @@ impl Columns {
         }
     }
 
-    /// Takes the findings among events, where they are shown, and gives the worst that was told.
+    /// Takes the findings among events, where they are shown, and gives the severity of the worst at the last frame.
     fn findings(&mut self, setting: Setting<'_>, events: &[Event], shown: bool) -> Option<Severity> {
         let mut worst = None;
         for event in events {
             let What::Finding(one) = &event.what else { continue };
             if self.repeats.shows(one) && shown {
                 self.tell(setting, one);
-                let severity = one.code.rule().severity;
-                worst = worst.max(Some(severity));
+                worst = worst.max((one.at == self.last).then_some(one.code.rule().severity));
             }
         }
         worst

@@ -6,10 +6,11 @@
 use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Int64Type, UInt32Type, UInt64Type};
+use arrow_array::types::{Float64Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_schema::{DataType, Schema};
 
 use super::column::ROWS;
+use super::cycle_numbers::CycleNumbers;
 use super::{Batch, Columns, Name, Seen};
 use crate::configuration::Provenance;
 use crate::event::{Event, Placement, ProcessData, Signals, What};
@@ -93,6 +94,14 @@ impl Capture {
         let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
         let seen = Seen { service: ("pdo", Some(5)), cycle: self.cycle, window_ns: Some(5_000), shown: true, setting };
         self.columns.frame(seen, &frame, &[event]);
+    }
+
+    fn frame_at(&mut self, t_ns: Option<i64>) {
+        self.no += 1;
+        let frame = Frame { no: self.no, t_ns, ..Frame::classic(CanId::standard(0x705), &[5]) };
+        let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
+        let seen = Seen { service: ("heartbeat", Some(5)), cycle: self.cycle, window_ns: None, shown: true, setting };
+        self.columns.frame(seen, &frame, &[]);
     }
 
     fn pdo(&mut self, number: u16, mapping: &Arc<Mapping>, sync: Option<Placement>) {
@@ -260,4 +269,71 @@ fn nothing_asked_for_is_nothing() {
     let names: Vec<_> = Capture::new(&all).end().iter().map(|batch| (batch.name.to_string(), 0)).collect();
     let expected = Name::NAMES.iter().filter(|row| row.1 != Name::Pdo).map(|(name, _)| ((*name).to_owned(), 0));
     assert_eq!(names, expected.collect::<Vec<_>>());
+}
+
+#[test]
+fn the_cycle_of_an_earlier_frame_is_known() {
+    let mut numbers = CycleNumbers::default();
+    let frame = |no| Frame { no, ..Frame::classic(CanId::standard(0x80), &[]) };
+    assert_eq!(numbers.at(BusId(0), 1), 0);
+    // A SYNC every tenth frame, from the fifth on.
+    for no in 1..=100_000u64 {
+        numbers.frame(&frame(no), (no + 5) / 10);
+    }
+    for no in [100_000, 99_995, 99_994, 60_000] {
+        assert_eq!(numbers.at(BusId(0), no), (no + 5) / 10);
+    }
+    assert_eq!(numbers.at(BusId(0), 1), 10_000 - 4096, "the oldest that is known");
+    assert_eq!(numbers.at(BusId(1), 1), 0);
+}
+
+/// Ends in ms and frames of the load of one bus whose frames come at these times, in ms.
+fn load(times: &[i64]) -> Vec<(i64, u32)> {
+    let mut capture = Capture::new(&[Name::Load]);
+    for time in times {
+        capture.frame_at(Some(time * 1_000_000));
+    }
+    let batches = capture.end();
+    let ends = batches[0].rows.column_by_name("t_ns").unwrap().as_primitive::<Int64Type>().clone();
+    let frames = batches[0].rows.column_by_name("frames").unwrap().as_primitive::<UInt32Type>().clone();
+    ends.values().iter().map(|ns| ns / 1_000_000).zip(frames.values().iter().copied()).collect()
+}
+
+#[test]
+fn a_window_ends_with_the_first_frame_behind_it() {
+    assert_eq!(load(&[]), []);
+    assert_eq!(load(&[0]), [(100, 1)], "the only one, though the capture cuts it");
+    assert_eq!(load(&[0, 99]), [(100, 2)]);
+    assert_eq!(load(&[0, 99, 100]), [(100, 2)]);
+    assert_eq!(load(&[7, 106, 107, 206, 210]), [(107, 2), (207, 2)]);
+    assert_eq!(load(&[0, 250]), [(100, 1), (200, 0)]);
+    assert_eq!(load(&[0, 350]), [(100, 1), (200, 0), (300, 0)]);
+    assert_eq!(load(&[0, 3_600_050]), [(100, 1), (200, 0), (3_600_000, 0)]);
+    assert_eq!(load(&[0, 90, 80, 110, 95, 205]), [(100, 3), (200, 2)], "late stamps count where they come");
+}
+
+#[test]
+fn load_goes_on_when_the_clock_is_set() {
+    assert_eq!(load(&[5_000, 5_010, 20, 30, 120]), [(5_100, 2), (120, 2)]);
+    assert_eq!(load(&[5_000, 5_990, 20, 130]), [(5_100, 1), (5_200, 0), (5_900, 0), (6_000, 1), (120, 1)]);
+    let mut capture = Capture::new(&[Name::Load]);
+    for t_ns in [i64::MIN, 0, i64::MAX, i64::MAX, i64::MIN, i64::MAX - 1, -1] {
+        capture.frame_at(Some(t_ns));
+    }
+    capture.frame_at(None);
+    assert!(capture.end()[0].rows.num_rows() < 30);
+}
+
+#[test]
+fn load_is_of_the_bit_rate() {
+    let mut capture = Capture::new(&[Name::Load]);
+    for time in 0..1001 {
+        capture.frame_at(Some(time * 1_000_000));
+    }
+    let batches = capture.end();
+    let rows = &batches[0].rows;
+    assert_eq!(rows.num_rows(), 10);
+    let real = |name| rows.column_by_name(name).unwrap().as_primitive::<Float64Type>().value(3);
+    let bits = rows.column_by_name("bits").unwrap().as_primitive::<UInt64Type>().value(3);
+    assert_eq!((real("frames_per_s"), real("load_percent")), (1000.0, bits as f64 / 500.0));
 }

@@ -71,7 +71,7 @@ struct Bus {
     nodes: BTreeMap<u8, Node>,
     /// Nodes that have sent something, a bit each.
     present: u128,
-    /// Nodes of which nothing but the boot-up says their state, a bit each.
+    /// Nodes of which a boot-up or a command to all says the state, and nothing else, a bit each.
     fresh: u128,
 }
 
@@ -366,11 +366,13 @@ impl Lanes {
                 continue;
             }
             let standing = node.commanded(state, addressed != 0, present, at);
-            let news = standing.filter(|one| {
-                node.stand(&mut self.sheet.pen(done), prefix, *one, place.at, place.shown)
-            });
-            if news.is_some() {
-                bus.fresh &= !bit(id);
+            let news =
+                standing.filter(|one| node.stand(&mut self.sheet.pen(done), prefix, *one, place.at, place.shown));
+            match news {
+                // What it sends now says more.
+                Some(Standing::Unknown(_)) => bus.fresh |= bit(id),
+                Some(_) => bus.fresh &= !bit(id),
+                None => {}
             }
             if state == BOOT_UP {
                 self.restart(done, place, id);
@@ -388,7 +390,7 @@ impl Lanes {
         let Some(bus) = self.buses.get_mut(usize::from(place.frame.bus.0)) else { return };
         let mut pen = self.sheet.pen(done);
         let (prefix, node) = bus.parts(id);
-        node.end_drives(&mut pen, prefix, true, place.at);
+        node.end_drives(&mut pen, prefix, standing.has_sdo(), place.at);
         self.values.end(&mut pen, place.frame.bus, Some(id), place.at);
     }
 
@@ -430,8 +432,8 @@ impl Bus {
         }
         let fresh = self.fresh & bit(id) != 0;
         let (prefix, node) = self.parts(id);
-        if fresh && node.booted_before(place.frame.no) {
-            node.stand(pen, prefix, Standing::Unknown(Word::Sends), place.at, place.shown);
+        if fresh && node.began_before(place.frame.no) {
+            node.stand(pen, prefix, node.sends(), place.at, place.shown);
             self.fresh &= !bit(id);
         }
     }

@@ -59,7 +59,12 @@ impl Standing {
 
     /// Whether PDOs of the node go on.
     pub(super) fn has_pdos(self) -> bool {
-        matches!(self, Self::Shown(OPERATIONAL) | Self::Commanded(OPERATIONAL) | Self::Unknown(Word::Sends))
+        matches!(self, Self::Shown(OPERATIONAL) | Self::Commanded(OPERATIONAL) | Self::Unknown(Word::Sends | Word::All))
+    }
+
+    /// Whether SDO can still tell the state of its drive.
+    pub(super) fn has_sdo(self) -> bool {
+        !matches!(self, Self::Shown(STOPPED) | Self::Commanded(STOPPED))
     }
 }
 
@@ -108,14 +113,10 @@ impl Node {
         Self { id, ..Self::default() }
     }
 
-    /// Only its boot-up was seen.
-    pub(super) fn is_fresh(&self) -> bool {
-        self.standing == Some(Standing::BootUp)
-    }
-
-    /// The boot-up, where PDOs that come now were sent after it.
-    pub(super) fn booted_before(&self, frame: u64) -> bool {
-        self.boot_up.is_some_and(|boot_up| boot_up.no + LATE < frame)
+    /// Whether what comes now was sent after its boot-up, and after it was commanded.
+    pub(super) fn began_before(&self, frame: u64) -> bool {
+        let command = self.command.map(|(_, at)| at);
+        [self.boot_up, command].into_iter().flatten().all(|at| at.no + LATE < frame)
     }
 
     /// Whether it has shown states.
@@ -186,12 +187,10 @@ impl Node {
         })
     }
 
-    /// It was commanded to a state (00: reset); gives what the lane should show. `present`: it was seen.
+    /// It was commanded to a state (00: reset); gives what the lane should show. `present`: it was seen. A command to
+    /// all nodes is not for the one that gives it: that may be this one.
     pub(super) fn commanded(&mut self, state: u8, explicit: bool, present: bool, at: FrameRef) -> Option<Standing> {
         self.managed |= explicit;
-        if !self.managed {
-            return None;
-        }
         let there = match self.standing {
             // Who is not heard does not hear, as far as anybody knows.
             Some(Standing::Lost(_) | Standing::Unknown(Word::Silence)) => true,
@@ -202,7 +201,16 @@ impl Node {
             return None;
         }
         self.command = Some((state, at));
-        present.then_some(Standing::Commanded(state))
+        let standing = if self.managed { Standing::Commanded(state) } else { Standing::Unknown(Word::All) };
+        (present && (self.managed || self.standing.is_some())).then_some(standing)
+    }
+
+    /// What it shows by sending PDOs where nothing has said its state.
+    pub(super) fn sends(&self) -> Standing {
+        match self.command {
+            Some((OPERATIONAL, _)) => Standing::Commanded(OPERATIONAL),
+            _ => Standing::Unknown(Word::Sends),
+        }
     }
 
     /// Whether a PDO was sent before the node could obey a command to send none.
@@ -212,19 +220,13 @@ impl Node {
 
     /// It has sent something for the first time: what it was commanded before.
     pub(super) fn appears(&self) -> Option<Standing> {
-        let (state, _) = self.command.filter(|(state, _)| *state != 0 && self.standing.is_none())?;
+        let told = |(state, _): &(u8, FrameRef)| *state != 0 && self.managed && self.standing.is_none();
+        let (state, _) = self.command.filter(told)?;
         Some(Standing::Commanded(state))
     }
 
     /// An axis has reported a statusword, in a frame.
-    pub(super) fn reports(
-        &mut self,
-        pen: &mut Pen<'_>,
-        prefix: &str,
-        (axis, by_pdo): (u8, bool),
-        word: u16,
-        at: At,
-    ) {
+    pub(super) fn reports(&mut self, pen: &mut Pen<'_>, prefix: &str, (axis, by_pdo): (u8, bool), word: u16, at: At) {
         let state = State::of(word);
         let place = match self.axes.iter().position(|one| one.number == axis) {
             Some(place) => place,

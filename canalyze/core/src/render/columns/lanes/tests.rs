@@ -7,22 +7,13 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Int32Type, UInt64Type};
 use arrow_array::{Array, DictionaryArray, StringArray};
 
+use crate::dictionary::{Access, Dictionary, Form, Object, Preset};
+use crate::filter::Filter;
+use crate::network::{Description, Network};
 use crate::readers::Format as Input;
 use crate::render::columns::{Batch, Name};
 use crate::session::{Format, Options, Session};
 use crate::text::Lang;
-
-#[test]
-fn dump() {
-    for name in std::env::var("LANES").unwrap_or_default().split(',') {
-        let path = format!("{}/../../samples/{name}.log", env!("CARGO_MANIFEST_DIR"));
-        let Ok(capture) = std::fs::read(path) else { continue };
-        println!("== {name}");
-        for row in rows(&capture, options(if std::env::var("ZH").is_ok() { Lang::Zh } else { Lang::En })) {
-            println!("{row}");
-        }
-    }
-}
 
 fn options(lang: Lang) -> Options {
     Options { lang, format: Format::Columns, tables: vec![Name::Lanes], ..Options::default() }
@@ -66,4 +57,376 @@ fn listed(batch: &Batch) -> Vec<String> {
         all.push(format!("{} {lane} {} {}", frame.value(row), dash(class), dash(state)));
     }
     all
+}
+
+fn sample(name: &str) -> Vec<u8> {
+    std::fs::read(format!("{}/../../samples/{name}.log", env!("CARGO_MANIFEST_DIR"))).unwrap()
+}
+
+fn text(rows: &[String], lanes: &[&str]) -> String {
+    let of = |row: &&String| lanes.iter().any(|lane| row.split(' ').nth(1).unwrap().starts_with(lane));
+    rows.iter().filter(of).map(|row| format!("{row}\n")).collect()
+}
+
+/// Frames of can0, 10 ms apart, or at the time before an `@`: `0.5@705#05`.
+fn capture(frames: &[&str]) -> Vec<u8> {
+    let line = |(place, frame): (usize, &&str)| match frame.split_once('@') {
+        Some((time, frame)) => format!("({time}) can0 {frame}\n"),
+        None if frame.starts_with("DROP") => format!("{frame}\n"),
+        None => format!("({}.{:03}000) can0 {frame}\n", place / 100, place % 100 * 10),
+    };
+    frames.iter().enumerate().map(line).collect::<String>().into_bytes()
+}
+
+fn object(index: u16, sub: u8, data_type: u16, name: &str, value: Option<u64>) -> Object {
+    let preset = value.map(|value| Preset { value, relative: false, configured: false });
+    let (access, unit) = (Access::Rw, None);
+    Object { index, sub, name: name.into(), data_type, access, preset, mappable: true, unit, factor: 1.0 }
+}
+
+/// Node 5: TPDO1 statusword, TPDO2 statusword and mode display, TPDO3 two truth values, a name twice, digital inputs;
+/// TPDO4 the statusword of axis 2; RPDO1 controlword.
+fn described(lang: Lang) -> Options {
+    let mut objects = vec![
+        object(0x6040, 0, 6, "Controlword", None),
+        object(0x6041, 0, 6, "Statusword", None),
+        object(0x6841, 0, 6, "Statusword", None),
+        object(0x6061, 0, 2, "Modes of operation display", None),
+        object(0x60FD, 0, 7, "Digital inputs", None),
+        object(0x2000, 1, 1, "Door open/closed", None),
+        object(0x2000, 2, 1, "Door open/closed", None),
+        object(0x2000, 3, 6, "Speed", None),
+    ];
+    for (parameter, words) in [
+        (0x1600, &[0x6040_0010][..]),
+        (0x1A00, &[0x6041_0010]),
+        (0x1A01, &[0x6041_0010, 0x6061_0008]),
+        (0x1A02, &[0x2000_0101, 0x2000_0201, 0x0005_0006, 0x60FD_0020, 0x2000_0310]),
+        (0x1A03, &[0x6841_0010]),
+    ] {
+        objects.push(object(parameter, 0, 5, "mapping", Some(words.len() as u64)));
+        for (sub, word) in (1..).zip(words) {
+            objects.push(object(parameter, sub, 7, "mapping", Some(*word)));
+        }
+    }
+    objects.sort_by_key(|object| (object.index, object.sub));
+    let dictionary = Arc::new(Dictionary::new("x.eds".into(), Form::Eds, String::new(), objects));
+    let descriptions = vec![Description { bus: None, node: 5, dictionary }];
+    Options { network: Arc::new(Network { descriptions, ..Network::default() }), ..options(lang) }
+}
+
+#[test]
+fn dump() {
+    for name in std::env::var("LANES").unwrap_or_default().split(',').filter(|name| !name.is_empty()) {
+        println!("== {name}");
+        let lang = if std::env::var("ZH").is_ok() { Lang::Zh } else { Lang::En };
+        let bytes = std::fs::read(name).unwrap();
+        let options = if std::env::var("EDS").is_ok() { described(lang) } else { options(lang) };
+        for row in rows(&bytes, options) {
+            println!("{row}");
+        }
+    }
+}
+
+#[test]
+fn chunks_make_no_difference() {
+    for name in ["services", "network/drive-states", "network/remapping"] {
+        let bytes = sample(name);
+        let whole = rows(&bytes, described(Lang::Zh));
+        assert!(whole.len() > 8);
+        assert_eq!(rows_in(&bytes, described(Lang::Zh), 7), whole, "{name}");
+    }
+}
+
+#[test]
+fn languages_have_the_same_rows() {
+    for name in ["services", "network/drive-states", "network/guarding", "network/remapping", "rules/HBT002"] {
+        let bytes = sample(name);
+        let [zh, en] = [Lang::Zh, Lang::En].map(|lang| rows(&bytes, described(lang)));
+        let known = |rows: &[String]| -> Vec<String> {
+            let words = rows.iter().map(|row| row.split(' ').take(3).collect::<Vec<_>>());
+            // Names of signals differ.
+            words.map(|words| format!("{} {} {}", words[0], words[1].rsplit_once('/').unwrap().0, words[2])).collect()
+        };
+        assert_eq!(known(&zh), known(&en), "{name}");
+        assert!(en.iter().all(|row| row.is_ascii()), "{name}");
+        assert!(zh.iter().all(|row| row.ends_with('-') || !row.is_ascii() || !row.contains(" nmt/")), "{name}");
+    }
+}
+
+#[test]
+fn without_time_stamps() {
+    let capture = b"can0  705   [1]  7F\ncan0  000   [2]  01 05\ncan0  705   [1]  7F\ncan0  705   [1]  05\n";
+    // What the node sent before it could obey changes nothing.
+    let expected = "1 nmt/can0/node5 pre-operational Pre-operational\n2 nmt/can0/node5 operational Operational (commanded)\n\
+                    4 nmt/can0/node5 operational Operational\n";
+    assert_eq!(text(&rows(capture, options(Lang::En)), &["nmt/"]), expected);
+}
+
+#[test]
+fn no_more_than_so_many_texts() {
+    let mut frames = Vec::new();
+    for number in 0..600_u32 {
+        frames.push(format!("385#40{:02X}{:02X}000000", number & 0xFF, number >> 8));
+    }
+    frames.push("705#00".to_owned());
+    frames.push("385#400000000000".to_owned());
+    let frames: Vec<&str> = frames.iter().map(String::as_str).collect();
+    let rows = rows(&capture(&frames), described(Lang::En));
+    let lane = "value/can0/node5/TPDO3/digital_inputs ";
+    let of: Vec<&String> = rows.iter().filter(|row| row.contains(lane)).collect();
+    assert_eq!(of.len(), 512 + 1 + 1 + 1);
+    assert!(of[511].ends_with(" - 000001FFh") && of[512].ends_with(" - …") && of[513].ends_with(" - -"));
+    assert_eq!(of[514], "602 value/can0/node5/TPDO3/digital_inputs - …");
+}
+
+#[test]
+fn a_filter_ends_lanes_instead_of_letting_them_lie() {
+    let frames = ["705#05", "185#3702", "705#04", "185#3102", "705#04", "705#05", "185#3102"];
+    let filter = Filter::parse("frame=1-2,5-7").unwrap();
+    let rows = rows(&capture(&frames), Options { filter, ..described(Lang::En) });
+    let expected = "\
+1 nmt/can0/node5 operational Operational
+2 drive/can0/node5 operation-enabled operation enabled
+3 nmt/can0/node5 - -
+3 drive/can0/node5 - -
+5 nmt/can0/node5 stopped Stopped
+6 nmt/can0/node5 operational Operational
+7 drive/can0/node5 ready-to-switch-on ready to switch on
+";
+    assert_eq!(text(&rows, &["nmt/", "drive/"]), expected);
+}
+
+#[test]
+fn states_and_errors_of_nodes() {
+    let rows = rows(&sample("network/boot-and-states"), options(Lang::En));
+    let expected = "\
+1 nmt/vcan0/node5 pre-operational Pre-operational (boot-up)
+2 nmt/vcan0/node6 pre-operational Pre-operational (boot-up)
+3 nmt/vcan0/node7 pre-operational Pre-operational (boot-up)
+15 nmt/vcan0/node5 pre-operational Pre-operational
+16 nmt/vcan0/node6 pre-operational Pre-operational
+17 nmt/vcan0/node7 pre-operational Pre-operational
+21 nmt/vcan0/node5 operational Operational (commanded)
+21 nmt/vcan0/node6 operational Operational (commanded)
+21 nmt/vcan0/node7 operational Operational (commanded)
+22 nmt/vcan0/node7 operational Operational
+24 nmt/vcan0/node6 operational Operational
+27 nmt/vcan0/node5 operational Operational
+42 emcy/vcan0/node5 active 3210h voltage inside the device
+47 emcy/vcan0/node5 active 3210h voltage inside the device + 4210h device temperature
+54 emcy/vcan0/node5 - -
+55 nmt/vcan0/node6 stopped Stopped (commanded)
+56 nmt/vcan0/node6 stopped Stopped
+65 nmt/vcan0/node6 operational Operational (commanded)
+66 nmt/vcan0/node6 operational Operational
+76 nmt/vcan0/node7 pre-operational Pre-operational (commanded)
+77 nmt/vcan0/node7 pre-operational Pre-operational
+88 nmt/vcan0/node6 initialising Initialisation (commanded)
+90 nmt/vcan0/node6 pre-operational Pre-operational (boot-up)
+94 emcy/vcan0/node7 active 8110h CAN overrun (objects lost)
+96 emcy/vcan0/node7 - -
+97 nmt/vcan0/node7 initialising Initialisation (commanded)
+98 nmt/vcan0/node7 pre-operational Pre-operational (boot-up)
+99 nmt/vcan0/node6 pre-operational Pre-operational
+106 nmt/vcan0/node7 pre-operational Pre-operational
+110 nmt/vcan0/node6 operational Operational (commanded)
+110 nmt/vcan0/node7 operational Operational (commanded)
+111 nmt/vcan0/node7 operational Operational
+113 nmt/vcan0/node6 operational Operational
+";
+    assert_eq!(text(&rows, &["nmt/", "emcy/", "drive/"]), expected);
+}
+
+#[test]
+fn who_is_not_heard_is_lost() {
+    for (name, expected) in [
+        ("rules/HBT002", "3 nmt/can0/node5 pre-operational Pre-operational\n8 nmt/can0/node5 lost heartbeat lost\n"),
+        (
+            "rules/GRD002",
+            "4 nmt/can0/node5 pre-operational Pre-operational\n8 nmt/can0/node5 lost guarding unanswered\n\
+             9 nmt/can0/node5 pre-operational Pre-operational\n",
+        ),
+        (
+            "rules/HBT005",
+            "3 nmt/can0/node5 pre-operational Pre-operational\n4 nmt/can0/node6 operational Operational\n\
+             11 nmt/can0/node5 unknown unknown (silent bus)\n11 nmt/can0/node6 unknown unknown (silent bus)\n\
+             13 nmt/can0/node5 pre-operational Pre-operational\n14 nmt/can0/node6 operational Operational\n",
+        ),
+        // Bit 7 in a heartbeat is no toggle bit: the state counts for nothing.
+        ("rules/HBT003-bit-7", "3 nmt/can0/node5 pre-operational Pre-operational\n"),
+        // The node goes on as it was.
+        (
+            "rules/NMT002",
+            "3 nmt/can0/node5 pre-operational Pre-operational\n8 nmt/can0/node5 operational Operational (commanded)\n\
+             9 nmt/can0/node5 pre-operational Pre-operational\n",
+        ),
+    ] {
+        assert_eq!(text(&rows(&sample(name), options(Lang::En)), &["nmt/"]), expected, "{name}");
+    }
+}
+
+#[test]
+fn a_guarded_node() {
+    let rows = rows(&sample("network/guarding"), options(Lang::Zh));
+    let expected = "\
+1 nmt/vcan0/node4 pre-operational 预操作 (启动报文)
+17 nmt/vcan0/node4 pre-operational 预操作
+24 nmt/vcan0/node4 operational 操作 (命令)
+26 nmt/vcan0/node4 operational 操作
+49 nmt/vcan0/node4 stopped 停止 (命令)
+51 nmt/vcan0/node4 stopped 停止
+56 nmt/vcan0/node4 pre-operational 预操作 (命令)
+58 nmt/vcan0/node4 pre-operational 预操作
+63 nmt/vcan0/node4 initialising 初始化 (命令)
+64 nmt/vcan0/node4 pre-operational 预操作 (启动报文)
+67 nmt/vcan0/node4 pre-operational 预操作
+";
+    assert_eq!(text(&rows, &["nmt/"]), expected);
+}
+
+#[test]
+fn behind_a_gap_nothing_holds() {
+    let dropped = "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)";
+    let frames = [
+        "705#05",
+        "185#3702",
+        "385#410500000008",
+        "085#3081010000000000",
+        "605#4041600000000000",
+        "585#4B41600037020000",
+        dropped,
+        "385#410500000008",
+        "705#05",
+        "085#1032010000000000",
+    ];
+    let rows = rows(&capture(&frames), described(Lang::En));
+    let expected = "\
+1 nmt/can0/node5 operational Operational
+2 value/can0/node5/TPDO1/statusword - 0237h operation enabled
+2 drive/can0/node5 operation-enabled operation enabled
+3 value/can0/node5/TPDO3/Door_open%2Fclosed 1 1
+3 value/can0/node5/TPDO3/Door_open%2Fclosed(2000:02) 0 0
+3 value/can0/node5/TPDO3/digital_inputs - 00000005h
+4 emcy/can0/node5 active 8130h life guard error or heartbeat error
+5 sdo/can0/node5 ok 6041h:00 read 0237h operation enabled
+6 nmt/can0/node5 unknown unknown (gap in the capture)
+6 drive/can0/node5 - -
+6 emcy/can0/node5 - -
+6 value/can0/node5/TPDO1/statusword - -
+6 value/can0/node5/TPDO3/Door_open%2Fclosed - -
+6 value/can0/node5/TPDO3/Door_open%2Fclosed(2000:02) - -
+6 value/can0/node5/TPDO3/digital_inputs - -
+7 value/can0/node5/TPDO3/Door_open%2Fclosed 1 1
+7 value/can0/node5/TPDO3/Door_open%2Fclosed(2000:02) 0 0
+7 value/can0/node5/TPDO3/digital_inputs - 00000005h
+8 nmt/can0/node5 operational Operational
+9 emcy/can0/node5 active 3210h voltage inside the device
+6 sdo/can0/node5 - -
+";
+    assert_eq!(text(&rows, &[""]), expected);
+}
+
+#[test]
+fn echoes_that_come_late() {
+    // The boot-up before the reset that caused it, the state before its command, a PDO that was under way.
+    let frames = [
+        "0.000000@605#4000100000000000",
+        "0.001000@585#4300100092010000",
+        "0.100000@705#05",
+        "0.200000@705#00",
+        "0.200100@000#8105",
+        "0.300000@705#05",
+        "0.301000@000#0105",
+        "0.400000@185#3702",
+        "0.500000@000#8005",
+        "0.500400@185#3702",
+        "0.500500@705#05",
+        "0.600000@705#7F",
+    ];
+    let rows = rows(&capture(&frames), described(Lang::En));
+    let expected = "\
+3 nmt/can0/node5 operational Operational
+4 nmt/can0/node5 pre-operational Pre-operational (boot-up)
+6 nmt/can0/node5 operational Operational
+8 drive/can0/node5 operation-enabled operation enabled
+9 nmt/can0/node5 pre-operational Pre-operational (commanded)
+9 drive/can0/node5 - -
+12 nmt/can0/node5 pre-operational Pre-operational
+";
+    assert_eq!(text(&rows, &["nmt/", "drive/"]), expected);
+}
+
+#[test]
+fn bits_have_lanes_once_they_change() {
+    let frames = [
+        "385#000000000000",
+        "385#000400000000",
+        "385#000500000000",
+        "000#0205",
+        "705#05",
+        "385#000900000000",
+        "385#41",
+    ];
+    let rows = rows(&capture(&frames), described(Lang::Zh));
+    let expected = "\
+1 value/can0/node5/TPDO3/数字输入 - 00000000h
+2 value/can0/node5/TPDO3/数字输入 - 00000004h
+1 value/can0/node5/TPDO3/数字输入.2 0 0
+2 value/can0/node5/TPDO3/数字输入.2 1 1
+3 value/can0/node5/TPDO3/数字输入 - 00000005h
+1 value/can0/node5/TPDO3/数字输入.0 0 0
+3 value/can0/node5/TPDO3/数字输入.0 1 1
+4 value/can0/node5/TPDO3/数字输入 - -
+4 value/can0/node5/TPDO3/数字输入.0 - -
+4 value/can0/node5/TPDO3/数字输入.2 - -
+6 value/can0/node5/TPDO3/数字输入 - 00000009h
+6 value/can0/node5/TPDO3/数字输入.0 1 1
+6 value/can0/node5/TPDO3/数字输入.2 0 0
+";
+    assert_eq!(text(&rows, &["value/can0/node5/TPDO3/数"]), expected);
+}
+
+#[test]
+fn drives_of_two_axes() {
+    let frames = ["485#3102", "185#3102", "485#3302", "485#2200", "705#00", "485#3102", "000#0205"];
+    let rows = rows(&capture(&frames), described(Lang::Zh));
+    let expected = "\
+1 drive/can0/node5/axis2 ready-to-switch-on 准备接通
+2 drive/can0/node5 ready-to-switch-on 准备接通
+3 drive/can0/node5/axis2 switched-on 已接通
+4 drive/can0/node5/axis2 - -
+5 drive/can0/node5 - -
+6 drive/can0/node5/axis2 ready-to-switch-on 准备接通
+7 drive/can0/node5/axis2 - -
+";
+    assert_eq!(text(&rows, &["drive/"]), expected);
+}
+
+#[test]
+fn statuswords_of_what_is_no_drive() {
+    // An encoder says so; then 6041h is no statusword. Nor is it where nobody knows the mapping.
+    let read = ["605#4041600000000000", "585#4B41600037020000"];
+    let encoder = ["605#4000100000000000", "585#4300100096010000"];
+    let frames = [encoder, read].concat();
+    assert_eq!(text(&rows(&capture(&frames), options(Lang::En)), &["drive/"]), "");
+    assert_eq!(text(&rows(&capture(&["185#3702"]), options(Lang::En)), &["drive/", "value/"]), "");
+    let expected = "2 drive/can0/node5 operation-enabled operation enabled\n";
+    assert_eq!(text(&rows(&capture(&read), options(Lang::En)), &["drive/"]), expected);
+}
+
+#[test]
+fn transfers() {
+    let frames = |name: &str| text(&rows(&sample(name), options(Lang::En)), &["sdo/"]);
+    let expected = "\
+1 sdo/can0/node10 ok 2002h:00 read 90 (5Ah)
+2 sdo/can0/node10 - -
+3 sdo/can0/node10 failed 1008h:00 read: failed
+5 sdo/can0/node10 ok 2002h:00 read 90 (5Ah)
+6 sdo/can0/node10 - -
+";
+    // The second one ends the first: there is nothing between them.
+    assert_eq!(frames("rules/SDO008"), expected);
+    let zh = text(&rows(&sample("sdo-abort"), options(Lang::Zh)), &["sdo/"]);
+    assert!(zh.contains(": 中止 "), "{zh}");
 }
