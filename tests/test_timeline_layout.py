@@ -166,6 +166,22 @@ def test_few_plots_leave_room_for_frames() -> None:
     assert names(tabs(contents)[0]) == ["NMT states", "Bus load [%]", "Frames", "Summary"]
 
 
+def test_lanes_of_signals_where_there_is_room() -> None:
+    contents = network(3)
+    bits = [f"/value/can0/node{node}/TPDO3/Inputs{bit}" for node in (1, 2) for bit in ("", ".0", ".1")]
+    lanes(contents, *bits)
+    overview = tabs(contents)[0]
+    assert names(overview)[:5] == [
+        "NMT states",
+        "Drive states",
+        "EMCY: active errors",
+        "SDO transfers",
+        "Values of signals",
+    ]
+    values = next(view for view in views(overview) if view.name == "Values of signals")
+    assert {entity for entity in bits if entity.endswith("s")} <= of(values) <= set(bits)
+
+
 def test_many_nodes_share_plots_and_a_tab() -> None:
     contents = network(30)
     overview, nodes = tabs(contents)

@@ -199,13 +199,17 @@ class _Views:
             every += self.values(TOGETHER - len(every))
             return [self.states(every)] if every else []
         heights = _share({kind: float(_BAR + _LANE * len(self.lanes[kind])) for kind in kinds}, _HEIGHT)
-        return [
+        views: list[Sized] = [
             (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=_LINKED), height)
             for kind, height in heights.items()
         ]
+        values = self.values(int((_HEIGHT - sum(heights.values()) - _BAR) // _LANE))
+        return [*views, self.states(values)] if values else views
 
     def values(self, room: int) -> list[Lane]:
         """Lanes of signals that change and are no quantities: whole signals before single bits."""
+        if room <= 0:
+            return []
         changing = [lane for lane in self.lanes.get("value", ()) if lane.rows > 1]
         return sorted(changing, key=lambda lane: lane.entity.rpartition(".")[2].isdecimal())[:room]
 
