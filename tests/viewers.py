@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import pytest
+import rerun_cli
 
 T = TypeVar("T")
 
@@ -23,6 +24,8 @@ DEADLINE_S = 60.0
 """For what a user would see within seconds; a loaded machine may take its time."""
 LISTENS = "0A"
 """The state of a socket that listens, as the kernel writes it."""
+
+PROGRAM = Path(rerun_cli.__file__).with_name("rerun")
 
 on_linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the kernel is asked by /proc")
 
@@ -85,15 +88,16 @@ def listeners(root: int) -> set[tuple[str, int]]:
 
 def sent_to(connect: str, path: Path, enough: Callable[[Path], bool]) -> None:
     """Writes what a viewer of the web was sent, by Rerun's own program, once there is enough of it."""
-    line = [str(Path(sys.executable).with_name("rerun")), connect, "--save", str(path)]
-    line += ["--bind", "127.0.0.1", "--port", "auto"]
+    raw = path.with_suffix(".raw.rrd")
+    line = [str(PROGRAM), connect, "--save", str(raw), "--bind", "127.0.0.1", "--port", "auto"]
     end = time.monotonic() + DEADLINE_S
     while time.monotonic() < end:
-        with subprocess.Popen(
-            [*line, "--port", "auto"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        ) as saving:
+        with subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as saving:
             time.sleep(3)
             saving.terminate()
-        if path.exists() and enough(path):
+        ordered = subprocess.run(
+            [str(PROGRAM), "rrd", "optimize", "-o", str(path), str(raw)], capture_output=True, check=False
+        )
+        if ordered.returncode == 0 and enough(path):
             return
     pytest.fail("the viewer was not sent what is on the bus")
