@@ -12,8 +12,8 @@ from typing import Final
 
 from canalyze.timeline.contents import Contents, Series
 
-LINES: Final = 8
-"""Lines of a plot, where there are more to choose from: as many as a legend names without covering them."""
+LINES: Final = 5
+"""Lines of a plot, where there are more to choose from: as many as its legend has room for."""
 _NODE: Final = re.compile(r"node\d+")
 
 

@@ -6,9 +6,9 @@ Rerun. Must not: read the recording, or know what a state means.
 """
 
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import rerun as rr
 import rerun.blueprint as rrb
@@ -34,12 +34,14 @@ ROOM: Final = 8
 """Plots of signals in the overview, besides those of SYNC and load."""
 LESS_ROOM: Final = 6
 """The same where many lanes have a column of their own."""
-PAGE: Final = 12
+PAGE: Final = 10
 """Plots on one page of a node."""
 TABS: Final = 8
 """Up to so many nodes have tabs beside the overview; more of them have theirs in one tab."""
 TITLE: Final = 44
-"""Columns of text that fit above a plot."""
+"""Columns of text that fit above a plot of the overview."""
+WIDE: Final = 72
+"""The same on a page of a node, where plots have the whole width."""
 
 KINDS: Final = ("nmt", "drive", "emcy", "sdo")
 """Kinds of lanes that the overview shows whole, from the top."""
@@ -47,7 +49,9 @@ KINDS: Final = ("nmt", "drive", "emcy", "sdo")
 _LANE: Final = 38
 _BAR: Final = 50
 _PLOT: Final = 110
-_ENTRY: Final = 24
+_HIGH: Final = 240
+_AXIS: Final = 40
+_ENTRY: Final = 22
 _FEW: Final = _BAR + _LANE * TOGETHER
 _TEXT: Final = 400
 _HEIGHT: Final = 1000
@@ -112,7 +116,16 @@ def fit(text: str, columns: int) -> str:
         return text
     while text and width(text) >= columns:
         text = text[:-1]
-    return text.rstrip(" ,、·") + "…"
+    return text.rstrip() + "…"
+
+
+def listed(names: Sequence[str], comma: str, columns: int) -> str:
+    """Join names as far as they fit in `columns`; the first of them is cut if it alone does not."""
+    for count in range(len(names), 0, -1):
+        text = comma.join(names[:count]) + ("…" if count < len(names) else "")
+        if width(text) <= columns:
+            return text
+    return fit(names[0], columns)
 
 
 class _Views:
@@ -153,15 +166,18 @@ class _Views:
         chosen = charts.overview(self.lines, ROOM if few else LESS_ROOM)
         plots = [*(self.plot(chart) for chart in chosen), *self.syncs(), *self.loads()]
         log, frames = self.log(), self.frames()
-        columns: list[tuple[list[Sized], float]] = []
+        texts = [*log, *frames]
         if few and plots:
             room = _HEIGHT - sum(height for _, height in lanes)
-            columns = [([*lanes, _grid(plots, room)], 3), ([*log, *frames], 2)]
+            left = [*lanes, _grid(plots, room)]
+            if len(plots) * _HIGH + _TEXT <= room and frames:
+                # Few plots leave room for frames below them.
+                left, texts = [*lanes, _grid(plots, len(plots) * _HIGH), *frames], log
+            columns = [(left, 3), (texts, 2)]
         elif few and lanes:
-            # Without plots there is room for frames below the lanes, and they are what is to be read.
             columns = [([*lanes, *frames], 3), (log, 2)]
         else:
-            columns = [(lanes, 2), ([_grid(plots, _HEIGHT, 1)] if plots else [], 2), ([*log, *frames], 3)]
+            columns = [(lanes, 2), ([_grid(plots, _HEIGHT, 1)] if plots else [], 2), (texts, 3)]
         columns = [column for column in columns if column[0]]
         name = self.words("timeline.overview")
         if len(columns) == 1:
@@ -297,21 +313,26 @@ class _Views:
     def plot(self, chart: Chart, *, of_node: bool = False) -> Plot:
         """One plot: the lines that it has; the others of their PDOs stay hidden."""
         lines: dict[str, list[str | None]] = {}
-        for line in chart.lines:
-            names = lines.setdefault(line.entity, [None] * len(self.contents.plots[line.entity].series))
-            names[line.index] = self.node_name(line.bus, line.node) if chart.shared else line.series.name
+        named = [self.node_name(line.bus, line.node) if chart.shared else line.series.name for line in chart.lines]
+        for line, name in zip(chart.lines, named, strict=True):
+            plot = self.contents.plots[line.entity]
+            names = lines.setdefault(line.entity, [None] * len(plot.series))
+            names[line.index] = f"{name} {plot.pdo}" if named.count(name) > 1 else name
         return Plot(self.title(chart, of_node), lines)
 
     def title(self, chart: Chart, of_node: bool) -> str:
         """Whose signals, which, and their unit, which is never cut off."""
         unit = f" [{chart.unit}]" if chart.unit else ""
         names = list(dict.fromkeys(line.title for line in chart.lines))
-        if chart.shared:
-            whole = self.words("timeline.of_nodes", count=len(chart.lines), name="{name}")
-            return whole.format(name=fit(names[0], TITLE - width(whole + unit))) + unit
         first = chart.lines[0]
-        before = "" if of_node or len(self.places) == 1 else self.node_name(first.bus, first.node) + " "
-        return before + fit(self.words("timeline.comma").join(names), TITLE - width(before + unit)) + unit
+        if chart.shared:
+            around = self.words("timeline.of_nodes", count=len(chart.lines), name="\0")
+        elif of_node or len(self.places) == 1:
+            around = "\0"
+        else:
+            around = f"{self.node_name(first.bus, first.node)} \0"
+        room = (WIDE if of_node else TITLE) - width(around.replace("\0", "") + unit)
+        return around.replace("\0", listed(names, self.words("timeline.comma"), room)) + unit
 
 
 def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
@@ -320,7 +341,7 @@ def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
         columns = 1 if len(plots) <= 4 else 2
     rows = [plots[start : start + columns] for start in range(0, len(plots), columns)]
     height = max(room, _PLOT * len(rows))
-    legend = int((height / len(rows) - _BAR) / _ENTRY)
+    legend = int((height / len(rows) - _AXIS) / _ENTRY)
     views = [[_series(plot, legend) for plot in row] for row in rows]
     return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in views)), height
 
@@ -330,7 +351,7 @@ def _series(plot: Plot, legend: int) -> rrb.View:
 
     It is as wide in time as the recording, by the span, which takes a line's name so as to have no entry of its own.
     """
-    overrides = {
+    overrides: dict[Any, rrb.Visualizer] = {
         entity: rr.SeriesLines(
             names=[_HIDDEN if name is None else name for name in names],
             visible_series=[name is not None for name in names],

@@ -119,8 +119,8 @@ class SeriesWriter:
 
 def _series(name: str, meta: dict[str, str]) -> Series:
     unit = meta.get("unit", "")
-    # A signal without a name is called by its object: 2000h:01.
-    described = name.partition(" (")[0].replace("h", "") != meta["object"] and not name.startswith(meta["object"][:4])
+    # A signal that nobody has named is called by its object: 2000h:01.
+    described = not name.startswith(f"{meta['object'][:4]}h")
     return Series(f"{name} [{unit}]" if unit else name, unit, described)
 
 

@@ -144,6 +144,9 @@ impl Output {
         if let Form::Monitor(monitor) = &mut self.form {
             monitor.gap(bus);
         }
+        if let Some(tables) = &mut self.tables {
+            tables.gap(bus);
+        }
     }
 
     /// What tells of the file itself takes an item before it is looked at any further.

@@ -10,6 +10,7 @@ pub mod digits;
 pub mod en;
 pub mod escape;
 pub mod explain;
+pub mod lane;
 pub mod parameter;
 pub mod signal;
 pub mod terms;

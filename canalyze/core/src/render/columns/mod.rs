@@ -60,7 +60,7 @@ use super::jsonl::Setting;
 use super::selection::Selection;
 use crate::event::{Event, What};
 use crate::finding::{Code, Finding, Severity};
-use crate::frame::{Frame, FrameRef};
+use crate::frame::{BusId, Frame, FrameRef};
 use crate::repeats::Repeats;
 use crate::select::Select;
 use crate::services::sdo::transfer::Transfer;
@@ -235,7 +235,17 @@ impl Columns {
 
     /// Takes findings that belong to no frame at hand.
     pub fn asides(&mut self, setting: Setting<'_>, events: &[Event]) {
+        if let Some(lanes) = &mut self.lanes {
+            lanes.asides(&mut self.done, &self.cycle_numbers, events);
+        }
         self.findings(setting, events, true);
+    }
+
+    /// A bus is away for a while, and may have had frames meanwhile.
+    pub fn gap(&mut self, bus: BusId) {
+        if let Some(lanes) = &mut self.lanes {
+            lanes.lost(&mut self.done, bus);
+        }
     }
 
     /// It is `now_ns` on the clock of the frames.
@@ -246,15 +256,11 @@ impl Columns {
         }
     }
 
-    /// Takes the findings among events, where they are shown, and gives the worst that was told. Lanes have all of them:
-    /// what they show ends with the eleventh time as with the first.
+    /// Takes the findings among events, where they are shown, and gives the worst that was told.
     fn findings(&mut self, setting: Setting<'_>, events: &[Event], shown: bool) -> Option<Severity> {
         let mut worst = None;
         for event in events {
             let What::Finding(one) = &event.what else { continue };
-            if let Some(lanes) = self.lanes.as_mut().filter(|_| shown) {
-                lanes.finding(&mut self.done, setting, &self.cycle_numbers, one);
-            }
             if self.repeats.shows(one) && shown {
                 self.tell(setting, one);
                 let severity = one.code.rule().severity;
@@ -277,7 +283,7 @@ impl Columns {
     /// Takes a finding about the capture.
     pub fn finding(&mut self, setting: Setting<'_>, finding: &Finding) {
         if let Some(lanes) = &mut self.lanes {
-            lanes.finding(&mut self.done, setting, &self.cycle_numbers, finding);
+            lanes.finding(&mut self.done, finding);
         }
         self.tell(setting, finding);
     }
@@ -338,7 +344,7 @@ impl Columns {
             pdos.iter_mut().for_each(|pdos| pdos.flush(done));
             let Self { done, listing, lanes, log, load, .. } = self;
             listing.iter_mut().for_each(|listing| listing.table.flush(done));
-            lanes.iter_mut().for_each(|lanes| lanes.table.flush(done));
+            lanes.iter_mut().for_each(|lanes| lanes.flush(done));
             log.iter_mut().for_each(|log| log.table.flush(done));
             load.iter_mut().for_each(|load| load.table.flush(done));
         }
