@@ -75,11 +75,12 @@ def listeners(root: int) -> set[tuple[str, int]]:
             except OSError:
                 continue
     found = set()
-    for name in ("tcp", "tcp6", "udp", "udp6"):
-        for line in Path(f"/proc/net/{name}").read_text().splitlines()[1:]:
+    tables = [path for path in map(Path("/proc/net").joinpath, ("tcp", "tcp6", "udp", "udp6")) if path.exists()]
+    for table in tables:
+        for line in table.read_text().splitlines()[1:]:
             local, _, state, *_rest = line.split()[1:]
             inode = line.split()[9]
-            if inode in held and (state == LISTENS or name.startswith("udp")):
+            if inode in held and (state == LISTENS or table.name.startswith("udp")):
                 address, _, port = local.partition(":")
                 words = [bytes.fromhex(address[at : at + 8])[::-1] for at in range(0, len(address), 8)]
                 found.add((str(ip_address(b"".join(words))), int(port, 16)))
