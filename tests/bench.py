@@ -1,6 +1,6 @@
 """Speed, memory and start-up of canalyze beside other programs on the same capture, in one run.
 
-    python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR] [--only all|candump|formats|judged|live]
+    python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR] [--only WHICH]
 
 Makes (once; kept in DIR, by default below the system's temporary directory) a capture in `candump -l` form that is
 the same on every machine: eight drives as `eds/drive.eds` presets them, SYNC every 10 ms, 88 % PDO, 7.6 % SDO
@@ -11,6 +11,8 @@ capture only, and the table says how much. A second table has the same capture i
 another program, beside that format's usual reader in Python. A third one has what is made of a capture beside text:
 check, expect, diff, columns, the library, beside python-can's reader of the same file. A fourth one has the same frames
 as a live bus gives them, without the bus: to text, to recordings, to the screen's session, beside decode of the log.
+A fifth one has the timeline: `canalyze view --save` beside decode to text with the same descriptions, and the samples
+of signals that it writes a second. WHICH is one of all, candump, formats, judged, live, timeline.
 Only ratios of one run mean anything: machines are shared. Peak memory cannot be measured below what this script
 itself takes, which is printed as the floor.
 
@@ -225,7 +227,7 @@ def best_of(contestant: Contestant, path: Path, repeat: int) -> Measure:
     return min(runs, key=lambda measure: measure.cpu)
 
 
-ONLY = ("all", "candump", "formats", "judged", "live")
+ONLY = ("all", "candump", "formats", "judged", "live", "timeline")
 """Which tables there are."""
 Rates = dict[str, tuple[float, Measure, int]]
 """By the name of a contestant: frames per second of CPU time, what was measured, and of how many frames."""
@@ -288,6 +290,43 @@ def measure_judging(directory: Path, frames: int, repeat: int) -> None:
         print(f"{ITERATED} / {LOG_ITERATED}: {rates[ITERATED][0] / rates[LOG_ITERATED][0]:.2f}")
 
 
+def measure_timeline(directory: Path, frames: int, repeat: int) -> None:
+    """The table of the timeline, and how many samples of signals went into it a second."""
+    described = ["--eds", f"1-8={DRIVE}"]
+    made = directory / "timeline.rrd"
+    text, timeline = "canalyze decode --eds, 8 nodes", "canalyze view --save, 8 nodes"
+    view = [*CANALYZE, "view", *described, "--force", "--save", str(made)]
+    contestants = [
+        Contestant(text, [*CANALYZE, "decode", *described]),
+        Contestant("canalyze summary --eds, 8 nodes", [*CANALYZE, "summary", *described]),
+        Contestant(timeline, view),
+    ]
+    rates = compete(contestants, directory, frames, repeat)
+    show(rates, frames, text, "x decode")
+    if timeline in rates:
+        measure = rates[timeline][1]
+        count = samples(made)
+        print(
+            f"{made.name}: {made.stat().st_size / 1e6:.1f} MB, {count} samples of signals, "
+            f"{count / measure.wall:,.0f} a second of the whole command (goal: at least 1,000,000)"
+        )
+
+
+def samples(recording: Path) -> int:
+    """How many values of signals stand in a recording; none is no value."""
+    import pyarrow.compute as pc
+    from rerun.chunk import RrdReader
+
+    reader = RrdReader(str(recording))
+    count = 0
+    for chunk in reader.stream(store=reader.recordings()[0]).filter(content="/pdo/**", is_static=False):
+        batch = chunk.to_record_batch()
+        if "Scalars:scalars" in batch.schema.names:
+            values = batch.column("Scalars:scalars").flatten()
+            count += len(values) - pc.sum(pc.is_nan(values)).as_py()
+    return count
+
+
 def measure_start(repeat: int) -> None:
     """Start-up: the sample of ten frames, beside the least a command line program in Python can take."""
     commands = {
@@ -332,6 +371,8 @@ def main() -> None:
             CANDUMP_TO_TEXT,
             "x decode",
         )
+    if "timeline" in wanted:
+        measure_timeline(options.directory, options.frames, options.repeat)
     if options.only == "all":
         measure_start(15)
 
