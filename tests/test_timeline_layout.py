@@ -21,7 +21,7 @@ from timeline_contents import EVERY, drive, hundreds, lanes, network, plot, seri
 from canalyze.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.layout import CLOCK, LESS_ROOM, PAGE, ROOM, SPAN, TITLE, WIDE, fit, layout, listed
+from canalyze.timeline.layout import CLOCK, PAGE, ROOM, SPAN, TITLE, WIDE, fit, layout, listed
 from canalyze.words import LANGUAGES, Words
 
 ALL = pytest.mark.parametrize("contents", EVERY.values(), ids=EVERY.keys())
@@ -222,8 +222,8 @@ def test_the_overview_has_room(nodes: int) -> None:
     contents = network(nodes)
     overview = tabs(contents)[0]
     plots = [view for view in views(overview) if isinstance(view, rrb.TimeSeriesView)]
-    assert len(plots) <= max(ROOM, LESS_ROOM) + 3
-    assert len(charts.overview(charts.lines(contents), LESS_ROOM)) <= LESS_ROOM
+    assert len(plots) <= ROOM + 3
+    assert len(charts.overview(charts.lines(contents), 3)) <= 3
 
 
 def test_no_two_lines_of_a_plot_have_one_name() -> None:

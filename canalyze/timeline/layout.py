@@ -34,9 +34,7 @@ CLOCK: Final = "time_since_start"
 TOGETHER: Final = 8
 """Up to so many lanes share one view whatever their kinds: a title bar for each kind would take their place."""
 ROOM: Final = 8
-"""Plots of signals in the overview, besides those of SYNC and load."""
-LESS_ROOM: Final = 6
-"""The same where many lanes have a column of their own."""
+"""Plots of signals in the overview at most, besides those of SYNC and load."""
 PAGE: Final = 10
 """Plots on one page of a node."""
 TABS: Final = 8
@@ -51,7 +49,7 @@ KINDS: Final = ("nmt", "drive", "emcy", "sdo")
 
 _LANE: Final = 38
 _BAR: Final = 50
-_PLOT: Final = 110
+_PLOT: Final = 120
 _HIGH: Final = 240
 _AXIS: Final = 40
 _ENTRY: Final = 22
@@ -167,13 +165,16 @@ class _Views:
     def overview(self) -> Part:
         """Lanes, plots, texts: few lanes stand above the plots, on the same scale of time; many have a column."""
         lanes = self.kinds()
-        few = sum(height for _, height in lanes) <= _FEW
-        chosen = charts.overview(self.lines, ROOM if few else LESS_ROOM)
-        plots = [*(self.plot(chart) for chart in chosen), *self.syncs(), *self.loads()]
+        used = sum(height for _, height in lanes)
+        few = used <= _FEW
+        others = [*self.syncs(), *self.loads()]
+        places = 2 * int((_HEIGHT - used) // _PLOT) if few else _HEIGHT // _PLOT
+        chosen = charts.overview(self.lines, min(max(places - len(others), 4), ROOM))
+        plots = [*(self.plot(chart) for chart in chosen), *others]
         log, frames = self.log(), self.frames()
         texts = [*log, *frames]
         if few and plots:
-            room = _HEIGHT - sum(height for _, height in lanes)
+            room = _HEIGHT - used
             left = [*lanes, _grid(plots, room)]
             if len(plots) * _HIGH + _TEXT <= room and frames:
                 # Few plots leave room for frames below them.
