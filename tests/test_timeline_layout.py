@@ -166,6 +166,13 @@ def test_few_plots_leave_room_for_frames() -> None:
     assert names(tabs(contents)[0]) == ["NMT states", "Bus load [%]", "Frames", "Summary"]
 
 
+def test_a_short_capture_has_no_course_of_load() -> None:
+    contents = drive()
+    contents.last_ns = 200_000_000
+    assert "Frames per second" in names(tabs(drive())[0])
+    assert "Frames per second" not in names(tabs(contents)[0])
+
+
 def test_lanes_of_signals_where_there_is_room() -> None:
     contents = network(3)
     bits = [f"/value/can0/node{node}/TPDO3/Inputs{bit}" for node in (1, 2) for bit in ("", ".0", ".1")]

@@ -39,7 +39,7 @@ PAGE: Final = 10
 """Plots on one page of a node."""
 TABS: Final = 8
 """Up to so many nodes have tabs beside the overview; more of them have theirs in one tab."""
-TITLE: Final = 44
+TITLE: Final = 48
 """Columns of text that fit above a plot of the overview."""
 WIDE: Final = 72
 """The same on a page of a node, where plots have the whole width."""
@@ -56,6 +56,8 @@ _ENTRY: Final = 22
 _FEW: Final = _BAR + _LANE * TOGETHER
 _TEXT: Final = 400
 _HEIGHT: Final = 1000
+_LOAD_NS: Final = 300_000_000
+"""A load is of 100 ms: two of them are no course of it."""
 _LINKED: Final = rrb.archetypes.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
 _GLOBAL: Final = "view/5c0dca6a-e63f-9cf7-f657-2602590474cc/TimeAxis"
 """The range that linked axes share. Rerun's own id, not public: under another one, only the first zoom is lost."""
@@ -246,6 +248,8 @@ class _Views:
 
     def loads(self) -> list[Plot]:
         """The load of all buses: those in percent, and those of which the bit rate is not known."""
+        if self.contents.last_ns - self.contents.first_ns < _LOAD_NS:
+            return []
         found = []
         for percent in (True, False):
             name = self.words("timeline.load" if percent else "timeline.rate")
