@@ -40,7 +40,7 @@ MAY_USE: dict[str, set[str]] = {
     "check": {*READ, "check", "descriptions", "expectations", "finding", "network", "options", "run"},
     "library": {*READ, "config", "descriptions", "expectations", "finding", "network", "reading", "reports"},
     "reports": {*READ, "check.verdict", "dictionary", "finding", "layout", "library", "output"},
-    "timeline": {*READ, "output", "reports"},
+    "timeline": {*READ, "layout", "output", "reports"},
     "monitor": {*READ, "layout", "output", "reading"},
     "pytest_plugin": {*SAID, "finding", "library"},
 }
