@@ -40,3 +40,17 @@ COLOURS: Final[dict[str, dict[str, int]]] = {
     "value": {"0": _LIGHT, "1": _GREEN},
 }
 """By kind of lane and class; a state without a row gets a colour from the viewer."""
+
+LINES: Final = (
+    0x3D85D6FF,
+    0xE8772EFF,
+    0x3FA34DFF,
+    0xD6453DFF,
+    0x8E5BD0FF,
+    0x1FA6B8FF,
+    0xD65A9DFF,
+    0x9A9A2EFF,
+    0xA9836BFF,
+    0x7C8AA0FF,
+)
+"""Lines that share a plot, in their order: told apart on black and on white."""

@@ -5,17 +5,20 @@ linked time axes, log and frames beside them), then all there is of each node. W
 Rerun. Must not: read the recording, or know what a state means.
 """
 
+import itertools
 import uuid
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
 from canalyze.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.charts import Chart
+from canalyze.timeline.colours import LINES
 from canalyze.timeline.contents import Contents, Lane
 from canalyze.timeline.stream import path
 from canalyze.words import Words
@@ -72,6 +75,8 @@ class Plot:
     """By entity the names of its lines; None: not shown in this plot."""
     percent: bool = False
     """Its axis goes from 0 to 100."""
+    renamed: bool = False
+    """Its lines have other names than elsewhere."""
 
 
 class Blueprint(rrb.Blueprint):
@@ -88,7 +93,7 @@ def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Bluep
     """Make the first layout of a recording; `live`: it shows the last minute and follows what comes."""
     views = _Views(contents, words)
     root = views.whole()
-    _identify(root, "")
+    _identify(root, "", "", set())
     made = Blueprint(
         root,
         rrb.BlueprintPanel(state="collapsed"),
@@ -194,13 +199,17 @@ class _Views:
             every += self.values(TOGETHER - len(every))
             return [self.states(every)] if every else []
         heights = _share({kind: float(_BAR + _LANE * len(self.lanes[kind])) for kind in kinds}, _HEIGHT)
-        return [
+        views: list[Sized] = [
             (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=_LINKED), height)
             for kind, height in heights.items()
         ]
+        values = self.values(int((_HEIGHT - sum(heights.values()) - _BAR) // _LANE))
+        return [*views, self.states(values)] if values else views
 
     def values(self, room: int) -> list[Lane]:
         """Lanes of signals that change and are no quantities: whole signals before single bits."""
+        if room <= 0:
+            return []
         changing = [lane for lane in self.lanes.get("value", ()) if lane.rows > 1]
         return sorted(changing, key=lambda lane: lane.entity.rpartition(".")[2].isdecimal())[:room]
 
@@ -318,7 +327,7 @@ class _Views:
             plot = self.contents.plots[line.entity]
             names = lines.setdefault(line.entity, [None] * len(plot.series))
             names[line.index] = f"{name} {plot.pdo}" if named.count(name) > 1 else name
-        return Plot(self.title(chart, of_node), lines)
+        return Plot(self.title(chart, of_node), lines, renamed=chart.shared)
 
     def title(self, chart: Chart, of_node: bool) -> str:
         """Whose signals, which, and their unit, which is never cut off."""
@@ -346,30 +355,35 @@ def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
     return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in views)), height
 
 
-def _series(plot: Plot, legend: int) -> rrb.View:
-    """Make a plot; its legend where it says more than the title and has at most `legend` entries.
+def _series(plot: Plot, room: int) -> rrb.View:
+    """Make a plot; its legend where it says more than the title and has room for all entries.
 
-    It is as wide in time as the recording, by the span, which takes a line's name so as to have no entry of its own.
+    An override is three chunks of some kilobytes: there is one only where an entity's own style would not do.
     """
-    overrides: dict[Any, rrb.Visualizer] = {
-        entity: rr.SeriesLines(
-            names=[_HIDDEN if name is None else name for name in names],
-            visible_series=[name is not None for name in names],
-        ).visualizer()
-        for entity, names in plot.lines.items()
-    }
     every = [name for names in plot.lines.values() for name in names]
     shown = [name for name in every if name is not None]
-    overrides[SPAN] = rr.SeriesLines(names=shown[:1], visible_series=[False]).visualizer()
+    legend = len(shown) > 1 and len(shown) + (None in every) <= room
+    colours = itertools.cycle(LINES)
+    overrides: dict[Any, rrb.Visualizer] = {}
+    for entity, names in plot.lines.items():
+        if legend or None in names or plot.renamed:
+            style = rr.SeriesLines(
+                names=[_HIDDEN if name is None else name for name in names],
+                visible_series=[name is not None for name in names],
+                # An array: a list of three or four numbers would be taken for one colour.
+                colors=np.array([next(colours) if name is not None else LINES[0] for name in names], np.uint32),
+            )
+            overrides[entity] = style.visualizer()
+    if legend:
+        # With the name of another line the span has no entry of its own.
+        overrides[SPAN] = rr.SeriesLines(names=shown[:1], visible_series=[False]).visualizer()
     return rrb.TimeSeriesView(
         origin="/",
-        contents=list(overrides),
+        contents=[*plot.lines, SPAN],
         name=plot.title,
         axis_x=_LINKED,
         axis_y=rrb.ScalarAxis(range=(0, 100)) if plot.percent else None,
-        plot_legend=rrb.PlotLegend(
-            corner=rrb.Corner2D.LeftTop, visible=len(shown) > 1 and len(shown) + (None in every) <= legend
-        ),
+        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
         overrides=overrides,
     )
 
@@ -389,8 +403,17 @@ def _column(parts: Iterable[Sized], name: str | None = None) -> rrb.Container:
     return rrb.Vertical(*(part for part, _ in parts), row_shares=[height for _, height in parts], name=name)
 
 
-def _identify(part: Part, where: str) -> None:
-    """Give the same ids in every layout of the same, so that one sent anew does not rebuild what stays."""
-    part.id = uuid.uuid5(_IDS, where)
-    for place, inner in enumerate(part.contents if isinstance(part, rrb.Container) else ()):
-        _identify(inner, f"{where}/{inner.name or place}")
+def _identify(part: Part, tab: str, place: str, taken: set[str]) -> None:
+    """Give the same ids in every layout of the same, so that one sent anew does not rebuild what stays.
+
+    A view is known by its tab and its title, wherever it has moved to in there.
+    """
+    name = f"{tab}/{place}" if isinstance(part, rrb.Container) else f"{tab}/{part.name}"
+    while name in taken:
+        name += "'"
+    taken.add(name)
+    part.id = uuid.uuid5(_IDS, name)
+    if isinstance(part, rrb.Container):
+        for at, inner in enumerate(part.contents):
+            own = isinstance(inner, rrb.Container) and inner.name
+            _identify(inner, f"{tab}/{inner.name}" if own else tab, "" if own else f"{place}.{at}", taken)

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 _WAITING: Final = 64
 """Batches that wait at most for the first annotated frame."""
-_UNWRITTEN: Final = 64 << 20
-"""Bytes of batches that may be on their way into a file."""
+_UNWRITTEN: Final = 1 << 20
+"""Rows that may be on their way into a file."""
 _SYSTEM: Final = re.compile(r"\(os error (\d+)\)")
 _SAFE: Final = re.compile("[^A-Za-z0-9]+")
 _LONGEST: Final = 24
@@ -74,18 +74,18 @@ class Timeline:
 
     def take(self, batches: "Iterable[tuple[str, Batch]]") -> None:
         """Take batches as they come from a session."""
-        taken = [(name, pa.record_batch(batch)) for name, batch in batches]
+        taken = [(name, pa.record_batch(batch)) for name, batch in batches if batch.num_rows]
         if self._waiting is None:
             self._write(taken)
             if self._offering.due() and (self._live or self._connect):
                 self._renew()
-            self._unwritten += sum(batch.nbytes for _, batch in taken)
+            self._unwritten += sum(len(batch) for _, batch in taken)
             if self._recording and not self._connect and self._unwritten > _UNWRITTEN:
                 self._unwritten = 0
                 with self._writing():
                     self._recording.flush()
             return
-        self._waiting += [one for one in taken if len(one[1])]
+        self._waiting += taken
         if len(self._waiting) >= _WAITING or any(name == "listing" for name, _ in self._waiting):
             self._begin()
 
@@ -153,7 +153,7 @@ class Timeline:
     def _write(self, batches: list[tuple[str, pa.RecordBatch]]) -> None:
         for name, batch in batches:
             writer = self._writers.get(name.partition("/")[0])
-            if writer and len(batch):
+            if writer:
                 writer(batch)
 
     @contextmanager

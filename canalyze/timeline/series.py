@@ -4,6 +4,7 @@ One entity a PDO and mapping, a row a frame, all its quantities in it, as physic
 shown first, which the layout does.
 """
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -31,46 +32,40 @@ class SeriesWriter:
         self._stream = stream
         self._contents = contents
         self._words = words
+        self._pdos: dict[bytes, _Pdo] = {}
         self._windows: dict[str, float] = {}
         """The synchronous window shown last, by bus, in µs."""
 
     def pdo(self, batch: pa.RecordBatch) -> None:
         """Take rows of a PDO by one mapping."""
-        meta = {key.decode(): value.decode() for key, value in (batch.schema.metadata or {}).items()}
+        table = batch.schema.metadata[b"table"]
+        pdo = self._pdos.get(table)
+        if pdo is None:
+            pdo = self._pdos[table] = _Pdo(batch.schema)
         rows = _running(places(batch), batch)
-        whose = (meta["bus"], f"node{meta['node']}", meta["pdo"])
-        fields = [(place, _meta(field)) for place, field in enumerate(batch.schema)]
-        shown = [(place, one) for place, one in fields if one.get("quantity") == "true"]
-        if shown and len(rows):
-            version = f"v{meta['version']}" if meta["version"] != "1" else ""
-            entity = path("pdo", *whose, version)
-            plot = self._contents.plots.get(entity)
-            if plot is None:
-                series = [_series(batch.schema.field(place).name, one) for place, one in shown]
-                plot = Plot(entity, meta["bus"], int(meta["node"]), meta["pdo"], series)
-                self._contents.plots[entity] = plot
+        if pdo.columns:
+            plot = pdo.plot
+            if not plot.rows:
+                self._contents.plots[plot.entity] = plot
                 # A sample holds until the next one: between two of them nobody sent anything.
-                self._named(entity, [one.name for one in series], rr.components.InterpolationMode.StepAfter)
-            values = np.empty((len(rows), len(shown)), np.float64)
-            for line, (place, one) in enumerate(shown):
-                column = _numbers(batch.column(place))
-                np.multiply(column, float(one.get("factor", "1")), out=values[:, line])
+                self._named(plot.entity, [one.name for one in plot.series], rr.components.InterpolationMode.StepAfter)
+            values = np.empty((len(rows), len(pdo.columns)), np.float64)
+            for line, (place, factor) in enumerate(pdo.columns):
+                np.multiply(_numbers(batch.column(place)), factor, out=values[:, line])
                 _extend(plot.series[line], values[:, line])
             plot.rows += len(rows)
-            self._stream.scalars(entity, rows, values)
-        self._delays(whose, rows, batch.column("delay_ns"))
+            self._stream.scalars(plot.entity, rows, values)
+        delays = batch.column("delay_ns")
+        if delays.null_count < len(delays):
+            self._delays(pdo, rows, delays)
 
-    def _delays(self, whose: tuple[str, str, str], rows: Places, delays: pa.Array) -> None:
+    def _delays(self, pdo: "_Pdo", rows: Places, delays: pa.Array) -> None:
         """Put the time since SYNC of those that have one."""
+        if pdo.delay not in self._contents.delays:
+            self._contents.delays[pdo.delay] = None
+            self._named(pdo.delay, [f"{pdo.plot.node}.{pdo.plot.pdo} [µs]"])
         (some,) = np.nonzero(np.asarray(delays.is_valid()))
-        if not len(some):
-            return
-        bus, node, pdo = whose
-        entity = path("sync", bus, "delay", node, pdo)
-        if entity not in self._contents.delays:
-            self._contents.delays[entity] = None
-            self._named(entity, [f"{node.removeprefix('node')}.{pdo} [µs]"])
-        self._stream.scalars(entity, rows[some], _numbers(delays)[some, np.newaxis] / _US)
+        self._stream.scalars(pdo.delay, rows[some], _numbers(delays)[some, np.newaxis] / _US)
 
     def sync(self, batch: pa.RecordBatch) -> None:
         """Take SYNC cycles."""
@@ -84,7 +79,7 @@ class SeriesWriter:
 
     def _window(self, bus: str, rows: Places, windows: Numbers) -> None:
         """Put the synchronous window where it changes, and again at the end, up to which it is drawn."""
-        known = np.nan_to_num(windows, nan=-1.0)
+        known = np.where(np.isnan(windows), -1.0, windows)
         before = np.concatenate(([self._windows.get(bus, -1.0)], known[:-1]))
         if (known < 0).all() and before[0] < 0:
             return
@@ -117,6 +112,21 @@ class SeriesWriter:
         self._stream.always(entity, lines)
 
 
+class _Pdo:
+    """What a table of a PDO's rows is made into."""
+
+    def __init__(self, schema: pa.Schema) -> None:
+        meta = _text(schema.metadata)
+        whose = (meta["bus"], f"node{meta['node']}", meta["pdo"])
+        version = f"v{meta['version']}" if meta["version"] != "1" else ""
+        shown = [(place, one) for place, one in enumerate(map(_meta, schema)) if one.get("quantity") == "true"]
+        series = [_series(schema.field(place).name, one) for place, one in shown]
+        self.columns = [(place, float(one["factor"])) for place, one in shown]
+        """Place in the table and factor of each line."""
+        self.plot = Plot(path("pdo", *whose, version), meta["bus"], int(meta["node"]), meta["pdo"], series)
+        self.delay = path("sync", meta["bus"], "delay", *whose[1:])
+
+
 def _series(name: str, meta: dict[str, str]) -> Series:
     unit = meta.get("unit", "")
     # A signal that nobody has named is called by its object: 2000h:01.
@@ -132,7 +142,11 @@ def _extend(series: Series, values: Numbers) -> None:
 
 
 def _meta(field: pa.Field) -> dict[str, str]:
-    return {key.decode(): value.decode() for key, value in (field.metadata or {}).items()}
+    return _text(field.metadata or {})
+
+
+def _text(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
+    return {key.decode(): value.decode() for key, value in metadata.items()}
 
 
 def _numbers(column: pa.Array) -> Numbers:
