@@ -11,6 +11,7 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
 import threading
 import time
 import urllib.request
@@ -24,8 +25,8 @@ import pytest
 from captures import SAMPLES
 from conftest import Runner, command, environment
 from recordings import recording, verified
+from test_sniff import SCRIPT, without_end
 from test_sniff import process as sniffing
-from test_sniff import without_end
 from viewers import listeners, on_linux, sent_to, soon, viewer_of
 
 from canalyze.timeline.feed import Feed
@@ -256,12 +257,14 @@ def test_a_viewer_that_is_killed_is_said(tmp_path: Path) -> None:
 
 @on_linux
 @pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="no xvfb-run for a virtual display")
-def test_a_window_is_for_this_machine_only(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["view", "sniff"])
+def test_a_window_is_for_this_machine_only(tmp_path: Path, name: str) -> None:
     from rerun.experimental import ViewerClient
 
-    inner = " ".join(command("--lang", "en", "view", str(CAPTURE)))
+    live = [sys.executable, str(SCRIPT), "steady", "sniff", "-i", "virtual", "bus", "--rerun", "--duration", "60"]
+    inner = " ".join(command("view", str(CAPTURE)) if name == "view" else live)
     given = environment(TMPDIR=str(tmp_path))
-    line = ["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", "sh", "-c", f"exec {inner}"]
+    line = ["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", "sh", "-c", f"exec {inner} >shown"]
     with subprocess.Popen(line, cwd=tmp_path, env=given, stderr=subprocess.PIPE, start_new_session=True) as running:
         try:
             viewer = soon(lambda: viewer_of(running.pid) or running.poll() is not None, "a viewer")
@@ -273,8 +276,6 @@ def test_a_window_is_for_this_machine_only(tmp_path: Path) -> None:
             client = soon(lambda: _client(ViewerClient, found[1]), "it answers")
             soon(lambda: client.get_state().recordings, "it shows the capture")
             assert {address for address, _ in listeners(viewer)} == {LOCAL}
-            os.kill(viewer, signal.SIGTERM)
-            running.wait(30)
         finally:
             os.killpg(running.pid, signal.SIGKILL)
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import pytest
-import rerun_cli
+import rerun_cli  # type: ignore[import-untyped]
 
 T = TypeVar("T")
 
