@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 SUFFIX: Final = ".rrd"
 """How the name of a timeline's file ends: Rerun opens no other."""
+LAYOUT: Final = ".rbl"
+"""How the name of a layout alone ends."""
 _EVERY_S: Final = 0.1
 """How often what came is handed on: ten times a second."""
 _STEP_S: Final = 0.1
@@ -62,11 +64,20 @@ def port(text: str) -> int | None:
     return number if 1024 <= number <= 65534 else None
 
 
-def check(given: ViewingOptions, words: Words, *, shown: bool, why_not: tuple[str, str], drawn: bool = True) -> None:
+def check(
+    given: ViewingOptions,
+    words: Words,
+    *,
+    shown: bool,
+    why_not: tuple[str, str],
+    drawn: bool = True,
+    suffixes: tuple[str, ...] = (SUFFIX,),
+) -> None:
     """Make sure that the options fit each other, and that this machine can do it, before anything is opened.
 
     shown: there is to be a viewer; else an option of it is a usage error, in the words `why_not` (key, other option).
     drawn: there is to be a timeline at all.
+    suffixes: how the name of --save may end.
     """
     context = click.get_current_context()
     key, other = why_not
@@ -75,7 +86,7 @@ def check(given: ViewingOptions, words: Words, *, shown: bool, why_not: tuple[st
             facts = {"one": f"--{name}", "option": f"--{name}", "other": other}
             raise click.UsageError(words(key, **facts), context)
     save = given.get("save")
-    if save is not None and (Path(save).suffix.lower() != SUFFIX or save == "-"):
+    if save is not None and (Path(save).suffix.lower() not in suffixes or save == "-"):
         raise click.UsageError(words("view.suffix", name=save or '""'), context)
     if drawn:
         require()
@@ -225,7 +236,7 @@ class Showing:
         if self._viewer is None or self._viewer.running:
             return True
         failure = self._viewer.failure
-        tell(failure.in_words(self._words) if failure else self._words("view.closed"))
+        tell(self._words("view.lost", **failure.facts) if failure else self._words("view.closed"))
         return False
 
     def _complain(self, feed: "Feed", file: str, tell: Callable[[str], None]) -> None:

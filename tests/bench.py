@@ -1,6 +1,6 @@
 """Speed, memory and start-up of canalyze beside other programs on the same capture, in one run.
 
-    python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR] [--only all|candump|formats|judged|live]
+    python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR] [--only WHICH]
 
 Makes (once; kept in DIR, by default below the system's temporary directory) a capture in `candump -l` form that is
 the same on every machine: eight drives as `eds/drive.eds` presets them, SYNC every 10 ms, 88 % PDO, 7.6 % SDO
@@ -11,6 +11,8 @@ capture only, and the table says how much. A second table has the same capture i
 another program, beside that format's usual reader in Python. A third one has what is made of a capture beside text:
 check, expect, diff, columns, the library, beside python-can's reader of the same file. A fourth one has the same frames
 as a live bus gives them, without the bus: to text, to recordings, to the screen's session, beside decode of the log.
+A fifth one has the timeline: `canalyze view --save` beside decode to text with the same descriptions, and the samples
+of signals that it writes a second. WHICH is one of all, candump, formats, judged, live, timeline.
 Only ratios of one run mean anything: machines are shared. Peak memory cannot be measured below what this script
 itself takes, which is printed as the floor.
 
@@ -225,7 +227,7 @@ def best_of(contestant: Contestant, path: Path, repeat: int) -> Measure:
     return min(runs, key=lambda measure: measure.cpu)
 
 
-ONLY = ("all", "candump", "formats", "judged", "live")
+ONLY = ("all", "candump", "formats", "judged", "live", "timeline")
 """Which tables there are."""
 Rates = dict[str, tuple[float, Measure, int]]
 """By the name of a contestant: frames per second of CPU time, what was measured, and of how many frames."""
@@ -288,6 +290,53 @@ def measure_judging(directory: Path, frames: int, repeat: int) -> None:
         print(f"{ITERATED} / {LOG_ITERATED}: {rates[ITERATED][0] / rates[LOG_ITERATED][0]:.2f}")
 
 
+ONLY_SIGNALS = "import canalyze.timeline as it; it.TABLES = ('pdo',); from canalyze.__main__ import main; main()"
+
+
+def measure_timeline(directory: Path, frames: int, repeat: int) -> None:
+    """The table of the timeline, and how many samples of signals went into it a second."""
+    described = ["--eds", f"1-8={DRIVE}"]
+    made = directory / "timeline.rrd"
+    text, summary = "canalyze decode --eds, 8 nodes", "canalyze summary --eds, 8 nodes"
+    whole, signals = "canalyze view --save, 8 nodes", "the same, signals alone"
+    view = ["view", *described, "--force", "--save", str(made)]
+    contestants = [
+        Contestant(text, [*CANALYZE, "decode", *described]),
+        Contestant(summary, [*CANALYZE, "summary", *described]),
+        Contestant(signals, [sys.executable, "-c", ONLY_SIGNALS, *view]),
+        Contestant(whole, [*CANALYZE, *view]),
+    ]
+    rates = compete(contestants, directory, frames, repeat)
+    show(rates, frames, text, "x decode")
+    if whole not in rates:
+        return
+    count = samples(made)
+    print(f"{made.name}: {made.stat().st_size / 1e6:.1f} MB, {count} samples of signals; of them a second of CPU time:")
+    start = run([*CANALYZE, "view", "--force", "--save", str(made), str(SAMPLE)]).cpu
+    for name in (whole, signals):
+        if name in rates and summary in rates:
+            taken = rates[name][1].cpu
+            added = taken - rates[summary][1].cpu - start
+            beside = f"{count / added:,.0f}" if added > taken / 20 else "more than can be measured"
+            print(f"{name:32} {count / taken:12,.0f} by all of it, {beside} by what it adds to a summary and a start")
+    print(f"a start with Rerun's library: {start:.2f} s (goal: at least 1,000,000 samples a second)")
+
+
+def samples(recording: Path) -> int:
+    """How many values of signals stand in a recording; none is no value."""
+    import pyarrow.compute as pc
+    from rerun.chunk import RrdReader
+
+    reader = RrdReader(str(recording))
+    count = 0
+    for chunk in reader.stream(store=reader.recordings()[0]).filter(content="/pdo/**", is_static=False):
+        batch = chunk.to_record_batch()
+        if "Scalars:scalars" in batch.schema.names:
+            values = batch.column("Scalars:scalars").flatten()
+            count += len(values) - pc.sum(pc.is_nan(values)).as_py()
+    return count
+
+
 def measure_start(repeat: int) -> None:
     """Start-up: the sample of ten frames, beside the least a command line program in Python can take."""
     commands = {
@@ -332,6 +381,8 @@ def main() -> None:
             CANDUMP_TO_TEXT,
             "x decode",
         )
+    if "timeline" in wanted:
+        measure_timeline(options.directory, options.frames, options.repeat)
     if options.only == "all":
         measure_start(15)
 

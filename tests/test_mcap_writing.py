@@ -253,6 +253,7 @@ def test_events(decoded: tuple[Path, bytes], canalyze: Runner) -> None:
         assert (one.direction, one.mode, one.status) == (row["direction"], row["mode"], row["status"])
         assert (f"{one.index:04X}", one.sub, one.name) == (row["index"], row["sub"], row["name"] or "")
         assert (one.value, one.size) == (row["text"], row["size"])
+        assert one.text.startswith(f"{row['index']}h:{row['sub']:02X} ") and one.value in one.text
         assert bytes(one.data).hex().upper() == row["data"][:2048]
         assert (one.first_frame, one.last_frame) == (row["first_frame"], row["last_frame"])
         assert moment(one.start) == ns(row["t"])

@@ -4,6 +4,7 @@ What is on the timeline stands in `timeline/`, which alone needs Rerun. The capt
 to a file beside; the viewer shows that file, which goes when the viewer is closed.
 """
 
+import shlex
 import signal
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -25,7 +26,7 @@ from canalyze.output import FileOutput, Output, Progress, complain
 from canalyze.run import Interrupt, Run
 from canalyze.sources.file import STDIN, total_size
 from canalyze.timeline import TABLES
-from canalyze.viewing import SUFFIX, ViewingOptions, check, configuration, open_viewer, opened, viewing_options
+from canalyze.viewing import LAYOUT, SUFFIX, ViewingOptions, check, configuration, open_viewer, opened, viewing_options
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -48,8 +49,10 @@ def command(words: Words) -> click.Command:
 
     def run(files: tuple[str, ...], force: bool, expression: str | None, stamps: str, **given: Unpack[_Given]) -> int:
         save = given.get("save")
-        check(given, words, shown=save is None, why_not=("usage.exclusive", "--save"))
+        check(given, words, shown=save is None, why_not=("usage.exclusive", "--save"), suffixes=(SUFFIX, LAYOUT))
         names = inputs(files, words)
+        if save is not None and Path(save).suffix.lower() == LAYOUT:
+            return _save_layout(names, save, words, force=force)
         if save is None and len(names) == 1 and Path(names[0]).suffix.lower() == SUFFIX:
             return _show(_timeline(names[0]), given, words)
         session = open_session(words, given, format="summary", tables=TABLES, stamps=stamps, filter=expression)
@@ -93,6 +96,20 @@ def _save(session: "Session", names: tuple[str, ...], save: str, given: _Given, 
         if code >= 128:
             complain(f"canalyze: {words('convert.dropped', name=save)}")
     return code
+
+
+def _save_layout(names: tuple[str, ...], save: str, words: Words, *, force: bool) -> int:
+    """Write the layout of an MCAP's decoded topics; give the exit code."""
+    from canalyze.timeline import topics
+
+    if len(names) > 1 or names[0] == STDIN:
+        name = "out.mcap" if names[0] == STDIN else names[0]
+        raise click.UsageError(words("topics.one", name=name, save=save), click.get_current_context())
+    made = topics.layout(names[0], words)
+    with FileOutput(save, force=force) as out:
+        made.save(topics.application(names[0]), out.path)
+    complain(f"canalyze: {words('topics.written', name=shlex.quote(names[0]), save=shlex.quote(save))}")
+    return 0
 
 
 def _write(

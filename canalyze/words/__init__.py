@@ -26,6 +26,7 @@ from canalyze.words import (
     summary,
     tables,
     timeline,
+    topics,
     view,
 )
 
@@ -51,6 +52,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     *live.ROWS,
     *monitor.ROWS,
     *timeline.ROWS,
+    *topics.ROWS,
     *view.ROWS,
 )
 

@@ -27,8 +27,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "view.save",
-        "写成 Rerun 的文件（.rrd），不打开查看器；先写在旁边，完成后才改名。",
-        "Write a file for Rerun (.rrd) and open no viewer; it is written beside and renamed when complete.",
+        "写成 Rerun 的文件（.rrd），不打开查看器；先写在旁边，完成后才改名。文件名以 .rbl 结尾时，"
+        "只写出布局，供 Rerun 直接打开 convert --decoded 写出的MCAP时使用。",
+        "Write a file for Rerun (.rrd) and open no viewer; it is written beside and renamed when complete. A name in "
+        ".rbl gets a layout alone, by which Rerun itself opens an MCAP that convert --decoded wrote.",
     ),
     (
         "view.web",
@@ -85,6 +87,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "view.closed",
         "查看器已关闭，监听继续",
         "the viewer was closed; listening goes on",
+    ),
+    (
+        "view.lost",
+        "查看器自行结束（它报告：{problem}），监听继续",
+        "the viewer ended by itself (it says: {problem}); listening goes on",
     ),
     (
         "view.stays",

@@ -161,6 +161,8 @@ string abort_text
 # Numbers in the capture, from 1.
 uint64 first_frame
 uint64 last_frame
+# All of it in words, on one line.
+string text
 ",
 };
 

@@ -117,6 +117,12 @@ pub(super) fn transfer(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &s
     cdr.sequence(transfer.kept.get(..DATA).unwrap_or(&transfer.kept));
     cdr.string(transfer.status.name().as_bytes()).u32(abort.unwrap_or(0)).string(abort_words.as_bytes());
     cdr.u64(transfer.first.no).u64(transfer.last.no);
+    words.clear();
+    match lang {
+        Lang::Zh => zh::sdo::result(&mut words, transfer),
+        Lang::En => en::sdo::result(&mut words, transfer),
+    }
+    cdr.string(&words);
     place.send(channel, at, time);
     decoded.words = words;
 }
