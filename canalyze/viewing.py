@@ -236,7 +236,7 @@ class Showing:
         if self._viewer is None or self._viewer.running:
             return True
         failure = self._viewer.failure
-        tell(failure.in_words(self._words) if failure else self._words("view.closed"))
+        tell(self._words("view.lost", **failure.facts) if failure else self._words("view.closed"))
         return False
 
     def _complain(self, feed: "Feed", file: str, tell: Callable[[str], None]) -> None:

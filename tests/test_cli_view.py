@@ -25,8 +25,8 @@ import pytest
 from captures import SAMPLES
 from conftest import Runner, command, environment
 from recordings import recording, verified
+from test_sniff import SCRIPT, without_end
 from test_sniff import process as sniffing
-from test_sniff import without_end
 from viewers import listeners, on_linux, sent_to, soon, viewer_of
 
 from canalyze.timeline.feed import Feed
@@ -257,12 +257,14 @@ def test_a_viewer_that_is_killed_is_said(tmp_path: Path) -> None:
 
 @on_linux
 @pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="no xvfb-run for a virtual display")
-def test_a_window_is_for_this_machine_only(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["view", "sniff"])
+def test_a_window_is_for_this_machine_only(tmp_path: Path, name: str) -> None:
     from rerun.experimental import ViewerClient
 
-    inner = " ".join(command("--lang", "en", "view", str(CAPTURE)))
+    live = [sys.executable, str(SCRIPT), "steady", "sniff", "-i", "virtual", "bus", "--rerun", "--duration", "60"]
+    inner = " ".join(command("view", str(CAPTURE)) if name == "view" else live)
     given = environment(TMPDIR=str(tmp_path))
-    line = ["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", "sh", "-c", f"exec {inner}"]
+    line = ["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", "sh", "-c", f"exec {inner} >shown"]
     with subprocess.Popen(line, cwd=tmp_path, env=given, stderr=subprocess.PIPE, start_new_session=True) as running:
         try:
             viewer = soon(lambda: viewer_of(running.pid) or running.poll() is not None, "a viewer")
@@ -274,8 +276,6 @@ def test_a_window_is_for_this_machine_only(tmp_path: Path) -> None:
             client = soon(lambda: _client(ViewerClient, found[1]), "it answers")
             soon(lambda: client.get_state().recordings, "it shows the capture")
             assert {address for address, _ in listeners(viewer)} == {LOCAL}
-            os.kill(viewer, signal.SIGTERM)
-            running.wait(30)
         finally:
             os.killpg(running.pid, signal.SIGKILL)
 
@@ -300,8 +300,8 @@ def _alive(pid: int | None) -> bool:
 @on_linux
 def test_a_live_bus_in_a_viewer_and_a_file(tmp_path: Path) -> None:
     """Both have every frame; nobody else can look; the viewer stays until the user has seen enough."""
-    args = ("bus", "--rerun", "--web", "--save", "out.rrd", "--record", "bus.log")
-    with sniffing("session", *args, cwd=tmp_path) as running:
+    args = ("bus", "--rerun", "--web", "--save", "out.rrd", "--record", "bus.log", "--duration", "8")
+    with sniffing("stopped", *args, cwd=tmp_path) as running:
         try:
             _, connect = page_of(told(running, "open in a browser"))
             assert {address for address, _ in listeners(running.pid)} == {LOCAL}
@@ -322,21 +322,23 @@ def test_a_live_bus_in_a_viewer_and_a_file(tmp_path: Path) -> None:
 
 @on_linux
 def test_a_file_of_a_live_bus_needs_no_listener(tmp_path: Path) -> None:
-    with sniffing("steady", "bus", "--save", "out.rrd", cwd=tmp_path) as running:
+    args = ("bus", "--save", "out.rrd", "--record", "bus.log")
+    with sniffing("steady", *args, cwd=tmp_path) as running:
         try:
+            soon(lambda: (tmp_path / "out.rrd").exists() and (tmp_path / "out.rrd").stat().st_size, "rows in the file")
             found = set()
-            until = time.monotonic() + 3
+            until = time.monotonic() + 2
             while time.monotonic() < until:
                 found |= listeners(running.pid)
                 time.sleep(0.05)
             assert end(running) == 0
-            out, err = running.communicate()
+            _, err = running.communicate()
         finally:
             running.kill()
     assert found == set()
-    assert err.decode().splitlines()[-1].startswith("canalyze: out.rrd: timeline, ")
+    assert "canalyze: out.rrd: timeline, " in err.decode()
     verified(tmp_path / "out.rrd")
-    assert rows(tmp_path / "out.rrd") == len(without_end(out.decode()))
+    assert rows(tmp_path / "out.rrd") == len((tmp_path / "bus.log").read_text().splitlines())
 
 
 def test_a_file_of_a_silent_bus(tmp_path: Path) -> None:
@@ -350,7 +352,7 @@ def test_a_live_file_that_exists_stays(tmp_path: Path) -> None:
     with sniffing("session", "bus", "--save", "out.rrd", cwd=tmp_path) as running:
         _, err = running.communicate(timeout=60)
     assert (running.returncode, err.decode()) == (2, "canalyze: out.rrd: exists; --force overwrites it\n")
-    with sniffing("session", "bus", "--save", "out.rrd", "--force", cwd=tmp_path) as running:
+    with sniffing("stopped", "bus", "--save", "out.rrd", "--force", "--duration", "2", cwd=tmp_path) as running:
         running.communicate(timeout=60)
     assert running.returncode == 0
     verified(tmp_path / "out.rrd")
@@ -372,7 +374,7 @@ def test_whatever_the_viewer_does_the_listening_goes_on(tmp_path: Path, what: si
                 told(running, "stays")
                 code = end(running)
             else:
-                told(running, "the viewer ended by itself" if what == signal.SIGKILL else "the viewer")
+                assert "listening goes on" in told(running, "the viewer ended by itself")
                 code = running.wait(30)
             reading.join(10)
             assert code == 0
@@ -380,7 +382,7 @@ def test_whatever_the_viewer_does_the_listening_goes_on(tmp_path: Path, what: si
         finally:
             running.kill()
     numbers = [int(found[::-1].hex(), 16) for found in map(_payload, without_end(shown[0].decode())) if found]
-    assert numbers == list(range(len(numbers))) and len(numbers) > 1000
+    assert numbers == list(range(len(numbers))) and len(numbers) > 500
     assert rows(tmp_path / "out.rrd") == len(numbers)
 
 
@@ -439,8 +441,3 @@ def test_a_timeline_that_fails_is_not_given_more() -> None:
     assert str(feed.failure) == "no room" and not broken.complete
     feed.give([("log", _Batch(10))])  # type: ignore[list-item]
     feed.end()
-
-
-def test_help_says_how_it_stays_on_this_machine(canalyze: Runner) -> None:
-    assert "127.0.0.1" in canalyze("view", "--help").out
-    assert sys.executable

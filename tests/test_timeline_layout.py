@@ -21,7 +21,7 @@ from timeline_contents import EVERY, drive, hundreds, lanes, network, plot, seri
 from canalyze.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.layout import CLOCK, LESS_ROOM, PAGE, ROOM, SPAN, TITLE, WIDE, fit, layout, listed
+from canalyze.timeline.layout import CLOCK, PAGE, ROOM, SPAN, TITLE, WIDE, fit, layout, listed
 from canalyze.words import LANGUAGES, Words
 
 ALL = pytest.mark.parametrize("contents", EVERY.values(), ids=EVERY.keys())
@@ -166,6 +166,29 @@ def test_few_plots_leave_room_for_frames() -> None:
     assert names(tabs(contents)[0]) == ["NMT states", "Bus load [%]", "Frames", "Summary"]
 
 
+def test_a_short_capture_has_no_course_of_load() -> None:
+    contents = drive()
+    contents.last_ns = 200_000_000
+    assert "Frames per second" in names(tabs(drive())[0])
+    assert "Frames per second" not in names(tabs(contents)[0])
+
+
+def test_lanes_of_signals_where_there_is_room() -> None:
+    contents = network(3)
+    bits = [f"/value/can0/node{node}/TPDO3/Inputs{bit}" for node in (1, 2) for bit in ("", ".0", ".1")]
+    lanes(contents, *bits)
+    overview = tabs(contents)[0]
+    assert names(overview)[:5] == [
+        "NMT states",
+        "Drive states",
+        "EMCY: active errors",
+        "SDO transfers",
+        "Values of signals",
+    ]
+    values = next(view for view in views(overview) if view.name == "Values of signals")
+    assert {entity for entity in bits if entity.endswith("s")} <= of(values) <= set(bits)
+
+
 def test_many_nodes_share_plots_and_a_tab() -> None:
     contents = network(30)
     overview, nodes = tabs(contents)
@@ -206,8 +229,8 @@ def test_the_overview_has_room(nodes: int) -> None:
     contents = network(nodes)
     overview = tabs(contents)[0]
     plots = [view for view in views(overview) if isinstance(view, rrb.TimeSeriesView)]
-    assert len(plots) <= max(ROOM, LESS_ROOM) + 3
-    assert len(charts.overview(charts.lines(contents), LESS_ROOM)) <= LESS_ROOM
+    assert len(plots) <= ROOM + 3
+    assert len(charts.overview(charts.lines(contents), 3)) <= 3
 
 
 def test_no_two_lines_of_a_plot_have_one_name() -> None:

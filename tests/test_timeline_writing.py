@@ -57,6 +57,8 @@ def test_quantities_of_a_pdo(tmp_path: Path) -> None:
     assert math.isnan(values[1]["value"][0])
     assert values[2]["value"] == [-15.0, 2.5]
     assert found.static("/pdo/can0/node5/TPDO1", "SeriesLines:names") == ["Velocity [rpm]", "2000h:01"]
+    step_after = 2
+    assert found.static("/pdo/can0/node5/TPDO1", "SeriesLines:interpolation_mode") == [step_after]
     plot = timeline.contents.plots["/pdo/can0/node5/TPDO1"]
     assert (plot.node, plot.pdo, plot.rows) == (5, "TPDO1", 3)
     assert [(one.unit, one.described, one.least, one.greatest) for one in plot.series] == [

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import pytest
+import rerun_cli  # type: ignore[import-untyped]
 
 T = TypeVar("T")
 
@@ -23,6 +24,8 @@ DEADLINE_S = 60.0
 """For what a user would see within seconds; a loaded machine may take its time."""
 LISTENS = "0A"
 """The state of a socket that listens, as the kernel writes it."""
+
+PROGRAM = Path(rerun_cli.__file__).with_name("rerun")
 
 on_linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the kernel is asked by /proc")
 
@@ -72,11 +75,12 @@ def listeners(root: int) -> set[tuple[str, int]]:
             except OSError:
                 continue
     found = set()
-    for name in ("tcp", "tcp6", "udp", "udp6"):
-        for line in Path(f"/proc/net/{name}").read_text().splitlines()[1:]:
+    tables = [path for path in map(Path("/proc/net").joinpath, ("tcp", "tcp6", "udp", "udp6")) if path.exists()]
+    for table in tables:
+        for line in table.read_text().splitlines()[1:]:
             local, _, state, *_rest = line.split()[1:]
             inode = line.split()[9]
-            if inode in held and (state == LISTENS or name.startswith("udp")):
+            if inode in held and (state == LISTENS or table.name.startswith("udp")):
                 address, _, port = local.partition(":")
                 words = [bytes.fromhex(address[at : at + 8])[::-1] for at in range(0, len(address), 8)]
                 found.add((str(ip_address(b"".join(words))), int(port, 16)))
@@ -85,15 +89,16 @@ def listeners(root: int) -> set[tuple[str, int]]:
 
 def sent_to(connect: str, path: Path, enough: Callable[[Path], bool]) -> None:
     """Writes what a viewer of the web was sent, by Rerun's own program, once there is enough of it."""
-    line = [str(Path(sys.executable).with_name("rerun")), connect, "--save", str(path)]
-    line += ["--bind", "127.0.0.1", "--port", "auto"]
+    raw = path.with_suffix(".raw.rrd")
+    line = [str(PROGRAM), connect, "--save", str(raw), "--bind", "127.0.0.1", "--port", "auto"]
     end = time.monotonic() + DEADLINE_S
     while time.monotonic() < end:
-        with subprocess.Popen(
-            [*line, "--port", "auto"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        ) as saving:
+        with subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as saving:
             time.sleep(3)
             saving.terminate()
-        if path.exists() and enough(path):
+        ordered = subprocess.run(
+            [str(PROGRAM), "rrd", "optimize", "-o", str(path), str(raw)], capture_output=True, check=False
+        )
+        if ordered.returncode == 0 and enough(path):
             return
     pytest.fail("the viewer was not sent what is on the bus")

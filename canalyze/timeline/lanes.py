@@ -4,6 +4,7 @@ Must not: know what a state means, or make a text.
 """
 
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 import pyarrow as pa
@@ -16,6 +17,11 @@ from canalyze.timeline.stream import STATE, Stream, escaped
 
 _EMPTY = '""'
 """A state without text: an empty one would end the lane."""
+
+
+_TOGETHER: Final = 8
+"""Batches that are put together: there are many lanes, and each gets a piece of its own out of them."""
+_NARROW: Final = 1 << 15
 
 
 @dataclass(slots=True)
@@ -45,34 +51,53 @@ class _Style:
 class LaneWriter:
     """Lanes on their way into a recording."""
 
-    def __init__(self, stream: Stream, contents: Contents) -> None:
-        """Rows go to `stream`; `contents` is told what there is."""
+    def __init__(self, stream: Stream, contents: Contents, *, at_once: bool) -> None:
+        """Rows go to `stream`; `contents` is told what there is. at_once: rows are not kept for longer pieces."""
         self._stream = stream
         self._contents = contents
+        self._most = 1 if at_once else _TOGETHER
+        self._held: list[pa.RecordBatch] = []
         self._styles: dict[str, _Style] = {}
 
     def take(self, batch: pa.RecordBatch) -> None:
         """Take changes of any lanes."""
-        rows = places(batch)
+        self._held.append(batch)
+        if len(self._held) >= self._most:
+            self.flush()
+
+    def flush(self) -> None:
+        """Put all that was taken into the recording."""
+        held, self._held = self._held, []
+        if len(held) > 1:
+            held = pa.Table.from_batches(held).unify_dictionaries().combine_chunks().to_batches()
+        for batch in held:
+            self._put(batch)
+
+    def _put(self, batch: pa.RecordBatch) -> None:
         lane, state, of_class = (batch.column(name) for name in ("lane", "state", "class"))
-        texts, classes = state.dictionary.to_pylist(), [*of_class.dictionary.to_pylist(), None]
-        # A state with its class is one number; -1 is none.
-        pair = _codes(state, -1) * len(classes) + _codes(of_class, len(classes) - 1)
-        pair[_codes(state, -1) < 0] = -1
+        names, texts = lane.dictionary.to_pylist(), state.dictionary.to_pylist()
+        classes = [*of_class.dictionary.to_pylist(), None]
         codes = _codes(lane, 0)
+        if len(names) < _NARROW:
+            codes = codes.astype(np.int16)  # sorted by counting
         order = np.argsort(codes, kind="stable")
-        starts = np.searchsorted(codes[order], np.arange(len(lane.dictionary) + 1))
-        for code, name in enumerate(lane.dictionary.to_pylist()):
-            some = order[starts[code] : starts[code + 1]]
-            if not len(some):
+        rows = places(batch)[order]
+        # A state with its class is one number; 0 is none.
+        stated = _codes(state, -1)
+        pairs = np.where(stated < 0, 0, stated * len(classes) + _codes(of_class, len(classes) - 1) + 1)[order]
+        places_of = np.zeros(len(texts) * len(classes) + 1, np.int64)
+        starts = np.concatenate(([0], np.cumsum(np.bincount(codes, minlength=len(names)))))
+        for name, start, end in zip(names, starts, starts[1:], strict=False):
+            if start == end:
                 continue
-            style = self._style(name)
-            found, which = np.unique(pair[some], return_inverse=True)
-            keys = [
-                "" if one < 0 else style.key(texts[one // len(classes)], classes[one % len(classes)]) for one in found
-            ]
-            self._contents.lanes[style.entity].rows += len(some)
-            self._stream.texts(style.entity, rows[some], [(STATE, pa.array(keys, pa.string()).take(pa.array(which)))])
+            style, own = self._style(name), pairs[start:end]
+            found = np.flatnonzero(np.bincount(own))
+            places_of[found] = np.arange(len(found))
+            states = [divmod(int(one) - 1, len(classes)) if one else None for one in found]
+            keys = [style.key(texts[one[0]], classes[one[1]]) if one else "" for one in states]
+            shown = pa.array(keys, pa.string()).take(pa.array(places_of[own]))
+            self._contents.lanes[style.entity].rows += len(own)
+            self._stream.texts(style.entity, rows[start:end], [(STATE, shown)])
 
     def _style(self, name: str) -> _Style:
         style = self._styles.get(name)

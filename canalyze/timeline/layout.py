@@ -34,14 +34,12 @@ CLOCK: Final = "time_since_start"
 TOGETHER: Final = 8
 """Up to so many lanes share one view whatever their kinds: a title bar for each kind would take their place."""
 ROOM: Final = 8
-"""Plots of signals in the overview, besides those of SYNC and load."""
-LESS_ROOM: Final = 6
-"""The same where many lanes have a column of their own."""
+"""Plots of signals in the overview at most, besides those of SYNC and load."""
 PAGE: Final = 10
 """Plots on one page of a node."""
 TABS: Final = 8
 """Up to so many nodes have tabs beside the overview; more of them have theirs in one tab."""
-TITLE: Final = 44
+TITLE: Final = 48
 """Columns of text that fit above a plot of the overview."""
 WIDE: Final = 72
 """The same on a page of a node, where plots have the whole width."""
@@ -51,13 +49,15 @@ KINDS: Final = ("nmt", "drive", "emcy", "sdo")
 
 _LANE: Final = 38
 _BAR: Final = 50
-_PLOT: Final = 110
+_PLOT: Final = 120
 _HIGH: Final = 240
 _AXIS: Final = 40
 _ENTRY: Final = 22
 _FEW: Final = _BAR + _LANE * TOGETHER
 _TEXT: Final = 400
 _HEIGHT: Final = 1000
+_LOAD_NS: Final = 300_000_000
+"""A load is of 100 ms: two of them are no course of it."""
 _LINKED: Final = rrb.archetypes.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
 _GLOBAL: Final = "view/5c0dca6a-e63f-9cf7-f657-2602590474cc/TimeAxis"
 """The range that linked axes share. Rerun's own id, not public: under another one, only the first zoom is lost."""
@@ -167,13 +167,16 @@ class _Views:
     def overview(self) -> Part:
         """Lanes, plots, texts: few lanes stand above the plots, on the same scale of time; many have a column."""
         lanes = self.kinds()
-        few = sum(height for _, height in lanes) <= _FEW
-        chosen = charts.overview(self.lines, ROOM if few else LESS_ROOM)
-        plots = [*(self.plot(chart) for chart in chosen), *self.syncs(), *self.loads()]
+        used = sum(height for _, height in lanes)
+        few = used <= _FEW
+        others = [*self.syncs(), *self.loads()]
+        places = 2 * int((_HEIGHT - used) // _PLOT) if few else _HEIGHT // _PLOT
+        chosen = charts.overview(self.lines, min(max(places - len(others), 4), ROOM))
+        plots = [*(self.plot(chart) for chart in chosen), *others]
         log, frames = self.log(), self.frames()
         texts = [*log, *frames]
         if few and plots:
-            room = _HEIGHT - sum(height for _, height in lanes)
+            room = _HEIGHT - used
             left = [*lanes, _grid(plots, room)]
             if len(plots) * _HIGH + _TEXT <= room and frames:
                 # Few plots leave room for frames below them.
@@ -199,13 +202,17 @@ class _Views:
             every += self.values(TOGETHER - len(every))
             return [self.states(every)] if every else []
         heights = _share({kind: float(_BAR + _LANE * len(self.lanes[kind])) for kind in kinds}, _HEIGHT)
-        return [
+        views: list[Sized] = [
             (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=_LINKED), height)
             for kind, height in heights.items()
         ]
+        values = self.values(int((_HEIGHT - sum(heights.values()) - _BAR) // _LANE))
+        return [*views, self.states(values)] if values else views
 
     def values(self, room: int) -> list[Lane]:
         """Lanes of signals that change and are no quantities: whole signals before single bits."""
+        if room <= 0:
+            return []
         changing = [lane for lane in self.lanes.get("value", ()) if lane.rows > 1]
         return sorted(changing, key=lambda lane: lane.entity.rpartition(".")[2].isdecimal())[:room]
 
@@ -241,6 +248,8 @@ class _Views:
 
     def loads(self) -> list[Plot]:
         """The load of all buses: those in percent, and those of which the bit rate is not known."""
+        if self.contents.last_ns - self.contents.first_ns < _LOAD_NS:
+            return []
         found = []
         for percent in (True, False):
             name = self.words("timeline.load" if percent else "timeline.rate")

@@ -122,7 +122,7 @@ class Timeline:
         self._clock.start(places(batch) for name, batch in waited if name != "load")
         stream = self._stream = Stream(recording, self._clock)
         series = SeriesWriter(stream, contents, self._words)
-        self._lanes = LaneWriter(stream, contents)
+        self._lanes = LaneWriter(stream, contents, at_once=self._live)
         logs = LogWriter(stream, contents)
         self._writers: dict[str, Callable[[pa.RecordBatch], None]] = {
             "pdo": series.pdo,
@@ -137,6 +137,7 @@ class Timeline:
         stream.always("/time_span", rr.SeriesLines(visible_series=[False], names=[""]))
         # Rows are kept until there is somewhere to send them, so that a layout of them can come first.
         self._write(waited)
+        self._lanes.flush()
         self._lanes.colour()
         with self._writing():
             recording.set_sinks(*self._sinks(), default_blueprint=self._offering.first())
@@ -171,6 +172,7 @@ class Timeline:
 
     def _renew(self) -> None:
         """Bring up to date what the recording has only once: colours, extent, layout."""
+        self._lanes.flush()
         self._lanes.colour()
         if self.contents.last_frame:
             nothing = rr.Scalars.columns(scalars=np.full(2, np.nan))

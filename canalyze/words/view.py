@@ -91,6 +91,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "the viewer was closed; listening goes on",
     ),
     (
+        "view.lost",
+        "查看器自行结束（它报告：{problem}），监听继续",
+        "the viewer ended by itself (it says: {problem}); listening goes on",
+    ),
+    (
         "view.stays",
         "查看器仍然开着；关闭窗口或按Ctrl-C结束",
         "the viewer stays open; closing it, or Ctrl-C, is the end",
