@@ -116,8 +116,8 @@ def test_the_log_is_findings_and_emergencies(path: Path) -> None:
     assert last <= len(rows["frames"])
     errors = [row for row in rows["log"] if row["source"] == "emcy"]
     for row, emcy in zip(errors, rows["emcy"], strict=True):
-        shared = ("frame", "t_ns", "bus", "node")
-        assert {key: row[key] for key in shared} == {key: emcy[key] for key in shared}
+        place = ("frame", "t_ns", "bus", "node")
+        assert {key: row[key] for key in place} == {key: emcy[key] for key in place}
         assert row["code"] == f"{emcy['code']:04X}"
         assert row["level"] == ("info" if emcy["code"] < 0x100 else "error")
         assert row["code"] in row["text"] and (emcy["name"] or "") in row["text"]
