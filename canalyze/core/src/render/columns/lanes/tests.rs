@@ -116,19 +116,6 @@ fn described(lang: Lang) -> Options {
 }
 
 #[test]
-fn dump() {
-    for name in std::env::var("LANES").unwrap_or_default().split(',').filter(|name| !name.is_empty()) {
-        println!("== {name}");
-        let lang = if std::env::var("ZH").is_ok() { Lang::Zh } else { Lang::En };
-        let bytes = std::fs::read(name).unwrap();
-        let options = if std::env::var("EDS").is_ok() { described(lang) } else { options(lang) };
-        for row in rows(&bytes, options) {
-            println!("{row}");
-        }
-    }
-}
-
-#[test]
 fn chunks_make_no_difference() {
     for name in ["services", "network/drive-states", "network/remapping"] {
         let bytes = sample(name);
