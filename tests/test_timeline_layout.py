@@ -21,7 +21,7 @@ from timeline_contents import EVERY, drive, hundreds, lanes, network, plot, seri
 from canalyze.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.layout import CLOCK, PAGE, ROOM, SPAN, TITLE, WIDE, fit, layout, listed
+from canalyze.timeline.layout import CLOCK, MOST, PAGE, ROOM, SPAN, TITLE, WIDE, fit, layout, listed
 from canalyze.words import LANGUAGES, Words
 
 ALL = pytest.mark.parametrize("contents", EVERY.values(), ids=EVERY.keys())
@@ -203,6 +203,26 @@ def test_many_nodes_share_plots_and_a_tab() -> None:
     assert [part.name for part in nodes.contents] == [f"Node {node}" for node in range(1, 31)]
     velocity = next(view for view in views(overview) if view.name == "Velocity of 30 nodes [rpm]")
     assert shown(velocity, contents)["/pdo/can0/node7/TPDO1"] == ["Node 7"]
+
+
+def test_pages_as_long_as_there_is_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A layout of thousands of nodes would be gigabytes, and nobody reads it; which ones it has, it says."""
+    asked: list[str] = []
+    whose = charts.place
+
+    def place(entity: str) -> tuple[str, int]:
+        asked.append(entity)
+        return whose(entity)
+
+    monkeypatch.setattr(charts, "place", place)
+    contents = network(127, tuple(f"can{bus}" for bus in range(4)))
+    _, nodes = tabs(contents)
+    assert 127 < len(nodes.contents) < 4 * 127
+    assert nodes.name == f"Nodes (the first {len(nodes.contents)} of 508)"
+    assert MOST - 20 <= len(list(views(nodes))) <= MOST
+    # Not for each node anew.
+    assert len(asked) <= 3 * (len(contents.lanes) + len(contents.plots))
+    assert tabs(network(127))[1].name == "Nodes"
 
 
 def test_buses_are_named_where_there_are_several() -> None:

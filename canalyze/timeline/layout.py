@@ -17,7 +17,7 @@ import rerun.blueprint as rrb
 
 from canalyze.layout import width
 from canalyze.timeline import charts
-from canalyze.timeline.charts import Chart
+from canalyze.timeline.charts import Chart, Line
 from canalyze.timeline.colours import LINES
 from canalyze.timeline.contents import Contents, Lane
 from canalyze.timeline.stream import path
@@ -26,6 +26,8 @@ from canalyze.words import Words
 Part = rrb.Container | rrb.View
 Sized = tuple[Part, float]
 """A part and the height that it wants, in points; only proportions count."""
+Place = tuple[str, int]
+"""A bus as paths have it, "" where the capture names none, and a node of it."""
 
 SPAN: Final = "/time_span"
 """Two points without a value, at the recording's ends: with them in it a plot is as wide as the recording."""
@@ -39,6 +41,8 @@ PAGE: Final = 10
 """Plots on one page of a node."""
 TABS: Final = 8
 """Up to so many nodes have tabs beside the overview; more of them have theirs in one tab."""
+MOST: Final = 1024
+"""Views of all pages together: a bus full of nodes has about so many, and each is 30 kB of a layout."""
 TITLE: Final = 48
 """Columns of text that fit above a plot of the overview."""
 WIDE: Final = 72
@@ -141,22 +145,49 @@ class _Views:
         self.words = words
         self.lines = charts.lines(contents)
         self.lanes: dict[str, list[Lane]] = {}
+        """By kind."""
+        self.nodes: dict[Place, tuple[list[Lane], list[Line]]] = {}
+        """By bus and node."""
         for lane in contents.lanes.values():
             if lane.rows:
                 self.lanes.setdefault(lane.kind, []).append(lane)
-        entities = [*contents.plots, *(lane.entity for lanes in self.lanes.values() for lane in lanes)]
-        self.places = sorted({place for entity in entities if (place := charts.place(entity))[1]})
+                self.of_node(charts.place(lane.entity))[0].append(lane)
+        for line in self.lines:
+            self.of_node((line.bus, line.node))[1].append(line)
+        for entity in contents.plots:
+            self.of_node(charts.place(entity))
+        self.places = sorted(place for place in self.nodes if place[1])
         self.buses = max(len({bus for bus, _ in self.places}), len(contents.sync), len(contents.load))
+
+    def of_node(self, place: Place) -> tuple[list[Lane], list[Line]]:
+        """Give its lanes and its lines."""
+        return self.nodes.setdefault(place, ([], []))
 
     def whole(self) -> rrb.Container:
         """Overview, then the nodes."""
         tabs = [self.overview()]
-        nodes = [page for bus, node in self.places if (page := self.node(bus, node))]
+        nodes = self.pages()
         if len(nodes) > TABS:
-            tabs.append(rrb.Tabs(*nodes, name=self.words("timeline.nodes")))
+            name = self.words("timeline.nodes")
+            if len(nodes) < len(self.places):
+                name = self.words("timeline.some_nodes", count=len(nodes), every=len(self.places))
+            tabs.append(rrb.Tabs(*nodes, name=name))
         elif len(nodes) > 1 or self.more_than_overview():
             tabs += nodes
         return rrb.Tabs(*tabs, active_tab=0)
+
+    def pages(self) -> list[Part]:
+        """Those of the nodes, as long as there is room for their views."""
+        found: list[Part] = []
+        count = 0
+        for bus, node in self.places:
+            page = self.node(bus, node)
+            if page is not None:
+                count += _count(page)
+                if count > MOST:
+                    break
+                found.append(page)
+        return found
 
     def more_than_overview(self) -> bool:
         """Whether the tab of an only node has anything that the overview has not."""
@@ -294,16 +325,9 @@ class _Views:
 
     def node(self, bus: str, node: int) -> Part | None:
         """All lanes and all plots of a node, on pages where they are many."""
-        lanes = [
-            lane
-            for kind in (*KINDS, "value")
-            for lane in self.lanes.get(kind, ())
-            if charts.place(lane.entity) == (bus, node)
-        ]
-        plots = [
-            self.plot(chart, of_node=True)
-            for chart in charts.of_node(line for line in self.lines if (line.bus, line.node) == (bus, node))
-        ]
+        own, lines = self.of_node((bus, node))
+        lanes = [lane for kind in (*KINDS, "value") for lane in own if lane.kind == kind]
+        plots = [self.plot(chart, of_node=True) for chart in charts.of_node(lines)]
         parts: list[Sized] = [self.states(lanes)] if lanes else []
         room = _HEIGHT - sum(height for _, height in parts)
         pages = [plots[start : start + PAGE] for start in range(0, len(plots), PAGE)]
@@ -406,6 +430,11 @@ def _column(parts: Iterable[Sized], name: str | None = None) -> rrb.Container:
     """Put parts below each other, in proportion to the heights that they want."""
     parts = list(parts)
     return rrb.Vertical(*(part for part, _ in parts), row_shares=[height for _, height in parts], name=name)
+
+
+def _count(part: Part) -> int:
+    """Count the views of a part."""
+    return sum(map(_count, part.contents)) if isinstance(part, rrb.Container) else 1
 
 
 def _identify(part: Part, tab: str, place: str, taken: set[str]) -> None:

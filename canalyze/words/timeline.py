@@ -9,6 +9,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     # Tabs.
     ("timeline.overview", "概览", "Overview"),
     ("timeline.nodes", "节点", "Nodes"),
+    ("timeline.some_nodes", "节点 ({every}个中的前{count}个)", "Nodes (the first {count} of {every})"),
     ("timeline.node", "节点{node}", "Node {node}"),
     # Lanes.
     ("timeline.states", "状态", "States"),
