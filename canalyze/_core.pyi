@@ -387,3 +387,9 @@ def sniff(head: bytes, complete: bool) -> str | None:
     complete: there are no more bytes. Beside FORMATS: blf mf4 sqlite trc csv (other programs' readers), gzip xz zstd
     bzip2 (to be unpacked first), utf-16 utf-16le utf-16be (text of another encoding).
     """
+
+def class_of(kind: str, number: int) -> str | None:
+    """The class by which lanes of the timeline (table `lanes`) show a state as it is on the wire.
+
+    kind: nmt (number: an NMT state) or drive (number: a statusword). None where it has no class.
+    """

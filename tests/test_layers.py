@@ -4,6 +4,8 @@
 """
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -40,7 +42,7 @@ MAY_USE: dict[str, set[str]] = {
     "check": {*READ, "check", "descriptions", "expectations", "finding", "network", "options", "run"},
     "library": {*READ, "config", "descriptions", "expectations", "finding", "network", "reading", "reports"},
     "reports": {*READ, "check.verdict", "dictionary", "finding", "layout", "library", "output"},
-    "timeline": {*READ, "layout", "output", "reports"},
+    "timeline": {*SAID, "_core", "layout", "output", "reports"},
     "monitor": {*READ, "layout", "output", "reading"},
     "pytest_plugin": {*SAID, "finding", "library"},
 }
@@ -82,6 +84,25 @@ def test_a_file_uses_what_it_may(path: Path) -> None:
     allowed = MAY_USE[row] | (set() if "." in row else {row})
     used = {one for one in imports(path) if one not in allowed and one.split(".")[0] not in allowed}
     assert not used, f"{name} uses {', '.join(sorted(used))}"
+
+
+OPTIONAL = {"rerun", "rerun_cli", "pyarrow", "numpy"}
+"""What only the extra for timelines brings."""
+HEAVY = "import sys, canalyze.cli, canalyze.commands.view, canalyze.commands.sniff; print(*sys.modules, sep='\\n')"
+
+
+def test_timelines_alone_need_the_optional_part() -> None:
+    """And only while one is made: the commands start without it."""
+    users = set()
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
+            if OPTIONAL & {name.split(".")[0] for name in names}:
+                users.add(path.relative_to(PACKAGE).parts[0])
+    assert users == {"timeline"}
+    loaded = subprocess.run([sys.executable, "-c", HEAVY], capture_output=True, text=True, check=True).stdout.split()
+    assert not OPTIONAL & set(loaded)
 
 
 def test_the_rows_are_in_order() -> None:

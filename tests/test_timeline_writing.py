@@ -142,6 +142,22 @@ def test_stamps_that_are_no_dates(tmp_path: Path) -> None:
     assert "capture_time" not in rows[0]
 
 
+@pytest.mark.parametrize(
+    ("stamps", "elapsed"),
+    [
+        ([0, 2**63 - 1], [0, 2**63 - 1]),
+        ([-(2**63), 0, 2**63 - 1], [1, 2**63 - 1, 2**63 - 1]),
+        ([2**63 - 1, -(2**63)], [0, 1 - 2**63]),
+        ([START, START - 40 * 365 * 86400 * 10**9], [0, -40 * 365 * 86400 * 10**9]),
+    ],
+)
+def test_stamps_at_the_limits(tmp_path: Path, stamps: list[int], elapsed: list[int]) -> None:
+    """A clock that jumps by centuries, either way: what cannot be said stands at the end of what can."""
+    rows = [listed(number, t_ns) for number, t_ns in enumerate(stamps, 1)]
+    _, found = written(tmp_path, [table("listing", rows)])
+    assert [row["time_since_start"] for row in found.rows("/frames", "TextLog:text")] == elapsed
+
+
 def test_time_begins_with_the_earliest_frame_whatever_comes_first(tmp_path: Path) -> None:
     later = [{"t_ns": START + 9 * MS, "frame": 10}]
     first = [pdo(5, "TPDO1", {"A": (pa.uint8(), {}, [1])}, later)]

@@ -87,9 +87,11 @@ def pdo(
         "provenance": WORDS,
         "cycle": pa.uint64(),
         "delay_ns": pa.int64(),
+        "running_cycle": pa.uint64(),
     }
     fields = [pa.field(column, of) for column, of in fixed.items()]
-    arrays = [pa.array([row.get(column, None) for row in rows], of) for column, of in fixed.items()]
+    given = [{"running_cycle": row.get("cycle", 0), **row} for row in rows]
+    arrays = [pa.array([row.get(column) for row in given], of) for column, of in fixed.items()]
     for signal, (of, meta, values) in signals.items():
         whole = {"object": "6000:00", "factor": "1", "quantity": "true", **meta}
         fields.append(pa.field(signal, of, metadata=whole))

@@ -23,6 +23,10 @@ SYNC_CYCLE: Final = "sync_cycle"
 _DATES: Final = 631_152_000 * 10**9
 """1990-01-01 in ns: stamps from here on are dates, earlier ones count from some start."""
 
+_LEAST: Final = -(2**63) + 1
+"""The least time in ns: one less is no time to those who draw it."""
+_MOST: Final = 2**63 - 1
+
 Whole = npt.NDArray[np.int64]
 """Whole numbers of rows."""
 
@@ -51,6 +55,7 @@ class Places:
 def places(batch: pa.RecordBatch) -> Places:
     """Read them off a batch of any table."""
     stamps = batch.column("t_ns")
+    # Of a PDO, `cycle` is the one that it belongs to: asynchronous ones belong to none.
     named = "running_cycle" if "running_cycle" in batch.schema.names else "cycle"
     return Places(
         numbers(stamps),
@@ -135,10 +140,13 @@ class Clock:
             columns.append(rr.TimeColumn(SYNC_CYCLE, sequence=rows.cycle))
             self._last_cycle = max(self._last_cycle, int(rows.cycle.max()))
         if stamped:
-            elapsed = rows.t_ns - self._origin_ns
+            least, most = _LEAST + max(self._origin_ns, 0), _MOST + min(self._origin_ns, 0)
+            elapsed = np.clip(rows.t_ns, least, most) - self._origin_ns
             columns.append(rr.TimeColumn(ELAPSED, duration=elapsed.view("timedelta64[ns]")))
             contents.first_ns = min(contents.first_ns, int(elapsed.min()))
             contents.last_ns = max(contents.last_ns, int(elapsed.max()))
             if contents.dated:
-                columns.append(rr.TimeColumn(CAPTURE_TIME, timestamp=rows.t_ns.view("datetime64[ns]")))
+                columns.append(
+                    rr.TimeColumn(CAPTURE_TIME, timestamp=np.maximum(rows.t_ns, _LEAST).view("datetime64[ns]"))
+                )
         return columns

@@ -7,7 +7,7 @@ Rerun. Must not: read the recording, or know what a state means.
 
 import itertools
 import uuid
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -17,15 +17,13 @@ import rerun.blueprint as rrb
 
 from canalyze.layout import width
 from canalyze.timeline import charts
+from canalyze.timeline.blueprint import BAR, LANE, LINKED, TABS, TEXT, Blueprint, Part, Sized, column
 from canalyze.timeline.charts import Chart, Line
 from canalyze.timeline.colours import LINES
 from canalyze.timeline.contents import Contents, Lane
 from canalyze.timeline.stream import path
 from canalyze.words import Words
 
-Part = rrb.Container | rrb.View
-Sized = tuple[Part, float]
-"""A part and the height that it wants, in points; only proportions count."""
 Place = tuple[str, int]
 """A bus as paths have it, "" where the capture names none, and a node of it."""
 
@@ -39,8 +37,6 @@ ROOM: Final = 8
 """Plots of signals in the overview at most, besides those of SYNC and load."""
 PAGE: Final = 10
 """Plots on one page of a node."""
-TABS: Final = 8
-"""Up to so many nodes have tabs beside the overview; more of them have theirs in one tab."""
 MOST: Final = 1024
 """Views of all pages together: a bus full of nodes has about so many, and each is 30 kB of a layout."""
 TITLE: Final = 48
@@ -51,20 +47,14 @@ WIDE: Final = 72
 KINDS: Final = ("nmt", "drive", "emcy", "sdo")
 """Kinds of lanes that the overview shows whole, from the top."""
 
-_LANE: Final = 38
-_BAR: Final = 50
 _PLOT: Final = 120
 _HIGH: Final = 240
 _AXIS: Final = 40
 _ENTRY: Final = 22
-_FEW: Final = _BAR + _LANE * TOGETHER
-_TEXT: Final = 400
+_FEW: Final = BAR + LANE * TOGETHER
 _HEIGHT: Final = 1000
 _LOAD_NS: Final = 300_000_000
 """A load is of 100 ms: two of them are no course of it."""
-_LINKED: Final = rrb.archetypes.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
-_GLOBAL: Final = "view/5c0dca6a-e63f-9cf7-f657-2602590474cc/TimeAxis"
-"""The range that linked axes share. Rerun's own id, not public: under another one, only the first zoom is lost."""
 _HIDDEN: Final = "…"
 """What a legend calls the lines that it does not show: it has them all, but one entry a name."""
 _IDS: Final = uuid.UUID("6b0e2b52-1f0c-4d0e-9d39-0d7a3c2f6c11")
@@ -83,40 +73,18 @@ class Plot:
     """Its lines have other names than elsewhere."""
 
 
-class Blueprint(rrb.Blueprint):
-    """A blueprint whose linked time axes open on a range of their own."""
-
-    shown: rr.TimeRange
-
-    def _log_to_stream(self, stream: rr.RecordingStream) -> None:
-        super()._log_to_stream(stream)
-        stream.log(_GLOBAL, rrb.archetypes.TimeAxis(view_range=self.shown))
-
-
 def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Blueprint:
     """Make the first layout of a recording; `live`: it shows the last minute and follows what comes."""
     views = _Views(contents, words)
     root = views.whole()
     _identify(root, "", "", set())
-    made = Blueprint(
-        root,
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(
-            state="collapsed",
-            timeline=views.clock(),
-            play_state="following" if live else "paused",
-        ),
-        auto_views=False,
-        auto_layout=False,
-    )
     bound = rr.TimeRangeBoundary
-    made.shown = (
+    shown = (
         rr.TimeRange(bound.cursor_relative(seconds=-60), bound.cursor_relative(seconds=1))
         if live and contents.timed
         else rr.TimeRange(bound.infinite(), bound.infinite())
     )
-    return made
+    return Blueprint(root, views.clock(), shown, follows=live)
 
 
 def fit(text: str, columns: int) -> str:
@@ -209,7 +177,7 @@ class _Views:
         if few and plots:
             room = _HEIGHT - used
             left = [*lanes, _grid(plots, room)]
-            if len(plots) * _HIGH + _TEXT <= room and frames:
+            if len(plots) * _HIGH + TEXT <= room and frames:
                 # Few plots leave room for frames below them.
                 left, texts = [*lanes, _grid(plots, len(plots) * _HIGH), *frames], log
             columns = [(left, 3), (texts, 2)]
@@ -220,9 +188,9 @@ class _Views:
         columns = [column for column in columns if column[0]]
         name = self.words("timeline.overview")
         if len(columns) == 1:
-            return _column(columns[0][0], name)
+            return column(columns[0][0], name)
         return rrb.Horizontal(
-            *(_column(parts) for parts, _ in columns), column_shares=[share for _, share in columns], name=name
+            *(column(parts) for parts, _ in columns), column_shares=[share for _, share in columns], name=name
         )
 
     def kinds(self) -> list[Sized]:
@@ -232,12 +200,12 @@ class _Views:
         if len(every) <= TOGETHER:
             every += self.values(TOGETHER - len(every))
             return [self.states(every)] if every else []
-        heights = _share({kind: float(_BAR + _LANE * len(self.lanes[kind])) for kind in kinds}, _HEIGHT)
+        heights = _share({kind: float(BAR + LANE * len(self.lanes[kind])) for kind in kinds}, _HEIGHT)
         views: list[Sized] = [
-            (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=_LINKED), height)
+            (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=LINKED), height)
             for kind, height in heights.items()
         ]
-        values = self.values(int((_HEIGHT - sum(heights.values()) - _BAR) // _LANE))
+        values = self.values(int((_HEIGHT - sum(heights.values()) - BAR) // LANE))
         return [*views, self.states(values)] if values else views
 
     def values(self, room: int) -> list[Lane]:
@@ -254,9 +222,9 @@ class _Views:
             origin="/",
             contents=[lane.entity for lane in lanes],
             name=self.words(f"timeline.{kinds.pop()}" if len(kinds) == 1 else "timeline.states"),
-            time_view=_LINKED,
+            time_view=LINKED,
         )
-        return view, _BAR + _LANE * min(len(lanes), 12)
+        return view, BAR + LANE * min(len(lanes), 12)
 
     def syncs(self) -> list[Plot]:
         """Per bus the period of SYNC, and when synchronous PDOs came against the window."""
@@ -301,8 +269,8 @@ class _Views:
         if self.contents.summary:
             views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
         if len(views) > 1:
-            return [(rrb.Tabs(*views, active_tab=0), _TEXT)]
-        return [(view, _TEXT) for view in views]
+            return [(rrb.Tabs(*views, active_tab=0), TEXT)]
+        return [(view, TEXT) for view in views]
 
     def frames(self) -> list[Sized]:
         """Annotated frames."""
@@ -315,7 +283,7 @@ class _Views:
             rows=rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO", "TRACE"]),
             format_options=rrb.TextLogFormat(monospace_body=True),
         )
-        return [(view, _HEIGHT - _TEXT)]
+        return [(view, _HEIGHT - TEXT)]
 
     def clock(self) -> str:
         """The timeline that is shown first."""
@@ -332,11 +300,11 @@ class _Views:
         room = _HEIGHT - sum(height for _, height in parts)
         pages = [plots[start : start + PAGE] for start in range(0, len(plots), PAGE)]
         if len(pages) > 1:
-            tabs = [_column([_grid(page, room)], f"{number}/{len(pages)}") for number, page in enumerate(pages, 1)]
+            tabs = [column([_grid(page, room)], f"{number}/{len(pages)}") for number, page in enumerate(pages, 1)]
             parts.append((rrb.Tabs(*tabs, active_tab=0), room))
         elif pages:
             parts.append(_grid(pages[0], room))
-        return _column(parts, fit(self.node_name(bus, node), 24)) if parts else None
+        return column(parts, fit(self.node_name(bus, node), 24)) if parts else None
 
     def node_name(self, bus: str, node: int) -> str:
         """Node 5; with its bus where there are several."""
@@ -410,7 +378,7 @@ def _series(plot: Plot, room: int) -> rrb.View:
         origin="/",
         contents=[*plot.lines, SPAN],
         name=plot.title,
-        axis_x=_LINKED,
+        axis_x=LINKED,
         axis_y=rrb.ScalarAxis(range=(0, 100)) if plot.percent else None,
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
         overrides=overrides,
@@ -424,12 +392,6 @@ def _share(wanted: dict[str, float], height: float) -> dict[str, float]:
     for one in sorted(others, key=wanted.__getitem__):
         given[one] = min(wanted[one], (height - sum(given.values())) / (len(wanted) - len(given)))
     return {one: given[one] for one in wanted}
-
-
-def _column(parts: Iterable[Sized], name: str | None = None) -> rrb.Container:
-    """Put parts below each other, in proportion to the heights that they want."""
-    parts = list(parts)
-    return rrb.Vertical(*(part for part, _ in parts), row_shares=[height for _, height in parts], name=name)
 
 
 def _count(part: Part) -> int:

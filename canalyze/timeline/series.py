@@ -42,7 +42,7 @@ class SeriesWriter:
         pdo = self._pdos.get(table)
         if pdo is None:
             pdo = self._pdos[table] = _Pdo(batch.schema)
-        rows = _running(places(batch), batch)
+        rows = places(batch)
         if pdo.columns:
             plot = pdo.plot
             if not plot.rows:
@@ -73,7 +73,7 @@ class SeriesWriter:
             entity = path("sync", bus, "period")
             if bus not in self._contents.sync:
                 self._contents.sync.add(bus)
-                self._named(entity, [self._words("series.period")])
+                self._named(entity, [self._words("timeline.period")])
             self._stream.scalars(entity, rows, _numbers(batch.column("period_ns"))[some, np.newaxis] / _US)
             self._window(bus, rows, _numbers(batch.column("window_ns"))[some] / _US)
 
@@ -89,7 +89,7 @@ class SeriesWriter:
         entity = path("sync", bus, "window")
         if bus not in self._contents.windows:
             self._contents.windows.add(bus)
-            self._named(entity, [self._words("series.window")], rr.components.InterpolationMode.StepAfter)
+            self._named(entity, [self._words("timeline.window_line")], rr.components.InterpolationMode.StepAfter)
         self._stream.scalars(entity, rows[change], windows[change, np.newaxis])
 
     def load(self, batch: pa.RecordBatch) -> None:
@@ -100,7 +100,7 @@ class SeriesWriter:
             if percent is None:
                 percent = bool(np.asarray(batch.column("load_percent").is_valid())[some].any())
                 self._contents.load[bus] = percent
-                name = self._words("series.load" if percent else "series.rate", bus=bus).strip()
+                name = self._words("timeline.load_line" if percent else "timeline.rate_line", bus=bus).strip()
                 self._named(entity, [name], rr.components.InterpolationMode.StepBefore)
             column = batch.column("load_percent" if percent else "frames_per_s")
             self._stream.scalars(entity, rows, _numbers(column)[some, np.newaxis])
@@ -163,12 +163,3 @@ def _by_bus(batch: pa.RecordBatch) -> "list[tuple[str, Places, npt.NDArray[np.bo
         return [(buses[0].as_py() or "", rows, everything)] if len(rows) else []
     named = np.asarray(buses.fill_null(""), object)
     return [(bus, rows[named == bus], named == bus) for bus in dict.fromkeys(named.tolist())]
-
-
-def _running(rows: Places, batch: pa.RecordBatch) -> Places:
-    """Give asynchronous PDOs the cycle of the synchronous ones before them, where the table has no better."""
-    if "running_cycle" in batch.schema.names or not batch.column("cycle").null_count:
-        return rows
-    known = np.asarray(batch.column("cycle").is_valid())
-    before = np.maximum.accumulate(np.where(known, np.arange(len(known)), 0)) if len(known) else np.zeros(0, np.int64)
-    return Places(rows.t_ns, rows.stamped, rows.frame, rows.cycle[before])

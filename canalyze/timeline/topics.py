@@ -18,13 +18,15 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.chunk import McapReader
 
+from canalyze._core import class_of
 from canalyze.errors import SourceError
 from canalyze.layout import width
 from canalyze.timeline import charts
+from canalyze.timeline.blueprint import BAR, LANE, LINKED, TABS, TEXT, Blueprint, Part, Sized, column
 from canalyze.timeline.charts import Chart, Line
 from canalyze.timeline.colours import COLOURS
 from canalyze.timeline.contents import Series
-from canalyze.timeline.layout import ROOM, TABS, TITLE, Blueprint, Part, Sized, fit
+from canalyze.timeline.layout import ROOM, TITLE, fit
 from canalyze.words import Words
 
 NMT, DRIVE, SDO, LOG = (
@@ -41,25 +43,12 @@ CLOCK: Final = "message_log_time"
 _PLACE: Final = re.compile(r"/(?:(.*)/)?node(\d+)/(\w+)(?:/\w+)?")
 _PDO: Final = re.compile(r"[tr]pdo\d+(_v\d+)?")
 _FIELD: Final = re.compile(r"# (?:(.*), )?([0-9A-F]{4}h:[0-9A-F]{2})(?:, (.*))?\n(\S+) (\w+)\n(?:string (\w+_text)\n)?")
-_LINKED: Final = rrb.archetypes.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
-_LANE, _BAR, _PLOT, _TEXT = 38, 50, 110, 400
-"""Heights in points; only proportions count."""
+_PLOT: Final = 110
+"""Height of a plot in points; only proportions count."""
 _LEGEND: Final = 6
 """Lines up to which a plot has a legend; a longer one would cover it."""
 _COLUMNS: Final = rrb.TextLogColumns(timeline_columns=[CLOCK], text_log_columns=["LogLevel", "Body"])
 _NUMBERS: Final = re.compile(r"u?int\d+|float\d+")
-_NMT: Final = {0: "initialising", 4: "stopped", 5: "operational", 127: "pre-operational"}
-_DRIVE: Final = (
-    (0x4F, 0x00, "not-ready-to-switch-on"),
-    (0x4F, 0x40, "switch-on-disabled"),
-    (0x6F, 0x21, "ready-to-switch-on"),
-    (0x6F, 0x23, "switched-on"),
-    (0x6F, 0x27, "operation-enabled"),
-    (0x6F, 0x07, "quick-stop-active"),
-    (0x4F, 0x0F, "fault-reaction-active"),
-    (0x4F, 0x08, "fault"),
-)
-"""States by the numbers beside their words, CiA 301 7.3.2 and CiA 402-2 (mask, value), for their colours."""
 
 
 @dataclass(slots=True)
@@ -190,13 +179,12 @@ def _fields(topic: Topic, definition: str) -> None:
 
 def _colours(known: dict[str, int], kind: str, messages: Any) -> None:
     """Add the colours of the states that some messages show."""
-    words, numbers = ("name", "state") if kind == NMT else ("state", "statusword")
+    words, numbers, lane = ("name", "state", "nmt") if kind == NMT else ("state", "statusword", "drive")
     for word in pc.unique(messages.field(words)).to_pylist():
         at = pc.index(messages.field(words), word).as_py()
-        number = messages.field(numbers)[at].as_py()
-        found = [_NMT.get(number)] if kind == NMT else [name for mask, value, name in _DRIVE if number & mask == value]
-        if word and found and found[0]:
-            known[word] = COLOURS["nmt" if kind == NMT else "drive"][found[0]]
+        colour = COLOURS[lane].get(class_of(lane, messages.field(numbers)[at].as_py()) or "")
+        if word and colour is not None:
+            known[word] = colour
 
 
 def _range(series: Series, values: Any) -> None:
@@ -229,19 +217,9 @@ class _Views:
         tabs = [self.overview(), *pages]
         if len(pages) > TABS:
             tabs[1:] = [rrb.Tabs(*pages, name=self.words("timeline.nodes"))]
-        made = Blueprint(
-            rrb.Tabs(*tabs, active_tab=0),
-            rrb.BlueprintPanel(state="collapsed"),
-            rrb.SelectionPanel(state="collapsed"),
-            rrb.TimePanel(state="collapsed", timeline=CLOCK, play_state="paused"),
-            auto_views=False,
-            auto_layout=False,
-        )
         bound = rr.TimeRangeBoundary.absolute
-        made.shown = rr.TimeRange(
-            bound(nanos=self.topics.first_ns), bound(nanos=max(self.topics.last_ns, self.topics.first_ns + 1_000_000))
-        )
-        return made
+        first, last = self.topics.first_ns, max(self.topics.last_ns, self.topics.first_ns + 1_000_000)
+        return Blueprint(rrb.Tabs(*tabs, active_tab=0), CLOCK, rr.TimeRange(bound(nanos=first), bound(nanos=last)))
 
     def overview(self) -> Part:
         """States of all nodes above the plots that tell most; log and SDO transfers of each node beside them."""
@@ -254,9 +232,9 @@ class _Views:
             right.append(rrb.Tabs(*map(self.transfers, transfers), active_tab=0))
         name = self.words("timeline.overview")
         if not left or not right:
-            return _column([*left, *((view, _TEXT) for view in right)], name)
-        beside = _column([(view, _TEXT) for view in right])
-        return rrb.Horizontal(_column(left), beside, column_shares=[3, 2], name=name)
+            return column([*left, *((view, TEXT) for view in right)], name)
+        beside = column([(view, TEXT) for view in right])
+        return rrb.Horizontal(column(left), beside, column_shares=[3, 2], name=name)
 
     def page(self, bus: str, node: int) -> rrb.Container | None:
         """All states and all plots of a node."""
@@ -265,9 +243,9 @@ class _Views:
         mine = [line for line in self.lines if (line.bus, line.node) == (bus, node)]
         parts += _grid([self.plot(chart, of_node=True) for chart in charts.of_node(mine)])
         parts += [
-            (self.transfers(topic), _TEXT) for topic in self.topics.of(SDO) if (topic.bus, topic.node) == (bus, node)
+            (self.transfers(topic), TEXT) for topic in self.topics.of(SDO) if (topic.bus, topic.node) == (bus, node)
         ]
-        return _column(parts, self.node_name(bus, node)) if parts else None
+        return column(parts, self.node_name(bus, node)) if parts else None
 
     def node_name(self, bus: str, node: int) -> str:
         """Node 5; with its bus where there are several."""
@@ -284,10 +262,10 @@ class _Views:
             origin="/",
             contents=list(overrides),
             name=self.words("timeline.states"),
-            time_view=_LINKED,
+            time_view=LINKED,
             overrides=overrides,
         )
-        return view, _BAR + _LANE * min(count, 12)
+        return view, BAR + LANE * min(count, 12)
 
     def lane(self, topic: Topic, name: str) -> rrb.Visualizer:
         """One lane: a field as a state."""
@@ -314,7 +292,7 @@ class _Views:
             origin="/",
             contents=list(overrides),
             name=before + fit(names, TITLE - width(before + unit)) + unit,
-            axis_x=_LINKED,
+            axis_x=LINKED,
             plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=1 < len(chart.lines) <= _LEGEND),
             overrides=overrides,
         )
@@ -347,11 +325,6 @@ def _grid(plots: list[rrb.View]) -> list[Sized]:
     columns = 1 if len(plots) <= 4 else 2
     height = _PLOT * -(-len(plots) // columns)
     return [(rrb.Vertical(*plots) if columns == 1 else rrb.Grid(*plots, grid_columns=columns), height)]
-
-
-def _column(parts: list[Sized], name: str | None = None) -> rrb.Container:
-    """Put parts below each other, in proportion to the heights that they want."""
-    return rrb.Vertical(*(part for part, _ in parts), row_shares=[height for _, height in parts], name=name)
 
 
 def _mapping(what: str, topic: Topic, name: str) -> Any:

@@ -1,4 +1,4 @@
-"""What a timeline in Rerun says: titles of its tabs and views.
+"""What a timeline in Rerun says: titles of its tabs and views, names of lines.
 
 Rows (key, zh, en), as the folder's `__init__` has it; nothing else.
 """
@@ -27,6 +27,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("timeline.rate", "每秒帧数", "Frames per second"),
     ("timeline.of_nodes", "{count}个节点的{name}", "{name} of {count} nodes"),
     ("timeline.comma", "、", ", "),
+    # Lines that are no signals, by their names in the recording.
+    ("timeline.window_line", "同步窗口 [µs]", "synchronous window [µs]"),
+    ("timeline.load_line", "{bus} 负载 [%]", "{bus} load [%]"),
+    ("timeline.rate_line", "{bus} 帧率 [帧/秒]", "{bus} frame rate [frames/s]"),
     # Texts.
     ("timeline.log", "发现和EMCY", "Findings and EMCY"),
     ("timeline.frames", "帧", "Frames"),

@@ -215,19 +215,19 @@ impl Output {
         let (cycle, window_ns) = sync;
         let seen = Seen { service: (service, node), cycle, window_ns, shown, setting: view.jsonl };
         tables.frame(seen, frame, events);
-        for event in events {
-            if let What::Transfer(transfer) = &event.what
-                && self.filter.shows_transfer(transfer, view.buses, view.clock)
-            {
-                tables.transfer(view.jsonl, transfer);
-            }
-        }
+        self.transfer_rows(view, events);
     }
 
     /// The rows of what belongs to no frame at hand.
     pub(super) fn aside_rows(&mut self, view: View<'_>, events: &[Event]) {
         let Some(tables) = &mut self.tables else { return };
         tables.asides(view.jsonl, events);
+        self.transfer_rows(view, events);
+    }
+
+    /// The rows of transfers that end here and pass the filter.
+    fn transfer_rows(&mut self, view: View<'_>, events: &[Event]) {
+        let Some(tables) = &mut self.tables else { return };
         for event in events {
             if let What::Transfer(transfer) = &event.what
                 && self.filter.shows_transfer(transfer, view.buses, view.clock)

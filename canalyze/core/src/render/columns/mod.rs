@@ -67,6 +67,7 @@ use crate::services::sdo::transfer::Transfer;
 use crate::text::Lang;
 
 pub use self::column::Batch;
+pub use self::lanes::class_of;
 
 /// The tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -448,6 +448,16 @@ impl Bus {
     }
 }
 
+/// The class by which lanes show a state as it is on the wire: an NMT state (`nmt`), or that of the drive which has this
+/// statusword (`drive`). `None`: it has none, or there is no such kind of lane.
+pub fn class_of(kind: &str, number: u16) -> Option<&'static str> {
+    match kind {
+        "nmt" => u8::try_from(number).ok().map(|state| Standing::Shown(state).class()),
+        "drive" => drive::State::of(number).map(drive::State::name),
+        _ => None,
+    }
+}
+
 /// The bit of a node.
 fn bit(node: u8) -> u128 {
     1 << (node & 0x7F)

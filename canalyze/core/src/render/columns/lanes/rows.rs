@@ -11,6 +11,11 @@ use crate::render::columns::cycle_numbers::CycleNumbers;
 use crate::text::Lang;
 use crate::text::escape::unsafe_on_a_terminal;
 
+/// Distinct states that a lane shows before it shows [`MANY`].
+pub(super) const DISTINCT: usize = 512;
+/// What stands for further states.
+pub(super) const MANY: &str = "…";
+
 /// Where a row stands: time stamp in ns, frame, SYNC cycle of its bus.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct At {

@@ -417,3 +417,21 @@ fn transfers() {
     let zh = text(&rows(&sample("sdo-abort"), options(Lang::Zh)), &["sdo/"]);
     assert!(zh.contains(": 中止 "), "{zh}");
 }
+
+#[test]
+fn classes_of_what_is_on_the_wire() {
+    for (kind, number, class) in [
+        ("nmt", 0x00, Some("initialising")),
+        ("nmt", 0x04, Some("stopped")),
+        ("nmt", 0x05, Some("operational")),
+        ("nmt", 0x7F, Some("pre-operational")),
+        ("nmt", 0x2A, Some("unknown")),
+        ("nmt", 0x105, None),
+        ("drive", 0x0237, Some("operation-enabled")),
+        ("drive", 0x0218, Some("fault")),
+        ("drive", 0x0002, None),
+        ("emcy", 0x05, None),
+    ] {
+        assert_eq!(super::class_of(kind, number), class, "{kind} {number:04X}");
+    }
+}

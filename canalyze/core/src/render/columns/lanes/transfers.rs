@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write;
 use std::hash::{Hash, Hasher};
 
-use super::rows::{At, Pen};
+use super::rows::{At, DISTINCT, MANY, Pen};
 use crate::frame::{BusId, CanId, Frame};
 use crate::render::columns::cycle_numbers::CycleNumbers;
 use crate::services::sdo::transfer::{Transfer, TransferId};
@@ -18,10 +18,6 @@ use crate::text::lane;
 const LANES: usize = 4096;
 /// Most transfers whose server's identifier is remembered.
 const RUNNING: usize = 4096;
-/// Distinct texts of a lane with values, then without, before it shows [`MANY`].
-const DISTINCT: usize = 512;
-/// What stands for further texts.
-const MANY: &str = "…";
 
 /// A channel: the bus, the server, and the identifier where it is not the server's default one.
 type Key = (BusId, u8, Option<CanId>);
@@ -32,7 +28,7 @@ struct Lane {
     name: String,
     /// Where its last transfer has ended, until that is written.
     end: Option<At>,
-    /// Hashes of what it has shown, with values and without.
+    /// Hashes of what it has shown, with values and, when those are too many, without.
     distinct: [HashSet<u64>; 2],
 }
 

@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
-use super::rows::{At, Pen, part};
+use super::rows::{At, DISTINCT, MANY, Pen, part};
 use crate::drive::{self, Object};
 use crate::event::{ProcessData, Signals};
 use crate::frame::{BusId, Frame};
@@ -17,10 +17,6 @@ use crate::text::signal;
 /// Most PDOs that have lanes, and most lanes of all of them but those of bits; further ones have none.
 const PDOS: usize = 4096;
 const LANES: usize = 4096;
-/// Distinct values that a lane shows before it shows [`MANY`].
-const DISTINCT: usize = 512;
-/// What stands for further values.
-const MANY: &str = "…";
 
 /// A signal of a PDO.
 #[derive(Debug)]
