@@ -11,8 +11,9 @@ capture only, and the table says how much. A second table has the same capture i
 another program, beside that format's usual reader in Python. A third one has what is made of a capture beside text:
 check, expect, diff, columns, the library, beside python-can's reader of the same file. A fourth one has the same frames
 as a live bus gives them, without the bus: to text, to recordings, to the screen's session, beside decode of the log.
-A fifth one has the timeline: `canalyze view --save` beside decode to text with the same descriptions, and the samples
-of signals that it writes a second. WHICH is one of all, candump, formats, judged, live, timeline.
+A fifth one has the timeline: `canalyze view --save` beside decode to text with the same descriptions, of that capture
+and of one of eight I/O blocks with four analogue inputs in nearly every frame, and the samples of signals a second.
+WHICH is one of all, candump, formats, judged, live, timeline.
 Only ratios of one run mean anything: machines are shared. Peak memory cannot be measured below what this script
 itself takes, which is printed as the floor.
 
@@ -52,6 +53,8 @@ class Contestant:
     """The form in which it gets the capture."""
     twice: bool = False
     """Whether it gets a copy of the capture too."""
+    of: str = "capture"
+    """Whose capture it gets: of drives, or of inputs."""
 
 
 CANALYZE = [sys.executable, "-m", "canalyze"]
@@ -238,7 +241,9 @@ def compete(contestants: list[Contestant], directory: Path, frames: int, repeat:
     rates: Rates = {}
     for contestant in contestants:
         count = min(frames, contestant.most_frames)
-        path = None if (reason := available(contestant)) else capture(directory, count, contestant.suffix)
+        path = (
+            None if (reason := available(contestant)) else capture(directory, count, contestant.suffix, contestant.of)
+        )
         if path is None:
             print(f"{contestant.name}: {reason or f'no {contestant.suffix} capture'}")
             continue
@@ -290,36 +295,54 @@ def measure_judging(directory: Path, frames: int, repeat: int) -> None:
         print(f"{ITERATED} / {LOG_ITERATED}: {rates[ITERATED][0] / rates[LOG_ITERATED][0]:.2f}")
 
 
-ONLY_SIGNALS = "import canalyze.timeline as it; it.TABLES = ('pdo',); from canalyze.__main__ import main; main()"
+IO = DRIVE.with_name("io.eds")
+TIMED = """
+import sys, time
+from canalyze.timeline.recording import Timeline
+from canalyze.__main__ import main
+spent = 0.0
+def timed(act):
+    def act_timed(*given, **named):
+        global spent
+        began = time.perf_counter()
+        try:
+            return act(*given, **named)
+        finally:
+            spent += time.perf_counter() - began
+    return act_timed
+for name in ("take", "finish"):
+    setattr(Timeline, name, timed(getattr(Timeline, name)))
+try:
+    main()
+finally:
+    print(spent)
+"""
+"""`canalyze view` that prints the seconds in which rows become a recording, layout and end of file among them."""
 
 
 def measure_timeline(directory: Path, frames: int, repeat: int) -> None:
-    """The table of the timeline, and how many samples of signals went into it a second."""
-    described = ["--eds", f"1-8={DRIVE}"]
-    made = directory / "timeline.rrd"
-    text, summary = "canalyze decode --eds, 8 nodes", "canalyze summary --eds, 8 nodes"
-    whole, signals = "canalyze view --save, 8 nodes", "the same, signals alone"
-    view = ["view", *described, "--force", "--save", str(made)]
-    contestants = [
-        Contestant(text, [*CANALYZE, "decode", *described]),
-        Contestant(summary, [*CANALYZE, "summary", *described]),
-        Contestant(signals, [sys.executable, "-c", ONLY_SIGNALS, *view]),
-        Contestant(whole, [*CANALYZE, *view]),
-    ]
-    rates = compete(contestants, directory, frames, repeat)
-    show(rates, frames, text, "x decode")
-    if whole not in rates:
-        return
-    count = samples(made)
-    print(f"{made.name}: {made.stat().st_size / 1e6:.1f} MB, {count} samples of signals; of them a second of CPU time:")
-    start = run([*CANALYZE, "view", "--force", "--save", str(made), str(SAMPLE)]).cpu
-    for name in (whole, signals):
-        if name in rates and summary in rates:
-            taken = rates[name][1].cpu
-            added = taken - rates[summary][1].cpu - start
-            beside = f"{count / added:,.0f}" if added > taken / 20 else "more than can be measured"
-            print(f"{name:32} {count / taken:12,.0f} by all of it, {beside} by what it adds to a summary and a start")
-    print(f"a start with Rerun's library: {start:.2f} s (goal: at least 1,000,000 samples a second)")
+    """The table of the timeline, and how many samples of signals go into it a second."""
+    for of, eds in (("capture", DRIVE), ("inputs", IO)):
+        described = ["--eds", f"1-8={eds}"]
+        made = directory / "timeline.rrd"
+        text, whole = f"canalyze decode --eds, {eds.stem}s", f"canalyze view --save, {eds.stem}s"
+        view = ["view", *described, "--force", "--save", str(made)]
+        contestants = [
+            Contestant(text, [*CANALYZE, "decode", *described], of=of),
+            Contestant(f"canalyze summary --eds, {eds.stem}s", [*CANALYZE, "summary", *described], of=of),
+            Contestant(whole, [*CANALYZE, *view], of=of),
+        ]
+        rates = compete(contestants, directory, frames, repeat)
+        show(rates, frames, text, "x decode")
+        path = capture(directory, frames, of=of)
+        if whole not in rates or path is None:
+            return
+        count = samples(made)
+        command = [sys.executable, "-c", TIMED, *view, str(path)]
+        spent = min(float(subprocess.check_output(command, stderr=subprocess.DEVNULL)) for _ in range(repeat))
+        print(f"{made.name}: {made.stat().st_size / 1e6:.1f} MB, {count:,} samples of signals; of them a second:")
+        print(f"{'by all of the command, of CPU time':48} {count / rates[whole][1].cpu:12,.0f}")
+        print(f"{'by the making of the recording (goal: 1,000,000)':48} {count / spent:12,.0f}")
 
 
 def samples(recording: Path) -> int:

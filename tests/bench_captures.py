@@ -86,12 +86,38 @@ def traffic(source: random.Random) -> Iterator[str]:
         cycle += 1
 
 
-def capture_lines(count: int) -> Iterator[str]:
+def inputs(source: random.Random) -> Iterator[str]:
+    """Frames of eight I/O blocks as `eds/io.eds` presets them, nearly all four analogue inputs; "" ends a cycle."""
+    for node in NODES:
+        yield f"{0x700 + node:03X}#00"
+    yield "000#0100"
+    yield ""
+    levels = {node: [source.randrange(1 << 16) for _ in range(4)] for node in NODES}
+    cycle = 0
+    while True:
+        yield "080#"
+        for node in NODES:
+            levels[node] = [(level + source.randrange(-40, 41)) & 0xFFFF for level in levels[node]]
+            yield f"{0x280 + node:03X}#{b''.join(level.to_bytes(2, 'little') for level in levels[node]).hex().upper()}"
+        if cycle % 5 == 0:
+            for node in NODES:
+                yield f"{0x180 + node:03X}#{cycle >> 3 & 0xFF:02X}"
+        if cycle % HEARTBEAT_CYCLES < len(NODES):
+            yield f"{0x701 + cycle % HEARTBEAT_CYCLES:03X}#05"
+        yield ""
+        cycle += 1
+
+
+TRAFFIC: dict[str, Callable[[random.Random], Iterator[str]]] = {"capture": traffic, "inputs": inputs}
+"""What is captured, by the first part of a file's name."""
+
+
+def capture_lines(count: int, of: str = "capture") -> Iterator[str]:
     """So many lines of a capture."""
     source = random.Random(301)
     start, written = 1_700_000_000_000_000, 0
     stamp = start
-    for frame in traffic(source):
+    for frame in TRAFFIC[of](source):
         if not frame:
             start += CYCLE_US
             stamp = start + source.randrange(30)
@@ -188,22 +214,22 @@ def make(path: Path, count: int) -> None:
     unfinished = path.with_name(f"unfinished.{suffix}")
     if suffix == "log":
         with unfinished.open("w") as out:
-            out.writelines(capture_lines(count))
+            out.writelines(capture_lines(count, name.partition("-")[0]))
     else:
         maker = _live if suffix == "live" else MAKERS[suffix][1]
         maker(path.with_name(f"{name}.log"), unfinished)
     unfinished.replace(path)
 
 
-def capture(directory: Path, count: int, suffix: str = "log") -> Path | None:
+def capture(directory: Path, count: int, suffix: str = "log", of: str = "capture") -> Path | None:
     """The capture of so many frames; made by another process where it is missing, so that this one stays small.
 
-    None where a program is missing that makes it.
+    of: a row of TRAFFIC. None where a program is missing that makes it.
     """
-    path = directory / f"capture-{count}.{suffix}"
+    path = directory / f"{of}-{count}.{suffix}"
     if not path.exists():
         for base in ("log", "asc") if suffix == "asc.gz" else ("log",):
-            if suffix != base and capture(directory, count, base) is None:
+            if suffix != base and capture(directory, count, base, of) is None:
                 return None
         print(f"making {path} ...", flush=True)
         made = subprocess.run([sys.executable, __file__, str(path), str(count)], check=False)

@@ -2,6 +2,7 @@
 //!
 //! What a table holds is its own file's matter. Must not: know CANopen.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -26,6 +27,11 @@ pub struct Batch {
 
 /// A column of numbers.
 pub(super) type Numbers<T> = PrimitiveBuilder<T>;
+
+/// What bytes say; what is not UTF-8 becomes U+FFFD. Whole text, which nearly all is, is looked at once and quickly.
+pub(super) fn lossy(bytes: &[u8]) -> Cow<'_, str> {
+    std::str::from_utf8(bytes).map_or_else(|_| String::from_utf8_lossy(bytes), Cow::Borrowed)
+}
 
 /// Distinct words that are looked at one by one before a map is asked.
 const FEW: usize = 8;
@@ -64,7 +70,7 @@ impl Words {
 
     /// Appends a name from the capture; null where it has none. What is not UTF-8 becomes U+FFFD.
     pub(super) fn name(&mut self, bytes: &[u8]) {
-        let text = String::from_utf8_lossy(bytes);
+        let text = lossy(bytes);
         self.maybe((!text.is_empty()).then_some(&*text));
     }
 

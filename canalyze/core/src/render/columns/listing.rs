@@ -7,7 +7,7 @@ use arrow_array::builder::StringBuilder;
 use arrow_array::types::{Int64Type, UInt8Type, UInt64Type};
 
 use super::Seen;
-use super::column::{Batch, Numbers, Table, Words, columns};
+use super::column::{Batch, Numbers, Table, Words, columns, lossy};
 use crate::event::Event;
 use crate::finding::Severity;
 use crate::frame::Frame;
@@ -64,7 +64,7 @@ impl Listing {
         columns.severity.maybe(severity.map(Severity::name));
         self.line.clear();
         self.lines.alone(&mut self.line, frame, event);
-        columns.line.append_value(String::from_utf8_lossy(&self.line));
+        columns.line.append_value(lossy(&self.line));
         self.table.end_row(self.line.len(), done);
     }
 }
