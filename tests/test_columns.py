@@ -296,12 +296,18 @@ SHORT = {"findings": {"message"}, "states": {"name"}}
 
 def test_languages_differ_in_words_only() -> None:
     text = (SAMPLES / "network/sync-and-pdos.log").read_bytes()
-    words = {"name", "text", "message", "signal", "abort_text", "line", "state"}
+    words = {"name", "text", "message", "signal", "abort_text", "line", "state", "lane"}
     zh, en = (tables_of([text], FIXED, network=DRIVE, lang=lang) for lang in ("zh", "en"))
     for name, table in en.items():
         for column in set(table.column_names) - SHORT.get(name, words):
             assert table.column(column) == zh[name].column(column), (name, column)
     assert "状态字" in zh["signals"].column("signal")
+    # Of a lane's name, only the signal's.
+    places = [
+        [lane.split("/")[: 4 if lane.startswith("value/") else None] for lane in lanes]
+        for lanes in (zh["lanes"].column("lane"), en["lanes"].column("lane"))
+    ]
+    assert places[0] == places[1]
 
 
 @pytest.mark.parametrize(

@@ -20,10 +20,10 @@
 //!
 //! `?`: null where there is none. Times (`..._ns`) are int64 in ns, `t_ns` is JSON's `t`. Identifiers, indices and
 //! codes are numbers; `object` is `1008:00`; `id` is that of an error frame its class. Words of which there are few are
-//! dictionary-encoded; those for people (`name`, `signal`, `text`, `message`, `abort_text`) are in the session's
-//! language. Strings from a capture or a description are as they are there, what is not UTF-8 as U+FFFD: whoever
-//! prints them escapes them. Metadata of a schema: `table`, its name; of those of PDOs also `bus node pdo version
-//! lang`.
+//! dictionary-encoded; those for people (`name`, `signal`, `text`, `message`, `abort_text`, `line`, `state` of a lane and
+//! the signal in its name) are in the session's language. Strings from a capture or a description are as they are
+//! there, what is not UTF-8 as U+FFFD: whoever prints them escapes them. Metadata of a schema: `table`, its name; of
+//! those of PDOs also `bus node pdo version lang`.
 //!
 //! Must not: judge, or leave Rust: how columns are handed over is the binding's matter.
 
