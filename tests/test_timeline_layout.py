@@ -21,7 +21,7 @@ from timeline_contents import EVERY, drive, hundreds, lanes, network, plot, seri
 from canalyze.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.layout import CLOCK, MOST, PAGE, ROOM, SPAN, TITLE, WIDE, fit, layout, listed
+from canalyze.timeline.layout import CLOCK, PAGE, ROOM, SPAN, TITLE, WIDE, fit, layout, listed
 from canalyze.words import LANGUAGES, Words
 
 ALL = pytest.mark.parametrize("contents", EVERY.values(), ids=EVERY.keys())
@@ -215,15 +215,20 @@ def test_pages_as_long_as_there_is_room(monkeypatch: pytest.MonkeyPatch) -> None
         return whose(entity)
 
     monkeypatch.setattr(charts, "place", place)
-    contents = network(127, tuple(f"can{bus}" for bus in range(4)))
+    monkeypatch.setattr("canalyze.timeline.layout.MOST", 128)
+    contents = network(30, ("can0", "can1"))
     _, nodes = tabs(contents)
     count = len(list(nodes.contents))
-    assert 127 < count < 4 * 127
-    assert nodes.name == f"Nodes (the first {count} of 508)"
-    assert MOST - 20 <= len(list(views(nodes))) <= MOST
+    assert 20 < count < 60
+    assert nodes.name == f"Nodes (the first {count} of 60)"
+    assert 110 < len(list(views(nodes))) <= 128
     # Not for each node anew.
     assert len(asked) <= 3 * (len(contents.lanes) + len(contents.plots))
-    assert tabs(network(127))[1].name == "Nodes"
+
+
+def test_a_bus_full_of_nodes_has_a_page_for_each() -> None:
+    _, nodes = tabs(network(127))
+    assert (nodes.name, len(list(nodes.contents))) == ("Nodes", 127)
 
 
 def test_buses_are_named_where_there_are_several() -> None:
