@@ -125,6 +125,21 @@ def test_values_of_signals_have_quiet_colours(tmp_path: Path) -> None:
     assert other == {"1 profile position": one["1 profile position"]}
 
 
+@pytest.mark.filterwarnings("ignore:RRD file has no footer")
+def test_a_new_state_has_its_colour_at_once(tmp_path: Path) -> None:
+    """Until it is told, the viewer shows one of its own: Operational in red."""
+    timeline = Timeline(Words("en"), name="can0", save=str(tmp_path / "out.rrd"), live=True)
+    timeline.take([table("listing", [listed(1, START)])])
+    told: list[str] = []
+    always = timeline._stream.always
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(timeline._stream, "always", lambda entity, what: (told.append(entity), always(entity, what)))
+        row = {"lane": "nmt/node5", "frame": 1, "state": "Operational", "class": "operational"}
+        timeline.take([table("lanes", [row])])
+    timeline.close()
+    assert told == ["/nmt/node5"]
+
+
 def test_lanes_with_faults_are_known(tmp_path: Path) -> None:
     rows = [
         {"lane": "nmt/node5", "frame": 1, "state": "Operational", "class": "operational"},

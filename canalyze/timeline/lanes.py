@@ -113,10 +113,10 @@ class LaneWriter:
             self._contents.lanes[entity] = Lane(entity)
         return style
 
-    def colour(self) -> None:
-        """Tell the colours of the states that are new."""
+    def colour(self, most: int | None = None) -> None:
+        """Tell the colours of the states that are new, in lanes of up to `most` states: others wait."""
         for style in self._styles.values():
-            if len(style.classes) == style.told:
+            if len(style.classes) == style.told or (most is not None and len(style.classes) > most):
                 continue
             style.told = len(style.classes)
             palette = COLOURS.get(style.kind, {})

@@ -38,6 +38,8 @@ _UNWRITTEN: Final = 1 << 20
 """Rows that may be on their way into a file."""
 _INDEXED: Final = 100
 """Nodes up to which a file has an index: with 127 nodes of an hour Rerun 0.41 does not get through one."""
+_COLOURED: Final = 64
+"""States of a lane up to which the colour of a new one is told with it: all of them are told anew each time."""
 _SYSTEM: Final = re.compile(r"\(os error (\d+)\)")
 _SAFE: Final = re.compile("[^A-Za-z0-9]+")
 _LONGEST: Final = 24
@@ -81,6 +83,8 @@ class Timeline:
         taken = [(name, pa.record_batch(batch)) for name, batch in batches if batch.num_rows]
         if self._waiting is None:
             self._write(taken)
+            if self._live or self._connect:
+                self._lanes.colour(_COLOURED)
             if self._offering.due() and (self._live or self._connect):
                 self._renew()
             self._unwritten += sum(len(batch) for _, batch in taken)
