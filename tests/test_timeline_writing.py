@@ -132,8 +132,13 @@ def test_a_new_state_has_its_colour_at_once(tmp_path: Path) -> None:
     timeline.take([table("listing", [listed(1, START)])])
     told: list[str] = []
     always = timeline._stream.always
+
+    def tell(entity: str, what: Any) -> None:
+        told.append(entity)
+        always(entity, what)
+
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(timeline._stream, "always", lambda entity, what: (told.append(entity), always(entity, what)))
+        patch.setattr(timeline._stream, "always", tell)
         row = {"lane": "nmt/node5", "frame": 1, "state": "Operational", "class": "operational"}
         timeline.take([table("lanes", [row])])
     timeline.close()
