@@ -221,7 +221,9 @@ def _logs(shown: Shown) -> None:
     emergencies = shown.recording.rows("/log/emcy", "TextLog:text")
     shown.on_time(emergencies)
     expected = [(row["frame"], row["emcy"]["code"]) for row in shown.said.frames if row.get("emcy")]
-    assert [(row["frame"], row["value"][0][:4]) for row in emergencies] == expected
+    assert [row["frame"] for row in emergencies] == [frame for frame, _ in expected]
+    assert all(row["value"][0].count(f"{code}h") >= 1 for row, (_, code) in zip(emergencies, expected, strict=True))
+    assert not any(row["value"][0].startswith(code) for row, (_, code) in zip(emergencies, expected, strict=True))
 
 
 def _sync(shown: Shown) -> None:

@@ -6,6 +6,7 @@ What it must not do: test what the core says of a capture.
 from __future__ import annotations
 
 import math
+import subprocess
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,10 @@ pytest.importorskip("rerun")
 
 from recordings import Recording, recording
 from timeline_batches import pdo, table
+from timeline_viewer import RERUN
 
 from canalyze.errors import OutputError
+from canalyze.timeline.colours import PLAIN
 from canalyze.timeline.recording import Timeline
 from canalyze.words import Words
 
@@ -105,6 +108,66 @@ def test_states(tmp_path: Path) -> None:
     assert [one.kind for one in timeline.contents.lanes.values()] == ["nmt", "value"]
 
 
+def test_values_of_signals_have_quiet_colours(tmp_path: Path) -> None:
+    """None of them looks like a fault, and one text has one colour in all lanes."""
+    ends = [("value/node5/TPDO1/mode", "3 profile velocity"), ("value/node6/TPDO1/mode", "1 profile position")]
+    rows = [
+        {"lane": lane, "frame": at + 1, "state": state, "class": None}
+        for at, (lane, state) in enumerate([(ends[0][0], ends[1][1]), ends[0], ends[1], ("nmt/node5", "x")])
+    ]
+    _, found = written(tmp_path, [table("listing", [listed(1, START)]), table("lanes", rows)])
+    one, other = (
+        {value: found.static(f"/{lane}", "StateConfiguration:colors")[at] for at, value in enumerate(values)}
+        for lane, _ in ends
+        for values in [found.static(f"/{lane}", "StateConfiguration:values")]
+    )
+    assert set(one.values()) <= set(PLAIN) and len(set(one.values())) == 2
+    assert other == {"1 profile position": one["1 profile position"]}
+
+
+@pytest.mark.filterwarnings("ignore:RRD file has no footer")
+def test_a_new_state_has_its_colour_at_once(tmp_path: Path) -> None:
+    """Until it is told, the viewer shows one of its own: Operational in red."""
+    timeline = Timeline(Words("en"), name="can0", save=str(tmp_path / "out.rrd"), live=True)
+    timeline.take([table("listing", [listed(1, START)])])
+    told: list[str] = []
+    always = timeline._stream.always
+
+    def tell(entity: str, what: Any) -> None:
+        told.append(entity)
+        always(entity, what)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(timeline._stream, "always", tell)
+        row = {"lane": "nmt/node5", "frame": 1, "state": "Operational", "class": "operational"}
+        timeline.take([table("lanes", [row])])
+    timeline.close()
+    assert told == ["/nmt/node5"]
+
+
+def test_lanes_with_faults_are_known(tmp_path: Path) -> None:
+    rows = [
+        {"lane": "nmt/node5", "frame": 1, "state": "Operational", "class": "operational"},
+        {"lane": "nmt/node6", "frame": 2, "state": "heartbeat lost", "class": "lost"},
+        {"lane": "emcy/node6", "frame": 3, "state": "8130h", "class": "active"},
+        {"lane": "sdo/node6", "frame": 4, "state": "1008h:00 read", "class": "aborted"},
+    ]
+    timeline, _ = written(tmp_path, [table("listing", [listed(1, START)]), table("lanes", rows)])
+    assert [one.entity for one in timeline.contents.lanes.values() if one.fault] == ["/nmt/node6", "/emcy/node6"]
+
+
+@pytest.mark.filterwarnings("ignore:RRD file has no footer")
+def test_a_file_of_a_great_many_nodes_has_no_index(tmp_path: Path) -> None:
+    """Rerun 0.41 fails on one that is as wide as 127 nodes make it."""
+    for nodes, tail in ((100, True), (101, False)):
+        out = tmp_path / f"{nodes}.rrd"
+        timeline = Timeline(Words("en"), name="capture.log", save=str(out))
+        timeline.take([table("listing", [listed(node, START, node=node) for node in range(1, nodes + 1)])])
+        timeline.finish()
+        done = subprocess.run([RERUN, "rrd", "verify", out], capture_output=True, text=True, check=False)
+        assert (done.returncode == 0) is tail, done.stderr
+
+
 def test_one_text_of_two_classes(tmp_path: Path) -> None:
     lane = "sdo/node5"
     rows: list[dict[str, Any]] = [
@@ -187,6 +250,8 @@ def test_lines(tmp_path: Path) -> None:
     assert texts == [["can0  line 1"], ["can1  line 2"], ["-  line 3"], ["can0  line 4"]]
     assert [row["value"] for row in found.rows("/log/findings", "TextLog:text")] == [["SDO001  one"]]
     assert [row["value"] for row in found.rows("/log/emcy", "TextLog:level")] == [["INFO"]]
+    # The code of an emergency is in its text.
+    assert [row["value"] for row in found.rows("/log/emcy", "TextLog:text")] == [["two"]]
     assert (timeline.contents.frames, timeline.contents.logged) == (4, 2)
 
 
@@ -208,9 +273,12 @@ def test_sync_and_load(tmp_path: Path) -> None:
     assert periods[1:] == [1000.0] * 3
     window = [(row["sync_cycle"], row["value"]) for row in found.rows("/sync/can0/window", "Scalars:scalars")]
     assert window == [(2, [2000.0]), (4, [2000.0])]
-    assert [row["value"] for row in found.rows("/load/can0", "Scalars:scalars")] == [[3.5]]
+    # The first window is drawn from its begin, which is not before the capture's.
+    assert [(row["value"], row["frame"]) for row in found.rows("/load/can0", "Scalars:scalars")] == [([3.5], 3)] * 2
+    assert timeline.contents.peaks == {"can0": 3.5}
+    assert timeline.contents.first_ns == 0
     assert timeline.contents.load == {"can0": True, "can1": False}
-    assert [row["value"] for row in found.rows("/load/can1", "Scalars:scalars")] == [[12.0]] * 2
+    assert [row["value"] for row in found.rows("/load/can1", "Scalars:scalars")] == [[12.0]] * 3
     assert timeline.contents.windows == {"can0"}
 
 

@@ -12,7 +12,7 @@ from typing import Final
 
 from canalyze.timeline.contents import Contents, Series
 
-LINES: Final = 5
+LINES: Final = 4
 """Lines of a plot, where there are more to choose from: as many as its legend has room for."""
 _NODE: Final = re.compile(r"node\d+")
 
@@ -98,6 +98,11 @@ def overview(every: list[Line], room: int) -> list[Chart]:
     turns = [(turn, place) for place, of_one in enumerate(charts) for turn in range(len(of_one))]
     chosen = sorted(sorted(turns)[: room - len(common)], key=lambda one: (one[1], one[0]))
     return [*common, *(charts[place][turn] for turn, place in chosen)]
+
+
+def axis(peak: float) -> float:
+    """Give the end of an axis of percent: there are numbers beside a low load, too."""
+    return next((end for end in (10.0, 20.0, 50.0) if peak <= end), 100.0)
 
 
 def _by_node(every: Iterable[Line]) -> dict[tuple[str, int], list[Line]]:

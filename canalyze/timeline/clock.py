@@ -81,6 +81,11 @@ class Clock:
         self._origin_ns = 0
         self._last_cycle = 0
 
+    @property
+    def start_ns(self) -> int:
+        """The stamp that time is counted from."""
+        return self._origin_ns
+
     def start(self, batches: Iterable[Places]) -> None:
         """Take the first rows of all tables: the earliest frame with a stamp among them is the start."""
         first: tuple[int, int] | None = None

@@ -39,7 +39,24 @@ COLOURS: Final[dict[str, dict[str, int]]] = {
     "emcy": {"active": _RED},
     "value": {"0": _LIGHT, "1": _GREEN},
 }
-"""By kind of lane and class; a state without a row gets a colour from the viewer."""
+"""By kind of lane and class."""
+
+FAULTS: Final = frozenset({"lost", "fault", "fault-reaction-active", "active"})
+"""Classes of states that an engineer looks for first; SDO transfers are too short to be found in a lane."""
+
+PLAIN: Final = (
+    0x4F7CACFF,
+    0x3E8E8EFF,
+    0x8D6E63FF,
+    0x7A6FA8FF,
+    0x9C8A4AFF,
+    0x5F7A8AFF,
+    0xA0698AFF,
+)
+"""Values of signals: told apart, but none of them looks like running, waiting or a fault."""
+
+WINDOW: Final = _RED
+"""The synchronous window: what is above it is late."""
 
 LINES: Final = (
     0x3D85D6FF,

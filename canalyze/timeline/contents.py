@@ -53,6 +53,8 @@ class Lane:
     """Path of the entity: /nmt/can0/node5; its first part is the kind of lane."""
     rows: int = 0
     """Changes so far."""
+    fault: bool = False
+    """It has shown a fault: a lost heartbeat, a drive in fault, an emergency."""
 
     @property
     def kind(self) -> str:
@@ -74,6 +76,8 @@ class Contents:
     """Entities of synchronous PDOs' delays: /sync/can0/delay/node5/TPDO1."""
     load: dict[str, bool] = field(default_factory=dict)
     """Buses whose load is shown at /load/can0, and whether in percent; else in frames a second."""
+    peaks: dict[str, float] = field(default_factory=dict)
+    """The greatest load of each bus so far, in percent."""
     windows: set[str] = field(default_factory=set)
     """Buses whose synchronous window is known."""
     frames: int = 0

@@ -11,7 +11,7 @@ import pyarrow as pa
 import rerun as rr
 
 from canalyze.timeline.clock import places
-from canalyze.timeline.colours import COLOURS
+from canalyze.timeline.colours import COLOURS, FAULTS, PLAIN
 from canalyze.timeline.contents import Contents, Lane
 from canalyze.timeline.stream import STATE, Stream, escaped
 
@@ -22,6 +22,8 @@ _EMPTY = '""'
 _TOGETHER: Final = 8
 """Batches that are put together: there are many lanes, and each gets a piece of its own out of them."""
 _NARROW: Final = 1 << 15
+_COLOURED: Final = 64
+"""States of a lane that have a class or a colour at most; further ones get a colour from the viewer."""
 
 
 @dataclass(slots=True)
@@ -30,15 +32,15 @@ class _Style:
 
     entity: str
     kind: str
-    classes: dict[str, tuple[str, str]] = field(default_factory=dict)
-    """Text and class, by the state as Rerun has it."""
+    classes: dict[str, tuple[str, str | None]] = field(default_factory=dict)
+    """Text and class, by the state as Rerun has it; without a class: a value of a signal."""
     told: int = 0
     """How many the recording knows."""
 
     def key(self, text: str, of_class: str | None) -> str:
         """Give a state as Rerun has it; one text of two classes is two states that are called the same."""
         text = text or _EMPTY
-        if of_class is None:
+        if of_class is None and (self.kind != "value" or len(self.classes) >= _COLOURED):
             return text
         known = self.classes.setdefault(text, (text, of_class))
         if known[1] == of_class:
@@ -58,6 +60,8 @@ class LaneWriter:
         self._most = 1 if at_once else _TOGETHER
         self._held: list[pa.RecordBatch] = []
         self._styles: dict[str, _Style] = {}
+        self._plain: dict[str, int] = {}
+        """Colours of values by their texts: the same value looks the same in every lane."""
 
     def take(self, batch: pa.RecordBatch) -> None:
         """Take changes of any lanes."""
@@ -96,7 +100,9 @@ class LaneWriter:
             states = [divmod(int(one) - 1, len(classes)) if one else None for one in found]
             keys = [style.key(texts[one[0]], classes[one[1]]) if one else "" for one in states]
             shown = pa.array(keys, pa.string()).take(pa.array(places_of[own]))
-            self._contents.lanes[style.entity].rows += len(own)
+            of_lane = self._contents.lanes[style.entity]
+            of_lane.rows += len(own)
+            of_lane.fault |= any(one is not None and classes[one[1]] in FAULTS for one in states)
             self._stream.texts(style.entity, rows[start:end], [(STATE, shown)])
 
     def _style(self, name: str) -> _Style:
@@ -107,20 +113,27 @@ class LaneWriter:
             self._contents.lanes[entity] = Lane(entity)
         return style
 
-    def colour(self) -> None:
-        """Tell the colours of the states that are new."""
+    def colour(self, most: int | None = None) -> None:
+        """Tell the colours of the states that are new, in lanes of up to `most` states: others wait."""
         for style in self._styles.values():
-            if len(style.classes) == style.told:
+            if len(style.classes) == style.told or (most is not None and len(style.classes) > most):
                 continue
             style.told = len(style.classes)
             palette = COLOURS.get(style.kind, {})
-            known = [(key, text, palette[one]) for key, (text, one) in style.classes.items() if one in palette]
+            known = [
+                (key, text, self._value(text) if one is None else palette[one])
+                for key, (text, one) in style.classes.items()
+                if one is None or one in palette
+            ]
             if known:
                 keys, texts, colours = zip(*known, strict=True)
                 self._stream.always(
                     style.entity,
                     rr.StateConfiguration(values=list(keys), labels=list(texts), colors=np.array(colours, np.uint32)),
                 )
+
+    def _value(self, text: str) -> int:
+        return self._plain.setdefault(text, PLAIN[len(self._plain) % len(PLAIN)])
 
 
 def _codes(column: pa.Array, null: int) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":

@@ -19,7 +19,7 @@ from canalyze.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.blueprint import BAR, LANE, LINKED, TABS, TEXT, Blueprint, Part, Sized, column
 from canalyze.timeline.charts import Chart, Line
-from canalyze.timeline.colours import LINES
+from canalyze.timeline.colours import LINES, WINDOW
 from canalyze.timeline.contents import Contents, Lane
 from canalyze.timeline.stream import path
 from canalyze.words import Words
@@ -31,8 +31,12 @@ SPAN: Final = "/time_span"
 """Two points without a value, at the recording's ends: with them in it a plot is as wide as the recording."""
 CLOCK: Final = "time_since_start"
 """The timeline that is shown first where there are stamps: in logs its column is as wide as its name."""
-TOGETHER: Final = 8
-"""Up to so many lanes share one view whatever their kinds: a title bar for each kind would take their place."""
+TOGETHER: Final = 12
+"""Up to so many lanes stand in two views, NMT before the others: a title bar for each kind would take their place."""
+FILLED: Final = 8
+"""Up to so many lanes there are values of signals with them."""
+FAULTS: Final = 6
+"""Lanes with faults that stand before all others where there are too many to see at once."""
 ROOM: Final = 8
 """Plots of signals in the overview at most, besides those of SYNC and load."""
 PAGE: Final = 10
@@ -48,10 +52,15 @@ KINDS: Final = ("nmt", "drive", "emcy", "sdo")
 """Kinds of lanes that the overview shows whole, from the top."""
 
 _PLOT: Final = 120
-_HIGH: Final = 240
-_AXIS: Final = 40
-_ENTRY: Final = 22
-_FEW: Final = BAR + LANE * TOGETHER
+_READ: Final = 180
+"""A plot of this height has numbers beside its axis whatever its range, and room for a legend."""
+_AXIS: Final = 75
+_ENTRY: Final = 21
+_FEW: Final = 2 * BAR + LANE * TOGETHER
+_LINES: Final = 300
+"""Frames below plots have at least this height."""
+_BOTTOM: Final = 3
+"""Plots of SYNC and load in a row."""
 _HEIGHT: Final = 1000
 _LOAD_NS: Final = 300_000_000
 """A load is of 100 ms: two of them are no course of it."""
@@ -67,8 +76,10 @@ class Plot:
     title: str
     lines: dict[str, list[str | None]]
     """By entity the names of its lines; None: not shown in this plot."""
-    percent: bool = False
-    """Its axis goes from 0 to 100."""
+    end: float | None = None
+    """Its axis goes from 0 to this."""
+    limit: str = ""
+    """The entity that is a limit for the others."""
     renamed: bool = False
     """Its lines have other names than elsewhere."""
 
@@ -169,20 +180,23 @@ class _Views:
         used = sum(height for _, height in lanes)
         few = used <= _FEW
         others = [*self.syncs(), *self.loads()]
-        places = 2 * int((_HEIGHT - used) // _PLOT) if few else _HEIGHT // _PLOT
-        chosen = charts.overview(self.lines, min(max(places - len(others), 4), ROOM))
-        plots = [*(self.plot(chart) for chart in chosen), *others]
-        log, frames = self.log(), self.frames()
-        texts = [*log, *frames]
+        bottom = -(-len(others) // _BOTTOM)
+        places = 2 * (int((_HEIGHT - used) // _READ) - bottom) if few else _HEIGHT // _PLOT - len(others)
+        chosen = [self.plot(chart) for chart in charts.overview(self.lines, min(max(places, 4), ROOM))]
+        plots = [*chosen, *others]
+        frames = self.frames()
+        texts = [*self.log(), *frames]
         if few and plots:
             room = _HEIGHT - used
-            left = [*lanes, _grid(plots, room)]
-            if len(plots) * _HIGH + TEXT <= room and frames:
+            left = [*lanes, _over(chosen, others, room)]
+            if len(plots) * _READ + _LINES <= room and frames:
                 # Few plots leave room for frames below them.
-                left, texts = [*lanes, _grid(plots, len(plots) * _HIGH), *frames], log
+                high = len(plots) * _READ
+                below = [(view, room - high) for view, _ in frames]
+                left, texts = [*lanes, _grid(plots, high, 1), *below], self.log(whole=True)
             columns = [(left, 3), (texts, 2)]
         elif few and lanes:
-            columns = [([*lanes, *frames], 3), (log, 2)]
+            columns = [([*lanes, *frames], 3), (self.log(whole=True), 2)]
         else:
             columns = [(lanes, 2), ([_grid(plots, _HEIGHT, 1)] if plots else [], 2), (texts, 3)]
         columns = [column for column in columns if column[0]]
@@ -194,18 +208,22 @@ class _Views:
         )
 
     def kinds(self) -> list[Sized]:
-        """Lanes of all nodes: few of them in one view, else a view a kind."""
+        """Lanes of all nodes: few of them below each other, else a view a kind, and one for those with faults."""
         kinds = [kind for kind in KINDS if kind in self.lanes]
         every = [lane for kind in kinds for lane in self.lanes[kind]]
         if len(every) <= TOGETHER:
-            every += self.values(TOGETHER - len(every))
-            return [self.states(every)] if every else []
-        heights = _share({kind: float(BAR + LANE * len(self.lanes[kind])) for kind in kinds}, _HEIGHT)
-        views: list[Sized] = [
+            # Rerun sorts the lanes of a view by their paths, which begin with their kinds.
+            others = [lane for lane in every if lane.kind != "nmt"] + self.values(FILLED - len(every))
+            return [self.states(lanes) for lanes in (self.lanes.get("nmt", []), others) if lanes]
+        faulty = [lane for lane in every if lane.fault][:FAULTS]
+        views: list[Sized] = [self.states(faulty, "timeline.faults")] if faulty else []
+        room = _HEIGHT - sum(height for _, height in views)
+        heights = _share({kind: float(BAR + LANE * len(self.lanes[kind])) for kind in kinds}, room)
+        views += [
             (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=LINKED), height)
             for kind, height in heights.items()
         ]
-        values = self.values(int((_HEIGHT - sum(heights.values()) - BAR) // LANE))
+        values = self.values(int((room - sum(heights.values()) - BAR) // LANE))
         return [*views, self.states(values)] if values else views
 
     def values(self, room: int) -> list[Lane]:
@@ -215,13 +233,14 @@ class _Views:
         changing = [lane for lane in self.lanes.get("value", ()) if lane.rows > 1]
         return sorted(changing, key=lambda lane: lane.entity.rpartition(".")[2].isdecimal())[:room]
 
-    def states(self, lanes: list[Lane]) -> Sized:
+    def states(self, lanes: list[Lane], title: str | None = None) -> Sized:
         """Some lanes in one view."""
         kinds = {lane.kind for lane in lanes}
+        title = title or (f"timeline.{kinds.pop()}" if len(kinds) == 1 else "timeline.states")
         view = rrb.StateTimelineView(
             origin="/",
             contents=[lane.entity for lane in lanes],
-            name=self.words(f"timeline.{kinds.pop()}" if len(kinds) == 1 else "timeline.states"),
+            name=self.words(title),
             time_view=LINKED,
         )
         return view, BAR + LANE * min(len(lanes), 12)
@@ -238,11 +257,12 @@ class _Views:
                 if entity.startswith(before):
                     node, _, pdo = entity.removeprefix(before).partition("/")
                     delays[entity] = [f"{self.words('timeline.node', node=node.removeprefix('node'))} {pdo}"]
-            if delays and bus in self.contents.windows:
-                delays[path("sync", bus, "window")] = [self.words("timeline.window")]
+            limit = path("sync", bus, "window") if bus in self.contents.windows else ""
+            if delays and limit:
+                delays[limit] = [self.words("timeline.window")]
             if delays:
                 title = self.words("timeline.delay" if bus in self.contents.windows else "timeline.delay_only")
-                found.append(Plot(self.titled(title, bus), delays))
+                found.append(Plot(self.titled(title, bus), delays, limit=limit))
         return found
 
     def loads(self) -> list[Plot]:
@@ -256,11 +276,13 @@ class _Views:
                 path("load", bus): [bus or name] for bus, one in self.contents.load.items() if one is percent
             }
             if lines:
-                found.append(Plot(name, lines, percent))
+                peak = max(self.contents.peaks.get(bus, 100.0) for bus in self.contents.load)
+                # A little more than the last number, which would be cut off.
+                found.append(Plot(name, lines, charts.axis(peak) * 1.05 if percent else None))
         return found
 
-    def log(self) -> list[Sized]:
-        """Findings and emergencies, and the summary behind them."""
+    def log(self, *, whole: bool = False) -> list[Sized]:
+        """Findings and emergencies, and the summary behind them; `whole`: below them, in a column of their own."""
         views: list[rrb.View] = []
         if self.contents.logged:
             columns = rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"])
@@ -268,7 +290,7 @@ class _Views:
             views.append(rrb.TextLogView(origin="/log", name=self.words("timeline.log"), columns=columns, rows=rows))
         if self.contents.summary:
             views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
-        if len(views) > 1:
+        if len(views) > 1 and not whole:
             return [(rrb.Tabs(*views, active_tab=0), TEXT)]
         return [(view, TEXT) for view in views]
 
@@ -352,6 +374,18 @@ def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
     return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in views)), height
 
 
+def _over(signals: list[Plot], others: list[Plot], room: float) -> Sized:
+    """Put plots of signals above those of the bus."""
+    count = len(signals) + len(others)
+    if count <= _BOTTOM or not signals or len(others) <= 1:
+        return _grid([*signals, *others], room, 1 if count <= _BOTTOM else 2)
+    columns = 1 if len(signals) <= 2 else 2
+    upper, lower = -(-len(signals) // columns), -(-len(others) // _BOTTOM)
+    share = room / (upper + lower)
+    parts = [_grid(signals, share * upper, columns), _grid(others, share * lower, min(len(others), _BOTTOM))]
+    return column(parts), sum(height for _, height in parts)
+
+
 def _series(plot: Plot, room: int) -> rrb.View:
     """Make a plot; its legend where it says more than the title and has room for all entries.
 
@@ -360,7 +394,7 @@ def _series(plot: Plot, room: int) -> rrb.View:
     every = [name for names in plot.lines.values() for name in names]
     shown = [name for name in every if name is not None]
     legend = len(shown) > 1 and len(shown) + (None in every) <= room
-    colours = itertools.cycle(LINES)
+    colours = itertools.cycle(colour for colour in LINES if not plot.limit or colour != WINDOW)
     overrides: dict[Any, rrb.Visualizer] = {}
     for entity, names in plot.lines.items():
         if legend or None in names or plot.renamed:
@@ -368,7 +402,9 @@ def _series(plot: Plot, room: int) -> rrb.View:
                 names=[_HIDDEN if name is None else name for name in names],
                 visible_series=[name is not None for name in names],
                 # An array: a list of three or four numbers would be taken for one colour.
-                colors=np.array([next(colours) if name is not None else LINES[0] for name in names], np.uint32),
+                colors=np.array([next(colours) if name is not None else LINES[0] for name in names], np.uint32)
+                if entity != plot.limit
+                else np.array([WINDOW] * len(names), np.uint32),
             )
             overrides[entity] = style.visualizer()
     if legend:
@@ -379,7 +415,7 @@ def _series(plot: Plot, room: int) -> rrb.View:
         contents=[*plot.lines, SPAN],
         name=plot.title,
         axis_x=LINKED,
-        axis_y=rrb.ScalarAxis(range=(0, 100)) if plot.percent else None,
+        axis_y=rrb.ScalarAxis(range=(0, plot.end)) if plot.end else None,
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
         overrides=overrides,
     )

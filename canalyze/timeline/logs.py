@@ -41,11 +41,13 @@ class LogWriter:
     def log(self, batch: pa.RecordBatch) -> None:
         """Take findings and emergencies."""
         rows, sources = places(batch), np.asarray(plain(batch.column("source")), object)
-        texts = pc.binary_join_element_wise(plain(batch.column("code")), batch.column("text"), "  ")
+        coded = pc.binary_join_element_wise(plain(batch.column("code")), batch.column("text"), "  ")
         levels = mapped(batch.column("level"), _LEVELS)
         for source, entity in _SOURCES.items():
             (some,) = np.nonzero(sources == source)
             if len(some):
                 taken = pa.array(some)
                 self._contents.logged += len(some)
+                # The text of an emergency has its code.
+                texts = batch.column("text") if source == "emcy" else coded
                 self._stream.texts(entity, rows[some], [(TEXT, texts.take(taken)), (LEVEL, levels.take(taken))])

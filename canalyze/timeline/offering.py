@@ -13,6 +13,7 @@ from typing import Any, Final
 import rerun as rr
 import rerun.blueprint as rrb
 
+from canalyze.timeline import charts
 from canalyze.timeline.contents import Contents
 from canalyze.timeline.layout import layout
 from canalyze.words import Words
@@ -90,11 +91,11 @@ def _outline(contents: Contents) -> tuple[object, ...]:
     """Give what a layout is made of, as far as one may differ from the next."""
     return (
         tuple((plot.entity, tuple(one.varies for one in plot.series)) for plot in contents.plots.values()),
-        tuple(contents.lanes),
+        tuple((lane.entity, lane.fault) for lane in contents.lanes.values()),
         frozenset(contents.sync),
         frozenset(contents.windows),
         tuple(contents.delays),
-        tuple(contents.load),
+        tuple((bus, charts.axis(contents.peaks.get(bus, 0))) for bus in contents.load),
         contents.frames > 0,
         contents.logged > 0,
         contents.summary,

@@ -36,6 +36,10 @@ _WAITING: Final = 64
 """Batches that wait at most for the first annotated frame."""
 _UNWRITTEN: Final = 1 << 20
 """Rows that may be on their way into a file."""
+_INDEXED: Final = 100
+"""Nodes up to which a file has an index: with 127 nodes of an hour Rerun 0.41 does not get through one."""
+_COLOURED: Final = 64
+"""States of a lane up to which the colour of a new one is told with it: all of them are told anew each time."""
 _SYSTEM: Final = re.compile(r"\(os error (\d+)\)")
 _SAFE: Final = re.compile("[^A-Za-z0-9]+")
 _LONGEST: Final = 24
@@ -71,12 +75,16 @@ class Timeline:
         self._waiting: list[tuple[str, pa.RecordBatch]] | None = []
         self._recording: rr.RecordingStream | None = None
         self._unwritten = 0
+        self._nodes = 0
+        """Nodes in the rows that the recording began with."""
 
     def take(self, batches: "Iterable[tuple[str, Batch]]") -> None:
         """Take batches as they come from a session."""
         taken = [(name, pa.record_batch(batch)) for name, batch in batches if batch.num_rows]
         if self._waiting is None:
             self._write(taken)
+            if self._live or self._connect:
+                self._lanes.colour(_COLOURED)
             if self._offering.due() and (self._live or self._connect):
                 self._renew()
             self._unwritten += sum(len(batch) for _, batch in taken)
@@ -147,8 +155,9 @@ class Timeline:
         if self._connect:
             sinks.append(rr.GrpcSink(self._connect))
         if self._save:
-            # The index at the end of a file takes memory for every piece of it: not without end.
-            sinks.append(rr.FileSink(self._save, write_footer=not self._live))
+            # The index at the end of a file takes memory for every piece of it: not without end. It has columns for
+            # every entity besides, and a viewer that fails on a wide one reads the file without it.
+            sinks.append(rr.FileSink(self._save, write_footer=not self._live and self._nodes <= _INDEXED))
         return sinks
 
     def _write(self, batches: list[tuple[str, pa.RecordBatch]]) -> None:
@@ -189,6 +198,7 @@ class Timeline:
                     whose.add((row["bus"] or "", row["node"] or 0))
         buses = sorted({bus for bus, _ in whose})
         # What is on a live bus within the first moments is chance.
+        self._nodes = len({one for one in whose if one[1]})
         nodes = [] if self._live else sorted(one for one in whose if one[1])
         digest = hashlib.sha256(json.dumps([buses, nodes, self._configuration]).encode("utf-8", "surrogatepass"))
         readable = _SAFE.sub("-", "-".join(buses))[:_LONGEST].strip("-")

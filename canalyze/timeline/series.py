@@ -13,12 +13,15 @@ import pyarrow as pa
 import rerun as rr
 
 from canalyze.timeline.clock import Places, places
+from canalyze.timeline.colours import WINDOW
 from canalyze.timeline.contents import Contents, Plot, Series
 from canalyze.timeline.stream import Stream, path, words
 from canalyze.words import Words
 
 _US: Final = 1000.0
 """Nanoseconds in a microsecond."""
+_WINDOW_NS: Final = 100_000_000
+"""A row of the load is about so long."""
 
 Numbers = npt.NDArray[np.float64]
 """Numbers of rows; NaN where there is none."""
@@ -89,7 +92,9 @@ class SeriesWriter:
         entity = path("sync", bus, "window")
         if bus not in self._contents.windows:
             self._contents.windows.add(bus)
-            self._named(entity, [self._words("timeline.window_line")], rr.components.InterpolationMode.StepAfter)
+            self._named(
+                entity, [self._words("timeline.window_line")], rr.components.InterpolationMode.StepAfter, WINDOW
+            )
         self._stream.scalars(entity, rows[change], windows[change, np.newaxis])
 
     def load(self, batch: pa.RecordBatch) -> None:
@@ -97,17 +102,28 @@ class SeriesWriter:
         for bus, rows, some in _by_bus(batch):
             entity = path("load", bus)
             percent = self._contents.load.get(bus)
-            if percent is None:
+            if first := percent is None:
                 percent = bool(np.asarray(batch.column("load_percent").is_valid())[some].any())
                 self._contents.load[bus] = percent
                 name = self._words("timeline.load_line" if percent else "timeline.rate_line", bus=bus).strip()
                 self._named(entity, [name], rr.components.InterpolationMode.StepBefore)
             column = batch.column("load_percent" if percent else "frames_per_s")
-            self._stream.scalars(entity, rows, _numbers(column)[some, np.newaxis])
+            values = _numbers(column)[some]
+            if percent:
+                peak = float(np.fmax.reduce(values, initial=self._contents.peaks.get(bus, 0.0)))
+                self._contents.peaks[bus] = peak
+            if first:
+                # Drawn from the window's begin, not only at its end.
+                rows = _from(rows, max(int(rows.t_ns[0]) - _WINDOW_NS, self._stream.start_ns))
+                values = np.concatenate((values[:1], values))
+            self._stream.scalars(entity, rows, values[:, np.newaxis])
 
-    def _named(self, entity: str, names: list[str], mode: Any = None) -> None:
+    def _named(self, entity: str, names: list[str], mode: Any = None, colour: int | None = None) -> None:
         lines = rr.SeriesLines(
-            names=names, interpolation_mode=mode, aggregation_policy=rr.components.AggregationPolicy.MinMax
+            names=names,
+            colors=None if colour is None else np.array([colour], np.uint32),
+            interpolation_mode=mode,
+            aggregation_policy=rr.components.AggregationPolicy.MinMax,
         )
         self._stream.always(entity, lines)
 
@@ -163,3 +179,10 @@ def _by_bus(batch: pa.RecordBatch) -> "list[tuple[str, Places, npt.NDArray[np.bo
         return [(buses[0].as_py() or "", rows, everything)] if len(rows) else []
     named = np.asarray(buses.fill_null(""), object)
     return [(bus, rows[named == bus], named == bus) for bus in dict.fromkeys(named.tolist())]
+
+
+def _from(rows: Places, start_ns: int) -> Places:
+    """Put a row before the first one."""
+    t_ns = np.concatenate(([start_ns], rows.t_ns))
+    again = np.concatenate(([0], np.arange(len(rows))))
+    return Places(t_ns, rows.stamped[again], rows.frame[again], rows.cycle[again])

@@ -42,6 +42,11 @@ class Stream:
         self._recording = recording
         self._clock = clock
 
+    @property
+    def start_ns(self) -> int:
+        """The stamp that time is counted from."""
+        return self._clock.start_ns
+
     def scalars(self, entity: str, rows: Places, values: npt.NDArray[np.float64]) -> None:
         """Put rows of numbers; `values` has a column for each line of the entity's plot, NaN where there is none."""
         for some, indexes in self._clock.pieces(rows):

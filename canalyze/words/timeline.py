@@ -13,6 +13,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("timeline.node", "节点{node}", "Node {node}"),
     # Lanes.
     ("timeline.states", "状态", "States"),
+    ("timeline.faults", "出过故障的状态带", "Lanes with faults"),
     ("timeline.nmt", "NMT状态", "NMT states"),
     ("timeline.drive", "驱动器状态", "Drive states"),
     ("timeline.emcy", "EMCY：未消除的错误", "EMCY: active errors"),
