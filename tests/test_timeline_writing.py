@@ -153,7 +153,7 @@ def test_a_clock_that_is_not_set_gives_no_dates(tmp_path: Path) -> None:
 
 def test_samples_do_not_hold_on(tmp_path: Path) -> None:
     rows = [{"t_ns": START, "frame": 1}, {"t_ns": START + 2 * MS, "frame": 3}]
-    column = {"A": (pa.uint8(), {}, [1, 2])}
+    column: dict[str, Any] = {"A": (pa.uint8(), {}, [1, 2])}
     end = {"lane": "pdo/can0/node5/TPDO1", "t_ns": START + MS, "frame": 2, "state": None, "class": None}
     batches = [
         table("listing", [listed(1, START)]),
