@@ -50,7 +50,10 @@ def test_states_are_those_that_nodes_were_in(path: Path) -> None:
 def test_a_row_is_a_change(path: Path) -> None:
     """Lanes begin with a state, and their rows are changes in the order of frames and times, in both languages."""
     lanes = lanes_of(path)
-    for rows in lanes.values():
+    for lane, rows in lanes.items():
+        if lane.startswith("pdo/"):  # not a lane, but where samples of a plot end
+            assert not any(row["state"] or row["class"] for row in rows)
+            continue
         assert rows[0]["state"] is not None
         for before, row in pairwise(rows):
             assert before["frame"] <= row["frame"]

@@ -105,6 +105,7 @@ def _check(shown: Shown) -> None:
     assert verified(shown.path)
     _frames(shown)
     _signals(shown)
+    _holds(shown)
     _delays(shown)
     _logs(shown)
     _sync(shown)
@@ -153,7 +154,10 @@ def _signals(shown: Shown) -> None:
         whose = entity.removeprefix("/pdo/").partition("/v")[0]
         for row in rows:
             assert len(row["value"]) == len(names)
-            samples.update({(whose, row["frame"], name): one for name, one in zip(names, row["value"], strict=True)})
+            for name, one in zip(names, row["value"], strict=True):
+                # Where samples do not hold on, nothing follows; that may be at a frame with a sample.
+                if not (math.isnan(one) and (whose, row["frame"], name) in samples):
+                    samples[whose, row["frame"], name] = one
     # A multiplex PDO has another object in every frame: it is in the annotated frames only.
     plain = {row["frame"] for row in shown.said.frames if "sync" in (row.get("pdo") or {})}
     for said in shown.signals:
@@ -171,6 +175,21 @@ def _signals(shown: Shown) -> None:
         assert state, (entity, said)
         assert state == (said["text"] or _plain(said["value"])), (entity, said)
     assert not [key for key, value in samples.items() if not math.isnan(value)]
+
+
+def _holds(shown: Shown) -> None:
+    """No sample is drawn on behind a boot-up of its node."""
+    for plot in shown.contents.plots.values():
+        rows = shown.recording.rows(plot.entity, "Scalars:scalars")
+        boots = [
+            row["frame"]
+            for row in shown.said.frames
+            if (row["bus"] or "", row["node"]) == (plot.bus, plot.node) and (row.get("heartbeat") or {}).get("boot_up")
+        ]
+        for boot in boots:
+            before = [row for row in rows if row["frame"] <= boot]
+            if before and any(row["frame"] > boot for row in rows):
+                assert all(map(math.isnan, before[-1]["value"])), (plot.entity, boot, before[-1])
 
 
 def _plain(value: Any) -> str:

@@ -221,6 +221,35 @@ def test_stamps_at_the_limits(tmp_path: Path, stamps: list[int], elapsed: list[i
     assert [row["time_since_start"] for row in found.rows("/frames", "TextLog:text")] == elapsed
 
 
+def test_a_clock_that_is_not_set_gives_no_dates(tmp_path: Path) -> None:
+    batch = table("listing", [listed(1, START), listed(2, 5 * MS), listed(3, None), listed(4, START + MS)])
+    timeline, found = written(tmp_path, [batch])
+    rows = found.rows("/frames", "TextLog:text")
+    assert [row.get("capture_time") for row in rows] == [START, None, None, START + MS]
+    assert [row.get("time_since_start") for row in rows] == [0, 5 * MS - START, None, MS]
+    assert timeline.contents.dated
+
+
+def test_samples_do_not_hold_on(tmp_path: Path) -> None:
+    rows = [{"t_ns": START, "frame": 1}, {"t_ns": START + 2 * MS, "frame": 3}]
+    column: dict[str, Any] = {"A": (pa.uint8(), {}, [1, 2])}
+    end = {"lane": "pdo/can0/node5/TPDO1", "t_ns": START + MS, "frame": 2, "state": None, "class": None}
+    batches = [
+        table("listing", [listed(1, START)]),
+        table("lanes", [end, {**end, "lane": "pdo/can0/node6/TPDO1"}]),
+        pdo(5, "TPDO1", column, rows),
+        pdo(5, "TPDO1", column, rows, version=2),
+    ]
+    timeline, found = written(tmp_path, batches)
+    for entity in ("/pdo/can0/node5/TPDO1", "/pdo/can0/node5/TPDO1/v2"):
+        (one, none, two) = found.rows(entity, "Scalars:scalars")
+        assert (one["value"], two["value"]) == ([1], [2])
+        assert none["frame"] == 2 and none["time_since_start"] == MS and math.isnan(none["value"][0])
+    assert "/pdo/can0/node6/TPDO1" not in found.entities()
+    assert not timeline.contents.lanes
+    assert [plot.rows for plot in timeline.contents.plots.values()] == [2, 2]
+
+
 def test_time_begins_with_the_earliest_frame_whatever_comes_first(tmp_path: Path) -> None:
     later = [{"t_ns": START + 9 * MS, "frame": 10}]
     first = [pdo(5, "TPDO1", {"A": (pa.uint8(), {}, [1])}, later)]

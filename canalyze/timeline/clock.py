@@ -1,7 +1,8 @@
 """The timelines of a recording, and where a row of the core's tables stands on them.
 
 `capture_time` is there where stamps are dates, `time_since_start` counts from the first stamp, `frame` is always there,
-`sync_cycle` once there is a SYNC. A row without a stamp stands on the last two only. Must not: touch what a row says.
+`sync_cycle` once there is a SYNC. A row without a stamp stands on the last two only, one whose stamp is no date among
+dates not on the first. Must not: touch what a row says.
 """
 
 from collections.abc import Iterable, Iterator
@@ -115,11 +116,13 @@ class Clock:
         if not contents.timed and rows.stamped.any():
             self._begin(int(rows.t_ns[rows.stamped][0]))
         contents.cycles |= bool(rows.cycle.max() > 0)
-        if rows.stamped.all():
+        # Among dates there may be stamps of a clock that was not set yet.
+        dates = rows.stamped & (rows.t_ns >= _DATES) if contents.dated else rows.stamped
+        if dates.all():
             yield None, self._columns(rows, stamped=True)
             return
-        for stamped in (True, False):
-            (some,) = np.nonzero(rows.stamped == stamped)
+        for which, stamped in ((dates, True), (rows.stamped & ~dates, True), (~rows.stamped, False)):
+            (some,) = np.nonzero(which)
             if len(some):
                 yield some, self._columns(rows[some], stamped=stamped)
 
@@ -150,8 +153,6 @@ class Clock:
             columns.append(rr.TimeColumn(ELAPSED, duration=elapsed.view("timedelta64[ns]")))
             contents.first_ns = min(contents.first_ns, int(elapsed.min()))
             contents.last_ns = max(contents.last_ns, int(elapsed.max()))
-            if contents.dated:
-                columns.append(
-                    rr.TimeColumn(CAPTURE_TIME, timestamp=np.maximum(rows.t_ns, _LEAST).view("datetime64[ns]"))
-                )
+            if contents.dated and rows.t_ns.min() >= _DATES:
+                columns.append(rr.TimeColumn(CAPTURE_TIME, timestamp=rows.t_ns.view("datetime64[ns]")))
         return columns

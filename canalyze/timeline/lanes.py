@@ -3,6 +3,7 @@
 Must not: know what a state means, or make a text.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -10,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 import rerun as rr
 
-from canalyze.timeline.clock import places
+from canalyze.timeline.clock import Places, places
 from canalyze.timeline.colours import COLOURS, FAULTS, PLAIN
 from canalyze.timeline.contents import Contents, Lane
 from canalyze.timeline.stream import STATE, Stream, escaped
@@ -19,6 +20,8 @@ _EMPTY = '""'
 """A state without text: an empty one would end the lane."""
 
 
+_PLOTTED: Final = "pdo/"
+"""A PDO's plot: no lane, but its samples end as the states of a lane do."""
 _TOGETHER: Final = 8
 """Batches that are put together: there are many lanes, and each gets a piece of its own out of them."""
 _NARROW: Final = 1 << 15
@@ -53,9 +56,15 @@ class _Style:
 class LaneWriter:
     """Lanes on their way into a recording."""
 
-    def __init__(self, stream: Stream, contents: Contents, *, at_once: bool) -> None:
-        """Rows go to `stream`; `contents` is told what there is. at_once: rows are not kept for longer pieces."""
+    def __init__(
+        self, stream: Stream, contents: Contents, *, ends: "Callable[[str, Places], None]", at_once: bool
+    ) -> None:
+        """Rows go to `stream`; `contents` is told what there is.
+
+        ends: is told where the samples of a PDO do not hold on. at_once: rows are not kept for longer pieces.
+        """
         self._stream = stream
+        self._ends = ends
         self._contents = contents
         self._most = 1 if at_once else _TOGETHER
         self._held: list[pa.RecordBatch] = []
@@ -93,6 +102,9 @@ class LaneWriter:
         starts = np.concatenate(([0], np.cumsum(np.bincount(codes, minlength=len(names)))))
         for name, start, end in zip(names, starts, starts[1:], strict=False):
             if start == end:
+                continue
+            if name.startswith(_PLOTTED):
+                self._ends(escaped(name), rows[start:end])
                 continue
             style, own = self._style(name), pairs[start:end]
             found = np.flatnonzero(np.bincount(own))

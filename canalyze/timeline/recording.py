@@ -130,7 +130,8 @@ class Timeline:
         self._clock.start(places(batch) for name, batch in waited if name != "load")
         stream = self._stream = Stream(recording, self._clock)
         series = SeriesWriter(stream, contents, self._words)
-        self._lanes = LaneWriter(stream, contents, at_once=self._live)
+        self._lanes = LaneWriter(stream, contents, ends=series.ends, at_once=self._live)
+        self._series = series
         logs = LogWriter(stream, contents)
         self._writers: dict[str, Callable[[pa.RecordBatch], None]] = {
             "pdo": series.pdo,
@@ -183,6 +184,7 @@ class Timeline:
         """Bring up to date what the recording has only once: colours, extent, layout."""
         self._lanes.flush()
         self._lanes.colour()
+        self._series.flush()
         if self.contents.last_frame:
             nothing = rr.Scalars.columns(scalars=np.full(2, np.nan))
             rr.send_columns("/time_span", self._clock.span(), nothing, recording=self._recording)

@@ -18,6 +18,8 @@ from canalyze.timeline.contents import Contents, Plot, Series
 from canalyze.timeline.stream import Stream, path, words
 from canalyze.words import Words
 
+_ENDS: Final = 4096
+"""Ends of a PDO's samples that wait at most; the oldest are written before."""
 _US: Final = 1000.0
 """Nanoseconds in a microsecond."""
 _WINDOW_NS: Final = 100_000_000
@@ -38,6 +40,8 @@ class SeriesWriter:
         self._pdos: dict[bytes, _Pdo] = {}
         self._windows: dict[str, float] = {}
         """The synchronous window shown last, by bus, in µs."""
+        self._ended: dict[str, list[Places]] = {}
+        """Where samples do not hold on, by the entity of the PDO's first mapping."""
 
     def pdo(self, batch: pa.RecordBatch) -> None:
         """Take rows of a PDO by one mapping."""
@@ -61,6 +65,25 @@ class SeriesWriter:
         delays = batch.column("delay_ns")
         if delays.null_count < len(delays):
             self._delays(pdo, rows, delays)
+
+    def ends(self, entity: str, rows: Places) -> None:
+        """Take where the samples of a PDO, of any mapping, do not hold on."""
+        waiting = self._ended.setdefault(entity, [])
+        waiting.append(rows)
+        if sum(map(len, waiting)) > _ENDS:
+            self._end(entity)
+
+    def flush(self) -> None:
+        """Put ends that wait into the recording. They come behind a sample of the same frame, and so end it."""
+        for entity in list(self._ended):
+            self._end(entity)
+
+    def _end(self, entity: str) -> None:
+        waiting = self._ended.pop(entity)
+        plots = [plot for one, plot in self._contents.plots.items() if one == entity or one.startswith(f"{entity}/v")]
+        for plot in plots:
+            for rows in waiting:
+                self._stream.scalars(plot.entity, rows, np.full((len(rows), len(plot.series)), np.nan))
 
     def _delays(self, pdo: "_Pdo", rows: Places, delays: pa.Array) -> None:
         """Put the time since SYNC of those that have one."""

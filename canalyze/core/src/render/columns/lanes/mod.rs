@@ -8,6 +8,7 @@
 //! | `emcy/BUS/nodeN` | the errors that the node has reported and not taken back | `active` |
 //! | `value/BUS/nodeN/TPDO1/SIGNAL` | the value of a signal that is no quantity | `0 1` of truth values |
 //! | `value/BUS/nodeN/TPDO1/SIGNAL.3` | a bit of it, once it has changed | `0 1` |
+//! | `pdo/BUS/nodeN/TPDO1` | never a state: null where samples of its quantities do not hold on | |
 //!
 //! A row is a change, and `state` is null where nothing is known any more: what was shown before a restart, a loss of
 //! the heartbeat or of frames is not drawn on. `BUS/` is left out where the capture names none. The rows of one lane
@@ -128,6 +129,7 @@ impl Lanes {
         }
         let Some(bus) = self.buses.get_mut(usize::from(frame.bus.0)) else { return };
         bus.last = at;
+        self.channels.frame(frame.bus, at);
         for event in events {
             match &event.what {
                 What::Pdo(data) => self.process_data(done, place, data),
@@ -259,7 +261,8 @@ impl Lanes {
             bus.fresh &= !bit(*id);
             node.lose(&mut pen, &bus.prefix, standing, t_ns, at);
             node.end_drives(&mut pen, &bus.prefix, false, at);
-            self.values.end(&mut pen, finding.bus, Some(*id), at);
+            // The frame at which it is found out may carry a PDO of the node itself.
+            self.values.end_since(&mut pen, finding.bus, Some(*id), at, bus.last);
         }
     }
 
@@ -277,6 +280,9 @@ impl Lanes {
             None => {
                 let at = place.frame.reference();
                 if data.transmit && nodes.get(&data.node).is_some_and(|node| node.will_obey(at)) {
+                    if place.shown {
+                        self.values.late(&mut pen, place.frame, data, place.at);
+                    }
                     return;
                 }
                 let pdo = (place.frame, place.at, place.shown);

@@ -301,6 +301,7 @@ fn behind_a_gap_nothing_holds() {
 6 drive/can0/node5 - -
 6 emcy/can0/node5 - -
 6 value/can0/node5/TPDO1/statusword - -
+6 pdo/can0/node5/TPDO3 - -
 6 value/can0/node5/TPDO3/Door_open%2Fclosed - -
 6 value/can0/node5/TPDO3/Door_open%2Fclosed(2000:02) - -
 6 value/can0/node5/TPDO3/digital_inputs - -
@@ -434,4 +435,45 @@ fn classes_of_what_is_on_the_wire() {
     ] {
         assert_eq!(super::class_of(kind, number), class, "{kind} {number:04X}");
     }
+}
+
+#[test]
+fn a_transfer_of_one_frame_has_a_length() {
+    // A request that nobody answers, up to the end of the capture.
+    let unanswered = capture(&["60A#4000100000000000", "70A#05"]);
+    let open = "1 sdo/can0/node10 incomplete 1000h:00 read: incomplete\n";
+    assert_eq!(text(&rows(&unanswered, options(Lang::En)), &["sdo/"]), open);
+    // One that a restart leaves open, whichever frame tells of it.
+    let restarted =
+        capture(&["60A#4000100000000000", "70A#00", "70A#7F", "60A#4000100000000000", "58A#4300100092010000"]);
+    let found = text(&rows(&restarted, options(Lang::En)), &["sdo/"]);
+    let (first, others) = found.split_at(open.len());
+    assert_eq!(first, open);
+    let others: Vec<&str> = others.lines().collect();
+    assert!(["2 sdo/can0/node10 - -", "3 sdo/can0/node10 - -"].contains(&others[0]), "{found}");
+    assert_eq!(others[1..], ["4 sdo/can0/node10 ok 1000h:00 read 00000192h", "5 sdo/can0/node10 - -"]);
+}
+
+#[test]
+fn samples_of_a_plot_do_not_hold_on() {
+    let pdo = "385#0000000000002A00";
+    // Stopped, and a PDO that was on its way; started, restarted.
+    let frames = [
+        "705#05",
+        pdo,
+        "0.02@000#0205",
+        "0.0205@385#0000000000002B00",
+        "0.03@705#04",
+        "0.04@000#0105",
+        "0.05@705#05",
+        "0.06@385#0000000000002C00",
+        "0.07@705#00",
+        "0.08@705#00",
+    ];
+    let found = rows(&capture(&frames), described(Lang::En));
+    let lane = "pdo/can0/node5/TPDO3 - -\n";
+    assert_eq!(text(&found, &["pdo/"]), format!("3 {lane}4 {lane}9 {lane}"));
+    // PDOs without quantities are not plotted.
+    let frames = ["705#05", "185#3702", "705#00"];
+    assert_eq!(text(&rows(&capture(&frames), described(Lang::En)), &["pdo/"]), "");
 }

@@ -1,9 +1,11 @@
 //! What the lanes of SDO channels show: a transfer from its first frame to its last, and nothing between two.
 //!
+//! A transfer of one frame, a request that nobody has answered, lasts until the next frame after it was told of, or to
+//! the end: without a length it could not be seen.
 //! A transfer is told of when it has ended, so its rows come behind those of other lanes. Must not: follow the protocol.
 
 use std::collections::hash_map::DefaultHasher;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::fmt::Write;
 use std::hash::{Hash, Hasher};
 
@@ -28,6 +30,8 @@ struct Lane {
     name: String,
     /// Where its last transfer has ended, until that is written.
     end: Option<At>,
+    /// The only frame of its last transfer, until the bus has another one.
+    single: Option<u64>,
     /// Hashes of what it has shown, with values and, when those are too many, without.
     distinct: [HashSet<u64>; 2],
 }
@@ -38,6 +42,8 @@ pub(super) struct Channels {
     /// The identifier that the server of a transfer under way sends on, where it is not the default one.
     servers: BTreeMap<TransferId, CanId>,
     lanes: BTreeMap<Key, Lane>,
+    /// Lanes with a transfer of a single frame that goes on.
+    singles: BTreeSet<Key>,
 }
 
 impl Channels {
@@ -51,6 +57,25 @@ impl Channels {
             self.servers.clear();
         }
         self.servers.insert(id, frame.id);
+    }
+
+    /// A bus has a frame: transfers of a single one before it are over.
+    #[inline]
+    pub(super) fn frame(&mut self, bus: BusId, at: At) {
+        if !self.singles.is_empty() {
+            self.end_singles(bus, at);
+        }
+    }
+
+    fn end_singles(&mut self, bus: BusId, at: At) {
+        let Self { singles, lanes, .. } = self;
+        singles.retain(|key| {
+            let Some(lane) = lanes.get_mut(key).filter(|lane| key.0 == bus && lane.single < Some(at.frame)) else {
+                return true;
+            };
+            (lane.single, lane.end) = (None, Some(at));
+            false
+        });
     }
 
     /// A transfer has ended.
@@ -79,7 +104,14 @@ impl Channels {
             Some(text) => pen.row(&lane.name, begin, Some(&String::from_utf8_lossy(&text)), class),
             None => pen.row(&lane.name, begin, Some(MANY), class),
         }
-        lane.end = Some(At::of(transfer.last, transfer.bus, cycles));
+        if transfer.last.no > transfer.first.no {
+            lane.end = Some(At::of(transfer.last, transfer.bus, cycles));
+            lane.single = None;
+            self.singles.remove(&key);
+        } else {
+            lane.single = Some(transfer.first.no);
+            self.singles.insert(key);
+        }
     }
 
     /// Writes what is held back.

@@ -129,6 +129,8 @@ fn has_bits(mapped: &Mapped) -> bool {
 #[derive(Debug)]
 pub(super) struct Carrier {
     mapping: Arc<Mapping>,
+    /// The name of what is plotted of it; empty where nothing is.
+    plot: String,
     /// It is known whose mapping it is, and no frames were lost since.
     is_trusted: bool,
     signals: Vec<Signal>,
@@ -143,7 +145,7 @@ pub(super) struct Carrier {
 }
 
 impl Carrier {
-    fn new(mapping: &Arc<Mapping>, transmit: bool, signals: Vec<Signal>) -> Self {
+    fn new(mapping: &Arc<Mapping>, plot: String, transmit: bool, signals: Vec<Signal>) -> Self {
         let entries = || mapping.entries.iter().enumerate();
         let statuswords = entries().filter(|(_, mapped)| transmit && is_statusword(mapped));
         let statuswords: Vec<_> =
@@ -157,7 +159,8 @@ impl Carrier {
                 mask |= u64::MAX.checked_shr(64 - bits.clamp(1, 64)).unwrap_or(0).checked_shl(offset).unwrap_or(0);
             }
         }
-        Self { mapping: Arc::clone(mapping), is_trusted: true, signals, statuswords, mask, is_long, last: None }
+        let mapping = Arc::clone(mapping);
+        Self { mapping, plot, is_trusted: true, signals, statuswords, mask, is_long, last: None }
     }
 
     /// The statuswords that a frame carries, by axis.
@@ -175,10 +178,23 @@ impl Carrier {
     }
 
     fn end(&mut self, pen: &mut Pen<'_>, at: At) {
+        self.end_both(pen, at, at);
+    }
+
+    /// Ends lanes, and what is plotted at another place.
+    fn end_both(&mut self, pen: &mut Pen<'_>, at: At, plotted: At) {
         if self.last.take().is_some() {
+            self.end_plot(pen, plotted);
             for one in &mut self.signals {
                 one.end(pen, at);
             }
+        }
+    }
+
+    /// Samples that are plotted do not hold on.
+    fn end_plot(&self, pen: &mut Pen<'_>, at: At) {
+        if !self.plot.is_empty() {
+            pen.end(&self.plot, at);
         }
     }
 }
@@ -288,8 +304,15 @@ impl Values {
         let before = old.as_ref().map_or(0, |old| old.signals.len());
         let (_, node, transmit, number) = key;
         let whose = Whose { transmit, number, node };
+        let chosen = self.selection.choose(whose, mapping);
+        let is_plotted = |one: &Chosen| mapping.entries.get(one.place).is_some_and(signal::is_quantity);
+        let plotted = chosen.iter().find(|one| is_plotted(one));
+        let plot = plotted.map_or_else(String::new, |one| format!("pdo/{prefix}node{node}/{}", one.pdo));
+        if let Some(old) = old.as_ref().filter(|old| old.last.is_some()) {
+            old.end_plot(pen, at);
+        }
         let mut signals: Vec<Signal> = Vec::new();
-        for one in self.selection.choose(whose, mapping) {
+        for one in chosen {
             let Some(mapped) = mapping.entries.get(one.place).filter(|mapped| is_lane(mapped)) else { continue };
             if self.count - before + signals.len() >= LANES {
                 break;
@@ -314,14 +337,26 @@ impl Values {
             gone.end(pen, at);
         }
         self.count = self.count - before + signals.len();
-        self.carriers.insert(key, Carrier::new(mapping, transmit, signals));
+        self.carriers.insert(key, Carrier::new(mapping, plot, transmit, signals));
+    }
+
+    /// A PDO that was sent before the node obeyed a command to send none: the last one, as far as anybody knows.
+    pub(super) fn late(&self, pen: &mut Pen<'_>, frame: &Frame, data: &ProcessData, at: At) {
+        if let Some(carrier) = self.carriers.get(&key(frame, data)) {
+            carrier.end_plot(pen, at);
+        }
     }
 
     /// What the PDOs of a node, or of all nodes of a bus, have carried holds no more.
     pub(super) fn end(&mut self, pen: &mut Pen<'_>, bus: BusId, node: Option<u8>, at: At) {
+        self.end_since(pen, bus, node, at, at);
+    }
+
+    /// The same, where that is found out at `at`, but samples have not held on since `plotted`.
+    pub(super) fn end_since(&mut self, pen: &mut Pen<'_>, bus: BusId, node: Option<u8>, at: At, plotted: At) {
         let (first, last) = node.map_or((0, u8::MAX), |node| (node, node));
         for (_, carrier) in self.carriers.range_mut((bus, first, false, 0)..=(bus, last, true, u16::MAX)) {
-            carrier.end(pen, at);
+            carrier.end_both(pen, at, plotted);
         }
     }
 }
