@@ -50,15 +50,20 @@ _FAULT: Final = re.compile(r"^Error: *|.*\bERROR\b *[\w:]*: *|.*panicked at [^:]
 
 
 def require() -> None:
-    """Make sure that what a timeline needs is installed: an optional part; CanalyzeError where it is not.
+    """Make sure that what a timeline needs is installed: an optional part; CanalyzeError where it is not."""
+    if importlib.util.find_spec("rerun") is None or _program() is None:
+        raise CanalyzeError("view.missing")
 
-    Its library says what it thinks on standard error by itself: it is kept from that here, where it is first used.
+
+def load() -> None:
+    """Load what a timeline is written with, which takes a while; CanalyzeError where that is not whole.
+
+    It says what it thinks on standard error by itself: it is kept from that here, where it is first used.
     """
     said = os.environ.get("RUST_LOG")
     os.environ["RUST_LOG"] = "off"
     try:
         importlib.import_module("rerun")
-        found = _program() is not None
     except ImportError as error:
         raise CanalyzeError("view.missing") from error
     finally:
@@ -66,8 +71,6 @@ def require() -> None:
             del os.environ["RUST_LOG"]
         else:
             os.environ["RUST_LOG"] = said
-    if not found:
-        raise CanalyzeError("view.missing")
 
 
 def need_display() -> None:
@@ -163,11 +166,11 @@ class Viewer:
             return None
         return CanalyzeError("view.died", problem=self._problem(code))
 
-    def ready(self) -> None:
-        """Wait until it listens; CanalyzeError where it does not come so far."""
+    def ready(self, unless: Callable[[], bool] = lambda: False) -> None:
+        """Wait until it listens; CanalyzeError where it does not come so far. unless: ends the waiting."""
         end = time.monotonic() + _START_S
         waiting = list(self._ports)
-        while waiting:
+        while waiting and not unless():
             if not self.running:
                 self._listener.join(_SETTLE_S)
                 raise CanalyzeError("view.died", problem=self._problem(self._process.returncode))
@@ -233,7 +236,8 @@ def _ports(bind: str, port: int | None, count: int) -> tuple[int, ...]:
                 held.append(socket.create_server((bind, one), family=family))
             except OSError as error:
                 key = "view.port_taken" if one and error.errno in _TAKEN else "view.no_address"
-                raise OutputError(key, address=bind, port=one, error=error) from error
+                plain = OSError(error.errno, os.strerror(error.errno)) if error.errno else error  # no more than why
+                raise OutputError(key, address=bind, port=one, error=plain) from error
         return tuple(one.getsockname()[1] for one in held)
     finally:
         for server in held:
