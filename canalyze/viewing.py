@@ -18,7 +18,7 @@ from canalyze.config import Config
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.network import Known
 from canalyze.options import ANY_PATH, CaptureOptions, Spelled, known_of
-from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, load, need_display, require
+from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, free_ports, load, need_display, require
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -92,6 +92,8 @@ def check(
         require()
     if shown and not given.get("web"):
         need_display()
+    if shown:
+        free_ports(given.get("bind") or LOCAL, given.get("port"), web=given.get("web", False))
 
 
 def configuration(given: CaptureOptions) -> list[str]:

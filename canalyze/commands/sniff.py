@@ -168,8 +168,8 @@ def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptio
 def _stay(showing: Showing) -> None:
     """Leave the viewer to the user, who has not seen everything yet when the listening ends."""
     if told := showing.stays:
-        _tell(told)
         with Interrupt() as interrupt:
+            _tell(told)
             interrupt.during(showing.wait)
 
 

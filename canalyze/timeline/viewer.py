@@ -58,12 +58,13 @@ def require() -> None:
 def load() -> None:
     """Load what a timeline is written with, which takes a while; CanalyzeError where that is not whole.
 
-    It says what it thinks on standard error by itself: it is kept from that here, where it is first used.
+    It says what it thinks on standard error by itself: it is kept from that here, where it is first used. So it is from
+    waiting without end, when this process ends, for a viewer that is gone: `Timeline` completes what it writes itself.
     """
     said = os.environ.get("RUST_LOG")
     os.environ["RUST_LOG"] = "off"
     try:
-        importlib.import_module("rerun")
+        importlib.import_module("rerun").unregister_shutdown()
     except ImportError as error:
         raise CanalyzeError("view.missing") from error
     finally:
@@ -129,7 +130,7 @@ class Viewer:
         program = _program()
         if program is None:
             raise CanalyzeError("view.missing")
-        page, data = _ports(bind, port, 2) if web else (0, *_ports(bind, port, 1))
+        page, data = (0, *free_ports(bind, port, web=web))[-2:]
         host = f"[{bind}]" if ":" in bind else bind
         near = {"0.0.0.0": LOCAL, "::": "[::1]"}.get(bind, host)
         self.connect = f"rerun+http://{near}:{data}/proxy"
@@ -218,16 +219,18 @@ class Viewer:
         for line in reversed(self._said):
             if found := _FAULT.match(line):
                 return line[found.end() :][:300] or line[:300]
+        killed = signal.strsignal(-code) or "" if code < 0 else ""
         last = next((line for line in reversed(self._said) if line), "")
-        return last[:300] or (signal.strsignal(-code) or "" if code < 0 else "") or str(code)
+        return killed or last[:300] or str(code)
 
 
-def _ports(bind: str, port: int | None, count: int) -> tuple[int, ...]:
-    """Give ports on which nobody listens, one after the other from `port` on; OutputError where somebody does.
+def free_ports(bind: str, port: int | None, *, web: bool) -> tuple[int, ...]:
+    """Give the ports of a viewer, on which nobody listens yet; OutputError where somebody does.
 
-    The viewer would hand what it is to show to whoever listens there.
+    They are one after the other from `port` on. The viewer would hand what it is to show to whoever listens there.
     """
     family = socket.AF_INET6 if ":" in bind else socket.AF_INET
+    count = 2 if web else 1
     wanted = [0] * count if port is None else range(port, port + count)
     held: list[socket.socket] = []
     try:
