@@ -198,7 +198,8 @@ def test_without_a_display(canalyze: Runner, args: list[str]) -> None:
 def test_without_rerun(canalyze: Runner, tmp_path: Path, args: list[str]) -> None:
     (tmp_path / "lacks").mkdir()
     (tmp_path / "lacks" / "rerun.py").write_text("raise ImportError('not here')\n")
-    done = canalyze(*args, env={"PYTHONPATH": str(tmp_path / "lacks"), "CANALYZE_LANG": "en"})
+    env = {"PYTHONPATH": str(tmp_path / "lacks"), "CANALYZE_LANG": "en"}
+    done = canalyze(*args, "--save", "x.rrd", env=env)
     said = "a timeline needs Rerun, which is not installed: pip install 'canalyze[rerun]'"
     assert (done.code, done.out, done.err) == (2, "", f"canalyze: {said}\n")
     assert not (tmp_path / "x.rrd").exists()
