@@ -21,6 +21,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Final, Self
 from urllib.parse import quote
@@ -150,7 +151,9 @@ class Viewer:
         self._asked_to_end = False
         self._address = {"0.0.0.0": LOCAL, "::": "::1"}.get(bind, bind)
         self._ports = (data, page) if web else (data,)
-        self._process = _start(arguments)
+        self._folder = TemporaryDirectory(prefix="canalyze-viewer-", ignore_cleanup_errors=True)
+        """What it leaves behind goes with it."""
+        self._process = _start(arguments, self._folder.name)
         self._listener = threading.Thread(target=self._listen, name="canalyze-viewer", daemon=True)
         self._listener.start()
 
@@ -198,6 +201,7 @@ class Viewer:
                 with suppress(subprocess.TimeoutExpired):
                     self._process.wait(_SETTLE_S)
         self._listener.join(_SETTLE_S)
+        self._folder.cleanup()
 
     def __enter__(self) -> Self:
         """Give it."""
@@ -247,14 +251,14 @@ def free_ports(bind: str, port: int | None, *, web: bool) -> tuple[int, ...]:
             server.close()
 
 
-def _start(arguments: list[str]) -> "subprocess.Popen[bytes]":
+def _start(arguments: list[str], folder: str) -> "subprocess.Popen[bytes]":
     try:
         return subprocess.Popen(
             arguments,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            env=_environment(),
+            env=_environment() | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder),
             start_new_session=True,  # Ctrl-C is for us: what was received has to be shown before it ends
             preexec_fn=_tied(),
         )

@@ -15,15 +15,17 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "在窗口中打开 Rerun 的查看器，关闭窗口或按Ctrl-C结束；--web 改为在浏览器中显示，--save 写成文件，"
         "以后用 canalyze view 文件.rrd 打开。没有给出文件时读标准输入。"
         "查看器只在127.0.0.1上监听，既不发送使用统计，也不检查新版本；但 --web 的页面在浏览器里运行，"
-        "浏览器若能上网，Rerun 的页面会取字体并发送使用统计。需要安装：pip install 'canalyze[rerun]'。",
+        "浏览器若能上网，Rerun 的页面会取字体并发送使用统计。打开前先写在临时文件夹里（TMPDIR），关闭后删除。"
+        "需要安装：pip install 'canalyze[rerun]'。",
         "Show a capture as a timeline: lanes of each node's NMT state, SDO transfers, CiA 402 state, EMCY, choices and "
         "bits; plots of PDO signals, SYNC period and bus load; logs of findings and EMCYs; the annotated frames; a "
         "summary. It can be gone through by time of the capture, elapsed time, frame, or SYNC cycle. Rerun's viewer "
         "opens in a window; closing it, or Ctrl-C, is the end. --web shows it in a browser instead, --save writes a "
         "file that canalyze view FILE.rrd opens later. Without a file, standard input is read. The viewer listens on "
         "127.0.0.1 only, sends no usage data and does not look for new versions; but the page of --web runs in the "
-        "browser: where that reaches the internet, Rerun's page fetches a font and sends usage data. It needs: pip "
-        "install 'canalyze[rerun]'.",
+        "browser: where that reaches the internet, Rerun's page fetches a font and sends usage data. What is "
+        "shown is written to the folder for temporary files (TMPDIR) and goes when the viewer is closed. It needs: "
+        "pip install 'canalyze[rerun]'.",
     ),
     (
         "view.save",
