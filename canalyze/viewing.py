@@ -6,7 +6,7 @@ timeline is made of, or read a source.
 
 import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -18,7 +18,7 @@ from canalyze.config import Config
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.network import Known
 from canalyze.options import ANY_PATH, CaptureOptions, Spelled, known_of
-from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, need_display, require
+from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, free_ports, load, need_display, require
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -92,6 +92,8 @@ def check(
         require()
     if shown and not given.get("web"):
         need_display()
+    if shown:
+        free_ports(given.get("bind") or LOCAL, given.get("port"), web=given.get("web", False))
 
 
 def configuration(given: CaptureOptions) -> list[str]:
@@ -136,17 +138,24 @@ class Showing:
         self._every: list[_Way] = []
         self._next = 0.0
 
-    def begin(self, name: str, settings: CaptureOptions, tell: Callable[[str], None]) -> None:
-        """Wait until the viewer is ready; CanalyzeError where it never is. tell: gets what is to be known of it."""
+    def begin(
+        self, name: str, settings: CaptureOptions, tell: Callable[[str], None], unless: Callable[[], bool]
+    ) -> None:
+        """Wait until the viewer is ready; CanalyzeError where it never is.
+
+        tell: gets what is to be known of it. unless: ends the waiting; nothing is shown then.
+        """
+        load()
         from canalyze.timeline.feed import Feed
         from canalyze.timeline.recording import Timeline
 
         facts: dict[str, Any] = {"name": name, "configuration": configuration(settings), "live": True}
         if self._viewer is not None:
-            self._viewer.ready()
-            for line in opened(self._viewer, self._given, self._words):
-                tell(line)
-            self._ways.append(_Way(Feed(Timeline(self._words, connect=self._viewer.connect, **facts)), ""))
+            self._viewer.ready(unless)
+            if not unless():
+                for line in opened(self._viewer, self._given, self._words):
+                    tell(line)
+                self._ways.append(_Way(Feed(Timeline(self._words, connect=self._viewer.connect, **facts)), ""))
         if self._file is not None:
             self._ways.append(_Way(Feed(Timeline(self._words, save=self._file, **facts)), self._file))
         self._every = list(self._ways)
@@ -159,11 +168,14 @@ class Showing:
         self._next = now + _EVERY_S
         self._give(session.batches(flush=True), tell)
 
-    def complete(self, session: "Session", tell: Callable[[str], None]) -> list[str]:
-        """Hand on the rest and complete the file; give what is to be told of it, a line each."""
+    def complete(self, session: "Session", seen: Sequence[str], tell: Callable[[str], None]) -> list[str]:
+        """Hand on the rest and complete the file; give what is to be told of it, a line each.
+
+        seen: what there was, for the summary on the timeline.
+        """
         self._give(session.batches(), tell)
         for way in self._every:
-            way.feed.end()
+            way.feed.end(seen)
         lines = []
         for feed, file in self._every:
             if file:
@@ -186,7 +198,7 @@ class Showing:
     @property
     def stays(self) -> str:
         """What is to be told of a viewer that is still open; "" where there is none."""
-        if self._viewer is None or not self._viewer.running:
+        if self._viewer is None or not self._viewer.running or all(way.file for way in self._every):
             return ""
         return self._words("view.stays_page" if self._viewer.page else "view.stays", url=self._viewer.page)
 

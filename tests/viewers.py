@@ -94,7 +94,7 @@ def sent_to(connect: str, path: Path, enough: Callable[[Path], bool]) -> None:
     end = time.monotonic() + DEADLINE_S
     while time.monotonic() < end:
         with subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as saving:
-            time.sleep(3)
+            _settled(raw)
             saving.terminate()
         ordered = subprocess.run(
             [str(PROGRAM), "rrd", "optimize", "-o", str(path), str(raw)], capture_output=True, check=False
@@ -102,3 +102,14 @@ def sent_to(connect: str, path: Path, enough: Callable[[Path], bool]) -> None:
         if ordered.returncode == 0 and enough(path):
             return
     pytest.fail("the viewer was not sent what is on the bus")
+
+
+def _settled(path: Path) -> None:
+    """Waits until a file is there and no longer grows, which does not mean that all is in it."""
+    seen, end = 0, time.monotonic() + 10
+    while time.monotonic() < end:
+        time.sleep(0.3)
+        size = path.stat().st_size if path.exists() else 0
+        if size and size == seen:
+            return
+        seen = size

@@ -6,6 +6,7 @@ expectations could be checked by; 143 SIGTERM, 129 SIGHUP.
 """
 
 import json
+import signal
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
@@ -75,9 +76,6 @@ def command(words: Words) -> click.Command:
             force = given.get("force", False)
             showing = stack.enter_context(Showing(given, words, shown=rerun, force=force)) if drawn else None
             opened = stack.enter_context(listening(named, given, words, complain, duration_s=duration))
-            if showing is not None:
-                opened.live.start()  # what comes until the viewer is ready is not lost
-                showing.begin(opened.live.name, given, _tell)
             return _listen(opened, session, words, given, showing)
 
     return Command(
@@ -112,7 +110,12 @@ def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptio
     live = opened.live
     out = Output()
     began = time.monotonic()
-    stopped = 0.0
+    stopped = early_end = 0.0
+
+    def stop() -> None:
+        nonlocal early_end
+        early_end = early_end or time.monotonic()
+        live.stop()
 
     def take(result: bytes) -> None:
         nonlocal stopped
@@ -120,31 +123,36 @@ def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptio
             out.write(result)
         if showing is not None:
             showing.step(session, lambda line: run.complain(f"canalyze: {line}"))
-        if run.signal:  # the rest is shown, but not for long
+        if run.signal or early.signal:  # the rest is shown, but not for long
             stopped = stopped or time.monotonic()
             if time.monotonic() - stopped > _REST_S:
                 live.stop(now=True)
 
     run = Run(session, words, Progress(words, out, None), take, given, frameless=True, live=live)
     broken: CanalyzeError | None = None
+    early = Interrupt(stop)
     try:
-        code = run.over((live.name,))
+        with early:  # what is loaded, and a viewer that starts, take seconds: their end is that of the listening, too
+            if showing is not None:
+                live.start()  # what comes until the viewer is ready is not lost
+                showing.begin(live.name, given, _tell, lambda: early.signal != 0)
+            code = run.over((live.name,))
+        if early.signal not in (0, signal.SIGINT):
+            code = 128 + early.signal
     except SystemExit as ended:  # the second Ctrl-C: what is not shown yet will not be
         code = ended.code if isinstance(ended.code, int) else 2
     except OutputError as error:
         broken, code = error, error.exit_code
-    took = time.monotonic() - began
+    took = (early_end or time.monotonic()) - began
     for line in opened.complete(words):
         complain(line)
     tally = json.loads(session.tally())
     written = opened.recordings.written
-    lines = [one.in_words(words) for one in written]
-    if broken is None:
-        lines = [*_seen(tally, took, live.unshown, bool(written), words), *_held(tally, words), *lines]
-    for line in lines:
+    seen = [] if broken else [*_seen(tally, took, live.unshown, bool(written), words), *_held(tally, words)]
+    for line in [*seen, *(one.in_words(words) for one in written)]:
         complain(f"canalyze: {line}")
     if showing is not None:
-        for line in showing.complete(session, _tell):
+        for line in showing.complete(session, seen, _tell):
             _tell(line)
     if opened.recordings.failed or (showing is not None and showing.failed):
         code = code or 2
@@ -160,8 +168,8 @@ def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptio
 def _stay(showing: Showing) -> None:
     """Leave the viewer to the user, who has not seen everything yet when the listening ends."""
     if told := showing.stays:
-        _tell(told)
         with Interrupt() as interrupt:
+            _tell(told)
             interrupt.during(showing.wait)
 
 

@@ -11,8 +11,9 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final, Unpack
 
 import click
+from click.core import ParameterSource
 
-from canalyze.errors import SourceError
+from canalyze.errors import OutputError, SourceError
 from canalyze.help import Command
 from canalyze.options import (
     ANY_PATH,
@@ -26,12 +27,15 @@ from canalyze.output import FileOutput, Output, Progress, complain
 from canalyze.run import Interrupt, Run
 from canalyze.sources.file import STDIN, total_size
 from canalyze.timeline import TABLES
+from canalyze.timeline.viewer import load
 from canalyze.viewing import LAYOUT, SUFFIX, ViewingOptions, check, configuration, open_viewer, opened, viewing_options
 from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze._core import Session
 
+_OF_VIEWER: Final = frozenset({"files", *ViewingOptions.__annotations__})
+"""Parameters that say how a timeline is shown, not what is on it."""
 _MAGIC: Final = b"RRF"
 """How the files of Rerun begin."""
 
@@ -51,9 +55,11 @@ def command(words: Words) -> click.Command:
         save = given.get("save")
         check(given, words, shown=save is None, why_not=("usage.exclusive", "--save"), suffixes=(SUFFIX, LAYOUT))
         names = inputs(files, words)
-        if save is not None and Path(save).suffix.lower() == LAYOUT:
+        _check_names(names, save)
+        if save is not None and _suffix(save) == LAYOUT:
             return _save_layout(names, save, words, force=force)
-        if save is None and len(names) == 1 and Path(names[0]).suffix.lower() == SUFFIX:
+        if _suffix(names[0]) == SUFFIX:
+            _check_options(words)
             return _show(_timeline(names[0]), given, words)
         session = open_session(words, given, format="summary", tables=TABLES, stamps=stamps, filter=expression)
         if save is not None:
@@ -64,7 +70,7 @@ def command(words: Words) -> click.Command:
             TemporaryDirectory(prefix="canalyze-", ignore_cleanup_errors=True) as folder,
         ):
             path = str(Path(folder) / f"{_readable(names)}{SUFFIX}")
-            code = _write(session, names, path, Progress(words, Output(), total_size(names)), given, words)
+            code = _write(session, names, path, Progress(words, Output(), total_size(names)), given, words, ended)
             if ended.signal or session.frames == 0 or code >= 128:
                 return 128 + ended.signal if ended.signal else code
             return _show(path, given, words) or code
@@ -83,12 +89,37 @@ def command(words: Words) -> click.Command:
     )
 
 
+def _suffix(name: str) -> str:
+    return Path(name).suffix.lower()
+
+
+def _check_names(names: tuple[str, ...], save: str | None) -> None:
+    """Make sure that what this command has written is not taken for a capture; SourceError where it is."""
+    for name in names:
+        if _suffix(name) == LAYOUT:
+            raise SourceError("view.a_layout", name=name)
+        if _suffix(name) == SUFFIX and (len(names) > 1 or save is not None):
+            raise SourceError("view.ready", name=name)
+
+
+def _check_options(words: Words) -> None:
+    """Make sure that nothing is asked of a timeline that is ready: what is on it is there already."""
+    context = click.get_current_context()
+    for param in context.command.params:
+        given = context.get_parameter_source(param.name or "") is ParameterSource.COMMANDLINE
+        if given and param.name not in _OF_VIEWER:
+            raise click.UsageError(words("view.too_late", option=param.opts[0]), context)
+
+
 def _save(session: "Session", names: tuple[str, ...], save: str, given: _Given, words: Words, *, force: bool) -> int:
     """Write the timeline to a file that is there when it is complete; give the exit code."""
     code = 0
     try:
         with Interrupt() as ended, FileOutput(save, force=force) as out:
-            code = _write(session, names, out.path, Progress(words, out, total_size(names)), given, words)
+            try:
+                code = _write(session, names, out.path, Progress(words, out, total_size(names)), given, words, ended)
+            except OutputError as error:  # it knows the file by the name that it has until it is complete
+                raise OutputError(error.key, **error.facts | {"name": save}) from error
             code = 128 + ended.signal if ended.signal else code
             if session.frames == 0 or code >= 128:
                 raise _Unwanted
@@ -100,6 +131,7 @@ def _save(session: "Session", names: tuple[str, ...], save: str, given: _Given, 
 
 def _save_layout(names: tuple[str, ...], save: str, words: Words, *, force: bool) -> int:
     """Write the layout of an MCAP's decoded topics; give the exit code."""
+    load()
     from canalyze.timeline import topics
 
     if len(names) > 1 or names[0] == STDIN:
@@ -113,11 +145,20 @@ def _save_layout(names: tuple[str, ...], save: str, words: Words, *, force: bool
 
 
 def _write(
-    session: "Session", names: tuple[str, ...], path: str, progress: Progress, given: _Given, words: Words
+    session: "Session",
+    names: tuple[str, ...],
+    path: str,
+    progress: Progress,
+    given: _Given,
+    words: Words,
+    ended: Interrupt,
 ) -> int:
     """Read captures to their end and write their timeline; give the exit code."""
+    load()
     from canalyze.timeline.recording import Timeline
 
+    if ended.signal:
+        return 128 + ended.signal
     timeline = Timeline(words, name=_readable(names), save=path, configuration=configuration(given))
     summary: list[bytes] = []
 

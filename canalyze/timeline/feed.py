@@ -22,8 +22,8 @@ class Fed(Protocol):
     def take(self, batches: "Sequence[tuple[str, Batch]]") -> None:
         """Take batches as they come."""
 
-    def finish(self, summary: bytes = b"") -> None:
-        """Complete it."""
+    def finish(self, summary: bytes = b"", lines: Sequence[str] = ()) -> None:
+        """Complete it; lines: a summary that is in words already."""
 
 
 class Feed:
@@ -40,6 +40,7 @@ class Feed:
         self._queue: deque[Sequence[tuple[str, Batch]]] = deque()
         self._waiting = 0
         self._over = False
+        self._lines: Sequence[str] = ()
         self._arrived = threading.Condition()
         self._thread = threading.Thread(target=self._work, name="canalyze-timeline", daemon=True)
         self._thread.start()
@@ -57,9 +58,10 @@ class Feed:
             self._waiting += rows
             self._arrived.notify()
 
-    def end(self) -> None:
-        """Say that nothing more comes; what waits is still taken. Twice is harmless."""
+    def end(self, lines: Sequence[str] = ()) -> None:
+        """Say that nothing more comes; what waits is still taken. Twice is harmless. lines: the summary."""
         with self._arrived:
+            self._lines = self._lines or lines
             self._over = True
             self._arrived.notify()
 
@@ -81,7 +83,7 @@ class Feed:
                     self._timeline.take(batches)
                     with self._arrived:
                         self._waiting -= sum(batch.num_rows for _, batch in batches)
-            self._timeline.finish()
+            self._timeline.finish(lines=self._lines)
         except Exception as error:
             with self._arrived:
                 self.failure = error

@@ -10,8 +10,10 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -26,7 +28,7 @@ from canalyze.timeline.logs import LogWriter
 from canalyze.timeline.offering import Offering
 from canalyze.timeline.series import SeriesWriter
 from canalyze.timeline.stream import Stream
-from canalyze.timeline.summary import facts, markdown
+from canalyze.timeline.summary import facts, listed, markdown
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -40,6 +42,10 @@ _INDEXED: Final = 100
 """Nodes up to which a file has an index: with 127 nodes of an hour Rerun 0.41 does not get through one."""
 _COLOURED: Final = 64
 """States of a lane up to which the colour of a new one is told with it: all of them are told anew each time."""
+_LEAST_ROOM: Final = 4 << 20
+"""Bytes of a disk below which nothing is begun."""
+_TIMES: Final = 4
+"""What the first rows take in a file at most, by what they take in memory."""
 _SYSTEM: Final = re.compile(r"\(os error (\d+)\)")
 _SAFE: Final = re.compile("[^A-Za-z0-9]+")
 _LONGEST: Final = 24
@@ -97,14 +103,16 @@ class Timeline:
         if len(self._waiting) >= _WAITING or any(name == "listing" for name, _ in self._waiting):
             self._begin()
 
-    def finish(self, summary: bytes = b"") -> None:
-        """End the recording with a summary, given as JSON lines."""
+    def finish(self, summary: bytes = b"", lines: Sequence[str] = ()) -> None:
+        """End the recording with a summary: JSON lines, or lines for people."""
         self._begin()
         records = [json.loads(line) for line in summary.splitlines()]
-        if records and self._recording:
+        if self._recording and (records or lines):
             self.contents.summary = True
-            self._stream.always("/summary", rr.TextDocument(markdown(records, self._words), media_type="text/markdown"))
-            self._recording.send_property("capture", rr.AnyValues(**facts(records)))
+            text = markdown(records, self._words) if records else listed(lines, self._words)
+            self._stream.always("/summary", rr.TextDocument(text, media_type="text/markdown"))
+            if records:
+                self._recording.send_property("capture", rr.AnyValues(**facts(records)))
         self.close()
 
     def close(self) -> None:
@@ -148,8 +156,16 @@ class Timeline:
         self._write(waited)
         self._lanes.flush()
         self._lanes.colour()
+        self._need_room(sum(batch.nbytes for _, batch in waited))
         with self._writing():
             recording.set_sinks(*self._sinks(), default_blueprint=self._offering.first())
+
+    def _need_room(self, size: int) -> None:
+        """Make sure that the disk has room for the first rows: Rerun waits without end where these do not fit."""
+        if self._save and Path(self._save).is_file():
+            free = shutil.disk_usage(Path(self._save).parent).free
+            if free < _LEAST_ROOM + _TIMES * size:
+                raise OutputError("output.write", name=self._save, error=OSError(errno.ENOSPC, ""))
 
     def _sinks(self) -> list[Any]:
         sinks: list[Any] = []

@@ -22,6 +22,12 @@ def markdown(records: Sequence[Mapping[str, Any]], words: Words) -> str:
     return "".join(sheet.parts)
 
 
+def listed(lines: Sequence[str], words: Words) -> str:
+    """Give a summary that is in words already as a document, an item each."""
+    items = "".join(f"- {_plain(line)}\n" for line in lines)
+    return f"# {_plain(words('timeline.summary'))}\n\n{items}"
+
+
 def facts(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Give what a recording has as its properties; what is not known is left out."""
     capture = next(record for record in records if record["kind"] == "summary_capture")

@@ -21,6 +21,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Final, Self
 from urllib.parse import quote
@@ -50,15 +51,21 @@ _FAULT: Final = re.compile(r"^Error: *|.*\bERROR\b *[\w:]*: *|.*panicked at [^:]
 
 
 def require() -> None:
-    """Make sure that what a timeline needs is installed: an optional part; CanalyzeError where it is not.
+    """Make sure that what a timeline needs is installed: an optional part; CanalyzeError where it is not."""
+    if importlib.util.find_spec("rerun") is None or _program() is None:
+        raise CanalyzeError("view.missing")
 
-    Its library says what it thinks on standard error by itself: it is kept from that here, where it is first used.
+
+def load() -> None:
+    """Load what a timeline is written with, which takes a while; CanalyzeError where that is not whole.
+
+    It says what it thinks on standard error by itself: it is kept from that here, where it is first used. So it is from
+    waiting without end, when this process ends, for a viewer that is gone: `Timeline` completes what it writes itself.
     """
     said = os.environ.get("RUST_LOG")
     os.environ["RUST_LOG"] = "off"
     try:
-        importlib.import_module("rerun")
-        found = _program() is not None
+        importlib.import_module("rerun").unregister_shutdown()
     except ImportError as error:
         raise CanalyzeError("view.missing") from error
     finally:
@@ -66,8 +73,6 @@ def require() -> None:
             del os.environ["RUST_LOG"]
         else:
             os.environ["RUST_LOG"] = said
-    if not found:
-        raise CanalyzeError("view.missing")
 
 
 def need_display() -> None:
@@ -126,7 +131,7 @@ class Viewer:
         program = _program()
         if program is None:
             raise CanalyzeError("view.missing")
-        page, data = _ports(bind, port, 2) if web else (0, *_ports(bind, port, 1))
+        page, data = (0, *free_ports(bind, port, web=web))[-2:]
         host = f"[{bind}]" if ":" in bind else bind
         near = {"0.0.0.0": LOCAL, "::": "[::1]"}.get(bind, host)
         self.connect = f"rerun+http://{near}:{data}/proxy"
@@ -146,7 +151,9 @@ class Viewer:
         self._asked_to_end = False
         self._address = {"0.0.0.0": LOCAL, "::": "::1"}.get(bind, bind)
         self._ports = (data, page) if web else (data,)
-        self._process = _start(arguments)
+        self._folder = TemporaryDirectory(prefix="canalyze-viewer-", ignore_cleanup_errors=True)
+        """What it leaves behind goes with it."""
+        self._process = _start(arguments, self._folder.name)
         self._listener = threading.Thread(target=self._listen, name="canalyze-viewer", daemon=True)
         self._listener.start()
 
@@ -163,11 +170,11 @@ class Viewer:
             return None
         return CanalyzeError("view.died", problem=self._problem(code))
 
-    def ready(self) -> None:
-        """Wait until it listens; CanalyzeError where it does not come so far."""
+    def ready(self, unless: Callable[[], bool] = lambda: False) -> None:
+        """Wait until it listens; CanalyzeError where it does not come so far. unless: ends the waiting."""
         end = time.monotonic() + _START_S
         waiting = list(self._ports)
-        while waiting:
+        while waiting and not unless():
             if not self.running:
                 self._listener.join(_SETTLE_S)
                 raise CanalyzeError("view.died", problem=self._problem(self._process.returncode))
@@ -194,6 +201,7 @@ class Viewer:
                 with suppress(subprocess.TimeoutExpired):
                     self._process.wait(_SETTLE_S)
         self._listener.join(_SETTLE_S)
+        self._folder.cleanup()
 
     def __enter__(self) -> Self:
         """Give it."""
@@ -215,16 +223,18 @@ class Viewer:
         for line in reversed(self._said):
             if found := _FAULT.match(line):
                 return line[found.end() :][:300] or line[:300]
+        killed = signal.strsignal(-code) or "" if code < 0 else ""
         last = next((line for line in reversed(self._said) if line), "")
-        return last[:300] or (signal.strsignal(-code) or "" if code < 0 else "") or str(code)
+        return killed or last[:300] or str(code)
 
 
-def _ports(bind: str, port: int | None, count: int) -> tuple[int, ...]:
-    """Give ports on which nobody listens, one after the other from `port` on; OutputError where somebody does.
+def free_ports(bind: str, port: int | None, *, web: bool) -> tuple[int, ...]:
+    """Give the ports of a viewer, on which nobody listens yet; OutputError where somebody does.
 
-    The viewer would hand what it is to show to whoever listens there.
+    They are one after the other from `port` on. The viewer would hand what it is to show to whoever listens there.
     """
     family = socket.AF_INET6 if ":" in bind else socket.AF_INET
+    count = 2 if web else 1
     wanted = [0] * count if port is None else range(port, port + count)
     held: list[socket.socket] = []
     try:
@@ -233,21 +243,22 @@ def _ports(bind: str, port: int | None, count: int) -> tuple[int, ...]:
                 held.append(socket.create_server((bind, one), family=family))
             except OSError as error:
                 key = "view.port_taken" if one and error.errno in _TAKEN else "view.no_address"
-                raise OutputError(key, address=bind, port=one, error=error) from error
+                plain = OSError(error.errno, os.strerror(error.errno)) if error.errno else error  # no more than why
+                raise OutputError(key, address=bind, port=one, error=plain) from error
         return tuple(one.getsockname()[1] for one in held)
     finally:
         for server in held:
             server.close()
 
 
-def _start(arguments: list[str]) -> "subprocess.Popen[bytes]":
+def _start(arguments: list[str], folder: str) -> "subprocess.Popen[bytes]":
     try:
         return subprocess.Popen(
             arguments,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            env=_environment(),
+            env=_environment() | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder),
             start_new_session=True,  # Ctrl-C is for us: what was received has to be shown before it ends
             preexec_fn=_tied(),
         )

@@ -37,6 +37,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "sniff.examples",
         "canalyze sniff can0\n"
         "canalyze sniff can0 can1 --record bus.mcap\n"
+        "canalyze sniff can0 --rerun\n"
         "canalyze sniff can0,580:780,600:780 --eds 5=drive.eds\n"
         "canalyze sniff can0 --record bus.log --rotate 100MB --keep 10 --reconnect\n"
         "canalyze sniff can0 --duration 30s --expect boot.expect.toml\n"
@@ -45,6 +46,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sniff can0 --format jsonl | jq -r '.text // .message'",
         "canalyze sniff can0\n"
         "canalyze sniff can0 can1 --record bus.mcap\n"
+        "canalyze sniff can0 --rerun\n"
         "canalyze sniff can0,580:780,600:780 --eds 5=drive.eds\n"
         "canalyze sniff can0 --record bus.log --rotate 100MB --keep 10 --reconnect\n"
         "canalyze sniff can0 --duration 30s --expect boot.expect.toml\n"

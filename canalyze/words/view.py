@@ -11,19 +11,21 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "view.help",
         "把记录显示为时间轴：各节点的NMT状态、SDO传输、CiA 402状态、EMCY、枚举和位的状态带，PDO信号、同步周期和总线负载"
-        "的曲线，发现和EMCY的日志，逐帧注释，以及小结；可按记录时间、经过时间、帧号或同步周期查看。"
+        "的曲线，发现和EMCY的日志，逐帧注释，以及摘要；可按记录时间、经过时间、帧号或同步周期查看。"
         "在窗口中打开 Rerun 的查看器，关闭窗口或按Ctrl-C结束；--web 改为在浏览器中显示，--save 写成文件，"
         "以后用 canalyze view 文件.rrd 打开。没有给出文件时读标准输入。"
         "查看器只在127.0.0.1上监听，既不发送使用统计，也不检查新版本；但 --web 的页面在浏览器里运行，"
-        "浏览器若能上网，Rerun 的页面会取字体并发送使用统计。需要安装：pip install 'canalyze[rerun]'。",
+        "浏览器若能上网，Rerun 的页面会取字体并发送使用统计。打开前先写在临时文件夹里（TMPDIR），关闭后删除。"
+        "需要安装：pip install 'canalyze[rerun]'。",
         "Show a capture as a timeline: lanes of each node's NMT state, SDO transfers, CiA 402 state, EMCY, choices and "
         "bits; plots of PDO signals, SYNC period and bus load; logs of findings and EMCYs; the annotated frames; a "
         "summary. It can be gone through by time of the capture, elapsed time, frame, or SYNC cycle. Rerun's viewer "
         "opens in a window; closing it, or Ctrl-C, is the end. --web shows it in a browser instead, --save writes a "
         "file that canalyze view FILE.rrd opens later. Without a file, standard input is read. The viewer listens on "
         "127.0.0.1 only, sends no usage data and does not look for new versions; but the page of --web runs in the "
-        "browser: where that reaches the internet, Rerun's page fetches a font and sends usage data. It needs: pip "
-        "install 'canalyze[rerun]'.",
+        "browser: where that reaches the internet, Rerun's page fetches a font and sends usage data. What is "
+        "shown is written to the folder for temporary files (TMPDIR) and goes when the viewer is closed. It needs: "
+        "pip install 'canalyze[rerun]'.",
     ),
     (
         "view.save",
@@ -158,6 +160,21 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "view.suffix",
         "--save 的文件名 {name} 要以 .rrd 结尾，如 capture.rrd",
         "--save: {name} has to end in .rrd, as capture.rrd",
+    ),
+    (
+        "view.ready",
+        "{name}：已经是时间轴；单独打开：canalyze view {name}",
+        "{name}: is a timeline already; canalyze view {name} opens it, by itself",
+    ),
+    (
+        "view.a_layout",
+        "{name}：是布局，不是记录；Rerun 打开MCAP时使用：rerun --bind 127.0.0.1 out.mcap - < {name}",
+        "{name}: is a layout, no capture; rerun --bind 127.0.0.1 out.mcap - < {name} opens an MCAP with it",
+    ),
+    (
+        "view.too_late",
+        "选项 {option} 对已经写好的时间轴不起作用；对记录使用",
+        "option {option} does nothing to a timeline that is ready; use it with the capture",
     ),
     (
         "view.no_timeline",
