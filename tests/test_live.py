@@ -115,6 +115,7 @@ def test_a_block_is_sixteen_bytes_and_its_payload() -> None:
 
 
 OTHER_SYSTEM = """
+import psutil  # Rerun's, and it believes its own eyes
 import pkgutil, select, signal, socket, sys
 sys.modules["fcntl"] = None
 for name in ("AF_CAN", "AF_UNIX", "MSG_DONTWAIT"):
