@@ -308,9 +308,10 @@ class SocketCan:
         moment = time.monotonic()
         if ready:
             self._busy_until = moment + _BUSY_S
+        self._heed()
         if moment >= self._look_at:
             self._look_at = moment + _LOOK_S
-            self._look({descriptor for descriptor, _ in ready})
+            self._look()
         margin = MARGIN_NS if len(self._channels) == 1 else _JOIN_NS
         blocks.append(until_block(min(ends, default=now) - margin))
         return b"".join(blocks)
@@ -324,7 +325,9 @@ class SocketCan:
         return all(channel.socket is not None for channel in self._channels)
 
     def ending(self) -> bytes:
-        """Give the drops that no frame has told of."""
+        """Give the drops that no frame has told of; what else no frame tells of is looked at a last time."""
+        self._heed()
+        self._look()
         return b"".join(self._missing(channel) for channel in self._channels)
 
     def remarks(self) -> list[CanalyzeError]:
@@ -425,19 +428,30 @@ class SocketCan:
             self._clocks = apart
         return now
 
-    def _look(self, ready: set[int]) -> None:
+    def _look(self) -> None:
         """See what no frame tells of."""
         for channel in self._channels:
             if channel.small and channel.reported + channel.drops():
                 channel.small = False
                 self._remark(SourceError("live.small_buffer", channel=channel.name, bytes=BUFFER))
+
+    def _heed(self) -> None:
+        """Say which controllers went bus-off, as soon as the kernel tells: whoever stops then still has to read it."""
+        for channel in self._channels:
             watch = channel.watch
-            if watch is not None and watch.fileno() in ready:
-                self._poll.unregister(watch)  # once is enough
-                channel.watch = None
-                with suppress(OSError), watch:
-                    if watch.recv(_FRAME, _NO_WAIT):
-                        self._remark(SourceError("live.bus_off", channel=channel.name))
+            if watch is None:
+                continue
+            try:
+                told = watch.recv(_FRAME, _NO_WAIT)
+            except BlockingIOError:
+                continue
+            except OSError:  # the interface is gone, which the other socket tells
+                told = b""
+            self._poll.unregister(watch)  # once is enough
+            channel.watch = None
+            watch.close()
+            if told:
+                self._remark(SourceError("live.bus_off", channel=channel.name))
 
     def _missing(self, channel: _Channel) -> bytes:
         drops = channel.drops()

@@ -369,6 +369,27 @@ def test_bus_off_is_said_once(send: Callable[..., None]) -> None:
     assert len(told) == 1 and f"sudo ip link set {ONE} type can restart-ms 100" in told[0]
 
 
+def test_bus_off_is_told_with_its_frame(send: Callable[..., None]) -> None:
+    bus = SocketCan([ONE])
+    for _ in range(20):
+        bus.receive(0)  # what is looked at now and then was looked at just before
+    send(0x2000_0040, bytes(8))
+    until(bus, lambda blocks: count(blocks) == 1)
+    told = [str(remark) for remark in bus.remarks()]
+    bus.close()
+    assert len(told) == 1 and "bus-off" in told[0]
+
+
+def test_bus_off_is_told_at_the_end(send: Callable[..., None]) -> None:
+    bus = SocketCan([ONE])
+    bus.receive(0)
+    send(0x2000_0040, bytes(8))
+    assert bus.ending() == b""
+    told = [str(remark) for remark in bus.remarks()]
+    bus.close()
+    assert len(told) == 1 and "bus-off" in told[0]
+
+
 def test_hardware_stamps_fall_back(send: Callable[..., None]) -> None:
     bus = SocketCan([ONE], hardware_stamps=True)
     for _ in range(60):
