@@ -27,6 +27,8 @@ from canalyze.words import Words
 
 START = 1_700_000_000 * 10**9
 MS = 1_000_000
+SECOND = 1000 * MS
+DAY = 86_400 * SECOND
 
 
 def listed(frame: int, t_ns: int | None, **more: Any) -> dict[str, Any]:
@@ -208,10 +210,11 @@ def test_stamps_that_are_no_dates(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("stamps", "elapsed"),
     [
-        ([0, 2**63 - 1], [0, 2**63 - 1]),
-        ([-(2**63), 0, 2**63 - 1], [1, 2**63 - 1, 2**63 - 1]),
-        ([2**63 - 1, -(2**63)], [0, 1 - 2**63]),
-        ([START, START - 40 * 365 * 86400 * 10**9], [0, -40 * 365 * 86400 * 10**9]),
+        ([0, DAY], [0, DAY]),
+        ([-(2**63), 0, DAY], [1, 2**63 - 1, 2**63 - 1]),
+        ([-(2**63), DAY, 2**63 - 1], [1, 2**63 - 1, 2**63 - 1]),
+        ([START, 2**63 - 1], [0, 2**63 - 1 - START]),
+        ([2**63 - 1, START, -(2**63), 0], [0, START - 2**63 + 1, 1, 2**63 - 1]),
     ],
 )
 def test_stamps_at_the_limits(tmp_path: Path, stamps: list[int], elapsed: list[int]) -> None:
@@ -226,8 +229,29 @@ def test_a_clock_that_is_not_set_gives_no_dates(tmp_path: Path) -> None:
     timeline, found = written(tmp_path, [batch])
     rows = found.rows("/frames", "TextLog:text")
     assert [row.get("capture_time") for row in rows] == [START, None, None, START + MS]
-    assert [row.get("time_since_start") for row in rows] == [0, 5 * MS - START, None, MS]
+    assert [row.get("time_since_start") for row in rows] == [0, 0, None, MS]
     assert timeline.contents.dated
+
+
+@pytest.mark.parametrize("takes", [1, 4])
+@pytest.mark.parametrize("stamps", [(30 * SECOND, START), (START, 30 * SECOND)])
+def test_a_clock_that_is_set_in_the_middle_makes_no_gap(
+    tmp_path: Path, stamps: tuple[int, int], takes: int
+) -> None:
+    """From 1970 to now or back, in one batch or in several: the frame after it is where the one before it was."""
+    times = [start + at * MS for start in stamps for at in (0, 100, 200, 300)]
+    rows = [listed(number, t_ns) for number, t_ns in enumerate(times, 1)]
+    size = len(rows) // takes
+    batches = [[table("listing", rows[at : at + size])] for at in range(0, len(rows), size)]
+    timeline, found = written(tmp_path, *batches)
+    lines = found.rows("/frames", "TextLog:text")
+    elapsed = [0, 100, 200, 300, 300, 400, 500, 600]
+    assert [row["time_since_start"] for row in lines] == [at * MS for at in elapsed]
+    assert [row.get("capture_time") for row in lines] == [t_ns if t_ns >= START else None for t_ns in times]
+    assert (timeline.contents.first_ns, timeline.contents.last_ns) == (0, 600 * MS)
+    ends = found.rows("/time_span", "Scalars:scalars")
+    assert [row["time_since_start"] for row in ends] == [0, 600 * MS]
+    assert [row["capture_time"] for row in ends] == [START, START + 300 * MS]
 
 
 def test_samples_do_not_hold_on(tmp_path: Path) -> None:
@@ -281,7 +305,7 @@ def test_lines(tmp_path: Path) -> None:
     assert [row["value"] for row in found.rows("/log/emcy", "TextLog:level")] == [["INFO"]]
     # The code of an emergency is in its text.
     assert [row["value"] for row in found.rows("/log/emcy", "TextLog:text")] == [["two"]]
-    assert (timeline.contents.frames, timeline.contents.logged) == (4, 2)
+    assert (timeline.contents.frames, timeline.contents.logged) == (4, {"ERROR": 1, "INFO": 1})
 
 
 def test_sync_and_load(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ def drive(*, timed: bool = True) -> Contents:
     """One drive with all there is."""
     contents = stamped()
     contents.timed = timed
-    contents.logged = 3
+    contents.logged = {"WARN": 3}
     lanes(contents, *(f"/{kind}/node5" for kind in ("sdo", "nmt", "emcy", "drive")))
     lanes(contents, "/value/node5/TPDO1/Statusword.3", "/value/node5/TPDO1/Statusword")
     plot(contents, 5, "TPDO1", [series("Velocity", "rpm"), series("Torque", "%")])
@@ -49,7 +49,7 @@ def drive(*, timed: bool = True) -> Contents:
 def network(nodes: int, buses: tuple[str, ...] = ("can0",)) -> Contents:
     """Drives that all have the same signals."""
     contents = stamped()
-    contents.logged = 3
+    contents.logged = {"WARN": 3}
     for bus in buses:
         for node in range(1, nodes + 1):
             where = f"{bus}/node{node}" if bus else f"node{node}"

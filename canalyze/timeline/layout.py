@@ -82,6 +82,8 @@ class Plot:
     """The entity that is a limit for the others."""
     renamed: bool = False
     """Its lines have other names than elsewhere."""
+    points: bool = False
+    """It has points, which look as everywhere."""
 
 
 def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Blueprint:
@@ -179,7 +181,7 @@ class _Views:
         lanes = self.kinds()
         used = sum(height for _, height in lanes)
         few = used <= _FEW
-        others = [*self.syncs(), *self.loads()]
+        others = [*self.syncs(), *self.loads(), *self.durations()]
         bottom = -(-len(others) // _BOTTOM)
         places = 2 * (int((_HEIGHT - used) // _READ) - bottom) if few else _HEIGHT // _PLOT - len(others)
         chosen = [self.plot(chart) for chart in charts.overview(self.lines, min(max(places, 4), ROOM))]
@@ -217,6 +219,8 @@ class _Views:
             return [self.states(lanes) for lanes in (self.lanes.get("nmt", []), others) if lanes]
         faulty = [lane for lane in every if lane.fault][:FAULTS]
         views: list[Sized] = [self.states(faulty, "timeline.faults")] if faulty else []
+        # Those of EMCY are among them, as far as there was room.
+        kinds = [kind for kind in kinds if kind == "nmt" or any(lane not in faulty for lane in self.lanes[kind])]
         room = _HEIGHT - sum(height for _, height in views)
         heights = _share({kind: float(BAR + LANE * len(self.lanes[kind])) for kind in kinds}, room)
         views += [
@@ -281,13 +285,23 @@ class _Views:
                 found.append(Plot(name, lines, charts.axis(peak) * 1.05 if percent else None))
         return found
 
+    def durations(self, place: Place | None = None) -> list[Plot]:
+        """How long SDO transfers took, of all nodes or of one, where they are too short to be seen in their lanes."""
+        if not self.contents.brief:
+            return []
+        mine = [one for one in self.contents.durations if place in (None, charts.place(one))]
+        return [Plot(self.words("timeline.durations"), {one: [one] for one in mine}, points=True)] if mine else []
+
     def log(self, *, whole: bool = False) -> list[Sized]:
         """Findings and emergencies, and the summary behind them; `whole`: below them, in a column of their own."""
         views: list[rrb.View] = []
         if self.contents.logged:
             columns = rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"])
-            rows = rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO"])
-            views.append(rrb.TextLogView(origin="/log", name=self.words("timeline.log"), columns=columns, rows=rows))
+            levels, title = ["ERROR", "WARN", "INFO"], "timeline.log"
+            if self.contents.crowded:
+                levels, title = levels[:2], "timeline.faults_log"
+            rows = rrb.TextLogRows(filter_by_log_level=levels)
+            views.append(rrb.TextLogView(origin="/log", name=self.words(title), columns=columns, rows=rows))
         if self.contents.summary:
             views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
         if len(views) > 1 and not whole:
@@ -299,9 +313,11 @@ class _Views:
         if not self.contents.frames:
             return []
         view = rrb.TextLogView(
-            origin="/frames",
+            origin="/",
+            # A finding stands with the frame that it is about, also one that was only told later.
+            contents=["/frames", "/log/findings"] if self.contents.findings else ["/frames"],
             name=self.words("timeline.frames"),
-            columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["Body"]),
+            columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"]),
             rows=rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO", "TRACE"]),
             format_options=rrb.TextLogFormat(monospace_body=True),
         )
@@ -317,7 +333,7 @@ class _Views:
         """All lanes and all plots of a node, on pages where they are many."""
         own, lines = self.of_node((bus, node))
         lanes = [lane for kind in (*KINDS, "value") for lane in own if lane.kind == kind]
-        plots = [self.plot(chart, of_node=True) for chart in charts.of_node(lines)]
+        plots = [self.plot(chart, of_node=True) for chart in charts.of_node(lines)] + self.durations((bus, node))
         parts: list[Sized] = [self.states(lanes)] if lanes else []
         room = _HEIGHT - sum(height for _, height in parts)
         pages = [plots[start : start + PAGE] for start in range(0, len(plots), PAGE)]
@@ -393,7 +409,7 @@ def _series(plot: Plot, room: int) -> rrb.View:
     """
     every = [name for names in plot.lines.values() for name in names]
     shown = [name for name in every if name is not None]
-    legend = len(shown) > 1 and len(shown) + (None in every) <= room
+    legend = not plot.points and len(shown) > 1 and len(shown) + (None in every) <= room
     colours = itertools.cycle(colour for colour in LINES if not plot.limit or colour != WINDOW)
     overrides: dict[Any, rrb.Visualizer] = {}
     for entity, names in plot.lines.items():

@@ -290,7 +290,7 @@ fn behind_a_gap_nothing_holds() {
     let rows = rows(&capture(&frames), described(Lang::En));
     let expected = "\
 1 nmt/can0/node5 operational Operational
-2 value/can0/node5/TPDO1/statusword - 0237h operation enabled
+2 value/can0/node5/TPDO1/statusword operation-enabled 0237h operation enabled
 2 drive/can0/node5 operation-enabled operation enabled
 3 value/can0/node5/TPDO3/Door_open%2Fclosed 1 1
 3 value/can0/node5/TPDO3/Door_open%2Fclosed(2000:02) 0 0
@@ -422,7 +422,7 @@ fn transfers() {
 #[test]
 fn classes_of_what_is_on_the_wire() {
     for (kind, number, class) in [
-        ("nmt", 0x00, Some("initialising")),
+        ("nmt", 0x00, Some("pre-operational")),
         ("nmt", 0x04, Some("stopped")),
         ("nmt", 0x05, Some("operational")),
         ("nmt", 0x7F, Some("pre-operational")),
