@@ -74,6 +74,19 @@ def test_quantities_of_a_pdo(tmp_path: Path) -> None:
     assert [row["value"] for row in delays] == [[0.0], [1.0], [2.0]]
 
 
+def test_a_long_name_is_cut_and_still_its_own(tmp_path: Path) -> None:
+    """A title of two thousand characters leaves no room for anything."""
+    signals: dict[str, Any] = {
+        "n" * 2000: (pa.int16(), {"object": "2000:01", "unit": "V"}, [1]),
+        "n" * 2000 + "!": (pa.int16(), {"object": "2000:02"}, [2]),
+        "n" * 64: (pa.int16(), {"object": "2000:03"}, [3]),
+    }
+    batches = [table("listing", [listed(1, START)]), pdo(5, "TPDO1", signals, [{"t_ns": START, "frame": 1}])]
+    _, found = written(tmp_path, batches)
+    names = found.static("/pdo/can0/node5/TPDO1", "SeriesLines:names")
+    assert names == [f"{'n' * 64}… (2000:01) [V]", f"{'n' * 64}… (2000:02)", "n" * 64]
+
+
 def test_another_mapping_is_another_entity(tmp_path: Path) -> None:
     rows = [{"t_ns": START, "frame": 1}]
     batches = [
@@ -252,6 +265,20 @@ def test_a_clock_that_is_set_in_the_middle_makes_no_gap(
     ends = found.rows("/time_span", "Scalars:scalars")
     assert [row["time_since_start"] for row in ends] == [0, 600 * MS]
     assert [row["capture_time"] for row in ends] == [START, START + 300 * MS]
+
+
+@pytest.mark.parametrize("stamps", [(30 * SECOND, START), (START, 30 * SECOND)])
+def test_the_last_state_counts_where_a_clock_is_set(tmp_path: Path, stamps: tuple[int, int]) -> None:
+    first, second = stamps
+    rows = [(1, first, "one"), (2, first + MS, "two"), (3, second, "three")]
+    states = [
+        {"lane": "nmt/node5", "t_ns": t_ns, "frame": frame, "state": state, "class": "unknown"}
+        for frame, t_ns, state in rows
+    ]
+    lines = [listed(frame, t_ns) for frame, t_ns, _ in rows]
+    _, found = written(tmp_path, [table("listing", lines), table("lanes", states)])
+    shown = found.rows("/nmt/node5", "StateChange:state")
+    assert [(row["time_since_start"], row["value"]) for row in shown] == [(0, ["one"]), (MS, ["two"]), (MS, ["three"])]
 
 
 def test_samples_do_not_hold_on(tmp_path: Path) -> None:

@@ -42,6 +42,8 @@ def drive(*, timed: bool = True) -> Contents:
     contents.sync.add("")
     contents.windows.add("")
     contents.delays["/sync/delay/node5/TPDO1"] = None
+    contents.durations["/sdo_duration/node5"] = None
+    contents.transfers, contents.transferring_ns, contents.findings = 10, 10 * 1e6, 3
     contents.load[""] = False
     return contents
 

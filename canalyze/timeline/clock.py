@@ -149,12 +149,14 @@ class Clock:
         others = rows.stamped & ~dates
         if (True not in self._zeros and dates.any()) or (False not in self._zeros and others.any()):
             self._learn([rows[rows.stamped]])
-        for which, dated in ((dates, True), (others, False), (~rows.stamped, None)):
-            if which.all():
-                yield None, self._columns(rows, dated=dated)
-            elif which.any():
-                (some,) = np.nonzero(which)
-                yield some, self._columns(rows[some], dated=dated)
+        if dates.all():
+            yield None, self._columns(rows, dated=True)
+            return
+        kinds = [(np.nonzero(which)[0], dated) for which, dated in ((dates, True), (others, False))]
+        kinds.append((np.nonzero(~rows.stamped)[0], None))
+        # Of two rows at one time, the one that is sent last counts.
+        for some, dated in sorted((kind for kind in kinds if len(kind[0])), key=lambda kind: int(kind[0][0])):
+            yield some, self._columns(rows[some], dated=dated)
 
     def span(self) -> list[rr.TimeColumn]:
         """Give the first and the last place on every timeline."""

@@ -6,8 +6,8 @@ Plain facts, kept by those who write and read by the layout. Must not: import Re
 from dataclasses import dataclass, field
 from typing import Final
 
-_SEEN: Final = 400
-"""A transfer that takes more of the capture than one part in so many is seen in its lane."""
+_SEEN: Final = 4000
+"""A transfer that takes more of the capture than one part in so many leaves a mark in its lane."""
 _INFORMED: Final = 10
 """Rows of a log that are only information and leave room for others."""
 

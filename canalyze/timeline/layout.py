@@ -219,8 +219,10 @@ class _Views:
             return [self.states(lanes) for lanes in (self.lanes.get("nmt", []), others) if lanes]
         faulty = [lane for lane in every if lane.fault][:FAULTS]
         views: list[Sized] = [self.states(faulty, "timeline.faults")] if faulty else []
-        # Those of EMCY are among them, as far as there was room.
+        # No empty lanes, and none twice, where there are too many: those of EMCY are among the ones with faults.
         kinds = [kind for kind in kinds if kind == "nmt" or any(lane not in faulty for lane in self.lanes[kind])]
+        if self.contents.brief and len(kinds) > 1:
+            kinds = [kind for kind in kinds if kind != "sdo"]
         room = _HEIGHT - sum(height for _, height in views)
         heights = _share({kind: float(BAR + LANE * len(self.lanes[kind])) for kind in kinds}, room)
         views += [

@@ -87,14 +87,19 @@ fn object(index: u16, sub: u8, data_type: u16, name: &str, value: Option<u64>) -
 /// Node 5: TPDO1 statusword, TPDO2 statusword and mode display, TPDO3 two truth values, a name twice, digital inputs;
 /// TPDO4 the statusword of axis 2; RPDO1 controlword.
 fn described(lang: Lang) -> Options {
+    described_as(lang, "Door open/closed")
+}
+
+/// The same with another name for the two.
+fn described_as(lang: Lang, name: &str) -> Options {
     let mut objects = vec![
         object(0x6040, 0, 6, "Controlword", None),
         object(0x6041, 0, 6, "Statusword", None),
         object(0x6841, 0, 6, "Statusword", None),
         object(0x6061, 0, 2, "Modes of operation display", None),
         object(0x60FD, 0, 7, "Digital inputs", None),
-        object(0x2000, 1, 1, "Door open/closed", None),
-        object(0x2000, 2, 1, "Door open/closed", None),
+        object(0x2000, 1, 1, name, None),
+        object(0x2000, 2, 1, name, None),
         object(0x2000, 3, 6, "Speed", None),
     ];
     for (parameter, words) in [
@@ -373,6 +378,15 @@ fn bits_have_lanes_once_they_change() {
 6 value/can0/node5/TPDO3/数字输入.2 0 0
 ";
     assert_eq!(text(&rows, &["value/can0/node5/TPDO3/数"]), expected);
+}
+
+#[test]
+fn a_long_name_is_cut() {
+    // Titles of lanes are read; two that are cut alike are still two.
+    let long = "n".repeat(200);
+    let rows = rows(&capture(&["385#0100000000000000"]), described_as(Lang::En, &long));
+    let cut = format!("1 value/can0/node5/TPDO3/{}…", "n".repeat(64));
+    assert_eq!(text(&rows, &["value/can0/node5/TPDO3/n"]), format!("{cut} 1 1\n{cut}(2000:02) 0 0\n"));
 }
 
 #[test]
