@@ -297,7 +297,7 @@ def _transfers(shown: Shown) -> None:
 
 
 def _durations(shown: Shown) -> None:
-    """Each transfer of several frames is a point at its first one, as high as it took; those that failed stand apart."""
+    """Each transfer of several frames is a point at its first one, as high as it took; failed ones are apart."""
     found: dict[tuple[str, int], list[float]] = {}
     for entity in shown.under("/sdo_duration/"):
         rows = shown.recording.rows(entity, "Scalars:scalars")
@@ -308,17 +308,17 @@ def _durations(shown: Shown) -> None:
             found[whose, frame] = row["value"]
     assert shown.contents.transfers == len(found)
     for said in shown.said.transfers:
-        ends = [shown.stamps.get(said[name]) for name in ("first_frame", "last_frame")]
-        if said["status"] not in ("ok", "aborted", "failed") or None in ends:
+        first, last = (shown.stamps.get(said[name]) for name in ("first_frame", "last_frame"))
+        if said["status"] not in ("ok", "aborted", "failed") or first is None or last is None:
             continue
         whose = "/".join(one for one in (part(said["bus"] or ""), f"node{said['node']}") if one)
         at = [one for one in found if f"{one[0]}/".startswith(f"{whose}/") and one[1] == said["first_frame"]]
         values = [found.pop(one) for one in at]
-        if ends[0] == ends[1]:
+        if first == last:
             continue
         ((done, failed),) = values
         took, other = (done, failed) if said["status"] == "ok" else (failed, done)
-        assert took == pytest.approx((ends[1] - ends[0]) / 1e6), said
+        assert took == pytest.approx((last - first) / 1e6), said
         assert math.isnan(other), said
     assert not found
 

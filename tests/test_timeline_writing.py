@@ -248,9 +248,7 @@ def test_a_clock_that_is_not_set_gives_no_dates(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("takes", [1, 4])
 @pytest.mark.parametrize("stamps", [(30 * SECOND, START), (START, 30 * SECOND)])
-def test_a_clock_that_is_set_in_the_middle_makes_no_gap(
-    tmp_path: Path, stamps: tuple[int, int], takes: int
-) -> None:
+def test_a_clock_that_is_set_in_the_middle_makes_no_gap(tmp_path: Path, stamps: tuple[int, int], takes: int) -> None:
     """From 1970 to now or back, in one batch or in several: the frame after it is where the one before it was."""
     times = [start + at * MS for start in stamps for at in (0, 100, 200, 300)]
     rows = [listed(number, t_ns) for number, t_ns in enumerate(times, 1)]

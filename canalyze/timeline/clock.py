@@ -55,8 +55,12 @@ class Places:
 
     def followed_by(self, rows: "Places") -> "Places":
         """Give these and then others."""
-        mine, theirs = ((one.t_ns, one.stamped, one.frame, one.cycle) for one in (self, rows))
-        return Places(*map(np.concatenate, zip(mine, theirs, strict=True)))
+        return Places(
+            np.concatenate((self.t_ns, rows.t_ns)),
+            np.concatenate((self.stamped, rows.stamped)),
+            np.concatenate((self.frame, rows.frame)),
+            np.concatenate((self.cycle, rows.cycle)),
+        )
 
 
 def places(batch: pa.RecordBatch) -> Places:
@@ -146,16 +150,18 @@ class Clock:
         if not self._cycles(rows):
             return
         dates = rows.stamped & (rows.t_ns >= _DATES)
-        others = rows.stamped & ~dates
+        others = rows.stamped ^ dates
         if (True not in self._zeros and dates.any()) or (False not in self._zeros and others.any()):
             self._learn([rows[rows.stamped]])
-        if dates.all():
-            yield None, self._columns(rows, dated=True)
-            return
-        kinds = [(np.nonzero(which)[0], dated) for which, dated in ((dates, True), (others, False))]
-        kinds.append((np.nonzero(~rows.stamped)[0], None))
+        kinds: list[tuple[npt.NDArray[np.bool_], bool | None]] = [(dates, True), (others, False)]
+        for which, dated in kinds:
+            if which.all():
+                yield None, self._columns(rows, dated=dated)
+                return
+        kinds.append((~rows.stamped, None))
         # Of two rows at one time, the one that is sent last counts.
-        for some, dated in sorted((kind for kind in kinds if len(kind[0])), key=lambda kind: int(kind[0][0])):
+        found = ((np.nonzero(which)[0], dated) for which, dated in kinds)
+        for some, dated in sorted((one for one in found if len(one[0])), key=lambda one: int(one[0][0])):
             yield some, self._columns(rows[some], dated=dated)
 
     def span(self) -> list[rr.TimeColumn]:

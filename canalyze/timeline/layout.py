@@ -138,6 +138,8 @@ class _Views:
         for entity in contents.plots:
             self.of_node(charts.place(entity))
         self.places = sorted(place for place in self.nodes if place[1])
+        self.many = sum(len(self.lanes.get(kind, ())) for kind in KINDS) > TOGETHER
+        """There are more lanes than are in sight."""
         self.buses = max(len({bus for bus, _ in self.places}), len(contents.sync), len(contents.load))
 
     def of_node(self, place: Place) -> tuple[list[Lane], list[Line]]:
@@ -181,7 +183,8 @@ class _Views:
         lanes = self.kinds()
         used = sum(height for _, height in lanes)
         few = used <= _FEW
-        others = [*self.syncs(), *self.loads(), *self.durations()]
+        # Where lanes are many, the points of SDO transfers stand for theirs.
+        others = [*self.syncs(), *self.loads(), *([] if self.many else self.durations())]
         bottom = -(-len(others) // _BOTTOM)
         places = 2 * (int((_HEIGHT - used) // _READ) - bottom) if few else _HEIGHT // _PLOT - len(others)
         chosen = [self.plot(chart) for chart in charts.overview(self.lines, min(max(places, 4), ROOM))]
@@ -213,7 +216,7 @@ class _Views:
         """Lanes of all nodes: few of them below each other, else a view a kind, and one for those with faults."""
         kinds = [kind for kind in KINDS if kind in self.lanes]
         every = [lane for kind in kinds for lane in self.lanes[kind]]
-        if len(every) <= TOGETHER:
+        if not self.many:
             # Rerun sorts the lanes of a view by their paths, which begin with their kinds.
             others = [lane for lane in every if lane.kind != "nmt"] + self.values(FILLED - len(every))
             return [self.states(lanes) for lanes in (self.lanes.get("nmt", []), others) if lanes]
@@ -221,16 +224,20 @@ class _Views:
         views: list[Sized] = [self.states(faulty, "timeline.faults")] if faulty else []
         # No empty lanes, and none twice, where there are too many: those of EMCY are among the ones with faults.
         kinds = [kind for kind in kinds if kind == "nmt" or any(lane not in faulty for lane in self.lanes[kind])]
-        if self.contents.brief and len(kinds) > 1:
+        points: list[Sized] = []
+        if short := self.durations():
             kinds = [kind for kind in kinds if kind != "sdo"]
-        room = _HEIGHT - sum(height for _, height in views)
+            points = [_grid(short, _READ, 1)]
+        if not kinds:
+            return [*views, *points]
+        room = _HEIGHT - sum(height for _, height in [*views, *points])
         heights = _share({kind: float(BAR + LANE * len(self.lanes[kind])) for kind in kinds}, room)
         views += [
             (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=LINKED), height)
             for kind, height in heights.items()
         ]
         values = self.values(int((room - sum(heights.values()) - BAR) // LANE))
-        return [*views, self.states(values)] if values else views
+        return [*views, *([self.states(values)] if values else []), *points]
 
     def values(self, room: int) -> list[Lane]:
         """Lanes of signals that change and are no quantities: whole signals before single bits."""
