@@ -41,7 +41,9 @@ def test_after_the_boot_up(lang: str, word: str, canalyze: Runner, tmp_path: Pat
     done = canalyze("--lang", lang, "convert", "--decoded", "boot.log", "boot.mcap")
     assert done.code == 0, done.err
     with (tmp_path / "boot.mcap").open("rb") as file:
-        data = [one.data for _, topic, one in make_reader(file).iter_messages() if topic.topic == "/can0/node5/nmt_state"]
+        data = [
+            one.data for _, topic, one in make_reader(file).iter_messages() if topic.topic == "/can0/node5/nmt_state"
+        ]
     assert len(data) == 1
     assert word.encode() in data[0]
 

@@ -396,6 +396,23 @@ def test_transfers_that_are_alike_are_told_apart(tmp_path: Path) -> None:
     assert [row["frame"] for row in rows] == [1, 3, 5]
     assert shown.contents.transfers == 3
     assert shown.contents.brief
+    names = shown.recording.static("/sdo_duration/can0/node5", "SeriesPoints:names")
+    assert names == ["can0/node5 SDO transfer [ms]", "can0/node5 failed SDO transfer [ms]"]
+
+
+@pytest.mark.parametrize("name", ["SDO002-timeout", "SDO030", "SYN003-late", "HBT004-rate", "LSS012", "GRD004"])
+def test_a_finding_told_later_stands_with_its_frame(tmp_path: Path, name: str) -> None:
+    """The frame is listed already, without it; the rows of findings, shown among the frames, have its level."""
+    path = SAMPLES / "rules" / f"{name}.log"
+    shown = Shown(tmp_path, path.read_bytes(), described_beside(path), "en")
+    there: dict[int, set[str]] = {}
+    for entity in ("/frames", "/log/findings"):
+        for row in shown.recording.rows(entity, "TextLog:level"):
+            there.setdefault(row["frame"], set()).add(row["value"][0])
+    assert shown.said.findings
+    assert shown.contents.findings == len(shown.said.findings)
+    for one in shown.said.findings:
+        assert dict(SEVERITIES)[one["severity"]] in there[one["frame"]], one
 
 
 def test_damaged(tmp_path: Path) -> None:

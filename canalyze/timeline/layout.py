@@ -321,12 +321,16 @@ class _Views:
         """Annotated frames."""
         if not self.contents.frames:
             return []
+        # A finding stands with the frame that it is about, also one that was only told later. Without any, all frames
+        # are of one level.
+        found = self.contents.findings > 0
         view = rrb.TextLogView(
             origin="/",
-            # A finding stands with the frame that it is about, also one that was only told later.
-            contents=["/frames", "/log/findings"] if self.contents.findings else ["/frames"],
+            contents=["/frames", "/log/findings"] if found else ["/frames"],
             name=self.words("timeline.frames"),
-            columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"]),
+            columns=rrb.TextLogColumns(
+                timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"] if found else ["Body"]
+            ),
             rows=rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO", "TRACE"]),
             format_options=rrb.TextLogFormat(monospace_body=True),
         )

@@ -57,10 +57,12 @@ class TransferWriter:
         took = (rows.t_ns[some + 1] - rows.t_ns[some]).astype(np.float64)
         values = np.full((len(some), 2), np.nan)
         values[np.arange(len(some)), series[some]] = took / _MS
-        contents, entity = self._contents, escaped(f"sdo_duration/{lane.removeprefix(LANES)}")
+        channel = lane.removeprefix(LANES)
+        contents, entity = self._contents, escaped(f"sdo_duration/{channel}")
         if entity not in contents.durations:
             palette = COLOURS["sdo"]
-            names = [self._words("timeline.done_line"), self._words("timeline.failed_line")]
+            # Told of a point that is pointed at: whose it is.
+            names = [self._words(f"timeline.{one}_line", channel=channel) for one in ("done", "failed")]
             style = rr.SeriesPoints(
                 names=names,
                 colors=np.array([palette["ok"], palette["failed"]], np.uint32),

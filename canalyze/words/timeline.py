@@ -33,8 +33,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("timeline.window_line", "同步窗口 [µs]", "synchronous window [µs]"),
     ("timeline.load_line", "{bus} 负载 [%]", "{bus} load [%]"),
     ("timeline.rate_line", "{bus} 帧率 [帧/秒]", "{bus} frame rate [frames/s]"),
-    ("timeline.done_line", "SDO传输的时长 [ms]", "duration of an SDO transfer [ms]"),
-    ("timeline.failed_line", "失败的SDO传输的时长 [ms]", "duration of a failed SDO transfer [ms]"),
+    ("timeline.done_line", "{channel} SDO传输 [ms]", "{channel} SDO transfer [ms]"),
+    ("timeline.failed_line", "{channel} 失败的SDO传输 [ms]", "{channel} failed SDO transfer [ms]"),
     # Texts.
     ("timeline.log", "发现和EMCY", "Findings and EMCY"),
     ("timeline.faults_log", "发现和EMCY（错误、警告）", "Findings and EMCY (errors, warnings)"),
