@@ -78,7 +78,7 @@ def shown(view: rrb.View, contents: Contents) -> dict[str, list[str]]:
 def entities(contents: Contents) -> set[str]:
     """Every entity that a recording of it has."""
     found = {*contents.plots, *contents.lanes, *contents.delays, SPAN}
-    found |= {*contents.durations} if contents.brief else set()
+    found |= {*contents.durations}
     for bus in contents.sync:
         found.add("/".join(["/sync", *filter(None, [bus]), "period"]))
     for bus in contents.windows:
@@ -280,11 +280,12 @@ def test_short_transfers_are_points() -> None:
     contents = drive()
     for took, seen in ((10**6, True), (10**7, False)):
         contents.transferring_ns = contents.transfers * took
-        for part in tabs(contents):
-            assert (title in names(part)) == seen
+        overview, node = tabs(contents)
+        assert (title in names(overview)) == seen
+        # Of two that are alike, a lane that has room for them shows one.
+        assert title in names(node)
     contents = network(30)
     assert "SDO transfers" in names(tabs(contents)[0])
-    contents.durations["/sdo_duration/can0/node5"] = None
     contents.transfers = 1
     assert "SDO transfers" not in names(tabs(contents)[0])
     assert title in names(tabs(contents)[0])
@@ -401,7 +402,7 @@ def test_a_new_plot_leaves_the_others_their_ids() -> None:
 def test_a_layout_is_small(tmp_path: Path) -> None:
     """It is part of every recording, and sent anew where one grows."""
     layout(network(30), Words("en")).save("canalyze-test", tmp_path / "out.rbl")
-    assert (tmp_path / "out.rbl").stat().st_size < 4_000_000
+    assert (tmp_path / "out.rbl").stat().st_size < 4_500_000
 
 
 @pytest.mark.parametrize(("timed", "timeline"), [(True, CLOCK), (False, "frame")])

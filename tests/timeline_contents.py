@@ -59,6 +59,7 @@ def network(nodes: int, buses: tuple[str, ...] = ("can0",)) -> Contents:
             plot(contents, node, "TPDO1", [series("Velocity", "rpm"), series("Torque", "%")], bus)
             plot(contents, node, "TPDO2", [series("Position", greatest=2e6), series("Temperature", "°C")], bus)
             contents.delays["/".join(["/sync", *([bus] if bus else []), "delay", f"node{node}", "TPDO1"])] = None
+            contents.durations["/".join(["/sdo_duration", *([bus] if bus else []), f"node{node}"])] = None
         contents.sync.add(bus)
         contents.load[bus] = True
     lanes(contents, f"/emcy/{where}")

@@ -41,7 +41,7 @@ ROOM: Final = 8
 """Plots of signals in the overview at most, besides those of SYNC and load."""
 PAGE: Final = 10
 """Plots on one page of a node."""
-MOST: Final = 1024
+MOST: Final = 1152
 """Views of all pages together: a bus full of nodes has about so many, and each is 30 kB of a layout."""
 TITLE: Final = 48
 """Columns of text that fit above a plot of the overview."""
@@ -137,6 +137,10 @@ class _Views:
             self.of_node((line.bus, line.node))[1].append(line)
         for entity in contents.plots:
             self.of_node(charts.place(entity))
+        self.timed: dict[Place, list[str]] = {}
+        """Durations of SDO transfers, by bus and node."""
+        for entity in contents.durations:
+            self.timed.setdefault(charts.place(entity), []).append(entity)
         self.places = sorted(place for place in self.nodes if place[1])
         self.many = sum(len(self.lanes.get(kind, ())) for kind in KINDS) > TOGETHER
         """There are more lanes than are in sight."""
@@ -295,10 +299,10 @@ class _Views:
         return found
 
     def durations(self, place: Place | None = None) -> list[Plot]:
-        """How long SDO transfers took, of all nodes or of one, where they are too short to be seen in their lanes."""
-        if not self.contents.brief:
+        """How long SDO transfers took: of one node, or of all where they are too short to be seen in their lanes."""
+        if place is None and not self.contents.brief:
             return []
-        mine = [one for one in self.contents.durations if place in (None, charts.place(one))]
+        mine = self.timed.get(place, []) if place else list(self.contents.durations)
         return [Plot(self.words("timeline.durations"), {one: [one] for one in mine}, points=True)] if mine else []
 
     def log(self, *, whole: bool = False) -> list[Sized]:

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Int32Type, UInt64Type};
+use arrow_array::types::{Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, DictionaryArray, StringArray};
 
 use crate::dictionary::{Access, Dictionary, Form, Object, Preset};
@@ -256,6 +256,22 @@ fn who_is_not_heard_is_lost() {
     ] {
         assert_eq!(text(&rows(&sample(name), options(Lang::En)), &["nmt/"]), expected, "{name}");
     }
+}
+
+#[test]
+fn a_clock_that_is_wrong_for_a_moment() {
+    // The silence that it seems to end does not reach back to where the state began.
+    let mut frames: Vec<String> = (0..20).map(|at| format!("{}.{}@705#05", 1_700_000_000 + at / 10, at % 10)).collect();
+    frames.extend(["5.0@705#05", "1700000002.1@705#05", "1700000002.2@705#05"].map(str::to_owned));
+    let frames: Vec<&str> = frames.iter().map(String::as_str).collect();
+    let mut session = Session::new(options(Lang::En));
+    session.begin(b"x.log", Input::Candump, true);
+    session.feed(&capture(&frames), &mut Vec::new());
+    session.finish(&mut Vec::new());
+    let batches = session.take_batches(false);
+    let stamps = batches[0].rows.column_by_name("t_ns").unwrap().as_primitive::<Int64Type>().values().to_vec();
+    assert_eq!(listed(&batches[0])[1], "22 nmt/can0/node5 unknown unknown (silent bus)");
+    assert_eq!(stamps[1], 1_700_000_002_100_000_000);
 }
 
 #[test]
