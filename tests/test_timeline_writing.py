@@ -279,6 +279,38 @@ def test_the_last_state_counts_where_a_clock_is_set(tmp_path: Path, stamps: tupl
     assert [(row["time_since_start"], row["value"]) for row in shown] == [(0, ["one"]), (MS, ["two"]), (MS, ["three"])]
 
 
+@pytest.mark.parametrize("size", [1, 2, 9])
+def test_transfers_last_until_the_next_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int) -> None:
+    """Also where that comes with a later batch; of one whose end nobody knows, nobody knows how long it took."""
+    course: list[tuple[int, str | None, str | None]] = [
+        (0, "1000h:00 read", "ok"),
+        (2, None, None),
+        (5, "1000h:00 read", "ok"),
+        (6, "1000h:00 read", "aborted"),
+        (10, None, None),
+        (11, "2000h:00 read", "incomplete"),
+        (13, "2000h:00 read", "failed"),
+        (18, None, None),
+        (20, "2000h:00 read", "ok"),
+    ]
+    rows = [
+        {"lane": "sdo/can0/node5", "t_ns": START + at * MS, "frame": at + 1, "state": state, "class": of_class}
+        for at, state, of_class in course
+    ]
+    monkeypatch.setattr("canalyze.timeline.lanes._TOGETHER", 1)
+    batches = [[table("lanes", rows[at : at + size])] for at in range(0, len(rows), size)]
+    timeline, found = written(tmp_path, [table("listing", [listed(1, START)])], *batches)
+    points = found.rows("/sdo_duration/can0/node5", "Scalars:scalars")
+    took = {row["frame"]: [one for one in row["value"] if not math.isnan(one)] for row in points}
+    assert took == {1: [2.0], 6: [1.0], 7: [4.0], 14: [5.0]}
+    assert [math.isnan(row["value"][0]) for row in points] == [False, False, True, True]
+    assert (timeline.contents.transfers, timeline.contents.transferring_ns) == (4, 12 * MS)
+    assert not timeline.contents.brief
+    without = [{**row, "t_ns": None} for row in rows]
+    timeline, _ = written(tmp_path, [table("listing", [listed(1, None)]), table("lanes", without)])
+    assert not timeline.contents.durations
+
+
 def test_samples_do_not_hold_on(tmp_path: Path) -> None:
     rows = [{"t_ns": START, "frame": 1}, {"t_ns": START + 2 * MS, "frame": 3}]
     column: dict[str, Any] = {"A": (pa.uint8(), {}, [1, 2])}
