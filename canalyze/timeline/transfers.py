@@ -62,9 +62,10 @@ class TransferWriter:
         if entity not in contents.durations:
             palette = COLOURS["sdo"]
             # Told of a point that is pointed at: whose it is.
-            names = [self._words(f"timeline.{one}_line", channel=channel) for one in ("done", "failed")]
+            done = self._words("timeline.done_line", channel=channel)
+            failed = self._words("timeline.failed_line", channel=channel)
             style = rr.SeriesPoints(
-                names=names,
+                names=[done, failed],
                 colors=np.array([palette["ok"], palette["failed"]], np.uint32),
                 markers=["circle", "circle"],
                 marker_sizes=[_SIZE, _SIZE],
