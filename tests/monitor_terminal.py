@@ -19,7 +19,6 @@ from pathlib import Path
 
 from conftest import command, environment
 
-
 ON, OFF = b"\x1b[?1049h", b"\x1b[?1049l"
 """The screen of a program begins, and ends."""
 QUIET_S = 0.5
