@@ -135,10 +135,11 @@ def run(script: Callable[[Session], None]) -> Session:
 
 
 def run_recorded(name: str) -> Session:
-    """One of the sessions of `record_network.py`, whatever the machine's load does to its timing."""
+    """One of the sessions of `record_network.py`, whatever the machine's load does to its timing.
 
-    def script(session: Session) -> None:
+    One that did not come to its end stands on the bus before the one that did.
+    """
+    for _ in range(ATTEMPTS):
         with suppress(canopen.SdoCommunicationError, canopen.lss.LssError):
-            SESSIONS[name](session)
-
-    return run(script)
+            return run(SESSIONS[name])
+    raise TimeoutError(f"{name}: the machine is too busy")

@@ -21,8 +21,8 @@ from test_candump import socketcan  # noqa: F401 - a fixture for every test here
 
 @pytest.mark.parametrize("name", SESSIONS)
 def test_a_session_as_it_happened(name: str, tmp_path: Path) -> None:
-    recorder = [sys.executable, str(TESTS / "record_network.py"), "--into", str(tmp_path), name]
-    done = subprocess.run(recorder, capture_output=True, text=True, check=False, timeout=250)
+    recorder = [sys.executable, str(TESTS / "record_network.py"), "--into", str(tmp_path), "--attempts", "60", name]
+    done = subprocess.run(recorder, capture_output=True, text=True, check=False, timeout=400)
     assert done.returncode == 0, done.stdout + done.stderr
     log = tmp_path / f"{name}.log"
     truth = json.loads(log.with_suffix(".json").read_text())
