@@ -1,5 +1,6 @@
 """What the tests of the command line share: running it as a user does, and small captures."""
 
+import gc
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -11,6 +12,13 @@ import pytest
 
 pytest_plugins = ["pytester"]
 pytest.register_assert_rewrite("reader_suite", "capture_frames")
+
+
+def pytest_collection_finish() -> None:
+    """Spares every collection of garbage the look at some ten thousand tests, which are none."""
+    gc.collect()
+    gc.freeze()
+
 
 NOTES = """\
 can1  60A   [8]  40 08 10 00 00 00 00 00
