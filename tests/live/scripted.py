@@ -115,7 +115,7 @@ def boot_configure_run(session: Session, change: str = "") -> None:
     for node in (DRIVE,) if change == "no-start" else (DRIVE, IO):
         session.nmt(START, node)
     session.master.sync.start(0.6 if change == "sync" else SYNC_S)
-    for step in range(8):
+    for step in range(6):
         io.show({(0x6401, 1): (200 if change == "signal" and step == 5 else 100) + step, (0x6000, 2): step})
         if change == "emcy" and step == 5:
             drive.emcy(0x8110, 0x11)

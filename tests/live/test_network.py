@@ -18,11 +18,18 @@ from captures import TESTS, analyze
 from record_network import SESSIONS
 from test_candump import socketcan  # noqa: F401 - a fixture for every test here
 
+RECORDER = """
+from canalyze.sources.library import library
+library()  # else python-can loads what only MF4 needs, which takes longer than all the rest
+import record_network
+record_network.main()
+"""
+
 
 @pytest.mark.parametrize("name", SESSIONS)
 def test_a_session_as_it_happened(name: str, tmp_path: Path) -> None:
-    recorder = [sys.executable, str(TESTS / "record_network.py"), "--into", str(tmp_path), "--attempts", "60", name]
-    done = subprocess.run(recorder, capture_output=True, text=True, check=False, timeout=400)
+    recorder = [sys.executable, "-c", RECORDER, "--into", str(tmp_path), "--attempts", "60", name]
+    done = subprocess.run(recorder, capture_output=True, text=True, check=False, timeout=400, cwd=TESTS)
     assert done.returncode == 0, done.stdout + done.stderr
     log = tmp_path / f"{name}.log"
     truth = json.loads(log.with_suffix(".json").read_text())
