@@ -35,10 +35,12 @@ def run(
     arguments: Sequence[str], *, stdin: bytes = b"", cwd: Path | None = None, env: Mapping[str, str], timeout_s: float
 ) -> subprocess.CompletedProcess[bytes]:
     """Runs `canalyze` with these arguments to its end, all three streams being pipes."""
-    if not hasattr(os, "fork") or of_python(env) != of_python(os.environ) or not _same_start(os.getpid()):
+    wanted = of_python(env)
+    if not hasattr(os, "fork") or wanted not in (_GIVEN, _USUAL):
         line = [sys.executable, "-m", "canalyze", *arguments]
         return subprocess.run(line, input=stdin, capture_output=True, cwd=cwd, env=env, timeout=timeout_s, check=False)
-    return _forker(os.getpid()).run(arguments, stdin, cwd or Path.cwd(), env, timeout_s)
+    forker = _forker(os.getpid(), tuple(sorted(wanted.items())))
+    return forker.run(arguments, stdin, cwd or Path.cwd(), env, timeout_s)
 
 
 def of_python(env: Mapping[str, str]) -> dict[str, str]:
@@ -46,14 +48,16 @@ def of_python(env: Mapping[str, str]) -> dict[str, str]:
     return {name: value for name, value in env.items() if name.startswith(OF_PYTHON)}
 
 
-def _same_start(process: int) -> bool:
-    return of_python(os.environ) == _forker(process).of_python
+_GIVEN = of_python(os.environ)
+"""As the tests were started."""
+_USUAL = {name: value for name, value in _GIVEN.items() if name not in ("LC_ALL", "PYTHONIOENCODING", "PYTHONUTF8")}
+"""The same without what would choose a language: `conftest.environment`."""
 
 
 @cache
-def _forker(process: int) -> _Forker:
-    """The one of this process."""
-    found = _Forker()
+def _forker(process: int, wanted: tuple[tuple[str, str], ...]) -> _Forker:
+    """The one of this process, started with these variables."""
+    found = _Forker(dict(wanted))
     atexit.register(found.close)
     return found
 
@@ -61,14 +65,15 @@ def _forker(process: int) -> _Forker:
 class _Forker:
     """The process that forks, seen from outside; it ends with who started it."""
 
-    def __init__(self) -> None:
-        self.of_python = of_python(os.environ)
+    def __init__(self, wanted: Mapping[str, str]) -> None:
+        others = {name: value for name, value in os.environ.items() if not name.startswith(OF_PYTHON)}
         self._asking, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
             self._process = subprocess.Popen(
                 [sys.executable, str(Path(__file__).resolve()), str(theirs.fileno())],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
+                env=others | dict(wanted),
                 pass_fds=[theirs.fileno()],
             )
 
