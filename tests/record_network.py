@@ -1,6 +1,6 @@
 """Records clean sessions of whole networks with candump, and writes beside each what happened in it.
 
-    python tests/record_network.py [--into DIRECTORY] [--attempts N] [NAME]...
+    python tests/record_network.py [--into DIRECTORY] [--stalled] [NAME]...
 
 Needs Linux with an interface vcan0 that is up, candump of can-utils, and the packages canopen and python-can. The
 nodes are those of `network_nodes.py`, built from the dictionaries of eds/ and from the small one here; the master is
@@ -578,12 +578,12 @@ def main() -> None:
     """Records the sessions that the command line names, or all."""
     parser = argparse.ArgumentParser(description="Records clean sessions of whole networks.")
     parser.add_argument("--into", type=Path, default=TARGET)
-    parser.add_argument("--attempts", type=int, default=ATTEMPTS)
+    parser.add_argument("--stalled", action="store_true", help="one attempt each; kept where the machine stalled, too")
     parser.add_argument("names", nargs="*", default=list(SESSIONS))
     options = parser.parse_args()
     options.into.mkdir(parents=True, exist_ok=True)
     for name in options.names:
-        for attempt in range(1, options.attempts + 1):
+        for attempt in range(1, 2 if options.stalled else ATTEMPTS + 1):
             with tempfile.TemporaryDirectory() as scratch:
                 try:
                     text, session = record(SESSIONS[name], Path(scratch))
@@ -591,9 +591,10 @@ def main() -> None:
                     print(f"{name}, attempt {attempt}: {stall!r}", flush=True)
                     continue
             truth, missed = describe(name, text, session.account.sent, session)
-            if not (missed := missed + stalls(text, session)):
+            if missed := missed + stalls(text, session):
+                print(f"{name}, attempt {attempt}: {len(missed)}: {'; '.join(missed[:4])}", flush=True)
+            if not missed or options.stalled:
                 break
-            print(f"{name}, attempt {attempt}: {len(missed)}: {'; '.join(missed[:4])}", flush=True)
         else:
             raise SystemExit(f"{name}: the machine is too busy")
         (options.into / f"{name}.log").write_text(text)
