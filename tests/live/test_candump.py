@@ -27,7 +27,7 @@ from conftest import NOTES, environment
 from listeners import wait_until_read
 from record_session import INTERFACE, run_session
 
-DEADLINE_S = 20.0
+DEADLINE_S = 60.0
 """For one line; a loaded machine may take its time."""
 PROBE, LAST = "7FE", "7FF"
 """No CANopen service of the pre-defined connection set uses these identifiers."""

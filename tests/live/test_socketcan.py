@@ -27,7 +27,7 @@ from canalyze.sources.socketcan import SocketCan
 from canalyze.words import Words
 
 ONE, OTHER = "vcan0", "vcan1"
-DEADLINE_S = 20.0
+DEADLINE_S = 60.0
 HEADER = struct.calcsize("@PIPNPNi0N") + struct.calcsize("@I0N")
 """Bytes of a struct mmsghdr, with the room behind."""
 SLOT = 200
