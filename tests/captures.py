@@ -7,14 +7,15 @@ the program), and they must not differ from file to file. What it must not do: k
 from __future__ import annotations
 
 import json
+import os
 import re
-import subprocess
-import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+import forked
 
 from canalyze import _core
 from canalyze.dictionary import load
@@ -212,10 +213,10 @@ def session_output(
 
 def run_canalyze(arguments: Sequence[str | Path], *, expected_exit: int = 0, folder: Path | None = None) -> bytes:
     """Standard output of the command line program, run in this folder; its exit status must be the expected one."""
-    command = [sys.executable, "-m", "canalyze", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, check=False, cwd=folder)
+    line = [str(argument) for argument in arguments]
+    done = forked.run(line, cwd=folder, env=os.environ, timeout_s=600)
     if done.returncode != expected_exit:
-        raise AssertionError(f"{command[3:]} ended with {done.returncode}:\n{done.stderr.decode(errors='replace')}")
+        raise AssertionError(f"{line} ended with {done.returncode}:\n{done.stderr.decode(errors='replace')}")
     return done.stdout
 
 

@@ -1,16 +1,24 @@
 """What the tests of the command line share: running it as a user does, and small captures."""
 
+import gc
 import os
-import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import forked
 import pytest
 
 pytest_plugins = ["pytester"]
 pytest.register_assert_rewrite("reader_suite", "capture_frames")
+
+
+def pytest_collection_finish() -> None:
+    """Spares every collection of garbage the look at some ten thousand tests, which are none."""
+    gc.collect()
+    gc.freeze()
+
 
 NOTES = """\
 can1  60A   [8]  40 08 10 00 00 00 00 00
@@ -65,15 +73,7 @@ def canalyze(tmp_path: Path) -> Runner:
     """Run one command line to its end, in an empty directory."""
 
     def run(*args: str, stdin: bytes | None = None, env: dict[str, str] | None = None) -> Done:
-        done = subprocess.run(
-            command(*args),
-            input=stdin or b"",
-            capture_output=True,
-            cwd=tmp_path,
-            env=environment(**(env or {})),
-            timeout=120,
-            check=False,
-        )
+        done = forked.run(args, stdin=stdin or b"", cwd=tmp_path, env=environment(**(env or {})), timeout_s=120)
         return Done(done.returncode, done.stdout.decode(), done.stderr.decode())
 
     return run

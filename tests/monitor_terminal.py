@@ -19,6 +19,11 @@ from pathlib import Path
 
 from conftest import command, environment
 
+ON, OFF = b"\x1b[?1049h", b"\x1b[?1049l"
+"""The screen of a program begins, and ends."""
+QUIET_S = 0.5
+"""For so long nothing may come of a program that has ended until all is taken for read: the terminal is a queue."""
+
 
 class Terminal:
     """The program on a terminal of its own."""
@@ -46,14 +51,17 @@ class Terminal:
         while time.monotonic() < end:
             if holds(self.shown):
                 return True
-            if select.select([self._ours], [], [], 0.1)[0]:
-                try:
-                    self.shown += os.read(self._ours, 65536)
-                except OSError:
-                    return holds(self.shown)
-            elif self.process.poll() is not None:
+            ended = self.process.poll() is not None
+            if not self._more(QUIET_S if ended else 0.1) and ended:
                 return holds(self.shown)
         return False
+
+    def _more(self, within_s: float) -> bool:
+        """Read what is shown by now; tell whether there was anything."""
+        if not select.select([self._ours], [], [], within_s)[0]:
+            return False
+        self.shown += os.read(self._ours, 65536)
+        return True
 
     def type(self, keys: bytes) -> None:
         os.write(self._ours, keys)
@@ -63,14 +71,14 @@ class Terminal:
 
     def end(self, *, screen: bool = True) -> tuple[int, str]:
         """Wait for the end; give the exit code and standard error."""
-        self.until(lambda _: self.process.poll() is not None)
+        self.until(lambda shown: self.process.poll() is not None and shown.count(ON) == shown.count(OFF))
         assert self.process.stderr is not None
         with self.process.stderr as pipe:
             said = pipe.read().decode()
         code = self.process.wait(10)
         assert self.is_restored(), "the terminal is not what it was"
-        assert (b"\x1b[?1049h" in self.shown) == screen
-        assert self.shown.count(b"\x1b[?1049h") == self.shown.count(b"\x1b[?1049l")
+        assert (ON in self.shown) == screen
+        assert self.shown.count(ON) == self.shown.count(OFF)
         os.close(self._ours)
         os.close(self._theirs)
         return code, said

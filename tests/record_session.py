@@ -52,6 +52,8 @@ RECORDINGS: dict[str, list[str]] = {
 }
 
 NODE, BLOCK_NODE = 5, 6
+PATIENCE_S = 10.0
+"""For an answer; python-canopen's 0.3 s are over where a machine stalls."""
 
 EDS = """
 [FileInfo]
@@ -183,6 +185,8 @@ class Client:
         """Takes its two remote nodes from the network."""
         self.asked: list[dict[str, Any]] = []
         self.sdo = {node: network.add_node(canopen.RemoteNode(node, description())).sdo for node in (NODE, BLOCK_NODE)}
+        for one in self.sdo.values():
+            one.RESPONSE_TIMEOUT = PATIENCE_S
 
     def _keep(self, node: int, direction: str, mode: str, index: int, sub: int, data: bytes, abort: int | None) -> None:
         row = {"node": node, "direction": direction, "mode": mode, "index": f"{index:04X}", "sub": sub}

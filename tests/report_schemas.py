@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -54,9 +55,10 @@ def _fetched(source: tuple[str, str, str]) -> Path | str:
     if schema.is_file():
         return schema
     CACHE.mkdir(parents=True, exist_ok=True)
-    wanted = CACHE / f"{schema.name}.requirement"
+    # Others may fetch it at the same time: each has files of its own until the schema is there.
+    wanted = CACHE / f"{schema.name}.{os.getpid()}.requirement"
     wanted.write_text(f"{requirement} --hash=sha256:{digest}\n")
-    folder = CACHE / f"{schema.name}.source"
+    folder = CACHE / f"{schema.name}.{os.getpid()}.source"
     options = ["--no-deps", "--no-binary", requirement.split("==")[0], "--retries", "1", "--timeout", "20"]
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", *options]
     try:
@@ -75,9 +77,11 @@ def _fetched(source: tuple[str, str, str]) -> Path | str:
     with tarfile.open(archive) as packed:
         content = packed.extractfile(member)
         assert content is not None
-        part = schema.with_suffix(f".{os.getpid()}.part")  # others may fetch it at the same time
+        part = schema.with_suffix(f".{os.getpid()}.part")
         part.write_bytes(content.read())
     part.replace(schema)
+    wanted.unlink()
+    shutil.rmtree(folder)
     return schema
 
 

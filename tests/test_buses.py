@@ -244,7 +244,7 @@ def test_frames_of_every_kind(source: PythonCan, sender: can.BusABC) -> None:
             timestamp=now, arbitration_id=2, data=bytes(12), is_fd=True, bitrate_switch=True, is_extended_id=False
         )
     )
-    assert decoded(source.receive(0.5)) == [
+    assert decoded(received(source, 4)) == [
         f"(1700000000.250000) {CHANNEL} 60A#4008 R",
         f"(1700000000.250000) {CHANNEL} 0000060A# R",
         f"(1700000000.250000) {CHANNEL} 001#R3 R",
@@ -263,6 +263,15 @@ def test_blocks_have_the_bus_and_a_time(source: PythonCan, sender: can.BusABC) -
     assert before - 2_000_000_000 < found[1][2] <= time.time_ns()
 
 
+def received(source: PythonCan, count: int) -> bytes:
+    """Blocks with so many frames: a machine that stalls gets them by several calls."""
+    blocks, deadline = b"", time.monotonic() + 20
+    while sum(number for kind, _, number, *_ in live.heads(blocks) if kind == live.RECORDS) < count:
+        assert time.monotonic() < deadline, blocks
+        blocks += source.receive(0.5)
+    return blocks
+
+
 def stamps(blocks: bytes) -> list[float]:
     return [float(line[1 : line.index(")")]) for line in decoded(blocks)]
 
@@ -270,22 +279,22 @@ def stamps(blocks: bytes) -> list[float]:
 def test_stamps_that_are_no_dates_get_one_offset(source: PythonCan, sender: can.BusABC) -> None:
     for stamp in (17.5, 17.75, 18.0):
         sender.send(can.Message(timestamp=stamp, arbitration_id=1))
-    first, second, third = stamps(source.receive(0.5))
-    assert abs(first - time.time()) < 5
+    first, second, third = stamps(received(source, 3))
+    assert abs(first - time.time()) < 60
     assert (round(second - first, 5), round(third - first, 5)) == (0.25, 0.5)
 
 
 def test_without_stamps_the_time_of_receipt_counts(source: PythonCan, sender: can.BusABC) -> None:
     for stamp in (0.0, float("nan")):
         sender.send(can.Message(timestamp=stamp, arbitration_id=1))
-    assert all(abs(stamp - time.time()) < 5 for stamp in stamps(source.receive(0.5)))
+    assert all(abs(stamp - time.time()) < 60 for stamp in stamps(received(source, 2)))
 
 
 def test_an_adapter_that_begins_anew_gets_another_offset(source: PythonCan, sender: can.BusABC) -> None:
     for stamp in (500.0, 0.5):
         sender.send(can.Message(timestamp=stamp, arbitration_id=1))
-    first, second = stamps(source.receive(0.5))
-    assert 0 <= second - first < 5
+    first, second = stamps(received(source, 2))
+    assert 0 <= second - first < 60
 
 
 def test_time_waits_for_an_adapter_that_is_late(source: PythonCan, sender: can.BusABC) -> None:
@@ -325,6 +334,25 @@ def test_an_unplugged_adapter(source: PythonCan, error: Exception) -> None:
         assert "unplugged" in caught.value.error.in_words(Words(lang))
     assert source.reopen()
     assert taken(source)[-1][0] == live.UNTIL
+
+
+class Unplugged(Failing):
+    """A driver that gives so many frames, then raises for ever."""
+
+    def recv(self, _: float) -> can.Message | None:
+        self.times -= 1
+        if self.times >= 0:
+            return can.Message(timestamp=time.time(), arbitration_id=1)
+        raise self.error
+
+
+def test_frames_just_before_an_adapter_is_unplugged_are_not_lost(source: PythonCan) -> None:
+    source._bus = Unplugged(3, can.CanOperationError("unplugged"))  # type: ignore[assignment]
+    received(source, 3)
+    for _ in range(2):
+        with pytest.raises(live.LinkLost) as caught:
+            source.receive(0)
+        assert "unplugged" in str(caught.value.error)
 
 
 def test_what_python_can_logs_is_a_remark(source: PythonCan, capfd: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -16,6 +15,7 @@ from xml.etree import ElementTree
 import pytest
 from captures import SAMPLES, SHARED
 from conftest import Runner, command, environment
+from processes import wait_until_idle
 from test_cli_terminal import on_terminal
 
 from canalyze.words import LANGUAGES, Words
@@ -583,9 +583,9 @@ def test_the_end_can_be_wished(
     )
     with fifo.open("wb", buffering=0) as live:
         live.write((set_of_captures / "toggle.log").read_bytes())
-        time.sleep(1)
+        wait_until_idle(process.pid, unread=live.fileno())
         process.send_signal(number)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=60)
     assert process.returncode == 128 + number
     assert b"Traceback" not in err
     assert b"the check was broken off, files not read to their end: 1" in err
@@ -605,7 +605,7 @@ def test_a_reader_that_leaves_does_not_pass_the_check(set_of_captures: Path, tmp
     process.stdout.close()
     with process.stderr:
         assert process.stderr.read() == b""
-    assert process.wait(timeout=20) == 1
+    assert process.wait(timeout=60) == 1
     assert (tmp_path / "j.xml").exists()
 
 

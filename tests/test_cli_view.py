@@ -27,7 +27,7 @@ from conftest import Runner, command, environment
 from recordings import recording, verified
 from test_sniff import SCRIPT, without_end
 from test_sniff import process as sniffing
-from viewers import listeners, on_linux, sent_to, soon, viewer_of
+from viewers import DEADLINE_S, free_pair, listeners, on_linux, sent_to, soon, viewer_of
 
 from canalyze.cli import main
 from canalyze.timeline.feed import Feed
@@ -68,7 +68,7 @@ def page_of(line: str) -> tuple[str, str]:
 def end(running: subprocess.Popen[bytes], by: signal.Signals = signal.SIGINT) -> int:
     """Ends it as a user does; gives the exit code."""
     running.send_signal(by)
-    return running.wait(30)
+    return running.wait(DEADLINE_S)
 
 
 def here(capfd: pytest.CaptureFixture[str], *args: str) -> tuple[int, str]:
@@ -226,17 +226,19 @@ def test_what_is_no_timeline(canalyze: Runner, tmp_path: Path) -> None:
 @on_linux
 def test_a_page_is_for_this_machine_only(tmp_path: Path, canalyze: Runner) -> None:
     """It has what is on the bus, on the ports that were asked for; by its environment it sends nothing."""
-    args = ("view", "--web", "--port", "19470", "--eds", EDS, str(CAPTURE))
+    page = free_pair()
+    args = ("view", "--web", "--port", str(page), "--eds", EDS, str(CAPTURE))
     with viewing(*args, cwd=tmp_path, NO_PROXY="*", FORCE_RERUN_ANALYTICS="1") as running:
         url, connect = page_of(told(running, "open in a browser"))
         with urllib.request.urlopen(url) as answer:
             assert answer.status == 200
-        assert listeners(running.pid) == {(LOCAL, 19470), (LOCAL, 19471)}
-        assert (urlparse(url).port, urlparse(connect).port) == (19470, 19471)
+        assert listeners(running.pid) == {(LOCAL, page), (LOCAL, page + 1)}
+        assert (urlparse(url).port, urlparse(connect).port) == (page, page + 1)
         folders = list((tmp_path / "tmp").iterdir())
         assert {folder.stat().st_mode & 0o777 for folder in folders} == {0o700}
-        done = canalyze("view", "--web", "--port", "19471", "--lang", "en", "looked-at-later.log")
-        assert done.code == 2 and done.err.startswith("canalyze: the viewer cannot listen on 127.0.0.1, port 19471: ")
+        done = canalyze("view", "--web", "--port", str(page + 1), "--lang", "en", "looked-at-later.log")
+        said = f"canalyze: the viewer cannot listen on 127.0.0.1, port {page + 1}: "
+        assert done.code == 2 and done.err.startswith(said)
         assert len(done.complaints) == 1
         sent_to(connect, tmp_path / "seen.rrd", lambda path: rows(path) == len(CAPTURE.read_text().splitlines()))
         viewer = viewer_of(running.pid)
@@ -259,10 +261,10 @@ def test_another_address_only_where_it_was_asked_for(tmp_path: Path, bind: str) 
         assert {address for address, _ in listeners(running.pid)} == {bind}
         said = told(running, "the viewer listens on" if bind == "0.0.0.0" else "Ctrl-C ends it")
         assert ("without a password" in said) == (bind == "0.0.0.0")
-        viewer = viewer_of(running.pid) or 0
+        viewer = soon(lambda: viewer_of(running.pid), "a viewer")
         if bind == "0.0.0.0":
             os.kill(viewer, signal.SIGKILL)
-            assert running.wait(30) == 2
+            assert running.wait(DEADLINE_S) == 2
             told(running, "the viewer ended by itself")
         else:
             assert end(running, signal.SIGTERM) == 143
@@ -277,7 +279,7 @@ def test_no_viewer_outlives_a_command_that_is_killed(tmp_path: Path) -> None:
         viewer = viewer_of(running.pid)
         running.kill()
         running.wait()
-        soon(lambda: not _alive(viewer), "the viewer goes too", within_s=15)
+        soon(lambda: not _alive(viewer), "the viewer goes too")
 
 
 @on_linux
@@ -289,28 +291,38 @@ def test_ctrl_c_while_rerun_is_loaded(tmp_path: Path, monkeypatch: pytest.Monkey
         os.mkfifo(tmp_path / "pipe")  # reading it would wait
         with viewing("view", "--web", "pipe", cwd=tmp_path) as running:
             soon(lambda: (tmp_path / "loading").exists(), "it loads")
-            assert end(running) == 130
+            running.send_signal(signal.SIGINT)
+            (tmp_path / "signalled").touch()
+            assert running.wait(DEADLINE_S) == 130
         assert not list((tmp_path / "tmp").iterdir())
         return
-    with sniffing("steady", "bus", "--rerun", "--web", "--save", "out.rrd", cwd=tmp_path) as running:
-        soon(lambda: (tmp_path / "loading").exists(), "it loads")
-        time.sleep(0.3)  # some frames
+    args = ("bus", "--rerun", "--web", "--save", "out.rrd", "--record", "bus.log")
+    began = time.monotonic()
+    with sniffing("steady", *args, cwd=tmp_path) as running:
+        recorded = tmp_path / "bus.log"
+        soon(lambda: (tmp_path / "loading").exists() and recorded.read_bytes().count(b"\n") > 20, "frames as it loads")
         running.send_signal(signal.SIGINT)
-        out, err = running.communicate(timeout=60)
+        (tmp_path / "signalled").touch()
+        out, err = running.communicate(timeout=DEADLINE_S)
     assert running.returncode == 0
     said = err.decode().splitlines()
-    assert re.match(r"canalyze: bus: \d+ frames in 0\.\d s", said[0])
-    assert len(said) == 2 and said[1].startswith("canalyze: out.rrd: timeline, ")
-    assert rows(tmp_path / "out.rrd") == len(without_end(out.decode())) > 10
+    listened = re.match(r"canalyze: bus: \d+ frames in (\d+\.\d) s", said[0])
+    assert listened and float(listened[1]) < float((tmp_path / "seen").read_text()) - began + 0.1
+    assert len(said) == 3 and said[1].startswith("canalyze: recorded bus.log: ")
+    assert said[2].startswith("canalyze: out.rrd: timeline, ")
+    assert rows(tmp_path / "out.rrd") == len(without_end(out.decode())) > 20
 
 
 def slow_to_load(folder: Path) -> Path:
-    """A `rerun` that says when it begins to be loaded, takes a second, and is the real one then."""
+    """A `rerun` that says when it begins to be loaded, takes a second more after a signal, and is the real one."""
     slow = folder / "slow"
     slow.mkdir()
     (slow / "rerun.py").write_text(
         "import importlib, pathlib, sys, time\n"
         "pathlib.Path('loading').touch()\n"
+        "while not pathlib.Path('signalled').exists():\n"
+        "    time.sleep(0.01)\n"
+        "pathlib.Path('seen').write_text(str(time.monotonic()))\n"
         "time.sleep(1)\n"
         f"sys.path.remove({str(slow)!r})\n"
         "del sys.modules['rerun']\n"
@@ -433,7 +445,7 @@ def test_whatever_the_viewer_does_the_listening_goes_on(tmp_path: Path, what: si
             reading = threading.Thread(target=lambda: shown.extend(line.decode() for line in running.stdout or ()))
             reading.start()
             told(running, "open in a browser")
-            viewer = viewer_of(running.pid) or 0
+            viewer = soon(lambda: viewer_of(running.pid), "a viewer")
             os.kill(viewer, what)
             before = len(shown)
             if what == signal.SIGKILL:
@@ -443,8 +455,8 @@ def test_whatever_the_viewer_does_the_listening_goes_on(tmp_path: Path, what: si
             if what == signal.SIGSTOP:
                 told(running, "stays")
                 running.send_signal(signal.SIGINT)
-            assert running.wait(30) == 0
-            reading.join(10)
+            assert running.wait(DEADLINE_S) == 0
+            reading.join(DEADLINE_S)
             assert not _alive(viewer)
         finally:
             running.kill()

@@ -286,7 +286,7 @@ def test_the_reader_has_its_turn_on_a_silent_bus() -> None:
         for _ in range(3):
             begun = time.monotonic()
             assert kinds(one.read()) == [(live.UNTIL, 0, live.RELEASE_ALL)]
-            assert time.monotonic() - begun < 2
+            assert time.monotonic() - begun < DEADLINE_S
 
 
 def test_the_time_is_up() -> None:
@@ -304,6 +304,42 @@ def test_stop_gives_what_was_received() -> None:
         one.stop()
         out = kinds(read_out(one))
     assert sum(number for kind, _, number in out if kind == live.RECORDS) == 5
+
+
+def test_what_had_come_is_taken_also_where_the_machine_stalls_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(live, "_LAST_S", 0.0)
+    bus = Made(frames(0, 1), endless=True)
+    with Live([bus]) as one:
+        one.read()
+        bus.steps += [frames(0, 2), frames(0, 3)]
+        one.stop()
+        out = kinds(read_out(one))
+    assert sum(number for kind, _, number in out if kind == live.RECORDS) == 5
+
+
+def test_at_the_end_a_lost_channel_does_not_hide_the_others() -> None:
+    enough = threading.Event()
+
+    def last() -> bytes:
+        assert enough.wait(DEADLINE_S)
+        return b""
+
+    bus = Made(frames(0, 1), last, live.LinkLost("can1", "gone"), frames(0, 2), names=("can0", "can1"), endless=True)
+    with Live([bus]) as one:
+        one.read()
+        one.stop()
+        enough.set()
+        out = kinds(read_out(one))
+    assert sum(number for kind, _, number in out if kind == live.RECORDS) == 2
+    gone = Made(*[live.LinkLost("can0", "gone")] * 50, endless=True)
+    gone.steps.insert(0, last)
+    enough.clear()
+    with Live([gone]) as one:
+        one.start()
+        one.stop()
+        enough.set()
+        read_out(one)
+    assert len(gone.steps) >= 48, "one that is gone for good is not asked again and again"
 
 
 def test_stop_at_once() -> None:
@@ -336,12 +372,12 @@ def test_a_source_that_hangs_is_left_alone() -> None:
     begun = time.monotonic()
 
     def hangs() -> bytes:
-        hang.wait(60)
+        hang.wait(120)
         return b""
 
     with Live([Made(hangs)]) as one:
         assert one.read()
-    assert time.monotonic() - begun < 5
+    assert time.monotonic() - begun < 30, "it was waited for"
     hang.set()
 
 

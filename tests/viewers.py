@@ -6,17 +6,21 @@ not do: start canalyze.
 
 from __future__ import annotations
 
+import random
 import re
+import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import closing, suppress
 from ipaddress import ip_address
 from pathlib import Path
 from typing import TypeVar
 
 import pytest
 import rerun_cli  # type: ignore[import-untyped]
+from processes import tree
 
 T = TypeVar("T")
 
@@ -30,7 +34,7 @@ PROGRAM = Path(rerun_cli.__file__).with_name("rerun")
 on_linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the kernel is asked by /proc")
 
 
-def soon(find: Callable[[], T], what: str, *, within_s: float = DEADLINE_S) -> T:
+def soon(find: Callable[[], T | None], what: str, *, within_s: float = DEADLINE_S) -> T:
     """Waits until it gives something, and fails with `what` where it does not."""
     end = time.monotonic() + within_s
     while not (found := find()):
@@ -40,18 +44,13 @@ def soon(find: Callable[[], T], what: str, *, within_s: float = DEADLINE_S) -> T
     return found
 
 
-def tree(root: int) -> set[int]:
-    """The process and all that came from it and are still there."""
-    parents: dict[int, int] = {}
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            parents[int(path.parent.name)] = int(path.read_text().rpartition(")")[2].split()[1])
-        except (OSError, ValueError):
-            continue
-    found = {root}
-    while more := {child for child, parent in parents.items() if parent in found} - found:
-        found |= more
-    return found
+def free_pair() -> int:
+    """A port on which nobody listens, nor on the next one; none of those that the system gives by itself."""
+    while True:
+        page = random.randrange(15_000, 30_000)
+        with suppress(OSError), closing(socket.create_server(("127.0.0.1", page))):
+            socket.create_server(("127.0.0.1", page + 1)).close()
+            return page
 
 
 def viewer_of(root: int) -> int | None:

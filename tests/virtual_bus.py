@@ -12,6 +12,7 @@ from __future__ import annotations
 import io
 import logging
 import os
+import queue
 import signal
 import sys
 import threading
@@ -112,10 +113,11 @@ def steady() -> None:
 
 def unplug() -> None:
     """Some frames, then the adapter is gone for a while, then some frames again."""
-    back = threading.Event()
+    asked, back = threading.Semaphore(0), threading.Event()
     receive = virtual.VirtualBus._recv_internal
 
     def gone(*_: object, **__: object) -> tuple[None, bool]:
+        asked.release()
         raise can.CanOperationError("the adapter is gone")
 
     def again(bus: virtual.VirtualBus, timeout: float | None) -> tuple[can.Message | None, bool]:
@@ -125,15 +127,21 @@ def unplug() -> None:
     with can.Bus(interface="virtual", channel=CHANNEL) as bus:
         for number in range(20):
             bus.send(frame(number))
-        time.sleep(0.3)
+        all_taken(virtual.channels[CHANNEL][0])
         virtual.VirtualBus._recv_internal = gone  # type: ignore[method-assign]
-        time.sleep(0.5)
+        for _ in range(6):  # also when it is opened anew
+            asked.acquire(timeout=30)
         virtual.VirtualBus._recv_internal = again  # type: ignore[method-assign, assignment]
-        back.wait(5)
-        time.sleep(0.2)
+        back.wait(30)
         for number in range(20, 40):
             bus.send(frame(number))
             time.sleep(0.01)
+
+
+def all_taken(listening: queue.Queue[can.Message]) -> None:
+    """Wait until who listens has taken all frames."""
+    while listening in virtual.channels.get(CHANNEL, []) and not listening.empty():
+        time.sleep(0.005)
 
 
 def silence() -> None:
@@ -156,8 +164,7 @@ def feed(traffic: str) -> None:
     while not (listening := list(virtual.channels.get(CHANNEL, []))):
         time.sleep(0.005)
     TRAFFIC[traffic]()
-    while listening[0] in virtual.channels.get(CHANNEL, []) and not listening[0].empty():
-        time.sleep(0.005)
+    all_taken(listening[0])
     time.sleep(0.2)
     os.kill(os.getpid(), signal.SIGINT)
 

@@ -152,7 +152,11 @@ class PythonCan:
                     dropped += 1
                 if len(records) >= _MOST or time.monotonic() > end:
                     break
-                message, more = self._next(0)
+                try:
+                    message, more = self._next(0)
+                except LinkLost as lost:  # what came before it comes first; the next call tells of it
+                    self._lost = lost.error
+                    break
                 dropped += more
             if records:
                 blocks.append(records_block(self.first, b"".join(records), len(records)))

@@ -40,6 +40,8 @@ _JOIN_S: Final = 2.0
 """How long the end waits for a thread."""
 _LAST_S: Final = 0.5
 """How long what has come already is taken at the end."""
+_LAST: Final = 8
+"""So often it is taken at least, however long that lasts: a machine may stall just then."""
 
 
 class LinkLost(Exception):
@@ -325,17 +327,27 @@ class Live:
                     if not self._reconnect:
                         raise SourceError("live.gone", reason=lost.error) from lost
                     self._wait_for(place, bus, [lost.channel])
-            enough = time.monotonic() + _LAST_S
-            while not self._at_once and time.monotonic() < enough:
-                with suppress(LinkLost):
-                    blocks = bus.receive(0)
-                    self._deliver(place, blocks)
-                    if any(kind in (MESSAGES, RECORDS) for kind, *_ in heads(blocks)):
-                        continue
-                break
+            self._take_the_rest(place, bus)
         ending: Callable[[], bytes] | None = getattr(bus, "ending", None)
         if ending:
             self._deliver(place, ending())
+
+    def _take_the_rest(self, place: int, bus: Bus) -> None:
+        """Take what had come by the end; not without end where ever more comes."""
+        enough = time.monotonic() + _LAST_S
+        lost = calls = 0
+        while not self._at_once and (calls < _LAST or time.monotonic() < enough):
+            calls += 1
+            try:
+                blocks = bus.receive(0)
+            except LinkLost:  # of other channels there may be more
+                lost += 1
+                if lost > len(bus.names):
+                    return
+                continue
+            self._deliver(place, blocks)
+            if not any(kind in (MESSAGES, RECORDS) for kind, *_ in heads(blocks)):
+                return
 
     def _patience(self) -> float:
         if self._deadline is None:

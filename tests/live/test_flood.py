@@ -18,7 +18,7 @@ def test_where_candump_loses_nothing_sniff_loses_nothing(tmp_path: Path) -> None
     for attempt, gap in enumerate(("0.02", "0.05", "0.2")):
         directory = tmp_path / str(attempt)
         directory.mkdir()
-        told = flood(directory, seconds=12, gap=gap, senders=1, form="text", records=["log", "mcap"])
+        told = flood(directory, seconds=8, gap=gap, senders=1, form="text", records=["log", "mcap"])
         if told["candump"] == told["carried"]:
             break
     else:

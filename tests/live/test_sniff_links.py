@@ -13,7 +13,17 @@ from collections.abc import Iterator
 
 import pytest
 from captures import sort_rows
-from listeners import DEADLINE_S, Heartbeats, Listener, Listeners, cansend, listeners, need, wait_until
+from listeners import (
+    DEADLINE_S,
+    Heartbeats,
+    Listener,
+    Listeners,
+    cansend,
+    listeners,
+    need,
+    unless_the_machine_stalls,
+    wait_until,
+)
 from listeners import bus as bus
 
 LINK = "vcan8"
@@ -104,6 +114,16 @@ def came_back(sniff: Listener) -> None:
 @pytest.mark.parametrize(("go", "come"), [(down, up), (delete, add)], ids=["down-up", "del-add"])
 def test_it_waits_for_the_interface(go: object, come: object, bus: Listeners, link: None) -> None:
     """What began before goes on after it; who is silent then is told."""
+
+    def judge() -> None:
+        ip("link", "del", LINK)
+        add()
+        waits_for_the_interface(bus, go, come)
+
+    unless_the_machine_stalls(bus, judge)
+
+
+def waits_for_the_interface(bus: Listeners, go: object, come: object) -> None:
     sniff = bus.sniff(LINK, "--reconnect", "--format", "jsonl", "--record", "all.log", listens=[LINK])
     before = Heartbeats(LINK)
     before.start(5, 6)

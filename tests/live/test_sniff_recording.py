@@ -162,11 +162,22 @@ def mcap_messages(path: Path) -> list[int]:
 
 
 def test_a_killed_process_leaves_readable_recordings(bus: Listeners) -> None:
+    """But for the last second before that, for which a format may keep frames back."""
     sniff, recorder = bus.sniff("vcan0", *RECORDS), bus.candump()
+    log_file = bus.directory / "all.log"
+
+    def recorded() -> int:
+        return log_file.read_bytes().count(b"\n")
+
+    def newest() -> int:
+        text = log_file.read_text()
+        return candump_log(text[: text.rfind("\n") + 1])[-1].t_ns
+
     sender = subprocess.Popen(["cangen", "vcan0", "-g", "4"], stdout=subprocess.DEVNULL)
     try:
-        wait_until(lambda: recorder.out.count(b"\n") > 800, "800 frames")
-        killed_ns = time.time_ns()
+        wait_until(lambda: recorded() > 300, "300 frames")
+        due, last_ns = recorded(), time.time_ns() + 1_000_000_000
+        wait_until(lambda: newest() > last_ns, "those of a second more")
         sniff.send(signal.SIGKILL)
         assert sniff.ended().code == -signal.SIGKILL
     finally:
@@ -174,10 +185,6 @@ def test_a_killed_process_leaves_readable_recordings(bus: Listeners) -> None:
         sender.wait()
     recorder.stop()
     log = logged(recorder)
-    known = [frame for frame in log if frame.t_ns <= killed_ns]
-    # one second, and one more for a machine that did not run us meanwhile
-    due = sum(frame.t_ns <= killed_ns - 2_000_000_000 for frame in known)
-    assert due > 100, "too little was sent before"
     for name in THEIRS:
         if name.startswith("mcap"):
             continue
@@ -271,7 +278,7 @@ def test_a_terminal_that_does_not_read_loses_nothing(bus: Listeners) -> None:
     recording = bus.directory / "all.log"
     wait_until(lambda: LAST.encode() in recording.read_bytes(), "the last frame in the recording")
     recorder.wait_for(LAST.encode())
-    time.sleep(5)
+    time.sleep(1)
     assert process.poll() is None
     process.send_signal(signal.SIGINT)
     out, _ = process.communicate(timeout=2 * DEADLINE_S)
@@ -317,16 +324,7 @@ def test_what_a_slow_reader_misses_is_told_and_no_finding(bus: Listeners) -> Non
 
         wait_until(more, what)
 
-    quiet = [time.monotonic()]
-
-    def dry() -> bool:
-        size = len(out)
-        if size != dry.size:  # type: ignore[attr-defined]
-            dry.size, quiet[0] = size, time.monotonic()  # type: ignore[attr-defined]
-        return size > 0 and time.monotonic() - quiet[0] > 1
-
-    dry.size = -1  # type: ignore[attr-defined]
-    reading(dry, "it has written what it had")
+    reading(lambda: b'"CAP002"' in out, "the loss is told: from here on there is room")
     send_all("vcan0", segmented_reads(3))
     cansend("vcan0", LAST)
     reading(lambda: LAST.partition("#")[2].encode() in out, "the last frame")

@@ -52,7 +52,9 @@ def test_the_viewer_is_for_this_machine_and_may_go(bus: Listeners, tmp_path: Pat
         assert answer.status == 200
     found = listeners(sniff.process.pid)
     assert {address for address, _ in found} == {"127.0.0.1"} and len(found) == 2
-    os.kill(viewer_of(sniff.process.pid) or 0, what)
+    viewer = viewer_of(sniff.process.pid)
+    assert viewer
+    os.kill(viewer, what)
     for number in range(50):
         cansend("vcan0", f"185#{number:08X}")
     cansend("vcan0", LAST)

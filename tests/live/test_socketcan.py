@@ -27,7 +27,7 @@ from canalyze.sources.socketcan import SocketCan
 from canalyze.words import Words
 
 ONE, OTHER = "vcan0", "vcan1"
-DEADLINE_S = 20.0
+DEADLINE_S = 60.0
 HEADER = struct.calcsize("@PIPNPNi0N") + struct.calcsize("@I0N")
 """Bytes of a struct mmsghdr, with the room behind."""
 SLOT = 200
@@ -179,7 +179,7 @@ def test_what_waits_for_other_channels_does_not_wait_for_the_next_frame(send: Ca
     begun = time.time_ns()
     (said,) = [number for kind, _, number, _, _ in live.heads(bus.receive(5.0)) if kind == live.UNTIL]
     bus.close()
-    assert time.time_ns() - begun < 2_000_000_000
+    assert time.time_ns() - begun < 4_500_000_000
     assert said >= begun - 5_000_000
 
 

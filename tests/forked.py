@@ -1,0 +1,205 @@
+"""Command lines run by forks of one process that has loaded canalyze already: as a shell would, without the loading.
+
+Why it exists: the tests run some thousands of command lines, and most of the time of each would go into the start of
+Python. A fork has streams, directory, environment, signals and an end of its own, as a process that was started. What
+differs is that modules were loaded before: where a variable has a say in how Python starts, it is really started.
+What it must not do: be used by tests of the start itself, or of what is loaded.
+"""
+
+from __future__ import annotations
+
+import atexit
+import gc
+import json
+import os
+import selectors
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import NoReturn
+
+OF_PYTHON = ("PYTHON", "LC_", "LANG", "LD_")
+"""How variables are called that have a say in how Python starts."""
+_MOST = 1 << 16
+_WORD = 8
+
+
+def run(
+    arguments: Sequence[str], *, stdin: bytes = b"", cwd: Path | None = None, env: Mapping[str, str], timeout_s: float
+) -> subprocess.CompletedProcess[bytes]:
+    """Runs `canalyze` with these arguments to its end, all three streams being pipes."""
+    wanted = of_python(env)
+    if not hasattr(os, "fork") or wanted not in (_GIVEN, _USUAL):
+        line = [sys.executable, "-m", "canalyze", *arguments]
+        return subprocess.run(line, input=stdin, capture_output=True, cwd=cwd, env=env, timeout=timeout_s, check=False)
+    forker = _forker(os.getpid(), tuple(sorted(wanted.items())))
+    return forker.run(arguments, stdin, cwd or Path.cwd(), env, timeout_s)
+
+
+def of_python(env: Mapping[str, str]) -> dict[str, str]:
+    """What has a say in how Python starts."""
+    return {name: value for name, value in env.items() if name.startswith(OF_PYTHON)}
+
+
+_GIVEN = of_python(os.environ)
+"""As the tests were started."""
+_USUAL = {name: value for name, value in _GIVEN.items() if name not in ("LC_ALL", "PYTHONIOENCODING", "PYTHONUTF8")}
+"""The same without what would choose a language: `conftest.environment`."""
+
+
+@cache
+def _forker(process: int, wanted: tuple[tuple[str, str], ...]) -> _Forker:
+    """The one of this process, started with these variables."""
+    found = _Forker(dict(wanted))
+    atexit.register(found.close)
+    return found
+
+
+class _Forker:
+    """The process that forks, seen from outside; it ends with who started it."""
+
+    def __init__(self, wanted: Mapping[str, str]) -> None:
+        others = {name: value for name, value in os.environ.items() if not name.startswith(OF_PYTHON)}
+        self._asking, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, str(Path(__file__).resolve()), str(theirs.fileno())],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                env=others | dict(wanted),
+                pass_fds=[theirs.fileno()],
+            )
+
+    def close(self) -> None:
+        self._asking.close()
+        self._process.wait()
+
+    def run(
+        self, arguments: Sequence[str], stdin: bytes, cwd: Path, env: Mapping[str, str], timeout_s: float
+    ) -> subprocess.CompletedProcess[bytes]:
+        asked = json.dumps({"arguments": list(arguments), "cwd": str(cwd), "env": dict(env)}).encode()
+        (stdin_end, to_stdin), (from_stdout, stdout_end), (from_stderr, stderr_end) = os.pipe(), os.pipe(), os.pipe()
+        theirs = [stdin_end, stdout_end, stderr_end]
+        try:
+            socket.send_fds(self._asking, [asked], theirs)
+        finally:
+            for end in theirs:
+                os.close(end)
+        process = int.from_bytes(self._asking.recv(_WORD), "little")
+        try:
+            out, err = _exchange(to_stdin, stdin, from_stdout, from_stderr, time.monotonic() + timeout_s)
+        except TimeoutError:
+            os.kill(process, signal.SIGKILL)
+            raise subprocess.TimeoutExpired(list(arguments), timeout_s) from None
+        finally:
+            status = int.from_bytes(self._asking.recv(_WORD), "little")
+        return subprocess.CompletedProcess(list(arguments), os.waitstatus_to_exitcode(status), out, err)
+
+
+def _exchange(to_stdin: int, stdin: bytes, from_stdout: int, from_stderr: int, end: float) -> tuple[bytes, bytes]:
+    """Gives what it reads and takes what it writes, until it has closed both; all three are closed here."""
+    told: dict[int, list[bytes]] = {from_stdout: [], from_stderr: []}
+    rest = memoryview(stdin)
+    open_ = {from_stdout, from_stderr, to_stdin}
+    try:
+        with selectors.DefaultSelector() as ready:
+            for one in told:
+                ready.register(one, selectors.EVENT_READ)
+            os.set_blocking(to_stdin, False)
+            ready.register(to_stdin, selectors.EVENT_WRITE)
+
+            def closed(one: int) -> None:
+                ready.unregister(one)
+                open_.discard(one)
+                os.close(one)
+
+            while open_ & told.keys():
+                if not (found := ready.select(end - time.monotonic())) and time.monotonic() > end:
+                    raise TimeoutError
+                for key, _ in found:
+                    if key.fd != to_stdin:
+                        piece = os.read(key.fd, _MOST)
+                        told[key.fd].append(piece)
+                        if not piece:
+                            closed(key.fd)
+                        continue
+                    try:
+                        rest = rest[os.write(to_stdin, rest[:_MOST]) :] if rest else rest
+                    except BrokenPipeError:
+                        rest = rest[:0]
+                    if not rest:
+                        closed(to_stdin)
+    finally:
+        for one in open_:
+            os.close(one)
+    return b"".join(told[from_stdout]), b"".join(told[from_stderr])
+
+
+# What follows runs in the process that forks.
+
+
+def _serve(asked: socket.socket) -> None:
+    from canalyze import __main__, cli
+
+    group = cli.build("en")
+    for name in cli.COMMANDS:
+        group.get_command(None, name)  # type: ignore[arg-type]
+    gc.freeze()
+    while True:
+        text, streams, *_ = socket.recv_fds(asked, 1 << 20, 3)
+        if not text:
+            return
+        process = os.fork()
+        if process == 0:
+            asked.close()
+            request = json.loads(text)
+            for number, stream in enumerate(streams):
+                os.dup2(stream, number)
+                os.close(stream)
+            sys.argv = [str(__main__.__file__), *request["arguments"]]
+            sys.path[0] = request["cwd"]
+            os.chdir(request["cwd"])
+            os.environ.clear()
+            os.environ.update(request["env"])
+            time.tzset()
+            _end(_run(__main__.main))
+        for stream in streams:
+            os.close(stream)
+        asked.send(process.to_bytes(_WORD, "little"))
+        asked.send(os.waitpid(process, 0)[1].to_bytes(_WORD, "little"))
+
+
+def _run(main: object) -> object:
+    try:
+        return main()  # type: ignore[operator]
+    except SystemExit as ended:
+        return ended.code
+    except BaseException:
+        traceback.print_exc()
+        return 1
+
+
+def _end(code: object) -> NoReturn:
+    """Ends as the interpreter does."""
+    if code is not None and not isinstance(code, int):
+        print(code, file=sys.stderr)
+        code = 1
+    threading._shutdown()  # type: ignore[attr-defined]
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError):
+            code = code or 120
+    os._exit((code or 0) & 0xFF)
+
+
+if __name__ == "__main__":
+    _serve(socket.socket(fileno=int(sys.argv[1])))
