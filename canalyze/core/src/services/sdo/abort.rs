@@ -107,13 +107,8 @@ impl Channel {
             self.abort(Side::Server, half.at, code, cx);
             return;
         }
-        if let Some(pending) = self.pairing.pending
-            && let Command::InitiateDownload(object, i) = pending.command
-            && let Some(transfer) = &mut self.transfer
-            && i.expedited
-        {
-            // What was refused is still what the client wanted to write.
-            transfer.append(expedited(Some(object), &i, pending.len));
+        if let Some(pending) = self.pairing.pending {
+            self.attempted(&pending);
         }
         if self.pairing.pending.is_some_and(|pending| strict_initiate(&pending) && pending.command.mux() == Some(mux)) {
             // A refusal of what was asked for is as good an answer as any.
@@ -124,7 +119,19 @@ impl Channel {
         self.pairing.abort_may_answer = false;
         self.pairing.last_abort = Some((mux, code));
         self.pairing.under_way = Some(UnderWay { side: Side::Client, seqno });
-        self.pairing.unprovoked = unasked.then_some(Unprovoked { at: half.at });
+        let late = idle && self.begun && self.pairing.first != Some(half.at.no);
+        self.pairing.unprovoked =
+            unasked.then_some(Unprovoked { at: half.at, refusal: late.then_some((mux, code)) });
+    }
+
+    /// What the server refuses is still what the client wanted to write.
+    pub(super) fn attempted(&mut self, request: &Half) {
+        if let Command::InitiateDownload(object, i) = request.command
+            && let Some(transfer) = &mut self.transfer
+            && i.expedited
+        {
+            transfer.append(expedited(Some(object), &i, request.len));
+        }
     }
 
     pub(super) fn pairing_abort(&self) -> Option<Abort> {

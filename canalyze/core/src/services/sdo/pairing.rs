@@ -10,7 +10,7 @@
 
 use super::block::MOST;
 use super::channel::{Channel, Half, Outside, Phase, UNANSWERED_NS, strict_initiate};
-use super::transfer::{Direction, Mode, Status};
+use super::transfer::{Abort, Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::{Note, Place};
@@ -37,6 +37,8 @@ struct Tentative {
     response: FrameRef,
     /// The response was the channel's first frame: a second one that fits is rather the answer.
     first: bool,
+    /// The response is an abort.
+    refused: bool,
 }
 
 impl Tentative {
@@ -56,6 +58,8 @@ impl Tentative {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unprovoked {
     pub(super) at: FrameRef,
+    /// What can only be the refusal of an initiate request that is late: no transfer was open.
+    pub(super) refusal: Option<(wire::Mux, u32)>,
 }
 
 /// After an abort: frames of the other side may still be under way.
@@ -172,6 +176,12 @@ impl Channel {
             self.begin(&half, cx);
             self.pairing.under_way = None;
             self.pairing.stray = None;
+            if let Some(Unprovoked { at, refusal: Some((object, code)) }) = unprovoked
+                && half.command.mux() == Some(object)
+            {
+                self.refused(half, at, code, cx);
+                return;
+            }
             self.pairing.abort_may_answer = unprovoked.is_some();
             self.pairing.pending = Some(half);
             return;
@@ -182,6 +192,23 @@ impl Channel {
         }
         self.step.ordinal = self.segment_ordinal(&half.command);
         self.pairing.pending = Some(half);
+    }
+
+    /// A late request and the abort, captured before it, that refused its object: a pair, unless the next response
+    /// answers the same request and no other comes for it.
+    fn refused(&mut self, request: Half, response: FrameRef, code: u32, cx: &mut Context<'_>) {
+        self.step.answered_by = Some(response);
+        self.pairing.abort_may_answer = false;
+        self.pairing.tentative = Some(Tentative { request, response, first: false, refused: true });
+        if strict_initiate(&request) {
+            self.trust(cx);
+        }
+        self.attempted(&request);
+        if let Some(transfer) = &mut self.transfer {
+            transfer.reordered = true;
+            transfer.abort = Some(Abort { code, by: Side::Server });
+        }
+        self.complete(Status::Aborted, cx);
     }
 
     /// Whether the open transfer is one in which a client sends this.
@@ -315,7 +342,7 @@ impl Channel {
         }
         let rival = match self.pairing.tentative {
             Some(tentative) if wire::fits(&tentative.request.command, &half.command) => {
-                if tentative.first || tentative.is_unlikely(half.at) {
+                if tentative.first || (!tentative.refused && tentative.is_unlikely(half.at)) {
                     self.dissolve(tentative, cx);
                     self.answer(tentative.request, half, cx);
                     return;
@@ -350,7 +377,8 @@ impl Channel {
             self.leave_open_transfer(&request, cx);
             self.begin(&request, cx);
             self.pairing.under_way = None;
-            self.pairing.tentative = Some(Tentative { request, response: held.half.at, first: held.first });
+            let (response, first) = (held.half.at, held.first);
+            self.pairing.tentative = Some(Tentative { request, response, first, refused: false });
         }
         self.answer(request, held.half, cx);
     }
@@ -361,7 +389,7 @@ impl Channel {
         let unsettled = self.unsettled.take().map(|transfer| transfer.id);
         if tentative.first {
             self.note(Note::RequestNotCaptured, tentative.response, cx);
-        } else {
+        } else if !tentative.refused {
             self.find_about = tentative.request.command.mux();
             self.find(Code::Sdo002, tentative.response, Facts::Missing { by: Side::Client }, cx);
         }
