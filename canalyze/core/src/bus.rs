@@ -133,11 +133,12 @@ impl Bus {
             channel
         });
         let before = cx.events.len();
+        channel.twice = self.checks.every_frame_twice();
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
         if key.1.is_none() {
             let object = match cx.events.get(before).map(|event| &event.what) {
-                Some(What::Sdo(step)) => step.mux,
+                Some(What::Sdo(step)) => step.mux.or(step.command.mux()),
                 _ => None,
             };
             self.checks.sdo(side, node, object, cx);

@@ -24,7 +24,7 @@ const RATE: usize = 6;
 /// Least tolerance of a period in ns: what hosts and small controllers are late by now and then.
 const LEAST_SLACK_NS: i64 = 20_000_000;
 /// A bus silent for this long was not recorded, whoever else might have spoken.
-const PAUSE_NS: i64 = 10_000_000_000;
+pub(super) const PAUSE_NS: i64 = 10_000_000_000;
 /// A silence of so many mean gaps between frames concerns the whole bus.
 const UNUSUAL: i64 = 10;
 /// Gaps that alternate differ by more than this: below, a loaded host's stamps do the same.

@@ -140,6 +140,11 @@ impl Checks {
         self.sync.cycle()
     }
 
+    /// Whether the capture shows most of its frames twice, as of two adapters on one bus.
+    pub fn every_frame_twice(&self) -> bool {
+        self.nodes.every_frame_twice()
+    }
+
     /// The least synchronous window in force, in ns; `None` where there is none or none is known.
     pub fn sync_window_ns(&self) -> Option<i64> {
         self.sync.least_window_ns()
@@ -181,6 +186,7 @@ impl Checks {
         if let Some(now_ns) = frame.t_ns {
             self.pass(now_ns, true, cx);
             self.pdo_timing.seen(now_ns);
+            self.sync.see_grain(now_ns);
         }
         self.nodes.heard(frame);
     }
@@ -217,7 +223,7 @@ impl Checks {
 
     /// What the same frame has shown.
     pub fn shown(&self, seen: &Seen, cx: &mut Context<'_>) {
-        self.srdos.judge(seen, cx);
+        self.srdos.judge(seen, self.nodes.paused(), cx);
     }
 
     /// An SDO frame of a default channel, with the object it is about.
@@ -249,7 +255,9 @@ impl Checks {
         match known {
             Some(pdo) => {
                 self.pdo_configuration.used(node, pdo, frame, cx);
-                self.pdo_timing.sent(node, pdo, frame, cx);
+                if !self.nodes.is_twin() {
+                    self.pdo_timing.sent(node, pdo, frame, cx);
+                }
             }
             None => self.pdo_configuration.sent(node, transmit, number, frame.id),
         }
@@ -310,6 +318,9 @@ impl Checks {
         if matches!(message, Message::Lss { command: Command::ActivateBitTiming { .. }, .. }) {
             self.pdo_timing.forget(None);
             self.sync.lost();
+        }
+        if self.nodes.is_twin() {
+            return None;
         }
         self.lss.follow(message, frame, nodes, cx)
     }

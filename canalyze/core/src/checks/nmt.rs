@@ -41,14 +41,20 @@ const SENT_NS: i64 = 1_000_000;
 const RESTART_NS: i64 = 1_000_000_000;
 /// So many shown states mean that a node was running, and not just about to obey a reset before the capture.
 const RUNNING: u8 = 3;
+/// Findings that are kept while no command was seen: for so long, in ns, and so many.
+const COMMANDLESS_NS: i64 = 10_000_000_000;
+const KEPT: usize = 64;
+/// Nodes change their states together within this time, in ns: their heartbeats show it one after the other.
+const TOGETHER_NS: i64 = 1_000_000_000;
 /// Extended commands that are not CiA 301's but known: sleep and standby.
 const EXTENSIONS: [u8; 2] = [0x50, 0x60];
 
 /// What the capture says of one node's state.
 #[derive(Debug, Default)]
 struct Standing {
-    /// It has sent something of its own.
+    /// It has sent something of its own, and the number of the last frame that was seen of it.
     present: bool,
+    heard: u64,
     /// A master commands or configures it: it is not the master itself.
     managed: bool,
     /// The last state it has shown since its last boot-up, and the frame that showed it first.
@@ -92,6 +98,25 @@ struct Command {
     judged: bool,
 }
 
+/// Whether somebody has switched the network off and on again.
+#[derive(Clone, Copy, Debug)]
+struct Power {
+    /// All nodes, if several, have just booted unasked.
+    all: bool,
+    /// The nodes that have not, and the number of the last frame of any of them.
+    others: u32,
+    heard: u64,
+}
+
+impl Power {
+    /// Whether it is still to be seen what became of the nodes other than the one that booted at `boot`: none of them
+    /// has been heard since.
+    fn is_open(self, boot: FrameRef, at: FrameRef) -> bool {
+        let soon = since(Some(boot), at).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS);
+        self.others > 0 && self.heard < boot.no && soon
+    }
+}
+
 /// What looks spontaneous and may still be explained.
 #[derive(Clone, Copy, Debug)]
 struct Suspect {
@@ -102,7 +127,11 @@ struct Suspect {
 impl Suspect {
     /// Two boot-ups right after one another, which may be one.
     fn adjacent(self) -> bool {
-        matches!(self.what, Spontaneous::TwoBootUps { last } if last.no + 1 == self.at.no)
+        match self.what {
+            Spontaneous::TwoBootUps { last } => last.no + 1 == self.at.no,
+            Spontaneous::BootUp { last } => last.no + 1 == self.at.no && self.at.t_ns.is_none(),
+            _ => false,
+        }
     }
 }
 
@@ -142,6 +171,12 @@ pub struct Known {
 pub struct Nmt {
     nodes: PerNode<Standing>,
     suspects: u32,
+    /// Somebody has commanded. Where nobody ever does, 000h may have been filtered out of the capture.
+    commanded: bool,
+    /// What no command explains, while none was seen at all.
+    commandless: Vec<(Code, u8, FrameRef, Facts)>,
+    /// States have changed as only commands can explain: the capture lacks them.
+    filtered: bool,
     activated: Option<i64>,
     /// The first boot-up after a silence: the network was switched on.
     switched_on: Option<i64>,
@@ -195,8 +230,9 @@ impl Nmt {
     }
 
     /// A node has sent something.
-    pub fn present(&mut self, node: u8) {
-        self.nodes.entry(node).present = true;
+    pub fn present(&mut self, node: u8, at: FrameRef) {
+        let standing = self.nodes.entry(node);
+        (standing.present, standing.heard) = (true, at.no);
     }
 
     /// An SDO request was sent to a node.
@@ -222,6 +258,8 @@ impl Nmt {
                 );
             }
         };
+        self.commanded = true;
+        self.tell_commandless(cx);
         match node {
             0 => {
                 for (_, standing) in self.nodes.iter_mut() {
@@ -270,6 +308,7 @@ impl Nmt {
         let (last, beat) = (standing.boot_up, standing.beat.filter(|_| standing.beats >= RUNNING));
         *standing = Standing {
             present: true,
+            heard: cx.at.no,
             managed: standing.managed || standing.resetting,
             boot_up: Some(cx.at),
             resets: standing.resets.saturating_sub(u8::from(!crossed)),
@@ -304,7 +343,7 @@ impl Nmt {
             return;
         }
         let standing = self.nodes.entry(node);
-        standing.present = true;
+        (standing.present, standing.heard) = (true, cx.at.no);
         (standing.beats, standing.beat) = (standing.beats.saturating_add(1), Some(cx.at));
         let allowed = standing.allowed & bit(state) != 0 || standing.resetting;
         standing.allowed &= !bit(state);
@@ -328,7 +367,7 @@ impl Nmt {
     /// A node has sent an emergency.
     pub fn emergency(&mut self, node: u8, at: FrameRef) {
         let standing = self.nodes.entry(node);
-        standing.present = true;
+        (standing.present, standing.heard) = (true, at.no);
         standing.emergency = Some(at);
     }
 
@@ -353,6 +392,18 @@ impl Nmt {
         if self.suspects > 0 {
             self.resolve(false, twice, cx);
         }
+        if !self.commandless.is_empty() && !self.filtered {
+            let old = |at: FrameRef| since(Some(at), cx.at).is_some_and(|age| age > COMMANDLESS_NS);
+            if self.commandless.first().is_some_and(|(_, _, at, _)| old(*at)) {
+                self.tell_commandless(cx);
+            }
+        }
+    }
+
+    fn tell_commandless(&mut self, cx: &mut Context<'_>) {
+        for (code, node, at, facts) in std::mem::take(&mut self.commandless) {
+            cx.find(code, Some(node), None, Some(at), facts);
+        }
     }
 
     /// The capture is over: no command can follow any more, where commands have come before their effects.
@@ -360,10 +411,13 @@ impl Nmt {
         if self.suspects > 0 && self.causal && !self.late {
             self.resolve(true, twice, cx);
         }
+        if !self.filtered {
+            self.tell_commandless(cx);
+        }
     }
 
     fn resolve(&mut self, over: bool, twice: bool, cx: &mut Context<'_>) {
-        let switched_on = self.switched_on(cx.at);
+        let power = self.power(cx.at);
         for (node, standing) in self.nodes.iter_mut() {
             let Some(suspect) = standing.suspect else { continue };
             let settled = match since(Some(suspect.at), cx.at) {
@@ -374,54 +428,73 @@ impl Nmt {
             if !settled && !over {
                 continue;
             }
+            let booted = matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. });
+            if booted && power.is_open(suspect.at, cx.at) && !over {
+                continue;
+            }
             standing.suspect = None;
             self.suspects = self.suspects.saturating_sub(1);
             if twice && suspect.adjacent() {
                 continue;
             }
-            if switched_on && matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. }) {
+            if booted && power.all {
                 continue;
             }
             let emergency = standing.emergency.filter(|at| {
                 since(Some(*at), suspect.at).map_or(at.no + 10 >= suspect.at.no, |age| age <= EMERGENCY_NS)
             });
-            match suspect.what {
+            let (code, facts) = match suspect.what {
                 Spontaneous::Change { from, to } => {
                     let states = [("from", Quantity::State(from)), ("to", Quantity::State(to))];
                     let code = if emergency.is_some() { Code::Nmt005 } else { Code::Nmt004 };
                     standing.unsettled = true;
-                    cx.find(code, Some(node), None, Some(suspect.at), Facts::told(0, &states));
-                }
-                Spontaneous::BootUp { last } => {
-                    let facts = match since(Some(last), suspect.at) {
-                        Some(gap) => Facts::told(0, &[("after", Quantity::Ns(gap))]),
-                        None => Facts::told(1, &[]),
+                    // What nodes do by themselves is to leave Operational for Pre-operational, each for its own reasons.
+                    let alike = |(before, other, at, facts): &(Code, u8, FrameRef, Facts)| {
+                        *before == code
+                            && *other != node
+                            && *facts == Facts::told(0, &states)
+                            && since(Some(*at), suspect.at).is_none_or(|age| age < TOGETHER_NS)
                     };
-                    cx.find(Code::Nmt003, Some(node), None, Some(suspect.at), facts);
+                    let commanded = to != PRE_OPERATIONAL || self.commandless.iter().any(alike);
+                    self.filtered |= commanded && code == Code::Nmt004 && !self.commanded;
+                    (code, Facts::told(0, &states))
                 }
+                Spontaneous::BootUp { last } => match since(Some(last), suspect.at) {
+                    Some(gap) => (Code::Nmt003, Facts::told(0, &[("after", Quantity::Ns(gap))])),
+                    None => (Code::Nmt003, Facts::told(1, &[])),
+                },
                 Spontaneous::Restart { last } => {
                     let gap = since(Some(last), suspect.at).unwrap_or_default();
-                    let facts = Facts::told(2, &[("after", Quantity::Ns(gap))]);
-                    cx.find(Code::Nmt003, Some(node), None, Some(suspect.at), facts);
+                    (Code::Nmt003, Facts::told(2, &[("after", Quantity::Ns(gap))]))
                 }
                 Spontaneous::TwoBootUps { last } => {
                     let gap = since(Some(last), suspect.at).unwrap_or_default();
-                    let facts = Facts::told(3, &[("gap", Quantity::Ns(gap))]);
-                    cx.find(Code::Hbt004, Some(node), None, Some(suspect.at), facts);
+                    (Code::Hbt004, Facts::told(3, &[("gap", Quantity::Ns(gap))]))
                 }
+            };
+            if self.commanded || code == Code::Hbt004 {
+                cx.find(code, Some(node), None, Some(suspect.at), facts);
+            } else if self.commandless.len() < KEPT {
+                self.commandless.push((code, node, suspect.at, facts));
             }
         }
     }
 
-    /// Whether all nodes, if several, have just booted unasked: somebody has switched the network on again.
-    fn switched_on(&self, at: FrameRef) -> bool {
-        let mut count = 0;
-        self.nodes.iter().filter(|(_, standing)| standing.present).all(|(_, standing)| {
-            count += 1;
-            standing.again.is_some_and(|boot| {
+    /// Who has booted unasked of late, and who has not. A master that nobody commands keeps its own power.
+    fn power(&self, at: FrameRef) -> Power {
+        let (mut count, mut power) = (0, Power { all: false, others: 0, heard: 0 });
+        for (_, standing) in self.nodes.iter().filter(|(_, standing)| standing.present) {
+            let again = standing.again.is_some_and(|boot| {
                 since(Some(boot), at).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS)
-            })
-        }) && count > 1
+            });
+            if again {
+                count += 1;
+            } else if standing.managed || standing.boot_up.is_some() {
+                power.others += 1;
+                power.heard = power.heard.max(standing.heard);
+            }
+        }
+        Power { all: count > 1 && power.others == 0, ..power }
     }
 
     /// Frames were lost: commands and boot-ups may be among them.

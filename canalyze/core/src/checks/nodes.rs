@@ -5,7 +5,7 @@
 
 use super::emcy::Emergencies;
 use super::guarding::Guarding;
-use super::heartbeat::{Heartbeats, Pulse, TWICE_NS};
+use super::heartbeat::{Heartbeats, PAUSE_NS, Pulse, TWICE_NS};
 use super::nmt::{Nmt, POWER_UP_NS, SWITCHED_ON_NS};
 use super::permitted::Permitted;
 use super::time::Times;
@@ -38,6 +38,9 @@ impl ErrorControl {
         }
     }
 }
+
+/// So many frames that stood twice show that it is the capture that has them twice.
+const PROVEN: u32 = 4;
 
 /// The checks of a bus's nodes.
 #[derive(Debug)]
@@ -135,6 +138,9 @@ impl Nodes {
         self.twins.count(frame);
         let Some(now_ns) = frame.t_ns else { return };
         self.silence_ns = self.pulse.silence(now_ns);
+        if self.paused() {
+            self.times.paused();
+        }
         if let Some(last) = self.pulse.last_ns
             && self.heartbeats.stalled(last, now_ns, self.pulse)
         {
@@ -154,6 +160,9 @@ impl Nodes {
 
     /// A frame of a service other than SDO and PDO.
     pub fn follow(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        if self.is_twin() {
+            return;
+        }
         match *message {
             Message::Nmt { command, node } => {
                 if matches!(command, RESET_NODE | RESET_COMMUNICATION) && node <= 127 {
@@ -239,6 +248,21 @@ impl Nodes {
         }
     }
 
+    /// Whether the capture shows most of its frames twice, as far as it goes.
+    pub fn every_frame_twice(&self) -> bool {
+        self.twins.common()
+    }
+
+    /// Whether the bus was silent before the frame at hand for so long that it was not recorded.
+    pub fn paused(&self) -> bool {
+        self.silence_ns >= PAUSE_NS
+    }
+
+    /// Whether the frame at hand is one of those that every capture of two adapters on one bus has.
+    pub fn is_twin(&self) -> bool {
+        self.twins.twin && self.twins.equal >= PROVEN && self.twins.common()
+    }
+
     /// A PDO.
     #[inline]
     pub fn pdo(&mut self, transmit: bool, number: u16, node: u8, cx: &Context<'_>) {
@@ -250,7 +274,7 @@ impl Nodes {
         self.permitted.sdo(&self.nmt, side, node, cx);
         match side {
             Side::Client => self.nmt.managed(node),
-            Side::Server => self.nmt.present(node),
+            Side::Server => self.nmt.present(node, cx.at),
         }
         match index {
             Some(0x1017) => self.heartbeats.unsettle(node),
@@ -278,6 +302,8 @@ impl Nodes {
 #[derive(Debug, Default)]
 struct Twins {
     last: Option<(CanId, u8, [u8; 8], i64)>,
+    /// The last frame was the twin of the one before.
+    twin: bool,
     equal: u32,
     other: u32,
 }
@@ -290,6 +316,7 @@ impl Twins {
         let twin = self.last.is_some_and(|(id, len, before, then)| {
             id == frame.id && len == frame.len && before == data && now.saturating_sub(then) < TWICE_NS
         });
+        self.twin = twin && !self.twin;
         self.last = Some((frame.id, frame.len, data, now));
         let count = if twin { &mut self.equal } else { &mut self.other };
         *count = count.saturating_add(1);

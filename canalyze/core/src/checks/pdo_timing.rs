@@ -5,6 +5,7 @@
 //! by how much a frame comes before the earliest time that all frames before it allow, and a long one only while the
 //! bus shows other traffic. Nothing is judged by what an EDS presets, nor of a node that was told not to send.
 
+use super::heartbeat::PAUSE_NS;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::finding::{Code, Facts, Quantity};
@@ -254,11 +255,13 @@ impl Watch {
     }
 
     /// Whether that is so: where there is other traffic, the capture
-    /// or the bus was held up, whatever the time; where there is none, only a long silence is the PDO's own.
+    /// or the bus was held up, whatever the time; where there is none, only a long silence is the PDO's own, unless it
+    /// is so long that nothing was recorded.
     fn stalled(&self, now: i64, last_of_bus: i64) -> bool {
         let expected = self.last_ns.saturating_add(self.timer_ns);
         let busy = self.quiet_ns < self.timer_ns / 2;
-        self.waits(last_of_bus) && (busy || now.saturating_sub(expected) < STALL)
+        let unrecorded = now.saturating_sub(last_of_bus) > PAUSE_NS && last_of_bus < self.due_ns;
+        unrecorded || (self.waits(last_of_bus) && (busy || now.saturating_sub(expected) < STALL))
     }
 
     fn overdue(&self, node: u8, now: i64, cx: &mut Context<'_>) {

@@ -28,7 +28,7 @@ const COPIED_NS: i64 = 250_000;
 /// SYNCs that stood twice before every frame is taken to do so.
 const COPIED: u8 = 2;
 /// The coarsest resolution that is taken for one, in ns.
-const COARSEST: i64 = 1_000_000;
+const COARSEST: i64 = 10_000_000;
 /// The slowest that frames follow each other which a machine that stood still takes from its buffer, and the longest
 /// that it stood still.
 const DRAINED_NS: i64 = 1_000_000;
@@ -40,6 +40,9 @@ const SILENT_NS: i64 = 1_000_000_000;
 const SILENT_PERIODS: i64 = 10;
 /// NMT commands after which a producer sends no SYNC for a while: stop, reset node, reset communication.
 const STOPS: [u8; 3] = [0x02, 0x81, 0x82];
+/// NMT command for all nodes where a master may stop the SYNC for longer than so many periods, to configure them.
+const PRE_OPERATIONAL: u8 = 0x80;
+const CONFIGURED: i64 = 3;
 /// Heartbeat state Operational.
 const OPERATIONAL: u8 = 5;
 
@@ -57,6 +60,8 @@ pub struct Sync {
     restarted: bool,
     /// It may have been stopped since the last SYNC.
     stopped: bool,
+    /// All nodes were sent to Pre-operational since then.
+    configuring: bool,
     /// SYNCs that stood twice in the capture: the own echo, and what came back from the bus.
     copies: Copies,
     /// The multiple of which all stamps were, in ns: their resolution, whatever their number of decimals.
@@ -135,7 +140,6 @@ impl Sync {
         let followed = |pdo: &&Pdo| pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind));
         if let Some(pdo) = pdo.filter(followed) {
             let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
-            self.see_grain(frame);
             let copied = self.copies.count > 0 && self.copies.cycle + 1 >= self.beat.cycle();
             if copied && self.window.repeats(node, pdo.number, frame.reference(), COPIED_NS) {
                 return;
@@ -158,7 +162,10 @@ impl Sync {
                 );
                 self.sync(frame.payload().first().copied(), frame, nodes, cx);
             }
-            Message::Nmt { command, node } => self.restart((node != 0).then_some(node), STOPS.contains(&command)),
+            Message::Nmt { command, node } => {
+                self.configuring |= command == PRE_OPERATIONAL && node == 0;
+                self.restart((node != 0).then_some(node), STOPS.contains(&command));
+            }
             Message::BootUp { node } => self.restart(Some(node), true),
             Message::Heartbeat { node, state: OPERATIONAL, .. } => {
                 self.window.alive(node, &self.beat, cx);
@@ -239,7 +246,6 @@ impl Sync {
         }
         let at = frame.reference();
         self.silence = Silence::Short;
-        self.see_grain(frame);
         if self.copy(counter, at, cx) {
             return;
         }
@@ -251,6 +257,8 @@ impl Sync {
         let resolution = decimals.max(self.grain.unwrap_or(0));
         let period = self.beat.period_ns();
         let gap = self.beat.delay_ns(at);
+        let long = gap.zip(period).is_some_and(|(gap, period)| gap > period.saturating_mul(CONFIGURED));
+        let stopped = stopped || (std::mem::take(&mut self.configuring) && long);
         let pace = self.beat.step(at, resolution, stopped, self.settings.period_ns);
         match pace {
             Pace::Settled(lateness) => self.tell_late(lateness, cx),
@@ -283,8 +291,8 @@ impl Sync {
     }
 
     /// Narrows the resolution of the stamps down.
-    fn see_grain(&mut self, frame: &Frame) {
-        let Some(t_ns) = frame.t_ns else { return };
+    #[inline]
+    pub fn see_grain(&mut self, t_ns: i64) {
         let mut grain = self.grain.unwrap_or(COARSEST);
         while grain > 1 && t_ns % grain != 0 {
             grain /= 10;

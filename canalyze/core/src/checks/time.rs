@@ -17,6 +17,11 @@ pub struct Times {
 }
 
 impl Times {
+    /// The bus was silent for so long that it was not recorded, or the capture's clock was set: neither is TIME's fault.
+    pub fn paused(&mut self) {
+        self.last = None;
+    }
+
     /// A TIME.
     pub fn judge(&mut self, ms: u32, days: u16, reserved: u8, cx: &mut Context<'_>) {
         if reserved != 0 {

@@ -92,6 +92,12 @@ impl Channel {
     }
 
     pub(super) fn server_abort(&mut self, half: &Half, mux: wire::Mux, code: u32, cx: &mut Context<'_>) {
+        if let Some(pending) = self.pairing.pending
+            && pending.command.mux() != Some(mux)
+            && self.pairing.may_be_answered(&pending)
+        {
+            self.leave_answered(cx);
+        }
         let pending_object = self.pairing.pending.and_then(|pending| pending.command.mux());
         if self.pairing.abort_may_answer
             && pending_object != Some(mux)
@@ -115,7 +121,7 @@ impl Channel {
             self.trust(cx);
         }
         self.abort(Side::Server, half.at, code, cx);
-        self.pairing.pending = None;
+        self.pairing.answered = self.pairing.pending.take().map(|_| *half);
         self.pairing.abort_may_answer = false;
         self.pairing.last_abort = Some((mux, code));
         self.pairing.under_way = Some(UnderWay { side: Side::Client, seqno });

@@ -2,10 +2,11 @@
 //!
 //! It takes a frame, says what it is, and begins and ends transfers. It must not look at other channels.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::block::Block;
-use super::pairing::Pairing;
+use super::pairing::{Pairing, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Initiate, Mux, Side};
 use crate::context::{Chunk, Context};
@@ -18,6 +19,11 @@ use crate::frame::{BusId, CanId, Frame, FrameRef};
 const CHUNK: usize = 4096;
 /// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 leaves the time to the client).
 pub(super) const UNANSWERED_NS: i64 = 1_000_000_000;
+
+/// A frame captured twice follows itself within this time, in ns.
+const TWICE_NS: i64 = 5_000_000;
+/// So many frames may come between it and itself.
+const ONCE: usize = 8;
 
 /// One frame of the channel, kept until the other half of its exchange is known.
 #[derive(Clone, Copy, Debug)]
@@ -95,6 +101,10 @@ pub struct Channel {
     /// Requests among them that can only be meant as such.
     pub(super) plausible: u64,
     pub(super) first: Option<FrameRef>,
+    /// The capture shows most of its frames twice.
+    pub twice: bool,
+    /// The last frames and their steps, which may be captured a second time.
+    once: VecDeque<(Half, Step)>,
 }
 
 fn empty_step() -> Step {
@@ -139,6 +149,8 @@ impl Channel {
             paired: false,
             plausible: 0,
             first: None,
+            twice: false,
+            once: VecDeque::new(),
         }
     }
 
@@ -188,6 +200,17 @@ impl Channel {
             bytes: frame.head(),
             len: frame.len,
         };
+        if let Some(step) = self.twin(side, &half) {
+            cx.events.push(Event {
+                at: half.at,
+                about: None,
+                bus: self.bus,
+                node: Some(self.node),
+                transfer: None,
+                what: What::Sdo(step),
+            });
+            return;
+        }
         self.first.get_or_insert(half.at);
         match side {
             Side::Client => self.requests = self.requests.saturating_add(1),
@@ -231,6 +254,9 @@ impl Channel {
         self.step.mux = of.and_then(|(_, mux)| mux);
         self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
         let step = std::mem::replace(&mut self.step, empty_step());
+        if self.twice {
+            self.once.push_back((half, Step { place: Place::Twin, answered_by: None, result: None, ..step.clone() }));
+        }
         if let Some(event) = cx.events.get_mut(slot) {
             event.transfer = of.map(|(id, _)| id);
             event.what = What::Sdo(step);
@@ -241,6 +267,22 @@ impl Channel {
             cx.chunks.push(chunk(transfer, transfer.fresh.clone()));
             transfer.fresh.clear();
         }
+    }
+
+    /// The step of a frame that was captured before, where most frames are captured twice: the earliest of its side
+    /// that has no twin yet.
+    fn twin(&mut self, side: Side, half: &Half) -> Option<Step> {
+        if !self.twice {
+            self.once.clear();
+            return None;
+        }
+        self.once.retain(|(before, _)| within(before.at, half.at, TWICE_NS));
+        if self.once.len() > ONCE {
+            self.once.pop_front();
+        }
+        let place = self.once.iter().position(|(_, step)| step.side == side)?;
+        let same = self.once.get(place).is_some_and(|(before, _)| before.bytes == half.bytes && before.len == half.len);
+        self.once.remove(place).filter(|_| same).map(|(_, step)| step)
     }
 
     /// Which command the frame is, given where the transfer stands.
@@ -379,6 +421,7 @@ impl Channel {
         if let Some(pending) = self.pairing.pending
             && pending_is_old
             && !self.pairing.abort_may_answer
+            && !self.pairing.may_be_answered(&pending)
         {
             self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
         }

@@ -18,6 +18,7 @@ impl Channel {
     pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
         self.pairing.pending = None;
         self.pairing.last_response = Some(response.bytes);
+        self.pairing.answered = (request.at.no < response.at.no).then_some(response);
         if request.command.is_initiate() {
             self.pairing.initiated();
         }

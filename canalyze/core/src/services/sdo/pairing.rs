@@ -19,6 +19,8 @@ use crate::frame::FrameRef;
 
 /// How long a response waits for its late request, in ns.
 const HOLD_NS: i64 = 5_000_000;
+/// An echo is late by this much on any host, and stamps are no finer on some, in ns.
+const ECHO_NS: i64 = 1_000_000;
 
 /// A response whose request was not seen yet.
 #[derive(Clone, Copy, Debug)]
@@ -42,12 +44,13 @@ struct Tentative {
 }
 
 impl Tentative {
-    /// Whether the stamps speak against a late echo: the request came long after the response it would belong to,
-    /// and soon before the one at `next`.
+    /// Whether the stamps speak against a late echo: the request came long after the response it would belong to
+    /// ([`ECHO_NS`] says nothing yet), and soon before the one at `next`.
     fn is_unlikely(&self, next: FrameRef) -> bool {
         match (self.response.t_ns, self.request.at.t_ns, next.t_ns) {
             (Some(response), Some(request), Some(next)) => {
-                request.saturating_sub(response) > next.saturating_sub(request)
+                let late = request.saturating_sub(response);
+                late > ECHO_NS && late > next.saturating_sub(request)
             }
             _ => false,
         }
@@ -93,12 +96,31 @@ pub(super) struct Pairing {
     pub(super) last_response: Option<[u8; 8]>,
     /// Number of the channel's first frame (or of the first since frames were lost).
     pub(super) first: Option<u64>,
+    /// The last response or refusal, where its request was captured before it.
+    pub(super) answered: Option<Half>,
+    /// It is known which responses belong to which requests: where a capture begins with requests of one object that
+    /// are late, each may stand before the answer to the next.
+    certain: bool,
 }
 
 impl Pairing {
     /// A transfer was initiated: a segment of the one before can no longer come.
     pub(super) fn initiated(&mut self) {
         self.given_up = self.given_up.filter(|request| request.command.is_initiate());
+    }
+
+    /// A client frame has come: it shows whose the last answer was, where it follows later than an echo, or is for
+    /// another object.
+    fn ascertain(&mut self, next: &Half) {
+        let own = |answer: Half| !within_hold(answer.at, next.at) || !may_answer(&next.command, &answer.command);
+        self.certain |= self.answered.is_some_and(own);
+    }
+
+    /// Whether the answer before this request may be its own, captured before it.
+    pub(super) fn may_be_answered(&self, request: &Half) -> bool {
+        !self.certain
+            && request.command.is_initiate()
+            && self.answered.is_some_and(|answer| may_answer(&request.command, &answer.command))
     }
 
     /// Whether the last pair may still be dissolved.
@@ -112,6 +134,7 @@ impl Channel {
     /// belong to sub-blocks, does it overtake a request, does a held response wait for it; else it is a request.
     pub(super) fn client(&mut self, half: Half, cx: &mut Context<'_>) {
         self.pairing.first.get_or_insert(half.at.no);
+        self.pairing.ascertain(&half);
         self.pairing.released = None;
         let rival = self.pairing.held.is_some_and(|held| held.rival);
         self.release_expired(cx);
@@ -305,6 +328,11 @@ impl Channel {
             self.respond_unasked(half, false, cx);
             return;
         }
+        if self.pairing.may_be_answered(&pending) {
+            self.leave_answered(cx);
+            self.respond_unasked(half, false, cx);
+            return;
+        }
         if matches!(half.command, Command::Segment(_)) && self.pairing.last_response == Some(half.bytes) {
             self.step.place = Place::Outside;
             self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
@@ -492,9 +520,22 @@ impl Channel {
         self.find(Code::Sdo020, self.step.answered_by.unwrap_or(half.at), Facts::None, cx);
     }
 
+    /// The pending request was answered before it was captured, by what was taken for the answer to another.
+    pub(super) fn leave_answered(&mut self, cx: &mut Context<'_>) {
+        self.pairing.pending = None;
+        self.pairing.certain = true;
+        let own = std::mem::replace(&mut self.own, false);
+        self.complete(Status::Incomplete, cx);
+        self.own = own;
+    }
+
     /// A client frame while its last request was not answered. Returns whether the frame needs nothing more.
     fn supersede(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
         let Some(pending) = self.pairing.pending else { return false };
+        if half.command.is_initiate() && self.pairing.may_be_answered(&pending) {
+            self.leave_answered(cx);
+            return false;
+        }
         if pending.bytes == half.bytes && pending.len == half.len && !self.pairing.abort_may_answer {
             self.step.place = Place::Repeated;
             // Both may still be answered.
@@ -644,12 +685,20 @@ fn is_block_initiate(half: &Half) -> bool {
     matches!(half.command, Command::InitiateBlockDownload { .. } | Command::InitiateBlockUpload { .. })
 }
 
+/// Whether a response, or an abort for the same object, can be the answer to a request.
+fn may_answer(request: &Command, answer: &Command) -> bool {
+    match answer {
+        Command::Abort(object, _) => request.mux() == Some(*object),
+        _ => wire::fits(request, answer),
+    }
+}
+
 /// Whether two frames are close enough for the second to be a late echo; without stamps, always.
 fn within_hold(from: FrameRef, to: FrameRef) -> bool {
     within(from, to, HOLD_NS)
 }
 
-fn within(from: FrameRef, to: FrameRef, limit_ns: i64) -> bool {
+pub(super) fn within(from: FrameRef, to: FrameRef, limit_ns: i64) -> bool {
     match (from.t_ns, to.t_ns) {
         (Some(from), Some(to)) => to.saturating_sub(from) <= limit_ns,
         _ => true,
