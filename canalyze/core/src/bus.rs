@@ -31,6 +31,8 @@ use crate::services::sdo::wire::{Command, Mux, Side};
 const RESETS: [u8; 2] = [0x81, 0x82];
 /// Further SDO channels kept apart at most (invariant 6).
 const CHANNELS: usize = 1024;
+/// Servers looked for in vain, from which on somebody scans the bus.
+const SCANNED: usize = 8;
 
 /// The state of one bus.
 #[derive(Debug)]
@@ -368,7 +370,10 @@ impl Bus {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        // Who asks for all node-IDs does not expect that all answer.
+        let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
         for channel in self.channels.values_mut() {
+            channel.scanned = scanned && channel.is_probed();
             channel.finish(cx);
         }
         self.checks.finish(&self.nodes, cx);

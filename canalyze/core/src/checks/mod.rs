@@ -189,6 +189,9 @@ impl Checks {
             self.sync.see_grain(now_ns);
         }
         self.nodes.heard(frame);
+        if self.nodes.paused() {
+            self.srdos.interrupt(cx.at.no, false);
+        }
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.

@@ -503,6 +503,7 @@ impl Nmt {
             *standing = Standing { present: standing.present, managed: standing.managed, ..Standing::default() };
         }
         self.suspects = 0;
+        self.commandless.clear();
     }
 }
 
@@ -511,7 +512,8 @@ impl Standing {
     fn commanded(&mut self, state: u8, specifier: u8, explicit: bool, at: FrameRef) -> bool {
         self.managed |= explicit;
         let explains = self.suspect.is_some_and(|suspect| match suspect.what {
-            Spontaneous::Change { to, .. } => state == to,
+            // Some boot without a word.
+            Spontaneous::Change { to, .. } => state == to || (state == 0 && to == PRE_OPERATIONAL),
             _ => state == 0,
         });
         if explains {

@@ -3,6 +3,8 @@
 //!
 //! It completes a message by what was known before it, and passes each frame on. It judges nothing itself.
 
+use std::collections::VecDeque;
+
 use super::emcy::Emergencies;
 use super::guarding::Guarding;
 use super::heartbeat::{Heartbeats, PAUSE_NS, Pulse, TWICE_NS};
@@ -41,6 +43,8 @@ impl ErrorControl {
 
 /// So many frames that stood twice show that it is the capture that has them twice.
 const PROVEN: u32 = 4;
+/// And so many frames at most that are not their twins yet may stand between.
+const BETWEEN: usize = 8;
 
 /// The checks of a bus's nodes.
 #[derive(Debug)]
@@ -298,28 +302,45 @@ impl Nodes {
     }
 }
 
-/// Whether a capture shows its frames twice, as of two adapters on one bus: how many frames equal the one before.
+/// Whether a capture shows its frames twice, as of two adapters on one bus: how many frames equal the one before. Once
+/// that is common, others may stand between.
 #[derive(Debug, Default)]
 struct Twins {
-    last: Option<(CanId, u8, [u8; 8], i64)>,
-    /// The last frame was the twin of the one before.
+    /// The last frames that may be captured again.
+    once: VecDeque<Once>,
+    /// The last frame was the twin of one before.
     twin: bool,
     equal: u32,
     other: u32,
 }
+
+/// A frame, as far as it is compared, and its time.
+type Once = (CanId, u8, [u8; 8], i64);
 
 impl Twins {
     #[inline]
     fn count(&mut self, frame: &Frame) {
         let data = frame.data.first_chunk().copied().unwrap_or_default();
         let now = frame.t_ns.unwrap_or(0);
-        let twin = self.last.is_some_and(|(id, len, before, then)| {
-            id == frame.id && len == frame.len && before == data && now.saturating_sub(then) < TWICE_NS
-        });
-        self.twin = twin && !self.twin;
-        self.last = Some((frame.id, frame.len, data, now));
-        let count = if twin { &mut self.equal } else { &mut self.other };
-        *count = count.saturating_add(1);
+        let most = if self.equal >= PROVEN && self.common() { BETWEEN } else { 1 };
+        while self.once.len() > most {
+            self.once.pop_front();
+        }
+        let same = |(id, len, before, then): &Once| {
+            *id == frame.id && *len == frame.len && *before == data && now.saturating_sub(*then) < TWICE_NS
+        };
+        let place = self.once.iter().position(same);
+        self.twin = place.is_some();
+        match place {
+            Some(place) => {
+                self.once.remove(place);
+                self.equal = self.equal.saturating_add(1);
+            }
+            None => {
+                self.once.push_back((frame.id, frame.len, data, now));
+                self.other = self.other.saturating_add(1);
+            }
+        }
     }
 
     fn common(&self) -> bool {

@@ -171,6 +171,8 @@ impl PdoTiming {
             for watch in &mut sending.watches {
                 if watch.due_ns <= now && !heard && watch.waits(last_of_bus) {
                     // Judged by the next frame.
+                } else if watch.due_ns <= now && watch.unrecorded(now, last_of_bus) {
+                    watch.due_ns = now.saturating_add(watch.timer_ns + (watch.timer_ns / 2).max(HELD_UP));
                 } else if watch.due_ns <= now && watch.stalled(now, last_of_bus) {
                     watch.due_ns = now.saturating_add((watch.timer_ns / 2).max(LATENESS));
                 } else if watch.due_ns <= now {
@@ -254,14 +256,17 @@ impl Watch {
         last_of_bus < self.last_ns.saturating_add(self.timer_ns)
     }
 
+    /// Whether nothing was recorded from before it was overdue: a bus is not silent for so long.
+    fn unrecorded(&self, now: i64, last_of_bus: i64) -> bool {
+        last_of_bus < self.due_ns && now.saturating_sub(last_of_bus) > PAUSE_NS
+    }
+
     /// Whether that is so: where there is other traffic, the capture
-    /// or the bus was held up, whatever the time; where there is none, only a long silence is the PDO's own, unless it
-    /// is so long that nothing was recorded.
+    /// or the bus was held up, whatever the time; where there is none, only a long silence is the PDO's own.
     fn stalled(&self, now: i64, last_of_bus: i64) -> bool {
         let expected = self.last_ns.saturating_add(self.timer_ns);
         let busy = self.quiet_ns < self.timer_ns / 2;
-        let unrecorded = now.saturating_sub(last_of_bus) > PAUSE_NS && last_of_bus < self.due_ns;
-        unrecorded || (self.waits(last_of_bus) && (busy || now.saturating_sub(expected) < STALL))
+        self.waits(last_of_bus) && (busy || now.saturating_sub(expected) < STALL)
     }
 
     fn overdue(&self, node: u8, now: i64, cx: &mut Context<'_>) {

@@ -5,8 +5,8 @@
 
 use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
 use super::exchange::expedited;
-use super::pairing::{UnderWay, Unprovoked};
 use super::transfer::{Abort, Status};
+use super::waiting::{UnderWay, Unprovoked};
 use super::wire::{self, Command, Segment, Side};
 use crate::context::Context;
 use crate::event::Note;
@@ -126,8 +126,7 @@ impl Channel {
         self.pairing.last_abort = Some((mux, code));
         self.pairing.under_way = Some(UnderWay { side: Side::Client, seqno });
         let late = idle && self.begun && self.pairing.first != Some(half.at.no);
-        self.pairing.unprovoked =
-            unasked.then_some(Unprovoked { at: half.at, refusal: late.then_some((mux, code)) });
+        self.pairing.unprovoked = unasked.then_some(Unprovoked { at: half.at, refusal: late.then_some((mux, code)) });
     }
 
     /// What the server refuses is still what the client wanted to write.

@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::block::Block;
-use super::pairing::{Pairing, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
+use super::waiting::{Pairing, within};
 use super::wire::{self, Command, Initiate, Mux, Side};
 use crate::context::{Chunk, Context};
 use crate::dictionary::{Dictionary, Object};
@@ -20,6 +20,8 @@ const CHUNK: usize = 4096;
 /// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 leaves the time to the client).
 pub(super) const UNANSWERED_NS: i64 = 1_000_000_000;
 
+/// Who looks for a server sends it so many requests at most.
+const PROBES: u64 = 3;
 /// A frame captured twice follows itself within this time, in ns.
 const TWICE_NS: i64 = 5_000_000;
 /// So many frames may come between it and itself.
@@ -103,6 +105,8 @@ pub struct Channel {
     pub(super) first: Option<FrameRef>,
     /// The capture shows most of its frames twice.
     pub twice: bool,
+    /// Its server was only looked for, as all others were.
+    pub scanned: bool,
     /// The last frames and their steps, which may be captured a second time.
     once: VecDeque<(Half, Step)>,
 }
@@ -150,6 +154,7 @@ impl Channel {
             plausible: 0,
             first: None,
             twice: false,
+            scanned: false,
             once: VecDeque::new(),
         }
     }
@@ -157,6 +162,11 @@ impl Channel {
     /// The server's node-ID.
     pub fn node(&self) -> u8 {
         self.node
+    }
+
+    /// Whether a server was looked for, and none has answered.
+    pub fn is_probed(&self) -> bool {
+        self.responses == 0 && (1..=PROBES).contains(&self.requests) && self.plausible == self.requests
     }
 
     /// The completed transfer whose pair may still be dissolved.
@@ -280,9 +290,10 @@ impl Channel {
         if self.once.len() > ONCE {
             self.once.pop_front();
         }
-        let place = self.once.iter().position(|(_, step)| step.side == side)?;
-        let same = self.once.get(place).is_some_and(|(before, _)| before.bytes == half.bytes && before.len == half.len);
-        self.once.remove(place).filter(|_| same).map(|(_, step)| step)
+        let same =
+            |(before, step): &(Half, Step)| step.side == side && before.bytes == half.bytes && before.len == half.len;
+        let place = self.once.iter().position(same)?;
+        self.once.remove(place).map(|(_, step)| step)
     }
 
     /// Which command the frame is, given where the transfer stands.

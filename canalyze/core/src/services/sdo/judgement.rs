@@ -110,7 +110,7 @@ impl Channel {
 
     pub(super) fn say_distrust(&mut self, cx: &mut Context<'_>) {
         let Some(first) = self.first else { return };
-        if self.proven {
+        if self.proven || self.scanned {
             return;
         }
         let unanswered = self.requests > 0 && self.responses == 0 && self.plausible > 0;

@@ -5,8 +5,8 @@
 
 use super::block::{Block, MOST};
 use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
-use super::pairing::Held;
 use super::transfer::{Direction, Mode, Transfer};
+use super::waiting::Held;
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::Place;

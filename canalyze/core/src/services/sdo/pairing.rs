@@ -1,133 +1,23 @@
 //! Pairs: which response answers which request, when a capture may show a client's frame one frame late.
 //!
 //! The exchange is stop-and-wait, so at most one request is pending and at most one response is held. A held
-//! response waits for the channel's next frames (at most [`HOLD_NS`] where there are stamps): its request may be
+//! response waits for the channel's next frames (at most `HOLD_NS` where there are stamps): its request may be
 //! late. A pair found that way is tentative while a second response could answer the same request.
 //!
-//! Aborts are never pending and never held: they end the transfer, whoever sends them.
+//! Aborts are never pending and never held: they end the transfer, whoever sends them. The request that one refuses
+//! may be late as well: the pair is tentative in the same way.
 //!
 //! This file decides who belongs to whom. What a pair does to the transfer stands in `channel`.
 
 use super::block::MOST;
 use super::channel::{Channel, Half, Outside, Phase, UNANSWERED_NS, strict_initiate};
 use super::transfer::{Abort, Direction, Mode, Status};
+use super::waiting::{Held, Tentative, Unprovoked, within, within_hold};
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::{Note, Place};
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;
-
-/// How long a response waits for its late request, in ns.
-const HOLD_NS: i64 = 5_000_000;
-/// An echo is late by this much on any host, and stamps are no finer on some, in ns.
-const ECHO_NS: i64 = 1_000_000;
-
-/// A response whose request was not seen yet.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Held {
-    pub(super) half: Half,
-    /// It is among the channel's first frames (or the first after lost frames): its request may be before the capture.
-    pub(super) first: bool,
-    /// It also answers the request of the tentative pair.
-    pub(super) rival: bool,
-}
-
-/// A pair whose request was captured after its response.
-#[derive(Clone, Copy, Debug)]
-struct Tentative {
-    request: Half,
-    response: FrameRef,
-    /// The response was the channel's first frame: a second one that fits is rather the answer.
-    first: bool,
-    /// The response is an abort.
-    refused: bool,
-}
-
-impl Tentative {
-    /// Whether the stamps speak against a late echo: the request came long after the response it would belong to
-    /// ([`ECHO_NS`] says nothing yet), and soon before the one at `next`.
-    fn is_unlikely(&self, next: FrameRef) -> bool {
-        match (self.response.t_ns, self.request.at.t_ns, next.t_ns) {
-            (Some(response), Some(request), Some(next)) => {
-                let late = request.saturating_sub(response);
-                late > ECHO_NS && late > next.saturating_sub(request)
-            }
-            _ => false,
-        }
-    }
-}
-
-/// An abort by the server, met when no request was pending: its request may be late.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Unprovoked {
-    pub(super) at: FrameRef,
-    /// What can only be the refusal of an initiate request that is late: no transfer was open.
-    pub(super) refusal: Option<(wire::Mux, u32)>,
-}
-
-/// After an abort: frames of the other side may still be under way.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct UnderWay {
-    pub(super) side: Side,
-    /// The next sequence number of a block transfer's segments; 0 outside block transfers.
-    pub(super) seqno: u8,
-}
-
-/// The pairing state of a channel.
-#[derive(Debug, Default)]
-pub(super) struct Pairing {
-    /// The request that awaits its response.
-    pub(super) pending: Option<Half>,
-    pub(super) held: Option<Held>,
-    tentative: Option<Tentative>,
-    /// The last request that was aborted by its client or overtaken by the next one.
-    pub(super) given_up: Option<Half>,
-    /// The response that was released last, at this frame.
-    released: Option<Half>,
-    /// A client frame outside any transfer: what answers it is no news.
-    pub(super) stray: Option<Half>,
-    pub(super) unprovoked: Option<Unprovoked>,
-    pub(super) under_way: Option<UnderWay>,
-    /// The pending request may be what the abort before it answered.
-    pub(super) abort_may_answer: bool,
-    /// The object and code of the server's last abort.
-    pub(super) last_abort: Option<(wire::Mux, u32)>,
-    /// The last response that answered a request.
-    pub(super) last_response: Option<[u8; 8]>,
-    /// Number of the channel's first frame (or of the first since frames were lost).
-    pub(super) first: Option<u64>,
-    /// The last response or refusal, where its request was captured before it.
-    pub(super) answered: Option<Half>,
-    /// It is known which responses belong to which requests: where a capture begins with requests of one object that
-    /// are late, each may stand before the answer to the next.
-    certain: bool,
-}
-
-impl Pairing {
-    /// A transfer was initiated: a segment of the one before can no longer come.
-    pub(super) fn initiated(&mut self) {
-        self.given_up = self.given_up.filter(|request| request.command.is_initiate());
-    }
-
-    /// A client frame has come: it shows whose the last answer was, where it follows later than an echo, or is for
-    /// another object.
-    fn ascertain(&mut self, next: &Half) {
-        let own = |answer: Half| !within_hold(answer.at, next.at) || !may_answer(&next.command, &answer.command);
-        self.certain |= self.answered.is_some_and(own);
-    }
-
-    /// Whether the answer before this request may be its own, captured before it.
-    pub(super) fn may_be_answered(&self, request: &Half) -> bool {
-        !self.certain
-            && request.command.is_initiate()
-            && self.answered.is_some_and(|answer| may_answer(&request.command, &answer.command))
-    }
-
-    /// Whether the last pair may still be dissolved.
-    pub(super) fn is_tentative(&self) -> bool {
-        self.tentative.is_some()
-    }
-}
 
 impl Channel {
     /// A frame by the client. The order of the questions is the rule: does it abort, is it still under way, does it
@@ -189,7 +79,23 @@ impl Channel {
             self.block_client(&half, cx);
             return;
         }
+        if self.has_begun(&half)
+            && let Some(answer) = self.pairing.answered.take()
+        {
+            self.leave_answered(cx);
+            self.pair_backwards(half, Held { half: answer, first: true, rival: false }, cx);
+            return;
+        }
         self.request(half, unprovoked, cx);
+    }
+
+    /// Whether the segments that are about to come may be those of this request, captured after the answer to it, and not
+    /// those of the request before, whose answer is not in the capture.
+    fn has_begun(&self, half: &Half) -> bool {
+        matches!(self.phase, Phase::Segments { .. })
+            && self.pairing.pending.is_none()
+            && self.pairing.may_be_answered(half)
+            && self.transfer.as_ref().is_some_and(|transfer| transfer.segments == 0)
     }
 
     /// A request with nothing before it that could answer it.
@@ -683,24 +589,4 @@ impl Channel {
 
 fn is_block_initiate(half: &Half) -> bool {
     matches!(half.command, Command::InitiateBlockDownload { .. } | Command::InitiateBlockUpload { .. })
-}
-
-/// Whether a response, or an abort for the same object, can be the answer to a request.
-fn may_answer(request: &Command, answer: &Command) -> bool {
-    match answer {
-        Command::Abort(object, _) => request.mux() == Some(*object),
-        _ => wire::fits(request, answer),
-    }
-}
-
-/// Whether two frames are close enough for the second to be a late echo; without stamps, always.
-fn within_hold(from: FrameRef, to: FrameRef) -> bool {
-    within(from, to, HOLD_NS)
-}
-
-pub(super) fn within(from: FrameRef, to: FrameRef, limit_ns: i64) -> bool {
-    match (from.t_ns, to.t_ns) {
-        (Some(from), Some(to)) => to.saturating_sub(from) <= limit_ns,
-        _ => true,
-    }
 }
