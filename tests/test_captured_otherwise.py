@@ -71,13 +71,46 @@ def test_every_frame_twice_with_frames_between() -> None:
     channel = Channel(5)
     session = block_upload(channel, 0x2004, 0, bytes(100), blksize=5) + block_download(channel, 0x2004, 0, bytes(60))
     session += segmented_upload(channel, 0x1008, 0, b"a device with a name")
-    beats = [CanFrame("can0", 0x705, b"\x05", t_us) for t_us in range(0, 8000, 500)]
+    beats = [CanFrame("can0", 0x701 + t_us // 500 % 4, b"\x05", t_us) for t_us in range(0, 8000, 500)]
     spread = [replace(frame, t_us=10_000 + 100 * number) for number, frame in enumerate(session)]
     doubled = [copy for frame in beats for copy in (frame, replace(frame, t_us=frame.t_us + 40))]
     doubled += [copy for frame in spread for copy in (frame, replace(frame, t_us=frame.t_us + 120))]
     said = analyze(log_text(sorted(doubled, key=lambda frame: frame.t_us)))
     quiet(said)
     assert [row["status"] for row in said.transfers] == ["ok"] * 3
+
+
+def test_heartbeats_without_stamps_are_no_twins() -> None:
+    """What stands beside itself there may be a second apart: answers that are alike count all the same."""
+    net = Network().boot(NODE).heartbeat(NODE, period=0.1, count=8).wait(0.85)
+    for value in (500, 50, 1000):
+        net.write(NODE, 0x1017, 0, value, 2).heartbeat(NODE, period=value / 1000, count=6).wait(value * 0.0065)
+    said = analyze(console_text(net.read(NODE, 0x1000, 0, 0x192, 4).frames()))
+    quiet(said)
+    assert [row["status"] for row in said.transfers] == ["ok"] * 4
+    assert {row["sdo"]["place"] for row in said.frames if row["service"] == "sdo"} == {"due"}
+
+
+def test_the_first_two_requests_late_and_a_second_apart() -> None:
+    """One object written twice from the capture's beginning on: the stamps tell which answer is whose."""
+    net = Network().write(NODE, 0x1017, 0, 100, 2).wait(0.9).write(NODE, 0x1017, 0, 500, 2).wait(0.9)
+    request, answer, again, second = net.read(NODE, 0x1000, 0, 0x192, 4).frames()[:4]
+    late = [replace(answer, t_us=request.t_us), replace(request, t_us=answer.t_us)]
+    late += [replace(second, t_us=again.t_us), replace(again, t_us=second.t_us)]
+    said = analyze(log_text([*late, *net.frames()[4:]]))
+    quiet(said)
+    assert [row["data"] for row in said.transfers] == ["6400", "F401", "92010000"]
+
+
+def test_polling_cut_in_the_middle_with_every_request_late() -> None:
+    """The capture ends with an answer whose request would follow."""
+    net = Network().read(NODE, 0x1000, 0, 0x192, 4)
+    for value in range(12):
+        net.read(NODE, 0x2001, 0, value, 2)
+    frames = net.frames()
+    late = [frame for at in range(2, len(frames), 2) for frame in (frames[at + 1], frames[at])]
+    for end in range(len(late)):
+        quiet(analyze(console_text([*frames[:2], *late[:end]])))
 
 
 @pytest.mark.parametrize("name", ["states", "stopped", "guarded"])
@@ -130,7 +163,9 @@ def test_a_network_switched_off_and_on() -> None:
 
 def test_one_node_of_a_network_boots_again() -> None:
     net = network_of(2, boot_ups=[3.0, 3.2])
-    kept = [frame for frame in net.frames() if frame.can_id != 0x702 or frame.data != b"\0" or frame.t_us % 10**9 < 10**6]
+    kept = [
+        frame for frame in net.frames() if frame.can_id != 0x702 or frame.data != b"\0" or frame.t_us % 10**9 < 10**6
+    ]
     assert "NMT003" in codes(analyze(log_text(kept)))
 
 

@@ -45,6 +45,8 @@ impl ErrorControl {
 const PROVEN: u32 = 4;
 /// And so many frames at most that are not their twins yet may stand between.
 const BETWEEN: usize = 8;
+/// From so many senders they must come at least.
+const IDS: usize = 3;
 
 /// The checks of a bus's nodes.
 #[derive(Debug)]
@@ -254,7 +256,7 @@ impl Nodes {
 
     /// Whether the capture shows most of its frames twice, as far as it goes.
     pub fn every_frame_twice(&self) -> bool {
-        self.twins.common()
+        self.twins.are_all()
     }
 
     /// Whether the bus was silent before the frame at hand for so long that it was not recorded.
@@ -264,7 +266,7 @@ impl Nodes {
 
     /// Whether the frame at hand is one of those that every capture of two adapters on one bus has.
     pub fn is_twin(&self) -> bool {
-        self.twins.twin && self.twins.equal >= PROVEN && self.twins.common()
+        self.twins.twin && self.twins.are_proven()
     }
 
     /// A PDO.
@@ -312,6 +314,8 @@ struct Twins {
     twin: bool,
     equal: u32,
     other: u32,
+    /// Identifiers of frames that stood twice. Heartbeats without stamps follow each other for other reasons.
+    ids: Vec<CanId>,
 }
 
 /// A frame, as far as it is compared, and its time.
@@ -322,7 +326,7 @@ impl Twins {
     fn count(&mut self, frame: &Frame) {
         let data = frame.data.first_chunk().copied().unwrap_or_default();
         let now = frame.t_ns.unwrap_or(0);
-        let most = if self.equal >= PROVEN && self.common() { BETWEEN } else { 1 };
+        let most = if self.are_proven() { BETWEEN } else { 1 };
         while self.once.len() > most {
             self.once.pop_front();
         }
@@ -335,6 +339,9 @@ impl Twins {
             Some(place) => {
                 self.once.remove(place);
                 self.equal = self.equal.saturating_add(1);
+                if self.ids.len() < IDS && !self.ids.contains(&frame.id) {
+                    self.ids.push(frame.id);
+                }
             }
             None => {
                 self.once.push_back((frame.id, frame.len, data, now));
@@ -345,5 +352,15 @@ impl Twins {
 
     fn common(&self) -> bool {
         self.equal >= self.other / 2
+    }
+
+    /// Frames of several senders stand twice, and few do not.
+    fn are_proven(&self) -> bool {
+        self.ids.len() >= IDS && self.equal >= PROVEN && self.equal >= self.other / 4 * 3
+    }
+
+    /// So is it, or every frame up to the last one was seen twice.
+    fn are_all(&self) -> bool {
+        self.are_proven() || self.other <= self.equal + 1
     }
 }

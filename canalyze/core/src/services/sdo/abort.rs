@@ -116,6 +116,7 @@ impl Channel {
         if let Some(pending) = self.pairing.pending {
             self.attempted(&pending);
         }
+        self.paired |= self.pairing.pending.is_some_and(|pending| pending.command.mux() == Some(mux));
         if self.pairing.pending.is_some_and(|pending| strict_initiate(&pending) && pending.command.mux() == Some(mux)) {
             // A refusal of what was asked for is as good an answer as any.
             self.trust(cx);

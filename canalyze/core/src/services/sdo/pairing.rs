@@ -276,7 +276,8 @@ impl Channel {
         }
         let rival = match self.pairing.tentative {
             Some(tentative) if wire::fits(&tentative.request.command, &half.command) => {
-                if tentative.first || (!tentative.refused && tentative.is_unlikely(half.at)) {
+                let first = tentative.first && !tentative.is_likely(half.at);
+                if first || (!tentative.refused && tentative.is_unlikely(half.at)) {
                     self.dissolve(tentative, cx);
                     self.answer(tentative.request, half, cx);
                     return;
@@ -401,10 +402,6 @@ impl Channel {
     pub(super) fn settle_held_at_end(&mut self, cx: &mut Context<'_>) {
         self.settle_ack_at_end();
         match self.pairing.held.take() {
-            Some(held) if held.rival => {
-                self.pairing.held = Some(held);
-                self.release_held(cx);
-            }
             // Long after it, no late request will come any more.
             Some(held) if !within(held.half.at, cx.at, UNANSWERED_NS) => {
                 self.pairing.held = Some(held);

@@ -34,6 +34,13 @@ pub(super) struct Tentative {
 }
 
 impl Tentative {
+    /// Whether the stamps speak for a late echo: the request came right after the response, and long before the one at
+    /// `next`.
+    pub(super) fn is_likely(&self, next: FrameRef) -> bool {
+        let stamped = self.request.at.t_ns.is_some() && next.t_ns.is_some();
+        stamped && within(self.response, self.request.at, ECHO_NS) && !within_hold(self.request.at, next)
+    }
+
     /// Whether the stamps speak against a late echo: the request came long after the response it would belong to
     /// ([`ECHO_NS`] says nothing yet), and soon before the one at `next`.
     pub(super) fn is_unlikely(&self, next: FrameRef) -> bool {
