@@ -136,6 +136,29 @@ def test_a_node_that_falls_back_where_nobody_commands() -> None:
     assert (finding["code"], finding["node"]) == ("NMT004", NODE)
 
 
+@pytest.mark.parametrize("seconds", [1.0, 30.0])
+def test_a_node_that_boots_again_where_nobody_commands(seconds: float) -> None:
+    """A network that starts itself: told at the boot-up's frame, whenever it is told."""
+    net = Network()
+    for node in (3, 4, 5):
+        net.boot(node).send(0x700 + node, bytes([OPERATIONAL]), after=0.02)
+        net.live(node, period=0.1, seconds=0.5 + seconds, states=[(0, OPERATIONAL)])
+    frames = net.frames()
+    at = next(place for place, frame in enumerate(frames) if frame.t_us > (net.start + 0.51) * 1_000_000)
+    again = CanFrame("can0", 0x704, b"\0", frames[at].t_us - 1)
+    (finding,) = analyze(log_text([*frames[:at], again, *frames[at:]])).above_info()
+    assert (finding["code"], finding["node"], finding["frame"]) == ("NMT003", 4, at + 1)
+
+
+def test_a_boot_up_that_is_told_late_stands_at_its_frame() -> None:
+    """Whether the other node comes back as well shows only then."""
+    net = Network().boot(NODE, OTHER).write(NODE, 0x1017, 0, 100, 2).write(OTHER, 0x1017, 0, 100, 2).nmt(START)
+    net.live(OTHER, period=0.1, seconds=2.0, states=[(0, OPERATIONAL)]).wait(0.33)
+    place = len([frame for frame in net.frames() if frame.t_us <= (net.start + net.now) * 1_000_000]) + 1
+    (finding,) = analyze(log_text(net.boot(NODE).read(NODE, 0x1000, 0, 0x192, 4).frames())).above_info()
+    assert (finding["code"], finding["node"], finding["frame"]) == ("NMT003", NODE, place)
+
+
 def network_of(count: int, *, boot_ups: Sequence[float]) -> Network:
     """Nodes with heartbeats under a master that keeps its power; they boot again at these times, 3 s and later."""
     net = Network()

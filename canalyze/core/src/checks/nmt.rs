@@ -5,8 +5,9 @@
 //! proves nothing, since nobody confirms it. Changes that no command explains are held back for [`SETTLED_NS`], since
 //! the master's own frames may be captured late. It must not judge other services: that is `permitted`.
 
+use super::withheld::raise;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::FrameRef;
 use crate::node::PerNode;
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
@@ -122,6 +123,8 @@ impl Power {
 struct Suspect {
     at: FrameRef,
     what: Spontaneous,
+    /// It waited for what becomes of other nodes.
+    held: bool,
 }
 
 impl Suspect {
@@ -334,7 +337,7 @@ impl Nmt {
         };
         self.suspects += u32::from(standing.suspect.is_none());
         standing.again = Some(cx.at);
-        standing.suspect = Some(Suspect { at: cx.at, what });
+        standing.suspect = Some(Suspect { at: cx.at, what, held: false });
     }
 
     /// A node shows its state. `period_ns`: how often it does so, where that is known.
@@ -361,7 +364,8 @@ impl Nmt {
             return;
         }
         self.suspects += u32::from(standing.suspect.is_none());
-        standing.suspect = Some(Suspect { at: cx.at, what: Spontaneous::Change { from: before, to: state } });
+        standing.suspect =
+            Some(Suspect { at: cx.at, what: Spontaneous::Change { from: before, to: state }, held: false });
     }
 
     /// A node has sent an emergency.
@@ -402,7 +406,7 @@ impl Nmt {
 
     fn tell_commandless(&mut self, cx: &mut Context<'_>) {
         for (code, node, at, facts) in std::mem::take(&mut self.commandless) {
-            cx.find(code, Some(node), None, Some(at), facts);
+            tell_late(code, node, at, facts, cx);
         }
     }
 
@@ -430,6 +434,7 @@ impl Nmt {
             }
             let booted = matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. });
             if booted && power.is_open(suspect.at, cx.at) && !over {
+                standing.suspect = Some(Suspect { held: true, ..suspect });
                 continue;
             }
             standing.suspect = None;
@@ -472,10 +477,14 @@ impl Nmt {
                     (Code::Hbt004, Facts::told(3, &[("gap", Quantity::Ns(gap))]))
                 }
             };
-            if self.commanded || code == Code::Hbt004 {
+            if !self.commanded && code != Code::Hbt004 {
+                if self.commandless.len() < KEPT {
+                    self.commandless.push((code, node, suspect.at, facts));
+                }
+            } else if booted && (suspect.held || suspect.adjacent()) {
+                tell_late(code, node, suspect.at, facts, cx);
+            } else {
                 cx.find(code, Some(node), None, Some(suspect.at), facts);
-            } else if self.commandless.len() < KEPT {
-                self.commandless.push((code, node, suspect.at, facts));
             }
         }
     }
@@ -599,6 +608,12 @@ const fn bit(state: u8) -> u8 {
         PRE_OPERATIONAL => 4,
         _ => 0,
     }
+}
+
+/// Says at a frame of some time ago what is wrong with it.
+fn tell_late(code: Code, node: u8, at: FrameRef, facts: Facts, cx: &mut Context<'_>) {
+    let (bus, node) = (cx.bus, Some(node));
+    raise(Finding { code, at, cause: None, bus, node, object: None, facts }, cx);
 }
 
 /// Time from one frame to another, in ns.
