@@ -155,7 +155,7 @@ def states(frame: Row) -> Row | None:
 
 
 def same_states(frames: list[Row], table: _core.Table) -> None:
-    words = {0: "Initialisation", 4: "Stopped", 5: "Operational", 127: "Pre-operational", None: None}
+    words = {0: "Pre-operational (boot-up)", 4: "Stopped", 5: "Operational", 127: "Pre-operational", None: None}
     expected = [
         {"frame": frame["frame"], "t_ns": ns(frame["t"]), "bus": frame["bus"], "name": words.get(row["state"]), **row}
         for frame in frames
@@ -224,8 +224,9 @@ def same_signals(said: list[Row], table: _core.Table) -> None:
             assert row["raw"] == as_number(signal["raw"])
 
 
-def same_pdos(said: list[Row], tables: dict[str, _core.Table]) -> None:
+def same_pdos(frames: list[Row], said: list[Row], tables: dict[str, _core.Table]) -> None:
     expected: dict[tuple[Any, ...], list[Row]] = defaultdict(list)
+    synchronous = {row["frame"]: row["pdo"]["sync"] for row in frames if (row.get("pdo") or {}).get("sync")}
     for signal in said:
         expected[signal["frame"], signal["bus"], signal["node"], signal["pdo"]].append(signal)
     for name, table in tables.items():
@@ -236,6 +237,12 @@ def same_pdos(said: list[Row], tables: dict[str, _core.Table]) -> None:
         assert schema.names[:6] == PDO
         fields = [field for field in schema if field.metadata]
         for row in rows_of(table):
+            sync = synchronous.pop(row["frame"], {"cycle": None, "delay_us": None})
+            assert row["cycle"] == sync["cycle"]
+            assert row["delay_ns"] == (None if sync["delay_us"] is None else pytest.approx(sync["delay_us"] * 1000))
+            if about["version"] == "0":
+                assert (len(schema), row["provenance"]) == (len(PDO), "unknown")
+                continue
             signals = expected.pop((row["frame"], about["bus"] or None, int(about["node"]), about["pdo"]))
             signals = [signal for signal in signals if (signal["value"], signal["raw"]) != (None, None) or fields]
             assert row["t_ns"] == ns(signals[0]["t"])
@@ -250,6 +257,7 @@ def same_pdos(said: list[Row], tables: dict[str, _core.Table]) -> None:
                     assert value * float(meta["factor"]) == pytest.approx(float(shown), rel=1e-7)
                 else:
                     assert value is None or signal["raw"] is not None
+    assert not synchronous
     # What is left are multiplex PDOs.
     assert all(len(signals) == 1 for signals in expected.values())
 
@@ -269,7 +277,7 @@ def test_the_same_as_json(path: Path) -> None:
     same_emcys(said.frames, tables["emcy"])
     same_cycles(said.frames, tables["sync_cycles"])
     same_signals(listed, tables["signals"])
-    same_pdos(listed, {name: table for name, table in tables.items() if name not in FIXED})
+    same_pdos(said.frames, listed, {name: table for name, table in tables.items() if name not in FIXED})
 
 
 @pytest.mark.parametrize(

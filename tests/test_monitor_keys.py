@@ -1,6 +1,7 @@
 """Every key of `canalyze monitor`, and what it does to the screen."""
 
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -395,10 +396,10 @@ def test_the_last_emergency_is_shown_after_it_is_over() -> None:
     run(act, SAMPLES / "services.log", size=(160, 40))
 
 
-@pytest.mark.parametrize(("lang", "said"), [("zh", "已启动"), ("en", "booted up")])
-def test_a_node_that_has_only_booted_is_not_said_to_be_initialising(lang: str, said: str) -> None:
+@pytest.mark.parametrize(("lang", "said"), [("zh", "预操作 (启动报文)"), ("en", "Pre-operational (boot-up)")])
+def test_a_node_that_has_only_booted_is_not_said_to_be_initialising(lang: str, said: str, tmp_path: Path) -> None:
     from canalyze.monitor import nodes
 
-    node = replayed(FAULTY, lang).snapshot()["nodes"][0] | {"state": "00", "state_text": "?"}
-    row = nodes.rows({"nodes": [node], "start_ns": 0}, Words(lang), buses=False)[0]
+    (tmp_path / "boot.log").write_text("(1700000000.000000) can0 705#00\n")
+    row = nodes.rows(replayed(tmp_path / "boot.log", lang).snapshot(), Words(lang), buses=False)[0]
     assert row.cells[2] == ((said, "info"),) and said in row.whole

@@ -32,7 +32,7 @@ NETWORKS = sorted((SAMPLES / "network").glob("*.log"))
 OTHERS = [SAMPLES / name for name in ("services.log", "zephyr-sdo.log", "sdo-abort.log", "two-nodes-interleaved.log")]
 DATES_NS = 631_152_000 * 10**9
 NMT = {
-    "00": ("initialising", "pre-operational"),  # with the boot-up message a node passes from one to the other
+    "00": ("pre-operational",),
     "04": ("stopped",),
     "05": ("operational",),
     "7F": ("pre-operational",),
@@ -111,6 +111,7 @@ def _check(shown: Shown) -> None:
     _sync(shown)
     _nmt(shown)
     _transfers(shown)
+    _durations(shown)
     _emergencies(shown)
     _colours(shown)
 
@@ -295,6 +296,33 @@ def _transfers(shown: Shown) -> None:
         assert any(_is_of_class(shown, *one, said["status"]) for one in found), (said, found)
 
 
+def _durations(shown: Shown) -> None:
+    """Each transfer of several frames is a point at its first one, as high as it took; failed ones are apart."""
+    found: dict[tuple[str, int], list[float]] = {}
+    for entity in shown.under("/sdo_duration/"):
+        rows = shown.recording.rows(entity, "Scalars:scalars")
+        shown.on_time(rows)
+        for row in rows:
+            whose, frame = entity.removeprefix("/sdo_duration/"), row["frame"]
+            assert (whose, frame) not in found
+            found[whose, frame] = row["value"]
+    assert shown.contents.transfers == len(found)
+    for said in shown.said.transfers:
+        first, last = (shown.stamps.get(said[name]) for name in ("first_frame", "last_frame"))
+        if said["status"] not in ("ok", "aborted", "failed") or first is None or last is None:
+            continue
+        whose = "/".join(one for one in (part(said["bus"] or ""), f"node{said['node']}") if one)
+        at = [one for one in found if f"{one[0]}/".startswith(f"{whose}/") and one[1] == said["first_frame"]]
+        values = [found.pop(one) for one in at]
+        if first == last:
+            continue
+        ((done, failed),) = values
+        took, other = (done, failed) if said["status"] == "ok" else (failed, done)
+        assert took == pytest.approx((last - first) / 1e6), said
+        assert math.isnan(other), said
+    assert not found
+
+
 def _emergencies(shown: Shown) -> None:
     """After an emergency its lane shows all errors that are active."""
     for row in shown.said.frames:
@@ -307,7 +335,14 @@ def _emergencies(shown: Shown) -> None:
 
 
 def _colours(shown: Shown) -> None:
-    """Every state but a value has a colour that was chosen for it."""
+    """Every state but a value has a colour that was chosen for it, and a statusword that of the drive's state."""
+    for name in ("statusword", "状态字"):
+        for entity in (one for one in shown.under("/value/") if one.endswith(f"/{name}")):
+            values = shown.recording.static(entity, "StateConfiguration:values")
+            for state in values:
+                of_class = _core.class_of("drive", int(state[:4], 16))
+                if of_class is not None:
+                    assert _is_of_class(shown, entity, state, of_class), state
     for entity in (one for top in ("/nmt/", "/drive/", "/sdo/", "/emcy/") for one in shown.under(top)):
         states = {row["value"][0] for row in shown.recording.rows(entity, "StateChange:state")} - {""}
         assert states == set(shown.recording.static(entity, "StateConfiguration:values")), entity
@@ -331,6 +366,53 @@ def test_several_buses(tmp_path: Path) -> None:
     shown = Shown(tmp_path, log_text(both), None, "zh")
     _check(shown)
     assert len(shown.contents.sync) == 2
+
+
+def test_synchronous_pdos_of_unknown_mapping_have_delays(tmp_path: Path) -> None:
+    """Of TPDO1 the transmission type was written, of TPDO2 nothing is known."""
+    lines = ["605#2F00180201000000", "585#6000180200000000"]
+    for _ in range(5):
+        lines += ["080#", "185#0102030405", "285#0102"]
+    text = "".join(f"(1700000000.{number:03d}000) can0 {line}\n" for number, line in enumerate(lines))
+    shown = Shown(tmp_path, text.encode(), None, "en")
+    _check(shown)
+    rows = shown.recording.rows("/sync/can0/delay/node5/TPDO1", "Scalars:scalars")
+    assert [row["value"] for row in rows] == [[1000.0]] * 5
+    assert [row["sync_cycle"] for row in rows] == [1, 2, 3, 4, 5]
+    assert list(shown.contents.delays) == ["/sync/can0/delay/node5/TPDO1"]
+    assert not shown.contents.plots
+
+
+def test_transfers_that_are_alike_are_told_apart(tmp_path: Path) -> None:
+    """Back to back their lane shows one bar, and beside ten minutes it shows nothing; one that failed is apart."""
+    lines, number = [], 0
+    for seconds, answer in ((0.0, "4B41600037060000"), (0.0025, "4B41600037060000"), (600.0, "8041600000000206")):
+        for after, frame in ((0.0, "605#4041600000000000"), (0.0012, f"585#{answer}")):
+            lines.append(f"({1_700_000_000 + seconds + after:.6f}) can0 {frame}\n")
+            number += 1
+    shown = Shown(tmp_path, "".join(lines).encode(), None, "en")
+    _check(shown)
+    rows = shown.recording.rows("/sdo_duration/can0/node5", "Scalars:scalars")
+    assert [row["frame"] for row in rows] == [1, 3, 5]
+    assert shown.contents.transfers == 3
+    assert shown.contents.brief
+    names = shown.recording.static("/sdo_duration/can0/node5", "SeriesPoints:names")
+    assert names == ["can0/node5 SDO transfer [ms]", "can0/node5 failed SDO transfer [ms]"]
+
+
+@pytest.mark.parametrize("name", ["SDO002-timeout", "SDO030", "SYN003-late", "HBT004-rate", "LSS012", "GRD004"])
+def test_a_finding_told_later_stands_with_its_frame(tmp_path: Path, name: str) -> None:
+    """The frame is listed already, without it; the rows of findings, shown among the frames, have its level."""
+    path = SAMPLES / "rules" / f"{name}.log"
+    shown = Shown(tmp_path, path.read_bytes(), described_beside(path), "en")
+    there: dict[int, set[str]] = {}
+    for entity in ("/frames", "/log/findings"):
+        for row in shown.recording.rows(entity, "TextLog:level"):
+            there.setdefault(row["frame"], set()).add(row["value"][0])
+    assert shown.said.findings
+    assert shown.contents.findings == len(shown.said.findings)
+    for one in shown.said.findings:
+        assert dict(SEVERITIES)[one["severity"]] in there[one["frame"]], one
 
 
 def test_damaged(tmp_path: Path) -> None:

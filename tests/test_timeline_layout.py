@@ -78,11 +78,13 @@ def shown(view: rrb.View, contents: Contents) -> dict[str, list[str]]:
 def entities(contents: Contents) -> set[str]:
     """Every entity that a recording of it has."""
     found = {*contents.plots, *contents.lanes, *contents.delays, SPAN}
+    found |= {*contents.durations}
     for bus in contents.sync:
         found.add("/".join(["/sync", *filter(None, [bus]), "period"]))
     for bus in contents.windows:
         found.add("/".join(["/sync", *filter(None, [bus]), "window"]))
     found |= {"/".join(["/load", *filter(None, [bus])]) for bus in contents.load}
+    found |= {"/log/findings"} if contents.findings else set()
     there = {"/frames": contents.frames, "/summary": contents.summary, "/log": contents.logged}
     return found | {entity for entity, some in there.items() if some}
 
@@ -151,6 +153,7 @@ def test_the_overview_of_a_drive() -> None:
         "SYNC period [µs]",
         "Synchronous PDOs: delay and window [µs]",
         "Frames per second",
+        "SDO transfers: duration [ms] (red: failed)",
         "Findings and EMCY",
         "Summary",
         "Frames",
@@ -244,6 +247,57 @@ def test_lanes_with_faults_come_first() -> None:
     contents = network(3)
     contents.lanes["/nmt/can0/node1"].fault = True
     assert names(tabs(contents)[0])[:2] == ["NMT states", "States"]
+
+
+def test_what_has_failed_is_in_sight() -> None:
+    """Not below a screen full of what is only information; the title says what is left out."""
+    contents = drive()
+    for logged, title in (
+        ({"INFO": 10, "ERROR": 1}, "Findings and EMCY"),
+        ({"INFO": 500}, "Findings and EMCY"),
+        ({"INFO": 500, "ERROR": 1}, "Findings and EMCY (errors, warnings)"),
+        ({"INFO": 11, "WARN": 40}, "Findings and EMCY (errors, warnings)"),
+    ):
+        contents.logged = dict(logged)
+        (log,) = (view for view in views(tabs(contents)[0]) if view.origin == "/log")
+        assert log.name == title
+        rows = log.properties["TextLogRows"].as_component_batches()
+        (levels,) = (one.as_arrow_array().to_pylist() for one in rows if "level" in str(one.component_descriptor()))
+        assert ("INFO" in levels) == (title == "Findings and EMCY")
+
+
+def test_a_finding_stands_with_its_frame() -> None:
+    """Also one that is told of an earlier frame, which is listed already."""
+    for findings, there in ((1, {"/frames", "/log/findings"}), (0, {"/frames"})):
+        contents = drive()
+        contents.findings = findings
+        (frames,) = (view for view in views(tabs(contents)[0]) if view.name == "Frames")
+        assert of(frames) == there
+
+
+def test_short_transfers_are_points() -> None:
+    title = "SDO transfers: duration [ms] (red: failed)"
+    contents = drive()
+    for took, seen in ((10**6, True), (10**7, False)):
+        contents.transferring_ns = contents.transfers * took
+        overview, node = tabs(contents)
+        assert (title in names(overview)) == seen
+        # Of two that are alike, a lane that has room for them shows one.
+        assert title in names(node)
+    contents = network(30)
+    assert "SDO transfers" in names(tabs(contents)[0])
+    contents.transfers = 1
+    assert "SDO transfers" not in names(tabs(contents)[0])
+    assert title in names(tabs(contents)[0])
+
+
+def test_lanes_stand_once_where_they_are_many() -> None:
+    contents = network(30)
+    lanes(contents, "/emcy/can0/node9")
+    contents.lanes["/emcy/can0/node30"].fault = True
+    assert "EMCY: active errors" in names(tabs(contents)[0])
+    contents.lanes["/emcy/can0/node9"].fault = True
+    assert "EMCY: active errors" not in names(tabs(contents)[0])
 
 
 def test_a_low_load_has_an_axis_of_its_own() -> None:
@@ -348,7 +402,7 @@ def test_a_new_plot_leaves_the_others_their_ids() -> None:
 def test_a_layout_is_small(tmp_path: Path) -> None:
     """It is part of every recording, and sent anew where one grows."""
     layout(network(30), Words("en")).save("canalyze-test", tmp_path / "out.rbl")
-    assert (tmp_path / "out.rbl").stat().st_size < 4_000_000
+    assert (tmp_path / "out.rbl").stat().st_size < 4_500_000
 
 
 @pytest.mark.parametrize(("timed", "timeline"), [(True, CLOCK), (False, "frame")])

@@ -27,6 +27,8 @@ from canalyze.words import Words
 
 START = 1_700_000_000 * 10**9
 MS = 1_000_000
+SECOND = 1000 * MS
+DAY = 86_400 * SECOND
 
 
 def listed(frame: int, t_ns: int | None, **more: Any) -> dict[str, Any]:
@@ -70,6 +72,19 @@ def test_quantities_of_a_pdo(tmp_path: Path) -> None:
     ]
     delays = found.rows("/sync/can0/delay/node5/TPDO1", "Scalars:scalars")
     assert [row["value"] for row in delays] == [[0.0], [1.0], [2.0]]
+
+
+def test_a_long_name_is_cut_and_still_its_own(tmp_path: Path) -> None:
+    """A title of two thousand characters leaves no room for anything."""
+    signals: dict[str, Any] = {
+        "n" * 2000: (pa.int16(), {"object": "2000:01", "unit": "V"}, [1]),
+        "n" * 2000 + "!": (pa.int16(), {"object": "2000:02"}, [2]),
+        "n" * 64: (pa.int16(), {"object": "2000:03"}, [3]),
+    }
+    batches = [table("listing", [listed(1, START)]), pdo(5, "TPDO1", signals, [{"t_ns": START, "frame": 1}])]
+    _, found = written(tmp_path, batches)
+    names = found.static("/pdo/can0/node5/TPDO1", "SeriesLines:names")
+    assert names == [f"{'n' * 64}… (2000:01) [V]", f"{'n' * 64}… (2000:02)", "n" * 64]
 
 
 def test_another_mapping_is_another_entity(tmp_path: Path) -> None:
@@ -208,10 +223,11 @@ def test_stamps_that_are_no_dates(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("stamps", "elapsed"),
     [
-        ([0, 2**63 - 1], [0, 2**63 - 1]),
-        ([-(2**63), 0, 2**63 - 1], [1, 2**63 - 1, 2**63 - 1]),
-        ([2**63 - 1, -(2**63)], [0, 1 - 2**63]),
-        ([START, START - 40 * 365 * 86400 * 10**9], [0, -40 * 365 * 86400 * 10**9]),
+        ([0, DAY], [0, DAY]),
+        ([-(2**63), 0, DAY], [1, 2**63 - 1, 2**63 - 1]),
+        ([-(2**63), DAY, 2**63 - 1], [1, 2**63 - 1, 2**63 - 1]),
+        ([START, 2**63 - 1], [0, 2**63 - 1 - START]),
+        ([2**63 - 1, START, -(2**63), 0], [0, START - 2**63 + 1, 1, 2**63 - 1]),
     ],
 )
 def test_stamps_at_the_limits(tmp_path: Path, stamps: list[int], elapsed: list[int]) -> None:
@@ -226,8 +242,73 @@ def test_a_clock_that_is_not_set_gives_no_dates(tmp_path: Path) -> None:
     timeline, found = written(tmp_path, [batch])
     rows = found.rows("/frames", "TextLog:text")
     assert [row.get("capture_time") for row in rows] == [START, None, None, START + MS]
-    assert [row.get("time_since_start") for row in rows] == [0, 5 * MS - START, None, MS]
+    assert [row.get("time_since_start") for row in rows] == [0, 0, None, MS]
     assert timeline.contents.dated
+
+
+@pytest.mark.parametrize("takes", [1, 4])
+@pytest.mark.parametrize("stamps", [(30 * SECOND, START), (START, 30 * SECOND)])
+def test_a_clock_that_is_set_in_the_middle_makes_no_gap(tmp_path: Path, stamps: tuple[int, int], takes: int) -> None:
+    """From 1970 to now or back, in one batch or in several: the frame after it is where the one before it was."""
+    times = [start + at * MS for start in stamps for at in (0, 100, 200, 300)]
+    rows = [listed(number, t_ns) for number, t_ns in enumerate(times, 1)]
+    size = len(rows) // takes
+    batches = [[table("listing", rows[at : at + size])] for at in range(0, len(rows), size)]
+    timeline, found = written(tmp_path, *batches)
+    lines = found.rows("/frames", "TextLog:text")
+    elapsed = [0, 100, 200, 300, 300, 400, 500, 600]
+    assert [row["time_since_start"] for row in lines] == [at * MS for at in elapsed]
+    assert [row.get("capture_time") for row in lines] == [t_ns if t_ns >= START else None for t_ns in times]
+    assert (timeline.contents.first_ns, timeline.contents.last_ns) == (0, 600 * MS)
+    ends = found.rows("/time_span", "Scalars:scalars")
+    assert [row["time_since_start"] for row in ends] == [0, 600 * MS]
+    assert [row["capture_time"] for row in ends] == [START, START + 300 * MS]
+
+
+@pytest.mark.parametrize("stamps", [(30 * SECOND, START), (START, 30 * SECOND)])
+def test_the_last_state_counts_where_a_clock_is_set(tmp_path: Path, stamps: tuple[int, int]) -> None:
+    first, second = stamps
+    rows = [(1, first, "one"), (2, first + MS, "two"), (3, second, "three")]
+    states = [
+        {"lane": "nmt/node5", "t_ns": t_ns, "frame": frame, "state": state, "class": "unknown"}
+        for frame, t_ns, state in rows
+    ]
+    lines = [listed(frame, t_ns) for frame, t_ns, _ in rows]
+    _, found = written(tmp_path, [table("listing", lines), table("lanes", states)])
+    shown = found.rows("/nmt/node5", "StateChange:state")
+    assert [(row["time_since_start"], row["value"]) for row in shown] == [(0, ["one"]), (MS, ["two"]), (MS, ["three"])]
+
+
+@pytest.mark.parametrize("size", [1, 2, 9])
+def test_transfers_last_until_the_next_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int) -> None:
+    """Also where that comes with a later batch; of one whose end nobody knows, nobody knows how long it took."""
+    course: list[tuple[int, str | None, str | None]] = [
+        (0, "1000h:00 read", "ok"),
+        (2, None, None),
+        (5, "1000h:00 read", "ok"),
+        (6, "1000h:00 read", "aborted"),
+        (10, None, None),
+        (11, "2000h:00 read", "incomplete"),
+        (13, "2000h:00 read", "failed"),
+        (18, None, None),
+        (20, "2000h:00 read", "ok"),
+    ]
+    rows = [
+        {"lane": "sdo/can0/node5", "t_ns": START + at * MS, "frame": at + 1, "state": state, "class": of_class}
+        for at, state, of_class in course
+    ]
+    monkeypatch.setattr("canalyze.timeline.lanes._TOGETHER", 1)
+    batches = [[table("lanes", rows[at : at + size])] for at in range(0, len(rows), size)]
+    timeline, found = written(tmp_path, [table("listing", [listed(1, START)])], *batches)
+    points = found.rows("/sdo_duration/can0/node5", "Scalars:scalars")
+    took = {row["frame"]: [one for one in row["value"] if not math.isnan(one)] for row in points}
+    assert took == {1: [2.0], 6: [1.0], 7: [4.0], 14: [5.0]}
+    assert [math.isnan(row["value"][0]) for row in points] == [False, False, True, True]
+    assert (timeline.contents.transfers, timeline.contents.transferring_ns) == (4, 12 * MS)
+    assert not timeline.contents.brief
+    without = [{**row, "t_ns": None} for row in rows]
+    timeline, _ = written(tmp_path, [table("listing", [listed(1, None)]), table("lanes", without)])
+    assert not timeline.contents.durations
 
 
 def test_samples_do_not_hold_on(tmp_path: Path) -> None:
@@ -281,7 +362,7 @@ def test_lines(tmp_path: Path) -> None:
     assert [row["value"] for row in found.rows("/log/emcy", "TextLog:level")] == [["INFO"]]
     # The code of an emergency is in its text.
     assert [row["value"] for row in found.rows("/log/emcy", "TextLog:text")] == [["two"]]
-    assert (timeline.contents.frames, timeline.contents.logged) == (4, 2)
+    assert (timeline.contents.frames, timeline.contents.logged) == (4, {"ERROR": 1, "INFO": 1})
 
 
 def test_sync_and_load(tmp_path: Path) -> None:

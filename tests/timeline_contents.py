@@ -33,7 +33,7 @@ def drive(*, timed: bool = True) -> Contents:
     """One drive with all there is."""
     contents = stamped()
     contents.timed = timed
-    contents.logged = 3
+    contents.logged = {"WARN": 3}
     lanes(contents, *(f"/{kind}/node5" for kind in ("sdo", "nmt", "emcy", "drive")))
     lanes(contents, "/value/node5/TPDO1/Statusword.3", "/value/node5/TPDO1/Statusword")
     plot(contents, 5, "TPDO1", [series("Velocity", "rpm"), series("Torque", "%")])
@@ -42,6 +42,8 @@ def drive(*, timed: bool = True) -> Contents:
     contents.sync.add("")
     contents.windows.add("")
     contents.delays["/sync/delay/node5/TPDO1"] = None
+    contents.durations["/sdo_duration/node5"] = None
+    contents.transfers, contents.transferring_ns, contents.findings = 10, 10 * 1e6, 3
     contents.load[""] = False
     return contents
 
@@ -49,7 +51,7 @@ def drive(*, timed: bool = True) -> Contents:
 def network(nodes: int, buses: tuple[str, ...] = ("can0",)) -> Contents:
     """Drives that all have the same signals."""
     contents = stamped()
-    contents.logged = 3
+    contents.logged = {"WARN": 3}
     for bus in buses:
         for node in range(1, nodes + 1):
             where = f"{bus}/node{node}" if bus else f"node{node}"
@@ -57,6 +59,7 @@ def network(nodes: int, buses: tuple[str, ...] = ("can0",)) -> Contents:
             plot(contents, node, "TPDO1", [series("Velocity", "rpm"), series("Torque", "%")], bus)
             plot(contents, node, "TPDO2", [series("Position", greatest=2e6), series("Temperature", "°C")], bus)
             contents.delays["/".join(["/sync", *([bus] if bus else []), "delay", f"node{node}", "TPDO1"])] = None
+            contents.durations["/".join(["/sdo_duration", *([bus] if bus else []), f"node{node}"])] = None
         contents.sync.add(bus)
         contents.load[bus] = True
     lanes(contents, f"/emcy/{where}")

@@ -224,10 +224,10 @@ class Capture:
         """Give tables of columns for Arrow's readers, all in one pass: `pyarrow.table(tables["transfers"])`.
 
         names: frames, transfers, states, emcy, findings, sync_cycles, signals, pdo (one table for each PDO and mapping,
-        `pdo/can1/5.TPDO4/1`), listing (annotated lines), lanes (what each lane of a timeline shows), log (findings and
-        emergencies), load (each 100 ms of a bus); none: all of them. select: which signals, as --select. Times are
-        `t_ns`, in nanoseconds; `canalyze/core/src/render/columns/mod.rs` lists the columns. Nothing is kept but what is
-        given. ValueError for another name.
+        `pdo/can1/5.TPDO4/1`; 0: a synchronous PDO of which no mapping is known), listing (annotated lines), lanes (what
+        each lane of a timeline shows), log (findings and emergencies), load (each 100 ms of a bus); none: all of them.
+        select: which signals, as --select. Times are `t_ns`, in nanoseconds; `canalyze/core/src/render/columns/mod.rs`
+        lists the columns. Nothing is kept but what is given. ValueError for another name.
         """
         from canalyze._core import TABLES, Table
 

@@ -13,8 +13,6 @@ STATES: Final = {
     "00": "info",
 }
 """Looks of the states, by the byte that a heartbeat has: operational, pre-operational, stopped, booted up."""
-_BOOTED: Final = "00"
-"""The state of a boot-up message: it says that initialising is over, but not what the node did then."""
 _SECOND: Final = 1_000_000_000
 _LATE: Final = 1.5
 """Periods without a heartbeat after which its age stands out; that it is missing is said by the core (`silent`)."""
@@ -25,7 +23,7 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
     given = [
         Column(words("col.node"), right=True),
         Column(words("col.name"), least=6, most=28, leaves=3),
-        Column(words("col.node_state"), most=18),
+        Column(words("col.node_state"), most=25),
         Column(words("col.heartbeat"), most=14),
         Column("EMCY", least=20, most=48),
         Column(words("monitor.drive"), least=10, most=30, leaves=2),
@@ -43,8 +41,6 @@ def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, away: bool = Fa
 
 def _row(node: dict[str, Any], snapshot: dict[str, Any], words: Words, *, buses: bool, away: bool) -> Row:
     state, look = node["state_text"] or BLANK, STATES.get(node["state"] or "", "dim")
-    if node["state"] == _BOOTED:
-        state = words("monitor.booted")
     if away or _is_late(node):
         look = "dim"
     silent = words.of("monitor_silent", node["silent"]) if node["silent"] else ""

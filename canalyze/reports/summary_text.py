@@ -210,14 +210,10 @@ class _Report:
     def _state(self, node: Record) -> str:
         if node["state"] is None:
             return EMPTY
-        state = self._word(node["state"], node["state_text"])
+        state = _word(node["state"], node["state_text"])
         if node["states"] and node["states"][-1]["commanded"]:
             state = self._words("summary.commanded", state=state)
         return state
-
-    def _word(self, state: str, text: str | None) -> str:
-        """Give the word for a state. After a boot-up nothing has told the state yet: initialisation is over then."""
-        return self._words("summary.boot_up") if state == "00" else text or f"{state}h"
 
     def _states(self, nodes: Sequence[Record]) -> None:
         """Show the states of the nodes that have had more than one."""
@@ -232,7 +228,7 @@ class _Report:
         start = self._capture["first_t"]
         said = []
         for change in node["states"][:_STATES]:
-            state = self._word(change["state"], change["text"])
+            state = _word(change["state"], change["text"])
             if change["t"] is None or start is None:
                 said.append(self._words("summary.at_frame", state=state, frame=change["frame"]))
             else:
@@ -364,6 +360,11 @@ class _Text:
 
 def _text(value: object) -> str:
     return EMPTY if value is None else str(value)
+
+
+def _word(state: str, text: str | None) -> str:
+    """Give the word for a state; its number where it has none."""
+    return text or f"{state}h"
 
 
 def _count(number: int) -> str:

@@ -1,8 +1,9 @@
 """The timelines of a recording, and where a row of the core's tables stands on them.
 
 `capture_time` is there where stamps are dates, `time_since_start` counts from the first stamp, `frame` is always there,
-`sync_cycle` once there is a SYNC. A row without a stamp stands on the last two only, one whose stamp is no date among
-dates not on the first. Must not: touch what a row says.
+`sync_cycle` once there is a SYNC. A row without a stamp stands on the last two only, one whose stamp is no date not on
+the first. A clock that is set in the middle of a capture, from 1970 to now or back, makes no gap: the frame after it
+stands where the one before it does. Must not: touch what a row says.
 """
 
 from collections.abc import Iterable, Iterator
@@ -52,6 +53,15 @@ class Places:
         """Give those of some rows."""
         return Places(self.t_ns[rows], self.stamped[rows], self.frame[rows], self.cycle[rows])
 
+    def followed_by(self, rows: "Places") -> "Places":
+        """Give these and then others."""
+        return Places(
+            np.concatenate((self.t_ns, rows.t_ns)),
+            np.concatenate((self.stamped, rows.stamped)),
+            np.concatenate((self.frame, rows.frame)),
+            np.concatenate((self.cycle, rows.cycle)),
+        )
+
 
 def places(batch: pa.RecordBatch) -> Places:
     """Read them off a batch of any table."""
@@ -79,65 +89,97 @@ class Clock:
     def __init__(self, contents: Contents) -> None:
         """Nothing seen yet; `contents` is told what there is."""
         self._contents = contents
-        self._origin_ns = 0
+        self._first: int | None = None
+        self._zeros: dict[bool, int] = {}
+        """The stamp that is 0 s on `time_since_start`, of stamps that are dates and of those that are not."""
+        self._dates: tuple[int, int] | None = None
+        """The first and the last date."""
         self._last_cycle = 0
 
     @property
     def start_ns(self) -> int:
         """The stamp that time is counted from."""
-        return self._origin_ns
+        return self._first or 0
 
     def start(self, batches: Iterable[Places]) -> None:
         """Take the first rows of all tables: the earliest frame with a stamp among them is the start."""
-        first: tuple[int, int] | None = None
-        for rows in batches:
-            self._contents.cycles |= bool(len(rows) and rows.cycle.max() > 0)
-            frames = rows.frame[rows.stamped]
-            if len(frames):
-                place = int(frames.argmin())
-                one = (int(frames[place]), int(rows.t_ns[rows.stamped][place]))
-                first = one if first is None else min(first, one)
-        if first:
-            self._begin(first[1])
+        seen = [rows[rows.stamped] for rows in batches if self._cycles(rows)]
+        self._learn([rows for rows in seen if len(rows)])
 
-    def _begin(self, t_ns: int) -> None:
+    def _cycles(self, rows: Places) -> bool:
+        """Note whether SYNC cycles run, and say whether there are rows."""
+        self._contents.cycles |= bool(len(rows) and rows.cycle.max() > 0)
+        return bool(len(rows))
+
+    def _learn(self, seen: list[Places]) -> None:
+        """Learn when the first stamp of either kind was.
+
+        A clock that is set in the middle of a capture jumps by decades, and nobody knows how long that took: the first
+        stamp after it stands where the last one before it does.
+        """
+        first: dict[bool, tuple[int, int]] = {}
+        for rows in seen:
+            for dated in (False, True):
+                (some,) = np.nonzero((rows.t_ns >= _DATES) == dated)
+                if len(some):
+                    place = some[rows.frame[some].argmin()]
+                    one = (int(rows.frame[place]), int(rows.t_ns[place]))
+                    first[dated] = min(first.get(dated, one), one)
         contents = self._contents
-        self._origin_ns, contents.timed, contents.dated = t_ns, True, t_ns >= _DATES
-        contents.first_ns = contents.last_ns = 0
+        for dated, (frame, t_ns) in sorted(first.items(), key=lambda one: one[1]):
+            if dated in self._zeros:
+                continue
+            before = contents.last_ns
+            if not self._zeros:
+                self._first, before, contents.timed, contents.first_ns = t_ns, 0, True, 0
+            else:
+                ends = [
+                    int(rows.t_ns[which].max()) - self._zeros[not dated]
+                    for rows in seen
+                    if (which := ((rows.t_ns >= _DATES) != dated) & (rows.frame < frame)).any()
+                ]
+                before = min(max(ends, default=before), _MOST)
+            self._zeros[dated] = max(_LEAST - 1, min(t_ns - before, _MOST))
+            contents.dated |= dated
 
     def pieces(self, rows: Places) -> "Iterator[tuple[npt.NDArray[np.int64] | None, list[rr.TimeColumn]]]":
         """Give which rows stand on the same timelines, None for all of them, and where.
 
         A timeline that begins with these rows is one of theirs already.
         """
-        if not len(rows):
+        if not self._cycles(rows):
             return
-        contents = self._contents
-        if not contents.timed and rows.stamped.any():
-            self._begin(int(rows.t_ns[rows.stamped][0]))
-        contents.cycles |= bool(rows.cycle.max() > 0)
-        # Among dates there may be stamps of a clock that was not set yet.
-        dates = rows.stamped & (rows.t_ns >= _DATES) if contents.dated else rows.stamped
-        if dates.all():
-            yield None, self._columns(rows, stamped=True)
-            return
-        for which, stamped in ((dates, True), (rows.stamped & ~dates, True), (~rows.stamped, False)):
-            (some,) = np.nonzero(which)
-            if len(some):
-                yield some, self._columns(rows[some], stamped=stamped)
+        dates = rows.stamped & (rows.t_ns >= _DATES)
+        others = rows.stamped ^ dates
+        if (True not in self._zeros and dates.any()) or (False not in self._zeros and others.any()):
+            self._learn([rows[rows.stamped]])
+        kinds: list[tuple[npt.NDArray[np.bool_], bool | None]] = [(dates, True), (others, False)]
+        for which, dated in kinds:
+            if which.all():
+                yield None, self._columns(rows, dated=dated)
+                return
+        kinds.append((~rows.stamped, None))
+        # Of two rows at one time, the one that is sent last counts.
+        found = ((np.nonzero(which)[0], dated) for which, dated in kinds)
+        for some, dated in sorted((one for one in found if len(one[0])), key=lambda one: int(one[0][0])):
+            yield some, self._columns(rows[some], dated=dated)
 
     def span(self) -> list[rr.TimeColumn]:
         """Give the first and the last place on every timeline."""
         contents = self._contents
-        ends = Places(
-            np.array([contents.first_ns, contents.last_ns], np.int64) + self._origin_ns,
-            np.ones(2, np.bool_),
-            np.array([contents.first_frame, contents.last_frame], np.int64),
-            np.array([0, self._last_cycle], np.int64),
-        )
-        return self._columns(ends, stamped=contents.timed)
+        columns = [rr.TimeColumn(FRAME, sequence=np.array([contents.first_frame, contents.last_frame], np.int64))]
+        if contents.cycles:
+            columns.append(rr.TimeColumn(SYNC_CYCLE, sequence=np.array([0, self._last_cycle], np.int64)))
+        if contents.timed:
+            elapsed = np.array([contents.first_ns, contents.last_ns], np.int64)
+            columns.append(rr.TimeColumn(ELAPSED, duration=elapsed.view("timedelta64[ns]")))
+        if self._dates:
+            dates = np.array(self._dates, np.int64)
+            columns.append(rr.TimeColumn(CAPTURE_TIME, timestamp=dates.view("datetime64[ns]")))
+        return columns
 
-    def _columns(self, rows: Places, *, stamped: bool) -> list[rr.TimeColumn]:
+    def _columns(self, rows: Places, *, dated: bool | None) -> list[rr.TimeColumn]:
+        """Give where rows stand whose stamps are dates, are none, or are missing (None)."""
         contents = self._contents
         columns = [rr.TimeColumn(FRAME, sequence=rows.frame)]
         if contents.first_frame == 0:
@@ -147,12 +189,15 @@ class Clock:
         if contents.cycles:
             columns.append(rr.TimeColumn(SYNC_CYCLE, sequence=rows.cycle))
             self._last_cycle = max(self._last_cycle, int(rows.cycle.max()))
-        if stamped:
-            least, most = _LEAST + max(self._origin_ns, 0), _MOST + min(self._origin_ns, 0)
-            elapsed = np.clip(rows.t_ns, least, most) - self._origin_ns
+        if dated is not None:
+            zero = self._zeros[dated]
+            elapsed = np.clip(rows.t_ns, _LEAST + max(zero, 0), _MOST + min(zero, 0)) - zero
             columns.append(rr.TimeColumn(ELAPSED, duration=elapsed.view("timedelta64[ns]")))
             contents.first_ns = min(contents.first_ns, int(elapsed.min()))
             contents.last_ns = max(contents.last_ns, int(elapsed.max()))
-            if contents.dated and rows.t_ns.min() >= _DATES:
-                columns.append(rr.TimeColumn(CAPTURE_TIME, timestamp=rows.t_ns.view("datetime64[ns]")))
+        if dated:
+            first, last = int(rows.t_ns.min()), int(rows.t_ns.max())
+            known = self._dates or (first, last)
+            self._dates = min(first, known[0]), max(last, known[1])
+            columns.append(rr.TimeColumn(CAPTURE_TIME, timestamp=rows.t_ns.view("datetime64[ns]")))
         return columns

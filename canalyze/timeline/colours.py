@@ -16,6 +16,17 @@ _GREY, _LIGHT, _BLUE, _GREEN, _AMBER, _ORANGE, _RED, _VIOLET = (
     0x8E5BD0FF,
 )
 
+_DRIVE: Final = {
+    "not-ready-to-switch-on": _LIGHT,
+    "switch-on-disabled": _GREY,
+    "ready-to-switch-on": _AMBER,
+    "switched-on": _BLUE,
+    "operation-enabled": _GREEN,
+    "quick-stop-active": _ORANGE,
+    "fault-reaction-active": _RED,
+    "fault": _RED,
+}
+
 COLOURS: Final[dict[str, dict[str, int]]] = {
     "nmt": {
         "initialising": _BLUE,
@@ -25,19 +36,11 @@ COLOURS: Final[dict[str, dict[str, int]]] = {
         "lost": _VIOLET,
         "unknown": _GREY,
     },
-    "drive": {
-        "not-ready-to-switch-on": _LIGHT,
-        "switch-on-disabled": _GREY,
-        "ready-to-switch-on": _AMBER,
-        "switched-on": _BLUE,
-        "operation-enabled": _GREEN,
-        "quick-stop-active": _ORANGE,
-        "fault-reaction-active": _RED,
-        "fault": _RED,
-    },
+    "drive": _DRIVE,
     "sdo": {"ok": _BLUE, "aborted": _RED, "failed": _RED, "incomplete": _GREY},
     "emcy": {"active": _RED},
-    "value": {"0": _LIGHT, "1": _GREEN},
+    # A statusword's lane has the colours of the drive's.
+    "value": {"0": _LIGHT, "1": _GREEN, **_DRIVE},
 }
 """By kind of lane and class."""
 

@@ -4,6 +4,12 @@ Plain facts, kept by those who write and read by the layout. Must not: import Re
 """
 
 from dataclasses import dataclass, field
+from typing import Final
+
+_SEEN: Final = 4000
+"""A transfer that takes more of the capture than one part in so many leaves a mark in its lane."""
+_INFORMED: Final = 10
+"""Rows of a log that are only information and leave room for others."""
 
 
 @dataclass(slots=True)
@@ -74,6 +80,12 @@ class Contents:
     """Buses of which SYNC periods are shown: /sync/can0/period, and the window at /sync/can0/window."""
     delays: dict[str, None] = field(default_factory=dict)
     """Entities of synchronous PDOs' delays: /sync/can0/delay/node5/TPDO1."""
+    durations: dict[str, None] = field(default_factory=dict)
+    """Entities of how long SDO transfers took: /sdo_duration/can0/node5."""
+    transfers: int = 0
+    """How many transfers these have."""
+    transferring_ns: float = 0.0
+    """How long all of them took."""
     load: dict[str, bool] = field(default_factory=dict)
     """Buses whose load is shown at /load/can0, and whether in percent; else in frames a second."""
     peaks: dict[str, float] = field(default_factory=dict)
@@ -82,8 +94,10 @@ class Contents:
     """Buses whose synchronous window is known."""
     frames: int = 0
     """Rows of annotated frames, at /frames."""
-    logged: int = 0
-    """Rows of findings and emergencies, at /log/..."""
+    logged: dict[str, int] = field(default_factory=dict)
+    """Rows of findings and emergencies, at /log/..., by level: ERROR, WARN, INFO."""
+    findings: int = 0
+    """Rows of findings, at /log/findings."""
     timed: bool = False
     """Something has a stamp: there is a timeline `time_since_start`; else there is only `frame`."""
     dated: bool = False
@@ -98,3 +112,13 @@ class Contents:
     last_frame: int = 0
     summary: bool = False
     """There is a summary, at /summary."""
+
+    @property
+    def brief(self) -> bool:
+        """Whether SDO transfers are too short to be seen in their lanes."""
+        return self.transferring_ns * _SEEN < self.transfers * (self.last_ns - self.first_ns)
+
+    @property
+    def crowded(self) -> bool:
+        """Whether what has failed is out of sight in a log, below what is only information."""
+        return self.logged.get("INFO", 0) > _INFORMED and len(self.logged) > 1

@@ -15,6 +15,7 @@ from canalyze.timeline.clock import Places, places
 from canalyze.timeline.colours import COLOURS, FAULTS, PLAIN
 from canalyze.timeline.contents import Contents, Lane
 from canalyze.timeline.stream import STATE, Stream, escaped
+from canalyze.timeline.transfers import LANES, TransferWriter
 
 _EMPTY = '""'
 """A state without text: an empty one would end the lane."""
@@ -57,14 +58,21 @@ class LaneWriter:
     """Lanes on their way into a recording."""
 
     def __init__(
-        self, stream: Stream, contents: Contents, *, ends: "Callable[[str, Places], None]", at_once: bool
+        self,
+        stream: Stream,
+        contents: Contents,
+        transfers: TransferWriter,
+        *,
+        ends: "Callable[[str, Places], None]",
+        at_once: bool,
     ) -> None:
-        """Rows go to `stream`; `contents` is told what there is.
+        """Rows go to `stream`, SDO transfers to `transfers` besides; `contents` is told what there is.
 
         ends: is told where the samples of a PDO do not hold on. at_once: rows are not kept for longer pieces.
         """
         self._stream = stream
         self._ends = ends
+        self._transfers = transfers
         self._contents = contents
         self._most = 1 if at_once else _TOGETHER
         self._held: list[pa.RecordBatch] = []
@@ -116,6 +124,9 @@ class LaneWriter:
             of_lane.rows += len(own)
             of_lane.fault |= any(one is not None and classes[one[1]] in FAULTS for one in states)
             self._stream.texts(style.entity, rows[start:end], [(STATE, shown)])
+            if name.startswith(LANES):
+                series = [self._transfers.series(classes[one[1]]) if one else -1 for one in states]
+                self._transfers.take(name, rows[start:end], np.array(series)[places_of[own]])
 
     def _style(self, name: str) -> _Style:
         style = self._styles.get(name)

@@ -41,7 +41,7 @@ ROOM: Final = 8
 """Plots of signals in the overview at most, besides those of SYNC and load."""
 PAGE: Final = 10
 """Plots on one page of a node."""
-MOST: Final = 1024
+MOST: Final = 1152
 """Views of all pages together: a bus full of nodes has about so many, and each is 30 kB of a layout."""
 TITLE: Final = 48
 """Columns of text that fit above a plot of the overview."""
@@ -82,6 +82,8 @@ class Plot:
     """The entity that is a limit for the others."""
     renamed: bool = False
     """Its lines have other names than elsewhere."""
+    points: bool = False
+    """It has points, which look as everywhere."""
 
 
 def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Blueprint:
@@ -135,7 +137,13 @@ class _Views:
             self.of_node((line.bus, line.node))[1].append(line)
         for entity in contents.plots:
             self.of_node(charts.place(entity))
+        self.timed: dict[Place, list[str]] = {}
+        """Durations of SDO transfers, by bus and node."""
+        for entity in contents.durations:
+            self.timed.setdefault(charts.place(entity), []).append(entity)
         self.places = sorted(place for place in self.nodes if place[1])
+        self.many = sum(len(self.lanes.get(kind, ())) for kind in KINDS) > TOGETHER
+        """There are more lanes than are in sight."""
         self.buses = max(len({bus for bus, _ in self.places}), len(contents.sync), len(contents.load))
 
     def of_node(self, place: Place) -> tuple[list[Lane], list[Line]]:
@@ -179,7 +187,8 @@ class _Views:
         lanes = self.kinds()
         used = sum(height for _, height in lanes)
         few = used <= _FEW
-        others = [*self.syncs(), *self.loads()]
+        # Where lanes are many, the points of SDO transfers stand for theirs.
+        others = [*self.syncs(), *self.loads(), *([] if self.many else self.durations())]
         bottom = -(-len(others) // _BOTTOM)
         places = 2 * (int((_HEIGHT - used) // _READ) - bottom) if few else _HEIGHT // _PLOT - len(others)
         chosen = [self.plot(chart) for chart in charts.overview(self.lines, min(max(places, 4), ROOM))]
@@ -211,20 +220,28 @@ class _Views:
         """Lanes of all nodes: few of them below each other, else a view a kind, and one for those with faults."""
         kinds = [kind for kind in KINDS if kind in self.lanes]
         every = [lane for kind in kinds for lane in self.lanes[kind]]
-        if len(every) <= TOGETHER:
+        if not self.many:
             # Rerun sorts the lanes of a view by their paths, which begin with their kinds.
             others = [lane for lane in every if lane.kind != "nmt"] + self.values(FILLED - len(every))
             return [self.states(lanes) for lanes in (self.lanes.get("nmt", []), others) if lanes]
         faulty = [lane for lane in every if lane.fault][:FAULTS]
         views: list[Sized] = [self.states(faulty, "timeline.faults")] if faulty else []
-        room = _HEIGHT - sum(height for _, height in views)
+        # No empty lanes, and none twice, where there are too many: those of EMCY are among the ones with faults.
+        kinds = [kind for kind in kinds if kind == "nmt" or any(lane not in faulty for lane in self.lanes[kind])]
+        points: list[Sized] = []
+        if short := self.durations():
+            kinds = [kind for kind in kinds if kind != "sdo"]
+            points = [_grid(short, _READ, 1)]
+        if not kinds:
+            return [*views, *points]
+        room = _HEIGHT - sum(height for _, height in [*views, *points])
         heights = _share({kind: float(BAR + LANE * len(self.lanes[kind])) for kind in kinds}, room)
         views += [
             (rrb.StateTimelineView(origin=f"/{kind}", name=self.words(f"timeline.{kind}"), time_view=LINKED), height)
             for kind, height in heights.items()
         ]
         values = self.values(int((room - sum(heights.values()) - BAR) // LANE))
-        return [*views, self.states(values)] if values else views
+        return [*views, *([self.states(values)] if values else []), *points]
 
     def values(self, room: int) -> list[Lane]:
         """Lanes of signals that change and are no quantities: whole signals before single bits."""
@@ -281,13 +298,23 @@ class _Views:
                 found.append(Plot(name, lines, charts.axis(peak) * 1.05 if percent else None))
         return found
 
+    def durations(self, place: Place | None = None) -> list[Plot]:
+        """How long SDO transfers took: of one node, or of all where they are too short to be seen in their lanes."""
+        if place is None and not self.contents.brief:
+            return []
+        mine = self.timed.get(place, []) if place else list(self.contents.durations)
+        return [Plot(self.words("timeline.durations"), {one: [one] for one in mine}, points=True)] if mine else []
+
     def log(self, *, whole: bool = False) -> list[Sized]:
         """Findings and emergencies, and the summary behind them; `whole`: below them, in a column of their own."""
         views: list[rrb.View] = []
         if self.contents.logged:
             columns = rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"])
-            rows = rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO"])
-            views.append(rrb.TextLogView(origin="/log", name=self.words("timeline.log"), columns=columns, rows=rows))
+            levels, title = ["ERROR", "WARN", "INFO"], "timeline.log"
+            if self.contents.crowded:
+                levels, title = levels[:2], "timeline.faults_log"
+            rows = rrb.TextLogRows(filter_by_log_level=levels)
+            views.append(rrb.TextLogView(origin="/log", name=self.words(title), columns=columns, rows=rows))
         if self.contents.summary:
             views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
         if len(views) > 1 and not whole:
@@ -298,10 +325,16 @@ class _Views:
         """Annotated frames."""
         if not self.contents.frames:
             return []
+        # A finding stands with the frame that it is about, also one that was only told later. Without any, all frames
+        # are of one level.
+        found = self.contents.findings > 0
         view = rrb.TextLogView(
-            origin="/frames",
+            origin="/",
+            contents=["/frames", "/log/findings"] if found else ["/frames"],
             name=self.words("timeline.frames"),
-            columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["Body"]),
+            columns=rrb.TextLogColumns(
+                timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"] if found else ["Body"]
+            ),
             rows=rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO", "TRACE"]),
             format_options=rrb.TextLogFormat(monospace_body=True),
         )
@@ -317,7 +350,7 @@ class _Views:
         """All lanes and all plots of a node, on pages where they are many."""
         own, lines = self.of_node((bus, node))
         lanes = [lane for kind in (*KINDS, "value") for lane in own if lane.kind == kind]
-        plots = [self.plot(chart, of_node=True) for chart in charts.of_node(lines)]
+        plots = [self.plot(chart, of_node=True) for chart in charts.of_node(lines)] + self.durations((bus, node))
         parts: list[Sized] = [self.states(lanes)] if lanes else []
         room = _HEIGHT - sum(height for _, height in parts)
         pages = [plots[start : start + PAGE] for start in range(0, len(plots), PAGE)]
@@ -393,7 +426,7 @@ def _series(plot: Plot, room: int) -> rrb.View:
     """
     every = [name for names in plot.lines.values() for name in names]
     shown = [name for name in every if name is not None]
-    legend = len(shown) > 1 and len(shown) + (None in every) <= room
+    legend = not plot.points and len(shown) > 1 and len(shown) + (None in every) <= room
     colours = itertools.cycle(colour for colour in LINES if not plot.limit or colour != WINDOW)
     overrides: dict[Any, rrb.Visualizer] = {}
     for entity, names in plot.lines.items():

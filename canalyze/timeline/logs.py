@@ -47,7 +47,10 @@ class LogWriter:
             (some,) = np.nonzero(sources == source)
             if len(some):
                 taken = pa.array(some)
-                self._contents.logged += len(some)
+                told = levels.take(taken)
+                for one in told.value_counts().to_pylist():
+                    self._contents.logged[one["values"]] = self._contents.logged.get(one["values"], 0) + one["counts"]
+                self._contents.findings += len(some) if source == "finding" else 0
                 # The text of an emergency has its code.
                 texts = batch.column("text") if source == "emcy" else coded
-                self._stream.texts(entity, rows[some], [(TEXT, texts.take(taken)), (LEVEL, levels.take(taken))])
+                self._stream.texts(entity, rows[some], [(TEXT, texts.take(taken)), (LEVEL, told)])

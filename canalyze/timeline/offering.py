@@ -97,7 +97,10 @@ def _outline(contents: Contents) -> tuple[object, ...]:
         tuple(contents.delays),
         tuple((bus, charts.axis(contents.peaks.get(bus, 0))) for bus in contents.load),
         contents.frames > 0,
-        contents.logged > 0,
+        bool(contents.logged),
+        contents.crowded,
+        contents.findings > 0,
+        tuple(contents.durations) if contents.brief else (),
         contents.summary,
         contents.timed,
     )

@@ -29,6 +29,7 @@ from canalyze.timeline.offering import Offering
 from canalyze.timeline.series import SeriesWriter
 from canalyze.timeline.stream import Stream
 from canalyze.timeline.summary import facts, listed, markdown
+from canalyze.timeline.transfers import TransferWriter
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -138,7 +139,8 @@ class Timeline:
         self._clock.start(places(batch) for name, batch in waited if name != "load")
         stream = self._stream = Stream(recording, self._clock)
         series = SeriesWriter(stream, contents, self._words)
-        self._lanes = LaneWriter(stream, contents, ends=series.ends, at_once=self._live)
+        transfers = TransferWriter(stream, contents, self._words)
+        self._lanes = LaneWriter(stream, contents, transfers, ends=series.ends, at_once=self._live)
         self._series = series
         logs = LogWriter(stream, contents)
         self._writers: dict[str, Callable[[pa.RecordBatch], None]] = {

@@ -20,6 +20,8 @@ from canalyze.words import Words
 
 _ENDS: Final = 4096
 """Ends of a PDO's samples that wait at most; the oldest are written before."""
+_LONGEST: Final = 64
+"""Characters of a signal's name that its line is called by."""
 _US: Final = 1000.0
 """Nanoseconds in a microsecond."""
 _WINDOW_NS: Final = 100_000_000
@@ -168,6 +170,9 @@ class _Pdo:
 
 def _series(name: str, meta: dict[str, str]) -> Series:
     unit = meta.get("unit", "")
+    if len(name) > _LONGEST:
+        # Cut, it may be another one's: the object is not.
+        name = f"{name[:_LONGEST]}… ({meta['object']})"
     # A signal that nobody has named is called by its object: 2000h:01.
     described = not name.startswith(f"{meta['object'][:4]}h")
     return Series(f"{name} [{unit}]" if unit else name, unit, described)

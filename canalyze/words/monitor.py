@@ -130,7 +130,6 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.runs", "进行中", "running"),
     ("monitor_silent.heartbeat", "无心跳", "no heartbeat"),
     ("monitor_silent.guarding", "保护无应答", "no guarding answer"),
-    ("monitor.booted", "已启动", "booted up"),
     ("monitor.last_state", "最后的状态: {state}", "last state: {state}"),
     ("monitor.emcy_over", "曾有{text}", "was {text}"),
     ("monitor_empty.nodes", "还没有见到节点", "no node seen yet"),

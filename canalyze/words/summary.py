@@ -70,7 +70,6 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{bus}只被访问、没有发过任何帧的节点：{nodes}",
         "{bus}addressed, nothing came from them: {nodes}",
     ),
-    ("summary.boot_up", "启动报文", "boot-up"),
     ("summary.commanded", "{state}（命令）", "{state} (commanded)"),
     ("summary.states", "状态的变化（从记录的第一帧算起，秒）", "States over time (seconds since the first frame)"),
     ("summary.at", "{seconds} {state}", "{seconds} {state}"),

@@ -28,12 +28,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("timeline.rate", "每秒帧数", "Frames per second"),
     ("timeline.of_nodes", "{count}个节点的{name}", "{name} of {count} nodes"),
     ("timeline.comma", "、", ", "),
+    ("timeline.durations", "SDO传输的时长 [ms]（红：失败）", "SDO transfers: duration [ms] (red: failed)"),
     # Lines that are no signals, by their names in the recording.
     ("timeline.window_line", "同步窗口 [µs]", "synchronous window [µs]"),
     ("timeline.load_line", "{bus} 负载 [%]", "{bus} load [%]"),
     ("timeline.rate_line", "{bus} 帧率 [帧/秒]", "{bus} frame rate [frames/s]"),
+    ("timeline.done_line", "{channel} SDO传输 [ms]", "{channel} SDO transfer [ms]"),
+    ("timeline.failed_line", "{channel} 失败的SDO传输 [ms]", "{channel} failed SDO transfer [ms]"),
     # Texts.
     ("timeline.log", "发现和EMCY", "Findings and EMCY"),
+    ("timeline.faults_log", "发现和EMCY（错误、警告）", "Findings and EMCY (errors, warnings)"),
     ("timeline.frames", "帧", "Frames"),
     ("timeline.summary", "摘要", "Summary"),
 )

@@ -64,6 +64,11 @@ impl Selection {
         Self { lang, select, known: BTreeMap::new() }
     }
 
+    /// Whether all signals are listed.
+    pub(super) fn is_everything(&self) -> bool {
+        self.select.is_everything()
+    }
+
     /// The signals of a mapping that are listed, in its order.
     pub(super) fn of(&mut self, whose: Whose, mapping: &Arc<Mapping>) -> &[Chosen] {
         let is_it = |one: &Known| Arc::ptr_eq(&one.mapping, mapping);

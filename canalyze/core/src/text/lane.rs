@@ -19,8 +19,8 @@ const BYTES: usize = 8;
 pub enum Word {
     /// The master commanded the state; the node has not shown it.
     Commanded,
-    /// The node has sent its boot-up message.
-    BootUp,
+    /// The node was commanded to reset, and has not booted again.
+    Reset,
     /// Its heartbeats have stopped.
     HeartbeatLost,
     /// It leaves the master's requests unanswered.
@@ -37,7 +37,7 @@ pub enum Word {
 
 static WORDS: &[Row<Word>] = &[
     (Word::Commanded, "命令", "commanded"),
-    (Word::BootUp, "启动报文", "boot-up"),
+    (Word::Reset, "初始化 (命令)", "Initialisation (commanded)"),
     (Word::HeartbeatLost, "心跳丢失", "heartbeat lost"),
     (Word::GuardingLost, "节点守护无应答", "guarding unanswered"),
     (Word::Gap, "未知 (捕获缺口)", "unknown (gap in the capture)"),
@@ -138,8 +138,8 @@ mod tests {
     fn states() {
         for (code, how, zh, en) in [
             (0x05, None, "操作", "Operational"),
-            (0x7F, Some(Word::BootUp), "预操作 (启动报文)", "Pre-operational (boot-up)"),
-            (0x00, Some(Word::Commanded), "初始化 (命令)", "Initialisation (commanded)"),
+            (0x7F, Some(Word::Commanded), "预操作 (命令)", "Pre-operational (commanded)"),
+            (0x00, None, "预操作 (启动报文)", "Pre-operational (boot-up)"),
             (0x2A, None, "2Ah", "2Ah"),
         ] {
             for (lang, expected) in [(Lang::Zh, zh), (Lang::En, en)] {

@@ -6,7 +6,8 @@
 //! and text). A cell is null where the payload does not reach. Columns are named as the signals are; of several with one
 //! name the later ones have their object behind it. Multiplex PDOs have no such table: their object is another one in
 //! every frame. `cycle` is the SYNC cycle to which a synchronous PDO belongs, `running_cycle` the one that runs on the
-//! bus at any PDO. Must not: decide what a mapping is.
+//! bus at any PDO. Version 0 is a synchronous PDO of which no mapping is known: it has no signals, and is there where all
+//! signals are. Must not: decide what a mapping is.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -155,6 +156,10 @@ impl Wide {
             let field = Field::new(name, data_type, true).with_metadata(metadata(mapped, &one.object));
             signals.push((one.place, field, cells));
         }
+        Self::with(signals)
+    }
+
+    fn with(signals: Vec<(usize, Field, Cells)>) -> Self {
         Self {
             t_ns: Numbers::with_capacity(0),
             frame: Numbers::with_capacity(0),
@@ -173,17 +178,22 @@ impl Wide {
         running: u64,
         (from, sync): (Provenance, Option<Placement>),
     ) {
-        self.t_ns.append_option(frame.t_ns);
-        self.frame.append_value(frame.no);
-        self.provenance.word(from.name());
-        self.cycle.append_option(sync.map(|sync| sync.cycle));
-        self.delay_ns.append_option(sync.and_then(|sync| sync.delay_ns));
-        self.running_cycle.append_value(running);
+        self.place(frame, running, (from.name(), sync));
         for (place, _, cells) in &mut self.signals {
             if let Some(mapped) = mapping.entries.get(*place) {
                 cells.append(mapping, mapped, frame.payload());
             }
         }
+    }
+
+    /// Appends what there is before the signals.
+    fn place(&mut self, frame: &Frame, running: u64, (from, sync): (&str, Option<Placement>)) {
+        self.t_ns.append_option(frame.t_ns);
+        self.frame.append_value(frame.no);
+        self.provenance.word(from);
+        self.cycle.append_option(sync.map(|sync| sync.cycle));
+        self.delay_ns.append_option(sync.and_then(|sync| sync.delay_ns));
+        self.running_cycle.append_value(running);
     }
 }
 
@@ -270,6 +280,8 @@ pub(super) struct Pdos {
     lang: Lang,
     selection: Selection,
     tables: BTreeMap<(BusId, Whose), Versions>,
+    /// Those of synchronous PDOs without a mapping.
+    unmapped: BTreeMap<(BusId, Whose), Table<Wide>>,
     /// Tables that are known.
     count: usize,
     /// About what the rows of all of them take.
@@ -279,19 +291,19 @@ pub(super) struct Pdos {
 impl Pdos {
     /// No table yet.
     pub(super) fn new(lang: Lang, selection: Selection) -> Self {
-        Self { lang, selection, tables: BTreeMap::new(), count: 0, bytes: 0 }
+        Self { lang, selection, tables: BTreeMap::new(), unmapped: BTreeMap::new(), count: 0, bytes: 0 }
     }
 
     /// Appends the signals of a PDO.
     pub(super) fn process_data(&mut self, done: &mut Vec<Batch>, seen: Seen<'_>, frame: &Frame, data: &ProcessData) {
-        let (Signals::Mapped(mapping, from) | Signals::ByConsumer(mapping, from, ..)) = &data.content else { return };
+        let (Signals::Mapped(mapping, from) | Signals::ByConsumer(mapping, from, ..)) = &data.content else {
+            if data.sync.is_some() && self.selection.is_everything() {
+                self.unmapped(done, seen, frame, data);
+            }
+            return;
+        };
         let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
-        if self.count >= MOST || self.bytes >= BYTES {
-            self.flush(done);
-        }
-        if self.count >= MOST {
-            self.forget();
-        }
+        self.make_room(done);
         let versions = self.tables.entry((frame.bus, whose)).or_default();
         let same = |one: &Version| {
             Arc::ptr_eq(&one.mapping, mapping)
@@ -321,11 +333,35 @@ impl Pdos {
         self.bytes += version.width;
     }
 
+    /// Appends where a synchronous PDO stands in its cycle, of which that is all that is known.
+    fn unmapped(&mut self, done: &mut Vec<Batch>, seen: Seen<'_>, frame: &Frame, data: &ProcessData) {
+        self.make_room(done);
+        let Self { lang, unmapped, count, .. } = self;
+        let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
+        let table = unmapped.entry((frame.bus, whose)).or_insert_with(|| {
+            *count += 1;
+            named(*lang, seen.setting.buses.name(frame.bus), whose, 0, Wide::with(Vec::new()))
+        });
+        table.columns.place(frame, seen.cycle, ("unknown", data.sync));
+        table.end_row(0, done);
+        self.bytes += 8 * FIXED.len();
+    }
+
+    fn make_room(&mut self, done: &mut Vec<Batch>) {
+        if self.count >= MOST || self.bytes >= BYTES {
+            self.flush(done);
+        }
+        if self.count >= MOST {
+            self.forget();
+        }
+    }
+
     /// Ends all batches.
     pub(super) fn flush(&mut self, done: &mut Vec<Batch>) {
         for version in self.tables.values_mut().flat_map(|versions| &mut versions.known) {
             version.table.flush(done);
         }
+        self.unmapped.values_mut().for_each(|table| table.flush(done));
         self.bytes = 0;
     }
 
@@ -334,19 +370,25 @@ impl Pdos {
         for versions in self.tables.values_mut() {
             versions.known = Vec::new();
         }
+        self.unmapped.clear();
         self.count = 0;
     }
 }
 
 fn version(lang: Lang, bus: &[u8], whose: Whose, number: usize, mapping: &Arc<Mapping>, chosen: &[Chosen]) -> Version {
+    let columns = Wide::new(mapping, chosen);
+    let width = 8 * (FIXED.len() + columns.signals.len()) + mapping.bytes();
+    Version { mapping: Arc::clone(mapping), table: named(lang, bus, whose, number, columns), width }
+}
+
+/// A table by the name of its PDO.
+fn named(lang: Lang, bus: &[u8], whose: Whose, number: usize, columns: Wide) -> Table<Wide> {
     let mut table = "pdo/".to_owned();
     if !bus.is_empty() {
         part(&mut table, bus);
         table.push('/');
     }
     table.push_str(&format!("{}.{}/{number}", whose.node, whose.pdo()));
-    let columns = Wide::new(mapping, chosen);
-    let width = 8 * (FIXED.len() + columns.signals.len()) + mapping.bytes();
     let metadata = [
         ("bus", String::from_utf8_lossy(bus).into_owned()),
         ("node", whose.node.to_string()),
@@ -354,7 +396,7 @@ fn version(lang: Lang, bus: &[u8], whose: Whose, number: usize, mapping: &Arc<Ma
         ("version", number.to_string()),
         ("lang", if lang == Lang::Zh { "zh" } else { "en" }.to_owned()),
     ];
-    Version { mapping: Arc::clone(mapping), table: Table::new(&table, columns, &metadata), width }
+    Table::new(&table, columns, &metadata)
 }
 
 /// Appends a name, of a bus for one, as a part of a table's or a lane's name: what would end the part, or is not a plain character, is `%2F`.

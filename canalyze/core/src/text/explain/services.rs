@@ -186,9 +186,6 @@ fn error_control(out: &mut Vec<u8>, lang: Lang, state: u8, toggle: bool) {
     });
     put!(out; say(lang, " | 位6-0: ", " | bits 6-0: "), Hex::<2>(u64::from(state)), "h ");
     put!(out; terms::nmt::state(lang, state).unwrap_or(say(lang, "未知状态", "unknown state")));
-    if state == 0 && !toggle {
-        put!(out; say(lang, " (启动报文)", " (boot-up)"));
-    }
     put!(out; "\n");
 }
 

@@ -12,9 +12,9 @@ pub static COMMANDS: &[Row<u8>] = &[
     (0x82, "复位通信", "reset communication"),
 ];
 
-/// NMT states, as error control carries them.
+/// NMT states, as error control carries them: with 00h, a node says that it has left Initialisation (CiA 301, 7.3.2).
 pub static STATES: &[Row<u8>] = &[
-    (0x00, "初始化", "Initialisation"),
+    (0x00, "预操作 (启动报文)", "Pre-operational (boot-up)"),
     (0x04, "停止", "Stopped"),
     (0x05, "操作", "Operational"),
     (0x7F, "预操作", "Pre-operational"),

@@ -102,7 +102,7 @@ uint32 line
 pub(super) const NMT_STATE: Definition = Definition {
     name: "canalyze_msgs/msg/NmtState",
     fields: "\
-# As boot-up, heartbeat and node guarding show it: 0 initialisation, 4 stopped, 5 operational, 127 pre-operational.
+# As boot-up, heartbeat and guarding show it: 0 booted (pre-operational), 4 stopped, 5 operational, 127 pre-operational.
 std_msgs/Header header
 uint8 state
 string name

@@ -7,7 +7,7 @@ use super::rows::{At, Pen};
 use crate::drive::State;
 use crate::frame::FrameRef;
 use crate::message::Errors;
-use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::services::heartbeat::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::text::lane::{self, Word};
 use crate::text::terms;
 
@@ -39,8 +39,10 @@ impl Standing {
     /// The word by which it is coloured.
     pub(super) fn class(self) -> &'static str {
         match self {
-            Self::Shown(0) | Self::Commanded(0) => "initialising",
-            Self::Shown(PRE_OPERATIONAL) | Self::Commanded(PRE_OPERATIONAL) | Self::BootUp => "pre-operational",
+            Self::Commanded(BOOT_UP) => "initialising",
+            Self::Shown(BOOT_UP | PRE_OPERATIONAL) | Self::Commanded(PRE_OPERATIONAL) | Self::BootUp => {
+                "pre-operational"
+            }
             Self::Shown(OPERATIONAL) | Self::Commanded(OPERATIONAL) => "operational",
             Self::Shown(STOPPED) | Self::Commanded(STOPPED) => "stopped",
             Self::Lost(_) => "lost",
@@ -51,8 +53,9 @@ impl Standing {
     fn say(self, out: &mut Vec<u8>, lang: crate::text::Lang) {
         match self {
             Self::Shown(state) => lane::state(out, lang, state, None),
+            Self::Commanded(BOOT_UP) => lane::word(out, lang, Word::Reset),
             Self::Commanded(state) => lane::state(out, lang, state, Some(Word::Commanded)),
-            Self::BootUp => lane::state(out, lang, PRE_OPERATIONAL, Some(Word::BootUp)),
+            Self::BootUp => lane::state(out, lang, BOOT_UP, None),
             Self::Lost(word) | Self::Unknown(word) => lane::word(out, lang, word),
         }
     }

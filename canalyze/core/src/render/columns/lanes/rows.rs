@@ -35,9 +35,9 @@ impl At {
         Self { t_ns: at.t_ns, frame: at.no, cycle: cycles.at(bus, at.no) }
     }
 
-    /// The same at another time, but not before `least`.
+    /// The same at another time. One before `least` is that of a clock that was set meanwhile: then nothing changes.
     pub(super) fn at_time(self, t_ns: Option<i64>, least: Self) -> Self {
-        let t_ns = t_ns.or(self.t_ns).map(|t_ns| least.t_ns.map_or(t_ns, |least| t_ns.max(least)));
+        let t_ns = t_ns.filter(|t_ns| least.t_ns.is_none_or(|least| *t_ns >= least)).or(self.t_ns);
         Self { t_ns, ..self }
     }
 }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Int32Type, UInt64Type};
+use arrow_array::types::{Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, DictionaryArray, StringArray};
 
 use crate::dictionary::{Access, Dictionary, Form, Object, Preset};
@@ -87,14 +87,19 @@ fn object(index: u16, sub: u8, data_type: u16, name: &str, value: Option<u64>) -
 /// Node 5: TPDO1 statusword, TPDO2 statusword and mode display, TPDO3 two truth values, a name twice, digital inputs;
 /// TPDO4 the statusword of axis 2; RPDO1 controlword.
 fn described(lang: Lang) -> Options {
+    described_as(lang, "Door open/closed")
+}
+
+/// The same with another name for the two.
+fn described_as(lang: Lang, name: &str) -> Options {
     let mut objects = vec![
         object(0x6040, 0, 6, "Controlword", None),
         object(0x6041, 0, 6, "Statusword", None),
         object(0x6841, 0, 6, "Statusword", None),
         object(0x6061, 0, 2, "Modes of operation display", None),
         object(0x60FD, 0, 7, "Digital inputs", None),
-        object(0x2000, 1, 1, "Door open/closed", None),
-        object(0x2000, 2, 1, "Door open/closed", None),
+        object(0x2000, 1, 1, name, None),
+        object(0x2000, 2, 1, name, None),
         object(0x2000, 3, 6, "Speed", None),
     ];
     for (parameter, words) in [
@@ -254,6 +259,22 @@ fn who_is_not_heard_is_lost() {
 }
 
 #[test]
+fn a_clock_that_is_wrong_for_a_moment() {
+    // The silence that it seems to end does not reach back to where the state began.
+    let mut frames: Vec<String> = (0..20).map(|at| format!("{}.{}@705#05", 1_700_000_000 + at / 10, at % 10)).collect();
+    frames.extend(["5.0@705#05", "1700000002.1@705#05", "1700000002.2@705#05"].map(str::to_owned));
+    let frames: Vec<&str> = frames.iter().map(String::as_str).collect();
+    let mut session = Session::new(options(Lang::En));
+    session.begin(b"x.log", Input::Candump, true);
+    session.feed(&capture(&frames), &mut Vec::new());
+    session.finish(&mut Vec::new());
+    let batches = session.take_batches(false);
+    let stamps = batches[0].rows.column_by_name("t_ns").unwrap().as_primitive::<Int64Type>().values().to_vec();
+    assert_eq!(listed(&batches[0])[1], "22 nmt/can0/node5 unknown unknown (silent bus)");
+    assert_eq!(stamps[1], 1_700_000_002_100_000_000);
+}
+
+#[test]
 fn a_guarded_node() {
     let rows = rows(&sample("network/guarding"), options(Lang::Zh));
     let expected = "\
@@ -290,7 +311,7 @@ fn behind_a_gap_nothing_holds() {
     let rows = rows(&capture(&frames), described(Lang::En));
     let expected = "\
 1 nmt/can0/node5 operational Operational
-2 value/can0/node5/TPDO1/statusword - 0237h operation enabled
+2 value/can0/node5/TPDO1/statusword operation-enabled 0237h operation enabled
 2 drive/can0/node5 operation-enabled operation enabled
 3 value/can0/node5/TPDO3/Door_open%2Fclosed 1 1
 3 value/can0/node5/TPDO3/Door_open%2Fclosed(2000:02) 0 0
@@ -376,6 +397,15 @@ fn bits_have_lanes_once_they_change() {
 }
 
 #[test]
+fn a_long_name_is_cut() {
+    // Titles of lanes are read; two that are cut alike are still two.
+    let long = "n".repeat(200);
+    let rows = rows(&capture(&["385#0100000000000000"]), described_as(Lang::En, &long));
+    let cut = format!("1 value/can0/node5/TPDO3/{}…", "n".repeat(64));
+    assert_eq!(text(&rows, &["value/can0/node5/TPDO3/n"]), format!("{cut} 1 1\n{cut}(2000:02) 0 0\n"));
+}
+
+#[test]
 fn drives_of_two_axes() {
     let frames = ["485#3102", "185#3102", "485#3302", "485#2200", "705#00", "485#3102", "000#0205"];
     let rows = rows(&capture(&frames), described(Lang::Zh));
@@ -422,7 +452,7 @@ fn transfers() {
 #[test]
 fn classes_of_what_is_on_the_wire() {
     for (kind, number, class) in [
-        ("nmt", 0x00, Some("initialising")),
+        ("nmt", 0x00, Some("pre-operational")),
         ("nmt", 0x04, Some("stopped")),
         ("nmt", 0x05, Some("operational")),
         ("nmt", 0x7F, Some("pre-operational")),

@@ -17,6 +17,8 @@ use crate::text::signal;
 /// Most PDOs that have lanes, and most lanes of all of them but those of bits; further ones have none.
 const PDOS: usize = 4096;
 const LANES: usize = 4096;
+/// Characters of a signal's name that its lane shows: it is a title.
+const LONGEST: usize = 64;
 
 /// A signal of a PDO.
 #[derive(Debug)]
@@ -25,6 +27,8 @@ struct Signal {
     lane: String,
     /// BOOLEAN, or one bit.
     is_truth: bool,
+    /// A drive's statusword.
+    is_statusword: bool,
     /// Its bits have lanes of their own.
     has_bits: bool,
     /// What its lane shows; `None` where it has ended.
@@ -44,6 +48,7 @@ impl Signal {
             place: one.place,
             lane,
             is_truth: mapped.bits == 1 || mapped.data_type == Some(DataType::Boolean),
+            is_statusword: is_statusword(mapped),
             has_bits: mapped.factor == 1.0 && has_bits(mapped),
             raw: None,
             first: (0, At::default()),
@@ -61,7 +66,11 @@ impl Signal {
         if self.distinct.len() < DISTINCT {
             self.distinct.insert(raw);
         }
-        let class = if self.is_truth { truth(raw) } else { None };
+        let class = match (self.is_truth, self.is_statusword) {
+            (true, _) => truth(raw),
+            (_, true) => drive::State::of(raw as u16).map(drive::State::name),
+            _ => None,
+        };
         if self.distinct.contains(&raw) && !self.many {
             pen.says(&self.lane, at, class, |out, lang| signal::value_at(out, lang, mapping, self.place, raw));
         } else if !std::mem::replace(&mut self.many, true) || before.is_none() {
@@ -369,7 +378,13 @@ fn is_lane(mapped: &Mapped) -> bool {
 /// The name of a signal's lane, which no other one of the PDO has.
 fn lane(prefix: &str, one: &Chosen, node: u8, taken: &[Signal]) -> String {
     let mut lane = format!("value/{prefix}node{node}/{}/", one.pdo);
-    part(&mut lane, one.name.as_bytes());
+    match one.name.char_indices().nth(LONGEST) {
+        Some((end, _)) => {
+            part(&mut lane, one.name.get(..end).unwrap_or_default().as_bytes());
+            lane.push('…');
+        }
+        None => part(&mut lane, one.name.as_bytes()),
+    }
     let first = lane.clone();
     let mut number = 1;
     while taken.iter().any(|other| other.lane == lane) {
