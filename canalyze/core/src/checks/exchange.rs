@@ -242,6 +242,17 @@ impl Exchanges {
         (asked.owed > 0 && !asked.settled).then(|| settled(asked, exchange).1)
     }
 
+    /// A request to a selected slave, after which the master has gone on with the frame `next` though nobody had
+    /// answered.
+    pub fn overtaken(&mut self, next: FrameRef) -> Option<(Exchange, Asked)> {
+        OWING.iter().filter(|exchange| exchange.configures()).find_map(|exchange| {
+            let asked = self.asked.get_mut(*exchange as usize)?.as_mut()?;
+            let open = asked.owed > 0 && !asked.settled && asked.certain;
+            let later = asked.at.no < next.no && !close(asked.at, next);
+            (open && later).then(|| settled(asked, *exchange))
+        })
+    }
+
     /// Nothing is owed any more: slaves were reset, or change their bit rate.
     pub fn forgive(&mut self) {
         for asked in self.asked.iter_mut().flatten() {

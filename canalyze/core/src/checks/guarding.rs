@@ -29,6 +29,8 @@ const UNASKED: u8 = 3;
 struct Guarded {
     /// Requests in the capture.
     requests: u64,
+    /// The only frame with toggle bit 1, and its byte, until there is a second.
+    lone: Option<(FrameRef, u8)>,
     /// The last request, until its answer.
     request: Option<FrameRef>,
     /// An answer came just before it, which may have been its own.
@@ -123,8 +125,13 @@ impl Guarding {
     }
 
     /// A node's answer, or a heartbeat of a node that may be guarded.
-    pub fn frame(&mut self, node: u8, toggle: bool, answer: bool, cx: &mut Context<'_>) {
+    pub fn frame(&mut self, node: u8, (state, toggle): (u8, bool), answer: bool, cx: &mut Context<'_>) {
         let guarded = self.nodes.entry(node);
+        if toggle {
+            guarded.lone = Some((cx.at, state | 0x80)).filter(|_| !guarded.toggles);
+        } else if guarded.is_no_answer(cx.at) {
+            return guarded.was_heartbeat(node, cx);
+        }
         guarded.toggles |= toggle;
         let twice = since(guarded.answer, cx.at).is_some_and(|gap| (0..TWICE_NS).contains(&gap));
         if twice && guarded.request.is_none() && guarded.toggle == Some(toggle) {
@@ -144,6 +151,13 @@ impl Guarding {
         }
     }
 
+    /// An answer that says nothing.
+    pub fn excuse(&mut self, node: u8) {
+        if let Some(guarded) = self.nodes.get_mut(node) {
+            (guarded.request, guarded.toggle) = (None, None);
+        }
+    }
+
     /// The node is reset, or has booted: its toggle bit starts anew.
     pub fn restart(&mut self, node: u8, nmt: &Nmt, cx: &mut Context<'_>) {
         for (id, guarded) in self.nodes.iter_mut() {
@@ -155,7 +169,7 @@ impl Guarding {
                     guarded.unanswered(id, request, nmt, cx);
                 }
                 (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
-                (guarded.silent, guarded.unasked) = (false, 0);
+                (guarded.silent, guarded.unasked, guarded.lone) = (false, 0, None);
             }
         }
     }
@@ -165,7 +179,7 @@ impl Guarding {
         for (_, guarded) in self.nodes.iter_mut() {
             (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
             // By now it may send heartbeats instead.
-            (guarded.toggles, guarded.requests, guarded.unasked) = (false, 0, 0);
+            (guarded.toggles, guarded.requests, guarded.unasked, guarded.lone) = (false, 0, 0, None);
         }
     }
 
@@ -204,6 +218,20 @@ impl Guarding {
 impl Guarded {
     fn is_asked(&self, at: FrameRef) -> bool {
         self.request.is_some_and(|asked| since(Some(asked), at).is_none_or(|age| age <= ANSWER_NS))
+    }
+
+    /// Whether nobody asks, and after one frame with toggle bit 1 a second one comes without.
+    fn is_no_answer(&self, at: FrameRef) -> bool {
+        let twice = since(self.answer, at).is_some_and(|gap| gap < TWICE_NS);
+        self.requests == 0 && self.lone.is_some() && self.toggle == Some(false) && !twice
+    }
+
+    /// The frame with bit 7 was a heartbeat after all.
+    fn was_heartbeat(&mut self, node: u8, cx: &mut Context<'_>) {
+        if let Some((at, byte)) = self.lone.take() {
+            cx.find(Code::Hbt003, Some(node), None, Some(at), Facts::told(1, &[("found", Quantity::Hex2(byte))]));
+        }
+        (self.toggles, self.toggle, self.ahead, self.answer) = (false, None, None, None);
     }
 
     fn answered(&mut self, node: u8, toggle: bool, cx: &mut Context<'_>) {

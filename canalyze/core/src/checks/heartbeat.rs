@@ -166,6 +166,11 @@ impl Heartbeats {
         self.producers.get(node).is_some_and(|producer| producer.learnt.is_some())
     }
 
+    /// Whether 1017h is known to be other than 0: the node sends heartbeats.
+    pub fn is_configured(&self, node: u8) -> bool {
+        self.producers.get(node).is_some_and(|producer| producer.configured.is_some_and(|period| period > 0))
+    }
+
     /// What is known of 1016h and 1017h of the bus's nodes, after a change.
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
         let mut consumers = [None; 128];
@@ -219,6 +224,11 @@ impl Heartbeats {
     /// It is a heartbeat all the same, but its state counts for nothing.
     pub fn bit_7(&mut self, byte: u8, node: u8, pulse: Pulse, cx: &mut Context<'_>) {
         cx.find(Code::Hbt003, Some(node), None, None, Facts::told(1, &[("found", Quantity::Hex2(byte))]));
+        self.alive(node, pulse, cx);
+    }
+
+    /// A heartbeat whose state counts for nothing.
+    pub fn alive(&mut self, node: u8, pulse: Pulse, cx: &mut Context<'_>) {
         if let Some(state) = self.producers.get(node).and_then(|producer| producer.state) {
             self.beat(node, state, pulse, cx);
         }

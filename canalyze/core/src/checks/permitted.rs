@@ -83,7 +83,7 @@ impl Permitted {
         let object = Some(Mux { index: communication_parameter(transmit, number), sub: 1 });
         let code = if transmit { Code::Pdo002 } else { Code::Pdo003 };
         let held = Held { at: cx.at, code, object, facts };
-        if transmit && known.may_start_itself {
+        if transmit && (known.may_start_itself || known.doubtful) {
             stay.decide_later(known.state, held);
         } else {
             self.judge(nmt, node, known, held);
@@ -205,9 +205,10 @@ impl Permitted {
         stay
     }
 
-    /// A node that was commanded and shows its states may not have obeyed: then it is the command that failed.
+    /// A node that was commanded and shows its states may not have obeyed: then it is the command that failed. And where
+    /// one heartbeat alone shows a state that nobody has commanded, it is that heartbeat.
     fn judge(&mut self, nmt: &Nmt, node: u8, known: Known, held: Held) {
-        if known.shown || !nmt.shows(node) {
+        if known.shown && !known.doubtful || !nmt.shows(node) {
             self.hold(node, held);
         } else {
             self.nodes.entry(node).decide_later(known.state, held);

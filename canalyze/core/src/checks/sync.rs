@@ -156,7 +156,7 @@ impl Sync {
                     None,
                     Facts::told(2, &[("found", Quantity::Count(frame.len.into()))]),
                 );
-                self.sync(frame.payload().first().copied(), frame, nodes, cx);
+                self.sync(None, frame, nodes, cx);
             }
             Message::Nmt { command, node } => self.restart((node != 0).then_some(node), STOPS.contains(&command)),
             Message::BootUp { node } => self.restart(Some(node), true),
@@ -246,7 +246,7 @@ impl Sync {
         let before = self.beat.sync(self.beat.cycle());
         let restarted = std::mem::take(&mut self.restarted);
         let stopped = std::mem::take(&mut self.stopped);
-        self.judge_length(frame.len, restarted, cx);
+        let wrong = self.judge_length(frame.len, restarted, cx);
         let decimals = frame.stamp.map_or(0, |stamp| 10_i64.pow(9 - u32::from(stamp.decimals.min(9))));
         let resolution = decimals.max(self.grain.unwrap_or(0));
         let period = self.beat.period_ns();
@@ -259,7 +259,8 @@ impl Sync {
         self.tell_caught_up(cx);
         let again = restarted || matches!(pace, Pace::Late | Pace::Resumed);
         match counter {
-            Some(value) => {
+            // What a SYNC of the wrong length carries is no counter.
+            Some(value) if !wrong => {
                 let exact = self.settings.overflow.filter(|value| *value > 0);
                 let bound = self.settings.any_overflow.map(|(value, _)| value).filter(|value| *value > 0);
                 for miscount in self.counter.step(value, at, exact, bound, again).into_iter().flatten() {
@@ -269,7 +270,7 @@ impl Sync {
                     tell(miscount, cx);
                 }
             }
-            None => self.counter.forget(),
+            _ => self.counter.forget(),
         }
         if self.window.stood_still() && at.t_ns.is_none() {
             self.beat.disturbed();
@@ -333,9 +334,9 @@ impl Sync {
     }
 
     /// The length against 1019h, and against the SYNCs before.
-    fn judge_length(&mut self, found: u8, restarted: bool, cx: &mut Context<'_>) {
+    fn judge_length(&mut self, found: u8, restarted: bool, cx: &mut Context<'_>) -> bool {
         if found > 1 {
-            return;
+            return true;
         }
         let measured = Quantity::Count(found.into());
         if let Some((overflow, node)) = self.settings.any_overflow
@@ -343,23 +344,26 @@ impl Sync {
         {
             let facts = [("found", measured), ("overflow", Quantity::Count(overflow.into()))];
             let object = Some(Mux { index: 0x1019, sub: 0 });
-            return cx.find(Code::Syn001, Some(node), object, None, Facts::told(0, &facts));
+            cx.find(Code::Syn001, Some(node), object, None, Facts::told(0, &facts));
+            return true;
         }
         let fresh = Length { bytes: found, had: 1, others: 0 };
         let Some(known) = self.length.filter(|_| !restarted) else {
             self.length = Some(fresh);
-            return;
+            return false;
         };
         if found == known.bytes {
             self.length = Some(Length { had: (known.had + 1).min(LENGTHS), others: 0, ..known });
-            return;
+            return false;
         }
         let gives_way = known.had < LENGTHS || known.others + 1 >= LENGTHS;
         self.length = Some(if gives_way { fresh } else { Length { others: known.others + 1, ..known } });
-        if known.had >= LENGTHS && known.others == 0 {
+        let wrong = known.had >= LENGTHS && known.others == 0;
+        if wrong {
             let facts = [("found", measured), ("expected", Quantity::Count(known.bytes.into()))];
             cx.find(Code::Syn001, None, None, None, Facts::told(1, &facts));
         }
+        wrong
     }
 
     /// A node is Operational, and no SYNC has come for long.

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use super::block::Block;
+use super::judgement::OddExchange;
 use super::pairing::Pairing;
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Initiate, Mux, Side};
@@ -86,6 +87,7 @@ pub struct Channel {
     /// A request that can be one was seen: from here on there is something to judge.
     pub(super) begun: bool,
     pub(super) withheld: Vec<Finding>,
+    pub(super) odd_exchange: OddExchange,
     pub(super) requests: u64,
     pub(super) responses: u64,
     /// Frames among them that no stack would send: undefined commands, reserved bits.
@@ -133,6 +135,7 @@ impl Channel {
             proven: false,
             begun: false,
             withheld: Vec::new(),
+            odd_exchange: OddExchange::default(),
             requests: 0,
             responses: 0,
             odd: 0,
@@ -214,6 +217,7 @@ impl Channel {
             self.begun = true;
         }
         let before = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
+        self.note_unreadable(side, &half);
         match side {
             Side::Client => {
                 self.client(half, cx);
@@ -350,6 +354,7 @@ impl Channel {
         self.own = true;
         self.pairing = Pairing::default();
         self.held_ack = None;
+        self.odd_exchange = OddExchange::default();
         self.phase = Phase::Idle;
         self.outside = if reset { Outside::Said } else { Outside::Uncaptured };
         if !reset {
@@ -368,6 +373,7 @@ impl Channel {
     /// The capture is over: what is still open is incomplete, and what was withheld is said once.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.own = false;
+        self.answer_only_request(cx);
         self.settle_held_at_end(cx);
         self.settle(cx);
         let aged = |from: FrameRef| match (from.t_ns, cx.at.t_ns) {

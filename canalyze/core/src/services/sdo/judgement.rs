@@ -4,7 +4,7 @@
 //! one valid request with its response. A channel that never does says so once.
 
 use super::channel::{Channel, Half};
-use super::wire::{Command, Segment};
+use super::wire::{Command, Segment, Side};
 use crate::context::Context;
 use crate::event::{Event, Note, Place, What};
 use crate::finding::{Code, Facts, Finding, Severity};
@@ -12,6 +12,19 @@ use crate::frame::FrameRef;
 
 /// Odd frames on a channel that has shown no valid exchange, from which on it is not taken for SDO.
 const FOREIGN: u64 = 16;
+/// What was odd about the last exchange and was said: not again in other words. Frames by their numbers.
+#[derive(Debug, Default)]
+pub(super) struct OddExchange {
+    /// The last client frame, where nothing could be read from it.
+    request: Option<u64>,
+    /// The response after such a one.
+    asked: Option<u64>,
+    /// The request that something else than an answer came after.
+    answered: Option<u64>,
+    /// Since it was said that frames belong to nothing, none has been answered as it should.
+    pub(super) astray: bool,
+}
+
 /// Findings withheld at most; more of the same say nothing new.
 const WITHHELD: usize = 32;
 
@@ -62,9 +75,13 @@ impl Channel {
 
     /// A finding at the frame at hand, about `offender`.
     pub(super) fn find(&mut self, code: Code, offender: FrameRef, facts: Facts, cx: &mut Context<'_>) {
-        // What is wrong with the channel's first frame itself counts if it can only be a request.
-        let first = self.first == Some(cx.at) && self.plausible > 0;
+        // What is wrong with the channel's first frame itself, or with what answers it, counts if it can only be a
+        // request.
+        let first = self.plausible > 0 && self.requests <= 1 && self.responses <= 1;
         if !self.begun && !first && code != Code::Sdo017 {
+            return;
+        }
+        if self.is_consequence(code, offender, &facts) {
             return;
         }
         let object = match &mut self.transfer {
@@ -88,6 +105,50 @@ impl Channel {
             push_finding(finding, cx);
         } else if self.withheld.len() < WITHHELD {
             self.withheld.push(finding);
+        }
+    }
+
+    /// Whether another finding has said this already. One wrong frame leaves two gaps: what it should have been is
+    /// missing, and what it is belongs to nothing. And once it is not known what the two sides are talking about,
+    /// that they do not fit is said once, until they do.
+    fn is_consequence(&mut self, code: Code, offender: FrameRef, facts: &Facts) -> bool {
+        let missing = match (code, facts) {
+            (Code::Sdo002, Facts::Missing { by }) => Some(*by),
+            (Code::Sdo012, Facts::EndNotConfirmed) => Some(Side::Server),
+            _ => None,
+        };
+        match missing {
+            Some(Side::Server) => self.odd_exchange.answered == Some(offender.no),
+            Some(Side::Client) if self.odd_exchange.asked == Some(offender.no) => true,
+            Some(Side::Client) => {
+                self.answered_oddly();
+                std::mem::replace(&mut self.odd_exchange.astray, true)
+            }
+            None if code == Code::Sdo007 && matches!(facts, Facts::Outside) => {
+                std::mem::replace(&mut self.odd_exchange.astray, true)
+            }
+            None => false,
+        }
+    }
+
+    /// Something came in the place of the answer to the pending request, and a finding says so.
+    fn answered_oddly(&mut self) {
+        self.odd_exchange.answered = self.pairing.pending.map(|pending| pending.at.no).or(self.odd_exchange.answered);
+    }
+
+    /// A frame that says nothing stands for the request or the answer that it should have been.
+    pub(super) fn note_unreadable(&mut self, side: Side, half: &Half) {
+        let unreadable = half.command.is_unreadable();
+        match side {
+            Side::Client => self.odd_exchange.request = unreadable.then_some(half.at.no),
+            Side::Server => {
+                if self.odd_exchange.request.take().is_some() {
+                    self.odd_exchange.asked = Some(half.at.no);
+                }
+                if unreadable {
+                    self.answered_oddly();
+                }
+            }
         }
     }
 
@@ -115,6 +176,11 @@ impl Channel {
         }
         let unanswered = self.requests > 0 && self.responses == 0 && self.plausible > 0;
         if self.paired {
+            return;
+        }
+        if self.plausible > 0 && self.responses > 0 && self.withheld.len() == 1 && self.odd <= 1 {
+            // One frame is wrong, and the others can only be SDO.
+            self.trust(cx);
             return;
         }
         let nothing_odd = self.withheld.iter().all(|finding| finding.code.rule().severity == Severity::Info);

@@ -50,6 +50,19 @@ impl Channel {
         self.own = own;
     }
 
+    /// The capture is over, and the channel has shown one request and one response of its kind, nothing else.
+    pub(super) fn answer_only_request(&mut self, cx: &mut Context<'_>) {
+        if self.requests != 1 || self.responses != 1 {
+            return;
+        }
+        let (Some(pending), Some(held)) = (self.pairing.pending, self.pairing.held) else { return };
+        if strict_initiate(&pending) && wire::kind_fits(&pending.command, &held.half.command) {
+            self.pairing.held = None;
+            self.begun = true;
+            self.answer(pending, held.half, cx);
+        }
+    }
+
     /// An initiate response without its request, and the client goes on as if it had asked: it had. Returns whether a
     /// transfer begins so.
     pub(super) fn begin_from_response(&mut self, response: &Half, next: &Half, cx: &mut Context<'_>) -> bool {

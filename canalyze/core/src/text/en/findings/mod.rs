@@ -85,6 +85,9 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
         Facts::Length(len) => put!(out; "SDO frame of ", len, " bytes instead of 8"),
         Facts::Sequence { expected, found } => put!(out; "block sequence number ", found, ", ", expected, " was due"),
         Facts::Acknowledged { ackseq, sent } => put!(out; "segment ", ackseq, " acknowledged, only ", sent, " sent"),
+        Facts::NotResent { ackseq } => {
+            put!(out; "segments up to ", ackseq, " acknowledged, and those after it not sent again");
+        }
         Facts::BlockSize(size) => put!(out; "block size ", size, ", must be 1 to 127"),
         Facts::EarlyEnd => put!(out; "the block transfer ends before its last segment was acknowledged"),
         Facts::EndNotConfirmed => put!(out; "the end of the block transfer was not confirmed"),
