@@ -25,7 +25,8 @@ impl Channel {
             // after a lost one.
             let known = block.last_was_sent() || !block.may_be_in_flight();
             let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
-            if block.may_end() || early {
+            let missed = self.held_ack.is_some() && command & 0x7F != block.expected() && rest == [0; 5];
+            if block.may_end() || early || missed {
                 return plain;
             }
         }
@@ -223,7 +224,10 @@ impl Channel {
                 if let Some(transfer) = &mut self.transfer {
                     block.finish_early(transfer);
                 }
-                self.find(Code::Sdo012, half.at, Facts::NoLast, cx);
+                // Where segments are missing, the last one is among them, and it was said.
+                if !self.transfer.as_ref().is_some_and(|transfer| transfer.hole) {
+                    self.find(Code::Sdo012, half.at, Facts::NoLast, cx);
+                }
             }
         }
         let Phase::Block(block) = &mut self.phase else { return false };

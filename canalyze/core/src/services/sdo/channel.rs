@@ -206,6 +206,8 @@ impl Channel {
             transfer: None,
             what: What::Note(Note::RequestNotCaptured),
         });
+        let half = if side == Side::Client { self.answer_edge(half, cx) } else { half };
+        self.step.command = half.command;
         self.plausible = self.plausible.saturating_add(u64::from(strict_initiate(&half)));
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
         self.odd = self.odd.saturating_add(u64::from(odd));

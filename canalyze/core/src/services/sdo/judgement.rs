@@ -78,7 +78,8 @@ impl Channel {
         // What is wrong with the channel's first frame itself, or with what answers it, counts if it can only be a
         // request.
         let first = self.plausible > 0 && self.requests <= 1 && self.responses <= 1;
-        if !self.begun && !first && code != Code::Sdo017 {
+        // No frame of a transfer, in whatever phase, has another length.
+        if !self.begun && !first && !matches!(code, Code::Sdo017 | Code::Sdo010) {
             return;
         }
         if self.is_consequence(code, offender, &facts) {
