@@ -94,6 +94,8 @@ pub struct Lss {
     silence: Option<Silence>,
     scan: Fastscan,
     node_ids: NodeIds,
+    /// The last frame of the master that could not be read, until an answer that has no other request.
+    odd_request: Option<FrameRef>,
     /// The last frame of the master.
     last: Option<FrameRef>,
     /// Frames that LSS knows, with their unused bytes 0.
@@ -119,6 +121,7 @@ impl Default for Lss {
             silence: None,
             scan: Fastscan::default(),
             node_ids: NodeIds::default(),
+            odd_request: None,
             last: None,
             plain: 0,
             due_ns: i64::MAX,
@@ -144,8 +147,11 @@ impl Lss {
                 self.plain += usize::from(plain && !matches!(command, Command::Unknown(_)));
                 if from_master { self.master(command, plain, nodes, cx) } else { self.slave(command, plain, nodes, cx) }
             }
-            Message::Malformed { role: Role::LssRequest | Role::LssResponse, flaw: Flaw::Length { .. } } => {
+            Message::Malformed {
+                role: role @ (Role::LssRequest | Role::LssResponse), flaw: Flaw::Length { .. }
+            } => {
                 self.first.get_or_insert(cx.at);
+                self.unreadable(matches!(role, Role::LssRequest), cx.at);
                 let facts = Facts::told(2, &[("length", Quantity::Count(frame.len.into()))]);
                 self.findings.find(Code::Lss001, None, None, facts, cx);
             }
@@ -250,7 +256,7 @@ impl Lss {
         self.told(command, cx);
         if let Some(exchange) = exchange {
             let certain = matches!(self.selected, Selected::Slaves(_)) && !proving;
-            let open = Asked { at: cx.at, owed: 1, plain, certain, settled: unselected || proving };
+            let open = Asked { at: cx.at, owed: 1, answered: false, plain, certain, settled: unselected || proving };
             self.exchanges.open(exchange, open);
             for early in own {
                 self.answered(exchange, early.command, early.plain, early.at, nodes, cx);
@@ -262,6 +268,7 @@ impl Lss {
     fn told(&mut self, command: Command, cx: &mut Context<'_>) {
         match command {
             Command::Unknown(found) => {
+                self.unreadable(true, cx.at);
                 let facts = Facts::told(0, &[("command", Quantity::Hex2(found))]);
                 self.findings.find(Code::Lss001, None, None, facts, cx);
             }
@@ -373,6 +380,7 @@ impl Lss {
 
     fn slave(&mut self, command: Command, plain: bool, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if let Command::Unknown(found) = command {
+            self.unreadable(false, cx.at);
             let facts = Facts::told(1, &[("command", Quantity::Hex2(found))]);
             return self.findings.find(Code::Lss001, None, None, facts, cx);
         }
@@ -401,9 +409,11 @@ impl Lss {
         if exchange.configures() {
             let over = self.scan.proven(cx.at);
             self.scanned(over, cx);
-            if matches!(self.selected, Selected::Nobody | Selected::Unknown) {
+            let unknown = self.selected == Selected::Unknown;
+            if unknown || self.selected == Selected::Nobody {
                 self.selected = Selected::Unknown;
-                if let Some(asked) = self.exchanges.give_up(Exchange::Selective) {
+                let asked = self.exchanges.give_up(Exchange::Selective);
+                if let Some(asked) = asked.filter(|asked| unknown && !asked.answered) {
                     // There is one that does what selected slaves do: it was selected, and did not say so.
                     self.silent(Exchange::Selective, asked, cx);
                 }
@@ -503,8 +513,24 @@ impl Lss {
         self.exchanges.forgive();
     }
 
+    /// A frame that cannot be read stands for the request, or the answer, that it should have been.
+    fn unreadable(&mut self, request: bool, at: FrameRef) {
+        if request {
+            self.odd_request = Some(at);
+            self.due_part = None;
+        } else {
+            self.exchanges.excuse();
+            if self.selected == Selected::Nobody {
+                self.selected = Selected::Unknown;
+            }
+        }
+    }
+
     /// An answer that no request explains.
     fn unexplained(&mut self, early: Early, cx: &mut Context<'_>) {
+        if self.odd_request.take().is_some_and(|request| request.no < early.at.no) {
+            return;
+        }
         let cause = (early.at.no != cx.at.no).then_some(early.at);
         let command = [("command", Quantity::Lss(early.exchange.answer()))];
         if !self.exchanges.is_recent(early.exchange, early.at) {
