@@ -56,6 +56,8 @@ struct Producer {
     lost: bool,
     /// By how much gaps have lately differed from the period, in ns: what the stamps are worth.
     wobble: i64,
+    /// Nothing was judged yet since it is watched anew.
+    fresh: bool,
     /// The next gap is not judged: it was lost, the bus was silent, or it has just been late.
     excused: bool,
     /// Changes of state in a row, each to the state before.
@@ -79,6 +81,7 @@ impl Default for Producer {
             deadline: i64::MAX,
             lost: false,
             wobble: 0,
+            fresh: false,
             excused: false,
             alternations: 0,
             before: None,
@@ -280,6 +283,7 @@ impl Heartbeats {
         let Some(last_ns) = producer.last_ns.replace(now) else { return producer.await_next(slack_ns, &mut self.next) };
         let gap = now.saturating_sub(last_ns);
         let excused = std::mem::take(&mut producer.excused) | std::mem::take(&mut producer.lost);
+        let fresh = std::mem::take(&mut producer.fresh);
         if gap <= 0 {
             producer.gaps.clear();
         } else if let Some(period) = producer.period()
@@ -300,7 +304,8 @@ impl Heartbeats {
             if !stalled {
                 producer.learn(node, gap, last, cx);
             }
-            producer.excused = true;
+            // The gap after a change is no excuse for the next.
+            producer.excused = !fresh;
         } else if changed || excused {
             producer.gaps.clear();
         } else {
@@ -399,7 +404,7 @@ impl Producer {
     fn restart(&mut self) {
         self.gaps.clear();
         (self.learnt, self.deadline) = (None, i64::MAX);
-        (self.lost, self.excused, self.doubled) = (false, true, false);
+        (self.lost, self.excused, self.doubled, self.fresh) = (false, true, false, true);
     }
 
     fn period(&self) -> Option<i64> {

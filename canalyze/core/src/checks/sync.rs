@@ -53,6 +53,8 @@ pub struct Sync {
     /// The identifier of the SYNCs that are followed: the first one seen.
     id: Option<CanId>,
     length: Option<Length>,
+    /// The last SYNC's length was against 1019h, and that was said.
+    against_1019: bool,
     /// The producer may have begun anew since the last SYNC.
     restarted: bool,
     /// It may have been stopped since the last SYNC.
@@ -339,9 +341,14 @@ impl Sync {
             return true;
         }
         let measured = Quantity::Count(found.into());
+        let said = std::mem::take(&mut self.against_1019);
         if let Some((overflow, node)) = self.settings.any_overflow
             && (overflow > 0) != (found == 1)
         {
+            self.against_1019 = true;
+            if said {
+                return true;
+            }
             let facts = [("found", measured), ("overflow", Quantity::Count(overflow.into()))];
             let object = Some(Mux { index: 0x1019, sub: 0 });
             cx.find(Code::Syn001, Some(node), object, None, Facts::told(0, &facts));
