@@ -18,6 +18,10 @@ impl Channel {
     /// The command of a frame by the sender of the data.
     pub(super) fn decode_in_block(&self, block: &Block, side: Side, bytes: [u8; 8]) -> Command {
         let plain = wire::decode(side, bytes);
+        if self.pairing.pending.is_some_and(|pending| matches!(pending.command, Command::EndBlock { .. })) {
+            // All segments were sent.
+            return plain;
+        }
         if let Command::EndBlock { .. } = plain {
             let [_, _, _, rest @ ..] = bytes;
             let [command, ..] = bytes;
@@ -35,6 +39,10 @@ impl Channel {
             && block.first_at.is_none()
             && self.pairing.last_response == Some(bytes)
         {
+            return plain;
+        }
+        // Behind the last sub-block only segment 1 could come, if it was not the last one.
+        if block.is_finished() && side == Side::Client && plain.is_initiate() && !plain.has_reserved_bits(bytes) {
             return plain;
         }
         // A client that starts anew in mid-transfer: only a read, whose bytes 4..7 are 0, can be told from data.
@@ -124,6 +132,10 @@ impl Channel {
                         self.judge_end(cx);
                     }
                     self.confirm_end(cx);
+                } else if block.is_finished() {
+                    let asked = self.transfer.as_ref().map_or(half.at, |transfer| transfer.last);
+                    self.find(Code::Sdo002, asked, Facts::Missing { by: Side::Server }, cx);
+                    self.complete(Status::Incomplete, cx);
                 } else {
                     self.violation_outside(half, cx);
                 }
@@ -213,7 +225,8 @@ impl Channel {
         let upload = self.is_upload();
         let Phase::Block(block) = &mut self.phase else { return false };
         if !block.may_end() {
-            if block.last_was_sent() {
+            let hole = self.transfer.as_ref().is_some_and(|transfer| transfer.hole);
+            if block.last_was_sent() && !hole {
                 let goes_on = self.transfer.as_mut().is_some_and(|transfer| block.finish_unacknowledged(transfer));
                 self.find(Code::Sdo012, half.at, Facts::EarlyEnd, cx);
                 if !goes_on {
@@ -225,7 +238,7 @@ impl Channel {
                     block.finish_early(transfer);
                 }
                 // Where segments are missing, the last one is among them, and it was said.
-                if !self.transfer.as_ref().is_some_and(|transfer| transfer.hole) {
+                if !hole {
                     self.find(Code::Sdo012, half.at, Facts::NoLast, cx);
                 }
             }

@@ -253,6 +253,7 @@ impl Channel {
     pub(super) fn decode(&self, side: Side, bytes: [u8; 8], len: u8) -> Command {
         if let Phase::Block(block) = &self.phase
             && self.sends_data(side)
+            && len > 0
         {
             return self.decode_in_block(block, side, bytes);
         }

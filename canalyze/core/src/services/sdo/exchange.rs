@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, Half, Phase, strict_initiate};
+use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::context::Context;
@@ -151,6 +151,10 @@ impl Channel {
             status = Status::Failed;
         }
         self.complete(status, cx);
+        if status == Status::Failed {
+            // Where the last segment was not the last one, the others belong to nothing.
+            self.outside = Outside::Said;
+        }
     }
 
     /// Whether all indicated bytes were transferred though no segment was marked as the last one.

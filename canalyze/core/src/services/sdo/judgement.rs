@@ -21,6 +21,8 @@ pub(super) struct OddExchange {
     asked: Option<u64>,
     /// The request that something else than an answer came after.
     answered: Option<u64>,
+    /// The last frame that is missing, or that nothing could be read from.
+    broken: Option<u64>,
     /// Since it was said that frames belong to nothing, none has been answered as it should.
     pub(super) astray: bool,
 }
@@ -113,6 +115,20 @@ impl Channel {
     /// missing, and what it is belongs to nothing. And once it is not known what the two sides are talking about,
     /// that they do not fit is said once, until they do.
     fn is_consequence(&mut self, code: Code, offender: FrameRef, facts: &Facts) -> bool {
+        let in_transfer = |no: u64| self.transfer.as_ref().is_some_and(|transfer| transfer.first.no <= no);
+        let broken = self.odd_exchange.broken.is_some_and(in_transfer);
+        if code == Code::Sdo008 && (broken || self.has_finding(Code::Sdo004)) {
+            return true;
+        }
+        if matches!(facts, Facts::NotAcknowledged) && self.odd_exchange.broken.is_some_and(|no| no >= offender.no) {
+            return true;
+        }
+        if matches!(facts, Facts::Duplicate) && self.odd_exchange.asked == Some(offender.no) {
+            return true;
+        }
+        if matches!(code, Code::Sdo002 | Code::Sdo023) {
+            self.odd_exchange.broken = Some(self.odd_exchange.broken.unwrap_or_default().max(offender.no));
+        }
         let missing = match (code, facts) {
             (Code::Sdo002, Facts::Missing { by }) => Some(*by),
             (Code::Sdo012, Facts::EndNotConfirmed) => Some(Side::Server),
@@ -132,6 +148,10 @@ impl Channel {
         }
     }
 
+    fn has_finding(&self, code: Code) -> bool {
+        self.transfer.as_ref().is_some_and(|transfer| transfer.findings.contains(&code))
+    }
+
     /// Something came in the place of the answer to the pending request, and a finding says so.
     fn answered_oddly(&mut self) {
         self.odd_exchange.answered = self.pairing.pending.map(|pending| pending.at.no).or(self.odd_exchange.answered);
@@ -140,6 +160,9 @@ impl Channel {
     /// A frame that says nothing stands for the request or the answer that it should have been.
     pub(super) fn note_unreadable(&mut self, side: Side, half: &Half) {
         let unreadable = half.command.is_unreadable();
+        if unreadable {
+            self.odd_exchange.broken = Some(half.at.no);
+        }
         match side {
             Side::Client => self.odd_exchange.request = unreadable.then_some(half.at.no),
             Side::Server => {
