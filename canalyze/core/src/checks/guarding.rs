@@ -7,8 +7,9 @@
 
 use super::heartbeat::Heartbeats;
 use super::nmt::{Nmt, since};
+use super::withheld::raise;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::FrameRef;
 use crate::node::PerNode;
 
@@ -229,7 +230,9 @@ impl Guarded {
     /// The frame with bit 7 was a heartbeat after all.
     fn was_heartbeat(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some((at, byte)) = self.lone.take() {
-            cx.find(Code::Hbt003, Some(node), None, Some(at), Facts::told(1, &[("found", Quantity::Hex2(byte))]));
+            let facts = Facts::told(1, &[("found", Quantity::Hex2(byte))]);
+            let (code, bus) = (Code::Hbt003, cx.bus);
+            raise(Finding { code, at, cause: None, bus, node: Some(node), object: None, facts }, cx);
         }
         (self.toggles, self.toggle, self.ahead, self.answer) = (false, None, None, None);
     }

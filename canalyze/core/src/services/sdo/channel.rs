@@ -145,6 +145,14 @@ impl Channel {
         }
     }
 
+    /// The capture has run for `heard_ns` without a frame of the channel: what comes first does not belong to what came
+    /// before the capture.
+    pub fn idle_for(&mut self, heard_ns: i64) {
+        if heard_ns > UNANSWERED_NS {
+            self.pairing.first = Some(u64::MAX);
+        }
+    }
+
     /// The server's node-ID.
     pub fn node(&self) -> u8 {
         self.node
@@ -215,7 +223,8 @@ impl Channel {
             // What was odd may have been block data of a transfer that began before the capture.
             self.odd = 0;
         }
-        if half.command.is_initiate() && strict_initiate(&half) && self.first.is_some_and(|first| first != half.at) {
+        let later = self.first != Some(half.at) || self.pairing.first.is_some_and(|first| first != half.at.no);
+        if half.command.is_initiate() && strict_initiate(&half) && later {
             self.begun = true;
         }
         let before = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
