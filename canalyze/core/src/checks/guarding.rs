@@ -7,9 +7,8 @@
 
 use super::heartbeat::Heartbeats;
 use super::nmt::{Nmt, since};
-use super::withheld::raise;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
 use crate::node::PerNode;
 
@@ -23,6 +22,8 @@ const UNANSWERED_NS: i64 = 1_000_000_000;
 const SLOW_NS: i64 = 50_000_000;
 /// Two frames closer than this may be one that was captured twice, in ns.
 const TWICE_NS: i64 = 5_000_000;
+/// So many frames in a row with the same toggle bit are no answers, but for those before them.
+const SAME: u8 = 3;
 /// So many frames that nobody asked for are heartbeats of a guarded node.
 const UNASKED: u8 = 3;
 
@@ -32,6 +33,8 @@ struct Guarded {
     requests: u64,
     /// The only frame with toggle bit 1, and its byte, until there is a second.
     lone: Option<(FrameRef, u8)>,
+    /// Frames without it in a row after that one and the next, and the first of them.
+    same: Option<(u8, FrameRef)>,
     /// The last request, until its answer.
     request: Option<FrameRef>,
     /// An answer came just before it, which may have been its own.
@@ -130,8 +133,17 @@ impl Guarding {
         let guarded = self.nodes.entry(node);
         if toggle {
             guarded.lone = Some((cx.at, state | 0x80)).filter(|_| !guarded.toggles);
+            if let Some((_, first)) = guarded.same.take() {
+                tell(node, false, first, cx);
+                guarded.toggle = None;
+            }
         } else if guarded.is_no_answer(cx.at) {
-            return guarded.was_heartbeat(node, cx);
+            let (count, first) = guarded.same.map_or((1, cx.at), |(count, first)| (count + 1, first));
+            guarded.same = Some((count, first));
+            if count >= SAME {
+                guarded.was_heartbeat(node, cx);
+            }
+            return;
         }
         guarded.toggles |= toggle;
         let twice = since(guarded.answer, cx.at).is_some_and(|gap| (0..TWICE_NS).contains(&gap));
@@ -170,7 +182,7 @@ impl Guarding {
                     guarded.unanswered(id, request, nmt, cx);
                 }
                 (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
-                (guarded.silent, guarded.unasked, guarded.lone) = (false, 0, None);
+                (guarded.silent, guarded.unasked, guarded.lone, guarded.same) = (false, 0, None, None);
             }
         }
     }
@@ -180,7 +192,8 @@ impl Guarding {
         for (_, guarded) in self.nodes.iter_mut() {
             (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
             // By now it may send heartbeats instead.
-            (guarded.toggles, guarded.requests, guarded.unasked, guarded.lone) = (false, 0, 0, None);
+            (guarded.toggles, guarded.requests, guarded.unasked) = (false, 0, 0);
+            (guarded.lone, guarded.same) = (None, None);
         }
     }
 
@@ -221,7 +234,7 @@ impl Guarded {
         self.request.is_some_and(|asked| since(Some(asked), at).is_none_or(|age| age <= ANSWER_NS))
     }
 
-    /// Whether nobody asks, and after one frame with toggle bit 1 a second one comes without.
+    /// Whether nobody asks, and after one frame with toggle bit 1 two or more come without.
     fn is_no_answer(&self, at: FrameRef) -> bool {
         let twice = since(self.answer, at).is_some_and(|gap| gap < TWICE_NS);
         self.requests == 0 && self.lone.is_some() && self.toggle == Some(false) && !twice
@@ -231,10 +244,9 @@ impl Guarded {
     fn was_heartbeat(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some((at, byte)) = self.lone.take() {
             let facts = Facts::told(1, &[("found", Quantity::Hex2(byte))]);
-            let (code, bus) = (Code::Hbt003, cx.bus);
-            raise(Finding { code, at, cause: None, bus, node: Some(node), object: None, facts }, cx);
+            cx.find_at(at, Code::Hbt003, Some(node), None, facts);
         }
-        (self.toggles, self.toggle, self.ahead, self.answer) = (false, None, None, None);
+        (self.toggles, self.toggle, self.ahead, self.answer, self.same) = (false, None, None, None, None);
     }
 
     fn answered(&mut self, node: u8, toggle: bool, cx: &mut Context<'_>) {
@@ -247,10 +259,7 @@ impl Guarded {
         if self.toggle == Some(toggle) && !twice {
             // The node may go on either way: the next answer is free.
             self.toggle = None;
-            let facts =
-                [("found", Quantity::Count(u64::from(toggle))), ("expected", Quantity::Count(u64::from(!toggle)))];
-            let cause = Some(at).filter(|at| at.no != cx.at.no);
-            return cx.find(Code::Grd001, Some(node), None, cause, Facts::told(0, &facts));
+            return tell(node, toggle, at, cx);
         }
         self.toggle = Some(toggle);
     }
@@ -284,6 +293,12 @@ impl Guarded {
             cx.find(Code::Grd003, Some(node), None, Some(frame), Facts::told(0, &[]));
         }
     }
+}
+
+/// A toggle bit that did not alternate.
+fn tell(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
+    let facts = [("found", Quantity::Count(u64::from(toggle))), ("expected", Quantity::Count(u64::from(!toggle)))];
+    cx.find_at(at, Code::Grd001, Some(node), None, Facts::told(0, &facts));
 }
 
 /// Whether a request may be that of the frame captured before it.

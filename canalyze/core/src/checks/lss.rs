@@ -100,6 +100,8 @@ pub struct Lss {
     last: Option<FrameRef>,
     /// Frames that LSS knows, with their unused bytes 0.
     plain: usize,
+    /// A slave's is among them.
+    answered: bool,
     /// When something becomes due, in ns.
     due_ns: i64,
 }
@@ -124,6 +126,7 @@ impl Default for Lss {
             odd_request: None,
             last: None,
             plain: 0,
+            answered: false,
             due_ns: i64::MAX,
         }
     }
@@ -144,7 +147,9 @@ impl Lss {
             Message::Lss { from_master, command } => {
                 self.first.get_or_insert(cx.at);
                 let plain = is_plain(from_master, frame.payload());
-                self.plain += usize::from(plain && !matches!(command, Command::Unknown(_)));
+                let plain_command = plain && !matches!(command, Command::Unknown(_));
+                self.plain += usize::from(plain_command);
+                self.answered |= plain_command && !from_master;
                 if from_master { self.master(command, plain, nodes, cx) } else { self.slave(command, plain, nodes, cx) }
             }
             Message::Malformed {
@@ -227,7 +232,7 @@ impl Lss {
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         let over = self.scan.give_up();
         self.scanned(over, cx);
-        if self.plain >= PLAIN && self.findings.waiting() * PLAIN <= self.plain {
+        if self.answered && self.plain >= PLAIN && self.findings.waiting() * PLAIN <= self.plain {
             self.findings.show(cx);
         }
         if let Some(first) = self.first {

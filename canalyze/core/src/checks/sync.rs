@@ -53,6 +53,8 @@ pub struct Sync {
     /// The identifier of the SYNCs that are followed: the first one seen.
     id: Option<CanId>,
     length: Option<Length>,
+    /// The last SYNC whose counter had a gap before it.
+    miscounted: Option<u64>,
     /// The last SYNC's length was against 1019h, and that was said.
     against_1019: bool,
     /// The producer may have begun anew since the last SYNC.
@@ -269,6 +271,9 @@ impl Sync {
                     if matches!(miscount, Miscount::Two { .. }) && std::mem::replace(&mut self.two, true) {
                         continue;
                     }
+                    if let Miscount::Gap { at, .. } = miscount {
+                        self.miscounted = Some(at.no);
+                    }
                     tell(miscount, cx);
                 }
             }
@@ -329,7 +334,7 @@ impl Sync {
             if let (Some(period), false) = (self.beat.period_ns(), self.two) {
                 let tolerance = Quantity::Ns(self.beat.tolerance_ns().unwrap_or(0));
                 let facts = [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", tolerance)];
-                cx.find(Code::Syn003, None, None, Some(copy), Facts::told(2, &facts));
+                cx.find_at(copy, Code::Syn003, None, None, Facts::told(2, &facts));
             }
         }
         false
@@ -432,6 +437,11 @@ impl Sync {
     /// A SYNC was late, or some before it are missing.
     fn tell_late(&self, Lateness { gap_ns, cycle, missing }: Lateness, cx: &mut Context<'_>) {
         let before = self.beat.sync(cycle.saturating_sub(1));
+        let at = self.beat.sync(cycle);
+        if missing > 0 && at.is_some_and(|at| self.miscounted == Some(at.no)) {
+            // The counter has shown it.
+            return;
+        }
         let facts = [
             ("gap", Quantity::Ns(gap_ns)),
             ("period", Quantity::Ns(self.beat.period_ns().unwrap_or(0))),
@@ -511,17 +521,16 @@ fn active(nodes: &PerNode<Node>, node: u8) -> bool {
 
 fn tell(miscount: Miscount, cx: &mut Context<'_>) {
     let count = |value: u8| Quantity::Count(value.into());
-    let earlier = |at: FrameRef| Some(at).filter(|at| at.no != cx.at.no);
-    let (code, cause, facts) = match miscount {
+    let (code, at, facts) = match miscount {
         Miscount::Gap { found, expected, at } => {
-            (Code::Syn002, earlier(at), Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
+            (Code::Syn002, at, Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
         }
         Miscount::Outside { found, limit } => {
-            (Code::Syn002, None, Facts::told(1, &[("found", count(found)), ("limit", count(limit))]))
+            (Code::Syn002, cx.at, Facts::told(1, &[("found", count(found)), ("limit", count(limit))]))
         }
         Miscount::Two { found, expected, at } => {
-            (Code::Syn006, earlier(at), Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
+            (Code::Syn006, at, Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
         }
     };
-    cx.find(code, None, None, cause, facts);
+    cx.find_at(at, code, None, None, facts);
 }

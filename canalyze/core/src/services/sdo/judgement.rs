@@ -75,7 +75,8 @@ impl Channel {
         });
     }
 
-    /// A finding at the frame at hand, about `offender`.
+    /// A finding about `offender`: at that frame where it is the wrong one, at the frame at hand where something is
+    /// missing after it.
     pub(super) fn find(&mut self, code: Code, offender: FrameRef, facts: Facts, cx: &mut Context<'_>) {
         // What is wrong with the channel's first frame itself, or with what answers it, counts if it can only be a
         // request.
@@ -95,10 +96,13 @@ impl Channel {
             None => self.step.result.as_ref().and_then(|transfer| transfer.mux),
         };
         let object = self.find_about.take().or(object);
+        let initiated = self.transfer.as_ref().is_some_and(|transfer| transfer.initiated == Some(offender));
+        let last = code == Code::Sdo006 && !initiated;
+        let at = if last || is_wrong(code, &facts) { offender } else { cx.at };
         let finding = Finding {
             code,
-            at: cx.at,
-            cause: (offender.no != cx.at.no).then_some(offender),
+            at,
+            cause: (offender.no != at.no).then_some(offender),
             bus: self.bus,
             node: Some(self.node),
             object,
@@ -223,6 +227,16 @@ impl Channel {
             facts: Facts::Frames { count: self.requests.saturating_add(self.responses) },
         };
         push_finding(finding, cx);
+    }
+}
+
+/// Whether a finding is about a frame that is wrong, and not about one after which something is missing.
+fn is_wrong(code: Code, facts: &Facts) -> bool {
+    match code {
+        Code::Sdo002 => matches!(facts, Facts::Missing { by: Side::Client } | Facts::Duplicate),
+        Code::Sdo012 => !matches!(facts, Facts::EndNotConfirmed | Facts::NoLast),
+        Code::Sdo001 | Code::Sdo003 | Code::Sdo004 | Code::Sdo019 | Code::Sdo021 | Code::Sdo022 => true,
+        _ => false,
     }
 }
 
