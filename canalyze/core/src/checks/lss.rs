@@ -152,9 +152,7 @@ impl Lss {
                 self.answered |= plain_command && !from_master;
                 if from_master { self.master(command, plain, nodes, cx) } else { self.slave(command, plain, nodes, cx) }
             }
-            Message::Malformed {
-                role: role @ (Role::LssRequest | Role::LssResponse), flaw: Flaw::Length { .. }
-            } => {
+            Message::Malformed { role: role @ (Role::LssRequest | Role::LssResponse), flaw: Flaw::Length { .. } } => {
                 self.first.get_or_insert(cx.at);
                 self.unreadable(matches!(role, Role::LssRequest), cx.at);
                 let facts = Facts::told(2, &[("length", Quantity::Count(frame.len.into()))]);

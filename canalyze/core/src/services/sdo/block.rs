@@ -336,7 +336,8 @@ impl Block {
         }
         acked.retransmission = ackseq < current.sent || !whole;
         self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
-        let rest = current.segments.get(usize::from(ackseq)..).filter(|rest| !rest.is_empty() && current.wrong.is_none());
+        let rest =
+            current.segments.get(usize::from(ackseq)..).filter(|rest| !rest.is_empty() && current.wrong.is_none());
         self.rest = rest.map(|rest| (rest.to_vec(), at, ackseq));
         // After a wrong number the receiver's word counts: it accepted so many segments, the last among them.
         self.finished =

@@ -31,9 +31,9 @@ fn side(side: Side) -> &'static str {
 }
 
 /// Appends the frame that shows a finding, where the finding stands under another one's line.
-pub fn place(out: &mut Vec<u8>, frame: Option<u64>) {
+pub fn place(out: &mut Vec<u8>, frame: Option<u64>, node: Option<u8>) {
     if let Some(frame) = frame {
-        put!(out; "frame ", frame, " ");
+        put!(out; "frame ", frame, if node.is_some() { " " } else { ": " });
     }
 }
 
