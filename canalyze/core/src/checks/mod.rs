@@ -44,7 +44,7 @@ use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
 use crate::services::lss::Command;
 use crate::services::pdo;
-use crate::services::sdo::transfer::{Direction, Transfer};
+use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
 
 use description::Descriptions;
@@ -215,6 +215,11 @@ impl Checks {
     /// An SDO transfer has ended, however.
     pub fn ended(&mut self, transfer: &Transfer, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         let node = transfer.node;
+        if let (Direction::Download, Status::Failed | Status::Incomplete, Some(mux)) =
+            (transfer.direction, transfer.status, transfer.mux)
+        {
+            self.pdo_configuration.doubt(node, mux);
+        }
         self.drives.transfer(transfer, nodes.get(node), self.nodes.state(node), cx);
     }
 

@@ -47,6 +47,8 @@ const COMMANDLESS_NS: i64 = 10_000_000_000;
 const KEPT: usize = 64;
 /// Nodes change their states together within this time, in ns: their heartbeats show it one after the other.
 const TOGETHER_NS: i64 = 1_000_000_000;
+/// A node boots within this time after a frame that it has taken for a reset, in ns.
+const GARBLED_NS: i64 = 5_000_000_000;
 /// Extended commands that are not CiA 301's but known: sleep and standby.
 const EXTENSIONS: [u8; 2] = [0x50, 0x60];
 
@@ -167,6 +169,8 @@ pub struct Known {
     pub shown: bool,
     /// The node may still be a master that starts itself.
     pub may_start_itself: bool,
+    /// It was shown once, and no command explains it.
+    pub doubtful: bool,
 }
 
 /// The states of a bus's nodes.
@@ -183,6 +187,8 @@ pub struct Nmt {
     activated: Option<i64>,
     /// The first boot-up after a silence: the network was switched on.
     switched_on: Option<i64>,
+    /// The last frame on NMT's identifier that is no command: what it was meant as, nodes may have obeyed.
+    garbled: Option<FrameRef>,
     /// Commands came before their effects, and never after: the capture is in causal order.
     causal: bool,
     late: bool,
@@ -207,8 +213,13 @@ impl Nmt {
         let state = self.state(node)?;
         let may_start_itself = state == PRE_OPERATIONAL && !standing.managed && standing.command.is_none();
         match standing.command {
-            Some(command) if !command.judged => Some(Known { state, at: command.at, shown: false, may_start_itself }),
-            _ => standing.shown.map(|(state, at)| Known { state, at, shown: true, may_start_itself }),
+            Some(command) if !command.judged => {
+                Some(Known { state, at: command.at, shown: false, may_start_itself, doubtful: false })
+            }
+            _ => {
+                let doubtful = standing.unsettled || standing.suspect.is_some();
+                standing.shown.map(|(state, at)| Known { state, at, shown: true, may_start_itself, doubtful })
+            }
         }
     }
 
@@ -252,6 +263,7 @@ impl Nmt {
             nmt::RESET_NODE | nmt::RESET_COMMUNICATION => 0,
             _ if EXTENSIONS.contains(&specifier) => return,
             _ => {
+                self.garbled = Some(cx.at);
                 return cx.find(
                     Code::Nmt001,
                     None,
@@ -278,6 +290,7 @@ impl Nmt {
                 self.suspects = self.suspects.saturating_sub(u32::from(explained));
             }
             _ => {
+                self.garbled = Some(cx.at);
                 let found = [("found", Quantity::Count(u64::from(node)))];
                 cx.find(Code::Nmt001, None, None, None, Facts::told(1, &found));
             }
@@ -285,7 +298,8 @@ impl Nmt {
     }
 
     /// A frame on NMT's identifier that is not two bytes long.
-    pub fn malformed(&self, len: u8, cx: &mut Context<'_>) {
+    pub fn malformed(&mut self, len: u8, cx: &mut Context<'_>) {
+        self.garbled = Some(cx.at);
         cx.find(Code::Nmt001, None, None, None, Facts::told(2, &[("found", Quantity::Count(u64::from(len)))]));
     }
 
@@ -306,7 +320,11 @@ impl Nmt {
             .switched_on
             .zip(cx.at.t_ns)
             .is_some_and(|(then, now)| (0..POWER_UP_NS).contains(&now.saturating_sub(then)));
-        let explained = standing.resets > 0 || standing.given || activated || powered;
+        let garbled = self.garbled.is_some_and(|garbled| {
+            standing.beat.is_none_or(|beat| beat.no < garbled.no)
+                && since(Some(garbled), cx.at).is_none_or(|age| age < GARBLED_NS)
+        });
+        let explained = standing.resets > 0 || standing.given || activated || powered || garbled;
         let crossed = standing.resets > 0 && since(standing.reset, cx.at).is_some_and(|age| age < SENT_NS);
         let (last, beat) = (standing.boot_up, standing.beat.filter(|_| standing.beats >= RUNNING));
         *standing = Standing {
@@ -347,8 +365,10 @@ impl Nmt {
         }
         let standing = self.nodes.entry(node);
         (standing.present, standing.heard) = (true, cx.at.no);
-        (standing.beats, standing.beat) = (standing.beats.saturating_add(1), Some(cx.at));
-        let allowed = standing.allowed & bit(state) != 0 || standing.resetting;
+        let beat = standing.beat.replace(cx.at);
+        standing.beats = standing.beats.saturating_add(1);
+        let garbled = beat.zip(self.garbled).is_some_and(|(beat, garbled)| beat.no < garbled.no);
+        let allowed = standing.allowed & bit(state) != 0 || standing.resetting || garbled;
         standing.allowed &= !bit(state);
         let before = standing.shown.map(|(before, _)| before);
         self.causal |= before.is_some_and(|before| before != state) && allowed;

@@ -11,16 +11,21 @@ use super::heartbeat::{Heartbeats, PAUSE_NS, Pulse, TWICE_NS};
 use super::nmt::{Nmt, POWER_UP_NS, SWITCHED_ON_NS};
 use super::permitted::Permitted;
 use super::time::Times;
+use super::withheld::raise;
 use crate::cob_id::Role;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{CanId, Frame};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, PerNode};
+use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::services::lss::Command as Lss;
 use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::services::sdo::wire::Side;
+
+/// Frames of a wrong length that are kept at most.
+const MISSHAPEN: usize = 16;
 
 /// How a node shows that it is there (CiA 301, 7.2.8.2.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,6 +71,8 @@ pub struct Nodes {
     /// Until when no node sends anything, since the bit rate is switched (CiA 305); what one sends all the same begins
     /// no train of heartbeats.
     quiet_until_ns: i64,
+    /// Frames of a wrong length of nodes that have not shown yet that they are nodes.
+    misshapen: Vec<Finding>,
 }
 
 impl Nodes {
@@ -83,6 +90,7 @@ impl Nodes {
             before: Pulse::default(),
             silence_ns: 0,
             quiet_until_ns: i64::MIN,
+            misshapen: Vec::new(),
         }
     }
 
@@ -134,6 +142,9 @@ impl Nodes {
     /// With each frame, before it is followed: what nothing has explained by now.
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {
+        if !self.misshapen.is_empty() {
+            self.release_misshapen(cx);
+        }
         self.nmt.settle(self.twins.common(), cx);
         self.permitted.settle(cx);
     }
@@ -183,7 +194,7 @@ impl Nodes {
                 self.heartbeats.commanded(node);
             }
             Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),
-            Message::Malformed { role, flaw: Flaw::Length { .. } } => self.wrong_length(role, frame.len, cx),
+            Message::Malformed { role, flaw: Flaw::Length { .. } } => self.wrong_length(role, frame, cx),
             Message::BootUp { node } => {
                 self.permitted.boot_up(node, cx);
                 self.guarding.restart(node, &self.nmt, cx);
@@ -218,29 +229,78 @@ impl Nodes {
         }
     }
 
-    /// A frame of a service with another length than the service has, where the node or, for TIME, any node of the bus
-    /// has shown that it is one: on other networks these identifiers carry other things.
-    fn wrong_length(&self, role: Role, len: u8, cx: &mut Context<'_>) {
+    /// A frame of a service with another length than the service has. It is said once the node or, for TIME, any node
+    /// of the bus has shown that it is one: on other networks these identifiers carry other things.
+    fn wrong_length(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
         let (code, face, node) = match role {
             Role::Emcy(node) => (Code::Emc006, 0, Some(node)),
             Role::ErrorControl(node) => (Code::Hbt006, 0, Some(node)),
             Role::Time => (Code::Tim001, 2, None),
             _ => return,
         };
-        let present = |node: u8| self.nmt.is_present(node);
-        if node.map_or_else(|| (1..=127).any(present), present) {
-            cx.find(code, node, None, None, Facts::told(face, &[("found", Quantity::Count(u64::from(len)))]));
+        let facts = Facts::told(face, &[("found", Quantity::Count(u64::from(frame.len)))]);
+        if !self.is_present(node) {
+            if self.misshapen.len() < MISSHAPEN {
+                let (at, bus) = (cx.at, cx.bus);
+                self.misshapen.push(Finding { code, at, cause: None, bus, node, object: None, facts });
+            }
+            return;
         }
+        cx.find(code, node, None, None, facts);
+        if let Role::ErrorControl(node) = role {
+            self.misshapen_error_control(node, frame, cx);
+        }
+    }
+
+    /// A boot-up, a heartbeat or a guarding answer of another length than one byte shows all the same that the node is
+    /// there, and by its first byte, if it has one, in which state: that is no second fault.
+    fn misshapen_error_control(&mut self, node: u8, frame: &Frame, cx: &mut Context<'_>) {
+        match frame.payload().first() {
+            Some(0) => {
+                self.permitted.boot_up(node, cx);
+                self.nmt.boot_up(node, self.silence_ns, cx);
+                self.heartbeats.pause(node);
+            }
+            Some(byte) if matches!(byte & 0x7F, STOPPED | OPERATIONAL | PRE_OPERATIONAL) => {
+                let toggle = byte & 0x80 != 0;
+                let answer = self.guarding.is_answer(node, toggle, &self.heartbeats, frame.reference());
+                self.error_control(node, byte & 0x7F, toggle, answer, cx);
+            }
+            _ => {
+                self.guarding.excuse(node);
+                self.heartbeats.alive(node, self.before, cx);
+            }
+        }
+    }
+
+    /// Whether a node, or any, has shown that it is one.
+    fn is_present(&self, node: Option<u8>) -> bool {
+        let present = |node: u8| self.nmt.is_present(node);
+        node.map_or_else(|| (1..=127).any(present), present)
+    }
+
+    /// What was said of frames before their nodes had shown that they are nodes.
+    fn release_misshapen(&mut self, cx: &mut Context<'_>) {
+        let (shown, waiting) =
+            std::mem::take(&mut self.misshapen).into_iter().partition(|finding| self.is_present(finding.node));
+        self.misshapen = waiting;
+        shown.into_iter().for_each(|finding| raise(finding, cx));
     }
 
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
         if toggle && !self.guarding.toggles(node) {
-            if self.heartbeats.is_producer(node) && !self.guarding.is_asked(node, cx.at) {
+            let producer = self.heartbeats.is_producer(node) || self.heartbeats.is_configured(node);
+            if producer && !self.guarding.is_asked(node, cx.at) {
                 return self.heartbeats.bit_7(state | 0x80, node, self.before, cx);
+            }
+            if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
+                // No guarding answer either.
+                self.heartbeats.known_state(node, state, cx);
+                return self.heartbeats.alive(node, self.before, cx);
             }
             self.heartbeats.pause(node);
         }
-        self.guarding.frame(node, toggle, guarding, cx);
+        self.guarding.frame(node, (state, toggle), guarding, cx);
         let period = self.heartbeats.period(node);
         self.permitted.shown(node, state, cx);
         self.nmt.shown(node, state, period, cx);
@@ -299,6 +359,7 @@ impl Nodes {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        self.release_misshapen(cx);
         self.nmt.finish(self.twins.common(), cx);
         self.guarding.finish(&self.nmt, cx);
     }

@@ -239,6 +239,7 @@ pub fn facts(out: &mut Vec<u8>, facts: &Facts) {
         Facts::Acknowledged { ackseq, sent } => {
             put!(out; "{\"reason\":\"acknowledged\",\"ackseq\":", ackseq, ",\"sent\":", sent, "}");
         }
+        Facts::NotResent { ackseq } => put!(out; "{\"reason\":\"not_resent\",\"ackseq\":", ackseq, "}"),
         Facts::BlockSize(size) => put!(out; "{\"reason\":\"block_size\",\"blksize\":", size, "}"),
         Facts::EarlyEnd => put!(out; "{\"reason\":\"early_end\"}"),
         Facts::EndNotConfirmed => put!(out; "{\"reason\":\"end_not_confirmed\"}"),

@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::block::Block;
+use super::judgement::OddExchange;
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::waiting::{Pairing, within};
 use super::wire::{self, Command, Initiate, Mux, Side};
@@ -94,6 +95,7 @@ pub struct Channel {
     /// A request that can be one was seen: from here on there is something to judge.
     pub(super) begun: bool,
     pub(super) withheld: Vec<Finding>,
+    pub(super) odd_exchange: OddExchange,
     pub(super) requests: u64,
     pub(super) responses: u64,
     /// Frames among them that no stack would send: undefined commands, reserved bits.
@@ -147,6 +149,7 @@ impl Channel {
             proven: false,
             begun: false,
             withheld: Vec::new(),
+            odd_exchange: OddExchange::default(),
             requests: 0,
             responses: 0,
             odd: 0,
@@ -156,6 +159,14 @@ impl Channel {
             twice: false,
             scanned: false,
             once: VecDeque::new(),
+        }
+    }
+
+    /// The capture has run for `heard_ns` without a frame of the channel: what comes first does not belong to what came
+    /// before the capture.
+    pub fn idle_for(&mut self, heard_ns: i64) {
+        if heard_ns > UNANSWERED_NS {
+            self.pairing.first = Some(u64::MAX);
         }
     }
 
@@ -236,6 +247,8 @@ impl Channel {
             transfer: None,
             what: What::Note(Note::RequestNotCaptured),
         });
+        let half = if side == Side::Client { self.answer_edge(half, cx) } else { half };
+        self.step.command = half.command;
         self.plausible = self.plausible.saturating_add(u64::from(strict_initiate(&half)));
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
         self.odd = self.odd.saturating_add(u64::from(odd));
@@ -243,10 +256,12 @@ impl Channel {
             // What was odd may have been block data of a transfer that began before the capture.
             self.odd = 0;
         }
-        if half.command.is_initiate() && strict_initiate(&half) && self.first.is_some_and(|first| first != half.at) {
+        let later = self.first != Some(half.at) || self.pairing.first.is_some_and(|first| first != half.at.no);
+        if half.command.is_initiate() && strict_initiate(&half) && later {
             self.begun = true;
         }
         let before = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
+        self.note_unreadable(side, &half);
         match side {
             Side::Client => {
                 self.client(half, cx);
@@ -300,6 +315,7 @@ impl Channel {
     pub(super) fn decode(&self, side: Side, bytes: [u8; 8], len: u8) -> Command {
         if let Phase::Block(block) = &self.phase
             && self.sends_data(side)
+            && len > 0
         {
             return self.decode_in_block(block, side, bytes);
         }
@@ -403,6 +419,7 @@ impl Channel {
         self.own = true;
         self.pairing = Pairing::default();
         self.held_ack = None;
+        self.odd_exchange = OddExchange::default();
         self.phase = Phase::Idle;
         self.outside = if reset { Outside::Said } else { Outside::Uncaptured };
         if !reset {
@@ -421,6 +438,7 @@ impl Channel {
     /// The capture is over: what is still open is incomplete, and what was withheld is said once.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.own = false;
+        self.answer_only_request(cx);
         self.settle_held_at_end(cx);
         self.settle(cx);
         let aged = |from: FrameRef| match (from.t_ns, cx.at.t_ns) {

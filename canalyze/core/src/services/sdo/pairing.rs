@@ -54,7 +54,6 @@ impl Channel {
         if matches!(self.phase, Phase::Block(_)) && self.block_client(&half, cx) {
             return;
         }
-        self.answer_edge(&half, cx);
         if self.pairing.pending.is_some() && self.supersede(&half, cx) {
             return;
         }
