@@ -156,10 +156,10 @@ def test_a_channel_that_begins_late_in_the_capture_has_no_edge() -> None:
 def test_segments_that_were_not_acknowledged_and_not_sent_again(number: int) -> None:
     for name in ("block upload", "block download"):
         frames = amid(TRANSFERS[name])
-        at = [at for at, frame in enumerate(frames) if frame.data[:3] == b"\xa2\x04\x04"][0]
+        at = next(at for at, frame in enumerate(frames) if frame.data[:3] == b"\xa2\x04\x04")
         said = analyze(log_text(with_data(frames, at, bytes([0xA2, number, 4]).ljust(8, b"\0"))))
         assert only(said, "SDO012", frame=at + 1), said.complaint()
-        last = [at for at, frame in enumerate(frames) if frame.data[:3] == b"\xa2\x02\x04"][0]
+        last = next(at for at, frame in enumerate(frames) if frame.data[:3] == b"\xa2\x02\x04")
         said = analyze(log_text(with_data(frames, last, bytes([0xA2, 1, 4]).ljust(8, b"\0"))))
         assert only(said, "SDO012"), said.complaint()
 
