@@ -50,6 +50,8 @@ pub enum Taken {
 pub struct Acked {
     /// Part of the sub-block will be sent again.
     pub retransmission: bool,
+    /// The segment after which the acknowledgement of the sub-block before this one is missing.
+    pub missing: Option<FrameRef>,
     /// A violation, and the earlier frame it is about.
     pub fault: Option<(Facts, Option<FrameRef>)>,
 }
@@ -317,6 +319,16 @@ impl Block {
     /// The receiver's acknowledgement.
     pub fn ack(&mut self, transfer: &mut Transfer, at: FrameRef, ackseq: u8, blksize: u8) -> Acked {
         let mut acked = Acked::default();
+        let of_next = |ahead: &SubBlock| {
+            ahead.last_at.is_some() && usize::from(ackseq) == ahead.segments.len() && ahead.is_complete(self.blksize)
+        };
+        if self.owes_ack()
+            && usize::from(ackseq) < self.current.segments.len()
+            && self.ahead.as_ref().is_some_and(of_next)
+        {
+            acked.missing = self.due_since;
+            self.settle_whole(transfer);
+        }
         let whole = self.owes_ack();
         let current = std::mem::take(&mut self.current);
         let in_sequence = current.segments.len() as u8;

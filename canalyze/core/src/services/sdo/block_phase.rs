@@ -304,7 +304,11 @@ impl Channel {
         if acked.retransmission {
             transfer.retransmissions = transfer.retransmissions.saturating_add(1);
         }
+        let missing = acked.missing;
         let (finished, end, not_resent) = (block.is_finished(), block.end, block.take_not_resent());
+        if let Some(due_since) = missing {
+            self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
+        }
         if let Some((ack, ackseq)) = not_resent {
             self.find(Code::Sdo012, ack, Facts::NotResent { ackseq }, cx);
         }
