@@ -12,9 +12,10 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 import pytest
-from captures import SAMPLES, CanFrame, Row, analyze, console_text, examples, log_text, spaced
+from captures import SAMPLES, CanFrame, Row, analyze, console_text, examples, log_text, read_log, spaced
 from sdo_reading import ReadTransfer, comparable_row, read_transfers
 from sdo_wire import (
     Channel,
@@ -71,6 +72,22 @@ ABORTED: dict[str, list[CanFrame]] = {
         NODE.server(abort(0x2004, 0, 0x06070012)),
     ],
     "by the client, in a block": [*block_upload(NODE, 0x2004, 0, NAME)[:7], NODE.client(abort(0, 0, 0x05040005))],
+    "refused, and repeated at once": [
+        frame
+        for value in (b"\1\2", b"\3\4")
+        for frame in (expedited_download(NODE, 0x2001, 0, value)[0], NODE.server(abort(0x2001, 0, 0x08000022)))
+    ]
+    + expedited_download(NODE, 0x2001, 0, b"\3\4"),
+    "refused again and again": [
+        frame
+        for _ in range(4)
+        for frame in (expedited_upload(NODE, 0x2001, 0, b"\1")[0], NODE.server(abort(0x2001, 0, 0x06020000)))
+    ],
+    "refused, then another of the same object": [
+        expedited_upload(NODE, 0x2004, 0, b"\1")[0],
+        NODE.server(abort(0x2004, 0, 0x08000022)),
+        *segmented_upload(NODE, 0x2004, 0, NAME),
+    ],
     "by the server, at the end of a block": [
         *block_download(NODE, 0x2004, 0, NAME)[:-1],
         NODE.server(abort(0x2004, 0, 0x06070012)),
@@ -182,6 +199,37 @@ def test_the_very_first_request_late(name: str) -> None:
     """The capture begins with an answer: its request may follow or was never captured, but it is no fault."""
     session = SESSIONS[name]
     said = analyze(with_stamps(displaced(session, may_be_late(session)[:1])))
+    assert not said.above_info(), said.complaint()
+
+
+def answered_slowly(frames: Iterable[CanFrame]) -> bytes:
+    """Stamps by a client that is quicker than its server."""
+    stamps = 1_700_000_000_000_000
+    spread = []
+    for frame in frames:
+        stamps += 60 if is_client(frame) else 700
+        spread.append(replace(frame, t_us=stamps))
+    return log_text(spread)
+
+
+@pytest.mark.parametrize("name", ["the same object again and again", "written and read in turn"])
+def test_late_requests_of_a_quick_client(name: str) -> None:
+    """A response, and its request listed later than the next answer takes."""
+    whole = [*PROLOGUE, *SESSIONS[name], *EPILOGUE]
+    wanted = [essence(transfer) for transfer in read_transfers(whole)]
+    for late in [own_late(SESSIONS[name]), *random_subsets(own_late(SESSIONS[name]), 10)]:
+        stamps = [frame.t_us for frame in read_log(answered_slowly(whole))]
+        moved = [replace(frame, t_us=t_us) for frame, t_us in zip(displaced(whole, late), stamps, strict=True)]
+        judge(log_text(moved), wanted, f"late: {[at + 1 for at in late]}")
+
+
+@pytest.mark.parametrize("write", WRITERS, ids=lambda write: write.__name__)
+@pytest.mark.parametrize("name", [*SESSIONS, *ABORTED])
+def test_all_requests_late_from_the_very_first_on(name: str, write: Writer) -> None:
+    """Whose the first answers are cannot be known where they are of one object: nothing is said of them."""
+    session = (SESSIONS | ABORTED)[name]
+    whole = [*session, *EPILOGUE]
+    said = analyze(write(displaced(whole, may_be_late(whole))))
     assert not said.above_info(), said.complaint()
 
 

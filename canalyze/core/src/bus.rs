@@ -31,6 +31,8 @@ use crate::services::sdo::wire::{Command, Mux, Side};
 const RESETS: [u8; 2] = [0x81, 0x82];
 /// Further SDO channels kept apart at most (invariant 6).
 const CHANNELS: usize = 1024;
+/// Servers looked for in vain, from which on somebody scans the bus.
+const SCANNED: usize = 8;
 
 /// The state of one bus.
 #[derive(Debug)]
@@ -42,6 +44,8 @@ pub struct Bus {
     /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
     checks: Checks,
+    /// Time of the first frame, or of the first since frames were lost, in ns.
+    began_ns: Option<i64>,
 }
 
 impl Bus {
@@ -68,7 +72,7 @@ impl Bus {
         }
         let roles = Roles::compile(&network, name, &nodes);
         let checks = Checks::new(&network, &nodes);
-        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), checks }
+        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), checks, began_ns: None }
     }
 
     /// The SYNC cycle that runs; 0 before the first.
@@ -105,6 +109,7 @@ impl Bus {
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
     /// from it.
     pub fn step(&mut self, frame: &Frame, cx: &mut Context<'_>) {
+        self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
         let data = frame.kind != Kind::Remote && frame.kind != Kind::Error;
         match role {
@@ -127,17 +132,20 @@ impl Bus {
             return self.message(Role::Foreign, frame, cx);
         }
         let nodes = &self.nodes;
+        let heard_ns = frame.t_ns.zip(self.began_ns).map_or(0, |(now, began)| now.saturating_sub(began));
         let channel = self.channels.entry(key).or_insert_with(|| {
             let mut channel = Box::new(Channel::new(frame.bus, node, key.1));
+            channel.idle_for(heard_ns);
             channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
             channel
         });
         let before = cx.events.len();
+        channel.twice = self.checks.every_frame_twice();
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
         if key.1.is_none() {
             let object = match cx.events.get(before).map(|event| &event.what) {
-                Some(What::Sdo(step)) => step.mux,
+                Some(What::Sdo(step)) => step.mux.or(step.command.mux()),
                 _ => None,
             };
             self.checks.sdo(side, node, object, cx);
@@ -341,6 +349,7 @@ impl Bus {
     /// What was open is over: one node (or all) was reset, or frames of the bus were lost.
     pub fn lost(&mut self, node: Option<u8>, reset: bool, cx: &mut Context<'_>) {
         if !reset {
+            self.began_ns = None;
             self.checks.lost(cx);
             self.doubt(cx.at.no);
         }
@@ -367,7 +376,10 @@ impl Bus {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        // Who asks for all node-IDs does not expect that all answer.
+        let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
         for channel in self.channels.values_mut() {
+            channel.scanned = scanned && channel.is_probed();
             channel.finish(cx);
         }
         self.checks.finish(&self.nodes, cx);

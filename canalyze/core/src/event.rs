@@ -175,6 +175,8 @@ pub enum Place {
     OutOfSequence(u8),
     /// It belongs to no transfer.
     Outside,
+    /// The frame before, captured a second time.
+    Twin,
 }
 
 /// What becomes known later.

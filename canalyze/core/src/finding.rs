@@ -403,6 +403,11 @@ pub enum Facts {
         /// The last segment sent.
         sent: u8,
     },
+    /// Segments after the acknowledged ones were not sent again.
+    NotResent {
+        /// ackseq.
+        ackseq: u8,
+    },
     /// A block size out of 1..=127.
     BlockSize(u8),
     /// The end of a block transfer came before its last segment was acknowledged.

@@ -1,4 +1,5 @@
-//! Whether a node is what its description says: what SDO transfers show, against the EDS or DCF.
+//! Whether a node is what its description says: what SDO transfers show, against the EDS or DCF. Of a node without one,
+//! only the lengths of what CiA 301 gives a data type are judged.
 //!
 //! Only what both sides took as done is judged, before the bus takes the value. What differs may be the description's
 //! fault as well as the device's: a finding says that they disagree, not who is right.
@@ -10,7 +11,7 @@ use crate::context::Context;
 use crate::dictionary::Object;
 use crate::finding::{Code, Facts, Quantity};
 use crate::node::{Node, PerNode};
-use crate::od::DataType;
+use crate::od::{self, DataType};
 use crate::services::sdo::transfer::{Direction, Mode, Transfer};
 use crate::services::sdo::wire::Mux;
 
@@ -30,11 +31,16 @@ pub struct Descriptions {
 impl Descriptions {
     /// A transfer that both sides took as done, before its value is taken.
     pub fn judge(&mut self, node: Option<&Node>, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
-        let Some(node) = node else { return };
-        let Some(description) = node.configuration.description() else { return };
+        let described = node.and_then(|node| Some((node, node.configuration.description()?)));
+        let Some((node, description)) = described else {
+            if let Some(code) = standard_type(mux) {
+                length(code, transfer, mux, cx);
+            }
+            return;
+        };
         match description.get(mux.index, mux.sub) {
             Some(object) => {
-                length(object, transfer, mux, cx);
+                length(object.data_type, transfer, mux, cx);
                 access(object, transfer, mux, cx);
             }
             None if mux.index >= OBJECTS && mux.sub != STRUCTURE && self.first(node.id(), mux) => {
@@ -97,15 +103,26 @@ fn identity(mux: Mux) -> bool {
     matches!((mux.index, mux.sub), (0x1000, 0) | (0x1018, 1 | 2))
 }
 
+/// The code of the data type that an object of the communication profile has in every device (CiA 301, 7.5.2).
+fn standard_type(mux: Mux) -> Option<u16> {
+    let of_every_device = matches!(mux.index, 0x1000..=0x101F | 0x1400..=0x1BFF);
+    match od::data_type(mux.index, mux.sub).filter(|_| of_every_device)? {
+        DataType::Unsigned8 => Some(0x05),
+        DataType::Unsigned16 => Some(0x06),
+        DataType::Unsigned32 => Some(0x07),
+        _ => None,
+    }
+}
+
 /// The length of a number. What an expedited transfer without size carries is not known; strings have any length.
-fn length(object: &Object, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
+fn length(data_type: u16, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
     let unsized_value = transfer.mode == Mode::Expedited && transfer.size_indicated.is_none();
-    let size = DataType::from_code(object.data_type).and_then(DataType::size);
+    let size = DataType::from_code(data_type).and_then(DataType::size);
     let Some(size) = size.map(|size| size as u64).filter(|_| !unsized_value) else { return };
     if transfer.size != size {
         let measured = [
             ("found", Quantity::Count(transfer.size)),
-            ("type", Quantity::Type(object.data_type)),
+            ("type", Quantity::Type(data_type)),
             ("length", Quantity::Count(size)),
         ];
         let upload = transfer.direction == Direction::Upload;

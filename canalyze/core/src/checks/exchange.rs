@@ -136,6 +136,8 @@ pub struct Asked {
     pub at: FrameRef,
     /// Answers owed: more than one where the master has repeated it.
     pub owed: u32,
+    /// Somebody has answered it, or the one before that it repeats.
+    pub answered: bool,
     /// Its unused bytes are 0.
     pub plain: bool,
     /// A slave is known to be in the configuration state.
@@ -179,7 +181,8 @@ impl Exchanges {
     pub fn open(&mut self, exchange: Exchange, request: Asked) {
         if let Some(slot) = self.asked.get_mut(exchange as usize) {
             let before = slot.map_or(0, |before| before.owed);
-            *slot = Some(Asked { owed: before.saturating_add(1), ..request });
+            let again = slot.is_some_and(|before| before.at.no + 2 >= request.at.no && before.answered);
+            *slot = Some(Asked { owed: before.saturating_add(1), answered: again, ..request });
         }
     }
 
@@ -200,6 +203,7 @@ impl Exchanges {
     pub fn answered(&mut self, exchange: Exchange) -> Option<Asked> {
         let asked = self.asked.get_mut(exchange as usize)?.as_mut()?;
         asked.owed = asked.owed.saturating_sub(1);
+        asked.answered = true;
         if exchange.is_shared() {
             asked.owed = 0;
         }
@@ -240,6 +244,24 @@ impl Exchanges {
     pub fn give_up(&mut self, exchange: Exchange) -> Option<Asked> {
         let asked = self.asked.get_mut(exchange as usize)?.as_mut()?;
         (asked.owed > 0 && !asked.settled).then(|| settled(asked, exchange).1)
+    }
+
+    /// A request to a selected slave, after which the master has gone on with the frame `next` though nobody had
+    /// answered.
+    pub fn overtaken(&mut self, next: FrameRef) -> Option<(Exchange, Asked)> {
+        OWING.iter().filter(|exchange| exchange.configures()).find_map(|exchange| {
+            let asked = self.asked.get_mut(*exchange as usize)?.as_mut()?;
+            let open = asked.owed > 0 && !asked.answered && !asked.settled && asked.certain;
+            let later = asked.at.no < next.no && !close(asked.at, next);
+            (open && later).then(|| settled(asked, *exchange))
+        })
+    }
+
+    /// Somebody has answered something that cannot be read: it may be what is owed.
+    pub fn excuse(&mut self) {
+        for asked in self.asked.iter_mut().flatten().filter(|asked| asked.owed > 0) {
+            asked.answered = true;
+        }
     }
 
     /// Nothing is owed any more: slaves were reset, or change their bit rate.

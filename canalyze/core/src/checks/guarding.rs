@@ -22,6 +22,8 @@ const UNANSWERED_NS: i64 = 1_000_000_000;
 const SLOW_NS: i64 = 50_000_000;
 /// Two frames closer than this may be one that was captured twice, in ns.
 const TWICE_NS: i64 = 5_000_000;
+/// So many frames in a row with the same toggle bit are no answers, but for those before them.
+const SAME: u8 = 3;
 /// So many frames that nobody asked for are heartbeats of a guarded node.
 const UNASKED: u8 = 3;
 
@@ -29,6 +31,10 @@ const UNASKED: u8 = 3;
 struct Guarded {
     /// Requests in the capture.
     requests: u64,
+    /// The only frame with toggle bit 1, and its byte, until there is a second.
+    lone: Option<(FrameRef, u8)>,
+    /// Frames without it in a row after that one and the next, and the first of them.
+    same: Option<(u8, FrameRef)>,
     /// The last request, until its answer.
     request: Option<FrameRef>,
     /// An answer came just before it, which may have been its own.
@@ -123,8 +129,22 @@ impl Guarding {
     }
 
     /// A node's answer, or a heartbeat of a node that may be guarded.
-    pub fn frame(&mut self, node: u8, toggle: bool, answer: bool, cx: &mut Context<'_>) {
+    pub fn frame(&mut self, node: u8, (state, toggle): (u8, bool), answer: bool, cx: &mut Context<'_>) {
         let guarded = self.nodes.entry(node);
+        if toggle {
+            guarded.lone = Some((cx.at, state | 0x80)).filter(|_| !guarded.toggles);
+            if let Some((_, first)) = guarded.same.take() {
+                tell(node, false, first, cx);
+                guarded.toggle = None;
+            }
+        } else if guarded.is_no_answer(cx.at) {
+            let (count, first) = guarded.same.map_or((1, cx.at), |(count, first)| (count + 1, first));
+            guarded.same = Some((count, first));
+            if count >= SAME {
+                guarded.was_heartbeat(node, cx);
+            }
+            return;
+        }
         guarded.toggles |= toggle;
         let twice = since(guarded.answer, cx.at).is_some_and(|gap| (0..TWICE_NS).contains(&gap));
         if twice && guarded.request.is_none() && guarded.toggle == Some(toggle) {
@@ -144,6 +164,13 @@ impl Guarding {
         }
     }
 
+    /// An answer that says nothing.
+    pub fn excuse(&mut self, node: u8) {
+        if let Some(guarded) = self.nodes.get_mut(node) {
+            (guarded.request, guarded.toggle) = (None, None);
+        }
+    }
+
     /// The node is reset, or has booted: its toggle bit starts anew.
     pub fn restart(&mut self, node: u8, nmt: &Nmt, cx: &mut Context<'_>) {
         for (id, guarded) in self.nodes.iter_mut() {
@@ -155,7 +182,7 @@ impl Guarding {
                     guarded.unanswered(id, request, nmt, cx);
                 }
                 (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
-                (guarded.silent, guarded.unasked) = (false, 0);
+                (guarded.silent, guarded.unasked, guarded.lone, guarded.same) = (false, 0, None, None);
             }
         }
     }
@@ -166,6 +193,7 @@ impl Guarding {
             (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
             // By now it may send heartbeats instead.
             (guarded.toggles, guarded.requests, guarded.unasked) = (false, 0, 0);
+            (guarded.lone, guarded.same) = (None, None);
         }
     }
 
@@ -206,6 +234,21 @@ impl Guarded {
         self.request.is_some_and(|asked| since(Some(asked), at).is_none_or(|age| age <= ANSWER_NS))
     }
 
+    /// Whether nobody asks, and after one frame with toggle bit 1 two or more come without.
+    fn is_no_answer(&self, at: FrameRef) -> bool {
+        let twice = since(self.answer, at).is_some_and(|gap| gap < TWICE_NS);
+        self.requests == 0 && self.lone.is_some() && self.toggle == Some(false) && !twice
+    }
+
+    /// The frame with bit 7 was a heartbeat after all.
+    fn was_heartbeat(&mut self, node: u8, cx: &mut Context<'_>) {
+        if let Some((at, byte)) = self.lone.take() {
+            let facts = Facts::told(1, &[("found", Quantity::Hex2(byte))]);
+            cx.find_at(at, Code::Hbt003, Some(node), None, facts);
+        }
+        (self.toggles, self.toggle, self.ahead, self.answer, self.same) = (false, None, None, None, None);
+    }
+
     fn answered(&mut self, node: u8, toggle: bool, cx: &mut Context<'_>) {
         self.answer_at(node, toggle, cx.at, cx);
     }
@@ -216,10 +259,7 @@ impl Guarded {
         if self.toggle == Some(toggle) && !twice {
             // The node may go on either way: the next answer is free.
             self.toggle = None;
-            let facts =
-                [("found", Quantity::Count(u64::from(toggle))), ("expected", Quantity::Count(u64::from(!toggle)))];
-            let cause = Some(at).filter(|at| at.no != cx.at.no);
-            return cx.find(Code::Grd001, Some(node), None, cause, Facts::told(0, &facts));
+            return tell(node, toggle, at, cx);
         }
         self.toggle = Some(toggle);
     }
@@ -253,6 +293,12 @@ impl Guarded {
             cx.find(Code::Grd003, Some(node), None, Some(frame), Facts::told(0, &[]));
         }
     }
+}
+
+/// A toggle bit that did not alternate.
+fn tell(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
+    let facts = [("found", Quantity::Count(u64::from(toggle))), ("expected", Quantity::Count(u64::from(!toggle)))];
+    cx.find_at(at, Code::Grd001, Some(node), None, Facts::told(0, &facts));
 }
 
 /// Whether a request may be that of the frame captured before it.

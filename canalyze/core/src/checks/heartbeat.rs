@@ -24,7 +24,7 @@ const RATE: usize = 6;
 /// Least tolerance of a period in ns: what hosts and small controllers are late by now and then.
 const LEAST_SLACK_NS: i64 = 20_000_000;
 /// A bus silent for this long was not recorded, whoever else might have spoken.
-const PAUSE_NS: i64 = 10_000_000_000;
+pub(super) const PAUSE_NS: i64 = 10_000_000_000;
 /// A silence of so many mean gaps between frames concerns the whole bus.
 const UNUSUAL: i64 = 10;
 /// Gaps that alternate differ by more than this: below, a loaded host's stamps do the same.
@@ -56,6 +56,8 @@ struct Producer {
     lost: bool,
     /// By how much gaps have lately differed from the period, in ns: what the stamps are worth.
     wobble: i64,
+    /// Nothing was judged yet since it is watched anew.
+    fresh: bool,
     /// The next gap is not judged: it was lost, the bus was silent, or it has just been late.
     excused: bool,
     /// Changes of state in a row, each to the state before.
@@ -79,6 +81,7 @@ impl Default for Producer {
             deadline: i64::MAX,
             lost: false,
             wobble: 0,
+            fresh: false,
             excused: false,
             alternations: 0,
             before: None,
@@ -166,6 +169,11 @@ impl Heartbeats {
         self.producers.get(node).is_some_and(|producer| producer.learnt.is_some())
     }
 
+    /// Whether 1017h is known to be other than 0: the node sends heartbeats.
+    pub fn is_configured(&self, node: u8) -> bool {
+        self.producers.get(node).is_some_and(|producer| producer.configured.is_some_and(|period| period > 0))
+    }
+
     /// What is known of 1016h and 1017h of the bus's nodes, after a change.
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
         let mut consumers = [None; 128];
@@ -219,6 +227,11 @@ impl Heartbeats {
     /// It is a heartbeat all the same, but its state counts for nothing.
     pub fn bit_7(&mut self, byte: u8, node: u8, pulse: Pulse, cx: &mut Context<'_>) {
         cx.find(Code::Hbt003, Some(node), None, None, Facts::told(1, &[("found", Quantity::Hex2(byte))]));
+        self.alive(node, pulse, cx);
+    }
+
+    /// A heartbeat whose state counts for nothing.
+    pub fn alive(&mut self, node: u8, pulse: Pulse, cx: &mut Context<'_>) {
         if let Some(state) = self.producers.get(node).and_then(|producer| producer.state) {
             self.beat(node, state, pulse, cx);
         }
@@ -270,6 +283,7 @@ impl Heartbeats {
         let Some(last_ns) = producer.last_ns.replace(now) else { return producer.await_next(slack_ns, &mut self.next) };
         let gap = now.saturating_sub(last_ns);
         let excused = std::mem::take(&mut producer.excused) | std::mem::take(&mut producer.lost);
+        let fresh = std::mem::take(&mut producer.fresh);
         if gap <= 0 {
             producer.gaps.clear();
         } else if let Some(period) = producer.period()
@@ -290,7 +304,8 @@ impl Heartbeats {
             if !stalled {
                 producer.learn(node, gap, last, cx);
             }
-            producer.excused = true;
+            // The gap after a change is no excuse for the next.
+            producer.excused = !fresh;
         } else if changed || excused {
             producer.gaps.clear();
         } else {
@@ -389,7 +404,7 @@ impl Producer {
     fn restart(&mut self) {
         self.gaps.clear();
         (self.learnt, self.deadline) = (None, i64::MAX);
-        (self.lost, self.excused, self.doubled) = (false, true, false);
+        (self.lost, self.excused, self.doubled, self.fresh) = (false, true, false, true);
     }
 
     fn period(&self) -> Option<i64> {

@@ -25,6 +25,8 @@ const RESETS: [u8; 2] = [0x81, 0x82];
 const PATIENCE_NS: i64 = 5_000_000_000;
 /// How long after the return to waiting a bit timing may still be activated, in ns: masters do it at once.
 const ACTIVATION_NS: i64 = 500_000_000;
+/// So many frames as LSS has them, for each that is not, are LSS.
+const PLAIN: usize = 3;
 /// Frames that were already under way, and clocks that differ, at either end of the silence: at least 10 ms.
 const GRACE_NS: i64 = 10_000_000;
 
@@ -92,6 +94,14 @@ pub struct Lss {
     silence: Option<Silence>,
     scan: Fastscan,
     node_ids: NodeIds,
+    /// The last frame of the master that could not be read, until an answer that has no other request.
+    odd_request: Option<FrameRef>,
+    /// The last frame of the master.
+    last: Option<FrameRef>,
+    /// Frames that LSS knows, with their unused bytes 0.
+    plain: usize,
+    /// A slave's is among them.
+    answered: bool,
     /// When something becomes due, in ns.
     due_ns: i64,
 }
@@ -113,6 +123,10 @@ impl Default for Lss {
             silence: None,
             scan: Fastscan::default(),
             node_ids: NodeIds::default(),
+            odd_request: None,
+            last: None,
+            plain: 0,
+            answered: false,
             due_ns: i64::MAX,
         }
     }
@@ -133,19 +147,23 @@ impl Lss {
             Message::Lss { from_master, command } => {
                 self.first.get_or_insert(cx.at);
                 let plain = is_plain(from_master, frame.payload());
+                let plain_command = plain && !matches!(command, Command::Unknown(_));
+                self.plain += usize::from(plain_command);
+                self.answered |= plain_command && !from_master;
                 if from_master { self.master(command, plain, nodes, cx) } else { self.slave(command, plain, nodes, cx) }
             }
-            Message::Malformed { role: Role::LssRequest | Role::LssResponse, flaw: Flaw::Length { .. } } => {
+            Message::Malformed { role: role @ (Role::LssRequest | Role::LssResponse), flaw: Flaw::Length { .. } } => {
                 self.first.get_or_insert(cx.at);
+                self.unreadable(matches!(role, Role::LssRequest), cx.at);
                 let facts = Facts::told(2, &[("length", Quantity::Count(frame.len.into()))]);
                 self.findings.find(Code::Lss001, None, None, facts, cx);
             }
             Message::Nmt { command, node } if RESETS.contains(&command) => {
-                self.restarted();
+                self.restarted(cx);
                 self.node_ids.reset(command, node, cx.at);
             }
             Message::BootUp { node } => {
-                self.restarted();
+                self.restarted(cx);
                 if let Some((from, since)) = self.node_ids.booted(node, cx.at, &mut self.findings, cx) {
                     cx.push(Some(since), Some(node), What::Note(Note::NodeIdChanged { from, to: node }));
                     moved = Some((from, node));
@@ -212,6 +230,9 @@ impl Lss {
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         let over = self.scan.give_up();
         self.scanned(over, cx);
+        if self.answered && self.plain >= PLAIN && self.findings.waiting() * PLAIN <= self.plain {
+            self.findings.show(cx);
+        }
         if let Some(first) = self.first {
             self.findings.finish(Code::Lss012, Code::Lss030, first, cx);
         }
@@ -219,6 +240,7 @@ impl Lss {
 
     fn master(&mut self, command: Command, plain: bool, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         let exchange = Exchange::asked_by(command);
+        self.last = Some(cx.at);
         let (own, others) = self.exchanges.settle(exchange, cx.at);
         for early in others {
             self.unexplained(early, cx);
@@ -237,7 +259,7 @@ impl Lss {
         self.told(command, cx);
         if let Some(exchange) = exchange {
             let certain = matches!(self.selected, Selected::Slaves(_)) && !proving;
-            let open = Asked { at: cx.at, owed: 1, plain, certain, settled: unselected || proving };
+            let open = Asked { at: cx.at, owed: 1, answered: false, plain, certain, settled: unselected || proving };
             self.exchanges.open(exchange, open);
             for early in own {
                 self.answered(exchange, early.command, early.plain, early.at, nodes, cx);
@@ -249,6 +271,7 @@ impl Lss {
     fn told(&mut self, command: Command, cx: &mut Context<'_>) {
         match command {
             Command::Unknown(found) => {
+                self.unreadable(true, cx.at);
                 let facts = Facts::told(0, &[("command", Quantity::Hex2(found))]);
                 self.findings.find(Code::Lss001, None, None, facts, cx);
             }
@@ -360,6 +383,7 @@ impl Lss {
 
     fn slave(&mut self, command: Command, plain: bool, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if let Command::Unknown(found) = command {
+            self.unreadable(false, cx.at);
             let facts = Facts::told(1, &[("command", Quantity::Hex2(found))]);
             return self.findings.find(Code::Lss001, None, None, facts, cx);
         }
@@ -388,8 +412,14 @@ impl Lss {
         if exchange.configures() {
             let over = self.scan.proven(cx.at);
             self.scanned(over, cx);
-            if self.selected == Selected::Nobody {
+            let unknown = self.selected == Selected::Unknown;
+            if unknown || self.selected == Selected::Nobody {
                 self.selected = Selected::Unknown;
+                let asked = self.exchanges.give_up(Exchange::Selective);
+                if let Some(asked) = asked.filter(|asked| unknown && !asked.answered) {
+                    // There is one that does what selected slaves do: it was selected, and did not say so.
+                    self.silent(Exchange::Selective, asked, cx);
+                }
             }
         }
         match command {
@@ -475,7 +505,10 @@ impl Lss {
     }
 
     /// A node was reset or has booted up: it is in the waiting state, and whether others are not is not known.
-    fn restarted(&mut self) {
+    fn restarted(&mut self, cx: &mut Context<'_>) {
+        while let Some((exchange, asked)) = self.last.and_then(|last| self.exchanges.overtaken(last)) {
+            self.silent(exchange, asked, cx);
+        }
         if self.selected != Selected::Nobody {
             self.selected = Selected::Unknown;
         }
@@ -483,8 +516,24 @@ impl Lss {
         self.exchanges.forgive();
     }
 
+    /// A frame that cannot be read stands for the request, or the answer, that it should have been.
+    fn unreadable(&mut self, request: bool, at: FrameRef) {
+        if request {
+            self.odd_request = Some(at);
+            self.due_part = None;
+        } else {
+            self.exchanges.excuse();
+            if self.selected == Selected::Nobody {
+                self.selected = Selected::Unknown;
+            }
+        }
+    }
+
     /// An answer that no request explains.
     fn unexplained(&mut self, early: Early, cx: &mut Context<'_>) {
+        if self.odd_request.take().is_some_and(|request| request.no < early.at.no) {
+            return;
+        }
         let cause = (early.at.no != cx.at.no).then_some(early.at);
         let command = [("command", Quantity::Lss(early.exchange.answer()))];
         if !self.exchanges.is_recent(early.exchange, early.at) {
@@ -519,6 +568,12 @@ impl Lss {
             let facts = Facts::told(1, &[("command", command), ("limit", limit)]);
             self.findings.find(Code::Lss012, None, cause, facts, cx);
         }
+    }
+
+    /// A selected slave has not answered before the master went on.
+    fn silent(&mut self, exchange: Exchange, asked: Asked, cx: &mut Context<'_>) {
+        let facts = Facts::told(1, &[("command", Quantity::Lss(exchange.specifier()))]);
+        self.findings.find(Code::Lss009, None, Some(asked.at), facts, cx);
     }
 
     fn schedule(&mut self) {

@@ -44,7 +44,7 @@ use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
 use crate::services::lss::Command;
 use crate::services::pdo;
-use crate::services::sdo::transfer::{Direction, Transfer};
+use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
 
 use description::Descriptions;
@@ -140,6 +140,11 @@ impl Checks {
         self.sync.cycle()
     }
 
+    /// Whether the capture shows most of its frames twice, as of two adapters on one bus.
+    pub fn every_frame_twice(&self) -> bool {
+        self.nodes.every_frame_twice()
+    }
+
     /// The least synchronous window in force, in ns; `None` where there is none or none is known.
     pub fn sync_window_ns(&self) -> Option<i64> {
         self.sync.least_window_ns()
@@ -181,8 +186,12 @@ impl Checks {
         if let Some(now_ns) = frame.t_ns {
             self.pass(now_ns, true, cx);
             self.pdo_timing.seen(now_ns);
+            self.sync.see_grain(now_ns);
         }
         self.nodes.heard(frame);
+        if self.nodes.paused() {
+            self.srdos.interrupt(cx.at.no, false);
+        }
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
@@ -206,6 +215,11 @@ impl Checks {
     /// An SDO transfer has ended, however.
     pub fn ended(&mut self, transfer: &Transfer, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         let node = transfer.node;
+        if let (Direction::Download, Status::Failed | Status::Incomplete, Some(mux)) =
+            (transfer.direction, transfer.status, transfer.mux)
+        {
+            self.pdo_configuration.doubt(node, mux);
+        }
         self.drives.transfer(transfer, nodes.get(node), self.nodes.state(node), cx);
     }
 
@@ -217,7 +231,7 @@ impl Checks {
 
     /// What the same frame has shown.
     pub fn shown(&self, seen: &Seen, cx: &mut Context<'_>) {
-        self.srdos.judge(seen, cx);
+        self.srdos.judge(seen, self.nodes.paused(), cx);
     }
 
     /// An SDO frame of a default channel, with the object it is about.
@@ -249,7 +263,9 @@ impl Checks {
         match known {
             Some(pdo) => {
                 self.pdo_configuration.used(node, pdo, frame, cx);
-                self.pdo_timing.sent(node, pdo, frame, cx);
+                if !self.nodes.is_twin() {
+                    self.pdo_timing.sent(node, pdo, frame, cx);
+                }
             }
             None => self.pdo_configuration.sent(node, transmit, number, frame.id),
         }
@@ -310,6 +326,9 @@ impl Checks {
         if matches!(message, Message::Lss { command: Command::ActivateBitTiming { .. }, .. }) {
             self.pdo_timing.forget(None);
             self.sync.lost();
+        }
+        if self.nodes.is_twin() {
+            return None;
         }
         self.lss.follow(message, frame, nodes, cx)
     }

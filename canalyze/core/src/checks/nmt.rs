@@ -5,8 +5,9 @@
 //! proves nothing, since nobody confirms it. Changes that no command explains are held back for [`SETTLED_NS`], since
 //! the master's own frames may be captured late. It must not judge other services: that is `permitted`.
 
+use super::withheld::raise;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::FrameRef;
 use crate::node::PerNode;
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
@@ -41,14 +42,22 @@ const SENT_NS: i64 = 1_000_000;
 const RESTART_NS: i64 = 1_000_000_000;
 /// So many shown states mean that a node was running, and not just about to obey a reset before the capture.
 const RUNNING: u8 = 3;
+/// Findings that are kept while no command was seen: for so long, in ns, and so many.
+const COMMANDLESS_NS: i64 = 10_000_000_000;
+const KEPT: usize = 64;
+/// Nodes change their states together within this time, in ns: their heartbeats show it one after the other.
+const TOGETHER_NS: i64 = 1_000_000_000;
+/// A node boots within this time after a frame that it has taken for a reset, in ns.
+const GARBLED_NS: i64 = 5_000_000_000;
 /// Extended commands that are not CiA 301's but known: sleep and standby.
 const EXTENSIONS: [u8; 2] = [0x50, 0x60];
 
 /// What the capture says of one node's state.
 #[derive(Debug, Default)]
 struct Standing {
-    /// It has sent something of its own.
+    /// It has sent something of its own, and the number of the last frame that was seen of it.
     present: bool,
+    heard: u64,
     /// A master commands or configures it: it is not the master itself.
     managed: bool,
     /// The last state it has shown since its last boot-up, and the frame that showed it first.
@@ -92,17 +101,42 @@ struct Command {
     judged: bool,
 }
 
+/// Whether somebody has switched the network off and on again.
+#[derive(Clone, Copy, Debug)]
+struct Power {
+    /// All nodes, if several, have just booted unasked.
+    all: bool,
+    /// The nodes that have not, and the number of the last frame of any of them.
+    others: u32,
+    heard: u64,
+}
+
+impl Power {
+    /// Whether it is still to be seen what became of the nodes other than the one that booted at `boot`: none of them
+    /// has been heard since.
+    fn is_open(self, boot: FrameRef, at: FrameRef) -> bool {
+        let soon = since(Some(boot), at).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS);
+        self.others > 0 && self.heard < boot.no && soon
+    }
+}
+
 /// What looks spontaneous and may still be explained.
 #[derive(Clone, Copy, Debug)]
 struct Suspect {
     at: FrameRef,
     what: Spontaneous,
+    /// It waited for what becomes of other nodes.
+    held: bool,
 }
 
 impl Suspect {
     /// Two boot-ups right after one another, which may be one.
     fn adjacent(self) -> bool {
-        matches!(self.what, Spontaneous::TwoBootUps { last } if last.no + 1 == self.at.no)
+        match self.what {
+            Spontaneous::TwoBootUps { last } => last.no + 1 == self.at.no,
+            Spontaneous::BootUp { last } => last.no + 1 == self.at.no && self.at.t_ns.is_none(),
+            _ => false,
+        }
     }
 }
 
@@ -135,6 +169,8 @@ pub struct Known {
     pub shown: bool,
     /// The node may still be a master that starts itself.
     pub may_start_itself: bool,
+    /// It was shown once, and no command explains it.
+    pub doubtful: bool,
 }
 
 /// The states of a bus's nodes.
@@ -142,9 +178,17 @@ pub struct Known {
 pub struct Nmt {
     nodes: PerNode<Standing>,
     suspects: u32,
+    /// Somebody has commanded. Where nobody ever does, 000h may have been filtered out of the capture.
+    commanded: bool,
+    /// What no command explains, while none was seen at all.
+    commandless: Vec<(Code, u8, FrameRef, Facts)>,
+    /// States have changed as only commands can explain: the capture lacks them.
+    filtered: bool,
     activated: Option<i64>,
     /// The first boot-up after a silence: the network was switched on.
     switched_on: Option<i64>,
+    /// The last frame on NMT's identifier that is no command: what it was meant as, nodes may have obeyed.
+    garbled: Option<FrameRef>,
     /// Commands came before their effects, and never after: the capture is in causal order.
     causal: bool,
     late: bool,
@@ -169,8 +213,13 @@ impl Nmt {
         let state = self.state(node)?;
         let may_start_itself = state == PRE_OPERATIONAL && !standing.managed && standing.command.is_none();
         match standing.command {
-            Some(command) if !command.judged => Some(Known { state, at: command.at, shown: false, may_start_itself }),
-            _ => standing.shown.map(|(state, at)| Known { state, at, shown: true, may_start_itself }),
+            Some(command) if !command.judged => {
+                Some(Known { state, at: command.at, shown: false, may_start_itself, doubtful: false })
+            }
+            _ => {
+                let doubtful = standing.unsettled || standing.suspect.is_some();
+                standing.shown.map(|(state, at)| Known { state, at, shown: true, may_start_itself, doubtful })
+            }
         }
     }
 
@@ -195,8 +244,9 @@ impl Nmt {
     }
 
     /// A node has sent something.
-    pub fn present(&mut self, node: u8) {
-        self.nodes.entry(node).present = true;
+    pub fn present(&mut self, node: u8, at: FrameRef) {
+        let standing = self.nodes.entry(node);
+        (standing.present, standing.heard) = (true, at.no);
     }
 
     /// An SDO request was sent to a node.
@@ -213,6 +263,7 @@ impl Nmt {
             nmt::RESET_NODE | nmt::RESET_COMMUNICATION => 0,
             _ if EXTENSIONS.contains(&specifier) => return,
             _ => {
+                self.garbled = Some(cx.at);
                 return cx.find(
                     Code::Nmt001,
                     None,
@@ -222,6 +273,8 @@ impl Nmt {
                 );
             }
         };
+        self.commanded = true;
+        self.tell_commandless(cx);
         match node {
             0 => {
                 for (_, standing) in self.nodes.iter_mut() {
@@ -237,6 +290,7 @@ impl Nmt {
                 self.suspects = self.suspects.saturating_sub(u32::from(explained));
             }
             _ => {
+                self.garbled = Some(cx.at);
                 let found = [("found", Quantity::Count(u64::from(node)))];
                 cx.find(Code::Nmt001, None, None, None, Facts::told(1, &found));
             }
@@ -244,7 +298,8 @@ impl Nmt {
     }
 
     /// A frame on NMT's identifier that is not two bytes long.
-    pub fn malformed(&self, len: u8, cx: &mut Context<'_>) {
+    pub fn malformed(&mut self, len: u8, cx: &mut Context<'_>) {
+        self.garbled = Some(cx.at);
         cx.find(Code::Nmt001, None, None, None, Facts::told(2, &[("found", Quantity::Count(u64::from(len)))]));
     }
 
@@ -265,11 +320,16 @@ impl Nmt {
             .switched_on
             .zip(cx.at.t_ns)
             .is_some_and(|(then, now)| (0..POWER_UP_NS).contains(&now.saturating_sub(then)));
-        let explained = standing.resets > 0 || standing.given || activated || powered;
+        let garbled = self.garbled.is_some_and(|garbled| {
+            standing.beat.is_none_or(|beat| beat.no < garbled.no)
+                && since(Some(garbled), cx.at).is_none_or(|age| age < GARBLED_NS)
+        });
+        let explained = standing.resets > 0 || standing.given || activated || powered || garbled;
         let crossed = standing.resets > 0 && since(standing.reset, cx.at).is_some_and(|age| age < SENT_NS);
         let (last, beat) = (standing.boot_up, standing.beat.filter(|_| standing.beats >= RUNNING));
         *standing = Standing {
             present: true,
+            heard: cx.at.no,
             managed: standing.managed || standing.resetting,
             boot_up: Some(cx.at),
             resets: standing.resets.saturating_sub(u8::from(!crossed)),
@@ -295,7 +355,7 @@ impl Nmt {
         };
         self.suspects += u32::from(standing.suspect.is_none());
         standing.again = Some(cx.at);
-        standing.suspect = Some(Suspect { at: cx.at, what });
+        standing.suspect = Some(Suspect { at: cx.at, what, held: false });
     }
 
     /// A node shows its state. `period_ns`: how often it does so, where that is known.
@@ -304,9 +364,11 @@ impl Nmt {
             return;
         }
         let standing = self.nodes.entry(node);
-        standing.present = true;
-        (standing.beats, standing.beat) = (standing.beats.saturating_add(1), Some(cx.at));
-        let allowed = standing.allowed & bit(state) != 0 || standing.resetting;
+        (standing.present, standing.heard) = (true, cx.at.no);
+        let beat = standing.beat.replace(cx.at);
+        standing.beats = standing.beats.saturating_add(1);
+        let garbled = beat.zip(self.garbled).is_some_and(|(beat, garbled)| beat.no < garbled.no);
+        let allowed = standing.allowed & bit(state) != 0 || standing.resetting || garbled;
         standing.allowed &= !bit(state);
         let before = standing.shown.map(|(before, _)| before);
         self.causal |= before.is_some_and(|before| before != state) && allowed;
@@ -322,13 +384,14 @@ impl Nmt {
             return;
         }
         self.suspects += u32::from(standing.suspect.is_none());
-        standing.suspect = Some(Suspect { at: cx.at, what: Spontaneous::Change { from: before, to: state } });
+        standing.suspect =
+            Some(Suspect { at: cx.at, what: Spontaneous::Change { from: before, to: state }, held: false });
     }
 
     /// A node has sent an emergency.
     pub fn emergency(&mut self, node: u8, at: FrameRef) {
         let standing = self.nodes.entry(node);
-        standing.present = true;
+        (standing.present, standing.heard) = (true, at.no);
         standing.emergency = Some(at);
     }
 
@@ -353,6 +416,18 @@ impl Nmt {
         if self.suspects > 0 {
             self.resolve(false, twice, cx);
         }
+        if !self.commandless.is_empty() && !self.filtered {
+            let old = |at: FrameRef| since(Some(at), cx.at).is_some_and(|age| age > COMMANDLESS_NS);
+            if self.commandless.first().is_some_and(|(_, _, at, _)| old(*at)) {
+                self.tell_commandless(cx);
+            }
+        }
+    }
+
+    fn tell_commandless(&mut self, cx: &mut Context<'_>) {
+        for (code, node, at, facts) in std::mem::take(&mut self.commandless) {
+            tell_late(code, node, at, facts, cx);
+        }
     }
 
     /// The capture is over: no command can follow any more, where commands have come before their effects.
@@ -360,10 +435,13 @@ impl Nmt {
         if self.suspects > 0 && self.causal && !self.late {
             self.resolve(true, twice, cx);
         }
+        if !self.filtered {
+            self.tell_commandless(cx);
+        }
     }
 
     fn resolve(&mut self, over: bool, twice: bool, cx: &mut Context<'_>) {
-        let switched_on = self.switched_on(cx.at);
+        let power = self.power(cx.at);
         for (node, standing) in self.nodes.iter_mut() {
             let Some(suspect) = standing.suspect else { continue };
             let settled = match since(Some(suspect.at), cx.at) {
@@ -374,54 +452,78 @@ impl Nmt {
             if !settled && !over {
                 continue;
             }
+            let booted = matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. });
+            if booted && power.is_open(suspect.at, cx.at) && !over {
+                standing.suspect = Some(Suspect { held: true, ..suspect });
+                continue;
+            }
             standing.suspect = None;
             self.suspects = self.suspects.saturating_sub(1);
             if twice && suspect.adjacent() {
                 continue;
             }
-            if switched_on && matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. }) {
+            if booted && power.all {
                 continue;
             }
             let emergency = standing.emergency.filter(|at| {
                 since(Some(*at), suspect.at).map_or(at.no + 10 >= suspect.at.no, |age| age <= EMERGENCY_NS)
             });
-            match suspect.what {
+            let (code, facts) = match suspect.what {
                 Spontaneous::Change { from, to } => {
                     let states = [("from", Quantity::State(from)), ("to", Quantity::State(to))];
                     let code = if emergency.is_some() { Code::Nmt005 } else { Code::Nmt004 };
                     standing.unsettled = true;
-                    cx.find(code, Some(node), None, Some(suspect.at), Facts::told(0, &states));
-                }
-                Spontaneous::BootUp { last } => {
-                    let facts = match since(Some(last), suspect.at) {
-                        Some(gap) => Facts::told(0, &[("after", Quantity::Ns(gap))]),
-                        None => Facts::told(1, &[]),
+                    // What nodes do by themselves is to leave Operational for Pre-operational, each for its own reasons.
+                    let alike = |(before, other, at, facts): &(Code, u8, FrameRef, Facts)| {
+                        *before == code
+                            && *other != node
+                            && *facts == Facts::told(0, &states)
+                            && since(Some(*at), suspect.at).is_none_or(|age| age < TOGETHER_NS)
                     };
-                    cx.find(Code::Nmt003, Some(node), None, Some(suspect.at), facts);
+                    let commanded = to != PRE_OPERATIONAL || self.commandless.iter().any(alike);
+                    self.filtered |= commanded && code == Code::Nmt004 && !self.commanded;
+                    (code, Facts::told(0, &states))
                 }
+                Spontaneous::BootUp { last } => match since(Some(last), suspect.at) {
+                    Some(gap) => (Code::Nmt003, Facts::told(0, &[("after", Quantity::Ns(gap))])),
+                    None => (Code::Nmt003, Facts::told(1, &[])),
+                },
                 Spontaneous::Restart { last } => {
                     let gap = since(Some(last), suspect.at).unwrap_or_default();
-                    let facts = Facts::told(2, &[("after", Quantity::Ns(gap))]);
-                    cx.find(Code::Nmt003, Some(node), None, Some(suspect.at), facts);
+                    (Code::Nmt003, Facts::told(2, &[("after", Quantity::Ns(gap))]))
                 }
                 Spontaneous::TwoBootUps { last } => {
                     let gap = since(Some(last), suspect.at).unwrap_or_default();
-                    let facts = Facts::told(3, &[("gap", Quantity::Ns(gap))]);
-                    cx.find(Code::Hbt004, Some(node), None, Some(suspect.at), facts);
+                    (Code::Hbt004, Facts::told(3, &[("gap", Quantity::Ns(gap))]))
                 }
+            };
+            if !self.commanded && code != Code::Hbt004 {
+                if self.commandless.len() < KEPT {
+                    self.commandless.push((code, node, suspect.at, facts));
+                }
+            } else if booted && (suspect.held || suspect.adjacent()) {
+                tell_late(code, node, suspect.at, facts, cx);
+            } else {
+                cx.find(code, Some(node), None, Some(suspect.at), facts);
             }
         }
     }
 
-    /// Whether all nodes, if several, have just booted unasked: somebody has switched the network on again.
-    fn switched_on(&self, at: FrameRef) -> bool {
-        let mut count = 0;
-        self.nodes.iter().filter(|(_, standing)| standing.present).all(|(_, standing)| {
-            count += 1;
-            standing.again.is_some_and(|boot| {
+    /// Who has booted unasked of late, and who has not. A master that nobody commands keeps its own power.
+    fn power(&self, at: FrameRef) -> Power {
+        let (mut count, mut power) = (0, Power { all: false, others: 0, heard: 0 });
+        for (_, standing) in self.nodes.iter().filter(|(_, standing)| standing.present) {
+            let again = standing.again.is_some_and(|boot| {
                 since(Some(boot), at).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS)
-            })
-        }) && count > 1
+            });
+            if again {
+                count += 1;
+            } else if standing.managed || standing.boot_up.is_some() {
+                power.others += 1;
+                power.heard = power.heard.max(standing.heard);
+            }
+        }
+        Power { all: count > 1 && power.others == 0, ..power }
     }
 
     /// Frames were lost: commands and boot-ups may be among them.
@@ -430,6 +532,7 @@ impl Nmt {
             *standing = Standing { present: standing.present, managed: standing.managed, ..Standing::default() };
         }
         self.suspects = 0;
+        self.commandless.clear();
     }
 }
 
@@ -438,7 +541,8 @@ impl Standing {
     fn commanded(&mut self, state: u8, specifier: u8, explicit: bool, at: FrameRef) -> bool {
         self.managed |= explicit;
         let explains = self.suspect.is_some_and(|suspect| match suspect.what {
-            Spontaneous::Change { to, .. } => state == to,
+            // Some boot without a word.
+            Spontaneous::Change { to, .. } => state == to || (state == 0 && to == PRE_OPERATIONAL),
             _ => state == 0,
         });
         if explains {
@@ -524,6 +628,12 @@ const fn bit(state: u8) -> u8 {
         PRE_OPERATIONAL => 4,
         _ => 0,
     }
+}
+
+/// Says at a frame of some time ago what is wrong with it.
+fn tell_late(code: Code, node: u8, at: FrameRef, facts: Facts, cx: &mut Context<'_>) {
+    let (bus, node) = (cx.bus, Some(node));
+    raise(Finding { code, at, cause: None, bus, node, object: None, facts }, cx);
 }
 
 /// Time from one frame to another, in ns.

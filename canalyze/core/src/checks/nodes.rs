@@ -3,22 +3,29 @@
 //!
 //! It completes a message by what was known before it, and passes each frame on. It judges nothing itself.
 
+use std::collections::VecDeque;
+
 use super::emcy::Emergencies;
 use super::guarding::Guarding;
-use super::heartbeat::{Heartbeats, Pulse, TWICE_NS};
+use super::heartbeat::{Heartbeats, PAUSE_NS, Pulse, TWICE_NS};
 use super::nmt::{Nmt, POWER_UP_NS, SWITCHED_ON_NS};
 use super::permitted::Permitted;
 use super::time::Times;
+use super::withheld::raise;
 use crate::cob_id::Role;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{CanId, Frame};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, PerNode};
+use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::services::lss::Command as Lss;
 use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::services::sdo::wire::Side;
+
+/// Frames of a wrong length that are kept at most.
+const MISSHAPEN: usize = 16;
 
 /// How a node shows that it is there (CiA 301, 7.2.8.2.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +46,13 @@ impl ErrorControl {
     }
 }
 
+/// So many frames that stood twice show that it is the capture that has them twice.
+const PROVEN: u32 = 4;
+/// And so many frames at most that are not their twins yet may stand between.
+const BETWEEN: usize = 8;
+/// From so many senders they must come at least.
+const IDS: usize = 3;
+
 /// The checks of a bus's nodes.
 #[derive(Debug)]
 pub struct Nodes {
@@ -57,6 +71,8 @@ pub struct Nodes {
     /// Until when no node sends anything, since the bit rate is switched (CiA 305); what one sends all the same begins
     /// no train of heartbeats.
     quiet_until_ns: i64,
+    /// Frames of a wrong length of nodes that have not shown yet that they are nodes.
+    misshapen: Vec<Finding>,
 }
 
 impl Nodes {
@@ -74,6 +90,7 @@ impl Nodes {
             before: Pulse::default(),
             silence_ns: 0,
             quiet_until_ns: i64::MIN,
+            misshapen: Vec::new(),
         }
     }
 
@@ -125,6 +142,9 @@ impl Nodes {
     /// With each frame, before it is followed: what nothing has explained by now.
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {
+        if !self.misshapen.is_empty() {
+            self.release_misshapen(cx);
+        }
         self.nmt.settle(self.twins.common(), cx);
         self.permitted.settle(cx);
     }
@@ -135,6 +155,9 @@ impl Nodes {
         self.twins.count(frame);
         let Some(now_ns) = frame.t_ns else { return };
         self.silence_ns = self.pulse.silence(now_ns);
+        if self.paused() {
+            self.times.paused();
+        }
         if let Some(last) = self.pulse.last_ns
             && self.heartbeats.stalled(last, now_ns, self.pulse)
         {
@@ -154,6 +177,9 @@ impl Nodes {
 
     /// A frame of a service other than SDO and PDO.
     pub fn follow(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        if self.is_twin() {
+            return;
+        }
         match *message {
             Message::Nmt { command, node } => {
                 if matches!(command, RESET_NODE | RESET_COMMUNICATION) && node <= 127 {
@@ -168,7 +194,7 @@ impl Nodes {
                 self.heartbeats.commanded(node);
             }
             Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),
-            Message::Malformed { role, flaw: Flaw::Length { .. } } => self.wrong_length(role, frame.len, cx),
+            Message::Malformed { role, flaw: Flaw::Length { .. } } => self.wrong_length(role, frame, cx),
             Message::BootUp { node } => {
                 self.permitted.boot_up(node, cx);
                 self.guarding.restart(node, &self.nmt, cx);
@@ -203,29 +229,78 @@ impl Nodes {
         }
     }
 
-    /// A frame of a service with another length than the service has, where the node or, for TIME, any node of the bus
-    /// has shown that it is one: on other networks these identifiers carry other things.
-    fn wrong_length(&self, role: Role, len: u8, cx: &mut Context<'_>) {
+    /// A frame of a service with another length than the service has. It is said once the node or, for TIME, any node
+    /// of the bus has shown that it is one: on other networks these identifiers carry other things.
+    fn wrong_length(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
         let (code, face, node) = match role {
             Role::Emcy(node) => (Code::Emc006, 0, Some(node)),
             Role::ErrorControl(node) => (Code::Hbt006, 0, Some(node)),
             Role::Time => (Code::Tim001, 2, None),
             _ => return,
         };
-        let present = |node: u8| self.nmt.is_present(node);
-        if node.map_or_else(|| (1..=127).any(present), present) {
-            cx.find(code, node, None, None, Facts::told(face, &[("found", Quantity::Count(u64::from(len)))]));
+        let facts = Facts::told(face, &[("found", Quantity::Count(u64::from(frame.len)))]);
+        if !self.is_present(node) {
+            if self.misshapen.len() < MISSHAPEN {
+                let (at, bus) = (cx.at, cx.bus);
+                self.misshapen.push(Finding { code, at, cause: None, bus, node, object: None, facts });
+            }
+            return;
         }
+        cx.find(code, node, None, None, facts);
+        if let Role::ErrorControl(node) = role {
+            self.misshapen_error_control(node, frame, cx);
+        }
+    }
+
+    /// A boot-up, a heartbeat or a guarding answer of another length than one byte shows all the same that the node is
+    /// there, and by its first byte, if it has one, in which state: that is no second fault.
+    fn misshapen_error_control(&mut self, node: u8, frame: &Frame, cx: &mut Context<'_>) {
+        match frame.payload().first() {
+            Some(0) => {
+                self.permitted.boot_up(node, cx);
+                self.nmt.boot_up(node, self.silence_ns, cx);
+                self.heartbeats.pause(node);
+            }
+            Some(byte) if matches!(byte & 0x7F, STOPPED | OPERATIONAL | PRE_OPERATIONAL) => {
+                let toggle = byte & 0x80 != 0;
+                let answer = self.guarding.is_answer(node, toggle, &self.heartbeats, frame.reference());
+                self.error_control(node, byte & 0x7F, toggle, answer, cx);
+            }
+            _ => {
+                self.guarding.excuse(node);
+                self.heartbeats.alive(node, self.before, cx);
+            }
+        }
+    }
+
+    /// Whether a node, or any, has shown that it is one.
+    fn is_present(&self, node: Option<u8>) -> bool {
+        let present = |node: u8| self.nmt.is_present(node);
+        node.map_or_else(|| (1..=127).any(present), present)
+    }
+
+    /// What was said of frames before their nodes had shown that they are nodes.
+    fn release_misshapen(&mut self, cx: &mut Context<'_>) {
+        let (shown, waiting) =
+            std::mem::take(&mut self.misshapen).into_iter().partition(|finding| self.is_present(finding.node));
+        self.misshapen = waiting;
+        shown.into_iter().for_each(|finding| raise(finding, cx));
     }
 
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
         if toggle && !self.guarding.toggles(node) {
-            if self.heartbeats.is_producer(node) && !self.guarding.is_asked(node, cx.at) {
+            let producer = self.heartbeats.is_producer(node) || self.heartbeats.is_configured(node);
+            if producer && !self.guarding.is_asked(node, cx.at) {
                 return self.heartbeats.bit_7(state | 0x80, node, self.before, cx);
+            }
+            if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
+                // No guarding answer either.
+                self.heartbeats.known_state(node, state, cx);
+                return self.heartbeats.alive(node, self.before, cx);
             }
             self.heartbeats.pause(node);
         }
-        self.guarding.frame(node, toggle, guarding, cx);
+        self.guarding.frame(node, (state, toggle), guarding, cx);
         let period = self.heartbeats.period(node);
         self.permitted.shown(node, state, cx);
         self.nmt.shown(node, state, period, cx);
@@ -239,6 +314,21 @@ impl Nodes {
         }
     }
 
+    /// Whether the capture shows most of its frames twice, as far as it goes.
+    pub fn every_frame_twice(&self) -> bool {
+        self.twins.are_all()
+    }
+
+    /// Whether the bus was silent before the frame at hand for so long that it was not recorded.
+    pub fn paused(&self) -> bool {
+        self.silence_ns >= PAUSE_NS
+    }
+
+    /// Whether the frame at hand is one of those that every capture of two adapters on one bus has.
+    pub fn is_twin(&self) -> bool {
+        self.twins.twin && self.twins.are_proven()
+    }
+
     /// A PDO.
     #[inline]
     pub fn pdo(&mut self, transmit: bool, number: u16, node: u8, cx: &Context<'_>) {
@@ -250,7 +340,7 @@ impl Nodes {
         self.permitted.sdo(&self.nmt, side, node, cx);
         match side {
             Side::Client => self.nmt.managed(node),
-            Side::Server => self.nmt.present(node),
+            Side::Server => self.nmt.present(node, cx.at),
         }
         match index {
             Some(0x1017) => self.heartbeats.unsettle(node),
@@ -269,33 +359,69 @@ impl Nodes {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        self.release_misshapen(cx);
         self.nmt.finish(self.twins.common(), cx);
         self.guarding.finish(&self.nmt, cx);
     }
 }
 
-/// Whether a capture shows its frames twice, as of two adapters on one bus: how many frames equal the one before.
+/// Whether a capture shows its frames twice, as of two adapters on one bus: how many frames equal the one before. Once
+/// that is common, others may stand between.
 #[derive(Debug, Default)]
 struct Twins {
-    last: Option<(CanId, u8, [u8; 8], i64)>,
+    /// The last frames that may be captured again.
+    once: VecDeque<Once>,
+    /// The last frame was the twin of one before.
+    twin: bool,
     equal: u32,
     other: u32,
+    /// Identifiers of frames that stood twice. Heartbeats without stamps follow each other for other reasons.
+    ids: Vec<CanId>,
 }
+
+/// A frame, as far as it is compared, and its time.
+type Once = (CanId, u8, [u8; 8], i64);
 
 impl Twins {
     #[inline]
     fn count(&mut self, frame: &Frame) {
         let data = frame.data.first_chunk().copied().unwrap_or_default();
         let now = frame.t_ns.unwrap_or(0);
-        let twin = self.last.is_some_and(|(id, len, before, then)| {
-            id == frame.id && len == frame.len && before == data && now.saturating_sub(then) < TWICE_NS
-        });
-        self.last = Some((frame.id, frame.len, data, now));
-        let count = if twin { &mut self.equal } else { &mut self.other };
-        *count = count.saturating_add(1);
+        let most = if self.are_proven() { BETWEEN } else { 1 };
+        while self.once.len() > most {
+            self.once.pop_front();
+        }
+        let same = |(id, len, before, then): &Once| {
+            *id == frame.id && *len == frame.len && *before == data && now.saturating_sub(*then) < TWICE_NS
+        };
+        let place = self.once.iter().position(same);
+        self.twin = place.is_some();
+        match place {
+            Some(place) => {
+                self.once.remove(place);
+                self.equal = self.equal.saturating_add(1);
+                if self.ids.len() < IDS && !self.ids.contains(&frame.id) {
+                    self.ids.push(frame.id);
+                }
+            }
+            None => {
+                self.once.push_back((frame.id, frame.len, data, now));
+                self.other = self.other.saturating_add(1);
+            }
+        }
     }
 
     fn common(&self) -> bool {
         self.equal >= self.other / 2
+    }
+
+    /// Frames of several senders stand twice, and few do not.
+    fn are_proven(&self) -> bool {
+        self.ids.len() >= IDS && self.equal >= PROVEN && self.equal >= self.other / 4 * 3
+    }
+
+    /// So is it, or every frame up to the last one was seen twice.
+    fn are_all(&self) -> bool {
+        self.are_proven() || self.other <= self.equal + 1
     }
 }

@@ -43,6 +43,8 @@ struct Seen {
     acknowledged: BTreeMap<(bool, u16), u64>,
     /// PDOs whose mapping is being changed though they are valid.
     live: BTreeSet<(bool, u16)>,
+    /// PDOs whose COB-ID was written, nobody knows with what success.
+    doubted: BTreeSet<(bool, u16)>,
     /// It was reset, or has booted up.
     booted: bool,
 }
@@ -72,6 +74,13 @@ impl PdoConfiguration {
         }
     }
 
+    /// A write that was neither acknowledged nor refused as it should.
+    pub fn doubt(&mut self, node: u8, mux: Mux) {
+        if let (Some((false, transmit, number)), 1) = (pdo_parameter(mux.index), mux.sub) {
+            self.nodes.entry(node).doubted.insert((transmit, number));
+        }
+    }
+
     /// An acknowledged write, before it is taken, to a node in an NMT state, where known.
     pub fn written(
         &mut self,
@@ -86,7 +95,10 @@ impl PdoConfiguration {
         write.identifier(cx);
         let Some((mapping, transmit, number)) = pdo_parameter(mux.index) else { return };
         let seen = self.nodes.entry(transfer.node);
-        let valid = seen.valid(node, transmit, number);
+        let valid = seen.valid(node, transmit, number).filter(|_| !seen.doubted.contains(&(transmit, number)));
+        if !mapping && mux.sub == 1 {
+            seen.doubted.remove(&(transmit, number));
+        }
         match (mapping, mux.sub) {
             (false, 1) => {
                 seen.told.retain(|(_, direction, pdo)| (*direction, *pdo) != (transmit, number));

@@ -5,6 +5,7 @@
 //! by how much a frame comes before the earliest time that all frames before it allow, and a long one only while the
 //! bus shows other traffic. Nothing is judged by what an EDS presets, nor of a node that was told not to send.
 
+use super::heartbeat::PAUSE_NS;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::finding::{Code, Facts, Quantity};
@@ -170,6 +171,8 @@ impl PdoTiming {
             for watch in &mut sending.watches {
                 if watch.due_ns <= now && !heard && watch.waits(last_of_bus) {
                     // Judged by the next frame.
+                } else if watch.due_ns <= now && watch.unrecorded(now, last_of_bus) {
+                    watch.due_ns = now.saturating_add(watch.timer_ns + (watch.timer_ns / 2).max(HELD_UP));
                 } else if watch.due_ns <= now && watch.stalled(now, last_of_bus) {
                     watch.due_ns = now.saturating_add((watch.timer_ns / 2).max(LATENESS));
                 } else if watch.due_ns <= now {
@@ -251,6 +254,11 @@ impl Watch {
     /// Whether the whole bus has been silent since before the PDO was due.
     fn waits(&self, last_of_bus: i64) -> bool {
         last_of_bus < self.last_ns.saturating_add(self.timer_ns)
+    }
+
+    /// Whether nothing was recorded from before it was overdue: a bus is not silent for so long.
+    fn unrecorded(&self, now: i64, last_of_bus: i64) -> bool {
+        last_of_bus < self.due_ns && now.saturating_sub(last_of_bus) > PAUSE_NS
     }
 
     /// Whether that is so: where there is other traffic, the capture

@@ -83,7 +83,7 @@ impl Permitted {
         let object = Some(Mux { index: communication_parameter(transmit, number), sub: 1 });
         let code = if transmit { Code::Pdo002 } else { Code::Pdo003 };
         let held = Held { at: cx.at, code, object, facts };
-        if transmit && known.may_start_itself {
+        if transmit && (known.may_start_itself || known.doubtful) {
             stay.decide_later(known.state, held);
         } else {
             self.judge(nmt, node, known, held);
@@ -155,7 +155,7 @@ impl Permitted {
         let Some(stay) = self.nodes.get_mut(node) else { return };
         stay.undecided.clear();
         if let Some(early) = stay.early.take() {
-            cx.find(early.code, Some(node), early.object, Some(early.at), early.facts);
+            cx.find_at(early.at, early.code, Some(node), early.object, early.facts);
         }
     }
 
@@ -164,7 +164,7 @@ impl Permitted {
         let Some(stay) = self.nodes.get_mut(node) else { return };
         for (supposed, undecided) in std::mem::take(&mut stay.undecided) {
             if state == supposed {
-                cx.find(undecided.code, Some(node), undecided.object, Some(undecided.at), undecided.facts);
+                cx.find_at(undecided.at, undecided.code, Some(node), undecided.object, undecided.facts);
             }
         }
     }
@@ -187,7 +187,7 @@ impl Permitted {
             while stay.held.first().is_some_and(settled) {
                 let held = stay.held.remove(0);
                 self.held = self.held.saturating_sub(1);
-                cx.find(held.code, Some(node), held.object, Some(held.at), held.facts);
+                cx.find_at(held.at, held.code, Some(node), held.object, held.facts);
             }
         }
     }
@@ -205,9 +205,10 @@ impl Permitted {
         stay
     }
 
-    /// A node that was commanded and shows its states may not have obeyed: then it is the command that failed.
+    /// A node that was commanded and shows its states may not have obeyed: then it is the command that failed. And where
+    /// one heartbeat alone shows a state that nobody has commanded, it is that heartbeat.
     fn judge(&mut self, nmt: &Nmt, node: u8, known: Known, held: Held) {
-        if known.shown || !nmt.shows(node) {
+        if known.shown && !known.doubtful || !nmt.shows(node) {
             self.hold(node, held);
         } else {
             self.nodes.entry(node).decide_later(known.state, held);

@@ -192,8 +192,11 @@ impl Srdos {
     }
 
     /// Raises what [`Self::follow`] has found.
-    pub fn judge(&self, seen: &Seen, cx: &mut Context<'_>) {
-        for report in &seen.reports {
+    /// `paused`: the bus was silent before the frame for so long that it was not recorded.
+    pub fn judge(&self, seen: &Seen, paused: bool, cx: &mut Context<'_>) {
+        for report in
+            seen.reports.iter().filter(|report| !paused || !matches!(report, Report::Slow(..) | Report::Late(..)))
+        {
             self.raise(seen.number, *report, cx);
         }
     }

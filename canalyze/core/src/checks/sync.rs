@@ -28,7 +28,7 @@ const COPIED_NS: i64 = 250_000;
 /// SYNCs that stood twice before every frame is taken to do so.
 const COPIED: u8 = 2;
 /// The coarsest resolution that is taken for one, in ns.
-const COARSEST: i64 = 1_000_000;
+const COARSEST: i64 = 10_000_000;
 /// The slowest that frames follow each other which a machine that stood still takes from its buffer, and the longest
 /// that it stood still.
 const DRAINED_NS: i64 = 1_000_000;
@@ -40,6 +40,9 @@ const SILENT_NS: i64 = 1_000_000_000;
 const SILENT_PERIODS: i64 = 10;
 /// NMT commands after which a producer sends no SYNC for a while: stop, reset node, reset communication.
 const STOPS: [u8; 3] = [0x02, 0x81, 0x82];
+/// NMT command for all nodes where a master may stop the SYNC for longer than so many periods, to configure them.
+const PRE_OPERATIONAL: u8 = 0x80;
+const CONFIGURED: i64 = 3;
 /// Heartbeat state Operational.
 const OPERATIONAL: u8 = 5;
 
@@ -53,10 +56,16 @@ pub struct Sync {
     /// The identifier of the SYNCs that are followed: the first one seen.
     id: Option<CanId>,
     length: Option<Length>,
+    /// The last SYNC whose counter had a gap before it.
+    miscounted: Option<u64>,
+    /// The last SYNC's length was against 1019h, and that was said.
+    against_1019: bool,
     /// The producer may have begun anew since the last SYNC.
     restarted: bool,
     /// It may have been stopped since the last SYNC.
     stopped: bool,
+    /// All nodes were sent to Pre-operational since then.
+    configuring: bool,
     /// SYNCs that stood twice in the capture: the own echo, and what came back from the bus.
     copies: Copies,
     /// The multiple of which all stamps were, in ns: their resolution, whatever their number of decimals.
@@ -135,7 +144,6 @@ impl Sync {
         let followed = |pdo: &&Pdo| pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind));
         if let Some(pdo) = pdo.filter(followed) {
             let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
-            self.see_grain(frame);
             let copied = self.copies.count > 0 && self.copies.cycle + 1 >= self.beat.cycle();
             if copied && self.window.repeats(node, pdo.number, frame.reference(), COPIED_NS) {
                 return;
@@ -156,9 +164,12 @@ impl Sync {
                     None,
                     Facts::told(2, &[("found", Quantity::Count(frame.len.into()))]),
                 );
-                self.sync(frame.payload().first().copied(), frame, nodes, cx);
+                self.sync(None, frame, nodes, cx);
             }
-            Message::Nmt { command, node } => self.restart((node != 0).then_some(node), STOPS.contains(&command)),
+            Message::Nmt { command, node } => {
+                self.configuring |= command == PRE_OPERATIONAL && node == 0;
+                self.restart((node != 0).then_some(node), STOPS.contains(&command));
+            }
             Message::BootUp { node } => self.restart(Some(node), true),
             Message::Heartbeat { node, state: OPERATIONAL, .. } => {
                 self.window.alive(node, &self.beat, cx);
@@ -239,18 +250,19 @@ impl Sync {
         }
         let at = frame.reference();
         self.silence = Silence::Short;
-        self.see_grain(frame);
         if self.copy(counter, at, cx) {
             return;
         }
         let before = self.beat.sync(self.beat.cycle());
         let restarted = std::mem::take(&mut self.restarted);
         let stopped = std::mem::take(&mut self.stopped);
-        self.judge_length(frame.len, restarted, cx);
+        let wrong = self.judge_length(frame.len, restarted, cx);
         let decimals = frame.stamp.map_or(0, |stamp| 10_i64.pow(9 - u32::from(stamp.decimals.min(9))));
         let resolution = decimals.max(self.grain.unwrap_or(0));
         let period = self.beat.period_ns();
         let gap = self.beat.delay_ns(at);
+        let long = gap.zip(period).is_some_and(|(gap, period)| gap > period.saturating_mul(CONFIGURED));
+        let stopped = stopped || (std::mem::take(&mut self.configuring) && long);
         let pace = self.beat.step(at, resolution, stopped, self.settings.period_ns);
         match pace {
             Pace::Settled(lateness) => self.tell_late(lateness, cx),
@@ -259,17 +271,21 @@ impl Sync {
         self.tell_caught_up(cx);
         let again = restarted || matches!(pace, Pace::Late | Pace::Resumed);
         match counter {
-            Some(value) => {
+            // What a SYNC of the wrong length carries is no counter.
+            Some(value) if !wrong => {
                 let exact = self.settings.overflow.filter(|value| *value > 0);
                 let bound = self.settings.any_overflow.map(|(value, _)| value).filter(|value| *value > 0);
                 for miscount in self.counter.step(value, at, exact, bound, again).into_iter().flatten() {
                     if matches!(miscount, Miscount::Two { .. }) && std::mem::replace(&mut self.two, true) {
                         continue;
                     }
+                    if let Miscount::Gap { at, .. } = miscount {
+                        self.miscounted = Some(at.no);
+                    }
                     tell(miscount, cx);
                 }
             }
-            None => self.counter.forget(),
+            _ => self.counter.forget(),
         }
         if self.window.stood_still() && at.t_ns.is_none() {
             self.beat.disturbed();
@@ -283,8 +299,8 @@ impl Sync {
     }
 
     /// Narrows the resolution of the stamps down.
-    fn see_grain(&mut self, frame: &Frame) {
-        let Some(t_ns) = frame.t_ns else { return };
+    #[inline]
+    pub fn see_grain(&mut self, t_ns: i64) {
         let mut grain = self.grain.unwrap_or(COARSEST);
         while grain > 1 && t_ns % grain != 0 {
             grain /= 10;
@@ -326,40 +342,48 @@ impl Sync {
             if let (Some(period), false) = (self.beat.period_ns(), self.two) {
                 let tolerance = Quantity::Ns(self.beat.tolerance_ns().unwrap_or(0));
                 let facts = [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", tolerance)];
-                cx.find(Code::Syn003, None, None, Some(copy), Facts::told(2, &facts));
+                cx.find_at(copy, Code::Syn003, None, None, Facts::told(2, &facts));
             }
         }
         false
     }
 
     /// The length against 1019h, and against the SYNCs before.
-    fn judge_length(&mut self, found: u8, restarted: bool, cx: &mut Context<'_>) {
+    fn judge_length(&mut self, found: u8, restarted: bool, cx: &mut Context<'_>) -> bool {
         if found > 1 {
-            return;
+            return true;
         }
         let measured = Quantity::Count(found.into());
+        let said = std::mem::take(&mut self.against_1019);
         if let Some((overflow, node)) = self.settings.any_overflow
             && (overflow > 0) != (found == 1)
         {
+            self.against_1019 = true;
+            if said {
+                return true;
+            }
             let facts = [("found", measured), ("overflow", Quantity::Count(overflow.into()))];
             let object = Some(Mux { index: 0x1019, sub: 0 });
-            return cx.find(Code::Syn001, Some(node), object, None, Facts::told(0, &facts));
+            cx.find(Code::Syn001, Some(node), object, None, Facts::told(0, &facts));
+            return true;
         }
         let fresh = Length { bytes: found, had: 1, others: 0 };
         let Some(known) = self.length.filter(|_| !restarted) else {
             self.length = Some(fresh);
-            return;
+            return false;
         };
         if found == known.bytes {
             self.length = Some(Length { had: (known.had + 1).min(LENGTHS), others: 0, ..known });
-            return;
+            return false;
         }
         let gives_way = known.had < LENGTHS || known.others + 1 >= LENGTHS;
         self.length = Some(if gives_way { fresh } else { Length { others: known.others + 1, ..known } });
-        if known.had >= LENGTHS && known.others == 0 {
+        let wrong = known.had >= LENGTHS && known.others == 0;
+        if wrong {
             let facts = [("found", measured), ("expected", Quantity::Count(known.bytes.into()))];
             cx.find(Code::Syn001, None, None, None, Facts::told(1, &facts));
         }
+        wrong
     }
 
     /// A node is Operational, and no SYNC has come for long.
@@ -421,6 +445,11 @@ impl Sync {
     /// A SYNC was late, or some before it are missing.
     fn tell_late(&self, Lateness { gap_ns, cycle, missing }: Lateness, cx: &mut Context<'_>) {
         let before = self.beat.sync(cycle.saturating_sub(1));
+        let at = self.beat.sync(cycle);
+        if missing > 0 && at.is_some_and(|at| self.miscounted == Some(at.no)) {
+            // The counter has shown it.
+            return;
+        }
         let facts = [
             ("gap", Quantity::Ns(gap_ns)),
             ("period", Quantity::Ns(self.beat.period_ns().unwrap_or(0))),
@@ -500,17 +529,16 @@ fn active(nodes: &PerNode<Node>, node: u8) -> bool {
 
 fn tell(miscount: Miscount, cx: &mut Context<'_>) {
     let count = |value: u8| Quantity::Count(value.into());
-    let earlier = |at: FrameRef| Some(at).filter(|at| at.no != cx.at.no);
-    let (code, cause, facts) = match miscount {
+    let (code, at, facts) = match miscount {
         Miscount::Gap { found, expected, at } => {
-            (Code::Syn002, earlier(at), Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
+            (Code::Syn002, at, Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
         }
         Miscount::Outside { found, limit } => {
-            (Code::Syn002, None, Facts::told(1, &[("found", count(found)), ("limit", count(limit))]))
+            (Code::Syn002, cx.at, Facts::told(1, &[("found", count(found)), ("limit", count(limit))]))
         }
         Miscount::Two { found, expected, at } => {
-            (Code::Syn006, earlier(at), Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
+            (Code::Syn006, at, Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
         }
     };
-    cx.find(code, None, None, cause, facts);
+    cx.find_at(at, code, None, None, facts);
 }

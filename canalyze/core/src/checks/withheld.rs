@@ -29,11 +29,16 @@ impl Withheld {
         }
     }
 
+    /// How many wait.
+    pub fn waiting(&self) -> usize {
+        self.waiting.len()
+    }
+
     /// The traffic is of the service.
     pub fn show(&mut self, cx: &mut Context<'_>) {
         self.shown = true;
         for finding in std::mem::take(&mut self.waiting) {
-            push(finding, cx);
+            raise(finding, cx);
         }
     }
 
@@ -42,16 +47,17 @@ impl Withheld {
     pub fn finish(&mut self, harmless: Code, foreign: Code, first: FrameRef, cx: &mut Context<'_>) {
         let waiting = std::mem::take(&mut self.waiting);
         if waiting.iter().all(|finding| finding.code == harmless) {
-            waiting.into_iter().for_each(|finding| push(finding, cx));
+            waiting.into_iter().for_each(|finding| raise(finding, cx));
         } else {
             let facts = Facts::None;
             let bus = cx.bus;
-            push(Finding { code: foreign, at: first, cause: None, bus, node: None, object: None, facts }, cx);
+            raise(Finding { code: foreign, at: first, cause: None, bus, node: None, object: None, facts }, cx);
         }
     }
 }
 
-fn push(finding: Finding, cx: &mut Context<'_>) {
+/// Raises a finding where it stands.
+pub(super) fn raise(finding: Finding, cx: &mut Context<'_>) {
     let Finding { at, cause, bus, node, .. } = finding;
     cx.events.push(Event { at, about: cause, bus, node, transfer: None, what: What::Finding(Box::new(finding)) });
 }

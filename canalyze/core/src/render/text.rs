@@ -155,12 +155,12 @@ impl Lines {
                 match self.lang {
                     Lang::Zh => {
                         put!(out; zh::findings::severity(rule.severity), ": ");
-                        zh::findings::place(out, elsewhere);
+                        zh::findings::place(out, elsewhere, finding.node);
                         zh::findings::message(out, finding);
                     }
                     Lang::En => {
                         put!(out; en::findings::severity(rule.severity), ": ");
-                        en::findings::place(out, elsewhere);
+                        en::findings::place(out, elsewhere, finding.node);
                         en::findings::message(out, finding);
                     }
                 }

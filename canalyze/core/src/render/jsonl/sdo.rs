@@ -20,8 +20,8 @@ const EXACT: u64 = 1 << 53;
 ///
 /// `by` client/server; `command`; `transfer` its number or null; `index` hex and `sub` of the transfer's object or
 /// null; `segment` its number in the transfer or null; `place` due, repeated, late, uncaptured, in_flight,
-/// out_of_sequence or outside; `answered_by` the frame that was captured before this request, for a late answer
-/// the request, or null; then, where the command has them: `toggle` 0/1, `unused`, `last`, `seqno`, `ackseq`,
+/// out_of_sequence, outside or twin (captured twice); `answered_by` the frame that was captured before this request,
+/// for a late answer the request, or null; then, where the command has them: `toggle` 0/1, `unused`, `last`, `seqno`, `ackseq`,
 /// `blksize`, `threshold`, `crc` (flag or hex), `size`, `expedited`, `abort` hex.
 pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, frame: &Frame) {
     put!(out; "{\"by\":\"", side(step.side), "\",\"command\":\"", name(&step.command, step.side), "\",\"transfer\":");
@@ -40,6 +40,7 @@ pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, fram
         Place::InFlight => "in_flight",
         Place::OutOfSequence(_) => "out_of_sequence",
         Place::Outside => "outside",
+        Place::Twin => "twin",
     });
     put!(out; "\",\"answered_by\":");
     number_or_null(out, step.answered_by.map(|at| at.no));
@@ -238,6 +239,7 @@ pub fn facts(out: &mut Vec<u8>, facts: &Facts) {
         Facts::Acknowledged { ackseq, sent } => {
             put!(out; "{\"reason\":\"acknowledged\",\"ackseq\":", ackseq, ",\"sent\":", sent, "}");
         }
+        Facts::NotResent { ackseq } => put!(out; "{\"reason\":\"not_resent\",\"ackseq\":", ackseq, "}"),
         Facts::BlockSize(size) => put!(out; "{\"reason\":\"block_size\",\"blksize\":", size, "}"),
         Facts::EarlyEnd => put!(out; "{\"reason\":\"early_end\"}"),
         Facts::EndNotConfirmed => put!(out; "{\"reason\":\"end_not_confirmed\"}"),

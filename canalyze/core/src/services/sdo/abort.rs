@@ -5,8 +5,8 @@
 
 use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
 use super::exchange::expedited;
-use super::pairing::{UnderWay, Unprovoked};
 use super::transfer::{Abort, Status};
+use super::waiting::{UnderWay, Unprovoked};
 use super::wire::{self, Command, Segment, Side};
 use crate::context::Context;
 use crate::event::Note;
@@ -92,6 +92,12 @@ impl Channel {
     }
 
     pub(super) fn server_abort(&mut self, half: &Half, mux: wire::Mux, code: u32, cx: &mut Context<'_>) {
+        if let Some(pending) = self.pairing.pending
+            && pending.command.mux() != Some(mux)
+            && self.pairing.may_be_answered(&pending)
+        {
+            self.leave_answered(cx);
+        }
         let pending_object = self.pairing.pending.and_then(|pending| pending.command.mux());
         if self.pairing.abort_may_answer
             && pending_object != Some(mux)
@@ -107,24 +113,31 @@ impl Channel {
             self.abort(Side::Server, half.at, code, cx);
             return;
         }
-        if let Some(pending) = self.pairing.pending
-            && let Command::InitiateDownload(object, i) = pending.command
-            && let Some(transfer) = &mut self.transfer
-            && i.expedited
-        {
-            // What was refused is still what the client wanted to write.
-            transfer.append(expedited(Some(object), &i, pending.len));
+        if let Some(pending) = self.pairing.pending {
+            self.attempted(&pending);
         }
+        self.paired |= self.pairing.pending.is_some_and(|pending| pending.command.mux() == Some(mux));
         if self.pairing.pending.is_some_and(|pending| strict_initiate(&pending) && pending.command.mux() == Some(mux)) {
             // A refusal of what was asked for is as good an answer as any.
             self.trust(cx);
         }
         self.abort(Side::Server, half.at, code, cx);
-        self.pairing.pending = None;
+        self.pairing.answered = self.pairing.pending.take().map(|_| *half);
         self.pairing.abort_may_answer = false;
         self.pairing.last_abort = Some((mux, code));
         self.pairing.under_way = Some(UnderWay { side: Side::Client, seqno });
-        self.pairing.unprovoked = unasked.then_some(Unprovoked { at: half.at });
+        let late = idle && self.begun && self.pairing.first != Some(half.at.no);
+        self.pairing.unprovoked = unasked.then_some(Unprovoked { at: half.at, refusal: late.then_some((mux, code)) });
+    }
+
+    /// What the server refuses is still what the client wanted to write.
+    pub(super) fn attempted(&mut self, request: &Half) {
+        if let Command::InitiateDownload(object, i) = request.command
+            && let Some(transfer) = &mut self.transfer
+            && i.expedited
+        {
+            transfer.append(expedited(Some(object), &i, request.len));
+        }
     }
 
     pub(super) fn pairing_abort(&self) -> Option<Abort> {

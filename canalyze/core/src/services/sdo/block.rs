@@ -50,6 +50,8 @@ pub enum Taken {
 pub struct Acked {
     /// Part of the sub-block will be sent again.
     pub retransmission: bool,
+    /// The segment after which the acknowledgement of the sub-block before this one is missing.
+    pub missing: Option<FrameRef>,
     /// A violation, and the earlier frame it is about.
     pub fault: Option<(Facts, Option<FrameRef>)>,
 }
@@ -102,6 +104,10 @@ pub struct Block {
     /// An upload's next sub-block, seen before the client's acknowledgement of the current one.
     ahead: Option<SubBlock>,
     ahead_at: Option<FrameRef>,
+    /// Segments that were sent in sequence and not acknowledged, and the acknowledgement: the next is the first of them.
+    rest: Option<(Vec<[u8; 7]>, FrameRef, u8)>,
+    /// The acknowledgement after which the sender went on with other data.
+    not_resent: Option<(FrameRef, u8)>,
     /// After an early acknowledgement: frames count again from sequence number 1 on.
     skipping: bool,
     tail: Option<[u8; 7]>,
@@ -131,6 +137,8 @@ impl Block {
             current: SubBlock::default(),
             ahead: None,
             ahead_at: None,
+            rest: None,
+            not_resent: None,
             skipping: false,
             tail: None,
             committed: 0,
@@ -214,6 +222,7 @@ impl Block {
             }
             self.skipping = false;
         }
+        self.resume(transfer, data);
         self.last_sent |= last;
         let blksize = self.blksize;
         let mut ack_missing = None;
@@ -244,11 +253,54 @@ impl Block {
         (taken, ack_missing)
     }
 
+    /// The first segment after an acknowledgement of a part: is it the first of the others? If not, the sender takes
+    /// these for acknowledged as well.
+    fn resume(&mut self, transfer: &mut Transfer, data: [u8; 7]) {
+        self.last_sent &= self.rest.is_none();
+        if let Some((rest, ack, ackseq)) = self.rest.take()
+            && rest.first().is_some_and(|first| !alike(first, &data))
+        {
+            self.commit(transfer, &rest);
+            self.not_resent = Some((ack, ackseq));
+        }
+    }
+
+    /// The acknowledgement after which the sender did not send again what was not acknowledged, once.
+    pub fn take_not_resent(&mut self) -> Option<(FrameRef, u8)> {
+        self.not_resent.take()
+    }
+
+    /// The end frame came though segments up to the last one were not acknowledged: the sender takes them for it.
+    /// Returns whether there were such.
+    pub fn finish_unacknowledged(&mut self, transfer: &mut Transfer) -> bool {
+        let Some((rest, ..)) = self.rest.take().filter(|_| self.last_sent) else { return false };
+        self.commit(transfer, &rest);
+        self.finished = true;
+        true
+    }
+
+    /// Segments go on after a sub-block that was acknowledged with its last one: the mark was wrong. Returns the
+    /// segment that carried it.
+    pub fn reopen(&mut self) -> Option<FrameRef> {
+        (self.finished, self.last_sent) = (false, false);
+        self.due_since
+    }
+
     /// A segment that does not begin a new sub-block though the current one is complete. One that goes on counting
     /// after a segment marked as last shows that the mark was wrong.
     fn beyond_complete(&mut self, at: FrameRef, (seqno, last, data): (u8, bool, [u8; 7])) -> Taken {
         let goes_on = seqno == self.current.expected() && seqno <= self.blksize;
         match self.current.last_at {
+            None if seqno == self.current.expected() => {
+                // The sender does not know where the sub-block ends.
+                let facts = Facts::Sequence { expected: 1, found: seqno };
+                self.current.wrong.get_or_insert(Wrong { at, expected: 1, facts });
+                self.current.segments.push(data);
+                self.current.sent = self.current.sent.max(seqno);
+                self.current.count = self.current.count.saturating_add(1);
+                self.current.last_at = last.then_some((seqno, self.current.count));
+                Taken::OutOfSequence(1)
+            }
             Some((marked, _)) if goes_on => {
                 let marked_at = self.due_since.unwrap_or(at);
                 self.current.wrong.get_or_insert(Wrong { at: marked_at, expected: marked, facts: Facts::Outside });
@@ -265,8 +317,18 @@ impl Block {
     }
 
     /// The receiver's acknowledgement.
-    pub fn ack(&mut self, transfer: &mut Transfer, ackseq: u8, blksize: u8) -> Acked {
+    pub fn ack(&mut self, transfer: &mut Transfer, at: FrameRef, ackseq: u8, blksize: u8) -> Acked {
         let mut acked = Acked::default();
+        let of_next = |ahead: &SubBlock| {
+            ahead.last_at.is_some() && usize::from(ackseq) == ahead.segments.len() && ahead.is_complete(self.blksize)
+        };
+        if self.owes_ack()
+            && usize::from(ackseq) < self.current.segments.len()
+            && self.ahead.as_ref().is_some_and(of_next)
+        {
+            acked.missing = self.due_since;
+            self.settle_whole(transfer);
+        }
         let whole = self.owes_ack();
         let current = std::mem::take(&mut self.current);
         let in_sequence = current.segments.len() as u8;
@@ -286,6 +348,9 @@ impl Block {
         }
         acked.retransmission = ackseq < current.sent || !whole;
         self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
+        let rest =
+            current.segments.get(usize::from(ackseq)..).filter(|rest| !rest.is_empty() && current.wrong.is_none());
+        self.rest = rest.map(|rest| (rest.to_vec(), at, ackseq));
         // After a wrong number the receiver's word counts: it accepted so many segments, the last among them.
         self.finished =
             current.last_at.is_some_and(|(seqno, nth)| ackseq >= seqno || (current.wrong.is_some() && ackseq >= nth));
@@ -301,6 +366,10 @@ impl Block {
                 acked.fault = Some((Facts::Outside, self.ahead_at));
             }
             self.skipping = false;
+            if let Some(first) = ahead.segments.first() {
+                self.resume(transfer, *first);
+                self.last_sent |= ahead.last_at.is_some();
+            }
             self.current = ahead;
         }
         acked
@@ -355,4 +424,9 @@ impl Block {
     pub fn wrong(&self) -> Option<(Facts, FrameRef)> {
         self.current.wrong.as_ref().map(|wrong| (wrong.facts.clone(), wrong.at))
     }
+}
+
+/// Whether two segments are the same, but for a byte or two that were damaged on the way.
+fn alike(one: &[u8; 7], other: &[u8; 7]) -> bool {
+    one.iter().zip(other).filter(|(one, other)| one == other).count() > 4
 }

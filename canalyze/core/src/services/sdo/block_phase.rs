@@ -18,6 +18,10 @@ impl Channel {
     /// The command of a frame by the sender of the data.
     pub(super) fn decode_in_block(&self, block: &Block, side: Side, bytes: [u8; 8]) -> Command {
         let plain = wire::decode(side, bytes);
+        if self.pairing.pending.is_some_and(|pending| matches!(pending.command, Command::EndBlock { .. })) {
+            // All segments were sent.
+            return plain;
+        }
         if let Command::EndBlock { .. } = plain {
             let [_, _, _, rest @ ..] = bytes;
             let [command, ..] = bytes;
@@ -25,9 +29,21 @@ impl Channel {
             // after a lost one.
             let known = block.last_was_sent() || !block.may_be_in_flight();
             let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
-            if block.may_end() || early {
+            let missed = self.held_ack.is_some() && command & 0x7F != block.expected() && rest == [0; 5];
+            if block.may_end() || early || missed {
                 return plain;
             }
+        }
+        // The server's answer once more, before any segment.
+        if matches!(plain, Command::BlockUploadInitiated { .. })
+            && block.first_at.is_none()
+            && self.pairing.last_response == Some(bytes)
+        {
+            return plain;
+        }
+        // Behind the last sub-block only segment 1 could come, if it was not the last one.
+        if block.is_finished() && side == Side::Client && plain.is_initiate() && !plain.has_reserved_bits(bytes) {
+            return plain;
         }
         // A client that starts anew in mid-transfer: only a read, whose bytes 4..7 are 0, can be told from data.
         if let Command::InitiateUpload(mux) = plain
@@ -116,6 +132,10 @@ impl Channel {
                         self.judge_end(cx);
                     }
                     self.confirm_end(cx);
+                } else if block.is_finished() {
+                    let asked = self.transfer.as_ref().map_or(half.at, |transfer| transfer.last);
+                    self.find(Code::Sdo002, asked, Facts::Missing { by: Side::Server }, cx);
+                    self.complete(Status::Incomplete, cx);
                 } else {
                     self.violation_outside(half, cx);
                 }
@@ -132,6 +152,11 @@ impl Channel {
                 true
             }
             Command::EndBlock { .. } if self.is_upload() => self.end_block(half, cx),
+            Command::BlockUploadInitiated { .. } => {
+                self.step.place = Place::Outside;
+                self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
+                true
+            }
             Command::BlockAck { ackseq, .. } if !self.is_upload() => {
                 self.settle_ack(cx);
                 let Phase::Block(block) = &self.phase else { return false };
@@ -159,14 +184,20 @@ impl Channel {
         let Command::BlockSegment { seqno, last, data } = half.command else { return };
         let upload = self.is_upload();
         let midway = self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none());
-        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        let Phase::Block(block) = &mut self.phase else { return };
         if block.is_finished() {
-            self.step.place = Place::Outside;
-            self.find(Code::Sdo012, half.at, Facts::Outside, cx);
-            return;
+            if seqno != 1 || block.end.is_some() {
+                self.step.place = Place::Outside;
+                self.find(Code::Sdo012, half.at, Facts::Outside, cx);
+                return;
+            }
+            let marked = block.reopen().unwrap_or(half.at);
+            self.find(Code::Sdo012, marked, Facts::Outside, cx);
         }
+        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         self.step.ordinal = block.ordinal();
         let (taken, ack_missing) = block.segment(transfer, half.at, (seqno, last, data), upload);
+        let not_resent = block.take_not_resent();
         self.step.place = match taken {
             Taken::InSequence => Place::Due,
             Taken::InFlight if midway => Place::Uncaptured,
@@ -182,6 +213,9 @@ impl Channel {
         if let Some(due_since) = ack_missing {
             self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
         }
+        if let Some((ack, ackseq)) = not_resent {
+            self.find(Code::Sdo012, ack, Facts::NotResent { ackseq }, cx);
+        }
     }
 
     /// The end frame by the sender of the data. Returns whether it was taken: that of a download goes on as a
@@ -191,15 +225,23 @@ impl Channel {
         let upload = self.is_upload();
         let Phase::Block(block) = &mut self.phase else { return false };
         if !block.may_end() {
-            if block.last_was_sent() {
-                self.step.place = Place::Outside;
+            let hole = self.transfer.as_ref().is_some_and(|transfer| transfer.hole);
+            if block.last_was_sent() && !hole {
+                let goes_on = self.transfer.as_mut().is_some_and(|transfer| block.finish_unacknowledged(transfer));
                 self.find(Code::Sdo012, half.at, Facts::EarlyEnd, cx);
-                return true;
+                if !goes_on {
+                    self.step.place = Place::Outside;
+                    return true;
+                }
+            } else {
+                if let Some(transfer) = &mut self.transfer {
+                    block.finish_early(transfer);
+                }
+                // Where segments are missing, the last one is among them, and it was said.
+                if !hole {
+                    self.find(Code::Sdo012, half.at, Facts::NoLast, cx);
+                }
             }
-            if let Some(transfer) = &mut self.transfer {
-                block.finish_early(transfer);
-            }
-            self.find(Code::Sdo012, half.at, Facts::NoLast, cx);
         }
         let Phase::Block(block) = &mut self.phase else { return false };
         if upload && block.end.is_some() {
@@ -245,7 +287,7 @@ impl Channel {
             && let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer)
         {
             // The segment it speaks of may lie beyond the capture's edge: nothing to judge.
-            let _: Acked = block.ack(transfer, ackseq, blksize);
+            let _: Acked = block.ack(transfer, ack.at, ackseq, blksize);
         }
     }
 
@@ -256,13 +298,20 @@ impl Channel {
             self.violation_outside(half, cx);
             return;
         }
-        let acked = block.ack(transfer, ackseq, blksize);
+        let acked = block.ack(transfer, half.at, ackseq, blksize);
         transfer.last = half.at;
         transfer.bad |= matches!(acked.fault, Some((Facts::Sequence { .. } | Facts::Acknowledged { .. }, _)));
         if acked.retransmission {
             transfer.retransmissions = transfer.retransmissions.saturating_add(1);
         }
-        let (finished, end) = (block.is_finished(), block.end);
+        let missing = acked.missing;
+        let (finished, end, not_resent) = (block.is_finished(), block.end, block.take_not_resent());
+        if let Some(due_since) = missing {
+            self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
+        }
+        if let Some((ack, ackseq)) = not_resent {
+            self.find(Code::Sdo012, ack, Facts::NotResent { ackseq }, cx);
+        }
         if let Some((facts, cause)) = acked.fault {
             self.find(Code::Sdo012, cause.unwrap_or(half.at), facts, cx);
         }

@@ -2,11 +2,13 @@
 //!
 //! It takes a frame, says what it is, and begins and ends transfers. It must not look at other channels.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::block::Block;
-use super::pairing::Pairing;
+use super::judgement::OddExchange;
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
+use super::waiting::{Pairing, within};
 use super::wire::{self, Command, Initiate, Mux, Side};
 use crate::context::{Chunk, Context};
 use crate::dictionary::{Dictionary, Object};
@@ -18,6 +20,13 @@ use crate::frame::{BusId, CanId, Frame, FrameRef};
 const CHUNK: usize = 4096;
 /// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 leaves the time to the client).
 pub(super) const UNANSWERED_NS: i64 = 1_000_000_000;
+
+/// Who looks for a server sends it so many requests at most.
+const PROBES: u64 = 3;
+/// A frame captured twice follows itself within this time, in ns.
+const TWICE_NS: i64 = 5_000_000;
+/// So many frames may come between it and itself.
+const ONCE: usize = 8;
 
 /// One frame of the channel, kept until the other half of its exchange is known.
 #[derive(Clone, Copy, Debug)]
@@ -86,6 +95,7 @@ pub struct Channel {
     /// A request that can be one was seen: from here on there is something to judge.
     pub(super) begun: bool,
     pub(super) withheld: Vec<Finding>,
+    pub(super) odd_exchange: OddExchange,
     pub(super) requests: u64,
     pub(super) responses: u64,
     /// Frames among them that no stack would send: undefined commands, reserved bits.
@@ -95,6 +105,12 @@ pub struct Channel {
     /// Requests among them that can only be meant as such.
     pub(super) plausible: u64,
     pub(super) first: Option<FrameRef>,
+    /// The capture shows most of its frames twice.
+    pub twice: bool,
+    /// Its server was only looked for, as all others were.
+    pub scanned: bool,
+    /// The last frames and their steps, which may be captured a second time.
+    once: VecDeque<(Half, Step)>,
 }
 
 fn empty_step() -> Step {
@@ -133,18 +149,35 @@ impl Channel {
             proven: false,
             begun: false,
             withheld: Vec::new(),
+            odd_exchange: OddExchange::default(),
             requests: 0,
             responses: 0,
             odd: 0,
             paired: false,
             plausible: 0,
             first: None,
+            twice: false,
+            scanned: false,
+            once: VecDeque::new(),
+        }
+    }
+
+    /// The capture has run for `heard_ns` without a frame of the channel: what comes first does not belong to what came
+    /// before the capture.
+    pub fn idle_for(&mut self, heard_ns: i64) {
+        if heard_ns > UNANSWERED_NS {
+            self.pairing.first = Some(u64::MAX);
         }
     }
 
     /// The server's node-ID.
     pub fn node(&self) -> u8 {
         self.node
+    }
+
+    /// Whether a server was looked for, and none has answered.
+    pub fn is_probed(&self) -> bool {
+        self.responses == 0 && (1..=PROBES).contains(&self.requests) && self.plausible == self.requests
     }
 
     /// The completed transfer whose pair may still be dissolved.
@@ -188,6 +221,17 @@ impl Channel {
             bytes: frame.head(),
             len: frame.len,
         };
+        if let Some(step) = self.twin(side, &half) {
+            cx.events.push(Event {
+                at: half.at,
+                about: None,
+                bus: self.bus,
+                node: Some(self.node),
+                transfer: None,
+                what: What::Sdo(step),
+            });
+            return;
+        }
         self.first.get_or_insert(half.at);
         match side {
             Side::Client => self.requests = self.requests.saturating_add(1),
@@ -203,6 +247,8 @@ impl Channel {
             transfer: None,
             what: What::Note(Note::RequestNotCaptured),
         });
+        let half = if side == Side::Client { self.answer_edge(half, cx) } else { half };
+        self.step.command = half.command;
         self.plausible = self.plausible.saturating_add(u64::from(strict_initiate(&half)));
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
         self.odd = self.odd.saturating_add(u64::from(odd));
@@ -210,10 +256,12 @@ impl Channel {
             // What was odd may have been block data of a transfer that began before the capture.
             self.odd = 0;
         }
-        if half.command.is_initiate() && strict_initiate(&half) && self.first.is_some_and(|first| first != half.at) {
+        let later = self.first != Some(half.at) || self.pairing.first.is_some_and(|first| first != half.at.no);
+        if half.command.is_initiate() && strict_initiate(&half) && later {
             self.begun = true;
         }
         let before = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
+        self.note_unreadable(side, &half);
         match side {
             Side::Client => {
                 self.client(half, cx);
@@ -231,6 +279,9 @@ impl Channel {
         self.step.mux = of.and_then(|(_, mux)| mux);
         self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
         let step = std::mem::replace(&mut self.step, empty_step());
+        if self.twice {
+            self.once.push_back((half, Step { place: Place::Twin, answered_by: None, result: None, ..step.clone() }));
+        }
         if let Some(event) = cx.events.get_mut(slot) {
             event.transfer = of.map(|(id, _)| id);
             event.what = What::Sdo(step);
@@ -243,10 +294,28 @@ impl Channel {
         }
     }
 
+    /// The step of a frame that was captured before, where most frames are captured twice: the earliest of its side
+    /// that has no twin yet.
+    fn twin(&mut self, side: Side, half: &Half) -> Option<Step> {
+        if !self.twice {
+            self.once.clear();
+            return None;
+        }
+        self.once.retain(|(before, _)| within(before.at, half.at, TWICE_NS));
+        if self.once.len() > ONCE {
+            self.once.pop_front();
+        }
+        let same =
+            |(before, step): &(Half, Step)| step.side == side && before.bytes == half.bytes && before.len == half.len;
+        let place = self.once.iter().position(same)?;
+        self.once.remove(place).map(|(_, step)| step)
+    }
+
     /// Which command the frame is, given where the transfer stands.
     pub(super) fn decode(&self, side: Side, bytes: [u8; 8], len: u8) -> Command {
         if let Phase::Block(block) = &self.phase
             && self.sends_data(side)
+            && len > 0
         {
             return self.decode_in_block(block, side, bytes);
         }
@@ -350,6 +419,7 @@ impl Channel {
         self.own = true;
         self.pairing = Pairing::default();
         self.held_ack = None;
+        self.odd_exchange = OddExchange::default();
         self.phase = Phase::Idle;
         self.outside = if reset { Outside::Said } else { Outside::Uncaptured };
         if !reset {
@@ -368,6 +438,7 @@ impl Channel {
     /// The capture is over: what is still open is incomplete, and what was withheld is said once.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.own = false;
+        self.answer_only_request(cx);
         self.settle_held_at_end(cx);
         self.settle(cx);
         let aged = |from: FrameRef| match (from.t_ns, cx.at.t_ns) {
@@ -379,6 +450,7 @@ impl Channel {
         if let Some(pending) = self.pairing.pending
             && pending_is_old
             && !self.pairing.abort_may_answer
+            && !self.pairing.may_be_answered(&pending)
         {
             self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
         }

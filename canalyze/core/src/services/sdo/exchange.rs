@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, Half, Phase};
+use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::context::Context;
@@ -18,11 +18,13 @@ impl Channel {
     pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
         self.pairing.pending = None;
         self.pairing.last_response = Some(response.bytes);
+        self.pairing.answered = (request.at.no < response.at.no).then_some(response);
         if request.command.is_initiate() {
             self.pairing.initiated();
         }
         if wire::fits(&request.command, &response.command) {
             self.paired = true;
+            self.odd_exchange.astray = false;
             if request.command.is_initiate() && !self.trusted {
                 self.trust(cx);
             }
@@ -34,6 +36,10 @@ impl Channel {
         if let (Some(expected), Some(found)) = (request.command.mux(), response.command.mux())
             && expected != found
         {
+            if !self.trusted && strict_initiate(&request) && !response.command.has_reserved_bits(response.bytes) {
+                // Only the object differs: the rest is a request and its response.
+                self.trust(cx);
+            }
             self.find(Code::Sdo003, response.at, Facts::Objects { expected, found }, cx);
             if let Some(transfer) = &mut self.transfer {
                 transfer.bad = true;
@@ -146,6 +152,10 @@ impl Channel {
             status = Status::Failed;
         }
         self.complete(status, cx);
+        if status == Status::Failed {
+            // Where the last segment was not the last one, the others belong to nothing.
+            self.outside = Outside::Said;
+        }
     }
 
     /// Whether all indicated bytes were transferred though no segment was marked as the last one.

@@ -5,8 +5,8 @@
 
 use super::block::{Block, MOST};
 use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
-use super::pairing::Held;
 use super::transfer::{Direction, Mode, Transfer};
+use super::waiting::Held;
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::Place;
@@ -37,17 +37,32 @@ impl Channel {
 
     /// The channel's first frame is a request and a response of its kind was held, since its own request might
     /// still have come: it has not, so it is the answer after all, though for another object or toggle bit.
-    pub(super) fn answer_edge(&mut self, half: &Half, cx: &mut Context<'_>) {
-        let (Some(pending), Some(held)) = (self.pairing.pending, self.pairing.held) else { return };
+    /// Returns the client's next frame as it is read after that.
+    pub(super) fn answer_edge(&mut self, half: Half, cx: &mut Context<'_>) -> Half {
+        let (Some(pending), Some(held)) = (self.pairing.pending, self.pairing.held) else { return half };
         let late = wire::fits(&half.command, &held.half.command);
         if late || !strict_initiate(&pending) || !wire::kind_fits(&pending.command, &held.half.command) {
-            return;
+            return half;
         }
         self.pairing.held = None;
         self.begun = true;
         let own = std::mem::replace(&mut self.own, false);
         self.answer(pending, held.half, cx);
         self.own = own;
+        Half { command: self.decode(Side::Client, half.bytes, half.len), ..half }
+    }
+
+    /// The capture is over, and the channel has shown one request and one response of its kind, nothing else.
+    pub(super) fn answer_only_request(&mut self, cx: &mut Context<'_>) {
+        if self.requests != 1 || self.responses != 1 {
+            return;
+        }
+        let (Some(pending), Some(held)) = (self.pairing.pending, self.pairing.held) else { return };
+        if strict_initiate(&pending) && wire::kind_fits(&pending.command, &held.half.command) {
+            self.pairing.held = None;
+            self.begun = true;
+            self.answer(pending, held.half, cx);
+        }
     }
 
     /// An initiate response without its request, and the client goes on as if it had asked: it had. Returns whether a

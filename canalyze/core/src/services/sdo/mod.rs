@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `wire` | reads eight bytes |
 //! | `channel` | owns the state, takes a frame, begins and ends transfers |
-//! | `pairing` | puts requests and responses together, whatever order the capture shows them in |
+//! | `pairing`, `waiting` | puts requests and responses together, whatever order the capture shows them in; what waits |
 //! | `exchange` | moves the transfer with each pair |
 //! | `block_phase`, `block` | do so while sub-blocks run; which segments count |
 //! | `midway` | takes up transfers that began before the capture |
@@ -27,4 +27,5 @@ mod pairing;
 #[cfg(test)]
 mod tests;
 pub mod transfer;
+mod waiting;
 pub mod wire;

@@ -1,113 +1,30 @@
 //! Pairs: which response answers which request, when a capture may show a client's frame one frame late.
 //!
 //! The exchange is stop-and-wait, so at most one request is pending and at most one response is held. A held
-//! response waits for the channel's next frames (at most [`HOLD_NS`] where there are stamps): its request may be
+//! response waits for the channel's next frames (at most `HOLD_NS` where there are stamps): its request may be
 //! late. A pair found that way is tentative while a second response could answer the same request.
 //!
-//! Aborts are never pending and never held: they end the transfer, whoever sends them.
+//! Aborts are never pending and never held: they end the transfer, whoever sends them. The request that one refuses
+//! may be late as well: the pair is tentative in the same way.
 //!
 //! This file decides who belongs to whom. What a pair does to the transfer stands in `channel`.
 
 use super::block::MOST;
 use super::channel::{Channel, Half, Outside, Phase, UNANSWERED_NS, strict_initiate};
-use super::transfer::{Direction, Mode, Status};
+use super::transfer::{Abort, Direction, Mode, Status};
+use super::waiting::{Held, Tentative, Unprovoked, within, within_hold};
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::{Note, Place};
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;
 
-/// How long a response waits for its late request, in ns.
-const HOLD_NS: i64 = 5_000_000;
-
-/// A response whose request was not seen yet.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Held {
-    pub(super) half: Half,
-    /// It is among the channel's first frames (or the first after lost frames): its request may be before the capture.
-    pub(super) first: bool,
-    /// It also answers the request of the tentative pair.
-    pub(super) rival: bool,
-}
-
-/// A pair whose request was captured after its response.
-#[derive(Clone, Copy, Debug)]
-struct Tentative {
-    request: Half,
-    response: FrameRef,
-    /// The response was the channel's first frame: a second one that fits is rather the answer.
-    first: bool,
-}
-
-impl Tentative {
-    /// Whether the stamps speak against a late echo: the request came long after the response it would belong to,
-    /// and soon before the one at `next`.
-    fn is_unlikely(&self, next: FrameRef) -> bool {
-        match (self.response.t_ns, self.request.at.t_ns, next.t_ns) {
-            (Some(response), Some(request), Some(next)) => {
-                request.saturating_sub(response) > next.saturating_sub(request)
-            }
-            _ => false,
-        }
-    }
-}
-
-/// An abort by the server, met when no request was pending: its request may be late.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Unprovoked {
-    pub(super) at: FrameRef,
-}
-
-/// After an abort: frames of the other side may still be under way.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct UnderWay {
-    pub(super) side: Side,
-    /// The next sequence number of a block transfer's segments; 0 outside block transfers.
-    pub(super) seqno: u8,
-}
-
-/// The pairing state of a channel.
-#[derive(Debug, Default)]
-pub(super) struct Pairing {
-    /// The request that awaits its response.
-    pub(super) pending: Option<Half>,
-    pub(super) held: Option<Held>,
-    tentative: Option<Tentative>,
-    /// The last request that was aborted by its client or overtaken by the next one.
-    pub(super) given_up: Option<Half>,
-    /// The response that was released last, at this frame.
-    released: Option<Half>,
-    /// A client frame outside any transfer: what answers it is no news.
-    pub(super) stray: Option<Half>,
-    pub(super) unprovoked: Option<Unprovoked>,
-    pub(super) under_way: Option<UnderWay>,
-    /// The pending request may be what the abort before it answered.
-    pub(super) abort_may_answer: bool,
-    /// The object and code of the server's last abort.
-    pub(super) last_abort: Option<(wire::Mux, u32)>,
-    /// The last response that answered a request.
-    pub(super) last_response: Option<[u8; 8]>,
-    /// Number of the channel's first frame (or of the first since frames were lost).
-    pub(super) first: Option<u64>,
-}
-
-impl Pairing {
-    /// A transfer was initiated: a segment of the one before can no longer come.
-    pub(super) fn initiated(&mut self) {
-        self.given_up = self.given_up.filter(|request| request.command.is_initiate());
-    }
-
-    /// Whether the last pair may still be dissolved.
-    pub(super) fn is_tentative(&self) -> bool {
-        self.tentative.is_some()
-    }
-}
-
 impl Channel {
     /// A frame by the client. The order of the questions is the rule: does it abort, is it still under way, does it
     /// belong to sub-blocks, does it overtake a request, does a held response wait for it; else it is a request.
     pub(super) fn client(&mut self, half: Half, cx: &mut Context<'_>) {
         self.pairing.first.get_or_insert(half.at.no);
+        self.pairing.ascertain(&half);
         self.pairing.released = None;
         let rival = self.pairing.held.is_some_and(|held| held.rival);
         self.release_expired(cx);
@@ -137,7 +54,6 @@ impl Channel {
         if matches!(self.phase, Phase::Block(_)) && self.block_client(&half, cx) {
             return;
         }
-        self.answer_edge(&half, cx);
         if self.pairing.pending.is_some() && self.supersede(&half, cx) {
             return;
         }
@@ -162,7 +78,23 @@ impl Channel {
             self.block_client(&half, cx);
             return;
         }
+        if self.has_begun(&half)
+            && let Some(answer) = self.pairing.answered.take()
+        {
+            self.leave_answered(cx);
+            self.pair_backwards(half, Held { half: answer, first: true, rival: false }, cx);
+            return;
+        }
         self.request(half, unprovoked, cx);
+    }
+
+    /// Whether the segments that are about to come may be those of this request, captured after the answer to it, and not
+    /// those of the request before, whose answer is not in the capture.
+    fn has_begun(&self, half: &Half) -> bool {
+        matches!(self.phase, Phase::Segments { .. })
+            && self.pairing.pending.is_none()
+            && self.pairing.may_be_answered(half)
+            && self.transfer.as_ref().is_some_and(|transfer| transfer.segments == 0)
     }
 
     /// A request with nothing before it that could answer it.
@@ -172,6 +104,12 @@ impl Channel {
             self.begin(&half, cx);
             self.pairing.under_way = None;
             self.pairing.stray = None;
+            if let Some(Unprovoked { at, refusal: Some((object, code)) }) = unprovoked
+                && half.command.mux() == Some(object)
+            {
+                self.refused(half, at, code, cx);
+                return;
+            }
             self.pairing.abort_may_answer = unprovoked.is_some();
             self.pairing.pending = Some(half);
             return;
@@ -182,6 +120,23 @@ impl Channel {
         }
         self.step.ordinal = self.segment_ordinal(&half.command);
         self.pairing.pending = Some(half);
+    }
+
+    /// A late request and the abort, captured before it, that refused its object: a pair, unless the next response
+    /// answers the same request and no other comes for it.
+    fn refused(&mut self, request: Half, response: FrameRef, code: u32, cx: &mut Context<'_>) {
+        self.step.answered_by = Some(response);
+        self.pairing.abort_may_answer = false;
+        self.pairing.tentative = Some(Tentative { request, response, first: false, refused: true });
+        if strict_initiate(&request) {
+            self.trust(cx);
+        }
+        self.attempted(&request);
+        if let Some(transfer) = &mut self.transfer {
+            transfer.reordered = true;
+            transfer.abort = Some(Abort { code, by: Side::Server });
+        }
+        self.complete(Status::Aborted, cx);
     }
 
     /// Whether the open transfer is one in which a client sends this.
@@ -278,6 +233,11 @@ impl Channel {
             self.respond_unasked(half, false, cx);
             return;
         }
+        if self.pairing.may_be_answered(&pending) {
+            self.leave_answered(cx);
+            self.respond_unasked(half, false, cx);
+            return;
+        }
         if matches!(half.command, Command::Segment(_)) && self.pairing.last_response == Some(half.bytes) {
             self.step.place = Place::Outside;
             self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
@@ -315,7 +275,8 @@ impl Channel {
         }
         let rival = match self.pairing.tentative {
             Some(tentative) if wire::fits(&tentative.request.command, &half.command) => {
-                if tentative.first || tentative.is_unlikely(half.at) {
+                let first = tentative.first && !tentative.is_likely(half.at);
+                if first || (!tentative.refused && tentative.is_unlikely(half.at)) {
                     self.dissolve(tentative, cx);
                     self.answer(tentative.request, half, cx);
                     return;
@@ -350,7 +311,8 @@ impl Channel {
             self.leave_open_transfer(&request, cx);
             self.begin(&request, cx);
             self.pairing.under_way = None;
-            self.pairing.tentative = Some(Tentative { request, response: held.half.at, first: held.first });
+            let (response, first) = (held.half.at, held.first);
+            self.pairing.tentative = Some(Tentative { request, response, first, refused: false });
         }
         self.answer(request, held.half, cx);
     }
@@ -361,7 +323,7 @@ impl Channel {
         let unsettled = self.unsettled.take().map(|transfer| transfer.id);
         if tentative.first {
             self.note(Note::RequestNotCaptured, tentative.response, cx);
-        } else {
+        } else if !tentative.refused {
             self.find_about = tentative.request.command.mux();
             self.find(Code::Sdo002, tentative.response, Facts::Missing { by: Side::Client }, cx);
         }
@@ -439,10 +401,6 @@ impl Channel {
     pub(super) fn settle_held_at_end(&mut self, cx: &mut Context<'_>) {
         self.settle_ack_at_end();
         match self.pairing.held.take() {
-            Some(held) if held.rival => {
-                self.pairing.held = Some(held);
-                self.release_held(cx);
-            }
             // Long after it, no late request will come any more.
             Some(held) if !within(held.half.at, cx.at, UNANSWERED_NS) => {
                 self.pairing.held = Some(held);
@@ -464,9 +422,22 @@ impl Channel {
         self.find(Code::Sdo020, self.step.answered_by.unwrap_or(half.at), Facts::None, cx);
     }
 
+    /// The pending request was answered before it was captured, by what was taken for the answer to another.
+    pub(super) fn leave_answered(&mut self, cx: &mut Context<'_>) {
+        self.pairing.pending = None;
+        self.pairing.certain = true;
+        let own = std::mem::replace(&mut self.own, false);
+        self.complete(Status::Incomplete, cx);
+        self.own = own;
+    }
+
     /// A client frame while its last request was not answered. Returns whether the frame needs nothing more.
     fn supersede(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
         let Some(pending) = self.pairing.pending else { return false };
+        if half.command.is_initiate() && self.pairing.may_be_answered(&pending) {
+            self.leave_answered(cx);
+            return false;
+        }
         if pending.bytes == half.bytes && pending.len == half.len && !self.pairing.abort_may_answer {
             self.step.place = Place::Repeated;
             // Both may still be answered.
@@ -614,16 +585,4 @@ impl Channel {
 
 fn is_block_initiate(half: &Half) -> bool {
     matches!(half.command, Command::InitiateBlockDownload { .. } | Command::InitiateBlockUpload { .. })
-}
-
-/// Whether two frames are close enough for the second to be a late echo; without stamps, always.
-fn within_hold(from: FrameRef, to: FrameRef) -> bool {
-    within(from, to, HOLD_NS)
-}
-
-fn within(from: FrameRef, to: FrameRef, limit_ns: i64) -> bool {
-    match (from.t_ns, to.t_ns) {
-        (Some(from), Some(to)) => to.saturating_sub(from) <= limit_ns,
-        _ => true,
-    }
 }

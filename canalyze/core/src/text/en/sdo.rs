@@ -246,6 +246,7 @@ fn place(out: &mut Vec<u8>, step: &Step) {
         (Place::Uncaptured, None) => put!(out; " [start of the transfer not captured]"),
         (Place::InFlight, None) => put!(out; " [under way, does not count]"),
         (Place::OutOfSequence(due), None) => put!(out; " [out of sequence, ", due, " was due]"),
+        (Place::Twin, None) => put!(out; " [captured twice]"),
         (Place::Outside, None) => put!(out; " [not due here]"),
     }
 }

@@ -252,6 +252,7 @@ fn place(out: &mut Vec<u8>, step: &Step) {
         (Place::Uncaptured, None) => put!(out; " [传输起始未捕获]"),
         (Place::InFlight, None) => put!(out; " [在途帧, 不计入]"),
         (Place::OutOfSequence(due), None) => put!(out; " [序列号不连续, 应为", due, "]"),
+        (Place::Twin, None) => put!(out; " [同一帧被捕获两次]"),
         (Place::Outside, None) => put!(out; " [此处不应出现]"),
     }
 }

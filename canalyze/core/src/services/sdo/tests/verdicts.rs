@@ -120,6 +120,6 @@ fn a_lost_request_while_polling_with_stamps_shifts_no_value() {
     let outcome = run_timed(&text, |no| Some(times[no] * 1_000_000));
     let values: Vec<u8> = outcome.transfers.iter().map(|transfer| transfer.kept[0]).collect();
     assert_eq!(values, [1, 3, 4]);
-    let found: Vec<_> = outcome.loud().iter().map(|f| (f.code, f.cause.map(|cause| cause.no))).collect();
-    assert_eq!(found, [(Code::Sdo002, Some(3))]);
+    let found: Vec<_> = outcome.loud().iter().map(|f| (f.code, f.at.no)).collect();
+    assert_eq!(found, [(Code::Sdo002, 3)]);
 }

@@ -82,7 +82,10 @@ pub(super) const LSS009: RuleText = RuleText {
     message: "selected slave does not answer",
     meaning: "A slave in the configuration state answers configure and inquire commands.",
     cause: "The slave does not support the command, was reset or disconnected, or is too slow.",
-    faces: &["the selected slave has not answered {command} within {limit}"],
+    faces: &[
+        "the selected slave has not answered {command} within {limit}",
+        "no answer to {command} before the master went on",
+    ],
 };
 
 pub(super) const LSS010: RuleText = RuleText {

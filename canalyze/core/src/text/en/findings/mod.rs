@@ -31,9 +31,9 @@ fn side(side: Side) -> &'static str {
 }
 
 /// Appends the frame that shows a finding, where the finding stands under another one's line.
-pub fn place(out: &mut Vec<u8>, frame: Option<u64>) {
+pub fn place(out: &mut Vec<u8>, frame: Option<u64>, node: Option<u8>) {
     if let Some(frame) = frame {
-        put!(out; "frame ", frame, " ");
+        put!(out; "frame ", frame, if node.is_some() { " " } else { ": " });
     }
 }
 
@@ -85,6 +85,9 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
         Facts::Length(len) => put!(out; "SDO frame of ", len, " bytes instead of 8"),
         Facts::Sequence { expected, found } => put!(out; "block sequence number ", found, ", ", expected, " was due"),
         Facts::Acknowledged { ackseq, sent } => put!(out; "segment ", ackseq, " acknowledged, only ", sent, " sent"),
+        Facts::NotResent { ackseq } => {
+            put!(out; "segments up to ", ackseq, " acknowledged, and those after it not sent again");
+        }
         Facts::BlockSize(size) => put!(out; "block size ", size, ", must be 1 to 127"),
         Facts::EarlyEnd => put!(out; "the block transfer ends before its last segment was acknowledged"),
         Facts::EndNotConfirmed => put!(out; "the end of the block transfer was not confirmed"),

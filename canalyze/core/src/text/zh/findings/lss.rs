@@ -73,7 +73,7 @@ pub(super) const LSS009: RuleText = RuleText {
     message: "已选中的从站没有应答",
     meaning: "处于配置状态的从站必须应答配置和查询命令。",
     cause: "从站不支持该命令, 已复位或已断开, 或者应答太慢。",
-    faces: &["已选中的从站在{limit}内没有应答 {command}"],
+    faces: &["已选中的从站在{limit}内没有应答 {command}", "主站继续之前没有收到对 {command} 的应答"],
 };
 
 pub(super) const LSS010: RuleText = RuleText {

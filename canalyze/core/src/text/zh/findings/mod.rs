@@ -35,9 +35,9 @@ fn side(side: Side) -> &'static str {
 }
 
 /// Appends the frame that shows a finding, where the finding stands under another one's line.
-pub fn place(out: &mut Vec<u8>, frame: Option<u64>) {
+pub fn place(out: &mut Vec<u8>, frame: Option<u64>, node: Option<u8>) {
     if let Some(frame) = frame {
-        put!(out; "第", frame, "帧 ");
+        put!(out; "第", frame, if node.is_some() { "帧 " } else { "帧: " });
     }
 }
 
@@ -87,6 +87,7 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
         Facts::Length(len) => put!(out; "SDO帧长度为", len, "字节, 应为8字节"),
         Facts::Sequence { expected, found } => put!(out; "块序列号为", found, ", 应为", expected),
         Facts::Acknowledged { ackseq, sent } => put!(out; "确认了第", ackseq, "段, 而只发送到第", sent, "段"),
+        Facts::NotResent { ackseq } => put!(out; "只确认到第", ackseq, "段, 其后的段却没有重发"),
         Facts::BlockSize(size) => put!(out; "块大小为", size, ", 应为1到127"),
         Facts::EarlyEnd => put!(out; "最后一段尚未被确认就结束块传输"),
         Facts::EndNotConfirmed => put!(out; "块传输的结束没有得到确认"),

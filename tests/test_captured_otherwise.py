@@ -1,0 +1,243 @@
+"""Clean networks in captures that are not what their senders did: nothing is said of what the capture alone did.
+
+Every frame twice, as of two adapters on one bus; NMT filtered out; a recording that paused; coarse stamps; a network
+switched off and on; a master that looks for nodes or stops its SYNC. What it must not do: contain a fault of a sender.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+from captures import SAMPLES, Analysis, CanFrame, analyze, console_text, log_text, read_log
+from network import (
+    OPERATIONAL,
+    PRE_OP,
+    PRE_OPERATIONAL,
+    RESET_COMMUNICATION,
+    START,
+    Follower,
+    Network,
+    echoed_late,
+)
+from network_sessions import NODE, OTHER, SESSIONS
+from sdo_wire import Channel, block_download, block_upload, segmented_upload
+
+RECORDED = {path.stem: read_log(path.read_bytes()) for path in sorted((SAMPLES / "network").glob("*.log"))}
+"""Recorded sessions of whole networks."""
+STACKS = {path.stem: read_log(path.read_bytes()) for path in sorted((SAMPLES / "stacks").glob("*.log"))}
+PAUSE_US = 60_000_000
+
+
+def without(frames: Sequence[CanFrame], *can_ids: int) -> list[CanFrame]:
+    """A capture from which these identifiers were filtered out."""
+    return [frame for frame in frames if frame.can_id not in can_ids]
+
+
+def paused(frames: Sequence[CanFrame], at: int) -> list[CanFrame]:
+    """The capture with a minute without frames before one of them."""
+    return [*frames[:at], *(replace(frame, t_us=frame.t_us + PAUSE_US) for frame in frames[at:])]
+
+
+def quiet(said: Analysis) -> None:
+    """Nothing above info."""
+    assert not said.above_info(), said.complaint()
+
+
+def codes(said: Analysis) -> set[str]:
+    return {finding["code"] for finding in said.findings}
+
+
+@pytest.mark.parametrize("name", [*RECORDED, *STACKS])
+def test_every_frame_twice(name: str) -> None:
+    frames = RECORDED.get(name) or STACKS[name]
+    doubled = [copy for frame in frames for copy in (frame, replace(frame, t_us=frame.t_us + 1))]
+    once, twice = analyze(log_text(frames)), analyze(log_text(doubled))
+    quiet(twice)
+    assert len(twice.transfers) == len(once.transfers)
+    assert [row["data"] for row in twice.transfers] == [row["data"] for row in once.transfers]
+    assert not {"SDO015", "SDO020"} & codes(twice)
+
+
+@pytest.mark.parametrize("name", ["boot-and-states", "remapping", "drive-states"])
+def test_every_frame_twice_without_stamps(name: str) -> None:
+    quiet(analyze(console_text(copy for frame in RECORDED[name] for copy in (frame, frame))))
+
+
+def test_every_frame_twice_with_frames_between() -> None:
+    """The second adapter is late by more than the server takes to answer."""
+    channel = Channel(5)
+    session = block_upload(channel, 0x2004, 0, bytes(100), blksize=5) + block_download(channel, 0x2004, 0, bytes(60))
+    session += segmented_upload(channel, 0x1008, 0, b"a device with a name")
+    beats = [CanFrame("can0", 0x701 + t_us // 500 % 4, b"\x05", t_us) for t_us in range(0, 8000, 500)]
+    spread = [replace(frame, t_us=10_000 + 100 * number) for number, frame in enumerate(session)]
+    doubled = [copy for frame in beats for copy in (frame, replace(frame, t_us=frame.t_us + 40))]
+    doubled += [copy for frame in spread for copy in (frame, replace(frame, t_us=frame.t_us + 120))]
+    said = analyze(log_text(sorted(doubled, key=lambda frame: frame.t_us)))
+    quiet(said)
+    assert [row["status"] for row in said.transfers] == ["ok"] * 3
+
+
+def test_heartbeats_without_stamps_are_no_twins() -> None:
+    """What stands beside itself there may be a second apart: answers that are alike count all the same."""
+    net = Network().boot(NODE).heartbeat(NODE, period=0.1, count=8).wait(0.85)
+    for value in (500, 50, 1000):
+        net.write(NODE, 0x1017, 0, value, 2).heartbeat(NODE, period=value / 1000, count=6).wait(value * 0.0065)
+    said = analyze(console_text(net.read(NODE, 0x1000, 0, 0x192, 4).frames()))
+    quiet(said)
+    assert [row["status"] for row in said.transfers] == ["ok"] * 4
+    assert {row["sdo"]["place"] for row in said.frames if row["service"] == "sdo"} == {"due"}
+
+
+def test_the_first_two_requests_late_and_a_second_apart() -> None:
+    """One object written twice from the capture's beginning on: the stamps tell which answer is whose."""
+    net = Network().write(NODE, 0x1017, 0, 100, 2).wait(0.9).write(NODE, 0x1017, 0, 500, 2).wait(0.9)
+    request, answer, again, second = net.read(NODE, 0x1000, 0, 0x192, 4).frames()[:4]
+    late = [replace(answer, t_us=request.t_us), replace(request, t_us=answer.t_us)]
+    late += [replace(second, t_us=again.t_us), replace(again, t_us=second.t_us)]
+    said = analyze(log_text([*late, *net.frames()[4:]]))
+    quiet(said)
+    assert [row["data"] for row in said.transfers] == ["6400", "F401", "92010000"]
+
+
+def test_polling_cut_in_the_middle_with_every_request_late() -> None:
+    """The capture ends with an answer whose request would follow."""
+    net = Network().read(NODE, 0x1000, 0, 0x192, 4)
+    for value in range(12):
+        net.read(NODE, 0x2001, 0, value, 2)
+    frames = net.frames()
+    late = [frame for at in range(2, len(frames), 2) for frame in (frames[at + 1], frames[at])]
+    for end in range(len(late)):
+        quiet(analyze(console_text([*frames[:2], *late[:end]])))
+
+
+@pytest.mark.parametrize("name", ["states", "stopped", "guarded"])
+def test_commands_filtered_out(name: str) -> None:
+    """A node becomes Operational, or Stopped, only by a command: the capture has none at all."""
+    quiet(analyze(log_text(without(SESSIONS[name]().frames(), 0x000))))
+
+
+@pytest.mark.parametrize("name", ["boot-and-states", "guarding", "sync-and-pdos", "sync-counter"])
+def test_commands_filtered_out_of_a_recording(name: str) -> None:
+    quiet(analyze(log_text(without(RECORDED[name], 0x000))))
+
+
+def test_a_node_that_falls_back_where_nobody_commands() -> None:
+    """What a node does by itself is told, at the end at the latest, and where a command comes."""
+    net = Network().boot(NODE, OTHER).write(NODE, 0x1017, 0, 100, 2)
+    for node in (NODE, OTHER):
+        net.live(node, period=0.1, seconds=2.0, states=[(0, OPERATIONAL)] + [(1.0, PRE_OPERATIONAL)] * (node == NODE))
+    (finding,) = analyze(log_text(net.frames())).above_info()
+    assert (finding["code"], finding["node"]) == ("NMT004", NODE)
+    net.now = 1.55
+    (finding,) = analyze(log_text(net.nmt(START, OTHER).frames())).above_info()
+    assert (finding["code"], finding["node"]) == ("NMT004", NODE)
+
+
+@pytest.mark.parametrize("seconds", [1.0, 30.0])
+def test_a_node_that_boots_again_where_nobody_commands(seconds: float) -> None:
+    """A network that starts itself: told at the boot-up's frame, whenever it is told."""
+    net = Network()
+    for node in (3, 4, 5):
+        net.boot(node).send(0x700 + node, bytes([OPERATIONAL]), after=0.02)
+        net.live(node, period=0.1, seconds=0.5 + seconds, states=[(0, OPERATIONAL)])
+    frames = net.frames()
+    at = next(place for place, frame in enumerate(frames) if frame.t_us > (net.start + 0.51) * 1_000_000)
+    again = CanFrame("can0", 0x704, b"\0", frames[at].t_us - 1)
+    (finding,) = analyze(log_text([*frames[:at], again, *frames[at:]])).above_info()
+    assert (finding["code"], finding["node"], finding["frame"]) == ("NMT003", 4, at + 1)
+
+
+def test_a_boot_up_that_is_told_late_stands_at_its_frame() -> None:
+    """Whether the other node comes back as well shows only then."""
+    net = Network().boot(NODE, OTHER).write(NODE, 0x1017, 0, 100, 2).write(OTHER, 0x1017, 0, 100, 2).nmt(START)
+    net.live(OTHER, period=0.1, seconds=2.0, states=[(0, OPERATIONAL)]).wait(0.33)
+    place = len([frame for frame in net.frames() if frame.t_us <= (net.start + net.now) * 1_000_000]) + 1
+    (finding,) = analyze(log_text(net.boot(NODE).read(NODE, 0x1000, 0, 0x192, 4).frames())).above_info()
+    assert (finding["code"], finding["node"], finding["frame"]) == ("NMT003", NODE, place)
+
+
+def network_of(count: int, *, boot_ups: Sequence[float]) -> Network:
+    """Nodes with heartbeats under a master that keeps its power; they boot again at these times, 3 s and later."""
+    net = Network()
+    nodes = range(1, count + 1)
+    net.live(0x7F, period=0.1, seconds=6.0, states=[(0, OPERATIONAL)])
+    net.boot(*nodes)
+    for node in nodes:
+        net.write(node, 0x1017, 0, 100, 2)
+    net.nmt(START)
+    start = net.now
+    for node, again in zip(nodes, boot_ups, strict=True):
+        net.now = start
+        net.live(node, period=0.1, seconds=1.0, states=[(0, OPERATIONAL)])
+        net.now = again
+        net.boot(node).write(node, 0x1017, 0, 100, 2)
+        net.live(node, period=0.1, seconds=2.0, states=[(0, PRE_OPERATIONAL)])
+    return net
+
+
+def test_a_network_switched_off_and_on() -> None:
+    """All nodes boot again, one after the other, while the master is alive."""
+    said = analyze(log_text(network_of(3, boot_ups=[3.0, 3.2, 3.9]).frames()))
+    assert "NMT003" not in codes(said), said.complaint()
+
+
+def test_one_node_of_a_network_boots_again() -> None:
+    net = network_of(2, boot_ups=[3.0, 3.2])
+    kept = [f for f in net.frames() if (f.can_id, f.data) != (0x702, b"\0") or f.t_us < (net.start + 3) * 1_000_000]
+    assert "NMT003" in codes(analyze(log_text(kept)))
+
+
+@pytest.mark.parametrize("name", ["sync-and-pdos", "multiplex-and-safety", "boot-and-states"])
+def test_a_recording_that_paused(name: str) -> None:
+    frames = RECORDED[name]
+    for at in range(len(frames) // 6, len(frames) - 1, max(1, len(frames) // 12)):
+        said = analyze(log_text(paused(frames, at)))
+        told = codes(said) & {"PDO005", "SRD003", "TIM002"}
+        assert not told, f"before frame {at + 1}: {said.complaint()}"
+
+
+def test_stamps_of_ten_milliseconds() -> None:
+    for name in ("sync-counter", "sync-and-pdos"):
+        coarse = [replace(frame, t_us=frame.t_us // 10_000 * 10_000) for frame in RECORDED[name]]
+        quiet(analyze(log_text(coarse)))
+
+
+def test_a_master_stops_its_sync_to_configure() -> None:
+    """All nodes to Pre-operational, a few writes, and the SYNC goes on."""
+    net = Network().boot(NODE).write(NODE, 0x1800, 2, 1, 1).nmt(START).wait(0.05)
+    follower = Follower(0x185, lambda cycle: struct.pack("<H", cycle))
+    net.sync(period=0.02, count=30, followers=[follower])
+    net.wait(0.602).nmt(PRE_OP).write(NODE, 0x1006, 0, 20_000, 4).wait(0.08).nmt(START).wait(0.005)
+    quiet(analyze(log_text(net.sync(period=0.02, count=30, followers=[follower]).frames())))
+
+
+def test_who_scans_the_bus_expects_no_answers() -> None:
+    """126 requests, two answers: one line for each silent node would say nothing."""
+    net = Network()
+    for node in range(1, 127):
+        net.send(0x600 + node, b"\x40\x00\x10\x00\0\0\0\0").wait(0.001)
+        if node in (5, 9):
+            net.send(0x580 + node, b"\x43\x00\x10\x00\x92\x01\0\0")
+    said = analyze(log_text(net.frames()))
+    assert not codes(said), said.findings
+    silent = [frame for frame in net.frames() if frame.can_id in (0x601, 0x602, 0x605, 0x585)]
+    assert codes(analyze(log_text(silent))) == {"SDO031"}
+
+
+def test_a_heartbeat_time_of_which_only_the_confirmation_is_there() -> None:
+    net = Network().boot(NODE).heartbeat(NODE, period=0.02, count=20).wait(0.405).write(NODE, 0x1017, 0, 200, 2)
+    net.heartbeat(NODE, period=0.2, count=8)
+    quiet(analyze(log_text(without(net.frames(), 0x605))))
+
+
+def test_a_reset_without_boot_up_listed_late() -> None:
+    """Some nodes show Pre-operational at once."""
+    net = Network().boot(NODE).write(NODE, 0x1017, 0, 100, 2).nmt(START, NODE)
+    net.live(NODE, period=0.1, seconds=0.5, states=[(0, OPERATIONAL)]).wait(0.55)
+    net.send(0, bytes([RESET_COMMUNICATION, NODE])).send(0x705, b"\x7f", after=0.0003).wait(0.01)
+    net.heartbeat(NODE, period=0.1, count=5)
+    for seed in range(4):
+        assert "NMT004" not in codes(analyze(log_text(echoed_late(net.frames(), {0x000}, seed=seed))))
