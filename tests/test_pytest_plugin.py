@@ -102,7 +102,7 @@ def test_failures_show_annotated_lines(tests: pytest.Pytester) -> None:
         parts[name] = rest.partition("=== short test")[0]
     aborted = "# abort transfer from the server: 1008h:00 05030000h toggle bit not alternated"
     assert "canalyze: findings" in parts["test_findings"] and aborted in parts["test_findings"]
-    assert "SDO001 error, frame 14: node 10 1008h:00: frame 13" in parts["test_findings"]
+    assert "SDO001 error, frame 13: node 10 1008h:00: toggle=1" in parts["test_findings"]
     assert "SDO017 info, frame" not in parts["test_findings"]
     assert "canalyze: SDO transfers" in parts["test_generator"] and "... and 9 more" in parts["test_generator"]
     assert "2B 17 10 00 64 00 00 00  # SDO write request" in parts["test_value"]
