@@ -18,6 +18,8 @@ const ANSWER_NS: i64 = 500_000_000;
 const ECHO_NS: i64 = 10_000_000;
 /// A request this old was not answered, in ns.
 const UNANSWERED_NS: i64 = 1_000_000_000;
+/// A master that guards a node asks again within this time, in ns: nearly always.
+const ROUND_NS: i64 = 10_000_000_000;
 /// A request this old before a reset was not answered, in ns.
 const SLOW_NS: i64 = 50_000_000;
 /// Two frames closer than this may be one that was captured twice, in ns.
@@ -35,7 +37,9 @@ struct Guarded {
     lone: Option<(FrameRef, u8)>,
     /// Frames without it in a row after that one and the next, and the first of them.
     same: Option<(u8, FrameRef)>,
-    /// The last request, until its answer.
+    /// The last request.
+    asked: Option<FrameRef>,
+    /// The same, until its answer.
     request: Option<FrameRef>,
     /// An answer came just before it, which may have been its own.
     doubtful: bool,
@@ -85,9 +89,11 @@ impl Guarding {
         self.nodes.get(node).is_some_and(|guarded| guarded.silent)
     }
 
-    /// Whether the master has asked a node and awaits its answer.
-    pub fn is_asked(&self, node: u8, at: FrameRef) -> bool {
-        self.nodes.get(node).is_some_and(|guarded| guarded.is_asked(at))
+    /// Whether the master asks a node for its state: the request may be captured after this answer to it, so the one
+    /// of the round before counts.
+    pub fn is_guarded(&self, node: u8, at: FrameRef) -> bool {
+        let asked = self.nodes.get(node).and_then(|guarded| guarded.asked);
+        asked.is_some_and(|asked| since(Some(asked), at).is_none_or(|age| age <= ROUND_NS))
     }
 
     /// A request of the master.
@@ -97,6 +103,7 @@ impl Guarding {
             return;
         }
         guarded.requests += 1;
+        guarded.asked = Some(cx.at);
         if let Some((frame, toggle, counted)) = guarded.ahead.filter(|(frame, ..)| close(*frame, cx.at)) {
             // Its answer was captured before it.
             guarded.ahead = None;

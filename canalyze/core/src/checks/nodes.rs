@@ -290,7 +290,7 @@ impl Nodes {
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
         if toggle && !self.guarding.toggles(node) {
             let producer = self.heartbeats.is_producer(node) || self.heartbeats.is_configured(node);
-            if producer && !self.guarding.is_asked(node, cx.at) {
+            if producer && !self.guarding.is_guarded(node, cx.at) {
                 return self.heartbeats.bit_7(state | 0x80, node, self.before, cx);
             }
             if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {

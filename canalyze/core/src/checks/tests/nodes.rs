@@ -338,6 +338,15 @@ fn guarding_without_stamps_and_with_late_echoes() {
         "800 705#7F\n801 705#R\n1000 705#FF\n1001 705#R\n1200 705#R\n1201 705#7F\n1400 705#FF\n1401 705#R\n",
     ];
     assert_eq!(raised(&plain(&sorted(&parts))), []);
+    // Behind heartbeats that have ended; whose answer confirms 1017h = 0 cannot be told.
+    let parts = [
+        "5 705#00\n6 585#6017100000000000\n7 605#2B17100064000000\n",
+        &beats("705", 100, 500, "7F"),
+        "600 585#6017100000000000\n601 605#2B17100000000000\n602 585#600C100000000000\n603 605#2B0C100064000000\n",
+        "700 705#7F\n701 705#R\n800 705#FF\n801 705#R\n900 705#7F\n901 705#R\n1000 705#FF\n1001 705#R\n",
+        "1100 705#7F\n1101 705#R\n1200 705#FF\n1201 705#R\n1300 705#7F\n1301 705#R\n",
+    ];
+    assert_eq!(raised(&plain(&sorted(&parts))), []);
 }
 
 #[test]
