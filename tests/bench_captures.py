@@ -43,7 +43,7 @@ def sdo_lines(source: random.Random) -> Iterator[str]:
     refusals = [0x06020000, 0x06090011, 0x06010002, 0x08000022]
     while True:
         channel = sdo_wire.Channel(source.choice(NODES), BUS)
-        index, sub = source.choice([0x1008, 0x1018, 0x2000, 0x2001, 0x6040, 0x6064]), source.randrange(4)
+        index, sub = source.choice([0x1008, 0x2018, 0x2000, 0x2001, 0x6040, 0x6064]), source.randrange(4)
         if source.random() < 0.06:
             request = sdo_wire.expedited_upload(channel, index, sub, b"\0")[0]
             frames = [request, channel.server(sdo_wire.abort(index, sub, source.choice(refusals)))]

@@ -269,11 +269,16 @@ def test_lss_answers_that_never_come_or_cannot_be_read() -> None:
 
 def test_lengths_of_what_every_device_has() -> None:
     """CiA 301 gives 1017h two bytes; no description is needed to say so."""
-    net = Network().boot(5).write(5, 0x1017, 0, 100, 4).read(5, 0x1000, 0, 0x191, 4)
-    assert only(analyze(log_text(net.frames())), "SDO013", frame=2)
-    net = Network().boot(5).read(5, 0x1017, 0, 100, 4).read(5, 0x1000, 0, 0x191, 4)
-    assert only(analyze(log_text(net.frames())), "SDO013", frame=3)
+    wrong = Network().boot(5).write(5, 0x2000, 0, 1, 1).write(5, 0x1017, 0, 100, 4).read(5, 0x1000, 0, 0x191, 4)
+    assert only(analyze(log_text(wrong.frames())), "SDO013", frame=4)
+    wrong = Network().boot(5).read(5, 0x1001, 0, 0, 1).read(5, 0x1017, 0, 100, 4).read(5, 0x1000, 0, 0x191, 4)
+    assert only(analyze(log_text(wrong.frames())), "SDO013", frame=5)
+    wrong = Network().boot(5).read(5, 0x1000, 0, 0x191, 3)
+    assert only(analyze(log_text(wrong.frames())), "SDO013", frame=3)
     net = Network().boot(5).write(5, 0x1017, 0, 100, 2).read(5, 0x1000, 0, 0x191, 4).read(5, 0x2017, 0, 1, 4)
+    assert not analyze(log_text(net.frames())).findings
+    # Who always sends four bytes does it with all of them, and means no harm.
+    net = Network().boot(5).write(5, 0x1017, 0, 100, 4).read(5, 0x1017, 0, 100, 4).read(5, 0x1001, 0, 0, 4)
     assert not analyze(log_text(net.frames())).findings
 
 

@@ -26,14 +26,22 @@ const STRUCTURE: u8 = 0xFF;
 #[derive(Debug, Default)]
 pub struct Descriptions {
     nodes: PerNode<BTreeSet<(u16, u8)>>,
+    /// Whether downloads to it, and uploads from it, were seen that say fewer than four bytes in an expedited transfer.
+    short: PerNode<[bool; 2]>,
 }
 
 impl Descriptions {
     /// A transfer that both sides took as done, before its value is taken.
     pub fn judge(&mut self, node: Option<&Node>, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
+        let upload = transfer.direction == Direction::Upload;
+        let [downloads, uploads] = self.short.entry(transfer.node);
+        let short = if upload { uploads } else { downloads };
+        *short |= transfer.mode == Mode::Expedited && transfer.size_indicated.is_some_and(|size| size < 4);
+        // Many devices and clients send four bytes whatever the type, and without a description nobody minds.
+        let habit = !*short && transfer.mode == Mode::Expedited && transfer.size == 4;
         let described = node.and_then(|node| Some((node, node.configuration.description()?)));
         let Some((node, description)) = described else {
-            if let Some(code) = standard_type(mux) {
+            if let Some(code) = standard_type(mux).filter(|_| !habit) {
                 length(code, transfer, mux, cx);
             }
             return;

@@ -40,7 +40,7 @@ pub(super) const EDS004: RuleText = RuleText {
 
 pub(super) const SDO013: RuleText = RuleText {
     message: "length of a value differs from the object's type",
-    meaning: "Both sides completed the transfer, but the value does not have the length of the number's type: that in the description or, without one, of CiA 301 for objects that every device has.",
+    meaning: "Both sides completed the transfer, but the value does not have the length of the number's type: that in the description or, without one, of CiA 301 for objects that every device has; where all short values of a device are sent as four bytes, that is let pass then.",
     cause: "A wrong data type in the EDS, another firmware, a client with the wrong length and a server that does not check, or a server that answers everything with 4 bytes.",
     faces: &[
         "written with length {found}, {type} has {length} (in bytes)",

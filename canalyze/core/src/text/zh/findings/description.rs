@@ -37,7 +37,7 @@ pub(super) const EDS004: RuleText = RuleText {
 
 pub(super) const SDO013: RuleText = RuleText {
     message: "数据长度与对象的数据类型不符",
-    meaning: "双方完成了传输, 但数值的字节数不是该数据类型的长度。数据类型以设备描述为准, 没有时以CiA 301规定的通信对象为准。",
+    meaning: "双方完成了传输, 但数值的字节数不是该数据类型的长度。数据类型以设备描述为准, 没有时以CiA 301规定的通信对象为准, 此时若该节点的短数值一律用4字节传输, 不算不符。",
     cause: "EDS中的数据类型有误, 固件版本不符, 客户端用错了长度而服务器不检查, 或者服务器一律应答4字节。",
     faces: &["写入{found}字节, {type}应为{length}字节", "读到{found}字节, {type}应为{length}字节"],
 };
