@@ -261,7 +261,7 @@ def test_a_node_that_is_not_there_is_said(canalyze: Runner, capture: str) -> Non
     done = canalyze("--lang", "en", "decode", "--eds", f"5,30-32={DRIVE}", capture)
     assert (done.code, done.complaints) == (0, [f"{DRIVE}: the capture has no frame of nodes 30-32"])
     done = canalyze("decode", "--eds", f"can9:5={DRIVE}", capture)
-    assert done.complaints == [f"{DRIVE}: 捕获中没有节点5的帧"]
+    assert done.complaints == [f"{DRIVE}: 记录中没有节点5的帧"]
 
 
 MULTIPLEX = """\

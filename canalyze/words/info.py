@@ -91,7 +91,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("info.read_as", "按 {fields} 读作CAN帧", "read as CAN frames by {fields}"),
     ("info.not_read", "不读作CAN帧", "not read as CAN frames"),
     ("info.unreadable", "无法读取：{count}处，首先是{place}", "cannot be read: {count}, first {place}"),
-    ("info.gaps", "丢帧：捕获程序报告 {count} 次，共 {frames} 帧", "dropped: {frames} frames, in {count} reports"),
+    ("info.gaps", "丢帧：记录程序报告 {count} 次，共 {frames} 帧", "dropped: {frames} frames, in {count} reports"),
     ("info.error_markers", "没有内容的错误标记：{count}", "error markers without content: {count}"),
     ("info.damage", "损坏：{place}，{kind}", "damage at {place}: {kind}"),
     ("info.lost_bytes", "损失{count}字节", "{count} bytes lost"),

@@ -16,7 +16,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("summary.unstamped", "没有时间戳的帧：{count}", "frames without a stamp: {count}"),
     (
         "summary.gaps",
-        "丢帧：捕获程序报告 {count} 次，共 {frames} 帧；间隔时间不跨越丢帧处",
+        "丢帧：记录程序报告 {count} 次，共 {frames} 帧；间隔时间不跨越丢帧处",
         "dropped: {frames} frames, in {count} reports; no interval is measured across a gap",
     ),
     ("summary.unreadable", "无法读取的行：{count}", "lines that cannot be read: {count}"),

@@ -134,7 +134,7 @@ pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
     put!(&mut out; match (lang, nodes.len()) {
-        (Lang::Zh, _) => ": 捕获中没有节点",
+        (Lang::Zh, _) => ": 记录中没有节点",
         (Lang::En, 1) => ": the capture has no frame of node ",
         (Lang::En, _) => ": the capture has no frame of nodes ",
     });

@@ -40,7 +40,7 @@ static WORDS: &[Row<Word>] = &[
     (Word::Reset, "初始化 (命令)", "Initialisation (commanded)"),
     (Word::HeartbeatLost, "心跳丢失", "heartbeat lost"),
     (Word::GuardingLost, "节点守护无应答", "guarding unanswered"),
-    (Word::Gap, "未知 (捕获缺口)", "unknown (gap in the capture)"),
+    (Word::Gap, "未知 (记录缺口)", "unknown (gap in the capture)"),
     (Word::Silence, "未知 (总线静默)", "unknown (silent bus)"),
     (Word::All, "未知 (命令所有节点)", "unknown (all nodes commanded)"),
     (Word::Sends, "未知 (启动后发送PDO)", "unknown (sends PDOs after its boot-up)"),

@@ -26,9 +26,9 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, pdo: &ProcessData, frame: &Fr
 fn provenance(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
     put!(out; say(lang, "#   映射来源: ", "#   mapping known from: "));
     match (lang, from) {
-        (Lang::Zh, Provenance::Observed(frame)) => put!(out; "捕获中的SDO, 到第", frame, "帧为止"),
+        (Lang::Zh, Provenance::Observed(frame)) => put!(out; "记录中的SDO, 到第", frame, "帧为止"),
         (Lang::En, Provenance::Observed(frame)) => put!(out; "SDO in the capture, up to frame ", frame),
-        (Lang::Zh, Provenance::Doubted(frame)) => put!(out; "捕获中的SDO, 到第", frame, "帧为止, 此后有帧丢失"),
+        (Lang::Zh, Provenance::Doubted(frame)) => put!(out; "记录中的SDO, 到第", frame, "帧为止, 此后有帧丢失"),
         (Lang::En, Provenance::Doubted(frame)) => {
             put!(out; "SDO in the capture, up to frame ", frame, "; frames were lost since");
         }

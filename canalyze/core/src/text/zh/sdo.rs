@@ -212,7 +212,7 @@ pub fn abort(out: &mut Vec<u8>, code: u32) {
 pub fn result(out: &mut Vec<u8>, transfer: &Transfer) {
     match transfer.mux {
         Some(mux) => value::object(out, mux),
-        None => put!(out; "起始未捕获的", if transfer.direction == Direction::Upload { "上传" } else { "下载" }),
+        None => put!(out; "起始未记录的", if transfer.direction == Direction::Upload { "上传" } else { "下载" }),
     }
     if let (Status::Aborted, Some(by)) = (transfer.status, transfer.abort) {
         put!(out; if transfer.direction == Direction::Upload { " 读取被" } else { " 写入被" });
@@ -249,10 +249,10 @@ fn place(out: &mut Vec<u8>, step: &Step) {
         (Place::Due, None) => {}
         (Place::Repeated, None) => put!(out; " [重复的请求]"),
         (Place::Uncaptured, None) if step.side == Side::Server => put!(out; " [此前未见请求]"),
-        (Place::Uncaptured, None) => put!(out; " [传输起始未捕获]"),
+        (Place::Uncaptured, None) => put!(out; " [传输起始未记录]"),
         (Place::InFlight, None) => put!(out; " [在途帧, 不计入]"),
         (Place::OutOfSequence(due), None) => put!(out; " [序列号不连续, 应为", due, "]"),
-        (Place::Twin, None) => put!(out; " [同一帧被捕获两次]"),
+        (Place::Twin, None) => put!(out; " [同一帧被记录两次]"),
         (Place::Outside, None) => put!(out; " [此处不应出现]"),
     }
 }

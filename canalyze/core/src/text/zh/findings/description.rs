@@ -6,17 +6,17 @@ use crate::text::RuleText;
 
 pub(super) const EDS001: RuleText = RuleText {
     message: "读到的值与EDS的默认值不同",
-    meaning: "在捕获中还没有写过该参数, 读到的值就与EDS的默认值不同, 或者PDO从一开始就与EDS的默认映射长度不同。",
-    cause: "设备在捕获开始之前已被配置或存储过参数, EDS与固件版本不符, 或者EDS不是这台设备的。",
+    meaning: "在记录中还没有写过该参数, 读到的值就与EDS的默认值不同, 或者PDO从一开始就与EDS的默认映射长度不同。",
+    cause: "设备在记录开始之前已被配置或存储过参数, EDS与固件版本不符, 或者EDS不是这台设备的。",
     faces: &[
         "读到{found}, EDS的默认值为{described}",
-        "PDO为{found}字节, EDS的默认映射为{mapped}字节: 设备在捕获开始前已被配置, 或者EDS不是这台设备的",
+        "PDO为{found}字节, EDS的默认映射为{mapped}字节: 设备在记录开始前已被配置, 或者EDS不是这台设备的",
     ],
 };
 
 pub(super) const EDS002: RuleText = RuleText {
     message: "读到的值与DCF不同",
-    meaning: "在捕获中还没有写过该参数, 读到的值就与DCF配置的值不同。",
+    meaning: "在记录中还没有写过该参数, 读到的值就与DCF配置的值不同。",
     cause: "设备没有按这份DCF配置, 或者配置在复位后丢失。",
     faces: &["读到{found}, DCF配置为{described}"],
 };

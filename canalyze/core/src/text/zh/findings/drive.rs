@@ -5,7 +5,7 @@ use crate::text::RuleText;
 pub(super) const DRV001: RuleText = RuleText {
     message: "状态跳变没有命令依据",
     meaning: "驱动器只能按CiA 402状态机转换; 朝\"运行使能\"方向的每一步都需要控制字中的相应命令。这里前后两个状态字之间, 没有任何控制字能引起这一变化。",
-    cause: "驱动器固件的状态机有误, 另有主站或本地面板在控制, 或者捕获中丢了控制字。",
+    cause: "驱动器固件的状态机有误, 另有主站或本地面板在控制, 或者记录中丢了控制字。",
     faces: &["状态字由{from}变为{to}, 其间没有控制字引起这一变化 (最后的控制字: {controlword})"],
 };
 
@@ -19,7 +19,7 @@ pub(super) const DRV002: RuleText = RuleText {
 pub(super) const DRV003: RuleText = RuleText {
     message: "进入故障状态而没有紧急报文",
     meaning: "驱动器进入故障状态, 前后500毫秒内没有该节点的紧急报文(EMCY)。",
-    cause: "驱动器不发送EMCY, 同一错误此前已经报告过, 或者捕获时滤掉了EMCY。",
+    cause: "驱动器不发送EMCY, 同一错误此前已经报告过, 或者记录时滤掉了EMCY。",
     faces: &["状态字变为{statusword}, 前后没有紧急报文"],
 };
 

@@ -4,8 +4,8 @@ use crate::text::RuleText;
 
 pub(super) const EXP001: RuleText = RuleText {
     message: "缺少期望的SDO传输",
-    meaning: "期望要求出现这一传输, 而它没有出现, 或者次数不够、出现得太晚。到捕获结束时仍未完成的传输不算出现。",
-    cause: "主站不再像以前那样配置该节点, 节点不在, 捕获太短, 或者期望文件已经过时。",
+    meaning: "期望要求出现这一传输, 而它没有出现, 或者次数不够、出现得太晚。到记录结束时仍未完成的传输不算出现。",
+    cause: "主站不再像以前那样配置该节点, 节点不在, 记录太短, 或者期望文件已经过时。",
     faces: &[
         "没有这样的传输",
         "没有这样的读取",
@@ -14,8 +14,8 @@ pub(super) const EXP001: RuleText = RuleText {
         "没有读到{expected}",
         "没有写入{expected}",
         "这样的传输有{found}次, 期望至少{expected}次",
-        "在捕获开始后{found}才出现, 期望在{expected}之内",
-        "传输从这一帧开始, 到捕获结束时仍未完成",
+        "在记录开始后{found}才出现, 期望在{expected}之内",
+        "传输从这一帧开始, 到记录结束时仍未完成",
         "没有被中止的传输",
         "没有以{expected}中止的传输",
     ],
@@ -56,10 +56,10 @@ pub(super) const EXP005: RuleText = RuleText {
     faces: &[
         "从未显示{expected}状态, 最后的状态为{found}",
         "从未显示{expected}状态, 也没有显示任何其他状态",
-        "捕获开始后{found}才显示{expected}状态, 期望在{limit}之内",
+        "记录开始后{found}才显示{expected}状态, 期望在{limit}之内",
         "启动报文之后{found}才显示{expected}状态, 期望在{limit}之内",
         "没有启动报文",
-        "捕获开始后{found}才有启动报文, 期望在{limit}之内",
+        "记录开始后{found}才有启动报文, 期望在{limit}之内",
         "上次启动报文之后没有显示{expected}状态, 期望在{limit}之内; 最后的状态为{found}",
     ],
 };
@@ -80,7 +80,7 @@ pub(super) const EXP007: RuleText = RuleText {
 
 pub(super) const EXP008: RuleText = RuleText {
     message: "信号的周期与期望不同",
-    meaning: "带有该信号的PDO前后两次的间隔超出期望的周期及其容差。跨越启动报文、停止PDO的NMT命令和捕获缺口的间隔不计。",
+    meaning: "带有该信号的PDO前后两次的间隔超出期望的周期及其容差。跨越启动报文、停止PDO的NMT命令和记录缺口的间隔不计。",
     cause: "事件定时器、抑制时间、传输类型或同步周期改变, 总线繁忙, 或者节点不再发送。",
     faces: &[
         "{pdo}与前一次间隔{found}, 期望每{expected}一次, 容差{tolerance}",
@@ -90,23 +90,23 @@ pub(super) const EXP008: RuleText = RuleText {
 
 pub(super) const EXP009: RuleText = RuleText {
     message: "心跳周期与期望不同",
-    meaning: "前后两次心跳的间隔超出期望的周期及其容差, 或者没有心跳。状态改变时额外的心跳是合法的。跨越复位、启动报文和捕获缺口的间隔不计。",
+    meaning: "前后两次心跳的间隔超出期望的周期及其容差, 或者没有心跳。状态改变时额外的心跳是合法的。跨越复位、启动报文和记录缺口的间隔不计。",
     cause: "1017h的值不同, 节点繁忙、卡死或已离线。",
     faces: &[
         "与上次心跳间隔{found}, 期望每{expected}一次, 容差{tolerance}",
         "{found}没有心跳, 期望每{expected}一次, 容差{tolerance}",
-        "捕获中没有心跳, 期望每{expected}一次",
+        "记录中没有心跳, 期望每{expected}一次",
     ],
 };
 
 pub(super) const EXP010: RuleText = RuleText {
     message: "同步周期与期望不同",
-    meaning: "前后两个同步报文的间隔超出期望的周期及其容差, 或者没有同步报文。跨越捕获缺口的间隔不计。",
+    meaning: "前后两个同步报文的间隔超出期望的周期及其容差, 或者没有同步报文。跨越记录缺口的间隔不计。",
     cause: "1006h的值不同, 生产者繁忙或已停止, 或者记录的时间戳没有容差那么准确。",
     faces: &[
         "与前一个同步报文间隔{found}, 期望每{expected}一个, 容差{tolerance}",
         "{found}没有同步报文, 期望每{expected}一个, 容差{tolerance}",
-        "捕获中没有同步报文, 期望每{expected}一个",
+        "记录中没有同步报文, 期望每{expected}一个",
     ],
 };
 
@@ -126,7 +126,7 @@ pub(super) const EXP012: RuleText = RuleText {
 
 pub(super) const EXP013: RuleText = RuleText {
     message: "用时超过期望",
-    meaning: "测量的是: SDO请求到其响应, 同步报文到同步TPDO, 或者NMT命令到第一个显示相应状态的错误控制帧。捕获次序颠倒的帧对不计。",
+    meaning: "测量的是: SDO请求到其响应, 同步报文到同步TPDO, 或者NMT命令到第一个显示相应状态的错误控制帧。记录次序颠倒的帧对不计。",
     cause: "节点繁忙, 总线负载高, 网关太慢; 对NMT命令则是心跳周期太长。",
     faces: &[
         "请求之后{found}才有响应, 期望在{expected}之内",
@@ -145,24 +145,24 @@ pub(super) const EXP014: RuleText = RuleText {
 
 pub(super) const EXP015: RuleText = RuleText {
     message: "期望未能检查",
-    meaning: "捕获不足以说明该期望是否成立, 因此不作判断。",
-    cause: "捕获没有时间戳, 波特率未知(--bitrate), PDO没有描述文件(--eds), 或者事情的开头不在捕获中。",
+    meaning: "记录不足以说明该期望是否成立, 因此不作判断。",
+    cause: "记录没有时间戳, 波特率未知(--bitrate), PDO没有描述文件(--eds), 或者事情的开头不在记录中。",
     faces: &[
-        "捕获没有时间戳, 时间未检查",
+        "记录没有时间戳, 时间未检查",
         "波特率未知, 负载未检查",
         "有些PDO可能带有它, 而映射未知",
-        "传输的数据没有全部捕获或保留, 值未检查",
+        "传输的数据没有全部记录或保留, 值未检查",
         "已命令进入{expected}状态, 但节点不发送能显示状态的错误控制帧",
-        "捕获开始后{found}首次出现时已处于{expected}状态, 何时进入不得而知",
-        "捕获中在此之前没有可以起算时间的启动报文",
-        "捕获中没有可以测量的内容",
+        "记录开始后{found}首次出现时已处于{expected}状态, 何时进入不得而知",
+        "记录中在此之前没有可以起算时间的启动报文",
+        "记录中没有可以测量的内容",
         "在见到它之前有帧丢失: 它可能就在丢失的帧中",
     ],
 };
 
 pub(super) const EXP016: RuleText = RuleText {
     message: "缺少期望的信号",
-    meaning: "捕获中没有任何PDO带有这一名称的信号。",
+    meaning: "记录中没有任何PDO带有这一名称的信号。",
     cause: "节点没有发送该PDO, 映射改变了, 名称写法不同, 或者缺少描述文件(--eds)。",
-    faces: &["捕获中没有信号{expected}"],
+    faces: &["记录中没有信号{expected}"],
 };

@@ -22,8 +22,8 @@ pub(super) const LSS001: RuleText = RuleText {
 
 pub(super) const LSS002: RuleText = RuleText {
     message: "没有对应请求的LSS应答",
-    meaning: "LSS从站只应答主站的请求; 捕获中此前和紧接其后都没有同类的请求。",
-    cause: "从站实现有误, 或者捕获中缺少主站的帧。",
+    meaning: "LSS从站只应答主站的请求; 记录中此前和紧接其后都没有同类的请求。",
+    cause: "从站实现有误, 或者记录中缺少主站的帧。",
     faces: &["应答 {command} 没有对应的请求"],
 };
 
@@ -44,7 +44,7 @@ pub(super) const LSS004: RuleText = RuleText {
 pub(super) const LSS005: RuleText = RuleText {
     message: "配置节点ID后没有以新节点ID启动",
     meaning: "没有节点ID的从站回到等待状态后以新节点ID启动; 已有节点ID的从站在复位通信后, 或存储后重新启动时才使用新节点ID。",
-    cause: "从站要求重新上电, 没有存储配置就复位了节点, 或者启动报文不在捕获中。",
+    cause: "从站要求重新上电, 没有存储配置就复位了节点, 或者启动报文不在记录中。",
     faces: &["{limit}内没有节点以节点ID {node} 启动", "节点仍以节点ID {found} 启动, 应为 {expected}"],
 };
 
@@ -103,7 +103,7 @@ pub(super) const LSS012: RuleText = RuleText {
 pub(super) const LSS030: RuleText = RuleText {
     message: "7E4h/7E5h上的报文不像LSS",
     meaning: "没有出现过一对有效的请求和应答, 因此不作LSS判断。",
-    cause: "网络不是CANopen, 只捕获到一个方向, 或者总线上没有LSS从站。",
+    cause: "网络不是CANopen, 只记录到一个方向, 或者总线上没有LSS从站。",
     faces: &[],
 };
 
@@ -120,7 +120,7 @@ pub(super) fn scanned(out: &mut Vec<u8>, scanned: Scanned, about: u64) {
         put!(out; "找到从站: ");
         parts(out, scanned.address);
         if scanned.address.iter().any(Option::is_none) {
-            put!(out; ", 其余部分不在捕获中");
+            put!(out; ", 其余部分不在记录中");
         }
     } else {
         put!(out; "未完成");
@@ -145,7 +145,7 @@ pub(super) fn activated(out: &mut Vec<u8>, delay: u16, rate: Option<u16>) {
     } else {
         put!(out; "波特率改变: ");
     }
-    put!(out; "仍用旧波特率捕获只会看到错误或静默");
+    put!(out; "仍用旧波特率记录只会看到错误或静默");
 }
 
 /// A node has another node-ID.

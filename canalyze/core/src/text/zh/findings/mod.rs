@@ -130,8 +130,8 @@ fn repeated(out: &mut Vec<u8>, count: u64) {
 /// Appends a note of what has become known of an earlier frame.
 pub fn note(out: &mut Vec<u8>, note: Note, about: u64) {
     match note {
-        Note::RequestNotCaptured => put!(out; "第", about, "帧所应答的请求不在捕获中"),
-        Note::AnsweredByAbort => put!(out; "第", about, "帧的请求已由在它之前捕获到的中止应答"),
+        Note::RequestNotCaptured => put!(out; "第", about, "帧所应答的请求不在记录中"),
+        Note::AnsweredByAbort => put!(out; "第", about, "帧的请求已由在它之前记录到的中止应答"),
         Note::LostByReset => put!(out; "第", about, "帧开始的SDO传输因节点复位而终止"),
         Note::LssSelected { address } => lss::selected(out, address),
         Note::Fastscan(scanned) => lss::scanned(out, scanned, about),
@@ -150,8 +150,8 @@ pub fn rule(code: Code) -> RuleText {
             "文件被截断或编辑过, 混入了其他程序的输出, 或者是尚不支持的格式。",
         ),
         Code::Cap002 => text(
-            "捕获程序丢帧",
-            "捕获程序自己声明丢失了帧。丢帧处的toggle位、序列号和应答不再判断, 进行中的传输记为不完整。",
+            "记录程序丢帧",
+            "记录程序自己声明丢失了帧。丢帧处的toggle位、序列号和应答不再判断, 进行中的传输记为不完整。",
             "接收缓冲区太小、主机太忙或存储太慢; candump可用 -r、dumpcap可用 -B 加大缓冲区, 其他记录程序见其缓冲设置。",
         ),
         Code::Cap003 => text(
@@ -240,12 +240,12 @@ pub fn rule(code: Code) -> RuleText {
         Code::Sdo001 => text(
             "toggle位错误",
             "分段传输中toggle位第一段为0, 以后逐段交替; 响应必须重复请求的toggle位。",
-            "协议栈实现有误, 一方重发了已被接受的段, 或者捕获中丢了一帧。",
+            "协议栈实现有误, 一方重发了已被接受的段, 或者记录中丢了一帧。",
         ),
         Code::Sdo002 => text(
             "请求与响应不配对",
             "SDO是一问一答的: 每个请求都应有响应, 没有请求就不应有响应。",
-            "节点掉线或响应太慢, 两个客户端共用一个SDO通道, 或者捕获中丢了一帧。",
+            "节点掉线或响应太慢, 两个客户端共用一个SDO通道, 或者记录中丢了一帧。",
         ),
         Code::Sdo003 => text(
             "响应的索引或子索引与请求不同",
@@ -265,7 +265,7 @@ pub fn rule(code: Code) -> RuleText {
         Code::Sdo006 => text(
             "传输的字节数与声明的长度不符",
             "初始化帧声明的长度必须等于各段数据的总字节数。",
-            "最后一段的n算错, 字符串结尾的0被多算或少算, 或者捕获中丢了一段。",
+            "最后一段的n算错, 字符串结尾的0被多算或少算, 或者记录中丢了一段。",
         ),
         Code::Sdo007 => text(
             "段不属于进行中的传输, 或传输没有最后段",
@@ -289,12 +289,12 @@ pub fn rule(code: Code) -> RuleText {
         Code::Sdo012 => text(
             "块传输的序列号、确认或结束有误",
             "子块内序列号从1起连续; 确认不能超过已发送的段; 块大小为1到127; 最后一段被确认后才能结束, 结束须得到确认。",
-            "一方的块传输实现有误, 或者捕获中丢了一段。",
+            "一方的块传输实现有误, 或者记录中丢了一段。",
         ),
         Code::Sdo013 => description::SDO013,
         Code::Sdo014 => description::SDO014,
         Code::Sdo015 => {
-            text("重复的请求", "同一个请求在没有响应的情况下又发了一次。", "客户端超时重发, 或者捕获中同一帧出现两次。")
+            text("重复的请求", "同一个请求在没有响应的情况下又发了一次。", "客户端超时重发, 或者记录中同一帧出现两次。")
         }
         Code::Sdo017 => text(
             "SDO传输被中止",
@@ -327,12 +327,12 @@ pub fn rule(code: Code) -> RuleText {
         Code::Sdo030 => text(
             "该通道的报文不像SDO",
             "这些COB-ID上没有出现过一对有效的请求和响应, 因此不对它们作SDO判断。",
-            "网络不是CANopen, 只捕获到一个方向, 或者COB-ID被别的协议使用。",
+            "网络不是CANopen, 只记录到一个方向, 或者COB-ID被别的协议使用。",
         ),
         Code::Sdo031 => text(
             "请求从未得到应答",
-            "捕获中该节点没有任何SDO响应。",
-            "节点不存在或未上电(主站扫描), 或者只捕获到一个方向。",
+            "记录中该节点没有任何SDO响应。",
+            "节点不存在或未上电(主站扫描), 或者只记录到一个方向。",
         ),
         Code::Srd001 => srdo::SRD001,
         Code::Srd002 => srdo::SRD002,

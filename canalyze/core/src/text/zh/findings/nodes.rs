@@ -35,7 +35,7 @@ pub(super) const NMT003: RuleText = RuleText {
 pub(super) const NMT004: RuleText = RuleText {
     message: "没有命令的状态变化",
     meaning: "节点报告了另一个NMT状态, 但没有使它改变的命令, 也没有紧急报文。",
-    cause: "节点内部的错误处理 (1029h), 本地操作, 两个节点使用同一个节点ID, 或者命令不在捕获中。",
+    cause: "节点内部的错误处理 (1029h), 本地操作, 两个节点使用同一个节点ID, 或者命令不在记录中。",
     faces: &["没有命令, 状态由{from}变为{to}"],
 };
 
@@ -82,14 +82,14 @@ pub(super) const HBT004: RuleText = RuleText {
 pub(super) const HBT005: RuleText = RuleText {
     message: "总线静默",
     meaning: "这段时间里总线上一帧也没有, 因此不据此判断节点丢失; 之后不再出现的节点才算丢失。",
-    cause: "捕获暂停或主机停顿, 总线断开, 或者整个网络断电。",
+    cause: "记录暂停或主机停顿, 总线断开, 或者整个网络断电。",
     faces: &["总线静默{silence}, {nodes}个节点的心跳应到未到"],
 };
 
 pub(super) const GRD001: RuleText = RuleText {
     message: "节点保护的toggle位错误",
     meaning: "节点保护应答的toggle位每次都要翻转; 复位后从0开始。",
-    cause: "协议栈实现有误, 或者捕获中丢了一个应答。",
+    cause: "协议栈实现有误, 或者记录中丢了一个应答。",
     faces: &["toggle={found}, 应为{expected}"],
 };
 
@@ -109,8 +109,8 @@ pub(super) const GRD003: RuleText = RuleText {
 
 pub(super) const GRD004: RuleText = RuleText {
     message: "被保护的节点从未出现",
-    meaning: "捕获中有对该节点的保护请求, 但没有它的任何帧。",
-    cause: "节点不存在或没有上电, 或者只捕获到一个方向。",
+    meaning: "记录中有对该节点的保护请求, 但没有它的任何帧。",
+    cause: "节点不存在或没有上电, 或者只记录到一个方向。",
     faces: &["{requests}个保护请求, 没有该节点的任何帧"],
 };
 
@@ -172,9 +172,9 @@ pub(super) const TIM001: RuleText = RuleText {
 
 pub(super) const TIM002: RuleText = RuleText {
     message: "时间跳变",
-    meaning: "两个时间戳之差与捕获中经过的时间相差1秒以上。",
-    cause: "生产者的时钟被校准, 有两个生产者, 或者捕获主机的时钟被调整。",
-    faces: &["TIME的时间走过{passed}, 捕获中经过{elapsed}"],
+    meaning: "两个时间戳之差与记录中经过的时间相差1秒以上。",
+    cause: "生产者的时钟被校准, 有两个生产者, 或者记录主机的时钟被调整。",
+    faces: &["TIME的时间走过{passed}, 记录中经过{elapsed}"],
 };
 
 pub(super) const SDO011: RuleText = RuleText {

@@ -28,7 +28,7 @@ pub(super) const PDO004: RuleText = RuleText {
 pub(super) const PDO005: RuleText = RuleText {
     message: "事件定时器到期而PDO没有发送",
     meaning: "节点处于操作状态, 事件定时器(通信参数子索引05h, 单位ms)到期后TPDO仍未发送: 超过1.5倍时间。",
-    cause: "设备太忙, 固件停止了发送, 或者捕获中丢帧。",
+    cause: "设备太忙, 固件停止了发送, 或者记录中丢帧。",
     faces: &["已{found}没有发送, 事件定时器为{limit}"],
 };
 
@@ -73,7 +73,7 @@ pub(super) const PDO011: RuleText = RuleText {
 pub(super) const PDO012: RuleText = RuleText {
     message: "PDO长度与EDS的默认映射不符",
     meaning: "只有EDS给出了该PDO的映射, 此前的帧与它相符, 而这一帧的长度不符: 信号的解释不可信。",
-    cause: "发送方的DLC有误, 设备存有另外的映射, 或者EDS不是这台设备的。可用DCF, 或把配置过程也捕获下来。",
+    cause: "发送方的DLC有误, 设备存有另外的映射, 或者EDS不是这台设备的。可用DCF, 或把配置过程也记录下来。",
     faces: &["PDO为{found}字节, EDS的默认映射为{mapped}字节: 此前该PDO与它相符"],
 };
 
@@ -94,7 +94,7 @@ pub(super) const PDO014: RuleText = RuleText {
 pub(super) const PDO015: RuleText = RuleText {
     message: "没有映射对象的PDO",
     meaning: "该PDO的映射为空(子索引00h为0), 但总线上有它的数据帧, 无法解释。",
-    cause: "映射正在修改, 或者设备在捕获开始之前已被重新配置。",
+    cause: "映射正在修改, 或者设备在记录开始之前已被重新配置。",
     faces: &["{pdo}的映射为空, 标识符{id}上却有数据", "按设备描述{pdo}的映射为空, 标识符{id}上却有数据"],
 };
 
@@ -115,6 +115,6 @@ pub(super) const PDO018: RuleText = RuleText {
 pub(super) const PDO019: RuleText = RuleText {
     message: "总线上有被禁用的PDO",
     meaning: "接收方禁用了该RPDO, 或者设备描述中该PDO无效, 但总线上有它的数据帧。",
-    cause: "设备在捕获开始之前已被重新配置; 或者接收方正在重新配置, 这些数据不起作用。",
+    cause: "设备在记录开始之前已被重新配置; 或者接收方正在重新配置, 这些数据不起作用。",
     faces: &["按设备描述{pdo}是禁用的, 标识符{id}上却有数据", "{pdo}已被设为无效, 标识符{id}上的数据不起作用"],
 };

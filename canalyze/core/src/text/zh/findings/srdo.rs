@@ -26,7 +26,7 @@ pub(super) const SRD003: RuleText = RuleText {
 pub(super) const SRD004: RuleText = RuleText {
     message: "SRDO的两帧顺序不对或缺一帧",
     meaning: "每对SRDO先发正常数据, 再发取反数据, 两帧缺一不可。偶然晚一帧的顺序颠倒不计。",
-    cause: "发送方实现有误, 其中一帧的COB-ID配置有误, 或者捕获中丢了一帧。",
+    cause: "发送方实现有误, 其中一帧的COB-ID配置有误, 或者记录中丢了一帧。",
     faces: &["SRDO{srdo}的取反数据接连先于正常数据", "SRDO{srdo}缺少取反数据({id})", "SRDO{srdo}缺少正常数据({id})"],
 };
 

@@ -43,7 +43,7 @@ pub(super) const SYN004: RuleText = RuleText {
 
 pub(super) const SYN005: RuleText = RuleText {
     message: "同步PDO在第一个同步报文之前",
-    meaning: "同步TPDO由同步报文触发, 而捕获中在它之前还没有同步报文。",
+    meaning: "同步TPDO由同步报文触发, 而记录中在它之前还没有同步报文。",
     cause: "传输类型与已知的配置不同, 或者同步报文使用了别的COB-ID (1005h)。",
     faces: &[],
 };
@@ -69,7 +69,7 @@ pub(super) const SYN007: RuleText = RuleText {
 pub(super) const SYN008: RuleText = RuleText {
     message: "周期内缺少同步PDO",
     meaning: "传输类型为n (1到240)的TPDO应每n个同步报文发送一次; 它之前一直如此, 这次没有来。",
-    cause: "节点没有收到同步报文或处理太慢, 窗口已过而放弃发送, 或者捕获中丢了一帧。",
+    cause: "节点没有收到同步报文或处理太慢, 窗口已过而放弃发送, 或者记录中丢了一帧。",
     faces: &[
         "第{cycle}个同步周期没有发送 (缺{count}次)",
         "从第{cycle}个同步周期起不再发送, 已过{since}个周期, 而节点仍在操作状态",
@@ -79,7 +79,7 @@ pub(super) const SYN008: RuleText = RuleText {
 pub(super) const SYN009: RuleText = RuleText {
     message: "同一周期内同步PDO出现多次",
     meaning: "同步TPDO在一个同步周期内最多发送一次。",
-    cause: "节点实现有误, 两个节点使用同一个COB-ID, 或者捕获中缺少一个同步报文。",
+    cause: "节点实现有误, 两个节点使用同一个COB-ID, 或者记录中缺少一个同步报文。",
     faces: &["第{cycle}个同步周期内多次发送"],
 };
 
@@ -96,8 +96,8 @@ pub(super) const SYN010: RuleText = RuleText {
 pub(super) const SYN011: RuleText = RuleText {
     message: "无法判断同步时间",
     meaning: "没有时间戳, 或者时间戳的抖动超过同步窗口, 因此不判断周期和窗口; 计数器和各周期内的PDO照常判断。",
-    cause: "捕获没有时间戳 (candump的 -t), 或者是在繁忙的主机上捕获的; --jitter 可以给出容差。",
-    faces: &["捕获没有时间戳, 不判断同步周期和窗口", "容差{tolerance}不小于窗口{window}, 不判断窗口"],
+    cause: "记录没有时间戳 (candump的 -t), 或者是在繁忙的主机上记录的; --jitter 可以给出容差。",
+    faces: &["记录没有时间戳, 不判断同步周期和窗口", "容差{tolerance}不小于窗口{window}, 不判断窗口"],
 };
 
 pub(super) const SYN012: RuleText = RuleText {
@@ -110,6 +110,6 @@ pub(super) const SYN012: RuleText = RuleText {
 pub(super) const SYN013: RuleText = RuleText {
     message: "同步报文停止",
     meaning: "同步报文原来按周期发送, 之后不再出现, 而节点仍处于操作状态: 同步PDO既不再发送, 也不再生效。没有NMT命令、启动报文或对1005h、1006h的写入可以解释。",
-    cause: "同步报文的生产者断电、断线或程序结束; 它的1005h或1006h在捕获之外被改动。测试结束时往往是有意停止的。",
+    cause: "同步报文的生产者断电、断线或程序结束; 它的1005h或1006h在记录之外被改动。测试结束时往往是有意停止的。",
     faces: &["已有{silence}没有同步报文, 原来的周期为{period}; 节点仍处于操作状态"],
 };
