@@ -5,6 +5,7 @@
 //! stands in the way of a frame is to be read here and nowhere else. None may change a node's configuration.
 
 pub mod beat;
+pub mod commandless;
 pub mod description;
 pub mod drive;
 pub mod emcy;

@@ -5,9 +5,9 @@
 //! proves nothing, since nobody confirms it. Changes that no command explains are held back for [`SETTLED_NS`], since
 //! the master's own frames may be captured late. It must not judge other services: that is `permitted`.
 
-use super::withheld::raise;
+use super::commandless::Commandless;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
 use crate::node::PerNode;
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
@@ -42,11 +42,6 @@ const SENT_NS: i64 = 1_000_000;
 const RESTART_NS: i64 = 1_000_000_000;
 /// So many shown states mean that a node was running, and not just about to obey a reset before the capture.
 const RUNNING: u8 = 3;
-/// Findings that are kept while no command was seen: for so long, in ns, and so many.
-const COMMANDLESS_NS: i64 = 10_000_000_000;
-const KEPT: usize = 64;
-/// Nodes change their states together within this time, in ns: their heartbeats show it one after the other.
-const TOGETHER_NS: i64 = 1_000_000_000;
 /// A node boots within this time after a frame that it has taken for a reset, in ns.
 const GARBLED_NS: i64 = 5_000_000_000;
 /// Extended commands that are not CiA 301's but known: sleep and standby.
@@ -125,8 +120,6 @@ impl Power {
 struct Suspect {
     at: FrameRef,
     what: Spontaneous,
-    /// It waited for what becomes of other nodes.
-    held: bool,
 }
 
 impl Suspect {
@@ -178,12 +171,7 @@ pub struct Known {
 pub struct Nmt {
     nodes: PerNode<Standing>,
     suspects: u32,
-    /// Somebody has commanded. Where nobody ever does, 000h may have been filtered out of the capture.
-    commanded: bool,
-    /// What no command explains, while none was seen at all.
-    commandless: Vec<(Code, u8, FrameRef, Facts)>,
-    /// States have changed as only commands can explain: the capture lacks them.
-    filtered: bool,
+    commandless: Commandless,
     activated: Option<i64>,
     /// The first boot-up after a silence: the network was switched on.
     switched_on: Option<i64>,
@@ -273,8 +261,7 @@ impl Nmt {
                 );
             }
         };
-        self.commanded = true;
-        self.tell_commandless(cx);
+        self.commandless.command(cx);
         match node {
             0 => {
                 for (_, standing) in self.nodes.iter_mut() {
@@ -355,7 +342,7 @@ impl Nmt {
         };
         self.suspects += u32::from(standing.suspect.is_none());
         standing.again = Some(cx.at);
-        standing.suspect = Some(Suspect { at: cx.at, what, held: false });
+        standing.suspect = Some(Suspect { at: cx.at, what });
     }
 
     /// A node shows its state. `period_ns`: how often it does so, where that is known.
@@ -384,8 +371,7 @@ impl Nmt {
             return;
         }
         self.suspects += u32::from(standing.suspect.is_none());
-        standing.suspect =
-            Some(Suspect { at: cx.at, what: Spontaneous::Change { from: before, to: state }, held: false });
+        standing.suspect = Some(Suspect { at: cx.at, what: Spontaneous::Change { from: before, to: state } });
     }
 
     /// A node has sent an emergency.
@@ -416,18 +402,7 @@ impl Nmt {
         if self.suspects > 0 {
             self.resolve(false, twice, cx);
         }
-        if !self.commandless.is_empty() && !self.filtered {
-            let old = |at: FrameRef| since(Some(at), cx.at).is_some_and(|age| age > COMMANDLESS_NS);
-            if self.commandless.first().is_some_and(|(_, _, at, _)| old(*at)) {
-                self.tell_commandless(cx);
-            }
-        }
-    }
-
-    fn tell_commandless(&mut self, cx: &mut Context<'_>) {
-        for (code, node, at, facts) in std::mem::take(&mut self.commandless) {
-            tell_late(code, node, at, facts, cx);
-        }
+        self.commandless.settle(cx);
     }
 
     /// The capture is over: no command can follow any more, where commands have come before their effects.
@@ -435,9 +410,7 @@ impl Nmt {
         if self.suspects > 0 && self.causal && !self.late {
             self.resolve(true, twice, cx);
         }
-        if !self.filtered {
-            self.tell_commandless(cx);
-        }
+        self.commandless.finish(cx);
     }
 
     fn resolve(&mut self, over: bool, twice: bool, cx: &mut Context<'_>) {
@@ -454,7 +427,6 @@ impl Nmt {
             }
             let booted = matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. });
             if booted && power.is_open(suspect.at, cx.at) && !over {
-                standing.suspect = Some(Suspect { held: true, ..suspect });
                 continue;
             }
             standing.suspect = None;
@@ -473,16 +445,11 @@ impl Nmt {
                     let states = [("from", Quantity::State(from)), ("to", Quantity::State(to))];
                     let code = if emergency.is_some() { Code::Nmt005 } else { Code::Nmt004 };
                     standing.unsettled = true;
-                    // What nodes do by themselves is to leave Operational for Pre-operational, each for its own reasons.
-                    let alike = |(before, other, at, facts): &(Code, u8, FrameRef, Facts)| {
-                        *before == code
-                            && *other != node
-                            && *facts == Facts::told(0, &states)
-                            && since(Some(*at), suspect.at).is_none_or(|age| age < TOGETHER_NS)
-                    };
-                    let commanded = to != PRE_OPERATIONAL || self.commandless.iter().any(alike);
-                    self.filtered |= commanded && code == Code::Nmt004 && !self.commanded;
-                    (code, Facts::told(0, &states))
+                    let facts = Facts::told(0, &states);
+                    if code == Code::Nmt004 {
+                        self.commandless.changed(node, suspect.at, to, &facts);
+                    }
+                    (code, facts)
                 }
                 Spontaneous::BootUp { last } => match since(Some(last), suspect.at) {
                     Some(gap) => (Code::Nmt003, Facts::told(0, &[("after", Quantity::Ns(gap))])),
@@ -497,14 +464,9 @@ impl Nmt {
                     (Code::Hbt004, Facts::told(3, &[("gap", Quantity::Ns(gap))]))
                 }
             };
-            if !self.commanded && code != Code::Hbt004 {
-                if self.commandless.len() < KEPT {
-                    self.commandless.push((code, node, suspect.at, facts));
-                }
-            } else if booted && (suspect.held || suspect.adjacent()) {
-                tell_late(code, node, suspect.at, facts, cx);
-            } else {
-                cx.find(code, Some(node), None, Some(suspect.at), facts);
+            match code {
+                Code::Hbt004 => cx.find_at(suspect.at, code, Some(node), None, facts),
+                _ => self.commandless.find(code, node, suspect.at, facts, cx),
             }
         }
     }
@@ -532,7 +494,7 @@ impl Nmt {
             *standing = Standing { present: standing.present, managed: standing.managed, ..Standing::default() };
         }
         self.suspects = 0;
-        self.commandless.clear();
+        self.commandless.forget();
     }
 }
 
@@ -628,12 +590,6 @@ const fn bit(state: u8) -> u8 {
         PRE_OPERATIONAL => 4,
         _ => 0,
     }
-}
-
-/// Says at a frame of some time ago what is wrong with it.
-fn tell_late(code: Code, node: u8, at: FrameRef, facts: Facts, cx: &mut Context<'_>) {
-    let (bus, node) = (cx.bus, Some(node));
-    raise(Finding { code, at, cause: None, bus, node, object: None, facts }, cx);
 }
 
 /// Time from one frame to another, in ns.

@@ -1,0 +1,92 @@
+//! What no NMT command explains, while no command was seen at all: 000h may have been filtered out of the capture.
+//!
+//! Such findings wait for the first command, which shows that commands are captured, or until they are old. Where states
+//! change as only a master makes them change, and no command was seen, commands are missing, and nothing is said. It
+//! must not decide what is spontaneous: that is `nmt`.
+
+use super::nmt::since;
+use crate::context::Context;
+use crate::finding::{Code, Facts};
+use crate::frame::FrameRef;
+use crate::services::heartbeat::PRE_OPERATIONAL;
+
+/// How long findings are kept while no command was seen, in ns, and how many.
+const WAIT_NS: i64 = 10_000_000_000;
+const KEPT: usize = 64;
+/// Nodes change their states together within this time, in ns: their heartbeats show it one after the other.
+const TOGETHER_NS: i64 = 1_000_000_000;
+
+/// A finding about a node's frame.
+#[derive(Debug)]
+struct Waiting {
+    code: Code,
+    node: u8,
+    at: FrameRef,
+    facts: Facts,
+}
+
+/// The findings of a bus that wait.
+#[derive(Debug, Default)]
+pub struct Commandless {
+    /// Somebody has commanded.
+    commanded: bool,
+    /// States have changed as only commands can explain: the capture lacks them.
+    filtered: bool,
+    waiting: Vec<Waiting>,
+}
+
+impl Commandless {
+    /// A command.
+    pub fn command(&mut self, cx: &mut Context<'_>) {
+        self.commanded = true;
+        self.tell(cx);
+    }
+
+    /// With each frame, before it is followed.
+    #[inline]
+    pub fn settle(&mut self, cx: &mut Context<'_>) {
+        let old = |first: &Waiting| since(Some(first.at), cx.at).is_some_and(|age| age > WAIT_NS);
+        if !self.filtered && self.waiting.first().is_some_and(old) {
+            self.tell(cx);
+        }
+    }
+
+    /// The capture is over.
+    pub fn finish(&mut self, cx: &mut Context<'_>) {
+        if !self.filtered {
+            self.tell(cx);
+        }
+    }
+
+    /// Frames were lost: commands may be among them.
+    pub fn forget(&mut self) {
+        self.waiting.clear();
+    }
+
+    /// A node has gone to the state `to` unasked. What nodes do by themselves is to leave Operational for
+    /// Pre-operational, each for its own reasons.
+    pub fn changed(&mut self, node: u8, at: FrameRef, to: u8, facts: &Facts) {
+        let alike = |other: &Waiting| {
+            other.code == Code::Nmt004
+                && other.node != node
+                && other.facts == *facts
+                && since(Some(other.at), at).is_none_or(|age| age < TOGETHER_NS)
+        };
+        self.filtered |= !self.commanded && (to != PRE_OPERATIONAL || self.waiting.iter().any(alike));
+    }
+
+    /// A node's frame that no command explains.
+    pub fn find(&mut self, code: Code, node: u8, at: FrameRef, facts: Facts, cx: &mut Context<'_>) {
+        if self.commanded {
+            cx.find_at(at, code, Some(node), None, facts);
+        } else if self.waiting.len() < KEPT {
+            self.waiting.push(Waiting { code, node, at, facts });
+        }
+    }
+
+    fn tell(&mut self, cx: &mut Context<'_>) {
+        for Waiting { code, node, at, facts } in std::mem::take(&mut self.waiting) {
+            cx.find_at(at, code, Some(node), None, facts);
+        }
+    }
+}
