@@ -71,7 +71,7 @@ RAISED: dict[str, list[Raised]] = {
     "HBT002-consumer": [("HBT002", 8, 7)],
     "HBT003": [("HBT003", 4, None)],
     "HBT003-bit-7": [("HBT003", 8, None)],
-    "HBT004": [("HBT004", 7, 5)],
+    "HBT004": [("HBT004", 5, None)],
     "HBT004-gaps": [("HBT004", 11, 10)],
     "HBT004-rate": [("HBT004", 10, 9)],
     "HBT004-states": [("HBT004", 7, 6), ("NMT004", 4, None)],
