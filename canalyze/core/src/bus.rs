@@ -156,12 +156,18 @@ impl Bus {
                     let transfer = Arc::clone(transfer);
                     self.ended(key, &transfer, cx);
                 }
-                Some(What::Sdo(Step { command: Command::InitiateDownload(mux, i), .. })) if i.expedited => {
-                    let bytes = i.data.get(..i.expedited_len(frame.len)).unwrap_or(&i.data);
-                    self.checks.requested(node, *mux, bytes, cx);
+                Some(What::Sdo(Step { command: Command::InitiateDownload(mux, i), .. })) => {
+                    let mux = *mux;
+                    if i.expedited {
+                        let bytes = i.data.get(..i.expedited_len(frame.len)).unwrap_or(&i.data);
+                        self.checks.requested(node, mux, bytes, cx);
+                    }
+                    self.doubt_object(node, mux, cx);
                 }
                 Some(What::Sdo(Step { command: Command::DownloadInitiated(mux), .. })) => {
-                    self.checks.acknowledged(node, *mux, frame);
+                    let mux = *mux;
+                    self.checks.acknowledged(node, mux, frame);
+                    self.doubt_object(node, mux, cx);
                 }
                 _ => {}
             }
@@ -278,7 +284,7 @@ impl Bus {
     fn learn(&mut self, transfer: &Transfer, cx: &mut Context<'_>) {
         let Some(mux) = transfer.mux else { return };
         if transfer.status != Status::Ok || transfer.bad || transfer.hole {
-            return;
+            return self.refused(transfer, mux, cx);
         }
         self.checks.transferred(transfer, mux, &self.nodes, cx);
         if mux.index == 0x1F22 && transfer.direction == Direction::Download {
@@ -294,6 +300,32 @@ impl Bus {
             if moves(mux) {
                 self.assign();
             }
+            self.checks.learnt(transfer.node, mux, &self.nodes, cx);
+        }
+    }
+
+    /// An object is being written: until that has succeeded or was refused, the old value may hold or the new one. A
+    /// server that acknowledges what nobody is seen to write has taken what is not known.
+    fn doubt_object(&mut self, node: u8, mux: Mux, cx: &mut Context<'_>) {
+        if !configuration::concerns(mux.index) {
+            return;
+        }
+        let one = known(&mut self.nodes, node);
+        if one.configuration.attempted(mux, cx.at.no) {
+            one.compile();
+            self.checks.learnt(node, mux, &self.nodes, cx);
+        }
+    }
+
+    /// A transfer has not succeeded. What it should have written is as before only where it was refused.
+    fn refused(&mut self, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
+        if transfer.direction != Direction::Download || transfer.status != Status::Aborted {
+            return;
+        }
+        if let Some(node) = self.nodes.get_mut(transfer.node)
+            && node.configuration.refused(mux, transfer.first.no)
+        {
+            node.compile();
             self.checks.learnt(transfer.node, mux, &self.nodes, cx);
         }
     }

@@ -23,8 +23,8 @@ const LOAD: u64 = 0x6461_6F6C;
 pub enum Provenance {
     /// The standard's default: the pre-defined connection set.
     Default,
-    /// The capture, with this frame; but frames were lost since, and it may have been changed or reset meanwhile.
-    /// Frames are still decoded by it, but nobody is judged by it.
+    /// The capture, with this frame; but it may be another value by now: frames were lost since, or it was written with
+    /// a transfer of which nobody knows whether it succeeded. Frames are still decoded by it, but nobody is judged by it.
     Doubted(u64),
     /// An EDS.
     Eds,
@@ -48,7 +48,7 @@ impl Provenance {
         }
     }
 
-    /// The frame with which the capture has shown it, whether or not frames were lost since.
+    /// The frame with which the capture has shown it, whether or not it is in doubt since.
     pub fn frame(self) -> Option<u64> {
         match self {
             Self::Observed(frame) | Self::Doubted(frame) => Some(frame),
@@ -56,7 +56,7 @@ impl Provenance {
         }
     }
 
-    /// It may not hold any more, since frames were lost.
+    /// It may not hold any more.
     pub fn is_doubted(self) -> bool {
         matches!(self, Self::Doubted(_))
     }
@@ -95,6 +95,10 @@ pub struct Configuration {
     restored: bool,
     /// Frames were lost behind this one: what was observed by then may be another value now.
     doubted_to: Option<u64>,
+    /// Written without a sound answer, with the frame that showed it: the old value may hold, or the new one.
+    unsure: BTreeMap<Address, u64>,
+    /// The same of what is stored.
+    unsure_stored: BTreeMap<Address, u64>,
 }
 
 /// Whether an object is one that decoding depends on.
@@ -128,6 +132,13 @@ impl Configuration {
 
     /// What an object holds on node `node`, by the most trusted source.
     pub fn get(&self, node: u8, index: u16, sub: u8) -> Option<Known> {
+        let known = self.before_writing(node, index, sub)?;
+        let unsure = self.unsure.get(&(index, sub)).map(|frame| Provenance::Doubted(*frame));
+        Some(Known { from: unsure.unwrap_or(known.from), ..known })
+    }
+
+    /// The same, whatever is being written to it.
+    pub fn before_writing(&self, node: u8, index: u16, sub: u8) -> Option<Known> {
         let address = (index, sub);
         if let Some((value, frame)) = self.observed.get(&address) {
             let doubted = self.doubted_to.is_some_and(|lost| *frame <= lost);
@@ -184,6 +195,7 @@ impl Configuration {
             // Sub-index 1 stores all parameters, 2 the communication parameters.
             (Direction::Download, 0x1010, SAVE) if matches!(mux.sub, 1 | 2) => {
                 self.stored = self.observed.clone();
+                self.unsure_stored = self.unsure.clone();
                 self.written.clear();
                 self.restored = false;
                 return false;
@@ -206,7 +218,22 @@ impl Configuration {
             }
             Direction::Upload => {}
         }
-        self.observed.insert(address, (value, frame)).is_none_or(|(before, _)| before != value)
+        let unsure = self.unsure.remove(&address).is_some();
+        self.observed.insert(address, (value, frame)).is_none_or(|(before, _)| before != value) || unsure
+    }
+
+    /// An object is written with the frame `frame`, and whether the node takes it is not known yet. Says whether a value
+    /// that decoding depends on is in doubt now.
+    pub fn attempted(&mut self, mux: Mux, frame: u64) -> bool {
+        let address = (mux.index, mux.sub);
+        let room = self.unsure.len() < KEPT && !self.unsure.contains_key(&address);
+        concerns(mux.index) && room && self.unsure.insert(address, frame).is_none()
+    }
+
+    /// What was tried with the frame `first` was refused. Says whether a value is known again.
+    pub fn refused(&mut self, mux: Mux, first: u64) -> bool {
+        let address = (mux.index, mux.sub);
+        self.unsure.get(&address).is_some_and(|since| *since >= first) && self.unsure.remove(&address).is_some()
     }
 
     /// A value of a concise DCF.
@@ -240,11 +267,13 @@ impl Configuration {
     pub fn reset(&mut self) -> bool {
         if std::mem::take(&mut self.restored) {
             self.stored.clear();
+            self.unsure_stored.clear();
         }
         self.written.clear();
-        let changed = self.observed != self.stored;
+        let changed = self.observed != self.stored || self.unsure != self.unsure_stored;
         if changed {
             self.observed = self.stored.clone();
+            self.unsure = self.unsure_stored.clone();
         }
         changed
     }

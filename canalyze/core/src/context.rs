@@ -46,11 +46,19 @@ impl Context<'_> {
         self.push(cause, node, What::Finding(Box::new(finding)));
     }
 
-    /// Raises a finding about an earlier frame, at that frame.
-    pub fn find_at(&mut self, at: FrameRef, code: Code, node: Option<u8>, object: Option<Mux>, facts: Facts) {
-        let finding = Finding { code, at, cause: None, bus: self.bus, node, object, facts };
+    /// Raises a finding at an earlier frame, which is wrong itself. `cause` as in [`Self::find`].
+    pub fn find_at(
+        &mut self,
+        at: FrameRef,
+        code: Code,
+        node: Option<u8>,
+        object: Option<Mux>,
+        cause: Option<FrameRef>,
+        facts: Facts,
+    ) {
+        let finding = Finding { code, at, cause, bus: self.bus, node, object, facts };
         let what = What::Finding(Box::new(finding));
-        self.events.push(Event { at, about: None, bus: self.bus, node, transfer: None, what });
+        self.events.push(Event { at, about: cause, bus: self.bus, node, transfer: None, what });
     }
 
     /// Appends an event at the frame at hand.

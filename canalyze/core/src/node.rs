@@ -183,6 +183,11 @@ impl Node {
         self.configuration.get(self.id, index, sub).map(|known| (known.value, known.from))
     }
 
+    /// The same, whatever is being written to it.
+    pub fn before_writing(&self, index: u16, sub: u8) -> Option<(u64, Provenance)> {
+        self.configuration.before_writing(self.id, index, sub).map(|known| (known.value, known.from))
+    }
+
     /// Its PDOs, as far as known: receive first, by number.
     pub fn pdos(&self) -> &[Pdo] {
         &self.pdos

@@ -78,7 +78,7 @@ impl Commandless {
     /// A node's frame that no command explains.
     pub fn find(&mut self, code: Code, node: u8, at: FrameRef, facts: Facts, cx: &mut Context<'_>) {
         if self.commanded {
-            cx.find_at(at, code, Some(node), None, facts);
+            cx.find_at(at, code, Some(node), None, None, facts);
         } else if self.waiting.len() < KEPT {
             self.waiting.push(Waiting { code, node, at, facts });
         }
@@ -86,7 +86,7 @@ impl Commandless {
 
     fn tell(&mut self, cx: &mut Context<'_>) {
         for Waiting { code, node, at, facts } in std::mem::take(&mut self.waiting) {
-            cx.find_at(at, code, Some(node), None, facts);
+            cx.find_at(at, code, Some(node), None, None, facts);
         }
     }
 }

@@ -246,14 +246,23 @@ impl Exchanges {
         (asked.owed > 0 && !asked.settled).then(|| settled(asked, exchange).1)
     }
 
-    /// A request to a selected slave, after which the master has gone on with the frame `next` though nobody had
-    /// answered.
-    pub fn overtaken(&mut self, next: FrameRef) -> Option<(Exchange, Asked)> {
+    /// A request to a selected slave that nobody has answered, though the master has gone on with the frame `next`.
+    /// `now` is a frame by which an answer that was sent would be in the capture.
+    pub fn overtaken(&mut self, next: FrameRef, now: FrameRef) -> Option<(Exchange, Asked)> {
+        let over = |asked: FrameRef| asked.no < next.no && !close(asked, now);
+        self.unanswered(over)
+    }
+
+    /// The same of requests before the frame `next`, which a slave has answered: it takes them one after the other.
+    pub fn passed_over(&mut self, next: FrameRef) -> Option<(Exchange, Asked)> {
+        self.unanswered(|asked| asked.no < next.no)
+    }
+
+    fn unanswered(&mut self, over: impl Fn(FrameRef) -> bool) -> Option<(Exchange, Asked)> {
         OWING.iter().filter(|exchange| exchange.configures()).find_map(|exchange| {
             let asked = self.asked.get_mut(*exchange as usize)?.as_mut()?;
             let open = asked.owed > 0 && !asked.answered && !asked.settled && asked.certain;
-            let later = asked.at.no < next.no && !close(asked.at, next);
-            (open && later).then(|| settled(asked, *exchange))
+            (open && over(asked.at)).then(|| settled(asked, *exchange))
         })
     }
 

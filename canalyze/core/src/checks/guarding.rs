@@ -251,7 +251,7 @@ impl Guarded {
     fn was_heartbeat(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some((at, byte)) = self.lone.take() {
             let facts = Facts::told(1, &[("found", Quantity::Hex2(byte))]);
-            cx.find_at(at, Code::Hbt003, Some(node), None, facts);
+            cx.find_at(at, Code::Hbt003, Some(node), None, None, facts);
         }
         (self.toggles, self.toggle, self.ahead, self.answer, self.same) = (false, None, None, None, None);
     }
@@ -305,7 +305,7 @@ impl Guarded {
 /// A toggle bit that did not alternate.
 fn tell(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
     let facts = [("found", Quantity::Count(u64::from(toggle))), ("expected", Quantity::Count(u64::from(!toggle)))];
-    cx.find_at(at, Code::Grd001, Some(node), None, Facts::told(0, &facts));
+    cx.find_at(at, Code::Grd001, Some(node), None, None, Facts::told(0, &facts));
 }
 
 /// Whether a request may be that of the frame captured before it.

@@ -410,6 +410,9 @@ impl Lss {
             self.findings.show(cx);
         }
         if exchange.configures() {
+            while let Some((other, request)) = self.exchanges.passed_over(asked.at) {
+                self.silent(other, request, cx);
+            }
             let over = self.scan.proven(cx.at);
             self.scanned(over, cx);
             let unknown = self.selected == Selected::Unknown;
@@ -506,7 +509,7 @@ impl Lss {
 
     /// A node was reset or has booted up: it is in the waiting state, and whether others are not is not known.
     fn restarted(&mut self, cx: &mut Context<'_>) {
-        while let Some((exchange, asked)) = self.last.and_then(|last| self.exchanges.overtaken(last)) {
+        while let Some((exchange, asked)) = self.last.and_then(|last| self.exchanges.overtaken(last, cx.at)) {
             self.silent(exchange, asked, cx);
         }
         if self.selected != Selected::Nobody {

@@ -219,7 +219,7 @@ impl Checks {
         if let (Direction::Download, Status::Failed | Status::Incomplete, Some(mux)) =
             (transfer.direction, transfer.status, transfer.mux)
         {
-            self.pdo_configuration.doubt(node, mux);
+            self.pdo_configuration.doubt(node, mux, cx.at.no);
         }
         self.drives.transfer(transfer, nodes.get(node), self.nodes.state(node), cx);
     }

@@ -465,7 +465,7 @@ impl Nmt {
                 }
             };
             match code {
-                Code::Hbt004 => cx.find_at(suspect.at, code, Some(node), None, facts),
+                Code::Hbt004 => cx.find_at(suspect.at, code, Some(node), None, None, facts),
                 _ => self.commandless.find(code, node, suspect.at, facts, cx),
             }
         }

@@ -11,6 +11,7 @@ use crate::context::Context;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::{CanId, Frame, FrameRef, Kind};
 use crate::node::{CobId, Content, Node, Pdo, PerNode};
+use crate::services::pdo::communication_parameter;
 use crate::services::pdo::mapping::decode_entry;
 use crate::services::sdo::transfer::Transfer;
 use crate::services::sdo::wire::Mux;
@@ -43,8 +44,8 @@ struct Seen {
     acknowledged: BTreeMap<(bool, u16), u64>,
     /// PDOs whose mapping is being changed though they are valid.
     live: BTreeSet<(bool, u16)>,
-    /// PDOs whose COB-ID was written, nobody knows with what success.
-    doubted: BTreeSet<(bool, u16)>,
+    /// PDOs whose COB-ID was written, nobody knows with what success, and the frame that showed it.
+    doubted: BTreeMap<(bool, u16), u64>,
     /// It was reset, or has booted up.
     booted: bool,
 }
@@ -71,13 +72,14 @@ impl PdoConfiguration {
     pub fn acknowledged(&mut self, node: u8, mux: Mux, frame: &Frame) {
         if let (Some((false, transmit, number)), 1) = (pdo_parameter(mux.index), mux.sub) {
             self.nodes.entry(node).acknowledged.insert((transmit, number), frame.no);
+            self.doubt(node, mux, frame.no);
         }
     }
 
-    /// A write that was neither acknowledged nor refused as it should.
-    pub fn doubt(&mut self, node: u8, mux: Mux) {
+    /// A write that was neither acknowledged nor refused as it should, or of which that is not known yet.
+    pub fn doubt(&mut self, node: u8, mux: Mux, frame: u64) {
         if let (Some((false, transmit, number)), 1) = (pdo_parameter(mux.index), mux.sub) {
-            self.nodes.entry(node).doubted.insert((transmit, number));
+            self.nodes.entry(node).doubted.entry((transmit, number)).or_insert(frame);
         }
     }
 
@@ -95,7 +97,8 @@ impl PdoConfiguration {
         write.identifier(cx);
         let Some((mapping, transmit, number)) = pdo_parameter(mux.index) else { return };
         let seen = self.nodes.entry(transfer.node);
-        let valid = seen.valid(node, transmit, number).filter(|_| !seen.doubted.contains(&(transmit, number)));
+        let doubted = seen.doubted.get(&(transmit, number)).is_some_and(|since| *since < transfer.first.no);
+        let valid = seen.valid(node, transmit, number).filter(|_| !doubted);
         if !mapping && mux.sub == 1 {
             seen.doubted.remove(&(transmit, number));
         }
@@ -213,8 +216,10 @@ impl Seen {
 
     /// The identifier of a PDO that is known to be valid: the capture shows its COB-ID, or its frames.
     fn valid(&self, node: Option<&Node>, transmit: bool, number: u16) -> Option<CanId> {
-        match node.and_then(|node| node.pdo(transmit, number)).map(|pdo| pdo.cob) {
-            Some((cob, Provenance::Observed(_))) => cob.valid.then_some(cob.id),
+        match node.and_then(|node| node.before_writing(communication_parameter(transmit, number), 1)) {
+            Some((cob, Provenance::Observed(_))) => {
+                Some(CobId::from_entry(cob)).filter(|cob| cob.valid).map(|cob| cob.id)
+            }
             _ => self.sent.get(usize::from(number.saturating_sub(1))).copied().flatten().filter(|_| transmit),
         }
     }

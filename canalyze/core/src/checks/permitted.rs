@@ -155,7 +155,7 @@ impl Permitted {
         let Some(stay) = self.nodes.get_mut(node) else { return };
         stay.undecided.clear();
         if let Some(early) = stay.early.take() {
-            cx.find_at(early.at, early.code, Some(node), early.object, early.facts);
+            cx.find_at(early.at, early.code, Some(node), early.object, None, early.facts);
         }
     }
 
@@ -164,7 +164,7 @@ impl Permitted {
         let Some(stay) = self.nodes.get_mut(node) else { return };
         for (supposed, undecided) in std::mem::take(&mut stay.undecided) {
             if state == supposed {
-                cx.find_at(undecided.at, undecided.code, Some(node), undecided.object, undecided.facts);
+                cx.find_at(undecided.at, undecided.code, Some(node), undecided.object, None, undecided.facts);
             }
         }
     }
@@ -187,7 +187,7 @@ impl Permitted {
             while stay.held.first().is_some_and(settled) {
                 let held = stay.held.remove(0);
                 self.held = self.held.saturating_sub(1);
-                cx.find_at(held.at, held.code, Some(node), held.object, held.facts);
+                cx.find_at(held.at, held.code, Some(node), held.object, None, held.facts);
             }
         }
     }

@@ -342,7 +342,7 @@ impl Sync {
             if let (Some(period), false) = (self.beat.period_ns(), self.two) {
                 let tolerance = Quantity::Ns(self.beat.tolerance_ns().unwrap_or(0));
                 let facts = [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", tolerance)];
-                cx.find_at(copy, Code::Syn003, None, None, Facts::told(2, &facts));
+                cx.find_at(copy, Code::Syn003, None, None, None, Facts::told(2, &facts));
             }
         }
         false
@@ -438,7 +438,7 @@ impl Sync {
         if let Some((gap_ns, cycle)) = self.beat.take_caught_up() {
             let late = self.beat.sync(cycle);
             let facts = [("gap", Quantity::Ns(gap_ns)), ("period", Quantity::Ns(self.beat.period_ns().unwrap_or(0)))];
-            cx.find(Code::Syn012, None, None, late, Facts::told(0, &facts));
+            cx.find_at(late.unwrap_or(cx.at), Code::Syn012, None, None, None, Facts::told(0, &facts));
         }
     }
 
@@ -456,7 +456,8 @@ impl Sync {
             ("tolerance", Quantity::Ns(self.beat.tolerance_ns().unwrap_or(0))),
             ("missing", Quantity::Count(missing.max(1).unsigned_abs())),
         ];
-        cx.find(Code::Syn003, None, None, before, Facts::told(u8::from(missing == 0), &facts));
+        let face = u8::from(missing == 0);
+        cx.find_at(at.unwrap_or(cx.at), Code::Syn003, None, None, before, Facts::told(face, &facts));
     }
 
     /// Configured periods against the one that shows.
@@ -540,5 +541,5 @@ fn tell(miscount: Miscount, cx: &mut Context<'_>) {
             (Code::Syn006, at, Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
         }
     };
-    cx.find_at(at, code, None, None, facts);
+    cx.find_at(at, code, None, None, None, facts);
 }
