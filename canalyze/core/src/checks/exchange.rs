@@ -144,6 +144,8 @@ pub struct Asked {
     pub certain: bool,
     /// That it is not answered has been said, or is nothing to say.
     pub settled: bool,
+    /// The last answer to it that was not owed any more: it may be one to the next request, captured before that.
+    pub surplus: Option<FrameRef>,
 }
 
 /// An answer without an earlier request.
@@ -181,7 +183,10 @@ impl Exchanges {
     pub fn open(&mut self, exchange: Exchange, request: Asked) {
         if let Some(slot) = self.asked.get_mut(exchange as usize) {
             let before = slot.map_or(0, |before| before.owed);
-            let again = slot.is_some_and(|before| before.at.no + 2 >= request.at.no && before.answered);
+            let again = slot.is_some_and(|before| {
+                let early = before.surplus.is_some_and(|answer| close(answer, request.at));
+                early || before.at.no + 2 >= request.at.no && before.answered
+            });
             *slot = Some(Asked { owed: before.saturating_add(1), answered: again, ..request });
         }
     }
@@ -199,9 +204,10 @@ impl Exchanges {
         })
     }
 
-    /// The request that an answer belongs to; it owes one less.
-    pub fn answered(&mut self, exchange: Exchange) -> Option<Asked> {
+    /// The request that the answer at `at` belongs to; it owes one less.
+    pub fn answered(&mut self, exchange: Exchange, at: FrameRef) -> Option<Asked> {
         let asked = self.asked.get_mut(exchange as usize)?.as_mut()?;
+        asked.surplus = (asked.owed == 0).then_some(at);
         asked.owed = asked.owed.saturating_sub(1);
         asked.answered = true;
         if exchange.is_shared() {

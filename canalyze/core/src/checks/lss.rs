@@ -259,7 +259,8 @@ impl Lss {
         self.told(command, cx);
         if let Some(exchange) = exchange {
             let certain = matches!(self.selected, Selected::Slaves(_)) && !proving;
-            let open = Asked { at: cx.at, owed: 1, answered: false, plain, certain, settled: unselected || proving };
+            let settled = unselected || proving;
+            let open = Asked { at: cx.at, owed: 1, answered: false, plain, certain, settled, surplus: None };
             self.exchanges.open(exchange, open);
             for early in own {
                 self.answered(exchange, early.command, early.plain, early.at, nodes, cx);
@@ -326,6 +327,8 @@ impl Lss {
         if let Some(due) = self.due_part.filter(|due| *due != number && number != 0) {
             let measured = [("found", Quantity::Lss(0x40 + number)), ("expected", Quantity::Lss(0x40 + due))];
             self.findings.find(Code::Lss011, None, None, Facts::told(0, &measured), cx);
+            // Which one is wrong, this one or the one before, shows with the next address.
+            self.due_part = None;
         }
         if number == 0 || self.due_part.is_some() {
             self.due_part = Some((number + 1) % 4);
@@ -405,7 +408,7 @@ impl Lss {
         nodes: &PerNode<Node>,
         cx: &mut Context<'_>,
     ) {
-        let Some(asked) = self.exchanges.answered(exchange) else { return };
+        let Some(asked) = self.exchanges.answered(exchange, at) else { return };
         if plain && asked.plain {
             self.findings.show(cx);
         }
@@ -541,6 +544,8 @@ impl Lss {
         let command = [("command", Quantity::Lss(early.exchange.answer()))];
         if !self.exchanges.is_recent(early.exchange, early.at) {
             self.selected = Selected::Unknown;
+            // It stands for the answer that is owed, or its request for the one that is.
+            self.exchanges.excuse();
             self.findings.find(Code::Lss002, None, cause, Facts::told(0, &command), cx);
             return;
         }

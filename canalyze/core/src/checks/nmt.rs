@@ -200,12 +200,16 @@ impl Nmt {
         let standing = self.nodes.get(node)?;
         let state = self.state(node)?;
         let may_start_itself = state == PRE_OPERATIONAL && !standing.managed && standing.command.is_none();
+        // What could not be read since may have been a command to this node.
+        let commanded = |last: FrameRef| self.garbled.is_some_and(|garbled| garbled.no > last.no);
         match standing.command {
             Some(command) if !command.judged => {
-                Some(Known { state, at: command.at, shown: false, may_start_itself, doubtful: false })
+                let doubtful = commanded(command.at);
+                Some(Known { state, at: command.at, shown: false, may_start_itself, doubtful })
             }
             _ => {
-                let doubtful = standing.unsettled || standing.suspect.is_some();
+                let seen = standing.beat.or(standing.boot_up);
+                let doubtful = standing.unsettled || standing.suspect.is_some() || seen.is_some_and(commanded);
                 standing.shown.map(|(state, at)| Known { state, at, shown: true, may_start_itself, doubtful })
             }
         }
@@ -348,7 +352,7 @@ impl Nmt {
     /// A node shows its state. `period_ns`: how often it does so, where that is known.
     pub fn shown(&mut self, node: u8, state: u8, period_ns: Option<i64>, cx: &mut Context<'_>) {
         if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
-            return;
+            return self.unreadable(node);
         }
         let standing = self.nodes.entry(node);
         (standing.present, standing.heard) = (true, cx.at.no);
@@ -372,6 +376,13 @@ impl Nmt {
         }
         self.suspects += u32::from(standing.suspect.is_none());
         standing.suspect = Some(Suspect { at: cx.at, what: Spontaneous::Change { from: before, to: state } });
+    }
+
+    /// A node's error control frame that cannot be read: it may be the boot-up that is due after a reset.
+    pub fn unreadable(&mut self, node: u8) {
+        if let Some(standing) = self.nodes.get_mut(node) {
+            standing.command = standing.command.filter(|command| command.state != 0);
+        }
     }
 
     /// A node has sent an emergency.

@@ -267,6 +267,7 @@ impl Nodes {
                 self.error_control(node, byte & 0x7F, toggle, answer, cx);
             }
             _ => {
+                self.nmt.unreadable(node);
                 self.guarding.excuse(node);
                 self.heartbeats.alive(node, self.before, cx);
             }
@@ -291,10 +292,12 @@ impl Nodes {
         if toggle && !self.guarding.toggles(node) {
             let producer = self.heartbeats.is_producer(node) || self.heartbeats.is_configured(node);
             if producer && !self.guarding.is_guarded(node, cx.at) {
+                self.nmt.unreadable(node);
                 return self.heartbeats.bit_7(state | 0x80, node, self.before, cx);
             }
             if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
                 // No guarding answer either.
+                self.nmt.unreadable(node);
                 self.heartbeats.known_state(node, state, cx);
                 return self.heartbeats.alive(node, self.before, cx);
             }

@@ -37,9 +37,9 @@ struct Held {
 struct Stay {
     /// The frame with which the state began that the rest is about.
     since: u64,
-    /// What was said: bits by PDO number, apart from those above.
-    tpdos: u64,
-    rpdos: u64,
+    /// What was said. Of several PDOs one tells of all: it is the state that is wrong.
+    tpdos: bool,
+    rpdos: bool,
     sdo: bool,
     emcy: bool,
     /// The last SDO request.
@@ -73,17 +73,16 @@ impl Permitted {
         let Some(known) = nmt.known(node) else { return };
         let stay = self.stay(node, known);
         let told = if transmit { &mut stay.tpdos } else { &mut stay.rpdos };
-        let bit = 1u64 << (number.saturating_sub(1) & 63);
-        if *told & bit != 0 || under_way(known, cx.at) {
+        if *told || under_way(known, cx.at) {
             return;
         }
-        *told |= bit;
+        *told = true;
         let facts =
             Facts::told(0, &[("pdo", Quantity::Pdo(transmit, number)), ("state", Quantity::State(known.state))]);
         let object = Some(Mux { index: communication_parameter(transmit, number), sub: 1 });
         let code = if transmit { Code::Pdo002 } else { Code::Pdo003 };
         let held = Held { at: cx.at, code, object, facts };
-        if transmit && (known.may_start_itself || known.doubtful) {
+        if known.doubtful || transmit && known.may_start_itself {
             stay.decide_later(known.state, held);
         } else {
             self.judge(nmt, node, known, held);
@@ -200,7 +199,7 @@ impl Permitted {
     fn stay(&mut self, node: u8, known: Known) -> &mut Stay {
         let stay = self.nodes.entry(node);
         if stay.since != known.at.no {
-            (stay.since, stay.tpdos, stay.rpdos, stay.sdo, stay.emcy) = (known.at.no, 0, 0, false, false);
+            (stay.since, stay.tpdos, stay.rpdos, stay.sdo, stay.emcy) = (known.at.no, false, false, false, false);
         }
         stay
     }
@@ -208,7 +207,7 @@ impl Permitted {
     /// A node that was commanded and shows its states may not have obeyed: then it is the command that failed. And where
     /// one heartbeat alone shows a state that nobody has commanded, it is that heartbeat.
     fn judge(&mut self, nmt: &Nmt, node: u8, known: Known, held: Held) {
-        if known.shown && !known.doubtful || !nmt.shows(node) {
+        if !known.doubtful && (known.shown || !nmt.shows(node)) {
             self.hold(node, held);
         } else {
             self.nodes.entry(node).decide_later(known.state, held);
