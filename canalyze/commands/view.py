@@ -6,6 +6,7 @@ to a file beside; the viewer shows that file, which goes when the viewer is clos
 
 import shlex
 import signal
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final, Unpack
@@ -161,20 +162,29 @@ def _write(
         return 128 + ended.signal
     timeline = Timeline(words, name=_readable(names), save=path, configuration=configuration(given))
     summary: list[bytes] = []
+    # The core reads on while its last rows are written; never further, so that memory does not grow.
+    underway: Future[None] = Future()
+    underway.set_result(None)
 
     def take(result: bytes) -> None:
+        nonlocal underway
         summary.append(result)
-        timeline.take(session.batches())
+        batches = session.batches()
+        underway.result()
+        underway = writer.submit(timeline.take, batches)
 
     complete = False
-    try:
-        code = Run(session, words, progress, take, given).over(names)
-        complete = code < 128 and session.frames > 0
-        if complete:
-            timeline.finish(b"".join(summary))
-    finally:
-        if not complete:
-            timeline.close()
+    with ThreadPoolExecutor(1, "canalyze-timeline") as writer:
+        try:
+            code = Run(session, words, progress, take, given).over(names)
+            underway.result()
+            complete = code < 128 and session.frames > 0
+            if complete:
+                timeline.finish(b"".join(summary))
+        finally:
+            if not complete:
+                wait([underway])
+                timeline.close()
     return code
 
 

@@ -42,6 +42,11 @@ impl Commandless {
         self.tell(cx);
     }
 
+    /// Whether any command was seen.
+    pub fn commanded(&self) -> bool {
+        self.commanded
+    }
+
     /// With each frame, before it is followed.
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {

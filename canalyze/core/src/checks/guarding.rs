@@ -188,8 +188,9 @@ impl Guarding {
                 if let Some(request) = request {
                     guarded.unanswered(id, request, nmt, cx);
                 }
+                // What only one frame says of a toggle bit stays open: the frames from here on decide.
                 (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
-                (guarded.silent, guarded.unasked, guarded.lone, guarded.same) = (false, 0, None, None);
+                (guarded.silent, guarded.unasked) = (false, 0);
             }
         }
     }

@@ -73,8 +73,10 @@ struct Standing {
     resetting: bool,
     /// LSS has given this node-ID, and nobody has booted with it yet.
     given: bool,
-    /// Its last emergency.
+    /// Its last emergency, other than that an error is over.
     emergency: Option<FrameRef>,
+    /// A change that it explained: the frame, the state before, and what would have been said.
+    excused: Option<(FrameRef, u8, Facts)>,
     /// The last frames that have shown a state, and how many.
     beats: u8,
     beat: Option<FrameRef>,
@@ -91,8 +93,9 @@ struct Command {
     at: FrameRef,
     /// It was addressed to this node, or to all and the node is not the master itself.
     sure: bool,
-    /// Frames since that have shown another state.
+    /// Frames since that have shown another state, and the first of them.
     wrong: u8,
+    first: Option<FrameRef>,
     judged: bool,
 }
 
@@ -230,6 +233,19 @@ impl Nmt {
         self.nodes.get(node).filter(|standing| standing.resetting && standing.present)?.reset
     }
 
+    /// The same, where the node has shown no state since: those that come with a reset that failed, or whose boot-up is
+    /// missing, are told of otherwise.
+    pub fn silent_since_reset(&self, node: u8) -> Option<FrameRef> {
+        let standing = self.nodes.get(node)?;
+        let heard = standing.command.is_some_and(|command| command.state == 0 && command.wrong > 0);
+        self.resetting(node).filter(|_| !heard)
+    }
+
+    /// Whether the capture shows any command.
+    pub fn commanded(&self) -> bool {
+        self.commandless.commanded()
+    }
+
     /// Whether anything was seen of a node.
     pub fn is_present(&self, node: u8) -> bool {
         self.nodes.get(node).is_some_and(|standing| standing.present)
@@ -268,15 +284,16 @@ impl Nmt {
         self.commandless.command(cx);
         match node {
             0 => {
-                for (_, standing) in self.nodes.iter_mut() {
-                    let explained = standing.commanded(state, specifier, false, cx.at);
+                // Who was only asked for is none of those who are meant.
+                for (id, standing) in self.nodes.iter_mut().filter(|(_, standing)| standing.present) {
+                    let explained = standing.commanded(id, (state, specifier, false), cx);
                     self.late |= explained;
                     self.suspects = self.suspects.saturating_sub(u32::from(explained));
                 }
             }
             1..=127 => {
                 let standing = self.nodes.entry(node);
-                let explained = standing.commanded(state, specifier, true, cx.at);
+                let explained = standing.commanded(node, (state, specifier, true), cx);
                 self.late |= explained;
                 self.suspects = self.suspects.saturating_sub(u32::from(explained));
             }
@@ -371,6 +388,14 @@ impl Nmt {
         }
         standing.shown = Some((state, cx.at));
         let Some(before) = before else { return };
+        if let Some((at, from, facts)) = standing.excused.take()
+            && standing.unsettled
+            && from == state
+            && !allowed
+        {
+            // It was never in the other state: no error brings a node back by itself.
+            self.commandless.find(Code::Nmt004, node, at, facts, cx);
+        }
         if allowed || starts_itself || standing.unsettled {
             return;
         }
@@ -385,11 +410,13 @@ impl Nmt {
         }
     }
 
-    /// A node has sent an emergency.
-    pub fn emergency(&mut self, node: u8, at: FrameRef) {
+    /// A node has sent an emergency; `code` 0: an error is over.
+    pub fn emergency(&mut self, node: u8, code: u16, at: FrameRef) {
         let standing = self.nodes.entry(node);
         (standing.present, standing.heard) = (true, at.no);
-        standing.emergency = Some(at);
+        if code != 0 {
+            standing.emergency = Some(at);
+        }
     }
 
     /// LSS gives a node-ID, or sends its slaves back to waiting, where a new node-ID takes effect.
@@ -454,9 +481,12 @@ impl Nmt {
             let (code, facts) = match suspect.what {
                 Spontaneous::Change { from, to } => {
                     let states = [("from", Quantity::State(from)), ("to", Quantity::State(to))];
-                    let code = if emergency.is_some() { Code::Nmt005 } else { Code::Nmt004 };
+                    // An error makes a node leave Operational, or stop (1029h); nothing else.
+                    let down = from == OPERATIONAL || to == STOPPED;
+                    let code = if down && emergency.is_some() { Code::Nmt005 } else { Code::Nmt004 };
                     standing.unsettled = true;
                     let facts = Facts::told(0, &states);
+                    standing.excused = (code == Code::Nmt005).then(|| (suspect.at, from, facts.clone()));
                     if code == Code::Nmt004 {
                         self.commandless.changed(node, suspect.at, to, &facts);
                     }
@@ -511,8 +541,10 @@ impl Nmt {
 
 impl Standing {
     /// Takes a command. Says whether it explains what was suspected.
-    fn commanded(&mut self, state: u8, specifier: u8, explicit: bool, at: FrameRef) -> bool {
+    fn commanded(&mut self, node: u8, (state, specifier, explicit): (u8, u8, bool), cx: &mut Context<'_>) -> bool {
+        let at = cx.at;
         self.managed |= explicit;
+        self.restarted_silently(node, cx);
         let explains = self.suspect.is_some_and(|suspect| match suspect.what {
             // Some boot without a word.
             Spontaneous::Change { to, .. } => state == to || (state == 0 && to == PRE_OPERATIONAL),
@@ -527,7 +559,7 @@ impl Standing {
                 .boot_up
                 .is_some_and(|boot| since(Some(boot), at).map_or(boot.no + LATE >= at.no, |age| age < SETTLED_NS));
         let sure = (explicit || self.managed) && !crossed;
-        let command = Command { state, specifier, at, sure, wrong: 0, judged: false };
+        let command = Command { state, specifier, at, sure, wrong: 0, first: None, judged: false };
         if state == 0 {
             if explains {
                 return true;
@@ -548,6 +580,20 @@ impl Standing {
         explains
     }
 
+    /// The next command comes. A node that was in another state and is Pre-operational since the reset was reset, and its
+    /// boot-up is missing.
+    fn restarted_silently(&mut self, node: u8, cx: &mut Context<'_>) {
+        let Some(command) = self.command.filter(|command| command.state == 0 && command.sure && !command.judged) else {
+            return;
+        };
+        let fresh = self.shown.filter(|(state, at)| *state == PRE_OPERATIONAL && at.no > command.at.no);
+        if let (Some((state, _)), true, Some(first)) = (fresh, command.wrong > 1, command.first) {
+            self.resetting = false;
+            let facts = [("command", Quantity::Command(command.specifier)), ("found", Quantity::State(state))];
+            cx.find_at(first, Code::Nmt002, Some(node), None, Some(command.at), Facts::told(1, &facts));
+        }
+    }
+
     /// Compares a state that is shown with the last command.
     fn obeys(&mut self, node: u8, state: u8, period_ns: Option<i64>, cx: &mut Context<'_>) {
         let Some(command) = &mut self.command else { return };
@@ -559,6 +605,7 @@ impl Standing {
             return;
         }
         command.wrong = command.wrong.saturating_add(1);
+        command.first = command.first.or(Some(cx.at));
         // A device may store something before it obeys a reset.
         let least = if command.state == 0 { RESETS_NS } else { 0 };
         let late = match (since(Some(command.at), cx.at), period_ns) {

@@ -213,7 +213,7 @@ impl Nodes {
             Message::GuardingRequest { node } => self.guarding.request(node, &self.nmt, &self.heartbeats, cx),
             Message::Emcy { node, code, register, .. } => {
                 self.permitted.emergency(&self.nmt, node, cx);
-                self.nmt.emergency(node, cx.at);
+                self.nmt.emergency(node, code, cx.at);
                 self.emergencies.judge(code, register, node, nodes.get(node), cx);
             }
             Message::Time { ms, days, reserved } => self.times.judge(ms, days, reserved, cx),

@@ -82,7 +82,7 @@ impl Permitted {
         let object = Some(Mux { index: communication_parameter(transmit, number), sub: 1 });
         let code = if transmit { Code::Pdo002 } else { Code::Pdo003 };
         let held = Held { at: cx.at, code, object, facts };
-        if known.doubtful || transmit && known.may_start_itself {
+        if known.doubtful || transmit && (known.may_start_itself || !nmt.commanded()) {
             stay.decide_later(known.state, held);
         } else {
             self.judge(nmt, node, known, held);
@@ -92,7 +92,7 @@ impl Permitted {
     /// A frame of a node's default SDO channel.
     pub fn sdo(&mut self, nmt: &Nmt, side: Side, node: u8, cx: &Context<'_>) {
         if side == Side::Server
-            && let Some(reset) = nmt.resetting(node)
+            && let Some(reset) = nmt.silent_since_reset(node)
         {
             // An answer to what was asked after the reset: not one that was under way.
             let stay = self.nodes.entry(node);
@@ -121,7 +121,7 @@ impl Permitted {
 
     /// An emergency of a node.
     pub fn emergency(&mut self, nmt: &Nmt, node: u8, cx: &Context<'_>) {
-        if let Some(reset) = nmt.resetting(node) {
+        if let Some(reset) = nmt.silent_since_reset(node) {
             let stay = self.nodes.entry(node);
             if since(Some(reset), cx.at).is_some_and(|age| age > OBEYED_NS) {
                 let facts = Facts::told(1, &[]);
