@@ -264,22 +264,12 @@ impl Nmt {
 
     /// Node control: the master commands `node`, or all (0).
     pub fn command(&mut self, specifier: u8, node: u8, cx: &mut Context<'_>) {
-        let state = match specifier {
-            nmt::START => OPERATIONAL,
-            nmt::STOP => STOPPED,
-            nmt::PRE_OPERATIONAL => PRE_OPERATIONAL,
-            nmt::RESET_NODE | nmt::RESET_COMMUNICATION => 0,
-            _ if EXTENSIONS.contains(&specifier) => return,
-            _ => {
-                self.garbled = Some(cx.at);
-                return cx.find(
-                    Code::Nmt001,
-                    None,
-                    None,
-                    None,
-                    Facts::told(0, &[("found", Quantity::Hex2(specifier))]),
-                );
+        let Some(state) = commanded_state(specifier) else {
+            if EXTENSIONS.contains(&specifier) {
+                return;
             }
+            self.garbled = Some(cx.at);
+            return cx.find(Code::Nmt001, None, None, None, Facts::told(0, &[("found", Quantity::Hex2(specifier))]));
         };
         self.commandless.command(cx);
         match node {
@@ -638,6 +628,17 @@ impl Standing {
             || self.beats <= 2
                 && since(self.boot_up, at)
                     .map_or(self.boot_up.is_some_and(|boot| boot.no + 50 > at.no), |age| age < SELF_START_NS)
+    }
+}
+
+/// The state that a command asks for, 0 for a reset.
+pub fn commanded_state(specifier: u8) -> Option<u8> {
+    match specifier {
+        nmt::START => Some(OPERATIONAL),
+        nmt::STOP => Some(STOPPED),
+        nmt::PRE_OPERATIONAL => Some(PRE_OPERATIONAL),
+        nmt::RESET_NODE | nmt::RESET_COMMUNICATION => Some(0),
+        _ => None,
     }
 }
 

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use super::emcy::Emergencies;
 use super::guarding::Guarding;
 use super::heartbeat::{Heartbeats, PAUSE_NS, Pulse, TWICE_NS};
-use super::nmt::{Nmt, POWER_UP_NS, SWITCHED_ON_NS};
+use super::nmt::{Nmt, POWER_UP_NS, SWITCHED_ON_NS, commanded_state};
 use super::permitted::Permitted;
 use super::time::Times;
 use super::withheld::raise;
@@ -190,7 +190,7 @@ impl Nodes {
                 if node > 127 {
                     return;
                 }
-                self.permitted.command(node);
+                self.permitted.command(node, commanded_state(command).unwrap_or(0));
                 self.heartbeats.commanded(node);
             }
             Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),

@@ -35,8 +35,8 @@ struct Held {
 
 #[derive(Debug, Default)]
 struct Stay {
-    /// The frame with which the state began that the rest is about.
-    since: u64,
+    /// The state that the rest is about; 0: none.
+    state: u8,
     /// What was said. Of several PDOs one tells of all: it is the state that is wrong.
     tpdos: bool,
     rpdos: bool,
@@ -138,11 +138,12 @@ impl Permitted {
         self.judge(nmt, node, known, Held { at: cx.at, code: Code::Emc004, object: None, facts });
     }
 
-    /// A command: what came just before it may have been permitted by it.
-    pub fn command(&mut self, node: u8) {
+    /// A command to go to a state, 0 where it is none: what came just before it may have been permitted by it.
+    pub fn command(&mut self, node: u8, state: u8) {
         let held = &mut self.held;
         for (id, stay) in self.nodes.iter_mut() {
             if node == 0 || node == id {
+                stay.leave_for(state);
                 *held = held.saturating_sub(stay.held.len());
                 stay.held.clear();
             }
@@ -152,6 +153,7 @@ impl Permitted {
     /// A boot-up: what came between the reset and it, came too early.
     pub fn boot_up(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(stay) = self.nodes.get_mut(node) else { return };
+        stay.leave_for(0);
         stay.undecided.clear();
         if let Some(early) = stay.early.take() {
             cx.find_at(early.at, early.code, Some(node), early.object, None, early.facts);
@@ -161,6 +163,7 @@ impl Permitted {
     /// A node shows its state.
     pub fn shown(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
         let Some(stay) = self.nodes.get_mut(node) else { return };
+        stay.leave_for(state);
         for (supposed, undecided) in std::mem::take(&mut stay.undecided) {
             if state == supposed {
                 cx.find_at(undecided.at, undecided.code, Some(node), undecided.object, None, undecided.facts);
@@ -198,8 +201,8 @@ impl Permitted {
 
     fn stay(&mut self, node: u8, known: Known) -> &mut Stay {
         let stay = self.nodes.entry(node);
-        if stay.since != known.at.no {
-            (stay.since, stay.tpdos, stay.rpdos, stay.sdo, stay.emcy) = (known.at.no, false, false, false, false);
+        if stay.state != known.state {
+            (stay.state, stay.tpdos, stay.rpdos, stay.sdo, stay.emcy) = (known.state, false, false, false, false);
         }
         stay
     }
@@ -224,6 +227,13 @@ impl Permitted {
 }
 
 impl Stay {
+    /// The node goes to a state, or is asked to: what it does there is told anew, unless it is in it already.
+    fn leave_for(&mut self, state: u8) {
+        if self.state != state {
+            self.state = 0;
+        }
+    }
+
     fn decide_later(&mut self, state: u8, held: Held) {
         if self.undecided.len() < HELD {
             self.undecided.push((state, held));
