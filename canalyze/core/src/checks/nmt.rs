@@ -233,11 +233,10 @@ impl Nmt {
         self.nodes.get(node).filter(|standing| standing.resetting && standing.present)?.reset
     }
 
-    /// The same, where the node has shown no state since: those that come with a reset that failed, or whose boot-up is
-    /// missing, are told of otherwise.
+    /// The same, where the node has shown no state since, and nothing that cannot be read.
     pub fn silent_since_reset(&self, node: u8) -> Option<FrameRef> {
         let standing = self.nodes.get(node)?;
-        let heard = standing.command.is_some_and(|command| command.state == 0 && command.wrong > 0);
+        let heard = standing.command.is_none_or(|command| command.state == 0 && command.wrong > 0);
         self.resetting(node).filter(|_| !heard)
     }
 
