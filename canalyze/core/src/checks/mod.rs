@@ -23,6 +23,7 @@ pub mod pdo_length;
 pub mod pdo_timing;
 pub mod permitted;
 pub mod srdo;
+mod standing;
 pub mod sync;
 pub mod sync_counter;
 pub mod sync_settings;

@@ -6,6 +6,7 @@
 //! the master's own frames may be captured late. It must not judge other services: that is `permitted`.
 
 use super::commandless::Commandless;
+use super::standing::{Spontaneous, Standing, Suspect, bit};
 use crate::context::Context;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
@@ -15,13 +16,11 @@ use crate::services::lss::Command as Lss;
 use crate::services::nmt;
 
 /// How long what looks spontaneous may still be explained by a command whose echo is captured late, in ns.
-const SETTLED_NS: i64 = 10_000_000;
+pub(super) const SETTLED_NS: i64 = 10_000_000;
 /// The same in frames, where there are no stamps.
-const LATE: u64 = 2;
+pub(super) const LATE: u64 = 2;
 /// An emergency within this time before a change of state explains it (1029h), in ns.
 const EMERGENCY_NS: i64 = 1_000_000_000;
-/// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most once.
-const SELF_START_NS: i64 = 5_000_000_000;
 /// After a bus was silent for this long, boot-ups are those of a network that was switched on, in ns.
 pub(super) const SWITCHED_ON_NS: i64 = 2_000_000_000;
 /// Nodes that are switched on together boot within this time, in ns.
@@ -29,7 +28,7 @@ pub(super) const POWER_UP_NS: i64 = 5_000_000_000;
 /// Nodes that boot within so many frames, where there are no stamps, boot together.
 const TOGETHER: u64 = 10;
 /// Several resets in a row may yield as many boot-ups within this time, in ns.
-const RESETS_NS: i64 = 1_000_000_000;
+pub(super) const RESETS_NS: i64 = 1_000_000_000;
 /// How long after LSS sends its slaves back to waiting a boot-up is due to that, in ns.
 const ACTIVATED_NS: i64 = 5_000_000_000;
 /// Two boot-ups of one node-ID closer than this come from two nodes, in ns.
@@ -46,58 +45,6 @@ const RUNNING: u8 = 3;
 const GARBLED_NS: i64 = 5_000_000_000;
 /// Extended commands that are not CiA 301's but known: sleep and standby.
 const EXTENSIONS: [u8; 2] = [0x50, 0x60];
-
-/// What the capture says of one node's state.
-#[derive(Debug, Default)]
-struct Standing {
-    /// It has sent something of its own, and the number of the last frame that was seen of it.
-    present: bool,
-    heard: u64,
-    /// A master commands or configures it: it is not the master itself.
-    managed: bool,
-    /// The last state it has shown since its last boot-up, and the frame that showed it first.
-    shown: Option<(u8, FrameRef)>,
-    /// The last command, until the node has obeyed it.
-    command: Option<Command>,
-    /// States that were commanded since the node last showed one that was: bit 0 Stopped, 1 Operational, 2
-    /// Pre-operational.
-    allowed: u8,
-    /// Its last boot-up.
-    boot_up: Option<FrameRef>,
-    /// Its last boot-up that nothing explains, other than its first.
-    again: Option<FrameRef>,
-    /// Resets that no boot-up has answered yet, and the last of them.
-    resets: u8,
-    reset: Option<FrameRef>,
-    /// The last of them still awaits its boot-up.
-    resetting: bool,
-    /// LSS has given this node-ID, and nobody has booted with it yet.
-    given: bool,
-    /// Its last emergency, other than that an error is over.
-    emergency: Option<FrameRef>,
-    /// A change that it explained: the frame, the state before, and what would have been said.
-    excused: Option<(FrameRef, u8, Facts)>,
-    /// The last frames that have shown a state, and how many.
-    beats: u8,
-    beat: Option<FrameRef>,
-    suspect: Option<Suspect>,
-    /// Whether a change without command was said and the state has not been shown twice since.
-    unsettled: bool,
-}
-
-/// A command that awaits its effect.
-#[derive(Clone, Copy, Debug)]
-struct Command {
-    state: u8,
-    specifier: u8,
-    at: FrameRef,
-    /// It was addressed to this node, or to all and the node is not the master itself.
-    sure: bool,
-    /// Frames since that have shown another state, and the first of them.
-    wrong: u8,
-    first: Option<FrameRef>,
-    judged: bool,
-}
 
 /// Whether somebody has switched the network off and on again.
 #[derive(Clone, Copy, Debug)]
@@ -116,42 +63,6 @@ impl Power {
         let soon = since(Some(boot), at).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS);
         self.others > 0 && self.heard < boot.no && soon
     }
-}
-
-/// What looks spontaneous and may still be explained.
-#[derive(Clone, Copy, Debug)]
-struct Suspect {
-    at: FrameRef,
-    what: Spontaneous,
-}
-
-impl Suspect {
-    /// Two boot-ups right after one another, which may be one.
-    fn adjacent(self) -> bool {
-        match self.what {
-            Spontaneous::TwoBootUps { last } => last.no + 1 == self.at.no,
-            Spontaneous::BootUp { last } => last.no + 1 == self.at.no && self.at.t_ns.is_none(),
-            _ => false,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Spontaneous {
-    Change {
-        from: u8,
-        to: u8,
-    },
-    BootUp {
-        last: FrameRef,
-    },
-    /// The last boot-up is not in the capture, but the node was running.
-    Restart {
-        last: FrameRef,
-    },
-    TwoBootUps {
-        last: FrameRef,
-    },
 }
 
 /// A state that is known, for verdicts on other services.
@@ -528,108 +439,6 @@ impl Nmt {
     }
 }
 
-impl Standing {
-    /// Takes a command. Says whether it explains what was suspected.
-    fn commanded(&mut self, node: u8, (state, specifier, explicit): (u8, u8, bool), cx: &mut Context<'_>) -> bool {
-        let at = cx.at;
-        self.managed |= explicit;
-        self.restarted_silently(node, cx);
-        let explains = self.suspect.is_some_and(|suspect| match suspect.what {
-            // Some boot without a word.
-            Spontaneous::Change { to, .. } => state == to || (state == 0 && to == PRE_OPERATIONAL),
-            _ => state == 0,
-        });
-        if explains {
-            self.suspect = None;
-        }
-        // A reset just after a boot-up may have been sent before it, to a node that was not there yet.
-        let crossed = state == 0
-            && self
-                .boot_up
-                .is_some_and(|boot| since(Some(boot), at).map_or(boot.no + LATE >= at.no, |age| age < SETTLED_NS));
-        let sure = (explicit || self.managed) && !crossed;
-        let command = Command { state, specifier, at, sure, wrong: 0, first: None, judged: false };
-        if state == 0 {
-            if explains {
-                return true;
-            }
-            self.resets = (self.resets + 1).min(3);
-            self.reset = Some(at);
-            self.resetting = true;
-            self.allowed = bit(STOPPED) | bit(OPERATIONAL) | bit(PRE_OPERATIONAL);
-            self.command = Some(command);
-            return false;
-        }
-        self.allowed |= bit(state);
-        let there = self.shown.is_some_and(|(shown, _)| shown == state) && (explains || self.command.is_none());
-        self.command = Some(command).filter(|_| !there);
-        if there {
-            self.allowed = 0;
-        }
-        explains
-    }
-
-    /// The next command comes. A node that was in another state and is Pre-operational since the reset was reset, and its
-    /// boot-up is missing.
-    fn restarted_silently(&mut self, node: u8, cx: &mut Context<'_>) {
-        let Some(command) = self.command.filter(|command| command.state == 0 && command.sure && !command.judged) else {
-            return;
-        };
-        let fresh = self.shown.filter(|(state, at)| *state == PRE_OPERATIONAL && at.no > command.at.no);
-        if let (Some((state, _)), true, Some(first)) = (fresh, command.wrong > 1, command.first) {
-            self.resetting = false;
-            let facts = [("command", Quantity::Command(command.specifier)), ("found", Quantity::State(state))];
-            cx.find_at(first, Code::Nmt002, Some(node), None, Some(command.at), Facts::told(1, &facts));
-        }
-    }
-
-    /// Compares a state that is shown with the last command.
-    fn obeys(&mut self, node: u8, state: u8, period_ns: Option<i64>, cx: &mut Context<'_>) {
-        let Some(command) = &mut self.command else { return };
-        if command.state == state {
-            (self.command, self.allowed) = (None, 0);
-            return;
-        }
-        if command.judged {
-            return;
-        }
-        command.wrong = command.wrong.saturating_add(1);
-        command.first = command.first.or(Some(cx.at));
-        // A device may store something before it obeys a reset.
-        let least = if command.state == 0 { RESETS_NS } else { 0 };
-        let late = match (since(Some(command.at), cx.at), period_ns) {
-            (Some(age), Some(period)) => command.wrong > 1 && age > (period * 2 + period / 10).max(least),
-            (Some(age), None) => command.wrong > 2 && age > least,
-            (None, _) => command.wrong > 2,
-        };
-        if !late {
-            return;
-        }
-        command.judged = true;
-        let Command { state: expected, specifier, at, sure, .. } = *command;
-        if expected == 0 {
-            // It goes on as it was.
-            (self.resetting, self.allowed) = (false, 0);
-        }
-        if sure {
-            let facts = [("command", Quantity::Command(specifier)), ("found", Quantity::State(state))];
-            cx.find(Code::Nmt002, Some(node), None, Some(at), Facts::told(u8::from(expected == 0), &facts));
-        }
-    }
-
-    /// Whether a change may be the node's own start: soon after its boot-up, or that of a master, which starts when
-    /// its slaves are ready.
-    fn starts_itself(&self, from: u8, to: u8, at: FrameRef) -> bool {
-        if from != PRE_OPERATIONAL || to != OPERATIONAL || self.command.is_some() {
-            return false;
-        }
-        !self.managed
-            || self.beats <= 2
-                && since(self.boot_up, at)
-                    .map_or(self.boot_up.is_some_and(|boot| boot.no + 50 > at.no), |age| age < SELF_START_NS)
-    }
-}
-
 /// The state that a command asks for, 0 for a reset.
 pub fn commanded_state(specifier: u8) -> Option<u8> {
     match specifier {
@@ -638,15 +447,6 @@ pub fn commanded_state(specifier: u8) -> Option<u8> {
         nmt::PRE_OPERATIONAL => Some(PRE_OPERATIONAL),
         nmt::RESET_NODE | nmt::RESET_COMMUNICATION => Some(0),
         _ => None,
-    }
-}
-
-const fn bit(state: u8) -> u8 {
-    match state {
-        STOPPED => 1,
-        OPERATIONAL => 2,
-        PRE_OPERATIONAL => 4,
-        _ => 0,
     }
 }
 
