@@ -45,7 +45,7 @@ pub(super) const NMT004: RuleText = RuleText {
 
 pub(super) const NMT005: RuleText = RuleText {
     message: "change of state on an error",
-    meaning: "The node changed its NMT state without a command and sent an emergency: the error behaviour of 1029h.",
+    meaning: "The node left Operational, or stopped, without a command and sent an emergency: the error behaviour of 1029h. It stays there; no error starts a node.",
     cause: "A communication error, such as the loss of a heartbeat that the node watches.",
     faces: &["from {from} to {to} without a command, along with an emergency of the node"],
 };
@@ -204,8 +204,8 @@ pub(super) const SDO011: RuleText = RuleText {
 
 pub(super) const PDO002: RuleText = RuleText {
     message: "TPDO of a node that is not Operational",
-    meaning: "PDOs exist in Operational only; frames under way when the state changed do not count.",
-    cause: "The stack does not stop PDOs with the state, or another node uses this COB-ID.",
+    meaning: "PDOs exist in Operational only; frames under way when the state changed do not count. Of several TPDOs the first one is told of, once a stay in the state.",
+    cause: "The stack does not stop PDOs with the state, the command to start is missing, or another node uses this COB-ID.",
     faces: &["{pdo} of a node that is {state}"],
 };
 

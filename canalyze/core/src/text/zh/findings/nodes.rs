@@ -41,7 +41,7 @@ pub(super) const NMT004: RuleText = RuleText {
 
 pub(super) const NMT005: RuleText = RuleText {
     message: "因错误改变状态",
-    meaning: "节点没有收到命令而改变了NMT状态, 同时发送了紧急报文: 这是1029h规定的错误行为。",
+    meaning: "节点没有收到命令而离开操作状态或停止, 同时发送了紧急报文: 这是1029h规定的错误行为。此后它保持该状态; 错误不会使节点启动。",
     cause: "通信错误, 例如它监视的心跳丢失。",
     faces: &["没有命令, 状态由{from}变为{to}, 与节点的紧急报文同时发生"],
 };
@@ -186,8 +186,8 @@ pub(super) const SDO011: RuleText = RuleText {
 
 pub(super) const PDO002: RuleText = RuleText {
     message: "TPDO在非操作状态发送",
-    meaning: "PDO只存在于操作状态; 切换时已在途中的帧不算。",
-    cause: "协议栈没有按状态停止PDO, 或者另一个节点使用了这个COB-ID。",
+    meaning: "PDO只存在于操作状态; 切换时已在途中的帧不算。有多个TPDO时只说第一个, 每次处于该状态只说一次。",
+    cause: "协议栈没有按状态停止PDO, 缺少启动命令, 或者另一个节点使用了这个COB-ID。",
     faces: &["节点处于{state}状态时发送了{pdo}"],
 };
 
