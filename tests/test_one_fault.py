@@ -144,6 +144,29 @@ def test_data_that_a_short_segment_lacks(name: str) -> None:
     assert (row["status"], row["data"]) == ("ok", whole["data"])
 
 
+def test_an_acknowledgement_that_is_too_short() -> None:
+    """What it leaves to be sent again shows only by what comes, and not always."""
+    for block in (block_upload, block_download):
+        for acknowledged in ([], [2], [4, 1]):
+            frames = amid(block(NODE, 0x2004, 0, VALUE, blksize=4, acknowledged=acknowledged))
+            for at, frame in enumerate(frames):
+                if frame.data[0] == 0xA2:
+                    for length in range(8):
+                        said = analyze(log_text(with_data(frames, at, frame.data[:length])))
+                        assert only(said, "SDO010", frame=at + 1), f"frame {at + 1}: {said.complaint()}"
+                        row = said.transfers[1]
+                        assert row["status"] == "incomplete" or row["data"] == VALUE.hex().upper()
+
+
+def test_something_else_than_the_end_of_a_block_transfer() -> None:
+    for name in ("block upload", "block download"):
+        frames = amid(TRANSFERS[name])
+        end = next(at for at, frame in enumerate(frames) if frame.data[0] == 0xD9)
+        for bits in (0x01, 0x80):
+            said = analyze(log_text(flipped(frames, end, 0, bits)))
+            assert only(said, "SDO012", frame=end + 1), f"{name}: {said.complaint()}"
+
+
 @pytest.mark.parametrize("length", [0, 5])
 def test_a_short_segment_that_is_sent_again(length: int) -> None:
     """Its receiver did not take it."""

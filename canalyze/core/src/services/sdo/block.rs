@@ -163,6 +163,10 @@ pub struct Block {
     pub started: bool,
     /// Size or CRC were wrong.
     pub bad: bool,
+    /// An acknowledgement could not be read: what was sent again is not known.
+    pub unsure: bool,
+    /// That the last segment was acknowledged was made out from numbers of which one is wrong.
+    pub guessed: bool,
 }
 
 impl Block {
@@ -187,6 +191,8 @@ impl Block {
             end: None,
             started: false,
             bad: false,
+            unsure: false,
+            guessed: false,
         }
     }
 
@@ -410,6 +416,7 @@ impl Block {
         self.finished =
             current.last_at.is_some_and(|(seqno, nth)| ackseq >= seqno || (current.wrong.is_some() && ackseq >= nth))
                 || (unread && self.end.is_some());
+        self.guessed = current.last_at.is_some_and(|(seqno, _)| ackseq < seqno);
         self.skipping = !self.finished && !whole;
         self.acked_all = ackseq >= current.sent;
         if (1..=MOST).contains(&blksize) {
@@ -429,6 +436,20 @@ impl Block {
             self.current = ahead;
         }
         acked
+    }
+
+    /// An acknowledgement of which nothing can be read: it may leave anything to be sent again. Returns whether one was
+    /// due.
+    pub fn ack_unread(&mut self, transfer: &mut Transfer) -> bool {
+        if self.finished || self.current.segments.is_empty() {
+            return false;
+        }
+        (self.acked_all, self.unsure) = (self.owes_ack(), true);
+        self.settle_whole(transfer);
+        self.finished = self.end.is_some();
+        self.skipping = !self.finished && self.current.segments.is_empty();
+        (self.rest, self.last_sent) = (None, false);
+        true
     }
 
     /// Counts everything sent so far: its acknowledgement is missing from the capture.

@@ -153,8 +153,11 @@ impl Channel {
                     self.violation_outside(half, cx);
                 }
             }
-            // The confirmation, of which nothing can be read.
+            // The confirmation, or an acknowledgement, of which nothing can be read.
             Command::Truncated(_) if block.is_finished() && block.end.is_some() => self.confirm_end(cx),
+            Command::Truncated(_) => {
+                self.ack_unread(cx);
+            }
             _ => self.violation_outside(half, cx),
         }
     }
@@ -169,6 +172,7 @@ impl Channel {
             }
             Command::EndBlock { .. } if self.is_upload() => self.end_block(half, cx),
             Command::Truncated(_) if self.is_upload() => self.end_unread(half),
+            Command::Truncated(_) if self.pairing.pending.is_none() => self.ack_unread(cx),
             Command::BlockUploadInitiated { .. } => {
                 self.step.place = Place::Outside;
                 self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
@@ -206,10 +210,14 @@ impl Channel {
             if seqno != 1 || block.end.is_some() {
                 self.step.place = Place::Outside;
                 self.find(Code::Sdo012, half.at, Facts::Outside, cx);
+                self.instead_of_end(half);
                 return;
             }
+            let guessed = block.guessed;
             let marked = block.reopen().unwrap_or(half.at);
-            self.find(Code::Sdo012, marked, Facts::Outside, cx);
+            if !guessed {
+                self.find(Code::Sdo012, marked, Facts::Outside, cx);
+            }
         }
         let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         self.step.ordinal = block.ordinal();
@@ -252,12 +260,12 @@ impl Channel {
                     return true;
                 }
             } else {
-                let newest = block.newest_at.unwrap_or(half.at);
+                let (newest, unsure) = (block.newest_at.unwrap_or(half.at), block.unsure);
                 if let Some(transfer) = &mut self.transfer {
                     block.finish_early(transfer);
                 }
                 // Where segments are missing, the last one is among them, and it was said.
-                if !hole {
+                if !hole && !unsure {
                     self.find(Code::Sdo012, newest, Facts::NoLast, cx);
                 }
             }
@@ -291,6 +299,16 @@ impl Channel {
         if due {
             transfer.hole = true;
             block.end = Some(End { at: half.at, unused: 0, crc: None });
+        }
+        due
+    }
+
+    /// A frame of which nothing can be read, where an acknowledgement is due. Returns whether it was.
+    fn ack_unread(&mut self, cx: &mut Context<'_>) -> bool {
+        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return false };
+        let due = block.ack_unread(transfer);
+        if due && block.is_finished() {
+            self.judge_end(cx);
         }
         due
     }
@@ -366,7 +384,12 @@ impl Channel {
         if transfer.hole || transfer.mux.is_none() {
             return;
         }
-        if !transfer.size_is_right() {
+        let right = transfer.size_is_right();
+        if block.unsure && !(right && end.crc.is_none_or(|found| transfer.check_crc(found, &[]).0 == found)) {
+            transfer.hole = true;
+            return;
+        }
+        if !right {
             block.bad = true;
             let facts =
                 Facts::Size { indicated: transfer.size_indicated.map_or(0, u64::from), transferred: transfer.size };

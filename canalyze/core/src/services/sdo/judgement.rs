@@ -173,6 +173,15 @@ impl Channel {
         self.odd_exchange.answered = self.pairing.pending.map(|pending| pending.at.no).or(self.odd_exchange.answered);
     }
 
+    /// In the place of a block transfer's end came what does not belong there, and a finding says so: what answers it
+    /// answers the end.
+    pub(super) fn instead_of_end(&mut self, half: &Half) {
+        match self.step.side {
+            Side::Client => self.odd_exchange.request = Some(half.at.no),
+            Side::Server => self.odd_exchange.answered = self.transfer.as_ref().map(|transfer| transfer.last.no),
+        }
+    }
+
     /// A frame that says nothing stands for the request or the answer that it should have been.
     pub(super) fn note_unreadable(&mut self, side: Side, half: &Half) {
         let unreadable = half.command.is_unreadable();
