@@ -57,6 +57,14 @@ def test_a_request_that_was_not_answered(times: int) -> None:
     told(retried(Network().boot(5), times=times).read(5, 0x1018, 1, 5, 4), 3, 2)
 
 
+def test_two_objects_in_a_row() -> None:
+    net = retried(known()).wait(0.01)
+    answer(request(request(net, 0x2018).wait(0.3), 0x2018), 0x2018).read(5, 0x1018, 1, 5, 4)
+    said = analyze(log_text(net.frames()))
+    found = [(f["code"], f["frame"], f["cause_frame"]) for f in said.above_info()]
+    assert found == [("SDO002", 5, 4), ("SDO002", 8, 7)], said.complaint()
+
+
 def test_a_request_of_each_kind() -> None:
     refused = request(request(known()).wait(0.3))
     refused.wait(0.001).send(0x585, b"\x80\x41\x60\0\0\0\x02\x06").wait(0.001)

@@ -1,8 +1,8 @@
 //! Requests that a client sends again since no answer came: was each of them answered?
 //!
 //! A server answers in the order in which it is asked, so what it owes is known once it answers another request, or
-//! has had time. Until then a late answer may still come. Nothing is said without stamps, which a frame that was
-//! captured twice would be taken for a second request without.
+//! has had time. Until then a late answer may still come. Without stamps nothing is said: a request that was captured
+//! twice cannot be told from one that was sent again.
 
 use super::channel::{Channel, Half, Outside, UNANSWERED_NS};
 use super::waiting::{may_be_ahead, within};
@@ -67,17 +67,18 @@ impl Channel {
     /// A client frame: does it belong to the run, or end it?
     pub(super) fn repeated_by_client(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Some(run) = &mut self.pairing.repeated else { return };
+        if run.answered.is_some_and(|answer| !within(answer, half.at, SETTLED_NS)) {
+            self.end_repeated(cx);
+            return;
+        }
         let abort = matches!(half.command, Command::Abort(..));
-        if abort || (half.command.is_initiate() && run.answers == 0 && half.bytes != run.first.bytes) {
+        let same = half.bytes == run.first.bytes;
+        if abort || (half.command.is_initiate() && run.answers == 0 && !same) {
             // Without an answer, the request that waits is told of like any other.
             self.pairing.repeated = None;
             return;
         }
-        if half.bytes != run.first.bytes || within(run.newest, half.at, PATIENCE_NS) {
-            return;
-        }
-        if run.answered.is_some_and(|answer| !within(answer, half.at, SETTLED_NS)) {
-            self.end_repeated(cx);
+        if !same || within(run.newest, half.at, PATIENCE_NS) {
             return;
         }
         (run.requests, run.newest) = (run.requests.saturating_add(1), half.at);
