@@ -4,7 +4,7 @@
 //! decoder, passes on what one service means for another (a reset ends the node's transfers), and tells the checks.
 //! `learn` is the one place where what the capture shows changes a COB-ID, a mapping or a time.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::checks::nodes::ErrorControl;
@@ -46,6 +46,8 @@ pub struct Bus {
     checks: Checks,
     /// Time of the first frame, or of the first since frames were lost, in ns.
     began_ns: Option<i64>,
+    /// Nodes whose boot-up was seen, and no reset since, nor lost frames.
+    booted: BTreeSet<u8>,
 }
 
 impl Bus {
@@ -72,7 +74,16 @@ impl Bus {
         }
         let roles = Roles::compile(&network, name, &nodes);
         let checks = Checks::new(&network, &nodes);
-        Self { network, name: name.into(), roles, nodes, channels: BTreeMap::new(), checks, began_ns: None }
+        Self {
+            network,
+            name: name.into(),
+            roles,
+            nodes,
+            channels: BTreeMap::new(),
+            checks,
+            began_ns: None,
+            booted: BTreeSet::new(),
+        }
     }
 
     /// The SYNC cycle that runs; 0 before the first.
@@ -133,9 +144,10 @@ impl Bus {
         }
         let nodes = &self.nodes;
         let heard_ns = frame.t_ns.zip(self.began_ns).map_or(0, |(now, began)| now.saturating_sub(began));
+        let booted = self.booted.contains(&node);
         let channel = self.channels.entry(key).or_insert_with(|| {
             let mut channel = Box::new(Channel::new(frame.bus, node, key.1));
-            channel.idle_for(heard_ns);
+            channel.idle_for(heard_ns, booted);
             channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
             channel
         });
@@ -267,7 +279,10 @@ impl Bus {
             self.moved(from, to);
         }
         match message {
-            Message::BootUp { node } => self.reset(Some(node), cx),
+            Message::BootUp { node } => {
+                self.reset(Some(node), cx);
+                self.booted.insert(node);
+            }
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
             Message::Nmt { command, node } if RESETS.contains(&command) => self.reset(Some(node), cx),
             _ => {}
@@ -364,6 +379,7 @@ impl Bus {
     /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
     fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.lost(node, true, cx);
+        self.booted.retain(|one| node.is_some_and(|node| node != *one));
         self.checks.reset(node, cx);
         let mut changed = false;
         for (id, one) in self.nodes.iter_mut() {
@@ -382,6 +398,7 @@ impl Bus {
     pub fn lost(&mut self, node: Option<u8>, reset: bool, cx: &mut Context<'_>) {
         if !reset {
             self.began_ns = None;
+            self.booted.clear();
             self.checks.lost(cx);
             self.doubt(cx.at.no);
         }

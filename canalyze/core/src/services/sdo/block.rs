@@ -14,6 +14,34 @@ use crate::frame::FrameRef;
 /// Most segments of a sub-block.
 pub const MOST: u8 = 127;
 
+/// A segment as it came. Where its frame was too short, its data has a hole; of an empty frame not even the mark of the
+/// last segment is known.
+#[derive(Clone, Copy, Debug)]
+pub struct Segment {
+    /// Sequence number in the sub-block.
+    pub seqno: u8,
+    /// c: last segment of the transfer.
+    pub last: bool,
+    /// Seven data bytes.
+    pub data: [u8; 7],
+    /// Bytes of the frame.
+    pub len: u8,
+}
+
+impl Segment {
+    /// Bytes of data that the frame had.
+    fn carried(&self) -> usize {
+        usize::from(self.len.saturating_sub(1)).min(self.data.len())
+    }
+
+    /// Whether it and another are the same, but for a byte or two that were damaged on the way. Of what was too short
+    /// nobody knows.
+    fn is_like(&self, other: &Self) -> bool {
+        let same = self.data.iter().zip(&other.data).filter(|(one, other)| one == other).count();
+        same > 4 || self.carried().min(other.carried()) < self.data.len()
+    }
+}
+
 /// A segment out of sequence.
 #[derive(Clone, Debug)]
 struct Wrong {
@@ -30,8 +58,8 @@ pub struct End {
     pub at: FrameRef,
     /// Bytes of the last segment without data.
     pub unused: u8,
-    /// The CRC field.
-    pub crc: u16,
+    /// The CRC field, where the frame has one.
+    pub crc: Option<u16>,
 }
 
 /// How a segment was taken.
@@ -59,7 +87,7 @@ pub struct Acked {
 /// A sub-block: segments in sequence since the last acknowledgement.
 #[derive(Clone, Debug, Default)]
 struct SubBlock {
-    segments: Vec<[u8; 7]>,
+    segments: Vec<Segment>,
     /// Highest sequence number sent, in sequence or not.
     sent: u8,
     /// Segments sent, in sequence or not.
@@ -79,7 +107,13 @@ impl SubBlock {
         taken >= usize::from(blksize) || self.last_at.is_some_and(|(seqno, _)| usize::from(seqno) == taken)
     }
 
-    fn take(&mut self, blksize: u8, at: FrameRef, seqno: u8, last: bool, data: [u8; 7]) -> Taken {
+    /// Whether its newest segment came in an empty frame: it may have been the last one.
+    fn ends_unread(&self) -> bool {
+        self.wrong.is_none() && self.segments.last().is_some_and(|segment| segment.len == 0)
+    }
+
+    fn take(&mut self, blksize: u8, at: FrameRef, segment: Segment) -> Taken {
+        let Segment { seqno, last, .. } = segment;
         let expected = self.expected();
         self.sent = self.sent.max(seqno);
         self.count = self.count.saturating_add(1);
@@ -87,7 +121,7 @@ impl SubBlock {
             self.last_at = Some((seqno, self.count));
         }
         if seqno == expected && seqno <= blksize {
-            self.segments.push(data);
+            self.segments.push(segment);
             return Taken::InSequence;
         }
         self.wrong.get_or_insert(Wrong { at, expected, facts: Facts::Sequence { expected, found: seqno } });
@@ -105,12 +139,12 @@ pub struct Block {
     ahead: Option<SubBlock>,
     ahead_at: Option<FrameRef>,
     /// Segments that were sent in sequence and not acknowledged, and the acknowledgement: the next is the first of them.
-    rest: Option<(Vec<[u8; 7]>, FrameRef, u8)>,
+    rest: Option<(Vec<Segment>, FrameRef, u8)>,
     /// The acknowledgement after which the sender went on with other data.
     not_resent: Option<(FrameRef, u8)>,
     /// After an early acknowledgement: frames count again from sequence number 1 on.
     skipping: bool,
-    tail: Option<[u8; 7]>,
+    tail: Option<Segment>,
     committed: u32,
     finished: bool,
     /// The last acknowledgement left nothing to be sent again.
@@ -121,12 +155,18 @@ pub struct Block {
     due_since: Option<FrameRef>,
     /// The transfer's first segment.
     pub first_at: Option<FrameRef>,
+    /// Its newest one.
+    pub newest_at: Option<FrameRef>,
     /// The end frame, once seen.
     pub end: Option<End>,
     /// The client's start of an upload has been seen.
     pub started: bool,
     /// Size or CRC were wrong.
     pub bad: bool,
+    /// An acknowledgement could not be read: what was sent again is not known.
+    pub unsure: bool,
+    /// That the last segment was acknowledged was made out from numbers of which one is wrong.
+    pub guessed: bool,
 }
 
 impl Block {
@@ -147,9 +187,12 @@ impl Block {
             last_sent: false,
             due_since: None,
             first_at: None,
+            newest_at: None,
             end: None,
             started: false,
             bad: false,
+            unsure: false,
+            guessed: false,
         }
     }
 
@@ -176,7 +219,19 @@ impl Block {
     /// Whether the end frame may come: the last segment was sent, though perhaps not yet acknowledged.
     pub fn may_end(&self) -> bool {
         let newest = self.ahead.as_ref().unwrap_or(&self.current);
-        self.finished || (newest.last_at.is_some() && newest.is_complete(self.blksize))
+        self.finished || self.ends_unread() || (newest.last_at.is_some() && newest.is_complete(self.blksize))
+    }
+
+    /// Whether the newest segment came in an empty frame.
+    pub fn ends_unread(&self) -> bool {
+        self.ahead.as_ref().unwrap_or(&self.current).ends_unread()
+    }
+
+    /// The sequence number of the segment that an empty frame by the sender of the data stands for, where one was due.
+    pub fn unread(&self) -> Option<u8> {
+        let newest = self.ahead.as_ref().unwrap_or(&self.current);
+        let ended = self.finished || self.end.is_some() || (self.owes_ack() && newest.last_at.is_some());
+        (!ended && newest.wrong.is_none() && !self.may_be_in_flight()).then(|| self.expected())
     }
 
     /// Whether the segment marked as last was sent at all.
@@ -211,18 +266,19 @@ impl Block {
         &mut self,
         transfer: &mut Transfer,
         at: FrameRef,
-        segment: (u8, bool, [u8; 7]),
+        segment: Segment,
         ack_may_be_late: bool,
     ) -> (Taken, Option<FrameRef>) {
-        let (seqno, last, data) = segment;
+        let Segment { seqno, last, .. } = segment;
         self.first_at.get_or_insert(at);
+        self.newest_at = Some(at);
         if self.skipping {
             if seqno != 1 {
                 return (Taken::InFlight, None);
             }
             self.skipping = false;
         }
-        self.resume(transfer, data);
+        self.resume(transfer, &segment);
         self.last_sent |= last;
         let blksize = self.blksize;
         let mut ack_missing = None;
@@ -244,9 +300,9 @@ impl Block {
                 self.ahead_at = Some(at);
             }
             let ahead = self.ahead.get_or_insert_default();
-            return (ahead.take(blksize, at, seqno, last, data), ack_missing);
+            return (ahead.take(blksize, at, segment), ack_missing);
         }
-        let taken = self.current.take(blksize, at, seqno, last, data);
+        let taken = self.current.take(blksize, at, segment);
         if self.owes_ack() {
             self.due_since = Some(at);
         }
@@ -255,10 +311,10 @@ impl Block {
 
     /// The first segment after an acknowledgement of a part: is it the first of the others? If not, the sender takes
     /// these for acknowledged as well.
-    fn resume(&mut self, transfer: &mut Transfer, data: [u8; 7]) {
+    fn resume(&mut self, transfer: &mut Transfer, segment: &Segment) {
         self.last_sent &= self.rest.is_none();
         if let Some((rest, ack, ackseq)) = self.rest.take()
-            && rest.first().is_some_and(|first| !alike(first, &data))
+            && rest.first().is_some_and(|first| !first.is_like(segment))
         {
             self.commit(transfer, &rest);
             self.not_resent = Some((ack, ackseq));
@@ -288,14 +344,15 @@ impl Block {
 
     /// A segment that does not begin a new sub-block though the current one is complete. One that goes on counting
     /// after a segment marked as last shows that the mark was wrong.
-    fn beyond_complete(&mut self, at: FrameRef, (seqno, last, data): (u8, bool, [u8; 7])) -> Taken {
+    fn beyond_complete(&mut self, at: FrameRef, segment: Segment) -> Taken {
+        let Segment { seqno, last, .. } = segment;
         let goes_on = seqno == self.current.expected() && seqno <= self.blksize;
         match self.current.last_at {
             None if seqno == self.current.expected() => {
                 // The sender does not know where the sub-block ends.
                 let facts = Facts::Sequence { expected: 1, found: seqno };
                 self.current.wrong.get_or_insert(Wrong { at, expected: 1, facts });
-                self.current.segments.push(data);
+                self.current.segments.push(segment);
                 self.current.sent = self.current.sent.max(seqno);
                 self.current.count = self.current.count.saturating_add(1);
                 self.current.last_at = last.then_some((seqno, self.current.count));
@@ -305,7 +362,7 @@ impl Block {
                 let marked_at = self.due_since.unwrap_or(at);
                 self.current.wrong.get_or_insert(Wrong { at: marked_at, expected: marked, facts: Facts::Outside });
                 self.current.last_at = None;
-                self.current.take(self.blksize, at, seqno, last, data)
+                self.current.take(self.blksize, at, segment)
             }
             _ => {
                 self.current.sent = self.current.sent.max(seqno);
@@ -329,11 +386,15 @@ impl Block {
             acked.missing = self.due_since;
             self.settle_whole(transfer);
         }
-        let whole = self.owes_ack();
         let current = std::mem::take(&mut self.current);
+        // What came in an empty frame may have been the last segment.
+        let unread = current.ends_unread() && usize::from(ackseq) == current.segments.len();
+        let whole = unread || (!self.finished && current.is_complete(self.blksize));
         let in_sequence = current.segments.len() as u8;
         if ackseq > current.sent {
-            if transfer.mux.is_some() {
+            // The receiver took what came for what was due: then its number is what was wrong.
+            let numbered = current.wrong.is_some() && ackseq <= current.count;
+            if transfer.mux.is_some() && !numbered {
                 acked.fault = Some((Facts::Acknowledged { ackseq, sent: current.sent }, None));
             }
             transfer.hole = true;
@@ -353,7 +414,9 @@ impl Block {
         self.rest = rest.map(|rest| (rest.to_vec(), at, ackseq));
         // After a wrong number the receiver's word counts: it accepted so many segments, the last among them.
         self.finished =
-            current.last_at.is_some_and(|(seqno, nth)| ackseq >= seqno || (current.wrong.is_some() && ackseq >= nth));
+            current.last_at.is_some_and(|(seqno, nth)| ackseq >= seqno || (current.wrong.is_some() && ackseq >= nth))
+                || (unread && self.end.is_some());
+        self.guessed = current.last_at.is_some_and(|(seqno, _)| ackseq < seqno);
         self.skipping = !self.finished && !whole;
         self.acked_all = ackseq >= current.sent;
         if (1..=MOST).contains(&blksize) {
@@ -367,12 +430,26 @@ impl Block {
             }
             self.skipping = false;
             if let Some(first) = ahead.segments.first() {
-                self.resume(transfer, *first);
+                self.resume(transfer, first);
                 self.last_sent |= ahead.last_at.is_some();
             }
             self.current = ahead;
         }
         acked
+    }
+
+    /// An acknowledgement of which nothing can be read: it may leave anything to be sent again. Returns whether one was
+    /// due.
+    pub fn ack_unread(&mut self, transfer: &mut Transfer) -> bool {
+        if self.finished || self.current.segments.is_empty() {
+            return false;
+        }
+        (self.acked_all, self.unsure) = (self.owes_ack(), true);
+        self.settle_whole(transfer);
+        self.finished = self.end.is_some();
+        self.skipping = !self.finished && self.current.segments.is_empty();
+        (self.rest, self.last_sent) = (None, false);
+        true
     }
 
     /// Counts everything sent so far: its acknowledgement is missing from the capture.
@@ -385,11 +462,12 @@ impl Block {
         }
     }
 
-    fn commit(&mut self, transfer: &mut Transfer, segments: &[[u8; 7]]) {
+    fn commit(&mut self, transfer: &mut Transfer, segments: &[Segment]) {
         for segment in segments {
             if let Some(tail) = self.tail.replace(*segment) {
-                transfer.append(&tail);
+                append(transfer, &tail, 7);
             }
+            transfer.hole |= segment.len == 0;
         }
         let count = segments.len() as u32;
         self.committed = self.committed.saturating_add(count);
@@ -412,8 +490,8 @@ impl Block {
         let mut padding = [0; 7];
         if let Some(tail) = self.tail.take() {
             let carried = 7 - usize::from(unused.min(7));
-            transfer.append(tail.get(..carried).unwrap_or(&[]));
-            for (slot, byte) in padding.iter_mut().zip(tail.iter().skip(carried)) {
+            append(transfer, &tail, carried);
+            for (slot, byte) in padding.iter_mut().zip(tail.data.iter().skip(carried)) {
                 *slot = *byte;
             }
         }
@@ -426,7 +504,9 @@ impl Block {
     }
 }
 
-/// Whether two segments are the same, but for a byte or two that were damaged on the way.
-fn alike(one: &[u8; 7], other: &[u8; 7]) -> bool {
-    one.iter().zip(other).filter(|(one, other)| one == other).count() > 4
+/// Adds so many bytes of a segment to the transfer's data, as far as its frame had them.
+fn append(transfer: &mut Transfer, segment: &Segment, bytes: usize) {
+    let carried = segment.carried().min(bytes);
+    transfer.hole |= carried < bytes;
+    transfer.append(segment.data.get(..carried).unwrap_or(&[]));
 }

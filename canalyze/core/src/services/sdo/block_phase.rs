@@ -5,7 +5,7 @@
 //! was seen, which is then late. Which segments count stands in `block`; pairs of request and response stand in
 //! `pairing`.
 
-use super::block::{Acked, Block, End, Taken};
+use super::block::{Acked, Block, End, Segment, Taken};
 use super::channel::{Channel, Half, Phase};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
@@ -30,7 +30,8 @@ impl Channel {
             let known = block.last_was_sent() || !block.may_be_in_flight();
             let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
             let missed = self.held_ack.is_some() && command & 0x7F != block.expected() && rest == [0; 5];
-            if block.may_end() || early || missed {
+            let due = command & 0x7F == block.expected() && block.ends_unread();
+            if (block.may_end() && !due) || early || missed {
                 return plain;
             }
         }
@@ -73,8 +74,20 @@ impl Channel {
         self.transfer.as_ref().is_some_and(|transfer| transfer.direction == Direction::Upload)
     }
 
+    /// The frame, or, where an empty one stands for the segment that is due, that segment: what it was is said already.
+    fn unless_empty(&self, side: Side, half: &Half) -> Half {
+        match &self.phase {
+            Phase::Block(block) if half.len == 0 && self.sends_data(side) => {
+                let segment = |seqno| Command::BlockSegment { seqno, last: false, data: [0; 7] };
+                Half { command: block.unread().map_or(half.command, segment), ..*half }
+            }
+            _ => *half,
+        }
+    }
+
     /// A client frame while sub-blocks run. Returns whether it was taken.
     pub(super) fn block_client(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+        let half = &self.unless_empty(Side::Client, half);
         if half.command.is_initiate() {
             self.settle_ack(cx);
             return false;
@@ -140,18 +153,26 @@ impl Channel {
                     self.violation_outside(half, cx);
                 }
             }
+            // The confirmation, or an acknowledgement, of which nothing can be read.
+            Command::Truncated(_) if block.is_finished() && block.end.is_some() => self.confirm_end(cx),
+            Command::Truncated(_) => {
+                self.ack_unread(cx);
+            }
             _ => self.violation_outside(half, cx),
         }
     }
 
     /// A server frame while sub-blocks run. Returns whether it was taken.
     pub(super) fn block_server(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+        let half = &self.unless_empty(Side::Server, half);
         match half.command {
             Command::BlockSegment { .. } => {
                 self.block_segment(half, cx);
                 true
             }
             Command::EndBlock { .. } if self.is_upload() => self.end_block(half, cx),
+            Command::Truncated(_) if self.is_upload() => self.end_unread(half),
+            Command::Truncated(_) if self.pairing.pending.is_none() => self.ack_unread(cx),
             Command::BlockUploadInitiated { .. } => {
                 self.step.place = Place::Outside;
                 self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
@@ -189,14 +210,19 @@ impl Channel {
             if seqno != 1 || block.end.is_some() {
                 self.step.place = Place::Outside;
                 self.find(Code::Sdo012, half.at, Facts::Outside, cx);
+                self.instead_of_end(half);
                 return;
             }
+            let guessed = block.guessed;
             let marked = block.reopen().unwrap_or(half.at);
-            self.find(Code::Sdo012, marked, Facts::Outside, cx);
+            if !guessed {
+                self.find(Code::Sdo012, marked, Facts::Outside, cx);
+            }
         }
         let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         self.step.ordinal = block.ordinal();
-        let (taken, ack_missing) = block.segment(transfer, half.at, (seqno, last, data), upload);
+        let segment = Segment { seqno, last, data, len: half.len };
+        let (taken, ack_missing) = block.segment(transfer, half.at, segment, upload);
         let not_resent = block.take_not_resent();
         self.step.place = match taken {
             Taken::InSequence => Place::Due,
@@ -234,12 +260,13 @@ impl Channel {
                     return true;
                 }
             } else {
+                let (newest, unsure) = (block.newest_at.unwrap_or(half.at), block.unsure);
                 if let Some(transfer) = &mut self.transfer {
                     block.finish_early(transfer);
                 }
                 // Where segments are missing, the last one is among them, and it was said.
-                if !hole {
-                    self.find(Code::Sdo012, half.at, Facts::NoLast, cx);
+                if !hole && !unsure {
+                    self.find(Code::Sdo012, newest, Facts::NoLast, cx);
                 }
             }
         }
@@ -250,7 +277,7 @@ impl Channel {
             return true;
         }
         if upload {
-            block.end = Some(End { at: half.at, unused, crc });
+            block.end = Some(End { at: half.at, unused, crc: (half.len > 2).then_some(crc) });
             if block.is_finished() {
                 self.judge_end(cx);
             }
@@ -262,6 +289,28 @@ impl Channel {
             self.settle_without_ack();
         }
         false
+    }
+
+    /// A frame of which nothing can be read, where the end of an upload is due: how much of the last segment is data is
+    /// not known. Returns whether it was.
+    fn end_unread(&mut self, half: &Half) -> bool {
+        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return false };
+        let due = block.may_end() && block.end.is_none();
+        if due {
+            transfer.hole = true;
+            block.end = Some(End { at: half.at, unused: 0, crc: None });
+        }
+        due
+    }
+
+    /// A frame of which nothing can be read, where an acknowledgement is due. Returns whether it was.
+    fn ack_unread(&mut self, cx: &mut Context<'_>) -> bool {
+        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return false };
+        let due = block.ack_unread(transfer);
+        if due && block.is_finished() {
+            self.judge_end(cx);
+        }
+        due
     }
 
     fn settle_without_ack(&mut self) {
@@ -335,7 +384,12 @@ impl Channel {
         if transfer.hole || transfer.mux.is_none() {
             return;
         }
-        if !transfer.size_is_right() {
+        let right = transfer.size_is_right();
+        if block.unsure && !(right && end.crc.is_none_or(|found| transfer.check_crc(found, &[]).0 == found)) {
+            transfer.hole = true;
+            return;
+        }
+        if !right {
             block.bad = true;
             let facts =
                 Facts::Size { indicated: transfer.size_indicated.map_or(0, u64::from), transferred: transfer.size };
@@ -343,12 +397,12 @@ impl Channel {
             self.find(Code::Sdo006, if end.at.no == cx.at.no { cause } else { end.at }, facts, cx);
             return;
         }
-        if transfer.crc_negotiated == Some(true) {
+        if let (Some(true), Some(found)) = (transfer.crc_negotiated, end.crc) {
             let padding = padding.get(..usize::from(end.unused.min(7))).unwrap_or(&[]);
-            let (computed, matches) = transfer.check_crc(end.crc, padding);
-            if computed != end.crc {
+            let (computed, matches) = transfer.check_crc(found, padding);
+            if computed != found {
                 block.bad = true;
-                self.find(Code::Sdo019, end.at, Facts::Crc { computed, found: end.crc, matches }, cx);
+                self.find(Code::Sdo019, end.at, Facts::Crc { computed, found, matches }, cx);
             }
         }
     }
@@ -366,7 +420,7 @@ impl Channel {
 
     fn put_end(&mut self, half: &Half) {
         if let (Phase::Block(block), Command::EndBlock { unused, crc }) = (&mut self.phase, half.command) {
-            block.end = Some(End { at: half.at, unused, crc });
+            block.end = Some(End { at: half.at, unused, crc: (half.len > 2).then_some(crc) });
         }
     }
 

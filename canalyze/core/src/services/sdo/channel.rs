@@ -162,12 +162,17 @@ impl Channel {
         }
     }
 
-    /// The capture has run for `heard_ns` without a frame of the channel: what comes first does not belong to what came
-    /// before the capture.
-    pub fn idle_for(&mut self, heard_ns: i64) {
-        if heard_ns > UNANSWERED_NS {
+    /// The capture has run for `heard_ns` without a frame of the channel, or its server has `booted` since it began:
+    /// what comes first does not belong to what came before the capture.
+    pub fn idle_for(&mut self, heard_ns: i64, booted: bool) {
+        if booted || heard_ns > UNANSWERED_NS {
             self.pairing.first = Some(u64::MAX);
         }
+    }
+
+    /// Whether the capture is known to show the channel from its first frame on.
+    pub(super) fn is_idle_from_start(&self) -> bool {
+        self.pairing.first == Some(u64::MAX)
     }
 
     /// The server's node-ID.
@@ -346,8 +351,8 @@ impl Channel {
             Box::new(Transfer::new(self.beginning(id, request.at, cx), direction, mode, request.command.mux()));
         transfer.size_indicated = match request.command {
             Command::InitiateDownload(_, i) if i.expedited && i.size_indicated => Some(4 - u32::from(i.unused & 3)),
-            Command::InitiateDownload(_, i) => i.size(),
-            Command::InitiateBlockDownload { size, .. } => size,
+            Command::InitiateDownload(_, i) => i.size().filter(|_| request.len == 8),
+            Command::InitiateBlockDownload { size, .. } => size.filter(|_| request.len == 8),
             _ => None,
         };
         self.transfer = Some(transfer);
@@ -440,6 +445,7 @@ impl Channel {
         self.own = false;
         self.answer_only_request(cx);
         self.settle_held_at_end(cx);
+        self.repeated_at_end(cx);
         self.settle(cx);
         let aged = |from: FrameRef| match (from.t_ns, cx.at.t_ns) {
             (Some(from), Some(to)) => to.saturating_sub(from) > UNANSWERED_NS,

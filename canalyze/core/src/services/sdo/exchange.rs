@@ -61,11 +61,11 @@ impl Channel {
             (
                 Command::InitiateBlockUpload { crc: client, blksize, .. },
                 Command::BlockUploadInitiated { crc: server, size, .. },
-            ) => self.block_initiated(response.at, blksize, client && server, size),
+            ) => self.block_initiated(response.at, blksize, client && server, size.filter(|_| response.len == 8)),
             (
                 Command::InitiateBlockDownload { crc: client, size, .. },
                 Command::BlockDownloadInitiated { crc: server, blksize, .. },
-            ) => self.block_initiated(request.at, blksize, client && server, size),
+            ) => self.block_initiated(request.at, blksize, client && server, size.filter(|_| request.len == 8)),
             (Command::EndBlock { .. }, _) => self.end_block_download(request, cx),
             _ => {}
         }
@@ -82,11 +82,12 @@ impl Channel {
                 return;
             }
             transfer.append(expedited(transfer.mux, &i, response.len));
+            transfer.hole |= lacks_data(&i, response.len);
             self.close_sized(response.at, cx);
             return;
         }
         transfer.mode = Mode::Segmented;
-        transfer.size_indicated = i.size();
+        transfer.size_indicated = i.size().filter(|_| response.len == 8);
         self.unmarked = i.size().is_none().then_some((response, i));
         self.phase = Phase::Segments { toggle: false };
     }
@@ -96,6 +97,7 @@ impl Channel {
         transfer.initiated = Some(request.at);
         if i.expedited {
             transfer.append(expedited(transfer.mux, &i, request.len));
+            transfer.hole |= lacks_data(&i, request.len);
             self.close_sized(request.at, cx);
             return;
         }
@@ -133,6 +135,8 @@ impl Channel {
         let Some(transfer) = &mut self.transfer else { return };
         let carried = (7 - usize::from(segment.unused)).min(usize::from(half.len.saturating_sub(1)));
         transfer.append(segment.data.get(..carried).unwrap_or(&[]));
+        // What a short frame should have carried is missing.
+        transfer.hole |= carried + usize::from(segment.unused) < 7;
         transfer.segments = transfer.segments.saturating_add(1);
         transfer.even &= segment.last || segment.unused == 0;
         if segment.last {
@@ -193,6 +197,11 @@ impl Channel {
         self.phase = Phase::Idle;
         self.own = own;
     }
+}
+
+/// Whether the frame of an expedited transfer is too short for the data that it announces.
+fn lacks_data(i: &Initiate, len: u8) -> bool {
+    i.size_indicated && i.expedited_len(len) < i.expedited_len(8)
 }
 
 /// The data of an expedited transfer. Where the size is not indicated (e = 1, s = 0), a standard object's data type

@@ -4,7 +4,7 @@
 //! one valid request with its response. A channel that never does says so once.
 
 use super::channel::{Channel, Half};
-use super::wire::{Command, Segment, Side};
+use super::wire::{self, Command, Segment, Side};
 use crate::context::Context;
 use crate::event::{Event, Note, Place, What};
 use crate::finding::{Code, Facts, Finding, Severity};
@@ -20,7 +20,7 @@ pub(super) struct OddExchange {
     /// The response after such a one.
     asked: Option<u64>,
     /// The request that something else than an answer came after.
-    answered: Option<u64>,
+    pub(super) answered: Option<u64>,
     /// The last frame that is missing, or that nothing could be read from.
     broken: Option<u64>,
     /// Since it was said that frames belong to nothing, none has been answered as it should.
@@ -50,7 +50,7 @@ impl Channel {
                 self.find(Code::Sdo004, half.at, Facts::Unused(i.unused), cx);
             }
             Command::InitiateBlockUpload { blksize, .. } | Command::BlockDownloadInitiated { blksize, .. }
-                if half.command.has_invalid_block_size() =>
+                if half.command.has_invalid_block_size() && half.len > 4 && self.is_asked_for(half) =>
             {
                 self.find(Code::Sdo012, half.at, Facts::BlockSize(blksize), cx);
             }
@@ -59,6 +59,13 @@ impl Channel {
         if half.command.has_reserved_bits(half.bytes) {
             self.find(Code::Sdo009, half.at, Facts::None, cx);
         }
+    }
+
+    /// Whether a response is of the kind that the pending request asks for: what is not is no answer to it, whatever it
+    /// says. A request always is.
+    fn is_asked_for(&self, half: &Half) -> bool {
+        let fits = |pending: Half| wire::kind_fits(&pending.command, &half.command);
+        half.command.is_initiate() || self.pairing.pending.is_none_or(fits)
     }
 
     pub(super) fn note(&mut self, note: Note, about: FrameRef, cx: &mut Context<'_>) {
@@ -108,6 +115,11 @@ impl Channel {
             object,
             facts,
         };
+        self.say(finding, cx);
+    }
+
+    /// Says a finding, or withholds it until the channel has shown that it is one.
+    pub(super) fn say(&mut self, finding: Finding, cx: &mut Context<'_>) {
         if self.trusted {
             push_finding(finding, cx);
         } else if self.withheld.len() < WITHHELD {
@@ -159,6 +171,15 @@ impl Channel {
     /// Something came in the place of the answer to the pending request, and a finding says so.
     fn answered_oddly(&mut self) {
         self.odd_exchange.answered = self.pairing.pending.map(|pending| pending.at.no).or(self.odd_exchange.answered);
+    }
+
+    /// In the place of a block transfer's end came what does not belong there, and a finding says so: what answers it
+    /// answers the end.
+    pub(super) fn instead_of_end(&mut self, half: &Half) {
+        match self.step.side {
+            Side::Client => self.odd_exchange.request = Some(half.at.no),
+            Side::Server => self.odd_exchange.answered = self.transfer.as_ref().map(|transfer| transfer.last.no),
+        }
     }
 
     /// A frame that says nothing stands for the request or the answer that it should have been.

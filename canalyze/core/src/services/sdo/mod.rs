@@ -5,6 +5,7 @@
 //! | `wire` | reads eight bytes |
 //! | `channel` | owns the state, takes a frame, begins and ends transfers |
 //! | `pairing`, `waiting` | puts requests and responses together, whatever order the capture shows them in; what waits |
+//! | `repeated` | requests that are sent again |
 //! | `exchange` | moves the transfer with each pair |
 //! | `block_phase`, `block` | do so while sub-blocks run; which segments count |
 //! | `midway` | takes up transfers that began before the capture |
@@ -24,6 +25,7 @@ pub mod exchange;
 mod judgement;
 mod midway;
 mod pairing;
+mod repeated;
 #[cfg(test)]
 mod tests;
 pub mod transfer;

@@ -25,6 +25,7 @@ impl Channel {
     pub(super) fn client(&mut self, half: Half, cx: &mut Context<'_>) {
         self.pairing.first.get_or_insert(half.at.no);
         self.pairing.ascertain(&half);
+        self.repeated_by_client(&half, cx);
         self.pairing.released = None;
         let rival = self.pairing.held.is_some_and(|held| held.rival);
         self.release_expired(cx);
@@ -171,6 +172,8 @@ impl Channel {
     /// pending request, or is held for a late one.
     pub(super) fn server(&mut self, half: Half, cx: &mut Context<'_>) {
         let fresh = *self.pairing.first.get_or_insert(half.at.no) == half.at.no;
+        self.repeated_by_server(&half, cx);
+        self.pairing.heard = Some(half);
         self.release_expired(cx);
         if let Command::Abort(mux, code) = half.command {
             self.release_held(cx);
@@ -293,6 +296,8 @@ impl Channel {
             }
         }
         self.step.ordinal = self.segment_ordinal(&half.command);
+        // Where nothing of the channel can lie before it, an answer without a request counts as the first request does.
+        self.begun |= self.is_idle_from_start() && is_strict_answer(&half);
         if fresh {
             self.step.place = Place::Uncaptured;
         } else if self.outside == Outside::Uncaptured && matches!(half.command, Command::BlockAck { .. }) {
@@ -442,6 +447,7 @@ impl Channel {
             self.step.place = Place::Repeated;
             // Both may still be answered.
             self.pairing.given_up = Some(pending);
+            self.repeat(&pending, half);
             self.find(Code::Sdo015, pending.at, Facts::None, cx);
             self.step.ordinal = self.segment_ordinal(&half.command);
             self.pairing.pending = Some(*half);
@@ -581,6 +587,14 @@ impl Channel {
             _ => 0,
         }
     }
+}
+
+/// Whether a frame can only be meant as the answer to an initiate request.
+fn is_strict_answer(half: &Half) -> bool {
+    matches!(half.command, Command::UploadInitiated(..) | Command::DownloadInitiated(_))
+        && half.command.mux().is_some_and(|mux| mux.index >= 0x1000)
+        && !half.command.has_reserved_bits(half.bytes)
+        && half.len == 8
 }
 
 fn is_block_initiate(half: &Half) -> bool {

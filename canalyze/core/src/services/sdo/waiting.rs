@@ -4,6 +4,7 @@
 //! It says what may belong together by the frames alone. What is made of it stands in `pairing`.
 
 use super::channel::Half;
+use super::repeated::Repeated;
 use super::wire::{self, Command, Side};
 use crate::frame::FrameRef;
 
@@ -79,6 +80,10 @@ pub(super) struct Pairing {
     pub(super) tentative: Option<Tentative>,
     /// The last request that was aborted by its client or overtaken by the next one.
     pub(super) given_up: Option<Half>,
+    /// Requests that came again before they were answered.
+    pub(super) repeated: Option<Repeated>,
+    /// The server's newest frame.
+    pub(super) heard: Option<Half>,
     /// The response that was released last, at this frame.
     pub(super) released: Option<Half>,
     /// A client frame outside any transfer: what answers it is no news.
@@ -132,6 +137,11 @@ fn may_answer(request: &Command, answer: &Command) -> bool {
         Command::Abort(object, _) => request.mux() == Some(*object),
         _ => wire::fits(request, answer),
     }
+}
+
+/// Whether a response that stands soon before a request may be its answer, as where echoes are late.
+pub(super) fn may_be_ahead(response: &Half, request: &Half) -> bool {
+    within_hold(response.at, request.at) && may_answer(&request.command, &response.command)
 }
 
 /// Whether two frames are close enough for the second to be a late echo; without stamps, always.

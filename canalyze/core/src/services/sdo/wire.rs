@@ -245,12 +245,18 @@ pub fn decode(side: Side, bytes: [u8; 8]) -> Command {
     }
 }
 
-/// The same, given how many bytes the frame has: a frame too short for its object says nothing of one.
+/// The same, given how many bytes the frame has: a frame too short for its object says nothing of one, and an
+/// acknowledgement without its numbers acknowledges nothing.
 pub fn decode_frame(side: Side, bytes: [u8; 8], len: u8) -> Command {
     let command = decode(side, bytes);
     let names_object = command.mux().is_some() || matches!(command, Command::Abort(..));
     let [first, ..] = bytes;
-    if len == 0 || (names_object && len < 4) { Command::Truncated(first) } else { command }
+    let least = match command {
+        _ if names_object => 4,
+        Command::BlockAck { .. } => 3,
+        _ => 1,
+    };
+    if len < least { Command::Truncated(first) } else { command }
 }
 
 /// The frame read as a segment of a block transfer (sub-block phase). Byte 80h there is an abort.

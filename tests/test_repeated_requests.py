@@ -1,0 +1,136 @@
+"""Requests that a client sends again: told where the one before it was never answered, and only there.
+
+Clients give a request up after a time and send the same bytes again; what is a fault then shows only later, since an
+answer may be late as well. Beside it the clean captures that look alike: late echoes, twins, a beginning in the midst.
+"""
+
+from __future__ import annotations
+
+import struct
+
+import pytest
+from captures import analyze, log_text
+from network import Network, echoed_late, find
+from sdo_wire import Channel, segmented_upload
+
+
+def request(net: Network, index: int = 0x6041) -> Network:
+    """A read of an object of node 5."""
+    return net.send(0x605, struct.pack("<BHB4x", 0x40, index, 0))
+
+
+def answer(net: Network, index: int = 0x6041) -> Network:
+    """The answer to one, of two bytes, and 1 ms."""
+    return net.wait(0.0003).send(0x585, struct.pack("<BHBH2x", 0x4B, index, 0, 7)).wait(0.001)
+
+
+def known() -> Network:
+    """A server that has answered before."""
+    return Network().boot(5).read(5, 0x1000, 0, 0x191, 4).wait(0.1)
+
+
+def retried(net: Network, *, times: int = 1) -> Network:
+    """The same read every 0.3 s; only the last one is answered."""
+    for _ in range(times):
+        request(net).wait(0.3)
+    return answer(request(net))
+
+
+def quiet(net: Network) -> None:
+    said = analyze(log_text(net.frames()))
+    assert not said.above_info(), said.complaint()
+
+
+def told(net: Network, frame: int, cause: int) -> None:
+    """One finding above info: the request that came again, about the one that was not answered."""
+    said = analyze(log_text(net.frames()))
+    found = [(f["code"], f["frame"], f["cause_frame"]) for f in said.above_info()]
+    assert found == [("SDO002", frame, cause)], said.complaint()
+
+
+@pytest.mark.parametrize("times", [1, 3])
+def test_a_request_that_was_not_answered(times: int) -> None:
+    """Told once the server cannot answer it any more: it answers another, or has had time."""
+    told(retried(known(), times=times).read(5, 0x1018, 1, 5, 4), 5, 4)
+    told(request(retried(known(), times=times).wait(0.2)), 5, 4)
+    told(retried(known(), times=times).wait(1.5).send(0x705, b"\x7f"), 5, 4)
+    told(retried(Network().boot(5), times=times).read(5, 0x1018, 1, 5, 4), 3, 2)
+
+
+def test_two_objects_in_a_row() -> None:
+    net = retried(known()).wait(0.01)
+    answer(request(request(net, 0x2018).wait(0.3), 0x2018), 0x2018).read(5, 0x1018, 1, 5, 4)
+    said = analyze(log_text(net.frames()))
+    found = [(f["code"], f["frame"], f["cause_frame"]) for f in said.above_info()]
+    assert found == [("SDO002", 5, 4), ("SDO002", 8, 7)], said.complaint()
+
+
+def test_a_request_of_each_kind() -> None:
+    refused = request(request(known()).wait(0.3))
+    refused.wait(0.001).send(0x585, b"\x80\x41\x60\0\0\0\x02\x06").wait(0.001)
+    told(refused.read(5, 0x1018, 1, 5, 4), 5, 4)
+    transfer = segmented_upload(Channel(5), 0x1008, 0, b"a device with a name")
+    for at in range(0, len(transfer), 2):
+        net = known()
+        for number, frame in enumerate(transfer):
+            if number == at:
+                net.send(frame.can_id, frame.data).wait(0.3)
+            net.send(frame.can_id, frame.data).wait(0.001)
+        told(net.read(5, 0x1018, 1, 5, 4), 5 + at, 4 + at)
+
+
+def test_a_polled_object_of_which_one_answer_is_missing() -> None:
+    net = known()
+    for value in range(8):
+        net.read(5, 0x6041, 0, value, 2).wait(0.3)
+    frames = net.frames()
+    for number in range(1, 7):
+        at = find(frames, 0x585, number)
+        said = analyze(log_text([*frames[:at], *frames[at + 1 :]]))
+        found = [(f["code"], f["frame"], f["cause_frame"]) for f in said.above_info()]
+        assert found == [("SDO002", at + 1, at)], said.complaint()
+
+
+def test_both_are_answered() -> None:
+    """At once, or after the client has asked for something else."""
+    quiet(answer(retried(known())).read(5, 0x1018, 1, 5, 4))
+    late = answer(request(retried(known()), 0x2018).wait(0.005))
+    quiet(answer(late, 0x2018).wait(0.2).read(5, 0x1018, 2, 5, 4))
+
+
+def test_what_cannot_be_known() -> None:
+    """Twice on the bus or in the capture; the first frames of a capture; its end."""
+    quiet(answer(request(request(known()).wait(0.01))).read(5, 0x1018, 1, 5, 4))
+    quiet(retried(Network()).read(5, 0x1018, 1, 5, 4))
+    quiet(retried(known()))
+
+
+def test_a_server_that_does_not_answer_at_all() -> None:
+    net = Network().heartbeat(5, period=0.1, count=30)
+    for _ in range(4):
+        request(net).wait(0.3)
+    quiet(net)
+
+
+def test_a_node_that_booted_meanwhile() -> None:
+    """It has forgotten what it was asked; that it booted is told as ever."""
+    for net in (request(known()).wait(0.3), retried(known()).wait(0.3)):
+        answer(request(net.boot(5).wait(0.1))).read(5, 0x1018, 1, 5, 4)
+        said = analyze(log_text(net.frames()))
+        assert {f["code"] for f in said.above_info()} <= {"NMT003"}, said.complaint()
+
+
+@pytest.mark.parametrize("period", [0.004, 0.025, 0.3])
+def test_polled_objects_whose_requests_are_listed_late(period: float) -> None:
+    """Wherever the capture begins: an answer that stands before its request is no missing one."""
+    for known_before in (False, True):
+        net = Network().boot(5)
+        if known_before:
+            net.read(5, 0x1000, 0, 0x191, 4)
+        for value in range(12):
+            net.read(5, 0x6041, 0, value, 2).wait(period)
+        for seed in range(20):
+            late = echoed_late(net.frames(), {0x605}, seed=seed)
+            for cut in range(4):
+                said = analyze(log_text(late[cut:]))
+                assert not said.above_info(), f"seed {seed}, from frame {cut + 1}: {said.complaint()}"
