@@ -25,6 +25,7 @@ pub mod permitted;
 pub mod srdo;
 pub mod sync;
 pub mod sync_counter;
+pub mod sync_doubts;
 pub mod sync_settings;
 pub mod sync_window;
 pub mod time;
