@@ -299,7 +299,10 @@ impl Beat {
             return Pace::Unknown;
         };
         let steady = close(gap, period);
-        if std::mem::take(&mut self.resumed) && !steady && gap >= period / 2 {
+        // After a pause SYNCs come fast where a machine that stood still lists those from its buffer; else it is
+        // another period.
+        let drained = gap < period / 2 && gap < (period / 4).max(2 * DRAINED_NS);
+        if std::mem::take(&mut self.resumed) && !steady && !drained {
             self.forget_period();
             self.learn(gap, restarted, configured_ns);
             return Pace::Unknown;

@@ -27,6 +27,8 @@ const PATIENCE_NS: i64 = 5_000_000_000;
 const ACTIVATION_NS: i64 = 500_000_000;
 /// So many frames as LSS has them, for each that is not, are LSS.
 const PLAIN: usize = 3;
+/// The longest that a frame captured twice follows itself.
+const COPIED_NS: i64 = 250_000;
 /// Frames that were already under way, and clocks that differ, at either end of the silence: at least 10 ms.
 const GRACE_NS: i64 = 10_000_000;
 
@@ -98,6 +100,8 @@ pub struct Lss {
     odd_request: Option<FrameRef>,
     /// The last frame of the master.
     last: Option<FrameRef>,
+    /// The last frame of a slave.
+    said: Option<(Command, FrameRef)>,
     /// Frames that LSS knows, with their unused bytes 0.
     plain: usize,
     /// A slave's is among them.
@@ -125,6 +129,7 @@ impl Default for Lss {
             node_ids: NodeIds::default(),
             odd_request: None,
             last: None,
+            said: None,
             plain: 0,
             answered: false,
             due_ns: i64::MAX,
@@ -159,10 +164,12 @@ impl Lss {
                 self.findings.find(Code::Lss001, None, None, facts, cx);
             }
             Message::Nmt { command, node } if RESETS.contains(&command) => {
+                self.settle_early(nodes, cx);
                 self.restarted(cx);
                 self.node_ids.reset(command, node, cx.at);
             }
             Message::BootUp { node } => {
+                self.settle_early(nodes, cx);
                 self.restarted(cx);
                 if let Some((from, since)) = self.node_ids.booted(node, cx.at, &mut self.findings, cx) {
                     cx.push(Some(since), Some(node), What::Note(Note::NodeIdChanged { from, to: node }));
@@ -239,6 +246,7 @@ impl Lss {
     }
 
     fn master(&mut self, command: Command, plain: bool, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        self.settle_early(nodes, cx);
         let exchange = Exchange::asked_by(command);
         self.last = Some(cx.at);
         let (own, others) = self.exchanges.settle(exchange, cx.at);
@@ -260,7 +268,9 @@ impl Lss {
         if let Some(exchange) = exchange {
             let certain = matches!(self.selected, Selected::Slaves(_)) && !proving;
             let settled = unselected || proving;
-            let open = Asked { at: cx.at, owed: 1, answered: false, plain, certain, settled, surplus: None };
+            let (doubtful, own): (Vec<Early>, Vec<Early>) = own.into_iter().partition(|early| early.repeats);
+            let early = doubtful.into_iter().next();
+            let open = Asked { at: cx.at, owed: 1, answered: false, plain, certain, settled, surplus: None, early };
             self.exchanges.open(exchange, open);
             for early in own {
                 self.answered(exchange, early.command, early.plain, early.at, nodes, cx);
@@ -390,11 +400,25 @@ impl Lss {
             let facts = Facts::told(1, &[("command", Quantity::Hex2(found))]);
             return self.findings.find(Code::Lss001, None, None, facts, cx);
         }
+        let before = self.said.replace((command, cx.at)).filter(|(before, _)| *before == command);
+        let gap = before.and_then(|(_, before)| cx.at.t_ns?.checked_sub(before.t_ns?));
+        let repeats = gap.is_some_and(|gap| (0..=COPIED_NS).contains(&gap));
         let Some(exchange) = Exchange::answered_by(command) else { return };
+        if let Some(early) = self.exchanges.take_early(exchange) {
+            // The request has an answer of its own: the one captured before it was the one before, twice.
+            self.unexplained(early, cx);
+        }
         if self.exchanges.explains(exchange) {
             self.answered(exchange, command, plain, cx.at, nodes, cx);
         } else {
-            self.exchanges.hold(Early { at: cx.at, exchange, command, plain });
+            self.exchanges.hold(Early { at: cx.at, exchange, command, plain, repeats });
+        }
+    }
+
+    /// The master goes on, and its request has no other answer than one captured before it.
+    fn settle_early(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        while let Some(early) = self.exchanges.take_any_early() {
+            self.answered(early.exchange, early.command, early.plain, early.at, nodes, cx);
         }
     }
 
@@ -529,9 +553,9 @@ impl Lss {
             self.due_part = None;
         } else {
             self.exchanges.excuse();
-            if self.selected == Selected::Nobody {
-                self.selected = Selected::Unknown;
-            }
+        }
+        if self.selected == Selected::Nobody {
+            self.selected = Selected::Unknown;
         }
     }
 

@@ -13,7 +13,7 @@ use crate::services::sdo::wire::Mux;
 /// Findings kept while they wait (invariant 6).
 const KEPT: usize = 16;
 /// Cycles that they wait at most: a SYNC that is asked for by a person has no period.
-const PATIENCE: u64 = 16;
+const PATIENCE: u64 = 8;
 
 /// A finding on a PDO.
 #[derive(Debug)]

@@ -275,3 +275,32 @@ fn an_address_captured_twice() {
     let said = raised(&twice);
     assert!(said.iter().all(|(code, ..)| code != "LSS011"), "{said:?}");
 }
+
+#[test]
+fn an_answer_captured_twice_is_not_the_next_ones() {
+    let head = "1 7E5#0401000000000000\n10 7E5#5E00000000000000\n10.4 7E4#5E28000000000000\n";
+    let given = "12 7E5#1129000000000000\n12.4 7E4#1100000000000000\n";
+    let double = "12.46 7E4#1100000000000000\n";
+    let refused = "14 7E5#11C8000000000000\n14.4 7E4#1101000000000000\n";
+    let tail = "16 7E5#1700000000000000\n16.4 7E4#1700000000000000\n18 7E5#0400000000000000\n";
+    let refusal = |frame| ("LSS004".to_owned(), frame, Some(frame - 1));
+    assert_eq!(raised(&log(&format!("{head}{given}{refused}{tail}"))), [refusal(7)]);
+    let said = raised(&log(&format!("{head}{given}{double}{refused}{tail}")));
+    assert_eq!(said, [("LSS007".to_owned(), 8, Some(6)), refusal(8)]);
+    // Captured on the master's host, the second request stands behind its answer.
+    let late = "14 7E5#1129000000000000\n";
+    assert_eq!(raised(&log(&format!("{head}{given}{double}{late}{tail}"))), []);
+    let late_refusal = format!("{head}{given}{double}{late}").replace("#1100", "#1101");
+    let said = raised(&log(&format!("{late_refusal}{tail}")));
+    assert_eq!(said, [refusal(5), ("LSS004".to_owned(), 8, Some(7))]);
+}
+
+#[test]
+fn a_switch_that_cannot_be_read_may_have_selected() {
+    for switch in ["7E5#0C01000000000000", "7E5#0401000000", "7E5#0401000000000000"] {
+        let said = raised(&log(&format!(
+            "1 7E5#0400000000000000\n5 {switch}\n10 7E5#5E00000000000000\n10.4 7E4#5E28000000000000\n20 7E5#0400000000000000\n"
+        )));
+        assert!(said.iter().all(|(code, frame, _)| code == "LSS001" && *frame == 2), "{switch}: {said:?}");
+    }
+}
