@@ -61,7 +61,9 @@ pub enum Restart {
     /// No.
     #[default]
     None,
-    /// A node was stopped or reset of which it is not known whether it is the producer: most are not.
+    /// A node was stopped of which it is not known whether it is the producer: that would not have gone on.
+    Hardly,
+    /// A node was reset of which it is not known whether it is the producer: most are not.
     Perhaps,
     /// Yes.
     Likely,
@@ -314,8 +316,13 @@ impl Beat {
         self.pairs = if paired { self.pairs + 1 } else { 0 };
         let room = self.tolerance_ns().unwrap_or(0).max(self.resolution_ns).min(period);
         // One that is missing on the old grid is none that began anew with the next one.
-        let one_missing = room <= period / 16 && gap.abs_diff(2 * period) <= room.unsigned_abs();
-        let anew = restarted && gap > period && !steady && !(one_missing && restart == Restart::Perhaps);
+        let exact = match restart {
+            Restart::Hardly => room.min(period / 16),
+            Restart::Perhaps if room <= period / 16 => room,
+            _ => -1,
+        };
+        let one_missing = gap.saturating_sub(period.saturating_mul(2)).abs() <= exact;
+        let anew = restarted && gap > period && !steady && !one_missing;
         if anew && self.held.is_some() {
             self.before_pause = self.stopped(Some(gap));
         }

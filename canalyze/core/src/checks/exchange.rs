@@ -339,3 +339,14 @@ const OWING: [Exchange; 9] = [
     Exchange::InquireSerial,
     Exchange::InquireNodeId,
 ];
+
+/// Whether only slaves in the configuration state take a command.
+pub fn configures(command: Command) -> bool {
+    Exchange::asked_by(command).is_some_and(Exchange::configures)
+        || matches!(command, Command::ActivateBitTiming { .. })
+}
+
+/// The command specifier of a configuration command.
+pub fn specifier(command: Command) -> u8 {
+    Exchange::asked_by(command).map_or(0x15, Exchange::specifier)
+}

@@ -5,7 +5,7 @@
 //! rests on it. Whether a slave answers nothing because it is not there is no fault: only a slave that was selected owes
 //! an answer. It must not follow Fastscan's bits (`checks::fastscan`) or the fate of node-IDs (`checks::node_id`).
 
-use super::exchange::{Asked, Early, Exchange, Exchanges};
+use super::exchange::{Asked, Early, Exchange, Exchanges, configures, specifier};
 use super::fastscan::{Fastscan, Over, Step};
 use super::node_id::{Before, NodeIds};
 use super::withheld::Withheld;
@@ -627,15 +627,4 @@ fn holder(nodes: &PerNode<Node>, address: [u32; 4]) -> Option<u8> {
     };
     let mut found = nodes.iter().filter(|(_, node)| holds(node)).map(|(id, _)| id);
     found.next().filter(|_| found.next().is_none())
-}
-
-/// Whether only slaves in the configuration state take a command.
-fn configures(command: Command) -> bool {
-    Exchange::asked_by(command).is_some_and(Exchange::configures)
-        || matches!(command, Command::ActivateBitTiming { .. })
-}
-
-/// The command specifier of a configuration command.
-fn specifier(command: Command) -> u8 {
-    Exchange::asked_by(command).map_or(0x15, Exchange::specifier)
 }

@@ -38,11 +38,12 @@ const SETTLED: u64 = 2;
 /// How long at least SYNC is missed before it is taken to have stopped, and how many periods.
 const SILENT_NS: i64 = 1_000_000_000;
 const SILENT_PERIODS: i64 = 10;
-/// NMT commands after which a producer sends no SYNC for a while: stop, reset node, reset communication.
-const STOPS: [u8; 3] = [0x02, 0x81, 0x82];
 /// The NMT commands there are, and the nodes they may be sent to.
 const COMMANDS: [u8; 5] = [0x01, 0x02, 0x80, 0x81, 0x82];
 const LAST_NODE: u8 = 127;
+/// Start; and stop, after which, as after a reset, a producer sends no SYNC for a while.
+const START: u8 = 0x01;
+const STOP: u8 = 0x02;
 /// NMT command for all nodes where a master may stop the SYNC for longer than so many periods, to configure them.
 const PRE_OPERATIONAL: u8 = 0x80;
 const CONFIGURED: i64 = 3;
@@ -173,10 +174,16 @@ impl Sync {
                 self.configuring |= command == PRE_OPERATIONAL && node == 0;
                 // What cannot be read may have been any command to any node.
                 let unread = node > LAST_NODE || !COMMANDS.contains(&command);
-                self.restart(Some(node).filter(|node| *node != 0 && !unread), unread || STOPS.contains(&command));
+                let stops = match command {
+                    _ if unread => Restart::Likely,
+                    STOP => Restart::Hardly,
+                    START | PRE_OPERATIONAL => Restart::None,
+                    _ => Restart::Perhaps,
+                };
+                self.restart(Some(node).filter(|node| *node != 0 && !unread), stops);
             }
-            Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.restart(None, true),
-            Message::BootUp { node } => self.restart(Some(node), true),
+            Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.restart(None, Restart::Likely),
+            Message::BootUp { node } => self.restart(Some(node), Restart::Perhaps),
             Message::Heartbeat { node, state: OPERATIONAL, .. } => {
                 self.window.alive(node, &self.beat, cx);
                 self.judge_silence(node, frame.reference(), cx);
@@ -243,13 +250,13 @@ impl Sync {
     }
 
     /// A node, or all, got an NMT command or has booted.
-    fn restart(&mut self, node: Option<u8>, stops: bool) {
+    fn restart(&mut self, node: Option<u8>, stops: Restart) {
         self.window.restart(node);
         let producer = node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
         self.restarted |= producer;
-        if producer && stops {
+        if producer && stops != Restart::None {
             let certain = node.is_none() || self.settings.producer.is_some();
-            self.stopped = if certain { Restart::Likely } else { self.stopped.max(Restart::Perhaps) };
+            self.stopped = if certain { Restart::Likely } else { self.stopped.max(stops) };
         }
     }
 
