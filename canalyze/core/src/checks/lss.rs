@@ -199,9 +199,8 @@ impl Lss {
             return;
         }
         self.heard(now_ns, cx);
-        for early in self.exchanges.stale(now_ns) {
-            self.unexplained(early, cx);
-        }
+        let stale = self.exchanges.stale(now_ns);
+        self.all_unexplained(stale, cx);
         while let Some((exchange, asked)) = self.exchanges.overdue(now_ns) {
             self.unanswered(exchange, asked, cx);
         }
@@ -250,9 +249,7 @@ impl Lss {
         let exchange = Exchange::asked_by(command);
         self.last = Some(cx.at);
         let (own, others) = self.exchanges.settle(exchange, cx.at);
-        for early in others {
-            self.unexplained(early, cx);
-        }
+        self.all_unexplained(others, cx);
         let configures = configures(command);
         let proving = configures && self.scan.may_have_found();
         if !proving && !matches!(command, Command::Fastscan { .. } | Command::Unknown(_)) {
@@ -546,16 +543,24 @@ impl Lss {
         self.exchanges.forgive();
     }
 
-    /// A frame that cannot be read stands for the request, or the answer, that it should have been.
+    /// A frame that cannot be read stands for the request, or the answer, that it should have been: with a wrong bit
+    /// in its identifier, for one of the other side.
     fn unreadable(&mut self, request: bool, at: FrameRef) {
         if request {
             self.odd_request = Some(at);
-            self.due_part = None;
-        } else {
-            self.exchanges.excuse();
         }
+        self.due_part = None;
+        self.exchanges.excuse();
         if self.selected == Selected::Nobody {
             self.selected = Selected::Unknown;
+        }
+    }
+
+    /// Answers that no request explains: those of one kind together lack the same one.
+    fn all_unexplained(&mut self, mut early: Vec<Early>, cx: &mut Context<'_>) {
+        early.dedup_by_key(|early| early.exchange);
+        for early in early {
+            self.unexplained(early, cx);
         }
     }
 
