@@ -89,6 +89,8 @@ pub struct Lss {
     address: [Option<u32>; 4],
     due_part: Option<u8>,
     part: Option<FrameRef>,
+    /// That the parts of this address come out of turn has been said.
+    misordered: bool,
     /// The node-ID and the bit rate that the master has asked for last.
     wanted: Option<u8>,
     rate: Option<u16>,
@@ -121,6 +123,7 @@ impl Default for Lss {
             address: [None; 4],
             due_part: None,
             part: None,
+            misordered: false,
             wanted: None,
             rate: None,
             timing: None,
@@ -224,7 +227,7 @@ impl Lss {
         self.select(None, Before::Unknown);
         self.exchanges = Exchanges::default();
         self.address = [None; 4];
-        self.due_part = None;
+        (self.due_part, self.misordered) = (None, false);
         self.timing = None;
         self.silence = None;
         self.scan.lost();
@@ -304,7 +307,7 @@ impl Lss {
             _ => Selected::Unknown,
         };
         self.select(None, Before::Unknown);
-        self.due_part = Some(0);
+        (self.due_part, self.misordered) = (Some(0), false);
         if mode == 0 {
             self.node_ids.waiting(cx.at);
             if let Some(timing) = &mut self.timing {
@@ -333,10 +336,13 @@ impl Lss {
         }
         if let Some(due) = self.due_part.filter(|due| *due != number && number != 0) {
             let measured = [("found", Quantity::Lss(0x40 + number)), ("expected", Quantity::Lss(0x40 + due))];
-            self.findings.find(Code::Lss011, None, None, Facts::told(0, &measured), cx);
+            if !std::mem::replace(&mut self.misordered, true) {
+                self.findings.find(Code::Lss011, None, None, Facts::told(0, &measured), cx);
+            }
             // Which one is wrong, this one or the one before, shows with the next address.
             self.due_part = None;
         }
+        self.misordered &= number != 3;
         if number == 0 || self.due_part.is_some() {
             self.due_part = Some((number + 1) % 4);
         }

@@ -304,3 +304,25 @@ fn a_switch_that_cannot_be_read_may_have_selected() {
         assert!(said.iter().all(|(code, frame, _)| code == "LSS001" && *frame == 2), "{switch}: {said:?}");
     }
 }
+
+#[test]
+fn a_frame_of_the_other_side_is_one_finding() {
+    let lines: Vec<&str> = STACK.lines().collect();
+    for (number, line) in lines.iter().enumerate().filter(|(_, line)| line.contains(" 7E")) {
+        let other = if line.contains("7E5#") { line.replace("7E5#", "7E4#") } else { line.replace("7E4#", "7E5#") };
+        let changed: Vec<&str> = (0..lines.len()).map(|at| if at == number { &other } else { lines[at] }).collect();
+        let said = raised(&(changed.join("\n") + "\n"));
+        assert!(said.len() <= 1, "frame {}: {said:?}", number + 1);
+    }
+}
+
+#[test]
+fn parts_of_an_address_out_of_turn_are_one_finding() {
+    let part = |ms: u32, part: &str| format!("{ms} 7E5#{part}00000000\n");
+    let parts = ["40785634", "41DDCCBB", "42020001", "43990000"];
+    for order in [[1, 0, 2, 3], [0, 2, 1, 3], [0, 1, 1, 3], [0, 0, 2, 3]] {
+        let address: String = (0..).zip(order).map(|(at, number)| part(200 + 20 * at, parts[number])).collect();
+        let said = raised(&log(&(SESSION.to_owned() + &address + "300 7E5#0400000000000000\n")));
+        assert_eq!(said.iter().filter(|(code, ..)| code == "LSS011").count(), 1, "{order:?}: {said:?}");
+    }
+}
