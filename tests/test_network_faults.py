@@ -182,6 +182,34 @@ SYNCS = [
     Case("a PDO of type 4 one cycle early", "SYN010", "synchronous", shift(0x485, 5, -10), beside="SYN008"),
 ]
 
+
+def both(first: Fault, second: Fault) -> Fault:
+    """The second one is no fault, but stands beside the first."""
+
+    def fault(frames: Frames) -> tuple[Frames, list[int]]:
+        new, places = first(frames)
+        marked = [new[place] for place in places]
+        beside, _ = second(new)
+        return beside, [beside.index(frame) for frame in marked]
+
+    return fault
+
+
+MISSING_AT = 0.216
+"""When the SYNC is due that is missing."""
+
+SYNCS_BESIDE_COMMANDS = [
+    Case(
+        f"a SYNC missing, {command.hex()} at {at:.3f}",
+        "SYN003",
+        "sync_alone",
+        both(drop(SYNC, 20), add((at, 0x000, command), later=True)),
+        node=None,
+    )
+    for at in (MISSING_AT - 0.013, MISSING_AT + 0.003, MISSING_AT + 0.013, MISSING_AT + 0.023)
+    for command in (b"\x02\x09", b"\x82\x09")
+]
+
 PDOS = [
     Case("shorter than its mapping", "PDO001", "event_driven", payload(0x285, 8, bytes(6)), "error"),
     Case("an RPDO shorter than its mapping", "PDO001", "event_driven", payload(0x205, 4, b"\6\0"), "error"),
@@ -247,7 +275,7 @@ def drop_pair(frames: Frames) -> tuple[Frames, list[int]]:
 
 DRIVES.append(Case("a pair missing", "SRD003", "safety", drop_pair, node=None))
 
-CASES = [*NMT, *GUARDING, *EMERGENCIES, *LSS, *SYNCS, *PDOS, *DRIVES]
+CASES = [*NMT, *GUARDING, *EMERGENCIES, *LSS, *SYNCS, *SYNCS_BESIDE_COMMANDS, *PDOS, *DRIVES]
 RULES = {code for case in CASES for code in case.codes.split()}
 
 

@@ -55,6 +55,20 @@ pub enum Pace {
     TwoTrains(i64, i64),
 }
 
+/// Whether there was reason for the producer to begin anew since the last SYNC.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Restart {
+    /// No.
+    #[default]
+    None,
+    /// A node was stopped of which it is not known whether it is the producer: that would not have gone on.
+    Hardly,
+    /// A node was reset of which it is not known whether it is the producer: most are not.
+    Perhaps,
+    /// Yes.
+    Likely,
+}
+
 /// A SYNC that was late, and not only listed late.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lateness {
@@ -72,6 +86,8 @@ pub struct Beat {
     cycle: u64,
     /// A late SYNC that was caught up, until it is told.
     caught_up: Option<(i64, u64)>,
+    /// What was late before a pause that had its reason, until it is told.
+    before_pause: Option<Lateness>,
     syncs: Vec<FrameRef>,
     /// Recent gaps, a ring.
     gaps: Vec<i64>,
@@ -211,14 +227,24 @@ impl Beat {
         self.caught_up.take()
     }
 
+    /// What was late before the pause that has ended.
+    pub fn take_before_pause(&mut self) -> Option<Lateness> {
+        self.before_pause.take()
+    }
+
     /// The capture is over: what was late, if nothing that was due came in a while.
     pub fn finish(&mut self, now: FrameRef) -> Option<Lateness> {
+        self.stopped(self.delay_ns(now))
+    }
+
+    /// The same where no SYNC comes any more, for so long already.
+    fn stopped(&mut self, delay_ns: Option<i64>) -> Option<Lateness> {
         let period = self.period_ns?;
         let off = self.off_ns.rem_euclid(period.max(1));
         let off = off.min(period - off);
         // What is a whole number of periods late is not caught up soon; what is not may be, with the next one.
         let wait = if off <= period / 4 { period / 4 } else { period };
-        let silent = self.delay_ns(now).is_some_and(|delay| delay > wait);
+        let silent = delay_ns.is_some_and(|delay| delay > wait);
         let in_grid = off <= period / 50 && self.tolerance_ns().is_none_or(|tolerance| tolerance <= period / 8);
         if self.calm > 0 || silent || in_grid { self.lateness(period) } else { None }
     }
@@ -242,9 +268,8 @@ impl Beat {
         None
     }
 
-    /// Takes a SYNC. `restarted`: there was reason for the producer to begin anew. `configured_ns`: the period that
-    /// it should have.
-    pub fn step(&mut self, at: FrameRef, resolution_ns: i64, restarted: bool, configured_ns: Option<i64>) -> Pace {
+    /// Takes a SYNC. `configured_ns`: the period that it should have.
+    pub fn step(&mut self, at: FrameRef, resolution_ns: i64, restart: Restart, configured_ns: Option<i64>) -> Pace {
         let gap = self.delay_ns(at).filter(|_| self.unbroken);
         self.unbroken = true;
         self.resolution_ns = resolution_ns;
@@ -255,7 +280,7 @@ impl Beat {
         }
         self.cycle += 1;
         let pace = match gap {
-            Some(gap) if gap > 0 || (gap == 0 && self.period_ns.is_some()) => self.pace(gap, restarted, configured_ns),
+            Some(gap) if gap > 0 || (gap == 0 && self.period_ns.is_some()) => self.pace(gap, restart, configured_ns),
             Some(_) => {
                 self.disturbed();
                 Pace::Unknown
@@ -269,15 +294,19 @@ impl Beat {
         pace
     }
 
-    fn pace(&mut self, gap: i64, restarted: bool, configured_ns: Option<i64>) -> Pace {
+    fn pace(&mut self, gap: i64, restart: Restart, configured_ns: Option<i64>) -> Pace {
+        let restarted = restart != Restart::None;
         let Some(period) = self.period_ns else {
-            self.learn(gap, configured_ns);
+            self.learn(gap, restarted, configured_ns);
             return Pace::Unknown;
         };
         let steady = close(gap, period);
-        if std::mem::take(&mut self.resumed) && !steady && gap >= period / 2 {
+        // After a pause SYNCs come fast where a machine that stood still lists those from its buffer; else it is
+        // another period.
+        let drained = gap < period / 2 && gap < (period / 4).max(2 * DRAINED_NS);
+        if std::mem::take(&mut self.resumed) && !steady && !drained {
             self.forget_period();
-            self.learn(gap, configured_ns);
+            self.learn(gap, restarted, configured_ns);
             return Pace::Unknown;
         }
         let paired = gap < period - period / 10
@@ -285,12 +314,23 @@ impl Beat {
             && gap.saturating_add(self.before_ns).abs_diff(period) <= period.unsigned_abs() / 10
             && (gap - self.before_ns).abs() > period / 10;
         self.pairs = if paired { self.pairs + 1 } else { 0 };
-        self.off_ns = self.off_ns.saturating_add(gap - period);
         let room = self.tolerance_ns().unwrap_or(0).max(self.resolution_ns).min(period);
+        // One that is missing on the old grid is none that began anew with the next one.
+        let exact = match restart {
+            Restart::Hardly => room.min(period / 16),
+            Restart::Perhaps if room <= period / 16 => room,
+            _ => -1,
+        };
+        let one_missing = gap.saturating_sub(period.saturating_mul(2)).abs() <= exact;
+        let anew = restarted && gap > period && !steady && !one_missing;
+        if anew && self.held.is_some() {
+            self.before_pause = self.stopped(Some(gap));
+        }
+        self.off_ns = self.off_ns.saturating_add(gap - period);
         let joined = std::mem::take(&mut self.joined);
         let pace = match gap {
             _ if steady => Pace::Steady,
-            _ if gap / PAUSE > period || (restarted && gap > period) => Pace::Resumed,
+            _ if gap / PAUSE > period || anew => Pace::Resumed,
             _ if gap > period.saturating_add(period / 2) => Pace::Late,
             _ if gap >= period / 2 => Pace::Steady,
             _ if joined => Pace::CaughtUp,
@@ -301,7 +341,8 @@ impl Beat {
             self.settle();
         }
         self.resumed = pace == Pace::Resumed;
-        if restarted || self.resumed {
+        // A command beside which SYNCs go on as before has changed nothing.
+        if self.resumed || (restarted && !steady && pace != Pace::Late) {
             let off = self.off_ns.max(gap - period).min(STALL_NS);
             self.settle();
             self.off_ns = if self.resumed { off } else { 0 };
@@ -357,7 +398,14 @@ impl Beat {
         };
     }
 
-    fn learn(&mut self, gap: i64, configured_ns: Option<i64>) {
+    fn learn(&mut self, gap: i64, restarted: bool, configured_ns: Option<i64>) {
+        let usual = if self.gaps.is_empty() { 0 } else { median(&self.gaps) };
+        if restarted && gap / 3 > usual / 2 {
+            // A pause that has its reason is no gap.
+            self.gaps.clear();
+            self.place = 0;
+            return;
+        }
         self.remember(gap);
         let median = median(&self.gaps);
         let agreeing = self.gaps.iter().filter(|gap| close(**gap, median)).count();

@@ -146,6 +146,15 @@ pub struct Asked {
     pub settled: bool,
     /// The last answer to it that was not owed any more: it may be one to the next request, captured before that.
     pub surplus: Option<FrameRef>,
+    /// An answer captured before it that may as well be the one before, captured twice.
+    pub early: Option<Early>,
+}
+
+impl Asked {
+    /// Whether it is still to be answered, and something is to be said if it is not.
+    fn owes(&self) -> bool {
+        self.owed > 0 && !self.settled && self.early.is_none()
+    }
 }
 
 /// An answer without an earlier request.
@@ -159,6 +168,8 @@ pub struct Early {
     pub command: Command,
     /// Its unused bytes are 0.
     pub plain: bool,
+    /// It repeats the slave's frame before at once.
+    pub repeats: bool,
 }
 
 /// The requests of a master.
@@ -216,6 +227,16 @@ impl Exchanges {
         Some(*asked)
     }
 
+    /// Takes the early answer that an open request may have: the master goes on, or the request is answered.
+    pub fn take_early(&mut self, exchange: Exchange) -> Option<Early> {
+        self.asked.get_mut(exchange as usize)?.as_mut()?.early.take()
+    }
+
+    /// The same of any kind.
+    pub fn take_any_early(&mut self) -> Option<Early> {
+        self.asked.iter_mut().flatten().find_map(|asked| asked.early.take())
+    }
+
     /// Keeps an answer whose request may follow. Right at the capture's beginning its request is just not captured.
     pub fn hold(&mut self, early: Early) {
         if self.seen >= 2 && self.early.len() < EARLY {
@@ -241,7 +262,7 @@ impl Exchanges {
         };
         OWING.iter().find_map(|exchange| {
             let asked = self.asked.get_mut(*exchange as usize)?.as_mut()?;
-            let due = asked.owed > 0 && !asked.settled && late(asked, *exchange);
+            let due = asked.owes() && late(asked, *exchange);
             due.then(|| settled(asked, *exchange))
         })
     }
@@ -249,7 +270,7 @@ impl Exchanges {
     /// The open request of a kind: the master does not wait for its answer any more.
     pub fn give_up(&mut self, exchange: Exchange) -> Option<Asked> {
         let asked = self.asked.get_mut(exchange as usize)?.as_mut()?;
-        (asked.owed > 0 && !asked.settled).then(|| settled(asked, exchange).1)
+        asked.owes().then(|| settled(asked, exchange).1)
     }
 
     /// A request to a selected slave that nobody has answered, though the master has gone on with the frame `next`.
@@ -267,7 +288,7 @@ impl Exchanges {
     fn unanswered(&mut self, over: impl Fn(FrameRef) -> bool) -> Option<(Exchange, Asked)> {
         OWING.iter().filter(|exchange| exchange.configures()).find_map(|exchange| {
             let asked = self.asked.get_mut(*exchange as usize)?.as_mut()?;
-            let open = asked.owed > 0 && !asked.answered && !asked.settled && asked.certain;
+            let open = asked.owes() && !asked.answered && asked.certain;
             (open && over(asked.at)).then(|| settled(asked, *exchange))
         })
     }
@@ -289,7 +310,7 @@ impl Exchanges {
     /// When something becomes due, in ns.
     pub fn due(&self) -> Option<i64> {
         let open = OWING.iter().filter_map(|exchange| {
-            let asked = self.get(*exchange).filter(|asked| asked.owed > 0 && !asked.settled)?;
+            let asked = self.get(*exchange).filter(|asked| asked.owes())?;
             Some(asked.at.t_ns?.saturating_add(exchange.limit_ns()))
         });
         let early = self.early.iter().filter_map(|early| Some(early.at.t_ns?.saturating_add(ECHO_NS + 1)));
@@ -318,3 +339,14 @@ const OWING: [Exchange; 9] = [
     Exchange::InquireSerial,
     Exchange::InquireNodeId,
 ];
+
+/// Whether only slaves in the configuration state take a command.
+pub fn configures(command: Command) -> bool {
+    Exchange::asked_by(command).is_some_and(Exchange::configures)
+        || matches!(command, Command::ActivateBitTiming { .. })
+}
+
+/// The command specifier of a configuration command.
+pub fn specifier(command: Command) -> u8 {
+    Exchange::asked_by(command).map_or(0x15, Exchange::specifier)
+}

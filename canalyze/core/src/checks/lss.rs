@@ -5,7 +5,7 @@
 //! rests on it. Whether a slave answers nothing because it is not there is no fault: only a slave that was selected owes
 //! an answer. It must not follow Fastscan's bits (`checks::fastscan`) or the fate of node-IDs (`checks::node_id`).
 
-use super::exchange::{Asked, Early, Exchange, Exchanges};
+use super::exchange::{Asked, Early, Exchange, Exchanges, configures, specifier};
 use super::fastscan::{Fastscan, Over, Step};
 use super::node_id::{Before, NodeIds};
 use super::withheld::Withheld;
@@ -27,6 +27,8 @@ const PATIENCE_NS: i64 = 5_000_000_000;
 const ACTIVATION_NS: i64 = 500_000_000;
 /// So many frames as LSS has them, for each that is not, are LSS.
 const PLAIN: usize = 3;
+/// The longest that a frame captured twice follows itself.
+const COPIED_NS: i64 = 250_000;
 /// Frames that were already under way, and clocks that differ, at either end of the silence: at least 10 ms.
 const GRACE_NS: i64 = 10_000_000;
 
@@ -87,6 +89,8 @@ pub struct Lss {
     address: [Option<u32>; 4],
     due_part: Option<u8>,
     part: Option<FrameRef>,
+    /// That the parts of this address come out of turn has been said.
+    misordered: bool,
     /// The node-ID and the bit rate that the master has asked for last.
     wanted: Option<u8>,
     rate: Option<u16>,
@@ -98,6 +102,8 @@ pub struct Lss {
     odd_request: Option<FrameRef>,
     /// The last frame of the master.
     last: Option<FrameRef>,
+    /// The last frame of a slave.
+    said: Option<(Command, FrameRef)>,
     /// Frames that LSS knows, with their unused bytes 0.
     plain: usize,
     /// A slave's is among them.
@@ -117,6 +123,7 @@ impl Default for Lss {
             address: [None; 4],
             due_part: None,
             part: None,
+            misordered: false,
             wanted: None,
             rate: None,
             timing: None,
@@ -125,6 +132,7 @@ impl Default for Lss {
             node_ids: NodeIds::default(),
             odd_request: None,
             last: None,
+            said: None,
             plain: 0,
             answered: false,
             due_ns: i64::MAX,
@@ -159,10 +167,12 @@ impl Lss {
                 self.findings.find(Code::Lss001, None, None, facts, cx);
             }
             Message::Nmt { command, node } if RESETS.contains(&command) => {
+                self.settle_early(nodes, cx);
                 self.restarted(cx);
                 self.node_ids.reset(command, node, cx.at);
             }
             Message::BootUp { node } => {
+                self.settle_early(nodes, cx);
                 self.restarted(cx);
                 if let Some((from, since)) = self.node_ids.booted(node, cx.at, &mut self.findings, cx) {
                     cx.push(Some(since), Some(node), What::Note(Note::NodeIdChanged { from, to: node }));
@@ -192,9 +202,8 @@ impl Lss {
             return;
         }
         self.heard(now_ns, cx);
-        for early in self.exchanges.stale(now_ns) {
-            self.unexplained(early, cx);
-        }
+        let stale = self.exchanges.stale(now_ns);
+        self.all_unexplained(stale, cx);
         while let Some((exchange, asked)) = self.exchanges.overdue(now_ns) {
             self.unanswered(exchange, asked, cx);
         }
@@ -218,7 +227,7 @@ impl Lss {
         self.select(None, Before::Unknown);
         self.exchanges = Exchanges::default();
         self.address = [None; 4];
-        self.due_part = None;
+        (self.due_part, self.misordered) = (None, false);
         self.timing = None;
         self.silence = None;
         self.scan.lost();
@@ -239,12 +248,11 @@ impl Lss {
     }
 
     fn master(&mut self, command: Command, plain: bool, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        self.settle_early(nodes, cx);
         let exchange = Exchange::asked_by(command);
         self.last = Some(cx.at);
         let (own, others) = self.exchanges.settle(exchange, cx.at);
-        for early in others {
-            self.unexplained(early, cx);
-        }
+        self.all_unexplained(others, cx);
         let configures = configures(command);
         let proving = configures && self.scan.may_have_found();
         if !proving && !matches!(command, Command::Fastscan { .. } | Command::Unknown(_)) {
@@ -260,7 +268,9 @@ impl Lss {
         if let Some(exchange) = exchange {
             let certain = matches!(self.selected, Selected::Slaves(_)) && !proving;
             let settled = unselected || proving;
-            let open = Asked { at: cx.at, owed: 1, answered: false, plain, certain, settled, surplus: None };
+            let (doubtful, own): (Vec<Early>, Vec<Early>) = own.into_iter().partition(|early| early.repeats);
+            let early = doubtful.into_iter().next();
+            let open = Asked { at: cx.at, owed: 1, answered: false, plain, certain, settled, surplus: None, early };
             self.exchanges.open(exchange, open);
             for early in own {
                 self.answered(exchange, early.command, early.plain, early.at, nodes, cx);
@@ -297,7 +307,7 @@ impl Lss {
             _ => Selected::Unknown,
         };
         self.select(None, Before::Unknown);
-        self.due_part = Some(0);
+        (self.due_part, self.misordered) = (Some(0), false);
         if mode == 0 {
             self.node_ids.waiting(cx.at);
             if let Some(timing) = &mut self.timing {
@@ -326,10 +336,13 @@ impl Lss {
         }
         if let Some(due) = self.due_part.filter(|due| *due != number && number != 0) {
             let measured = [("found", Quantity::Lss(0x40 + number)), ("expected", Quantity::Lss(0x40 + due))];
-            self.findings.find(Code::Lss011, None, None, Facts::told(0, &measured), cx);
+            if !std::mem::replace(&mut self.misordered, true) {
+                self.findings.find(Code::Lss011, None, None, Facts::told(0, &measured), cx);
+            }
             // Which one is wrong, this one or the one before, shows with the next address.
             self.due_part = None;
         }
+        self.misordered &= number != 3;
         if number == 0 || self.due_part.is_some() {
             self.due_part = Some((number + 1) % 4);
         }
@@ -390,11 +403,25 @@ impl Lss {
             let facts = Facts::told(1, &[("command", Quantity::Hex2(found))]);
             return self.findings.find(Code::Lss001, None, None, facts, cx);
         }
+        let before = self.said.replace((command, cx.at)).filter(|(before, _)| *before == command);
+        let gap = before.and_then(|(_, before)| cx.at.t_ns?.checked_sub(before.t_ns?));
+        let repeats = gap.is_some_and(|gap| (0..=COPIED_NS).contains(&gap));
         let Some(exchange) = Exchange::answered_by(command) else { return };
+        if let Some(early) = self.exchanges.take_early(exchange) {
+            // The request has an answer of its own: the one captured before it was the one before, twice.
+            self.unexplained(early, cx);
+        }
         if self.exchanges.explains(exchange) {
             self.answered(exchange, command, plain, cx.at, nodes, cx);
         } else {
-            self.exchanges.hold(Early { at: cx.at, exchange, command, plain });
+            self.exchanges.hold(Early { at: cx.at, exchange, command, plain, repeats });
+        }
+    }
+
+    /// The master goes on, and its request has no other answer than one captured before it.
+    fn settle_early(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        while let Some(early) = self.exchanges.take_any_early() {
+            self.answered(early.exchange, early.command, early.plain, early.at, nodes, cx);
         }
     }
 
@@ -522,16 +549,24 @@ impl Lss {
         self.exchanges.forgive();
     }
 
-    /// A frame that cannot be read stands for the request, or the answer, that it should have been.
+    /// A frame that cannot be read stands for the request, or the answer, that it should have been: with a wrong bit
+    /// in its identifier, for one of the other side.
     fn unreadable(&mut self, request: bool, at: FrameRef) {
         if request {
             self.odd_request = Some(at);
-            self.due_part = None;
-        } else {
-            self.exchanges.excuse();
-            if self.selected == Selected::Nobody {
-                self.selected = Selected::Unknown;
-            }
+        }
+        self.due_part = None;
+        self.exchanges.excuse();
+        if self.selected == Selected::Nobody {
+            self.selected = Selected::Unknown;
+        }
+    }
+
+    /// Answers that no request explains: those of one kind together lack the same one.
+    fn all_unexplained(&mut self, mut early: Vec<Early>, cx: &mut Context<'_>) {
+        early.dedup_by_key(|early| early.exchange);
+        for early in early {
+            self.unexplained(early, cx);
         }
     }
 
@@ -603,15 +638,4 @@ fn holder(nodes: &PerNode<Node>, address: [u32; 4]) -> Option<u8> {
     };
     let mut found = nodes.iter().filter(|(_, node)| holds(node)).map(|(id, _)| id);
     found.next().filter(|_| found.next().is_none())
-}
-
-/// Whether only slaves in the configuration state take a command.
-fn configures(command: Command) -> bool {
-    Exchange::asked_by(command).is_some_and(Exchange::configures)
-        || matches!(command, Command::ActivateBitTiming { .. })
-}
-
-/// The command specifier of a configuration command.
-fn specifier(command: Command) -> u8 {
-    Exchange::asked_by(command).map_or(0x15, Exchange::specifier)
 }

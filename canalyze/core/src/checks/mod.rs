@@ -26,6 +26,7 @@ pub mod srdo;
 mod standing;
 pub mod sync;
 pub mod sync_counter;
+pub mod sync_doubts;
 pub mod sync_settings;
 pub mod sync_window;
 pub mod time;

@@ -4,7 +4,7 @@
 //! is configured `sync_settings`'; here frames are handed on to them, and what they say is told. It must not change
 //! what a frame means.
 
-use crate::checks::beat::{Beat, Lateness, Pace};
+use crate::checks::beat::{Beat, Lateness, Pace, Restart};
 use crate::checks::sync_counter::{Counter, Miscount};
 use crate::checks::sync_settings::{Settings, ns};
 use crate::checks::sync_window::{SyncWindow, synchronous};
@@ -38,8 +38,12 @@ const SETTLED: u64 = 2;
 /// How long at least SYNC is missed before it is taken to have stopped, and how many periods.
 const SILENT_NS: i64 = 1_000_000_000;
 const SILENT_PERIODS: i64 = 10;
-/// NMT commands after which a producer sends no SYNC for a while: stop, reset node, reset communication.
-const STOPS: [u8; 3] = [0x02, 0x81, 0x82];
+/// The NMT commands there are, and the nodes they may be sent to.
+const COMMANDS: [u8; 5] = [0x01, 0x02, 0x80, 0x81, 0x82];
+const LAST_NODE: u8 = 127;
+/// Start; and stop, after which, as after a reset, a producer sends no SYNC for a while.
+const START: u8 = 0x01;
+const STOP: u8 = 0x02;
 /// NMT command for all nodes where a master may stop the SYNC for longer than so many periods, to configure them.
 const PRE_OPERATIONAL: u8 = 0x80;
 const CONFIGURED: i64 = 3;
@@ -63,7 +67,7 @@ pub struct Sync {
     /// The producer may have begun anew since the last SYNC.
     restarted: bool,
     /// It may have been stopped since the last SYNC.
-    stopped: bool,
+    stopped: Restart,
     /// All nodes were sent to Pre-operational since then.
     configuring: bool,
     /// SYNCs that stood twice in the capture: the own echo, and what came back from the bus.
@@ -168,9 +172,18 @@ impl Sync {
             }
             Message::Nmt { command, node } => {
                 self.configuring |= command == PRE_OPERATIONAL && node == 0;
-                self.restart((node != 0).then_some(node), STOPS.contains(&command));
+                // What cannot be read may have been any command to any node.
+                let unread = node > LAST_NODE || !COMMANDS.contains(&command);
+                let stops = match command {
+                    _ if unread => Restart::Likely,
+                    STOP => Restart::Hardly,
+                    START | PRE_OPERATIONAL => Restart::None,
+                    _ => Restart::Perhaps,
+                };
+                self.restart(Some(node).filter(|node| *node != 0 && !unread), stops);
             }
-            Message::BootUp { node } => self.restart(Some(node), true),
+            Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.restart(None, Restart::Likely),
+            Message::BootUp { node } => self.restart(Some(node), Restart::Perhaps),
             Message::Heartbeat { node, state: OPERATIONAL, .. } => {
                 self.window.alive(node, &self.beat, cx);
                 self.judge_silence(node, frame.reference(), cx);
@@ -192,7 +205,7 @@ impl Sync {
                     *entry = (node, at, self.beat.cycle());
                 }
                 self.reconfigure(network, nodes);
-                (self.restarted, self.stopped) = (true, true);
+                (self.restarted, self.stopped) = (true, Restart::Likely);
             }
             0x1800..=0x19FF => self.window.reconfigured(node, mux.index - 0x17FF),
             0x1A00..=0x1BFF => self.window.reconfigured(node, mux.index - 0x19FF),
@@ -237,11 +250,14 @@ impl Sync {
     }
 
     /// A node, or all, got an NMT command or has booted.
-    fn restart(&mut self, node: Option<u8>, stops: bool) {
+    fn restart(&mut self, node: Option<u8>, stops: Restart) {
         self.window.restart(node);
         let producer = node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
         self.restarted |= producer;
-        self.stopped |= producer && stops;
+        if producer && stops != Restart::None {
+            let certain = node.is_none() || self.settings.producer.is_some();
+            self.stopped = if certain { Restart::Likely } else { self.stopped.max(stops) };
+        }
     }
 
     fn sync(&mut self, counter: Option<u8>, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
@@ -261,9 +277,13 @@ impl Sync {
         let resolution = decimals.max(self.grain.unwrap_or(0));
         let period = self.beat.period_ns();
         let gap = self.beat.delay_ns(at);
-        let long = gap.zip(period).is_some_and(|(gap, period)| gap > period.saturating_mul(CONFIGURED));
-        let stopped = stopped || (std::mem::take(&mut self.configuring) && long);
+        let long = period.is_none_or(|period| gap.is_some_and(|gap| gap > period.saturating_mul(CONFIGURED)));
+        let configured = std::mem::take(&mut self.configuring) && long;
+        let stopped = if configured { Restart::Likely } else { stopped };
         let pace = self.beat.step(at, resolution, stopped, self.settings.period_ns);
+        if let Some(lateness) = self.beat.take_before_pause() {
+            self.tell_late(lateness, cx);
+        }
         match pace {
             Pace::Settled(lateness) => self.tell_late(lateness, cx),
             _ => self.judge_pace(pace, before, (gap, period), cx),
@@ -281,6 +301,7 @@ impl Sync {
                     }
                     if let Miscount::Gap { at, .. } = miscount {
                         self.miscounted = Some(at.no);
+                        self.window.explained(self.beat.cycle() - u64::from(at.no != cx.at.no));
                     }
                     tell(miscount, cx);
                 }
@@ -388,7 +409,7 @@ impl Sync {
 
     /// A node is Operational, and no SYNC has come for long.
     fn judge_silence(&mut self, node: u8, at: FrameRef, cx: &mut Context<'_>) {
-        if self.stopped || self.restarted || self.silence == Silence::Told {
+        if self.stopped != Restart::None || self.restarted || self.silence == Silence::Told {
             return;
         }
         let (Some(now), Some(silence), Some(period)) = (at.t_ns, self.beat.delay_ns(at), self.beat.period_ns()) else {
@@ -436,6 +457,7 @@ impl Sync {
     /// A SYNC was late, and those after it were not: its producer, or the recording, stood still for a moment.
     fn tell_caught_up(&mut self, cx: &mut Context<'_>) {
         if let Some((gap_ns, cycle)) = self.beat.take_caught_up() {
+            self.window.explained(cycle);
             let late = self.beat.sync(cycle);
             let facts = [("gap", Quantity::Ns(gap_ns)), ("period", Quantity::Ns(self.beat.period_ns().unwrap_or(0)))];
             cx.find_at(late.unwrap_or(cx.at), Code::Syn012, None, None, None, Facts::told(0, &facts));
@@ -443,7 +465,8 @@ impl Sync {
     }
 
     /// A SYNC was late, or some before it are missing.
-    fn tell_late(&self, Lateness { gap_ns, cycle, missing }: Lateness, cx: &mut Context<'_>) {
+    fn tell_late(&mut self, Lateness { gap_ns, cycle, missing }: Lateness, cx: &mut Context<'_>) {
+        self.window.explained(cycle);
         let before = self.beat.sync(cycle.saturating_sub(1));
         let at = self.beat.sync(cycle);
         if missing > 0 && at.is_some_and(|at| self.miscounted == Some(at.no)) {

@@ -8,6 +8,7 @@
 
 use crate::checks::beat::Beat;
 use crate::checks::jitter::Spread;
+use crate::checks::sync_doubts::{Doubtful, Doubts};
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::Placement;
@@ -38,6 +39,8 @@ pub struct SyncWindow {
     count: usize,
     /// TPDOs that wait for the next SYNC: of each at most once.
     waiting: Vec<(u8, u16)>,
+    /// What may follow from a SYNC that is missing.
+    doubts: Doubts,
     /// It was said that windows cannot be judged.
     told: bool,
     /// Cycles in a row, up to the running one, in which no synchronous TPDO of any node came.
@@ -142,7 +145,7 @@ impl SyncWindow {
         track.needed = if from > Provenance::Eds { ESTABLISHED } else { ESTABLISHED_BY_EDS };
         track.shown = matches!(from, Provenance::Observed(_));
         if let Some(open) = track.open.take() {
-            track.settle(open, beat, window_ns, node, cx);
+            track.settle(open, beat, window_ns, node, &mut self.doubts, cx);
         }
         let arrival = Arrival { at, cycle: beat.cycle(), delay_ns: beat.delay_ns(at), early: false };
         if arrival.cycle == 0 {
@@ -154,7 +157,7 @@ impl SyncWindow {
         if track.waits(arrival, beat, window_ns) {
             track.open = Some(arrival);
         } else {
-            track.settle(arrival, beat, window_ns, node, cx);
+            track.settle(arrival, beat, window_ns, node, &mut self.doubts, cx);
         }
         if (track.open.is_some() || track.absent.is_some()) && !std::mem::replace(&mut track.listed, true) {
             self.waiting.push((node, pdo.number));
@@ -209,7 +212,7 @@ impl SyncWindow {
             let open = track.open.take();
             if let Some(open) = open.filter(|open| open.cycle == 0 || !track.undecided(*open, beat)) {
                 let settled = track.before_sync(open, beat);
-                track.settle(settled, beat, window_ns, *node, cx);
+                track.settle(settled, beat, window_ns, *node, &mut self.doubts, cx);
                 if settled.cycle == 0 && settled.at.t_ns.is_some() && track.shown && track.before == 1 {
                     track.before = 2;
                     cx.find(Code::Syn005, Some(*node), Some(track.object()), Some(settled.at), Facts::None);
@@ -222,6 +225,12 @@ impl SyncWindow {
             track.listed
         });
         self.waiting = waiting;
+        self.doubts.cycle_over(beat, cx);
+    }
+
+    /// The SYNC that began a cycle was late, or others are missing before it.
+    pub fn explained(&mut self, cycle: u64) {
+        self.doubts.explained(cycle);
     }
 
     /// A node (or all) was started, stopped or reset, or frames were lost: what it sends is learnt anew.
@@ -256,10 +265,11 @@ impl SyncWindow {
             if let Some(open) = track.open.take()
                 && !open.delay_ns.is_none_or(due)
             {
-                track.settle(open, beat, window_ns, node, cx);
+                track.settle(open, beat, window_ns, node, &mut self.doubts, cx);
             }
             track.miss(beat, node, cx);
         }
+        self.doubts.finish(cx);
     }
 
     fn track(&self, node: u8, number: u16) -> Option<&Track> {
@@ -379,7 +389,15 @@ impl Track {
     }
 
     /// Judges a PDO whose cycle is known.
-    fn settle(&mut self, it: Arrival, beat: &Beat, window_ns: Option<i64>, node: u8, cx: &mut Context<'_>) {
+    fn settle(
+        &mut self,
+        it: Arrival,
+        beat: &Beat,
+        window_ns: Option<i64>,
+        node: u8,
+        doubts: &mut Doubts,
+        cx: &mut Context<'_>,
+    ) {
         let asked = std::mem::take(&mut self.asked);
         if let Some(delay) = it.delay_ns.filter(|_| it.cycle > 0) {
             self.delays.record(delay);
@@ -402,9 +420,9 @@ impl Track {
             return;
         }
         if it.cycle == last {
-            self.judge_second(it, (last_at, early), beat, node, cx);
+            self.judge_second(it, (last_at, early), beat, node, doubts, cx);
         } else {
-            self.judge_cycle(it, last, beat, node, cx);
+            self.judge_cycle(it, last, beat, node, doubts, cx);
         }
     }
 
@@ -433,9 +451,10 @@ impl Track {
         (last_at, early): (FrameRef, bool),
         beat: &Beat,
         node: u8,
+        doubts: &mut Doubts,
         cx: &mut Context<'_>,
     ) {
-        let object = Some(self.object());
+        let object = self.object();
         if let Some((missing, _)) = self.absent.take() {
             // The one of the cycle before came late, and now the one of this cycle.
             self.phase = it.cycle;
@@ -448,19 +467,29 @@ impl Track {
                 return;
             }
             let facts = [("expected", Quantity::Count(missing)), ("found", Quantity::Count(it.cycle))];
-            cx.find(Code::Syn010, Some(node), object, Some(last_at), Facts::told(1, &facts));
+            let facts = Facts::told(1, &facts);
+            let what = Doubtful { code: Code::Syn010, node, object, cause: Some(last_at), facts };
+            doubts.find(what, (missing, it.cycle), beat, cx);
         } else if self.established() || (self.kind == 0 && self.needed == ESTABLISHED) {
             // What stood before the SYNC was one too many of the cycle before.
             let cycle = if early { it.cycle - 1 } else { it.cycle };
             self.said = true;
             let facts = Facts::told(0, &[("cycle", Quantity::Count(cycle))]);
             let cause = if early || it.at.no == cx.at.no { Some(last_at) } else { Some(it.at) };
-            cx.find(Code::Syn009, Some(node), object, cause, facts);
+            doubts.find(Doubtful { code: Code::Syn009, node, object, cause, facts }, (cycle, it.cycle), beat, cx);
         }
     }
 
     /// It came in a cycle of its own: whether in the one in which it was due.
-    fn judge_cycle(&mut self, it: Arrival, last: u64, beat: &Beat, node: u8, cx: &mut Context<'_>) {
+    fn judge_cycle(
+        &mut self,
+        it: Arrival,
+        last: u64,
+        beat: &Beat,
+        node: u8,
+        doubts: &mut Doubts,
+        cx: &mut Context<'_>,
+    ) {
         let n = u64::from(self.kind);
         let said = std::mem::take(&mut self.said);
         if n == 0 {
@@ -493,7 +522,9 @@ impl Track {
             self.phase = it.cycle;
         } else if !said {
             let facts = [("found", Quantity::Count(passed)), ("expected", Quantity::Count(n))];
-            cx.find(Code::Syn010, Some(node), Some(self.object()), earlier(it.at, cx), Facts::told(0, &facts));
+            let (object, cause) = (self.object(), earlier(it.at, cx));
+            let what = Doubtful { code: Code::Syn010, node, object, cause, facts: Facts::told(0, &facts) };
+            doubts.find(what, (last, it.cycle), beat, cx);
         }
     }
 

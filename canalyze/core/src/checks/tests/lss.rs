@@ -275,3 +275,54 @@ fn an_address_captured_twice() {
     let said = raised(&twice);
     assert!(said.iter().all(|(code, ..)| code != "LSS011"), "{said:?}");
 }
+
+#[test]
+fn an_answer_captured_twice_is_not_the_next_ones() {
+    let head = "1 7E5#0401000000000000\n10 7E5#5E00000000000000\n10.4 7E4#5E28000000000000\n";
+    let given = "12 7E5#1129000000000000\n12.4 7E4#1100000000000000\n";
+    let double = "12.46 7E4#1100000000000000\n";
+    let refused = "14 7E5#11C8000000000000\n14.4 7E4#1101000000000000\n";
+    let tail = "16 7E5#1700000000000000\n16.4 7E4#1700000000000000\n18 7E5#0400000000000000\n";
+    let refusal = |frame| ("LSS004".to_owned(), frame, Some(frame - 1));
+    assert_eq!(raised(&log(&format!("{head}{given}{refused}{tail}"))), [refusal(7)]);
+    let said = raised(&log(&format!("{head}{given}{double}{refused}{tail}")));
+    assert_eq!(said, [("LSS007".to_owned(), 8, Some(6)), refusal(8)]);
+    // Captured on the master's host, the second request stands behind its answer.
+    let late = "14 7E5#1129000000000000\n";
+    assert_eq!(raised(&log(&format!("{head}{given}{double}{late}{tail}"))), []);
+    let late_refusal = format!("{head}{given}{double}{late}").replace("#1100", "#1101");
+    let said = raised(&log(&format!("{late_refusal}{tail}")));
+    assert_eq!(said, [refusal(5), ("LSS004".to_owned(), 8, Some(7))]);
+}
+
+#[test]
+fn a_switch_that_cannot_be_read_may_have_selected() {
+    for switch in ["7E5#0C01000000000000", "7E5#0401000000", "7E5#0401000000000000"] {
+        let said = raised(&log(&format!(
+            "1 7E5#0400000000000000\n5 {switch}\n10 7E5#5E00000000000000\n10.4 7E4#5E28000000000000\n20 7E5#0400000000000000\n"
+        )));
+        assert!(said.iter().all(|(code, frame, _)| code == "LSS001" && *frame == 2), "{switch}: {said:?}");
+    }
+}
+
+#[test]
+fn a_frame_of_the_other_side_is_one_finding() {
+    let lines: Vec<&str> = STACK.lines().collect();
+    for (number, line) in lines.iter().enumerate().filter(|(_, line)| line.contains(" 7E")) {
+        let other = if line.contains("7E5#") { line.replace("7E5#", "7E4#") } else { line.replace("7E4#", "7E5#") };
+        let changed: Vec<&str> = (0..lines.len()).map(|at| if at == number { &other } else { lines[at] }).collect();
+        let said = raised(&(changed.join("\n") + "\n"));
+        assert!(said.len() <= 1, "frame {}: {said:?}", number + 1);
+    }
+}
+
+#[test]
+fn parts_of_an_address_out_of_turn_are_one_finding() {
+    let part = |ms: u32, part: &str| format!("{ms} 7E5#{part}00000000\n");
+    let parts = ["40785634", "41DDCCBB", "42020001", "43990000"];
+    for order in [[1, 0, 2, 3], [0, 2, 1, 3], [0, 1, 1, 3], [0, 0, 2, 3]] {
+        let address: String = (0..).zip(order).map(|(at, number)| part(200 + 20 * at, parts[number])).collect();
+        let said = raised(&log(&(SESSION.to_owned() + &address + "300 7E5#0400000000000000\n")));
+        assert_eq!(said.iter().filter(|(code, ..)| code == "LSS011").count(), 1, "{order:?}: {said:?}");
+    }
+}

@@ -318,3 +318,85 @@ fn a_gap_of_centuries() {
     let back = "(1.000000) can0 080#\n(1.000100) can0 185#01\n";
     assert!(raised(&(log(configured) + later + back)).len() < 10, "no overflow, no flood");
 }
+
+/// SYNCs alone: `count` of them every 20 ms or a little more, from `ms` on.
+fn train(ms: f64, count: u64) -> String {
+    (0..count).map(|number| format!("{:.3} 080#\n", ms + 20.1 * number as f64 + 0.2 * noise(number))).collect()
+}
+
+#[test]
+fn a_missing_sync_beside_a_command() {
+    let whole = train(0.0, 44);
+    let without: String =
+        whole.lines().filter(|line| !line.starts_with("502.")).map(|line| format!("{line}\n")).collect();
+    for command in ["0205", "8105", "8205", "0105", "0200", "8200"] {
+        for at in [440, 462, 490, 515, 545, 565, 585, 605] {
+            let beside = |train: &str| raised(&sorted(&log(&format!("{train}{at} 000#{command}\n"))));
+            assert_eq!(beside(&whole), nothing(), "{command} at {at}");
+            // Where the master speaks to all in the gap, it may have held SYNC up.
+            let excused = command.ends_with("00") && (483..523).contains(&at);
+            let want: &[&str] = if excused { &[] } else { &["SYN003"] };
+            assert_eq!(codes(&beside(&without)), want, "{command} at {at}");
+        }
+    }
+    // The last but one before a pause that has its reason.
+    let paused = without.lines().take(26).map(|line| format!("{line}\n")).collect::<String>();
+    let said = raised(&log(&format!("{paused}560 000#8205\n{}", train(900.0, 20))));
+    assert_eq!(said, [("SYN003".to_owned(), 26, Some(25))]);
+}
+
+#[test]
+fn a_pause_by_command_before_the_period_is_known() {
+    for before in 1..6 {
+        for command in ["0205", "8205", "8100", "8000"] {
+            let text = format!("{}150 000#{command}\n{}", train(0.0, before), train(217.0, 30));
+            assert_eq!(raised(&log(&text)), nothing(), "{before} SYNCs, then {command}");
+        }
+    }
+    let faster: String = (0..20).map(|number| format!("{} 080#\n", 50.0 * f64::from(number))).collect();
+    for missing in 4..12 {
+        let lines: Vec<String> = train(2000.0, 40).lines().map(str::to_owned).collect();
+        let lost = lines.iter().enumerate().filter(|(number, _)| *number != missing);
+        let lost: String = lost.map(|(_, line)| format!("{line}\n")).collect();
+        let said = raised(&log(&format!("{faster}1000 000#8200\n{lost}")));
+        assert_eq!(codes(&said), ["SYN003"], "the {missing}th of another period");
+    }
+}
+
+#[test]
+fn a_pause_by_a_broken_command() {
+    let (before, after) = (train(0.0, 12), train(600.0, 20));
+    for (command, want) in
+        [("8205", None), ("82", Some("NMT001")), ("820500", Some("NMT001")), ("8305", Some("NMT001"))]
+    {
+        let said = raised(&log(&format!("{before}250 000#{command}\n{after}")));
+        assert_eq!(codes(&said), want.as_slice(), "{command}");
+    }
+    assert_eq!(codes(&raised(&log(&format!("{before}{}", train(363.0, 20))))), ["SYN003"]);
+}
+
+/// What PDOs seem to do where a SYNC is missing before the period is known.
+#[test]
+fn a_sync_missing_early_is_one_finding() {
+    let whole = capture(12, |_| 0.0);
+    let lines: Vec<&str> = whole.lines().collect();
+    let syncs: Vec<usize> = (0..lines.len()).filter(|number| lines[*number].contains("080#")).collect();
+    for missing in syncs.iter().skip(1).take(6) {
+        let text: String = lines
+            .iter()
+            .enumerate()
+            .filter(|(number, _)| number != missing)
+            .map(|(_, line)| format!("{line}\n"))
+            .collect();
+        assert_eq!(codes(&raised(&text)), ["SYN003"], "without frame {}", missing + 1);
+    }
+    // One too many is told as well when nothing is missing.
+    for (number, line) in lines.iter().enumerate().filter(|(number, line)| *number > 14 && line.contains("185#")) {
+        let mut twice = lines.clone();
+        twice.insert(number + 1, line);
+        let text: String = twice.iter().map(|line| format!("{line}\n")).collect();
+        let (said, double) = (raised(&text), number as u64 + 2);
+        assert_eq!(codes(&said), ["SYN009"], "{line}");
+        assert!(said[0].1 == double || said[0].2 == Some(double), "{line}: {said:?}");
+    }
+}
