@@ -147,8 +147,7 @@ impl Nmt {
     /// The same, where the node has shown no state since, and nothing that cannot be read.
     pub fn silent_since_reset(&self, node: u8) -> Option<FrameRef> {
         let standing = self.nodes.get(node)?;
-        let heard = standing.command.is_none_or(|command| command.state == 0 && command.wrong > 0);
-        self.resetting(node).filter(|_| !heard)
+        self.resetting(node).filter(|_| !standing.heard_since_reset)
     }
 
     /// Whether the capture shows any command.
@@ -307,6 +306,7 @@ impl Nmt {
     pub fn unreadable(&mut self, node: u8) {
         if let Some(standing) = self.nodes.get_mut(node) {
             standing.command = standing.command.filter(|command| command.state != 0);
+            standing.heard_since_reset = true;
         }
     }
 

@@ -35,6 +35,8 @@ pub(super) struct Standing {
     pub(super) reset: Option<FrameRef>,
     /// The last of them still awaits its boot-up.
     pub(super) resetting: bool,
+    /// Since it, the node has shown a state, or something that cannot be read and may be its boot-up.
+    pub(super) heard_since_reset: bool,
     /// LSS has given this node-ID, and nobody has booted with it yet.
     pub(super) given: bool,
     /// Its last emergency, other than that an error is over.
@@ -131,7 +133,7 @@ impl Standing {
             }
             self.resets = (self.resets + 1).min(3);
             self.reset = Some(at);
-            self.resetting = true;
+            (self.resetting, self.heard_since_reset) = (true, false);
             self.allowed = bit(STOPPED) | bit(OPERATIONAL) | bit(PRE_OPERATIONAL);
             self.command = Some(command);
             return false;
@@ -169,6 +171,7 @@ impl Standing {
         if command.judged {
             return;
         }
+        self.heard_since_reset |= command.state == 0;
         command.wrong = command.wrong.saturating_add(1);
         command.first = command.first.or(Some(cx.at));
         // A device may store something before it obeys a reset.
