@@ -10,7 +10,7 @@ import struct
 
 import pytest
 from captures import analyze, log_text
-from network import Network, echoed_late, find
+from network import START, STOP, STOPPED, Network, echoed_late, find
 from sdo_wire import Channel, segmented_upload
 
 
@@ -134,3 +134,39 @@ def test_polled_objects_whose_requests_are_listed_late(period: float) -> None:
             for cut in range(4):
                 said = analyze(log_text(late[cut:]))
                 assert not said.above_info(), f"seed {seed}, from frame {cut + 1}: {said.complaint()}"
+
+
+def stopped(*, heartbeats: bool) -> Network:
+    """A server that was stopped, and shows that or not."""
+    net = known().nmt(STOP, 5).wait(0.1)
+    return net.heartbeat(5, period=0.1, count=1, state=STOPPED).wait(0.2) if heartbeats else net
+
+
+@pytest.mark.parametrize("indices", [[0x6041], [0x6041, 0x6041, 0x6041], [0x6041, 0x2018, 0x2019]])
+def test_a_server_that_is_stopped_owes_no_answer(indices: list[int]) -> None:
+    """Told is the first request; where only the command shows that it is stopped, each that is not answered."""
+    codes = {}
+    for heartbeats in (True, False):
+        net = stopped(heartbeats=heartbeats)
+        for index in indices:
+            request(net, index).wait(0.3)
+        net.nmt(START, 5).send(0x705, b"\x05", after=0.02).wait(0.1).read(5, 0x1018, 1, 5, 4).wait(2)
+        said = analyze(log_text(net.send(0x705, b"\x05").frames()))
+        codes[heartbeats] = [f["code"] for f in said.above_info()]
+    assert codes[True] == ["SDO011"]
+    assert set(codes[False]) == {"SDO002"}
+
+
+def test_a_server_that_was_stopped_answers_again() -> None:
+    """Once it is started, a missing answer is a fault again."""
+    net = request(stopped(heartbeats=True)).wait(0.3).nmt(START, 5).wait(0.1)
+    net.send(0x705, b"\x05").wait(0.1).read(5, 0x1018, 1, 5, 4).wait(0.1)
+    request(net, 0x2018).wait(0.3).read(5, 0x1018, 2, 5, 4)
+    said = analyze(log_text(net.frames()))
+    assert [f["code"] for f in said.above_info()] == ["SDO011", "SDO002"], said.complaint()
+
+
+def test_a_request_before_the_server_was_stopped() -> None:
+    net = request(known()).wait(0.3).nmt(STOP, 5).wait(0.1)
+    said = analyze(log_text(net.heartbeat(5, period=0.1, count=20, state=STOPPED).frames()))
+    assert [(f["code"], f["cause_frame"]) for f in said.above_info()] == [("SDO002", 4)], said.complaint()

@@ -153,6 +153,7 @@ impl Bus {
         });
         let before = cx.events.len();
         channel.twice = self.checks.every_frame_twice();
+        channel.in_vain = side == Side::Client && key.1.is_none() && self.checks.asks_in_vain(node, frame.reference());
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
         if key.1.is_none() {

@@ -15,7 +15,7 @@ use super::withheld::raise;
 use crate::cob_id::Role;
 use crate::context::Context;
 use crate::finding::{Code, Facts, Finding, Quantity};
-use crate::frame::{CanId, Frame};
+use crate::frame::{CanId, Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, PerNode};
@@ -336,6 +336,11 @@ impl Nodes {
     #[inline]
     pub fn pdo(&mut self, transmit: bool, number: u16, node: u8, cx: &Context<'_>) {
         self.permitted.pdo(&self.nmt, transmit, number, node, cx);
+    }
+
+    /// Whether an SDO request to a node is a fault by itself.
+    pub fn asks_in_vain(&self, node: u8, at: FrameRef) -> bool {
+        Permitted::asks_in_vain(&self.nmt, node, at)
     }
 
     /// A frame of a node's default SDO channel, and the object whose transfer it belongs to.

@@ -109,14 +109,18 @@ impl Permitted {
         let Some(known) = nmt.known(node).filter(|known| known.state == STOPPED) else { return };
         let answered = side == Side::Server;
         let asked = !answered || request.is_some_and(|request| request.no > known.at.no);
-        // A request alone is a fault only where the node has shown its state.
         let stay = self.stay(node, known);
-        if stay.sdo || !asked || under_way(known, cx.at) || !(answered || known.shown) {
+        if stay.sdo || !asked || under_way(known, cx.at) || !(answered || is_asked_in_vain(known, cx.at)) {
             return;
         }
         stay.sdo = true;
         let facts = Facts::told(u8::from(answered), &[("state", Quantity::State(known.state))]);
         self.judge(nmt, node, known, Held { at: cx.at, code: Code::Sdo011, object: None, facts });
+    }
+
+    /// Whether a request to a node is a fault by itself: that nobody answers it only follows from that.
+    pub fn asks_in_vain(nmt: &Nmt, node: u8, at: FrameRef) -> bool {
+        nmt.known(node).is_some_and(|known| is_asked_in_vain(known, at))
     }
 
     /// An emergency of a node.
@@ -239,6 +243,11 @@ impl Stay {
             self.undecided.push((state, held));
         }
     }
+}
+
+/// Whether a request alone is a fault: only where the node has shown that it is stopped.
+fn is_asked_in_vain(known: Known, at: FrameRef) -> bool {
+    known.state == STOPPED && known.shown && !under_way(known, at)
 }
 
 /// Whether a frame may have been under way when the state changed. Without stamps only what a node has shown counts.

@@ -107,6 +107,8 @@ pub struct Channel {
     pub(super) first: Option<FrameRef>,
     /// The capture shows most of its frames twice.
     pub twice: bool,
+    /// The client's frame at hand is sent to a server that must not answer.
+    pub in_vain: bool,
     /// Its server was only looked for, as all others were.
     pub scanned: bool,
     /// The last frames and their steps, which may be captured a second time.
@@ -157,6 +159,7 @@ impl Channel {
             plausible: 0,
             first: None,
             twice: false,
+            in_vain: false,
             scanned: false,
             once: VecDeque::new(),
         }
@@ -271,6 +274,9 @@ impl Channel {
             Side::Client => {
                 self.client(half, cx);
                 self.judge_frame(&half, cx);
+                if self.in_vain {
+                    self.unanswerable(&half);
+                }
             }
             Side::Server => {
                 // Before the transfer completes with this frame: the finding is the transfer's.

@@ -173,6 +173,11 @@ impl Channel {
         self.odd_exchange.answered = self.pairing.pending.map(|pending| pending.at.no).or(self.odd_exchange.answered);
     }
 
+    /// That a request may be left without an answer has been said, or need not be.
+    pub(super) fn unanswerable(&mut self, request: &Half) {
+        self.odd_exchange.answered = Some(request.at.no);
+    }
+
     /// In the place of a block transfer's end came what does not belong there, and a finding says so: what answers it
     /// answers the end.
     pub(super) fn instead_of_end(&mut self, half: &Half) {
