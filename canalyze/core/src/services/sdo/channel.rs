@@ -75,6 +75,8 @@ pub struct Channel {
     pub(super) transfer: Option<Box<Transfer>>,
     /// Initiate with e = s = 0, until a segment shows what was meant.
     pub(super) unmarked: Option<(Half, Initiate)>,
+    /// The server has sent segments after one of those; whether that one had other bytes than 0 in the place of data.
+    pub(super) segments_unmarked: Option<bool>,
     /// A server's acknowledgement of one block segment more than was seen.
     pub(super) held_ack: Option<Half>,
     pub(super) outside: Outside,
@@ -140,6 +142,7 @@ impl Channel {
             phase: Phase::Idle,
             transfer: None,
             unmarked: None,
+            segments_unmarked: None,
             held_ack: None,
             outside: Outside::Uncaptured,
             step: empty_step(),
@@ -467,6 +470,7 @@ impl Channel {
             self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
         }
         if let Some((_, i)) = self.unmarked
+            && self.is_meant_as_data()
             && (i.unused != 0 || i.data != [0; 4] || idle_is_old)
         {
             self.recognise_unmarked(cx);

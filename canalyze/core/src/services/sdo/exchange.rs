@@ -127,10 +127,13 @@ impl Channel {
 
     /// The data of a segment that was confirmed (or whose request is not in the capture).
     pub(super) fn add_segment(&mut self, half: Half, segment: Segment, cx: &mut Context<'_>) {
-        if let Some((initiate, i)) = self.unmarked.take()
-            && i.unused != 0
-        {
-            self.find(Code::Sdo004, initiate.at, Facts::Unused(i.unused), cx);
+        if let Some((initiate, i)) = self.unmarked.take() {
+            if matches!(initiate.command, Command::UploadInitiated(..)) {
+                self.segments_unmarked = Some(self.segments_unmarked.unwrap_or(false) | has_data(&i));
+            }
+            if i.unused != 0 {
+                self.find(Code::Sdo004, initiate.at, Facts::Unused(i.unused), cx);
+            }
         }
         let Some(transfer) = &mut self.transfer else { return };
         let carried = (7 - usize::from(segment.unused)).min(usize::from(half.len.saturating_sub(1)));
@@ -172,6 +175,15 @@ impl Channel {
             })
     }
 
+    /// Whether an initiate with e = s = 0 that no segment has followed was meant as data. The answer of a server that has
+    /// sent segments after the same announces them; bytes that it does not leave in them otherwise do not.
+    pub(super) fn is_meant_as_data(&self) -> bool {
+        let announces = |i: &Initiate| self.segments_unmarked.is_some_and(|other| other || !has_data(i));
+        self.unmarked.as_ref().is_some_and(|(initiate, i)| {
+            !(matches!(initiate.command, Command::UploadInitiated(..)) && announces(i))
+        })
+    }
+
     /// An initiate with e = s = 0 that no segment followed: its four bytes were meant as data.
     pub(super) fn recognise_unmarked(&mut self, cx: &mut Context<'_>) {
         let Some((initiate, i)) = self.unmarked.take() else { return };
@@ -197,6 +209,11 @@ impl Channel {
         self.phase = Phase::Idle;
         self.own = own;
     }
+}
+
+/// Whether an initiate that announces segments has something in the place of data.
+fn has_data(i: &Initiate) -> bool {
+    i.unused != 0 || i.data != [0; 4]
 }
 
 /// Whether the frame of an expedited transfer is too short for the data that it announces.

@@ -20,7 +20,7 @@ pub(super) struct OddExchange {
     /// The response after such a one.
     asked: Option<u64>,
     /// The request that something else than an answer came after.
-    pub(super) answered: Option<u64>,
+    answered: Option<u64>,
     /// The last frame that is missing, or that nothing could be read from.
     broken: Option<u64>,
     /// Since it was said that frames belong to nothing, none has been answered as it should.
@@ -176,6 +176,11 @@ impl Channel {
     /// That a request may be left without an answer has been said, or need not be.
     pub(super) fn unanswerable(&mut self, request: &Half) {
         self.odd_exchange.answered = Some(request.at.no);
+    }
+
+    /// Whether a request may be left without an answer.
+    pub(super) fn is_unanswerable(&self, request: &Half) -> bool {
+        self.odd_exchange.answered == Some(request.at.no)
     }
 
     /// In the place of a block transfer's end came what does not belong there, and a finding says so: what answers it

@@ -560,7 +560,7 @@ impl Channel {
     fn leave_open_transfer(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Some(transfer) = &self.transfer else { return };
         let (last, uncaptured) = (transfer.last, transfer.mux.is_none());
-        if self.unmarked.is_some() && matches!(self.phase, Phase::Segments { .. }) {
+        if self.is_meant_as_data() && matches!(self.phase, Phase::Segments { .. }) {
             self.recognise_unmarked(cx);
             return;
         }
