@@ -170,3 +170,35 @@ def test_a_request_before_the_server_was_stopped() -> None:
     net = request(known()).wait(0.3).nmt(STOP, 5).wait(0.1)
     said = analyze(log_text(net.heartbeat(5, period=0.1, count=20, state=STOPPED).frames()))
     assert [(f["code"], f["cause_frame"]) for f in said.above_info()] == [("SDO002", 4)], said.complaint()
+
+
+def test_a_request_that_a_command_may_have_permitted() -> None:
+    """The start stands right behind it, as where it was captured late: a missing answer is what is told."""
+    net = request(stopped(heartbeats=True)).nmt(START, 5).send(0x705, b"\x05", after=0.02).wait(0.3)
+    said = analyze(log_text(net.read(5, 0x1018, 1, 5, 4).wait(2).send(0x705, b"\x05").frames()))
+    assert [(f["code"], f["cause_frame"]) for f in said.above_info()] == [("SDO002", 6)], said.complaint()
+
+
+def mapped(answers: str, *, more: bytes = b"") -> list[str]:
+    """The signals of a TPDO whose mapping is enabled by a write that the client gave up. `answers` come after its next
+    request: L the late one, N the next one's."""
+    net = known()
+    net.write(5, 0x1A00, 0, 0, 1).write(5, 0x1A00, 1, 0x20000008, 4)
+    net.send(0x605, b"\x2f\x00\x1a\x00\x01\0\0\0").wait(0.3)
+    net.send(0x605, more or b"\x2f\x00\x18\x02\x01\0\0\0").wait(0.001)
+    for answer in answers:
+        index, sub = (0x1A00, 0) if answer == "L" or more else (0x1800, 2)
+        net.send(0x585, struct.pack("<BHB4x", 0x60, index, sub)).wait(0.001)
+    net.wait(0.3).nmt(START, 5).send(0x705, b"\x05", after=0.02).wait(0.1).send(0x185, b"\x01")
+    said = analyze(log_text(net.frames()))
+    assert not [f for f in said.above_info() if f["code"] != "SDO002"], said.complaint()
+    return [signal["index"] for signal in said.frames[-1]["pdo"]["signals"]]
+
+
+def test_a_late_answer_confirms_what_was_written() -> None:
+    """As long as the server answers in order; what was not confirmed at all is not known to be written."""
+    assert mapped("LN") == mapped("L") == ["2000"]
+    assert mapped("N") == mapped("NL") == mapped("") == []
+    # Written again in the meantime with another value: the last one counts.
+    again = b"\x2f\x00\x1a\x00\x00\0\0\0"
+    assert mapped("NL", more=again) == mapped("N", more=again) == []

@@ -236,9 +236,9 @@ impl Checks {
         self.srdos.judge(seen, self.nodes.paused(), cx);
     }
 
-    /// Whether an SDO request to a node is a fault by itself, whatever becomes of it.
-    pub fn asks_in_vain(&self, node: u8, at: FrameRef) -> bool {
-        self.nodes.asks_in_vain(node, at)
+    /// The last SDO request to a node, where it is a fault by itself, whatever becomes of it.
+    pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
+        self.nodes.asked_in_vain(node)
     }
 
     /// An SDO frame of a default channel, with the object it is about.

@@ -190,7 +190,7 @@ impl Nodes {
                 if node > 127 {
                     return;
                 }
-                self.permitted.command(node, commanded_state(command).unwrap_or(0));
+                self.permitted.command(node, commanded_state(command).unwrap_or(0), cx.at);
                 self.heartbeats.commanded(node);
             }
             Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),
@@ -338,9 +338,9 @@ impl Nodes {
         self.permitted.pdo(&self.nmt, transmit, number, node, cx);
     }
 
-    /// Whether an SDO request to a node is a fault by itself.
-    pub fn asks_in_vain(&self, node: u8, at: FrameRef) -> bool {
-        Permitted::asks_in_vain(&self.nmt, node, at)
+    /// The last SDO request to a node, where it is a fault by itself.
+    pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
+        self.permitted.asked_in_vain(node)
     }
 
     /// A frame of a node's default SDO channel, and the object whose transfer it belongs to.

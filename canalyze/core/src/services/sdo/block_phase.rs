@@ -182,7 +182,9 @@ impl Channel {
                 self.settle_ack(cx);
                 let Phase::Block(block) = &self.phase else { return false };
                 if self.rejects_end() {
+                    // It may do so again, whatever the client asks for next.
                     self.step.place = Place::Outside;
+                    self.odd_exchange.astray = true;
                 } else if block.is_finished() {
                     self.violation_outside(half, cx);
                 } else if block.wants_one_more(ackseq) {
@@ -491,6 +493,14 @@ impl Channel {
             && let Some((facts, at)) = block.wrong()
         {
             self.find(Code::Sdo012, at, facts, cx);
+        }
+    }
+
+    /// The number in the acknowledgement that the client owes.
+    pub(super) fn owed_ack(&self) -> Option<u8> {
+        match &self.phase {
+            Phase::Block(block) if self.is_upload() => block.owed_ack(),
+            _ => None,
         }
     }
 

@@ -88,6 +88,10 @@ pub struct Channel {
     pub(super) find_about: Option<Mux>,
     /// A completed transfer whose pair may still be dissolved.
     pub(super) unsettled: Option<Arc<Transfer>>,
+    /// The last expedited write, where it was given up and nothing was answered since.
+    pub(super) left: Option<Arc<Transfer>>,
+    /// The same, confirmed by the frame at hand after all.
+    pub(super) confirmed: Option<Arc<Transfer>>,
     /// The last one of those of which somebody has taken what it shows.
     taken: Option<Arc<Transfer>>,
     /// A valid request with its response was seen, since frames were lost if they were.
@@ -109,8 +113,8 @@ pub struct Channel {
     pub(super) first: Option<FrameRef>,
     /// The capture shows most of its frames twice.
     pub twice: bool,
-    /// The client's frame at hand is sent to a server that must not answer.
-    pub in_vain: bool,
+    /// The last request was one to a server that must not answer.
+    pub in_vain: Option<FrameRef>,
     /// Its server was only looked for, as all others were.
     pub scanned: bool,
     /// The last frames and their steps, which may be captured a second time.
@@ -149,6 +153,8 @@ impl Channel {
             own: true,
             find_about: None,
             unsettled: None,
+            left: None,
+            confirmed: None,
             taken: None,
             trusted: false,
             proven: false,
@@ -162,7 +168,7 @@ impl Channel {
             plausible: 0,
             first: None,
             twice: false,
-            in_vain: false,
+            in_vain: None,
             scanned: false,
             once: VecDeque::new(),
         }
@@ -191,9 +197,9 @@ impl Channel {
         self.responses == 0 && (1..=PROBES).contains(&self.requests) && self.plausible == self.requests
     }
 
-    /// The completed transfer whose pair may still be dissolved.
+    /// The completed transfer whose pair may still be dissolved, or the one that the frame at hand confirms late.
     pub fn unsettled(&self) -> Option<&Arc<Transfer>> {
-        self.unsettled.as_ref()
+        self.unsettled.as_ref().or(self.confirmed.as_ref())
     }
 
     /// The transfer that runs, with what the description says of its object; none where the channel's frames are no SDO.
@@ -232,6 +238,7 @@ impl Channel {
             bytes: frame.head(),
             len: frame.len,
         };
+        self.confirmed = None;
         if let Some(step) = self.twin(side, &half) {
             cx.events.push(Event {
                 at: half.at,
@@ -244,6 +251,7 @@ impl Channel {
             return;
         }
         self.first.get_or_insert(half.at);
+        self.excuse_answer();
         match side {
             Side::Client => self.requests = self.requests.saturating_add(1),
             Side::Server => self.responses = self.responses.saturating_add(1),
@@ -277,9 +285,6 @@ impl Channel {
             Side::Client => {
                 self.client(half, cx);
                 self.judge_frame(&half, cx);
-                if self.in_vain {
-                    self.unanswerable(&half);
-                }
             }
             Side::Server => {
                 // Before the transfer completes with this frame: the finding is the transfer's.
@@ -388,6 +393,8 @@ impl Channel {
         transfer.status = if transfer.bad && status == Status::Ok { Status::Failed } else { status };
         transfer.last = if cx.at.no > transfer.last.no && status != Status::Incomplete { cx.at } else { transfer.last };
         let transfer = Arc::new(*transfer);
+        let left = matches!(transfer.status, Status::Failed | Status::Aborted) && transfer.mode == Mode::Expedited;
+        self.left = left.then(|| Arc::clone(&transfer));
         if self.own {
             self.step.result = Some(Arc::clone(&transfer));
         }
@@ -432,6 +439,7 @@ impl Channel {
         }
         self.own = true;
         self.pairing = Pairing::default();
+        (self.left, self.confirmed) = (None, None);
         self.held_ack = None;
         self.odd_exchange = OddExchange::default();
         self.phase = Phase::Idle;
@@ -452,6 +460,7 @@ impl Channel {
     /// The capture is over: what is still open is incomplete, and what was withheld is said once.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.own = false;
+        self.excuse_answer();
         self.answer_only_request(cx);
         self.settle_held_at_end(cx);
         self.repeated_at_end(cx);

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
-use super::transfer::{Direction, Mode, Status};
+use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::context::Context;
 use crate::finding::{Code, Facts};
@@ -17,6 +17,7 @@ impl Channel {
     /// A request and the response that answers it, in causal order.
     pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
         self.pairing.pending = None;
+        self.left = None;
         self.pairing.last_response = Some(response.bytes);
         self.pairing.answered = (request.at.no < response.at.no).then_some(response);
         if request.command.is_initiate() {
@@ -105,6 +106,22 @@ impl Channel {
         self.phase = Phase::Segments { toggle: false };
     }
 
+    /// The late answer to a request that was given up: what it should write is written. The server answers in order, so
+    /// this holds until it answers another.
+    pub(super) fn confirm_late(&mut self, request: &Half) {
+        let left = self.left.take().filter(|left| left.first == request.at);
+        if let (Some(left), Command::InitiateDownload(mux, i)) = (left, request.command)
+            && i.expedited
+            && left.kept.is_empty()
+            && !lacks_data(&i, request.len)
+        {
+            let mut transfer = Transfer::clone(&left);
+            transfer.append(expedited(Some(mux), &i, request.len));
+            (transfer.status, transfer.abort) = (Status::Ok, None);
+            self.confirmed = Some(Arc::new(transfer));
+        }
+    }
+
     pub(super) fn check_toggle(&mut self, request: (FrameRef, bool), response: (FrameRef, bool), cx: &mut Context<'_>) {
         let Phase::Segments { toggle: expected } = &mut self.phase else { return };
         let due = *expected;
@@ -179,9 +196,9 @@ impl Channel {
     /// sent segments after the same announces them; bytes that it does not leave in them otherwise do not.
     pub(super) fn is_meant_as_data(&self) -> bool {
         let announces = |i: &Initiate| self.segments_unmarked.is_some_and(|other| other || !has_data(i));
-        self.unmarked.as_ref().is_some_and(|(initiate, i)| {
-            !(matches!(initiate.command, Command::UploadInitiated(..)) && announces(i))
-        })
+        self.unmarked
+            .as_ref()
+            .is_some_and(|(initiate, i)| !(matches!(initiate.command, Command::UploadInitiated(..)) && announces(i)))
     }
 
     /// An initiate with e = s = 0 that no segment followed: its four bytes were meant as data.

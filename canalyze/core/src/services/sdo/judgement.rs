@@ -178,6 +178,15 @@ impl Channel {
         self.odd_exchange.answered = Some(request.at.no);
     }
 
+    /// The pending request may be left without an answer if it should not have been sent.
+    pub(super) fn excuse_answer(&mut self) {
+        if let (Some(vain), Some(pending)) = (self.in_vain, self.pairing.pending)
+            && vain.no == pending.at.no
+        {
+            self.unanswerable(&pending);
+        }
+    }
+
     /// Whether a request may be left without an answer.
     pub(super) fn is_unanswerable(&self, request: &Half) -> bool {
         self.odd_exchange.answered == Some(request.at.no)

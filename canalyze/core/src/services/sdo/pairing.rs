@@ -45,7 +45,7 @@ impl Channel {
         {
             let [command, ..] = half.bytes;
             let continues = under_way.seqno != 0 && command & 0x7F == under_way.seqno;
-            let owed = unprovoked.is_some() && matches!(self.phase, Phase::Idle);
+            let owed = under_way.is_owed(&half) || (unprovoked.is_some() && matches!(self.phase, Phase::Idle));
             if continues || owed {
                 under_way.seqno = if continues { (under_way.seqno + 1) & 0x7F } else { under_way.seqno };
                 self.step.place = Place::InFlight;
@@ -422,7 +422,11 @@ impl Channel {
 
     fn late(&mut self, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Late;
-        self.step.answered_by = self.pairing.given_up.take().map(|request| request.at);
+        let request = self.pairing.given_up.take();
+        self.step.answered_by = request.map(|request| request.at);
+        if let Some(request) = request {
+            self.confirm_late(&request);
+        }
         self.find_about = half.command.mux();
         self.find(Code::Sdo020, self.step.answered_by.unwrap_or(half.at), Facts::None, cx);
     }
