@@ -180,8 +180,10 @@ def test_a_request_that_a_command_may_have_permitted() -> None:
 
 
 def mapped(answers: str, *, more: bytes = b"") -> list[str]:
-    """The signals of a TPDO whose mapping is enabled by a write that the client gave up. `answers` come after its next
-    request: L the late one, N the next one's."""
+    """The signals of a TPDO whose mapping is enabled by a write that the client gave up.
+
+    `answers` come after its next request: L the late one, N the next one's.
+    """
     net = known()
     net.write(5, 0x1A00, 0, 0, 1).write(5, 0x1A00, 1, 0x20000008, 4)
     net.send(0x605, b"\x2f\x00\x1a\x00\x01\0\0\0").wait(0.3)

@@ -9,6 +9,7 @@ use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
 use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::context::Context;
+use crate::event::Place;
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;
 use crate::od::{self, DataType};
@@ -106,9 +107,25 @@ impl Channel {
         self.phase = Phase::Segments { toggle: false };
     }
 
+    /// Whether a response answers the request that was given up.
+    pub(super) fn is_late(&self, half: &Half) -> bool {
+        self.pairing.given_up.is_some_and(|request| wire::fits(&request.command, &half.command))
+    }
+
+    pub(super) fn late(&mut self, half: &Half, cx: &mut Context<'_>) {
+        self.step.place = Place::Late;
+        let request = self.pairing.given_up.take();
+        self.step.answered_by = request.map(|request| request.at);
+        if let Some(request) = request {
+            self.confirm_late(&request);
+        }
+        self.find_about = half.command.mux();
+        self.find(Code::Sdo020, self.step.answered_by.unwrap_or(half.at), Facts::None, cx);
+    }
+
     /// The late answer to a request that was given up: what it should write is written. The server answers in order, so
     /// this holds until it answers another.
-    pub(super) fn confirm_late(&mut self, request: &Half) {
+    fn confirm_late(&mut self, request: &Half) {
         let left = self.left.take().filter(|left| left.first == request.at);
         if let (Some(left), Command::InitiateDownload(mux, i)) = (left, request.command)
             && i.expedited

@@ -416,21 +416,6 @@ impl Channel {
         }
     }
 
-    fn is_late(&self, half: &Half) -> bool {
-        self.pairing.given_up.is_some_and(|request| wire::fits(&request.command, &half.command))
-    }
-
-    fn late(&mut self, half: &Half, cx: &mut Context<'_>) {
-        self.step.place = Place::Late;
-        let request = self.pairing.given_up.take();
-        self.step.answered_by = request.map(|request| request.at);
-        if let Some(request) = request {
-            self.confirm_late(&request);
-        }
-        self.find_about = half.command.mux();
-        self.find(Code::Sdo020, self.step.answered_by.unwrap_or(half.at), Facts::None, cx);
-    }
-
     /// The pending request was answered before it was captured, by what was taken for the answer to another.
     pub(super) fn leave_answered(&mut self, cx: &mut Context<'_>) {
         self.pairing.pending = None;
