@@ -10,7 +10,7 @@ import struct
 
 import pytest
 from captures import analyze, log_text
-from network import Network, echoed_late, find
+from network import START, STOP, STOPPED, Network, echoed_late, find
 from sdo_wire import Channel, segmented_upload
 
 
@@ -134,3 +134,73 @@ def test_polled_objects_whose_requests_are_listed_late(period: float) -> None:
             for cut in range(4):
                 said = analyze(log_text(late[cut:]))
                 assert not said.above_info(), f"seed {seed}, from frame {cut + 1}: {said.complaint()}"
+
+
+def stopped(*, heartbeats: bool) -> Network:
+    """A server that was stopped, and shows that or not."""
+    net = known().nmt(STOP, 5).wait(0.1)
+    return net.heartbeat(5, period=0.1, count=1, state=STOPPED).wait(0.2) if heartbeats else net
+
+
+@pytest.mark.parametrize("indices", [[0x6041], [0x6041, 0x6041, 0x6041], [0x6041, 0x2018, 0x2019]])
+def test_a_server_that_is_stopped_owes_no_answer(indices: list[int]) -> None:
+    """Told is the first request; where only the command shows that it is stopped, each that is not answered."""
+    codes = {}
+    for heartbeats in (True, False):
+        net = stopped(heartbeats=heartbeats)
+        for index in indices:
+            request(net, index).wait(0.3)
+        net.nmt(START, 5).send(0x705, b"\x05", after=0.02).wait(0.1).read(5, 0x1018, 1, 5, 4).wait(2)
+        said = analyze(log_text(net.send(0x705, b"\x05").frames()))
+        codes[heartbeats] = [f["code"] for f in said.above_info()]
+    assert codes[True] == ["SDO011"]
+    assert set(codes[False]) == {"SDO002"}
+
+
+def test_a_server_that_was_stopped_answers_again() -> None:
+    """Once it is started, a missing answer is a fault again."""
+    net = request(stopped(heartbeats=True)).wait(0.3).nmt(START, 5).wait(0.1)
+    net.send(0x705, b"\x05").wait(0.1).read(5, 0x1018, 1, 5, 4).wait(0.1)
+    request(net, 0x2018).wait(0.3).read(5, 0x1018, 2, 5, 4)
+    said = analyze(log_text(net.frames()))
+    assert [f["code"] for f in said.above_info()] == ["SDO011", "SDO002"], said.complaint()
+
+
+def test_a_request_before_the_server_was_stopped() -> None:
+    net = request(known()).wait(0.3).nmt(STOP, 5).wait(0.1)
+    said = analyze(log_text(net.heartbeat(5, period=0.1, count=20, state=STOPPED).frames()))
+    assert [(f["code"], f["cause_frame"]) for f in said.above_info()] == [("SDO002", 4)], said.complaint()
+
+
+def test_a_request_that_a_command_may_have_permitted() -> None:
+    """The start stands right behind it, as where it was captured late: a missing answer is what is told."""
+    net = request(stopped(heartbeats=True)).nmt(START, 5).send(0x705, b"\x05", after=0.02).wait(0.3)
+    said = analyze(log_text(net.read(5, 0x1018, 1, 5, 4).wait(2).send(0x705, b"\x05").frames()))
+    assert [(f["code"], f["cause_frame"]) for f in said.above_info()] == [("SDO002", 6)], said.complaint()
+
+
+def mapped(answers: str, *, more: bytes = b"") -> list[str]:
+    """The signals of a TPDO whose mapping is enabled by a write that the client gave up.
+
+    `answers` come after its next request: L the late one, N the next one's.
+    """
+    net = known()
+    net.write(5, 0x1A00, 0, 0, 1).write(5, 0x1A00, 1, 0x20000008, 4)
+    net.send(0x605, b"\x2f\x00\x1a\x00\x01\0\0\0").wait(0.3)
+    net.send(0x605, more or b"\x2f\x00\x18\x02\x01\0\0\0").wait(0.001)
+    for answer in answers:
+        index, sub = (0x1A00, 0) if answer == "L" or more else (0x1800, 2)
+        net.send(0x585, struct.pack("<BHB4x", 0x60, index, sub)).wait(0.001)
+    net.wait(0.3).nmt(START, 5).send(0x705, b"\x05", after=0.02).wait(0.1).send(0x185, b"\x01")
+    said = analyze(log_text(net.frames()))
+    assert not [f for f in said.above_info() if f["code"] != "SDO002"], said.complaint()
+    return [signal["index"] for signal in said.frames[-1]["pdo"]["signals"]]
+
+
+def test_a_late_answer_confirms_what_was_written() -> None:
+    """As long as the server answers in order; what was not confirmed at all is not known to be written."""
+    assert mapped("LN") == mapped("L") == ["2000"]
+    assert mapped("N") == mapped("NL") == mapped("") == []
+    # Written again in the meantime with another value: the last one counts.
+    again = b"\x2f\x00\x1a\x00\x00\0\0\0"
+    assert mapped("NL", more=again) == mapped("N", more=again) == []

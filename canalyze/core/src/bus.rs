@@ -153,6 +153,7 @@ impl Bus {
         });
         let before = cx.events.len();
         channel.twice = self.checks.every_frame_twice();
+        channel.in_vain = key.1.is_none().then(|| self.checks.asked_in_vain(node)).flatten();
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
         if key.1.is_none() {
@@ -427,7 +428,8 @@ impl Bus {
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         // Who asks for all node-IDs does not expect that all answer.
         let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
-        for channel in self.channels.values_mut() {
+        for ((node, id), channel) in &mut self.channels {
+            channel.in_vain = id.is_none().then(|| self.checks.asked_in_vain(*node)).flatten();
             channel.scanned = scanned && channel.is_probed();
             channel.finish(cx);
         }

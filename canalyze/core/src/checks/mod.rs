@@ -41,7 +41,7 @@ use crate::configuration;
 use crate::context::Context;
 use crate::event::{Placement, Signals, Unmapped};
 use crate::finding::{Code, Facts, Quantity};
-use crate::frame::Frame;
+use crate::frame::{Frame, FrameRef};
 use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
@@ -235,6 +235,11 @@ impl Checks {
     /// What the same frame has shown.
     pub fn shown(&self, seen: &Seen, cx: &mut Context<'_>) {
         self.srdos.judge(seen, self.nodes.paused(), cx);
+    }
+
+    /// The last SDO request to a node, where it is a fault by itself, whatever becomes of it.
+    pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
+        self.nodes.asked_in_vain(node)
     }
 
     /// An SDO frame of a default channel, with the object it is about.

@@ -15,7 +15,7 @@ use super::withheld::raise;
 use crate::cob_id::Role;
 use crate::context::Context;
 use crate::finding::{Code, Facts, Finding, Quantity};
-use crate::frame::{CanId, Frame};
+use crate::frame::{CanId, Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, PerNode};
@@ -190,7 +190,7 @@ impl Nodes {
                 if node > 127 {
                     return;
                 }
-                self.permitted.command(node, commanded_state(command).unwrap_or(0));
+                self.permitted.command(node, commanded_state(command).unwrap_or(0), cx.at);
                 self.heartbeats.commanded(node);
             }
             Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),
@@ -336,6 +336,11 @@ impl Nodes {
     #[inline]
     pub fn pdo(&mut self, transmit: bool, number: u16, node: u8, cx: &Context<'_>) {
         self.permitted.pdo(&self.nmt, transmit, number, node, cx);
+    }
+
+    /// The last SDO request to a node, where it is a fault by itself.
+    pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
+        self.permitted.asked_in_vain(node)
     }
 
     /// A frame of a node's default SDO channel, and the object whose transfer it belongs to.

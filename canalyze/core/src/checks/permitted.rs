@@ -44,6 +44,8 @@ struct Stay {
     emcy: bool,
     /// The last SDO request.
     request: Option<FrameRef>,
+    /// The same where it is a fault by itself, unless a late command permits it.
+    vain: Option<FrameRef>,
     /// Faults that a late command may yet permit.
     held: Vec<Held>,
     /// What a node has sent whose state is not certain, since it may have started itself or not obeyed a command:
@@ -104,19 +106,25 @@ impl Permitted {
         }
         let request = self.nodes.get(node).and_then(|stay| stay.request);
         if side == Side::Client {
-            self.nodes.entry(node).request = Some(cx.at);
+            let vain = nmt.known(node).is_some_and(|known| is_asked_in_vain(known, cx.at));
+            let stay = self.nodes.entry(node);
+            (stay.request, stay.vain) = (Some(cx.at), vain.then_some(cx.at));
         }
         let Some(known) = nmt.known(node).filter(|known| known.state == STOPPED) else { return };
         let answered = side == Side::Server;
         let asked = !answered || request.is_some_and(|request| request.no > known.at.no);
-        // A request alone is a fault only where the node has shown its state.
         let stay = self.stay(node, known);
-        if stay.sdo || !asked || under_way(known, cx.at) || !(answered || known.shown) {
+        if stay.sdo || !asked || under_way(known, cx.at) || !(answered || is_asked_in_vain(known, cx.at)) {
             return;
         }
         stay.sdo = true;
         let facts = Facts::told(u8::from(answered), &[("state", Quantity::State(known.state))]);
         self.judge(nmt, node, known, Held { at: cx.at, code: Code::Sdo011, object: None, facts });
+    }
+
+    /// The last SDO request to a node, where it is a fault by itself: that nobody answers it only follows from that.
+    pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
+        self.nodes.get(node)?.vain
     }
 
     /// An emergency of a node.
@@ -139,11 +147,12 @@ impl Permitted {
     }
 
     /// A command to go to a state, 0 where it is none: what came just before it may have been permitted by it.
-    pub fn command(&mut self, node: u8, state: u8) {
+    pub fn command(&mut self, node: u8, state: u8, at: FrameRef) {
         let held = &mut self.held;
         for (id, stay) in self.nodes.iter_mut() {
             if node == 0 || node == id {
                 stay.leave_for(state);
+                stay.vain = stay.vain.filter(|request| is_settled(*request, at));
                 *held = held.saturating_sub(stay.held.len());
                 stay.held.clear();
             }
@@ -167,6 +176,8 @@ impl Permitted {
         for (supposed, undecided) in std::mem::take(&mut stay.undecided) {
             if state == supposed {
                 cx.find_at(undecided.at, undecided.code, Some(node), undecided.object, None, undecided.facts);
+            } else if undecided.code == Code::Sdo011 {
+                stay.vain = None;
             }
         }
     }
@@ -182,11 +193,7 @@ impl Permitted {
     fn resolve(&mut self, cx: &mut Context<'_>) {
         for (node, stay) in self.nodes.iter_mut() {
             let at = cx.at;
-            let settled = |held: &Held| match since(Some(held.at), at) {
-                Some(age) => !(0..SETTLED_NS).contains(&age) && at.no > held.at.no,
-                None => at.no > held.at.no + LATE,
-            };
-            while stay.held.first().is_some_and(settled) {
+            while stay.held.first().is_some_and(|held| is_settled(held.at, at)) {
                 let held = stay.held.remove(0);
                 self.held = self.held.saturating_sub(1);
                 cx.find_at(held.at, held.code, Some(node), held.object, None, held.facts);
@@ -239,6 +246,19 @@ impl Stay {
             self.undecided.push((state, held));
         }
     }
+}
+
+/// Whether it is too late for a command that would permit what was sent in a frame.
+fn is_settled(from: FrameRef, at: FrameRef) -> bool {
+    match since(Some(from), at) {
+        Some(age) => !(0..SETTLED_NS).contains(&age) && at.no > from.no,
+        None => at.no > from.no + LATE,
+    }
+}
+
+/// Whether a request alone is a fault: only where the node has shown that it is stopped.
+fn is_asked_in_vain(known: Known, at: FrameRef) -> bool {
+    known.state == STOPPED && known.shown && !under_way(known, at)
 }
 
 /// Whether a frame may have been under way when the state changed. Without stamps only what a node has shown counts.

@@ -88,7 +88,7 @@ impl Channel {
         self.abort(Side::Client, half.at, code, cx);
         self.pairing.given_up = self.pairing.pending.take().or(self.pairing.given_up);
         self.pairing.abort_may_answer = false;
-        self.pairing.under_way = Some(UnderWay { side: Side::Server, seqno });
+        self.pairing.under_way = Some(UnderWay { side: Side::Server, at: half.at, seqno, owed: None });
     }
 
     pub(super) fn server_abort(&mut self, half: &Half, mux: wire::Mux, code: u32, cx: &mut Context<'_>) {
@@ -106,6 +106,7 @@ impl Channel {
             self.answered_by_abort(cx);
         }
         let seqno = self.block_seqno(Side::Client);
+        let owed = self.owed_ack();
         let unasked = self.pairing.pending.is_none_or(|pending| self.is_edge(&pending));
         let idle = self.transfer.is_none();
         if unasked && idle && self.pairing.given_up.take().is_some() {
@@ -125,7 +126,7 @@ impl Channel {
         self.pairing.answered = self.pairing.pending.take().map(|_| *half);
         self.pairing.abort_may_answer = false;
         self.pairing.last_abort = Some((mux, code));
-        self.pairing.under_way = Some(UnderWay { side: Side::Client, seqno });
+        self.pairing.under_way = Some(UnderWay { side: Side::Client, at: half.at, seqno, owed });
         let late = idle && self.begun && self.pairing.first != Some(half.at.no);
         self.pairing.unprovoked = unasked.then_some(Unprovoked { at: half.at, refusal: late.then_some((mux, code)) });
     }

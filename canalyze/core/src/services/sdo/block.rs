@@ -216,6 +216,12 @@ impl Block {
         !self.finished && self.current.is_complete(self.blksize)
     }
 
+    /// The number that the acknowledgement that is due has to have, if nothing is to be sent again.
+    pub fn owed_ack(&self) -> Option<u8> {
+        let whole = self.owes_ack() && self.ahead.is_none() && self.current.wrong.is_none();
+        whole.then_some(self.current.sent)
+    }
+
     /// Whether the end frame may come: the last segment was sent, though perhaps not yet acknowledged.
     pub fn may_end(&self) -> bool {
         let newest = self.ahead.as_ref().unwrap_or(&self.current);

@@ -181,7 +181,11 @@ impl Channel {
             Command::BlockAck { ackseq, .. } if !self.is_upload() => {
                 self.settle_ack(cx);
                 let Phase::Block(block) = &self.phase else { return false };
-                if block.is_finished() {
+                if self.rejects_end() {
+                    // It may do so again, whatever the client asks for next.
+                    self.step.place = Place::Outside;
+                    self.odd_exchange.astray = true;
+                } else if block.is_finished() {
                     self.violation_outside(half, cx);
                 } else if block.wants_one_more(ackseq) {
                     self.held_ack = Some(*half);
@@ -267,6 +271,10 @@ impl Channel {
                 // Where segments are missing, the last one is among them, and it was said.
                 if !hole && !unsure {
                     self.find(Code::Sdo012, newest, Facts::NoLast, cx);
+                    if !upload {
+                        // What the server makes of it only follows.
+                        self.unanswerable(half);
+                    }
                 }
             }
         }
@@ -437,11 +445,23 @@ impl Channel {
         self.judge_end(cx);
     }
 
+    /// Whether an acknowledgement comes instead of the confirmation of an end before which no segment was marked as the
+    /// last one: the server still waits for that.
+    fn rejects_end(&self) -> bool {
+        matches!(&self.phase, Phase::Block(block) if !block.last_was_sent())
+            && self.pairing.pending.is_some_and(|pending| self.is_unanswerable(&pending))
+    }
+
     /// The end of a download, after which the client went on without the server's confirmation.
     pub(super) fn end_unconfirmed(&mut self, end: Half, cx: &mut Context<'_>) {
         self.put_end(&end);
+        let unanswerable = self.is_unanswerable(&end);
         let own = std::mem::replace(&mut self.own, false);
-        self.judge_end(cx);
+        match &mut self.phase {
+            // The server was not told which segment is the last one: it had no reason to take what it has.
+            Phase::Block(block) if unanswerable && !block.last_was_sent() => block.bad = true,
+            _ => self.judge_end(cx),
+        }
         self.confirm_end(cx);
         self.own = own;
     }
@@ -473,6 +493,14 @@ impl Channel {
             && let Some((facts, at)) = block.wrong()
         {
             self.find(Code::Sdo012, at, facts, cx);
+        }
+    }
+
+    /// The number in the acknowledgement that the client owes.
+    pub(super) fn owed_ack(&self) -> Option<u8> {
+        match &self.phase {
+            Phase::Block(block) if self.is_upload() => block.owed_ack(),
+            _ => None,
         }
     }
 

@@ -75,6 +75,8 @@ pub struct Channel {
     pub(super) transfer: Option<Box<Transfer>>,
     /// Initiate with e = s = 0, until a segment shows what was meant.
     pub(super) unmarked: Option<(Half, Initiate)>,
+    /// The server has sent segments after one of those; whether that one had other bytes than 0 in the place of data.
+    pub(super) segments_unmarked: Option<bool>,
     /// A server's acknowledgement of one block segment more than was seen.
     pub(super) held_ack: Option<Half>,
     pub(super) outside: Outside,
@@ -86,6 +88,10 @@ pub struct Channel {
     pub(super) find_about: Option<Mux>,
     /// A completed transfer whose pair may still be dissolved.
     pub(super) unsettled: Option<Arc<Transfer>>,
+    /// The last expedited write, where it was given up and nothing was answered since.
+    pub(super) left: Option<Arc<Transfer>>,
+    /// The same, confirmed by the frame at hand after all.
+    pub(super) confirmed: Option<Arc<Transfer>>,
     /// The last one of those of which somebody has taken what it shows.
     taken: Option<Arc<Transfer>>,
     /// A valid request with its response was seen, since frames were lost if they were.
@@ -107,6 +113,8 @@ pub struct Channel {
     pub(super) first: Option<FrameRef>,
     /// The capture shows most of its frames twice.
     pub twice: bool,
+    /// The last request was one to a server that must not answer.
+    pub in_vain: Option<FrameRef>,
     /// Its server was only looked for, as all others were.
     pub scanned: bool,
     /// The last frames and their steps, which may be captured a second time.
@@ -138,12 +146,15 @@ impl Channel {
             phase: Phase::Idle,
             transfer: None,
             unmarked: None,
+            segments_unmarked: None,
             held_ack: None,
             outside: Outside::Uncaptured,
             step: empty_step(),
             own: true,
             find_about: None,
             unsettled: None,
+            left: None,
+            confirmed: None,
             taken: None,
             trusted: false,
             proven: false,
@@ -157,6 +168,7 @@ impl Channel {
             plausible: 0,
             first: None,
             twice: false,
+            in_vain: None,
             scanned: false,
             once: VecDeque::new(),
         }
@@ -185,9 +197,9 @@ impl Channel {
         self.responses == 0 && (1..=PROBES).contains(&self.requests) && self.plausible == self.requests
     }
 
-    /// The completed transfer whose pair may still be dissolved.
+    /// The completed transfer whose pair may still be dissolved, or the one that the frame at hand confirms late.
     pub fn unsettled(&self) -> Option<&Arc<Transfer>> {
-        self.unsettled.as_ref()
+        self.unsettled.as_ref().or(self.confirmed.as_ref())
     }
 
     /// The transfer that runs, with what the description says of its object; none where the channel's frames are no SDO.
@@ -226,6 +238,7 @@ impl Channel {
             bytes: frame.head(),
             len: frame.len,
         };
+        self.confirmed = None;
         if let Some(step) = self.twin(side, &half) {
             cx.events.push(Event {
                 at: half.at,
@@ -238,6 +251,7 @@ impl Channel {
             return;
         }
         self.first.get_or_insert(half.at);
+        self.excuse_answer();
         match side {
             Side::Client => self.requests = self.requests.saturating_add(1),
             Side::Server => self.responses = self.responses.saturating_add(1),
@@ -379,6 +393,8 @@ impl Channel {
         transfer.status = if transfer.bad && status == Status::Ok { Status::Failed } else { status };
         transfer.last = if cx.at.no > transfer.last.no && status != Status::Incomplete { cx.at } else { transfer.last };
         let transfer = Arc::new(*transfer);
+        let left = matches!(transfer.status, Status::Failed | Status::Aborted) && transfer.mode == Mode::Expedited;
+        self.left = left.then(|| Arc::clone(&transfer));
         if self.own {
             self.step.result = Some(Arc::clone(&transfer));
         }
@@ -423,6 +439,7 @@ impl Channel {
         }
         self.own = true;
         self.pairing = Pairing::default();
+        (self.left, self.confirmed) = (None, None);
         self.held_ack = None;
         self.odd_exchange = OddExchange::default();
         self.phase = Phase::Idle;
@@ -443,6 +460,7 @@ impl Channel {
     /// The capture is over: what is still open is incomplete, and what was withheld is said once.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.own = false;
+        self.excuse_answer();
         self.answer_only_request(cx);
         self.settle_held_at_end(cx);
         self.repeated_at_end(cx);
@@ -461,6 +479,7 @@ impl Channel {
             self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
         }
         if let Some((_, i)) = self.unmarked
+            && self.is_meant_as_data()
             && (i.unused != 0 || i.data != [0; 4] || idle_is_old)
         {
             self.recognise_unmarked(cx);

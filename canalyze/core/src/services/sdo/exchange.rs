@@ -6,9 +6,10 @@
 use std::sync::Arc;
 
 use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
-use super::transfer::{Direction, Mode, Status};
+use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::context::Context;
+use crate::event::Place;
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;
 use crate::od::{self, DataType};
@@ -17,6 +18,7 @@ impl Channel {
     /// A request and the response that answers it, in causal order.
     pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
         self.pairing.pending = None;
+        self.left = None;
         self.pairing.last_response = Some(response.bytes);
         self.pairing.answered = (request.at.no < response.at.no).then_some(response);
         if request.command.is_initiate() {
@@ -105,6 +107,38 @@ impl Channel {
         self.phase = Phase::Segments { toggle: false };
     }
 
+    /// Whether a response answers the request that was given up.
+    pub(super) fn is_late(&self, half: &Half) -> bool {
+        self.pairing.given_up.is_some_and(|request| wire::fits(&request.command, &half.command))
+    }
+
+    pub(super) fn late(&mut self, half: &Half, cx: &mut Context<'_>) {
+        self.step.place = Place::Late;
+        let request = self.pairing.given_up.take();
+        self.step.answered_by = request.map(|request| request.at);
+        if let Some(request) = request {
+            self.confirm_late(&request);
+        }
+        self.find_about = half.command.mux();
+        self.find(Code::Sdo020, self.step.answered_by.unwrap_or(half.at), Facts::None, cx);
+    }
+
+    /// The late answer to a request that was given up: what it should write is written. The server answers in order, so
+    /// this holds until it answers another.
+    fn confirm_late(&mut self, request: &Half) {
+        let left = self.left.take().filter(|left| left.first == request.at);
+        if let (Some(left), Command::InitiateDownload(mux, i)) = (left, request.command)
+            && i.expedited
+            && left.kept.is_empty()
+            && !lacks_data(&i, request.len)
+        {
+            let mut transfer = Transfer::clone(&left);
+            transfer.append(expedited(Some(mux), &i, request.len));
+            (transfer.status, transfer.abort) = (Status::Ok, None);
+            self.confirmed = Some(Arc::new(transfer));
+        }
+    }
+
     pub(super) fn check_toggle(&mut self, request: (FrameRef, bool), response: (FrameRef, bool), cx: &mut Context<'_>) {
         let Phase::Segments { toggle: expected } = &mut self.phase else { return };
         let due = *expected;
@@ -127,10 +161,13 @@ impl Channel {
 
     /// The data of a segment that was confirmed (or whose request is not in the capture).
     pub(super) fn add_segment(&mut self, half: Half, segment: Segment, cx: &mut Context<'_>) {
-        if let Some((initiate, i)) = self.unmarked.take()
-            && i.unused != 0
-        {
-            self.find(Code::Sdo004, initiate.at, Facts::Unused(i.unused), cx);
+        if let Some((initiate, i)) = self.unmarked.take() {
+            if matches!(initiate.command, Command::UploadInitiated(..)) {
+                self.segments_unmarked = Some(self.segments_unmarked.unwrap_or(false) | has_data(&i));
+            }
+            if i.unused != 0 {
+                self.find(Code::Sdo004, initiate.at, Facts::Unused(i.unused), cx);
+            }
         }
         let Some(transfer) = &mut self.transfer else { return };
         let carried = (7 - usize::from(segment.unused)).min(usize::from(half.len.saturating_sub(1)));
@@ -172,6 +209,15 @@ impl Channel {
             })
     }
 
+    /// Whether an initiate with e = s = 0 that no segment has followed was meant as data. The answer of a server that has
+    /// sent segments after the same announces them; bytes that it does not leave in them otherwise do not.
+    pub(super) fn is_meant_as_data(&self) -> bool {
+        let announces = |i: &Initiate| self.segments_unmarked.is_some_and(|other| other || !has_data(i));
+        self.unmarked
+            .as_ref()
+            .is_some_and(|(initiate, i)| !(matches!(initiate.command, Command::UploadInitiated(..)) && announces(i)))
+    }
+
     /// An initiate with e = s = 0 that no segment followed: its four bytes were meant as data.
     pub(super) fn recognise_unmarked(&mut self, cx: &mut Context<'_>) {
         let Some((initiate, i)) = self.unmarked.take() else { return };
@@ -197,6 +243,11 @@ impl Channel {
         self.phase = Phase::Idle;
         self.own = own;
     }
+}
+
+/// Whether an initiate that announces segments has something in the place of data.
+fn has_data(i: &Initiate) -> bool {
+    i.unused != 0 || i.data != [0; 4]
 }
 
 /// Whether the frame of an expedited transfer is too short for the data that it announces.

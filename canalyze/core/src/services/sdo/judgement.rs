@@ -20,7 +20,7 @@ pub(super) struct OddExchange {
     /// The response after such a one.
     asked: Option<u64>,
     /// The request that something else than an answer came after.
-    pub(super) answered: Option<u64>,
+    answered: Option<u64>,
     /// The last frame that is missing, or that nothing could be read from.
     broken: Option<u64>,
     /// Since it was said that frames belong to nothing, none has been answered as it should.
@@ -171,6 +171,25 @@ impl Channel {
     /// Something came in the place of the answer to the pending request, and a finding says so.
     fn answered_oddly(&mut self) {
         self.odd_exchange.answered = self.pairing.pending.map(|pending| pending.at.no).or(self.odd_exchange.answered);
+    }
+
+    /// That a request may be left without an answer has been said, or need not be.
+    pub(super) fn unanswerable(&mut self, request: &Half) {
+        self.odd_exchange.answered = Some(request.at.no);
+    }
+
+    /// The pending request may be left without an answer if it should not have been sent.
+    pub(super) fn excuse_answer(&mut self) {
+        if let (Some(vain), Some(pending)) = (self.in_vain, self.pairing.pending)
+            && vain.no == pending.at.no
+        {
+            self.unanswerable(&pending);
+        }
+    }
+
+    /// Whether a request may be left without an answer.
+    pub(super) fn is_unanswerable(&self, request: &Half) -> bool {
+        self.odd_exchange.answered == Some(request.at.no)
     }
 
     /// In the place of a block transfer's end came what does not belong there, and a finding says so: what answers it

@@ -45,7 +45,7 @@ impl Channel {
         {
             let [command, ..] = half.bytes;
             let continues = under_way.seqno != 0 && command & 0x7F == under_way.seqno;
-            let owed = unprovoked.is_some() && matches!(self.phase, Phase::Idle);
+            let owed = under_way.is_owed(&half) || (unprovoked.is_some() && matches!(self.phase, Phase::Idle));
             if continues || owed {
                 under_way.seqno = if continues { (under_way.seqno + 1) & 0x7F } else { under_way.seqno };
                 self.step.place = Place::InFlight;
@@ -416,17 +416,6 @@ impl Channel {
         }
     }
 
-    fn is_late(&self, half: &Half) -> bool {
-        self.pairing.given_up.is_some_and(|request| wire::fits(&request.command, &half.command))
-    }
-
-    fn late(&mut self, half: &Half, cx: &mut Context<'_>) {
-        self.step.place = Place::Late;
-        self.step.answered_by = self.pairing.given_up.take().map(|request| request.at);
-        self.find_about = half.command.mux();
-        self.find(Code::Sdo020, self.step.answered_by.unwrap_or(half.at), Facts::None, cx);
-    }
-
     /// The pending request was answered before it was captured, by what was taken for the answer to another.
     pub(super) fn leave_answered(&mut self, cx: &mut Context<'_>) {
         self.pairing.pending = None;
@@ -560,7 +549,7 @@ impl Channel {
     fn leave_open_transfer(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Some(transfer) = &self.transfer else { return };
         let (last, uncaptured) = (transfer.last, transfer.mux.is_none());
-        if self.unmarked.is_some() && matches!(self.phase, Phase::Segments { .. }) {
+        if self.is_meant_as_data() && matches!(self.phase, Phase::Segments { .. }) {
             self.recognise_unmarked(cx);
             return;
         }

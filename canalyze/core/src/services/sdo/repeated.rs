@@ -49,7 +49,7 @@ impl Channel {
         let known = self.trusted || self.is_idle_from_start();
         let edge = self.is_edge(before) || self.outside == Outside::Uncaptured;
         // Something else came in the answer's place, or it may be listed before its request.
-        let answered = self.odd_exchange.answered == Some(before.at.no)
+        let answered = self.is_unanswerable(before)
             || self.pairing.heard.is_some_and(|heard| heard.at.no > before.at.no || may_be_ahead(&heard, before));
         if !known || edge || answered || within(before.at, half.at, PATIENCE_NS) || self.pairing.repeated.is_some() {
             return;

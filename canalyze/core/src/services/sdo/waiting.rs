@@ -3,7 +3,7 @@
 //!
 //! It says what may belong together by the frames alone. What is made of it stands in `pairing`.
 
-use super::channel::Half;
+use super::channel::{Half, UNANSWERED_NS};
 use super::repeated::Repeated;
 use super::wire::{self, Command, Side};
 use crate::frame::FrameRef;
@@ -67,8 +67,20 @@ pub(super) struct Unprovoked {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UnderWay {
     pub(super) side: Side,
+    /// The abort.
+    pub(super) at: FrameRef,
     /// The next sequence number of a block transfer's segments; 0 outside block transfers.
     pub(super) seqno: u8,
+    /// The number in the acknowledgement that the client owed: it may be slow.
+    pub(super) owed: Option<u8>,
+}
+
+impl UnderWay {
+    /// Whether a client frame is the acknowledgement that was owed, still in time.
+    pub(super) fn is_owed(&mut self, half: &Half) -> bool {
+        let Command::BlockAck { ackseq, .. } = half.command else { return false };
+        self.owed.take() == Some(ackseq) && within(self.at, half.at, UNANSWERED_NS)
+    }
 }
 
 /// The pairing state of a channel.

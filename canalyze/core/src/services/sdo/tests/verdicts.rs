@@ -123,3 +123,63 @@ fn a_lost_request_while_polling_with_stamps_shifts_no_value() {
     let found: Vec<_> = outcome.loud().iter().map(|f| (f.code, f.at.no)).collect();
     assert_eq!(found, [(Code::Sdo002, 3)]);
 }
+
+/// The last transfer but the one of `NEXT`, as `GOOD` + text + `NEXT` shows it.
+fn before_next(text: &str) -> (Status, Vec<u8>) {
+    let outcome = run(&frames(&format!("{GOOD}{text}{NEXT}")));
+    let transfer = outcome.transfers.iter().nth_back(1).unwrap();
+    (transfer.status, transfer.kept.clone())
+}
+
+#[test]
+fn a_block_download_without_a_segment() {
+    // The server acknowledges nothing, says nothing, or refuses.
+    let still_there = "s A2 00 7F/c A4 04 20 00 7F/s A2 00 7F/c 80 00 00 00 01 00 04 05";
+    for server in ["s A2 00 7F", "", "s 80 04 20 00 01 00 04 05", still_there] {
+        let text = format!("c C6 04 20 00/s A4 04 20 00 7F/c C1/{server}").trim_end_matches('/').to_owned();
+        assert_eq!(loud(&text), [(Code::Sdo012, 5)], "{server}");
+        let (status, kept) = before_next(&text);
+        assert!(matches!(status, Status::Failed | Status::Aborted) && kept.is_empty(), "{server}: {status:?}");
+    }
+    // Where a segment carries no data, it is a transfer like any other.
+    let text = "c C6 04 20 00/s A4 04 20 00 7F/c 81/s A2 01 7F/c DD/s A1";
+    assert_eq!((loud(text), before_next(text).0), (vec![], Status::Ok));
+    // An acknowledgement too many is one where the end was as it should be.
+    let text = "c C2 04 20 00 02/s A4 04 20 00 7F/c 81 01 02/s A2 01 7F/c D5/s A2 01 7F/s A1";
+    assert_eq!(loud(text), [(Code::Sdo007, 8)]);
+}
+
+#[test]
+fn a_server_that_segments_without_a_size() {
+    let segmented = "c 40 04 20 00/s 40 04 20 00/c 60/s 01 00 01 02 03 04 05 06/";
+    let alone = "c 40 04 20 00/s 40 04 20 00 07";
+    assert_eq!(loud(alone), [(Code::Sdo022, 4)]);
+    // The client does not ask for the segments: its fault, and no value.
+    let left = format!("{segmented}c 40 04 20 00/s 40 04 20 00");
+    assert_eq!(loud(&left), [(Code::Sdo008, 9)]);
+    assert_eq!(before_next(&left), (Status::Failed, vec![]));
+    // It leaves 0 where data would stand.
+    assert_eq!(loud(&format!("{segmented}{alone}")), [(Code::Sdo022, 8)]);
+    assert_eq!(loud(format!("{segmented}{segmented}").trim_end_matches('/')), []);
+}
+
+#[test]
+fn the_acknowledgement_that_was_owed_when_the_server_aborted() {
+    const MS: i64 = 1_000_000;
+    let told = |ackseq: u8, delay: i64, more: &str| {
+        let block = "c A4 04 20 00 02/s C6 04 20 00 10/c A3/s 01 01 02 03 04 05 06 07/s 02 01 02 03 04 05 06 07";
+        let text = format!("{GOOD}{block}/s 80 04 20 00 00 00 04 05/c A2 {ackseq:02X} 02{more}{NEXT}");
+        let outcome = run_timed(&frames(&text), |no| Some(no as i64 * MS + if no > 7 { delay * MS } else { 0 }));
+        let last = outcome.transfers.last().unwrap();
+        assert_eq!((last.status, last.kept.as_slice()), (Status::Ok, [0x77].as_slice()), "{outcome:?}");
+        outcome.loud().iter().map(|finding| (finding.code, finding.at.no)).collect::<Vec<_>>()
+    };
+    for delay in [0, 1, 10, 200, 900] {
+        assert_eq!(told(2, delay, ""), [], "{delay} ms");
+    }
+    // Not what was sent, too late, or once more.
+    assert_eq!(told(1, 50, ""), [(Code::Sdo007, 9)]);
+    assert_eq!(told(3, 50, ""), [(Code::Sdo007, 9)]);
+    assert_eq!(told(2, 1500, ""), [(Code::Sdo007, 9)]);
+    assert_eq!(told(2, 50, "/c A2 02 02"), [(Code::Sdo007, 10)]);
+}
