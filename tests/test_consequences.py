@@ -72,6 +72,14 @@ def test_pdos_after_a_start_that_cannot_be_read_or_was_lost() -> None:
     assert only(said, "PDO002", frame=find(lost, 0x185, 0) + 1), said.complaint()
 
 
+def test_pdos_that_a_late_command_might_have_permitted_are_told_when_they_go_on() -> None:
+    net = Network().boot(NODE).live(NODE, period=0.1, seconds=2, states=[(0, PRE_OPERATIONAL)]).nmt(PRE_OP, NODE)
+    net.wait(0.55).cyclic(0x185, period=0.1, payloads=[bytes([k]) for k in range(10)])
+    frames = net.wait(0.003).nmt(PRE_OP, NODE).frames()
+    said = analyze(log_text(frames))
+    assert only(said, "PDO002"), said.complaint()
+
+
 @pytest.mark.parametrize("data", [b"", b"\x10", b"\x80", b"\x01", b"\0\0"])
 def test_a_boot_up_that_cannot_be_read_is_not_missing(data: bytes) -> None:
     net = Network().boot(NODE).live(NODE, period=0.1, seconds=1, states=[(0, PRE_OPERATIONAL)]).wait(1.05)

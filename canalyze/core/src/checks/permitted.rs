@@ -151,7 +151,8 @@ impl Permitted {
         let held = &mut self.held;
         for (id, stay) in self.nodes.iter_mut() {
             if node == 0 || node == id {
-                stay.leave_for(state);
+                // What is dropped here may come again, and is a fault then.
+                stay.leave_for(if stay.held.is_empty() { state } else { 0 });
                 stay.vain = stay.vain.filter(|request| is_settled(*request, at));
                 *held = held.saturating_sub(stay.held.len());
                 stay.held.clear();
