@@ -5,7 +5,7 @@
 //! 1. The core does no I/O and reads no clock: same input, same output, whatever the chunking.
 //! 2. Decoding never fails and never panics. Every frame yields at least one event, in frame order. Only
 //!    opening or reading a file can fail.
-//! 3. No word for people outside `text/`; no protocol knowledge in Python.
+//! 3. No word for people outside `text/` and `rules/`; no protocol knowledge in Python.
 //! 4. Every finding names a frame. A transfer cut by the edge of the capture is incomplete, never a violation.
 //! 5. Only `python` knows Python. Python objects never cross per frame on the file path.
 //! 6. Memory is bounded whatever the input: at most 64 buses; per transfer a stated part is kept, length and
@@ -55,6 +55,7 @@ pub mod readers;
 pub mod render;
 pub mod repeats;
 pub mod roles;
+pub mod rules;
 pub mod select;
 pub mod services;
 pub mod session;

@@ -13,6 +13,7 @@ use crate::event::{Event, What};
 use crate::finding::{Code, Facts, Finding};
 use crate::frame::{BusId, CanId, Frame};
 use crate::message::Message;
+use crate::rules::{Family, Rule};
 use crate::services::sdo::wire::{Command, Mux, Side};
 
 /// Frames that are kept of one service of one node.
@@ -26,23 +27,6 @@ pub const MOST: usize = 8;
 /// Node-IDs, and 0 for what is about no node.
 const NODES: usize = 128;
 
-/// Frames that are kept together. Those up to `Srdo` are kept by node, the others by bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Family {
-    Sdo,
-    Pdo,
-    /// Boot-up, heartbeat, guarding.
-    ErrorControl,
-    Emcy,
-    Srdo,
-    /// All that commands or elects: node control, fail-safe, flying master.
-    Nmt,
-    Sync,
-    Time,
-    Lss,
-    Other,
-}
-
 /// Families that are kept by node.
 const BY_NODE: usize = 5;
 const FAMILIES: usize = 10;
@@ -50,50 +34,6 @@ const FAMILIES: usize = 10;
 const PLACES: usize = BY_NODE * NODES + FAMILIES - BY_NODE;
 
 use Family::{Emcy, ErrorControl, Lss, Nmt, Other, Pdo, Sdo, Srdo, Sync, Time};
-
-/// Which frames a rule is about, by the beginning of its code, and whether of all PDOs it is about one: that at which a
-/// finding stands, or its cause. The first row that fits counts.
-const ABOUT: &[(&str, bool, &[Family])] = &[
-    ("CAP", false, &[]),
-    ("DRV", false, &[Pdo, Sdo, Emcy]),
-    ("EDS", false, &[Sdo]),
-    ("EMC004", false, &[Emcy, ErrorControl, Nmt]),
-    ("EMC", false, &[Emcy]),
-    ("EXP005", false, &[ErrorControl, Nmt, Pdo, Sdo]),
-    ("EXP006", false, &[ErrorControl, Nmt, Pdo, Sdo]),
-    ("EXP007", true, &[Pdo]),
-    ("EXP008", true, &[Pdo]),
-    ("EXP009", false, &[ErrorControl, Nmt]),
-    ("EXP010", false, &[Sync]),
-    ("EXP011", false, &[Emcy]),
-    ("EXP012", false, &[Emcy]),
-    ("EXP013", false, &[Sdo, Sync, Pdo, Nmt]),
-    ("EXP014", false, &[Sdo, Pdo, ErrorControl, Emcy, Srdo, Nmt, Sync, Other]),
-    ("EXP015", false, &[Sdo, Pdo, ErrorControl, Emcy, Srdo, Nmt, Sync, Other]),
-    ("EXP016", true, &[Pdo]),
-    ("EXP", false, &[Sdo]),
-    ("GRD", false, &[ErrorControl, Nmt]),
-    ("HBT", false, &[ErrorControl, Nmt]),
-    ("LSS005", false, &[Lss, ErrorControl]),
-    ("LSS", false, &[Lss]),
-    ("MPD", true, &[Pdo]),
-    ("NMT", false, &[Nmt, ErrorControl]),
-    ("PDO002", true, &[Pdo, ErrorControl, Nmt]),
-    ("PDO003", true, &[Pdo, ErrorControl, Nmt]),
-    ("PDO008", true, &[Sdo]),
-    ("PDO009", true, &[Sdo]),
-    ("PDO010", true, &[Sdo]),
-    ("PDO014", true, &[Sdo]),
-    ("PDO016", true, &[Sdo]),
-    ("PDO", true, &[Pdo]),
-    ("SDO011", false, &[Sdo, ErrorControl, Nmt]),
-    ("SDO", false, &[Sdo]),
-    ("SRD005", false, &[Srdo, ErrorControl, Nmt]),
-    ("SRD", false, &[Srdo]),
-    ("SYN", true, &[Sync, Pdo]),
-    ("TIM", false, &[Time]),
-    ("", false, &[Sdo, Pdo, ErrorControl, Emcy, Srdo, Nmt, Sync]),
-];
 
 /// A frame and what it means.
 #[derive(Debug)]
@@ -214,8 +154,7 @@ impl Trail {
     /// and the one that it names as the cause, as far as they are still held. None for a finding about a file, and
     /// for one that only counts further ones.
     pub fn led_to(&self, finding: &Finding) -> Vec<&Held> {
-        let id = finding.code.rule().id;
-        let Some((_, one, families)) = ABOUT.iter().find(|(code, ..)| id.starts_with(code)) else { return Vec::new() };
+        let Rule { context: families, one_pdo, .. } = finding.code.rule();
         let counts = match &finding.facts {
             Facts::Repeated { .. } => true,
             Facts::Unmet(unmet) => unmet.repeated > 0,
@@ -233,7 +172,7 @@ impl Trail {
         // What is about both is about values: they came in PDOs, or by SDO.
         let both = families.contains(&Pdo) && families.contains(&Sdo);
         for family in families.iter().filter(|family| !both || pdo.is_none() || **family != Sdo) {
-            found.extend(self.of(*family, finding, pdo.filter(|_| *one)));
+            found.extend(self.of(*family, finding, pdo.filter(|_| *one_pdo)));
         }
         found.sort_unstable_by_key(|held| held.frame.no);
         let opening = self.opening(finding, found.iter().rev().find_map(|held| held.transfer()));
@@ -316,8 +255,7 @@ fn place(family: Family, node: Option<u8>) -> usize {
 
 /// Whether a frame with this event of its own is one that a rule is about.
 pub fn concerns(code: Code, what: &What) -> bool {
-    let row = ABOUT.iter().find(|(prefix, ..)| code.rule().id.starts_with(prefix));
-    row.is_some_and(|(.., families)| families.contains(&family(what)))
+    code.rule().context.contains(&family(what))
 }
 
 fn family(what: &What) -> Family {
@@ -360,7 +298,7 @@ fn of_role(role: Role) -> Family {
 mod tests {
     use super::*;
     use crate::event::{ProcessData, Signals, Step, Unmapped};
-    use crate::finding::{Code, RULES};
+    use crate::finding::Code;
     use crate::frame::FrameRef;
     use crate::services::sdo::transfer::TransferId;
 
@@ -405,14 +343,6 @@ mod tests {
     #[test]
     fn memory_is_what_is_said() {
         assert!(size_of::<Held>() * (DEPTH + 2) * RINGS <= 13 << 20, "{}", size_of::<Held>());
-    }
-
-    #[test]
-    fn every_family_of_rules_has_its_frames() {
-        for rule in RULES.iter().filter(|rule| !rule.id.starts_with("EXP")) {
-            let row = ABOUT.iter().find(|(code, ..)| rule.id.starts_with(code));
-            assert!(row.is_some_and(|(code, ..)| !code.is_empty()), "{}", rule.id);
-        }
     }
 
     #[test]

@@ -25,7 +25,7 @@ use self::found::Found;
 use self::items::Streams;
 use self::span::{Anchor, Kin, Span};
 use self::trains::Trains;
-use crate::finding::{Code, Facts, Finding, Quantity, Severity};
+use crate::finding::{Code, Finding, Quantity, Severity};
 use crate::frame::{BusId, CanId};
 use crate::services::sdo::wire::Mux;
 
@@ -318,8 +318,5 @@ fn is_of_cut(line: &Line, node: Option<u8>, at: Place, side: usize, span: &Span)
 
 /// Whether a finding rests on times, which captures without stamps, or with coarse ones, cannot show.
 fn is_timed(finding: &Finding) -> bool {
-    match &finding.facts {
-        Facts::Told { measured, .. } => measured.iter().any(|(_, quantity)| matches!(quantity, Quantity::Ns(_))),
-        _ => false,
-    }
+    finding.measured().is_some_and(|all| all.facts().any(|(_, quantity)| matches!(quantity, Quantity::Ns(_))))
 }

@@ -6,7 +6,8 @@
 use serde::Deserialize;
 
 use super::{Closing, Place, Scene, check_node};
-use crate::finding::{Code, Quantity, Said};
+use crate::finding::{Quantity, Said};
+use crate::rules::expectation::{Exp011, Exp012};
 
 /// Whether it occurs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -84,8 +85,7 @@ impl Emergencies {
             .filter(|one| Some(one.entry.weight()) > allowed && !(reset && one.entry.code.is_none()))
             .max_by_key(|one| one.entry.weight());
         if let Some(one) = strictest {
-            let breach = scene.breach(Code::Exp012, 0).of(node);
-            let breach = breach.said("expected", Said::Word("never")).quantity("found", Quantity::Emcy(code));
+            let breach = scene.breach(Exp012::Occurred { found: code }).of(node);
             scene.raise(&one.place, breach);
         }
     }
@@ -97,11 +97,8 @@ impl Emergencies {
                 0xFFFF => Said::Quantity(Quantity::Emcy(value)),
                 _ => Said::Text(pattern(value, mask).into()),
             });
-            let mut breach = closing.breach(&one.place, Code::Exp011, u8::from(expected.is_some()));
-            if let Some(expected) = expected {
-                breach = breach.said("expected", expected);
-            }
-            closing.raise(&one.place, breach);
+            let missing = expected.map_or(Exp011::None, |expected| Exp011::NoneOf { expected });
+            closing.raise(&one.place, closing.breach(&one.place, missing));
         }
     }
 }

@@ -6,11 +6,11 @@
 use serde::Deserialize;
 
 use super::rhythm::{Period, Rhythm};
-use super::{Breach, Closing, Place, Scene, check_node, check_times, raise, unchecked};
+use super::{Breach, Closing, Place, Scene, check_node, check_times, raise};
 use crate::event::Event;
-use crate::finding::{Code, Quantity};
 use crate::frame::{BusId, FrameRef};
 use crate::message::Message;
+use crate::rules::expectation::{Exp009, Exp015};
 use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
 
 /// One expectation as it stands in the file.
@@ -96,7 +96,9 @@ impl Heartbeats {
             let Watched { place, period, rhythms, .. } = one;
             for (bus, rhythm) in rhythms {
                 let Some((gap, last)) = rhythm.overdue(now_ns, *period) else { continue };
-                raise(found, place, late(Breach::new(Code::Exp009, 1, at, *bus), gap, *period).about(last));
+                let Period { ns: expected, tolerance_ns: tolerance } = *period;
+                let what = Exp009::Overdue { expected, found: gap, tolerance };
+                raise(found, place, Breach::new(what, at, *bus).about(last));
             }
         }
     }
@@ -108,10 +110,10 @@ impl Heartbeats {
         }
         for one in &self.all {
             if one.rhythms.is_empty() {
-                let breach = closing.breach(&one.place, Code::Exp009, 2);
-                closing.raise(&one.place, breach.quantity("expected", Quantity::Ns(one.period.ns)));
+                let breach = closing.breach(&one.place, Exp009::None { expected: one.period.ns });
+                closing.raise(&one.place, breach);
             } else if closing.end_ns.is_none() {
-                closing.unchecked(&one.place, unchecked::NO_STAMPS);
+                closing.unchecked(&one.place, Exp015::NoStamps);
             }
         }
     }
@@ -127,7 +129,8 @@ impl Watched {
         let Some((_, rhythm)) = self.rhythms.get_mut(index) else { return };
         let before = rhythm.last;
         if let Some(gap) = rhythm.beat(scene.at, extra, self.period) {
-            let breach = late(scene.breach(Code::Exp009, 0), gap, self.period);
+            let Period { ns: expected, tolerance_ns: tolerance } = self.period;
+            let breach = scene.breach(Exp009::Interval { expected, found: gap, tolerance });
             scene.raise(&self.place, Breach { cause: before, ..breach });
         }
     }
@@ -137,10 +140,4 @@ impl Watched {
             rhythm.interrupt();
         }
     }
-}
-
-/// What is said of an interval.
-pub(super) fn late(breach: Breach, gap: i64, period: Period) -> Breach {
-    let breach = breach.quantity("expected", Quantity::Ns(period.ns)).quantity("found", Quantity::Ns(gap));
-    breach.quantity("tolerance", Quantity::Ns(period.tolerance_ns))
 }

@@ -8,11 +8,11 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::state::commanded;
-use super::{Closing, Place, Scene, check_node, check_times, mistake, unchecked};
+use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake};
 use crate::event::{Event, Place as Stands, ProcessData, Step};
-use crate::finding::{Code, Quantity};
 use crate::frame::{BusId, FrameRef};
 use crate::message::Message;
+use crate::rules::expectation::{Exp013, Exp015};
 use crate::services::heartbeat::BOOT_UP;
 use crate::services::sdo::transfer::{Transfer, TransferId};
 use crate::services::sdo::wire::{Command, Mux, Side};
@@ -127,8 +127,9 @@ impl Latencies {
                 let Some((now, then)) = scene.at.t_ns.zip(requested.t_ns) else { return };
                 let mux = step.mux.or(step.command.mux());
                 let about = |entry: &Entry| entry.of == Of::Sdo && entry.is_about(mux);
-                self.measure(about, Some(node), now.saturating_sub(then), scene, |breach| {
-                    let breach = breach.about(requested);
+                let found = now.saturating_sub(then);
+                self.measure(about, Some(node), found, scene, |expected, scene| {
+                    let breach = scene.breach(Exp013::Response { expected, found }).about(requested);
                     if let Some(mux) = mux { breach.object(mux) } else { breach }
                 });
             }
@@ -145,8 +146,8 @@ impl Latencies {
         let Some(delay) = data.sync.and_then(|placed| placed.delay_ns).filter(|_| data.transmit) else { return };
         let number = data.number;
         let about = |entry: &Entry| entry.of == Of::Sync && entry.pdo.is_none_or(|wanted| wanted == number);
-        self.measure(about, Some(data.node), delay, scene, |breach| {
-            breach.quantity("pdo", Quantity::Pdo(true, number))
+        self.measure(about, Some(data.node), delay, scene, |expected, scene| {
+            scene.breach(Exp013::Sync { expected, found: delay, pdo: (true, number) })
         });
     }
 
@@ -197,9 +198,14 @@ impl Latencies {
             return;
         }
         let about = |entry: &Entry| entry.of == Of::Nmt && (shown || waited > entry.max_ns);
-        let raised = self.measure(about, Some(node), waited, scene, |breach| {
-            let breach = breach.about(ordered.at).quantity("command", Quantity::Command(ordered.command));
-            if shown { breach } else { breach.face(3).quantity("state", Quantity::State(state)) }
+        let raised = self.measure(about, Some(node), waited, scene, |expected, scene| {
+            let (found, command) = (waited, ordered.command);
+            let breach = if shown {
+                scene.breach(Exp013::Command { expected, found, command })
+            } else {
+                scene.breach(Exp013::CommandPending { expected, found, command, state })
+            };
+            breach.about(ordered.at)
         });
         if raised && let Some(ordered) = &mut self.known(scene.bus, node).ordered {
             ordered.told = true;
@@ -217,7 +223,7 @@ impl Latencies {
         node: Option<u8>,
         found: i64,
         scene: &mut Scene<'_>,
-        more: impl Fn(super::Breach) -> super::Breach,
+        breach: impl Fn(i64, &Scene<'_>) -> Breach,
     ) -> bool {
         let mut raised = false;
         if found < 0 {
@@ -229,14 +235,7 @@ impl Latencies {
                 continue;
             }
             raised = true;
-            let face = match one.entry.of {
-                Of::Sdo => 0,
-                Of::Sync => 1,
-                Of::Nmt => 2,
-            };
-            let breach = scene.breach(Code::Exp013, face).quantity("expected", Quantity::Ns(one.entry.max_ns));
-            let breach = super::Breach { node, ..breach.quantity("found", Quantity::Ns(found)) };
-            scene.raise(&one.place, more(breach));
+            scene.raise(&one.place, Breach { node, ..breach(one.entry.max_ns, scene) });
         }
         raised
     }
@@ -249,9 +248,9 @@ impl Latencies {
 
     /// The capture is over.
     pub(super) fn finish(&self, closing: &mut Closing<'_>) {
-        let face = if closing.end_ns.is_none() { unchecked::NO_STAMPS } else { unchecked::NOTHING };
+        let why = if closing.end_ns.is_none() { Exp015::NoStamps } else { Exp015::NothingMeasured };
         for one in self.all.iter().filter(|one| !one.measured) {
-            closing.unchecked(&one.place, face);
+            closing.unchecked(&one.place, why.clone());
         }
     }
 }

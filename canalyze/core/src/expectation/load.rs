@@ -4,9 +4,9 @@
 
 use serde::Deserialize;
 
-use super::{Closing, Place, Scene, check_times, mistake, unchecked};
-use crate::finding::{Code, Quantity, Said};
+use super::{Closing, Place, Scene, check_times, mistake};
 use crate::frame::{BusId, Frame};
+use crate::rules::expectation::{Exp014, Exp015};
 use crate::summary::bits;
 use crate::summary::load::Window;
 
@@ -89,11 +89,11 @@ impl Loads {
     pub(super) fn finish(&self, closing: &mut Closing<'_>) {
         for one in &self.all {
             if one.bit_rate.is_none() {
-                closing.unchecked(&one.place, unchecked::NO_BIT_RATE);
+                closing.unchecked(&one.place, Exp015::NoBitRate);
             } else if closing.end_ns.is_none() {
-                closing.unchecked(&one.place, unchecked::NO_STAMPS);
+                closing.unchecked(&one.place, Exp015::NoStamps);
             } else if one.buses.is_empty() {
-                closing.unchecked(&one.place, unchecked::NOTHING);
+                closing.unchecked(&one.place, Exp015::NothingMeasured);
             }
         }
     }
@@ -124,12 +124,11 @@ impl Watched {
         let percent = measured.window.bits_now() as f64 / room * 100.0;
         let above = percent > self.max_percent;
         if above && !std::mem::replace(&mut measured.above, above) {
-            let breach = scene.breach(Code::Exp014, 0).quantity("window", Quantity::Ns(self.window_ns));
-            let breach = breach.said("expected", Said::Real(self.max_percent));
             // With as many digits as tell it from the limit.
             let found = [1e2, 1e4, 1e6].map(|scale| (percent * scale).round() / scale);
             let found = found.into_iter().find(|found| *found > self.max_percent).unwrap_or(percent);
-            scene.raise(&self.place, breach.said("found", Said::Real(found)));
+            let breach = scene.breach(Exp014::Above { window: self.window_ns, expected: self.max_percent, found });
+            scene.raise(&self.place, breach);
         }
         measured.above = above;
     }

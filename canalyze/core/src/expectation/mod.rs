@@ -29,9 +29,10 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use crate::event::{Event, What};
-use crate::finding::{Code, Facts, Finding, Quantity, Said, Unmet};
+use crate::finding::{Deviation, Facts, Finding, Unmet};
 use crate::frame::{BusId, Buses, Frame, FrameRef, MAX_BUSES};
 use crate::message::Message;
+use crate::rules::expectation::Exp015;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
@@ -99,9 +100,7 @@ impl Place {
 /// One finding about an expectation.
 #[derive(Clone, Debug)]
 struct Breach {
-    code: Code,
-    /// Which of the rule's sentences.
-    face: u8,
+    what: Deviation,
     at: FrameRef,
     cause: Option<FrameRef>,
     bus: BusId,
@@ -109,12 +108,11 @@ struct Breach {
     node: Option<u8>,
     /// The object found, where the expectation names none.
     object: Option<Mux>,
-    said: Vec<(&'static str, Said)>,
 }
 
 impl Breach {
-    fn new(code: Code, face: u8, at: FrameRef, bus: BusId) -> Self {
-        Self { code, face, at, cause: None, bus, node: None, object: None, said: Vec::new() }
+    fn new(what: impl Into<Deviation>, at: FrameRef, bus: BusId) -> Self {
+        Self { what: what.into(), at, cause: None, bus, node: None, object: None }
     }
 
     fn about(self, cause: FrameRef) -> Self {
@@ -126,35 +124,9 @@ impl Breach {
         Self { node: Some(node), ..self }
     }
 
-    fn face(self, face: u8) -> Self {
-        Self { face, ..self }
-    }
-
     fn object(self, object: Mux) -> Self {
         Self { object: Some(object), ..self }
     }
-
-    fn said(mut self, name: &'static str, said: Said) -> Self {
-        self.said.push((name, said));
-        self
-    }
-
-    fn quantity(self, name: &'static str, quantity: Quantity) -> Self {
-        self.said(name, Said::Quantity(quantity))
-    }
-}
-
-/// Sentences of EXP015.
-mod unchecked {
-    pub(super) const NO_STAMPS: u8 = 0;
-    pub(super) const NO_BIT_RATE: u8 = 1;
-    pub(super) const NO_MAPPING: u8 = 2;
-    pub(super) const NOT_WHOLE: u8 = 3;
-    pub(super) const ONLY_COMMANDED: u8 = 4;
-    pub(super) const SINCE_WHEN: u8 = 5;
-    pub(super) const NO_BOOT_UP: u8 = 6;
-    pub(super) const NOTHING: u8 = 7;
-    pub(super) const LOST: u8 = 8;
 }
 
 /// The frame at hand, and where findings go.
@@ -171,8 +143,8 @@ struct Scene<'a> {
 
 impl Scene<'_> {
     /// A finding at the frame at hand.
-    fn breach(&self, code: Code, face: u8) -> Breach {
-        Breach::new(code, face, self.at, self.bus)
+    fn breach(&self, what: impl Into<Deviation>) -> Breach {
+        Breach::new(what, self.at, self.bus)
     }
 
     /// Time since the beginning of the capture.
@@ -186,9 +158,9 @@ impl Scene<'_> {
 }
 
 fn raise(found: &mut Vec<Event>, place: &Place, breach: Breach) {
-    let Breach { code, face, at, cause, bus, node, object, said } = breach;
+    let Breach { what: Deviation { code, variant, said }, at, cause, bus, node, object } = breach;
     let (node, object) = (node.or(place.node), object.or(place.object));
-    let unmet = Unmet { expectation: Arc::clone(&place.label), face, said, repeated: 0 };
+    let unmet = Unmet { expectation: Arc::clone(&place.label), variant, said, repeated: 0 };
     let finding = Finding { code, at, cause, bus, node, object, facts: Facts::Unmet(Arc::new(unmet)) };
     found.push(Event { at, about: cause, bus, node, transfer: None, what: What::Finding(Box::new(finding)) });
 }
@@ -207,8 +179,8 @@ struct Closing<'a> {
 
 impl Closing<'_> {
     /// A finding at the last frame, on the bus that an expectation is about as far as that is one.
-    fn breach(&self, place: &Place, code: Code, face: u8) -> Breach {
-        Breach::new(code, face, self.last, self.bus(place))
+    fn breach(&self, place: &Place, what: impl Into<Deviation>) -> Breach {
+        Breach::new(what, self.last, self.bus(place))
     }
 
     fn bus(&self, place: &Place) -> BusId {
@@ -228,8 +200,8 @@ impl Closing<'_> {
     }
 
     /// What cannot be checked.
-    fn unchecked(&mut self, place: &Place, face: u8) {
-        let breach = self.breach(place, Code::Exp015, face);
+    fn unchecked(&mut self, place: &Place, why: Exp015) {
+        let breach = self.breach(place, why);
         self.raise(place, breach);
     }
 

@@ -6,9 +6,10 @@
 use serde::Deserialize;
 
 use super::value::{Same, Value, found};
-use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake, unchecked};
-use crate::finding::{Code, Quantity, Said};
+use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake};
+use crate::finding::{Quantity, Said};
 use crate::frame::{BusId, FrameRef};
+use crate::rules::expectation::{Exp001, Exp002, Exp003, Exp004, Exp015};
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
@@ -195,12 +196,12 @@ impl Progress {
             match scene.elapsed_ns() {
                 None => self.untimed = true,
                 Some(elapsed) if elapsed > limit && self.lost && !std::mem::replace(&mut self.late, true) => {
-                    let breach = scene.breach(Code::Exp015, unchecked::LOST);
+                    let breach = scene.breach(Exp015::Lost);
                     scene.raise(&self.place, breach);
                 }
                 Some(elapsed) if elapsed > limit && !std::mem::replace(&mut self.late, true) => {
-                    let breach = scene.breach(Code::Exp001, 7).quantity("expected", Quantity::Ns(limit));
-                    scene.raise(&self.place, breach.quantity("found", Quantity::Ns(elapsed)));
+                    let breach = scene.breach(Exp001::Late { expected: limit, found: elapsed });
+                    scene.raise(&self.place, breach);
                 }
                 Some(_) => {}
             }
@@ -211,11 +212,8 @@ impl Progress {
 
     fn forbid(&self, scene: &mut Scene<'_>) {
         let value = self.entry.value.as_ref().map(Value::said);
-        let mut breach = scene.breach(Code::Exp004, u8::from(value.is_some()));
-        if let Some(value) = value {
-            breach = breach.said("found", value);
-        }
-        scene.raise(&self.place, breach);
+        let occurred = value.map_or(Exp004::Occurred, |found| Exp004::OccurredWith { found });
+        scene.raise(&self.place, scene.breach(occurred));
     }
 
     /// It has not come, or not in its place, until the end.
@@ -224,39 +222,47 @@ impl Progress {
             return;
         }
         if self.lost && self.other.is_none() {
-            return closing.unchecked(&self.place, unchecked::LOST);
+            return closing.unchecked(&self.place, Exp015::Lost);
         }
         let expected = self.entry.said();
         if let Some((seen, other)) = &self.other {
-            let (face, found) = match (other, self.entry.outcome()) {
-                (Other::Value(value), _) => (0, value.clone()),
-                (Other::Aborted(code), Outcome::Aborted) => (4, Said::Quantity(Quantity::Abort(*code))),
-                (Other::Aborted(code), _) => (1, Said::Quantity(Quantity::Abort(*code))),
-                (Other::Succeeded, _) => (if self.entry.abort.is_some() { 3 } else { 2 }, Said::Word("ok")),
-                (Other::Failed, _) => (5, Said::Word("failed")),
-            };
-            let breach = Breach::new(Code::Exp003, face, seen.at, seen.bus);
-            return closing.raise(&self.place, breach.said("expected", expected).said("found", found));
+            let breach = Breach::new(self.differs(other, expected), seen.at, seen.bus);
+            return closing.raise(&self.place, breach);
         }
-        let breach = |closing: &Closing<'_>, face| closing.breach(&self.place, Code::Exp001, face);
+        let breach = |closing: &Closing<'_>, what| closing.breach(&self.place, what);
         let breach = if self.done > 0 {
-            let counted = breach(closing, 6).quantity("expected", Quantity::Count(self.entry.count()));
-            counted.quantity("found", Quantity::Count(self.done))
+            breach(closing, Exp001::TooFew { expected: self.entry.count(), found: self.done })
         } else if let Some(seen) = self.cut {
-            Breach { bus: seen.bus, ..breach(closing, 8).about(seen.at) }.said("expected", expected)
+            Breach { bus: seen.bus, ..breach(closing, Exp001::NotCompleted { expected }).about(seen.at) }
         } else {
-            let way = match self.entry.direction {
-                None => 0,
-                Some(Way::Upload) => 1,
-                Some(Way::Download) => 2,
+            let valued = self.entry.value.is_some();
+            let what = match (self.entry.outcome(), self.entry.direction) {
+                (Outcome::Aborted, _) if self.entry.abort.is_some() => Exp001::NoAbortWith { expected },
+                (Outcome::Aborted, _) => Exp001::NoAbort { expected },
+                (_, None) if valued => Exp001::NoTransferOf { expected },
+                (_, None) => Exp001::NoTransfer { expected },
+                (_, Some(Way::Upload)) if valued => Exp001::NoReadOf { expected },
+                (_, Some(Way::Upload)) => Exp001::NoRead { expected },
+                (_, Some(Way::Download)) if valued => Exp001::NoWriteOf { expected },
+                (_, Some(Way::Download)) => Exp001::NoWrite { expected },
             };
-            let face = match (self.entry.outcome(), &self.entry.value, self.entry.abort) {
-                (Outcome::Aborted, _, abort) => 9 + u8::from(abort.is_some()),
-                (_, value, _) => way + 3 * u8::from(value.is_some()),
-            };
-            breach(closing, face).said("expected", expected)
+            breach(closing, what)
         };
         closing.raise(&self.place, breach);
+    }
+
+    /// It came otherwise than expected.
+    fn differs(&self, other: &Other, expected: Said) -> Exp003 {
+        let aborted = |code: u32| Said::Quantity(Quantity::Abort(code));
+        let ok = Said::Word("ok");
+        match (other, self.entry.outcome()) {
+            (Other::Value(value), _) => Exp003::Value { expected, found: value.clone() },
+            (Other::Aborted(code), Outcome::Aborted) => Exp003::AbortedOtherwise { expected, found: aborted(*code) },
+            (Other::Aborted(code), _) => Exp003::Aborted { expected, found: aborted(*code) },
+            (Other::Succeeded, _) if self.entry.abort.is_some() => Exp003::SucceededNotWith { expected, found: ok },
+            (Other::Succeeded, _) => Exp003::Succeeded { expected, found: ok },
+            (Other::Failed, _) => Exp003::Failed { expected, found: Said::Word("failed") },
+        }
     }
 }
 
@@ -363,11 +369,11 @@ impl Transfers {
         }
         for one in &self.all {
             if let Some(seen) = one.undecided {
-                let breach = Breach::new(Code::Exp015, unchecked::NOT_WHOLE, seen.at, seen.bus);
+                let breach = Breach::new(Exp015::NotWhole, seen.at, seen.bus);
                 closing.raise(&one.place, breach);
             }
             if one.untimed && !one.late {
-                closing.unchecked(&one.place, unchecked::NO_STAMPS);
+                closing.unchecked(&one.place, Exp015::NoStamps);
             }
         }
     }
@@ -406,9 +412,8 @@ impl Sequence {
                 Some(seen) if one.is_done() || due => before = Some((seen.at.no, one)),
                 Some(seen) => {
                     let first = before.map_or("", |(_, one)| &one.place.label);
-                    let breach = Breach::new(Code::Exp002, 0, seen.at, seen.bus);
-                    let breach = breach.said("sequence", Said::Text(self.name.as_str().into()));
-                    closing.raise(&one.place, breach.said("before", Said::Text(first.into())));
+                    let early = Exp002::TooEarly { sequence: self.name.as_str().into(), before: first.into() };
+                    closing.raise(&one.place, Breach::new(early, seen.at, seen.bus));
                 }
                 None => one.missing(closing),
             }

@@ -7,13 +7,12 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::heartbeat::late;
 use super::rhythm::{Period, Rhythm};
-use super::{Breach, Closing, Place, Scene, check_times, mistake, raise, unchecked};
+use super::{Breach, Closing, Place, Scene, check_times, mistake, raise};
 use crate::event::{Addressed, Event, ProcessData, Signals as Content, Unmapped};
-use crate::finding::{Code, Quantity, Said};
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
+use crate::rules::expectation::{Exp007, Exp008, Exp015, Exp016};
 use crate::select::Select;
 use crate::services::heartbeat::OPERATIONAL;
 use crate::services::pdo::mapping::{Mapped, Mapping};
@@ -68,8 +67,9 @@ pub struct Pdo {
 }
 
 impl Pdo {
-    fn said(self) -> Said {
-        Said::Quantity(Quantity::Pdo(self.transmit, self.number))
+    /// For a finding.
+    fn named(self) -> (bool, u16) {
+        (self.transmit, self.number)
     }
 }
 
@@ -204,8 +204,9 @@ impl Signals {
             let Some(period) = *period else { continue };
             for (bus, pdo, rhythm) in rhythms {
                 let Some((gap, last)) = rhythm.overdue(now_ns, period) else { continue };
-                let breach = Breach::new(Code::Exp008, 1, at, *bus).of(pdo.node).said("pdo", pdo.said());
-                raise(found, place, late(breach, gap, period).about(last));
+                let Period { ns: expected, tolerance_ns: tolerance } = period;
+                let what = Exp008::Overdue { pdo: pdo.named(), expected, found: gap, tolerance };
+                raise(found, place, Breach::new(what, at, *bus).of(pdo.node).about(last));
             }
         }
     }
@@ -217,12 +218,12 @@ impl Signals {
         }
         for one in &self.all {
             if !one.seen && self.unmapped.iter().any(|pdo| one.may_mean(*pdo)) {
-                closing.unchecked(&one.place, unchecked::NO_MAPPING);
+                closing.unchecked(&one.place, Exp015::NoMapping);
             } else if !one.seen {
-                let breach = closing.breach(&one.place, Code::Exp016, 0);
-                closing.raise(&one.place, breach.said("expected", Said::Text(one.expression.as_str().into())));
+                let breach = closing.breach(&one.place, Exp016::None { expected: one.expression.as_str().into() });
+                closing.raise(&one.place, breach);
             } else if one.period.is_some() && closing.end_ns.is_none() {
-                closing.unchecked(&one.place, unchecked::NO_STAMPS);
+                closing.unchecked(&one.place, Exp015::NoStamps);
             }
         }
     }
@@ -288,19 +289,24 @@ impl Watched {
         let Some((_, _, rhythm)) = self.rhythms.get_mut(index) else { return };
         let before = rhythm.last;
         if let Some(gap) = rhythm.beat(scene.at, false, period) {
-            let breach = scene.breach(Code::Exp008, 0).of(pdo.node).said("pdo", pdo.said());
-            scene.raise(&self.place, Breach { cause: before, ..late(breach, gap, period) });
+            let Period { ns: expected, tolerance_ns: tolerance } = period;
+            let what = Exp008::Interval { pdo: pdo.named(), expected, found: gap, tolerance };
+            scene.raise(&self.place, Breach { cause: before, ..scene.breach(what).of(pdo.node) });
         }
     }
 
     fn judge(&self, value: f64, pdo: Pdo, mapped: &Mapped, scene: &mut Scene<'_>) {
         let beyond = |limit: f64, by: f64| by > limit.abs().max(value.abs()) * PRECISION;
-        let below = self.min.filter(|min| beyond(*min, min - value)).map(|min| (0, min, "min"));
-        let above = self.max.filter(|max| beyond(*max, value - max)).map(|max| (1, max, "max"));
-        let Some((face, limit, name)) = below.or(above) else { return };
-        let breach = scene.breach(Code::Exp007, face).of(pdo.node).said("pdo", pdo.said());
-        let breach = breach.object(Mux { index: mapped.index, sub: mapped.sub }).said("limit", Said::Word(name));
-        scene.raise(&self.place, breach.said("expected", Said::Real(limit)).said("found", Said::Real(value)));
+        let (node, pdo, found) = (pdo.node, pdo.named(), value);
+        let below = self.min.filter(|min| beyond(*min, min - value));
+        let above = self.max.filter(|max| beyond(*max, value - max));
+        let what = match (below, above) {
+            (Some(expected), _) => Exp007::Below { pdo, limit: "min", expected, found },
+            (None, Some(expected)) => Exp007::Above { pdo, limit: "max", expected, found },
+            (None, None) => return,
+        };
+        let object = Mux { index: mapped.index, sub: mapped.sub };
+        scene.raise(&self.place, scene.breach(what).of(node).object(object));
     }
 }
 

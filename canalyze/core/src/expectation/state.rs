@@ -5,12 +5,13 @@
 
 use serde::Deserialize;
 
-use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake, unchecked};
+use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake};
 use crate::drive::{self, State};
 use crate::event::{ProcessData, Signals};
-use crate::finding::{Code, Quantity};
+use crate::finding::Quantity;
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
+use crate::rules::expectation::{Exp005, Exp006, Exp015};
 use crate::services::heartbeat::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::services::pdo::mapping::Mapping;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
@@ -202,9 +203,11 @@ impl Progress {
                 self.judge(first, booted, scene);
             }
         } else if inside && stays {
-            let booted = shown == Quantity::State(BOOT_UP);
-            let breach = scene.breach(Code::Exp006, u8::from(booted)).quantity("expected", expected);
-            scene.raise(&self.place, breach.quantity("found", shown));
+            let breach = scene.breach(match shown {
+                Quantity::State(BOOT_UP) => Exp006::BootedUp { expected, found: shown },
+                _ => Exp006::Left { expected, found: shown },
+            });
+            scene.raise(&self.place, breach);
         }
     }
 
@@ -224,8 +227,8 @@ impl Progress {
             && std::mem::take(&mut track.inside)
             && self.entry.stays == Some(true)
         {
-            let breach = scene.breach(Code::Exp006, 1).quantity("expected", self.target.quantity());
-            scene.raise(&self.place, breach.quantity("found", Quantity::State(BOOT_UP)));
+            let (expected, found) = (self.target.quantity(), Quantity::State(BOOT_UP));
+            scene.raise(&self.place, scene.breach(Exp006::BootedUp { expected, found }));
         }
     }
 
@@ -257,22 +260,19 @@ impl Progress {
         } else if self.overdue {
             // It was said when its time was over.
         } else if self.lost {
-            let breach = scene.breach(Code::Exp015, unchecked::LOST);
-            scene.raise(&self.place, breach);
+            scene.raise(&self.place, scene.breach(Exp015::Lost));
         } else if since == Since::Start && self.timely {
             // On another bus it was in time.
         } else if since == Since::Start && first && !event {
-            let breach = scene.breach(Code::Exp015, unchecked::SINCE_WHEN);
-            let breach = breach.quantity("expected", self.target.quantity()).quantity("found", Quantity::Ns(elapsed));
-            scene.raise(&self.place, breach);
+            let unknown = Exp015::SinceWhen { expected: self.target.quantity(), found: elapsed };
+            scene.raise(&self.place, scene.breach(unknown));
         } else {
-            let face = match (event, since) {
-                (true, _) => 5,
-                (false, Since::Start) => 2,
-                (false, Since::BootUp) => 3,
-            };
-            let breach = scene.breach(Code::Exp005, face).quantity("expected", self.target.quantity());
-            let breach = breach.quantity("limit", Quantity::Ns(limit)).quantity("found", Quantity::Ns(elapsed));
+            let (expected, found) = (self.target.quantity(), elapsed);
+            let breach = scene.breach(match (event, since) {
+                (true, _) => Exp005::BootUpLate { expected, limit, found },
+                (false, Since::Start) => Exp005::LateAfterStart { expected, limit, found },
+                (false, Since::BootUp) => Exp005::LateAfterBootUp { expected, limit, found },
+            });
             let breach =
                 if let (Since::BootUp, Some(booted)) = (since, booted) { breach.about(booted) } else { breach };
             scene.raise(&self.place, breach);
@@ -314,9 +314,9 @@ impl Progress {
         }
         if !self.judged && self.entry.by_ns.is_some() {
             if self.untimed {
-                closing.unchecked(&self.place, unchecked::NO_STAMPS);
+                closing.unchecked(&self.place, Exp015::NoStamps);
             } else if self.unbooted {
-                closing.unchecked(&self.place, unchecked::NO_BOOT_UP);
+                closing.unchecked(&self.place, Exp015::NoBootUp);
             }
         }
         let (Some(limit), Some(Since::BootUp), Some(end)) = (self.entry.by_ns, self.entry.since, closing.end_ns) else {
@@ -328,12 +328,11 @@ impl Progress {
         });
         if let Some((track, booted)) = again {
             if self.lost {
-                return closing.unchecked(&self.place, unchecked::LOST);
+                return closing.unchecked(&self.place, Exp015::Lost);
             }
-            let breach = Breach::new(Code::Exp005, 6, closing.last, track.bus).quantity("expected", expected);
-            let breach = breach.quantity("limit", Quantity::Ns(limit)).about(booted);
-            let breach = breach.quantity("found", track.shown.unwrap_or(Quantity::State(BOOT_UP)));
-            closing.raise(&self.place, breach);
+            let found = track.shown.unwrap_or(Quantity::State(BOOT_UP));
+            let what = Exp005::NotSinceBootUp { expected, limit, found };
+            closing.raise(&self.place, Breach::new(what, closing.last, track.bus).about(booted));
         }
     }
 
@@ -341,23 +340,21 @@ impl Progress {
     fn never(&self, closing: &mut Closing<'_>) {
         let expected = self.target.quantity();
         if self.lost && (self.entry.by_ns.is_some() || self.target == Target::Nmt(BOOT_UP)) {
-            return closing.unchecked(&self.place, unchecked::LOST);
+            return closing.unchecked(&self.place, Exp015::Lost);
         }
         let obeyed = self
             .tracks
             .iter()
             .find(|track| !track.controlled && track.commanded.is_some_and(|state| self.target == Target::Nmt(state)));
         if let Some(track) = obeyed {
-            let breach = Breach::new(Code::Exp015, unchecked::ONLY_COMMANDED, closing.last, track.bus);
-            return closing.raise(&self.place, breach.quantity("expected", expected));
+            let breach = Breach::new(Exp015::OnlyCommanded { expected }, closing.last, track.bus);
+            return closing.raise(&self.place, breach);
         }
         let last = self.tracks.iter().find_map(|track| Some((track.bus, track.shown?)));
         let breach = match (last, self.target) {
-            (_, Target::Nmt(BOOT_UP)) => closing.breach(&self.place, Code::Exp005, 4).quantity("expected", expected),
-            (None, _) => closing.breach(&self.place, Code::Exp005, 1).quantity("expected", expected),
-            (Some((bus, shown)), _) => {
-                Breach::new(Code::Exp005, 0, closing.last, bus).quantity("expected", expected).quantity("found", shown)
-            }
+            (_, Target::Nmt(BOOT_UP)) => closing.breach(&self.place, Exp005::NoBootUp { expected }),
+            (None, _) => closing.breach(&self.place, Exp005::NeverAnything { expected }),
+            (Some((bus, found)), _) => Breach::new(Exp005::Never { expected, found }, closing.last, bus),
         };
         closing.raise(&self.place, breach);
     }

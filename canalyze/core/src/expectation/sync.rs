@@ -4,12 +4,11 @@
 
 use serde::Deserialize;
 
-use super::heartbeat::late;
 use super::rhythm::{Period, Rhythm};
-use super::{Breach, Closing, Place, Scene, check_times, raise, unchecked};
+use super::{Breach, Closing, Place, Scene, check_times, raise};
 use crate::event::Event;
-use crate::finding::{Code, Quantity};
 use crate::frame::{BusId, FrameRef};
+use crate::rules::expectation::{Exp010, Exp015};
 
 /// One expectation as it stands in the file.
 #[derive(Clone, Debug, Deserialize)]
@@ -62,7 +61,8 @@ impl Syncs {
             let Some((_, rhythm)) = rhythms.get_mut(index) else { continue };
             let before = rhythm.last;
             if let Some(gap) = rhythm.beat(scene.at, false, *period) {
-                let breach = late(scene.breach(Code::Exp010, 0), gap, *period);
+                let Period { ns: expected, tolerance_ns: tolerance } = *period;
+                let breach = scene.breach(Exp010::Interval { expected, found: gap, tolerance });
                 scene.raise(place, Breach { cause: before, ..breach });
             }
         }
@@ -81,7 +81,9 @@ impl Syncs {
         for Watched { place, period, rhythms } in &mut self.all {
             for (bus, rhythm) in rhythms {
                 let Some((gap, last)) = rhythm.overdue(now_ns, *period) else { continue };
-                raise(found, place, late(Breach::new(Code::Exp010, 1, at, *bus), gap, *period).about(last));
+                let Period { ns: expected, tolerance_ns: tolerance } = *period;
+                let what = Exp010::Overdue { expected, found: gap, tolerance };
+                raise(found, place, Breach::new(what, at, *bus).about(last));
             }
         }
     }
@@ -93,10 +95,10 @@ impl Syncs {
         }
         for one in &self.all {
             if one.rhythms.is_empty() {
-                let breach = closing.breach(&one.place, Code::Exp010, 2);
-                closing.raise(&one.place, breach.quantity("expected", Quantity::Ns(one.period.ns)));
+                let breach = closing.breach(&one.place, Exp010::None { expected: one.period.ns });
+                closing.raise(&one.place, breach);
             } else if closing.end_ns.is_none() {
-                closing.unchecked(&one.place, unchecked::NO_STAMPS);
+                closing.unchecked(&one.place, Exp015::NoStamps);
             }
         }
     }

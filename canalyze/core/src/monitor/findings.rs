@@ -11,7 +11,7 @@ use crate::frame::BusId;
 use crate::render::jsonl::{self, Setting};
 use crate::services::sdo::wire::Mux;
 use crate::text::digits::put;
-use crate::text::{Lang, en, zh};
+use crate::text::findings;
 
 /// Rows that are kept.
 const ROWS: usize = 500;
@@ -92,10 +92,7 @@ fn json(setting: Setting<'_>, finding: &Finding) -> Vec<u8> {
     put!(&mut out; ",\"node\":");
     jsonl::number_or_null(&mut out, finding.node.map(u64::from));
     put!(&mut out; ",\"text\":");
-    jsonl::quoted(&mut out, |text| match setting.lang {
-        Lang::Zh => zh::findings::message(text, finding),
-        Lang::En => en::findings::message(text, finding),
-    });
+    jsonl::quoted(&mut out, |text| findings::message(text, setting.lang, finding));
     put!(&mut out; ",\"count\":");
     out
 }

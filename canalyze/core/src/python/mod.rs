@@ -15,13 +15,13 @@ use self::columns::{Batch, Table};
 use self::comparison::Comparison;
 use self::network::{Dictionary, Expectations, Network};
 use self::session::Session;
-use crate::finding::RULES;
 use crate::frame::Buses;
 use crate::readers::candump;
 use crate::readers::{Format as Input, sniff};
 use crate::render;
 use crate::render::columns::Name;
-use crate::text::{Lang, RuleText, en, zh};
+use crate::rules::RULES;
+use crate::text::Lang;
 use crate::writers::Format as Written;
 
 fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
@@ -50,18 +50,16 @@ struct Rule {
 #[pyo3(signature = (lang = "zh"))]
 fn rules(lang: &str) -> PyResult<Vec<Rule>> {
     let lang = language(lang)?;
-    let words = |code| match lang {
-        Lang::Zh => zh::findings::rule(code),
-        Lang::En => en::findings::rule(code),
+    let row = |rule: &&crate::rules::Rule| Rule {
+        code: rule.id,
+        name: rule.name,
+        severity: rule.severity.name(),
+        clause: rule.clause,
+        message: lang.of(rule.message),
+        meaning: lang.of(rule.meaning),
+        cause: lang.of(rule.cause),
     };
-    Ok(RULES
-        .iter()
-        .map(|rule| {
-            let RuleText { message, meaning, cause, faces: _ } = words(rule.code);
-            let severity = rule.severity.name();
-            Rule { code: rule.id, name: rule.name, severity, clause: rule.clause, message, meaning, cause }
-        })
-        .collect())
+    Ok(RULES.iter().map(row).collect())
 }
 
 #[pyfunction]

@@ -11,7 +11,7 @@ use crate::readers::Marker;
 use crate::services;
 use crate::services::sdo::wire::Side;
 use crate::text::digits::{hex_digits, put};
-use crate::text::{Depth, Lang, en, explain, zh};
+use crate::text::{Depth, Lang, en, explain, findings, notes, zh};
 use crate::writers::console::{Columns, dropped};
 
 /// How time is shown (option `-t`, as candump's).
@@ -152,27 +152,15 @@ impl Lines {
                 // Under its own frame's line the frame needs no name, nor where the sentence names it.
                 let named = finding.cause.is_some_and(|cause| cause.no == finding.at.no);
                 let elsewhere = (finding.at.no != under && !named).then_some(finding.at.no);
-                match self.lang {
-                    Lang::Zh => {
-                        put!(out; zh::findings::severity(rule.severity), ": ");
-                        zh::findings::place(out, elsewhere, finding.node);
-                        zh::findings::message(out, finding);
-                    }
-                    Lang::En => {
-                        put!(out; en::findings::severity(rule.severity), ": ");
-                        en::findings::place(out, elsewhere, finding.node);
-                        en::findings::message(out, finding);
-                    }
-                }
+                put!(out; findings::severity(self.lang, rule.severity), ": ");
+                findings::place(out, self.lang, elsewhere, finding.node);
+                findings::message(out, self.lang, finding);
                 out.push(b'\n');
             }
             What::Note(note) => {
                 let about = event.about.map_or(event.at.no, |about| about.no);
                 put!(out; "#   ");
-                match self.lang {
-                    Lang::Zh => zh::findings::note(out, *note, about),
-                    Lang::En => en::findings::note(out, *note, about),
-                }
+                notes::note(out, self.lang, *note, about);
                 out.push(b'\n');
             }
             What::Transfer(transfer) if event.about.is_some() => {

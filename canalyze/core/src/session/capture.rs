@@ -5,11 +5,12 @@
 use std::collections::BTreeMap;
 
 use crate::filter::Clock;
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::{Code, Finding, Verdict};
 use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::inputs::{ABSOLUTE_NS, File, Unreadable};
 use crate::readers::{Damage, DamageKind, Marker, Place, Unreadable as Reason};
 use crate::render::jsonl;
+use crate::rules::capture::{Cap001, Cap002, Cap004, Cap005};
 use crate::text::{Lang, complaints};
 use crate::writers;
 
@@ -142,15 +143,15 @@ impl Capture {
 
     /// What the capturing program says of itself is complained of, and may be a finding.
     pub(super) fn marker(&mut self, marker: &Marker, buses: &Buses) -> Option<Finding> {
-        let (code, place, facts, bus) = match *marker {
+        let (what, place, bus) = match *marker {
             Marker::Start { .. } => return None,
             Marker::Dropped { bus, count, total, place } => {
-                (Some(Code::Cap002), place, Facts::Dropped { count, total }, bus)
+                (Some(Cap002::Dropped { frames: count, total }.into()), place, bus)
             }
-            Marker::Backward { place } => (Some(Code::Cap003), place, Facts::None, BusId(0)),
-            Marker::Error { bus, place, .. } => (None, place, Facts::None, bus),
+            Marker::Backward { place } => (Some(Code::Cap003.into()), place, BusId(0)),
+            Marker::Error { bus, place, .. } => (None, place, bus),
         };
-        let finding = code.map(|code| self.finding(code, place, facts, bus));
+        let finding = what.map(|what: Verdict| self.finding(what, place, bus));
         let of = if place == Place::Live { buses.name(bus) } else { &self.file.name };
         self.gaps += 1;
         // A live bus may lose frames with every piece that it gives: it is said less and less often.
@@ -164,24 +165,22 @@ impl Capture {
     /// A part of the file is lost.
     pub(super) fn damaged(&mut self, damage: Damage) -> Finding {
         let Damage { place, kind, bytes, frames } = damage;
-        let (code, face) = match kind {
-            DamageKind::Cut => (Code::Cap005, 0),
-            DamageKind::Checksum => (Code::Cap004, 0),
-            DamageKind::Structure => (Code::Cap004, 1),
-            DamageKind::Compression => (Code::Cap004, 2),
-            DamageKind::Rest => (Code::Cap004, 3),
-            DamageKind::Undefined => (Code::Cap004, 4),
-        };
-        // The same with the number of frames.
-        let face = if frames.is_some() && code == Code::Cap004 && face < 3 { face + 5 } else { face };
-        let counted = |name, count: Option<u64>| count.map(|count| (name, Quantity::Count(count)));
-        let at = match place {
+        let offset = match place {
             Place::Line(at) | Place::Byte(at) => Some(at),
             Place::Live => None,
         };
-        let measured = [counted("offset", at), counted("bytes", bytes), counted("frames", frames)];
-        let measured: Vec<_> = measured.into_iter().flatten().collect();
-        let finding = self.finding(code, place, Facts::told(face, &measured), BusId(0));
+        let what: Verdict = match (kind, frames) {
+            (DamageKind::Cut, _) => Cap005::Cut { offset, bytes, frames }.into(),
+            (DamageKind::Checksum, None) => Cap004::Checksum { offset, bytes }.into(),
+            (DamageKind::Checksum, Some(frames)) => Cap004::ChecksumWithFrames { offset, bytes, frames }.into(),
+            (DamageKind::Structure, None) => Cap004::Structure { offset, bytes }.into(),
+            (DamageKind::Structure, Some(frames)) => Cap004::StructureWithFrames { offset, bytes, frames }.into(),
+            (DamageKind::Compression, None) => Cap004::Compression { offset, bytes }.into(),
+            (DamageKind::Compression, Some(frames)) => Cap004::CompressionWithFrames { offset, bytes, frames }.into(),
+            (DamageKind::Rest, _) => Cap004::Rest { offset, bytes, frames }.into(),
+            (DamageKind::Undefined, _) => Cap004::Undefined { offset, bytes, frames }.into(),
+        };
+        let finding = self.finding(what, place, BusId(0));
         self.complaints.push(complaints::marker(self.lang, &self.file.name, place, Some(&finding)));
         finding
     }
@@ -202,9 +201,8 @@ impl Capture {
         if *count == 0 || self.file.frames == 0 {
             return (unreadable, None);
         }
-        let facts = Facts::Lines { count: *count };
         let first = first.unwrap_or(Place::Line(0));
-        let finding = self.finding(Code::Cap001, first, facts, BusId(0));
+        let finding = self.finding(Cap001::Lines { lines: *count }.into(), first, BusId(0));
         if *count > NAMED {
             self.complaints.push(complaints::unreadable_lines(self.lang, &self.file.name, first, *count, ranges));
         }
@@ -222,7 +220,8 @@ impl Capture {
     }
 
     /// Where the file has no lines a finding names the last frame before it.
-    fn finding(&self, code: Code, place: Place, facts: Facts, bus: BusId) -> Finding {
+    fn finding(&self, what: Verdict, place: Place, bus: BusId) -> Finding {
+        let Verdict { code, facts } = what;
         let at = match place {
             Place::Line(line) => FrameRef { line: Some(line), ..FrameRef::default() },
             Place::Byte(_) | Place::Live => self.last,

@@ -4,7 +4,7 @@
 //! One line each, with file and line. File names and buses come from outside: they are escaped.
 
 use super::digits::put;
-use super::{Lang, en, escape, zh};
+use super::{Lang, en, escape, findings, zh};
 use crate::finding::Finding;
 use crate::readers::{Place, Unreadable};
 use crate::writers::loss::Loss;
@@ -86,18 +86,14 @@ pub fn unreadable_lines(lang: Lang, file: &[u8], first: Place, count: u64, range
 /// What a capture says of itself, at this place; `finding` is what it raised. Why live buses have lost frames their
 /// receivers know better than the rule.
 pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) -> String {
-    let cause = |finding: &Finding| match lang {
-        _ if place == Place::Live => "",
-        Lang::Zh => zh::findings::rule(finding.code).cause,
-        Lang::En => en::findings::rule(finding.code).cause,
+    let cause = |finding: &Finding| match place {
+        Place::Live => "",
+        _ => lang.of(finding.code.rule().cause),
     };
     line(lang, file, place, |out| match (lang, finding) {
         (_, Some(finding)) => {
             put!(out; finding.code.rule().id, " ");
-            match lang {
-                Lang::Zh => zh::findings::message(out, finding),
-                Lang::En => en::findings::message(out, finding),
-            }
+            findings::message(out, lang, finding);
             let cause = cause(finding);
             put!(out; if cause.is_empty() { "" } else { ". " }, cause);
         }

@@ -3,7 +3,7 @@
 //! The order of words is the same in both languages, so their words stand side by side. Must not: lay out a report.
 
 use super::digits::{Hex, put};
-use super::{Lang, en, escape, terms, value, zh};
+use super::{Lang, escape, findings, terms, value};
 use crate::diff::course::{Deed, Kind, Moved, Service};
 use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
 use crate::frame::{CanId, FrameRef};
@@ -79,7 +79,7 @@ pub type Fact<'a> = &'a dyn Fn(&mut Vec<u8>);
 /// A phrase, its gaps filled.
 pub fn phrase(out: &mut Vec<u8>, lang: Lang, phrase: Phrase, facts: &[Fact<'_>]) {
     let row = PHRASES.iter().find(|row| row.0 == phrase);
-    let text = row.map_or("", |row| both(lang, row.1, row.2));
+    let text = row.map_or("", |row| lang.pick(row.1, row.2));
     let mut facts = facts.iter();
     for (place, part) in text.split("{}").enumerate() {
         if place > 0
@@ -88,13 +88,6 @@ pub fn phrase(out: &mut Vec<u8>, lang: Lang, phrase: Phrase, facts: &[Fact<'_>])
             fact(out);
         }
         put!(out; part);
-    }
-}
-
-fn both(lang: Lang, zh: &'static str, en: &'static str) -> &'static str {
-    match lang {
-        Lang::Zh => zh,
-        Lang::En => en,
     }
 }
 
@@ -117,30 +110,30 @@ pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
             transfer(out, lang, moved);
             put!(out; match aspect {
                 Aspect::Presence => "",
-                Aspect::Outcome => both(lang, ", 结果", ", outcome"),
-                Aspect::Mode => both(lang, ", 方式", ", mode"),
-                Aspect::Value => both(lang, ", 值", ", value"),
+                Aspect::Outcome => lang.pick(", 结果", ", outcome"),
+                Aspect::Mode => lang.pick(", 方式", ", mode"),
+                Aspect::Value => lang.pick(", 值", ", value"),
             });
         }
         (What::Poll, Some(Deed::Transfer(moved))) => {
             transfer(out, lang, moved);
-            put!(out; both(lang, ", 周期", ", period"));
+            put!(out; lang.pick(", 周期", ", period"));
         }
         (What::Item(kind, _), _) => put!(out; item(lang, kind, deed)),
-        (What::Bus, _) => put!(out; both(lang, "总线", "bus")),
-        (What::Node, _) => put!(out; both(lang, "节点", "node")),
-        (What::Finding, _) => put!(out; both(lang, "发现", "finding")),
+        (What::Bus, _) => put!(out; lang.pick("总线", "bus")),
+        (What::Node, _) => put!(out; lang.pick("节点", "node")),
+        (What::Finding, _) => put!(out; lang.pick("发现", "finding")),
         (what, _) => {
             if let Some(of) = what.service() {
                 service(out, lang, of);
             }
             put!(out; match what {
-                What::Frames(_) => both(lang, ", 帧数", ", frames"),
-                What::Period(_) => both(lang, ", 周期", ", period"),
-                What::Jitter(_) => both(lang, ", 抖动", ", jitter"),
+                What::Frames(_) => lang.pick(", 帧数", ", frames"),
+                What::Period(_) => lang.pick(", 周期", ", period"),
+                What::Jitter(_) => lang.pick(", 抖动", ", jitter"),
                 What::CobId(_) => ", COB-ID",
-                What::Mapping(_) => both(lang, ", 映射", ", mapping"),
-                What::Length(_) => both(lang, ", 长度", ", length"),
+                What::Mapping(_) => lang.pick(", 映射", ", mapping"),
+                What::Length(_) => lang.pick(", 长度", ", length"),
                 _ => "",
             });
         }
@@ -149,21 +142,21 @@ pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
 
 fn item(lang: Lang, kind: Kind, deed: Option<&Deed>) -> &'static str {
     match kind {
-        Kind::Nmt => both(lang, "NMT命令", "NMT command"),
-        Kind::State if matches!(deed, Some(Deed::BootUp)) => both(lang, "启动报文", "boot-up"),
-        Kind::State => both(lang, "NMT状态", "NMT state"),
+        Kind::Nmt => lang.pick("NMT命令", "NMT command"),
+        Kind::State if matches!(deed, Some(Deed::BootUp)) => lang.pick("启动报文", "boot-up"),
+        Kind::State => lang.pick("NMT状态", "NMT state"),
         Kind::Sdo(_) => "SDO",
         Kind::Emcy => "EMCY",
-        Kind::Drive(_) => both(lang, "驱动器状态", "drive state"),
-        Kind::LssMaster => both(lang, "LSS主站命令", "LSS command"),
-        Kind::LssSlave => both(lang, "LSS从站应答", "LSS answer"),
+        Kind::Drive(_) => lang.pick("驱动器状态", "drive state"),
+        Kind::LssMaster => lang.pick("LSS主站命令", "LSS command"),
+        Kind::LssSlave => lang.pick("LSS从站应答", "LSS answer"),
     }
 }
 
 fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &Moved) {
     put!(out; match moved.direction {
-        Direction::Upload => both(lang, "SDO上传", "SDO upload"),
-        Direction::Download => both(lang, "SDO下载", "SDO download"),
+        Direction::Upload => lang.pick("SDO上传", "SDO upload"),
+        Direction::Download => lang.pick("SDO下载", "SDO download"),
     });
     if let Some(mux) = moved.mux {
         put!(out; " ");
@@ -176,16 +169,16 @@ fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &Moved) {
 /// A service that comes again and again.
 pub fn service(out: &mut Vec<u8>, lang: Lang, service: Service) {
     match service {
-        Service::Sync => put!(out; both(lang, "同步报文", "SYNC")),
+        Service::Sync => put!(out; lang.pick("同步报文", "SYNC")),
         Service::Time => put!(out; "TIME"),
         Service::ErrorControl => {
-            put!(out; both(lang, "错误控制(心跳或节点保护)", "error control (heartbeat or node guarding)"))
+            put!(out; lang.pick("错误控制(心跳或节点保护)", "error control (heartbeat or node guarding)"))
         }
         Service::Pdo(transmit, number) => put!(out; if transmit { "TPDO" } else { "RPDO" }, number),
         Service::Srdo(number, inverted) => {
             put!(out; "SRDO", number);
             if inverted {
-                put!(out; both(lang, " (反码)", " (inverted)"));
+                put!(out; lang.pick(" (反码)", " (inverted)"));
             }
         }
     }
@@ -193,32 +186,29 @@ pub fn service(out: &mut Vec<u8>, lang: Lang, service: Service) {
 
 /// What one capture has.
 pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
-    let Some(side) = side else { return put!(out; both(lang, "无", "none")) };
+    let Some(side) = side else { return put!(out; lang.pick("无", "none")) };
     if let Some(ns) = side.pace_ns {
         return time(out, ns);
     }
     match &side.shows {
         Shows::Deed(deed) => done(out, lang, what, deed),
-        Shows::Count(count) => put!(out; *count, both(lang, "帧", if *count == 1 { " frame" } else { " frames" })),
+        Shows::Count(count) => put!(out; *count, lang.pick("帧", if *count == 1 { " frame" } else { " frames" })),
         Shows::Time(ns) => time(out, *ns),
         Shows::Id(id) => identifier(out, *id),
-        Shows::Mapping(words) if words.is_empty() => put!(out; both(lang, "(空)", "(empty)")),
+        Shows::Mapping(words) if words.is_empty() => put!(out; lang.pick("(空)", "(empty)")),
         Shows::Mapping(words) => {
             for (place, word) in words.iter().enumerate() {
                 put!(out; if place > 0 { ", " } else { "" });
                 let mux = Mux { index: (word >> 16) as u16, sub: (word >> 8) as u8 };
                 value::object(out, mux);
                 value::name(out, lang, mux, None);
-                put!(out; " (", word & 0xFF, both(lang, "位)", if word & 0xFF == 1 { " bit)" } else { " bits)" }));
+                put!(out; " (", word & 0xFF, lang.pick("位)", if word & 0xFF == 1 { " bit)" } else { " bits)" }));
             }
         }
         Shows::Length(bytes) => value::size(out, lang, u64::from(*bytes)),
         Shows::Finding(finding) => {
             put!(out; finding.code.rule().id, " ");
-            match lang {
-                Lang::Zh => zh::findings::message(out, finding),
-                Lang::En => en::findings::message(out, finding),
-            }
+            findings::message(out, lang, finding);
         }
     }
 }
@@ -252,21 +242,21 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, deed: &Deed) {
             Some(word) => put!(out; word),
             None => put!(out; Hex::<2>(u64::from(*command)), "h"),
         },
-        Deed::BootUp => put!(out; both(lang, "有", "there")),
+        Deed::BootUp => put!(out; lang.pick("有", "there")),
         Deed::State(state) => match terms::nmt::state(lang, *state) {
             Some(word) => put!(out; word),
             None => put!(out; Hex::<2>(u64::from(*state)), "h"),
         },
         Deed::Drive(state) => put!(out; match state {
             Some(state) => terms::drive::state(lang, *state),
-            None => both(lang, "未定义", "undefined"),
+            None => lang.pick("未定义", "undefined"),
         }),
         Deed::Emcy(code, register) => {
             put!(out; Hex::<4>(u64::from(*code)), "h");
             if let Some(word) = terms::emcy::code(lang, *code) {
                 put!(out; " ", word);
             }
-            put!(out; both(lang, ", 错误寄存器", ", error register "), Hex::<2>(u64::from(*register)), "h");
+            put!(out; lang.pick(", 错误寄存器", ", error register "), Hex::<2>(u64::from(*register)), "h");
         }
         Deed::Lss(bytes) => {
             let [specifier, ..] = *bytes;
@@ -281,9 +271,9 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, deed: &Deed) {
 fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &Moved) {
     if matches!(what, What::Item(Kind::Sdo(_), Aspect::Mode)) {
         return put!(out; match moved.mode {
-            Mode::Expedited => both(lang, "加速", "expedited"),
-            Mode::Segmented => both(lang, "分段", "segmented"),
-            Mode::Block => both(lang, "块", "block"),
+            Mode::Expedited => lang.pick("加速", "expedited"),
+            Mode::Segmented => lang.pick("分段", "segmented"),
+            Mode::Block => lang.pick("块", "block"),
         });
     }
     match moved.status {
@@ -300,11 +290,11 @@ fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &Moved) {
             }
         }
         Status::Aborted => {
-            put!(out; both(lang, "中止", "aborted"));
+            put!(out; lang.pick("中止", "aborted"));
             if let Some(abort) = moved.abort {
                 put!(out; match abort.by {
-                    Sender::Client => both(lang, " (由主站)", " by the client"),
-                    Sender::Server => both(lang, " (由从站)", " by the server"),
+                    Sender::Client => lang.pick(" (由主站)", " by the client"),
+                    Sender::Server => lang.pick(" (由从站)", " by the server"),
                 });
                 put!(out; " ", Hex::<8>(u64::from(abort.code)), "h");
                 if let Some(word) = terms::abort_code(lang, abort.code) {
@@ -312,8 +302,8 @@ fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &Moved) {
                 }
             }
         }
-        Status::Failed => put!(out; both(lang, "失败", "failed")),
-        Status::Incomplete | Status::Open => put!(out; both(lang, "不完整", "incomplete")),
+        Status::Failed => put!(out; lang.pick("失败", "failed")),
+        Status::Incomplete | Status::Open => put!(out; lang.pick("不完整", "incomplete")),
     }
 }
 
@@ -327,10 +317,10 @@ pub fn bus(out: &mut Vec<u8>, lang: Lang, name: &[u8]) {
 
 /// The word for what follows a node-ID.
 pub fn node(out: &mut Vec<u8>, lang: Lang, node: u8) {
-    put!(out; both(lang, "节点", "node "), node);
+    put!(out; lang.pick("节点", "node "), node);
 }
 
 /// How often the same difference comes.
 pub fn times(out: &mut Vec<u8>, lang: Lang, count: u64) {
-    put!(out; both(lang, " (共", " ("), count, both(lang, "次)", " times)"));
+    put!(out; lang.pick(" (共", " ("), count, lang.pick("次)", " times)"));
 }

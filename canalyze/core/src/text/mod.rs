@@ -1,7 +1,7 @@
-//! The core's words, in Chinese and English, and only here (invariant 3).
+//! The core's words, in Chinese and English, and only here and in `rules` (invariant 3).
 //!
-//! `terms` holds rows (code, zh, en); `zh` and `en` say each message, event and finding in a sentence;
-//! `explain` breaks a frame down bit by bit. It must not decide anything: it puts into words what `message`,
+//! `terms` holds rows (code, zh, en); `zh` and `en` say each message and event in a sentence; `findings` and `notes` have
+//! their phrases in pairs; `explain` breaks a frame down bit by bit. It must not decide anything: it puts into words what `message`,
 //! `event` and `finding` carry.
 
 pub mod complaints;
@@ -10,13 +10,17 @@ pub mod digits;
 pub mod en;
 pub mod escape;
 pub mod explain;
+pub mod findings;
 pub mod lane;
+pub mod notes;
 pub mod parameter;
+pub mod sentence;
 pub mod signal;
 pub mod terms;
-pub mod told;
 pub mod value;
 pub mod zh;
+
+use crate::rules::Words;
 
 /// The language of the text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,6 +30,21 @@ pub enum Lang {
     Zh,
     /// English, in CiA 301's terms.
     En,
+}
+
+impl Lang {
+    /// Words that stand in pairs.
+    pub fn of(self, words: Words) -> &'static str {
+        self.pick(words.zh, words.en)
+    }
+
+    /// The one of two that is in this language.
+    pub(crate) fn pick(self, zh: &'static str, en: &'static str) -> &'static str {
+        match self {
+            Self::Zh => zh,
+            Self::En => en,
+        }
+    }
 }
 
 /// How much a line says.
@@ -38,19 +57,6 @@ pub enum Depth {
     Default,
     /// The same, and under each line its breakdown bit by bit.
     Explain,
-}
-
-/// The words of a rule.
-#[derive(Clone, Copy, Debug)]
-pub struct RuleText {
-    /// In one line.
-    pub message: &'static str,
-    /// What it means.
-    pub meaning: &'static str,
-    /// What usually causes it.
-    pub cause: &'static str,
-    /// Its sentences with what was measured, as `{name}`: one for each face of the rule.
-    pub faces: &'static [&'static str],
 }
 
 #[cfg(test)]

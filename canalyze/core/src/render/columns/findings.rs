@@ -8,7 +8,7 @@ use arrow_array::types::{Int64Type, UInt8Type, UInt16Type, UInt64Type};
 use super::column::{Batch, Numbers, Table, Words, columns};
 use crate::finding::Finding;
 use crate::render::jsonl::{self, Setting};
-use crate::text::{Lang, en, zh};
+use crate::text::findings;
 
 columns! {
     /// The columns.
@@ -50,13 +50,10 @@ impl Table<Findings> {
         columns.index.append_option(finding.object.map(|object| object.index));
         columns.sub.append_option(finding.object.map(|object| object.sub));
         let mut message = Vec::new();
-        match setting.lang {
-            Lang::Zh => zh::findings::message(&mut message, finding),
-            Lang::En => en::findings::message(&mut message, finding),
-        }
+        findings::message(&mut message, setting.lang, finding);
         columns.message.append_value(String::from_utf8_lossy(&message));
         let mut facts = Vec::new();
-        jsonl::sdo::facts(&mut facts, &finding.facts);
+        jsonl::facts::facts(&mut facts, finding);
         columns.facts.append_value(String::from_utf8_lossy(&facts));
         self.end_row(message.len() + facts.len(), done);
     }

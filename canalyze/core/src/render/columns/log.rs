@@ -16,7 +16,7 @@ use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
 use crate::render::jsonl::Setting;
 use crate::text::digits::{Hex, put};
-use crate::text::{Depth, Lang, en, zh};
+use crate::text::{Depth, Lang, en, findings, zh};
 
 columns! {
     /// The columns.
@@ -82,10 +82,7 @@ impl Log {
         let rule = finding.code.rule();
         let at = if finding.at.no > 0 { finding.at } else { last };
         self.text.clear();
-        match self.lang {
-            Lang::Zh => zh::findings::message(&mut self.text, finding),
-            Lang::En => en::findings::message(&mut self.text, finding),
-        }
+        findings::message(&mut self.text, self.lang, finding);
         let cycle = cycles.at(finding.bus, at.no);
         let place = (at, cycle, finding.bus, finding.node);
         self.row(done, setting, place, (rule.severity, "finding"), rule.id.as_bytes());

@@ -14,10 +14,11 @@ use super::cycle_numbers::CycleNumbers;
 use super::{Batch, Columns, Name, Seen};
 use crate::configuration::Provenance;
 use crate::event::{Event, Placement, ProcessData, Signals, What};
-use crate::finding::{Code, Facts, Finding};
+use crate::finding::{Code, Finding, Verdict};
 use crate::frame::{BusId, Buses, CanId, Frame, FrameRef};
 use crate::message::Message;
 use crate::render::jsonl::Setting;
+use crate::rules::capture::Cap002;
 use crate::select::Select;
 use crate::services::pdo::mapping::Mapping;
 use crate::services::sdo::transfer::{Beginning, Direction, Mode, Transfer, TransferId};
@@ -118,7 +119,7 @@ impl Capture {
     fn lost(&mut self, code: Code) {
         let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
         let at = Frame::classic(CanId::standard(0), &[]).reference();
-        let facts = Facts::Dropped { count: 1, total: 1 };
+        let Verdict { facts, .. } = Cap002::Dropped { frames: 1, total: 1 }.into();
         let finding = Finding { code, at, cause: None, bus: BusId(0), node: None, object: None, facts };
         self.columns.finding(setting, &finding);
     }

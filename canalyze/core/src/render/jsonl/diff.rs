@@ -24,7 +24,7 @@ use crate::render::diff::{Setting, extents};
 use crate::services::sdo::wire::Side as Sender;
 use crate::text::diff as words;
 use crate::text::digits::{Hex, Joined, put};
-use crate::text::escape;
+use crate::text::{escape, findings};
 
 /// Appends all lines. `files`: the names of both.
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison, files: [&[u8]; 2]) {
@@ -137,10 +137,7 @@ fn value(out: &mut Vec<u8>, setting: Setting<'_>, side: &Side) {
         Shows::Length(bytes) => put!(out; "{\"length\":", *bytes, "}"),
         Shows::Finding(finding) => {
             put!(out; "{\"code\":\"", finding.code.rule().id, "\",\"message\":");
-            quoted(out, |text| match setting.lang {
-                crate::text::Lang::Zh => crate::text::zh::findings::message(text, finding),
-                crate::text::Lang::En => crate::text::en::findings::message(text, finding),
-            });
+            quoted(out, |text| findings::message(text, setting.lang, finding));
             put!(out; "}");
         }
     }

@@ -2,10 +2,10 @@
 //!
 //! Times have `_ns` appended to their key, hexadecimal quantities are strings, a PDO is `TPDO1`.
 
-use super::{number_or_null, truth};
+use super::{number_or_null, sdo, truth};
 use crate::drive;
 use crate::event::{Note, Scanned};
-use crate::finding::{Quantity, Said, Unmet};
+use crate::finding::{CrcMatch, Facts, Finding, Measured, Quantity, Said, Unmet};
 use crate::text::digits::{Hex, Joined, put};
 use crate::text::escape;
 
@@ -52,32 +52,45 @@ fn parts(out: &mut Vec<u8>, address: [Option<u32>; 4]) {
     }
 }
 
-/// Appends the object.
-pub(super) fn told(out: &mut Vec<u8>, measured: &[(&'static str, Quantity)]) {
+/// Appends what a finding measured, as an object whose keys depend on the rule.
+pub fn facts(out: &mut Vec<u8>, finding: &Finding) {
+    match (&finding.facts, finding.measured()) {
+        (Facts::Unmet(deviation), _) => unmet(out, deviation),
+        (Facts::Repeated { count }, _) => put!(out; "{\"repeated\":", *count, "}"),
+        (_, Some(measured)) => told(out, &measured),
+        (_, None) => put!(out; "{}"),
+    }
+}
+
+fn told(out: &mut Vec<u8>, measured: &Measured) {
     let mut before = "{\"";
-    for (name, quantity) in measured {
-        if *quantity == Quantity::Nothing {
-            continue;
-        }
+    for (name, value) in measured.variant.constants {
+        put!(out; before, *name, "\":", *value);
+        before = ",\"";
+    }
+    for (name, quantity) in measured.facts().filter(|(_, quantity)| *quantity != Quantity::Nothing) {
         put!(out; before);
         before = ",\"";
-        pair(out, name, *quantity);
+        pair(out, name, quantity);
     }
     put!(out; if before == "{\"" { "{}" } else { "}" });
 }
 
 /// Appends the object of an expectation: `expectation` is its file and line; the rest as above, mostly `expected` and
 /// `found`. Bytes are a hex string.
-pub(super) fn unmet(out: &mut Vec<u8>, unmet: &Unmet) {
+fn unmet(out: &mut Vec<u8>, unmet: &Unmet) {
     put!(out; "{\"expectation\":");
     escape::json(out, unmet.expectation.as_bytes());
-    for (name, said) in &unmet.said {
+    for (name, value) in unmet.variant.constants.iter().filter(|_| unmet.repeated == 0) {
+        put!(out; ",\"", *name, "\":", *value);
+    }
+    for (name, said) in unmet.facts() {
         put!(out; ",\"");
         if let Said::Quantity(quantity) = said {
             pair(out, name, *quantity);
             continue;
         }
-        put!(out; *name, "\":");
+        put!(out; name, "\":");
         match said {
             Said::Quantity(_) => {}
             Said::Real(number) if number.is_finite() => out.extend_from_slice(number.to_string().as_bytes()),
@@ -125,6 +138,14 @@ fn pair(out: &mut Vec<u8>, name: &str, quantity: Quantity) {
         Quantity::Id(id) if id.is_extended() => put!(out; "\"", Hex::<8>(u64::from(id.raw())), "\""),
         Quantity::Id(id) => put!(out; "\"", Hex::<3>(u64::from(id.raw())), "\""),
         Quantity::Pdo(transmit, number) => put!(out; if transmit { "\"TPDO" } else { "\"RPDO" }, number, "\""),
+        Quantity::Side(side) => put!(out; "\"", sdo::side(side), "\""),
+        Quantity::Size(bytes) => put!(out; bytes),
+        Quantity::Crc(matches) => put!(out; match matches {
+            CrcMatch::Nothing => "null",
+            CrcMatch::WithPadding => "\"with_padding\"",
+            CrcMatch::InitialFfff => "\"initial_ffff\"",
+            CrcMatch::Reflected => "\"reflected\"",
+        }),
         Quantity::Mode(mode) => put!(out; i64::from(mode)),
         Quantity::Drive(word) => put!(out; "\"", drive::State::of(word).map_or("", drive::State::name), "\""),
     }

@@ -20,7 +20,7 @@
 
 mod contents;
 pub mod diff;
-mod facts;
+pub mod facts;
 mod info;
 mod object;
 pub mod observed;
@@ -34,7 +34,7 @@ use crate::finding::Finding;
 use crate::frame::{Buses, Direction, Frame, Kind};
 use crate::render::text::Lines;
 use crate::text::digits::{Hex, Joined, fraction, put};
-use crate::text::{Depth, Lang, en, escape, zh};
+use crate::text::{Depth, Lang, en, escape, findings, notes, zh};
 use crate::trail::Held;
 
 pub use contents::contents;
@@ -201,12 +201,9 @@ fn found(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
         None => put!(out; ",\"index\":null,\"sub\":null"),
     }
     put!(out; ",\"message\":");
-    quoted(out, |text| match setting.lang {
-        Lang::Zh => zh::findings::message(text, finding),
-        Lang::En => en::findings::message(text, finding),
-    });
+    quoted(out, |text| findings::message(text, setting.lang, finding));
     put!(out; ",\"facts\":");
-    sdo::facts(out, &finding.facts);
+    facts::facts(out, finding);
 }
 
 /// What `write` says of the frame of this number, for people.
@@ -242,10 +239,7 @@ fn note(out: &mut Vec<u8>, setting: Setting<'_>, event: &Event, note: Note) {
     put!(out; ",\"transfer\":");
     number_or_null(out, event.transfer.map(|id| id.0));
     put!(out; ",\"text\":");
-    quoted(out, |text| match setting.lang {
-        Lang::Zh => zh::findings::note(text, note, about.no),
-        Lang::En => en::findings::note(text, note, about.no),
-    });
+    quoted(out, |text| notes::note(text, setting.lang, note, about.no));
     facts::note(out, note);
     put!(out; "}\n");
 }

@@ -5,7 +5,6 @@
 use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};
 use crate::dictionary::Object;
 use crate::event::{Place, Step};
-use crate::finding::{CrcMatch, Facts};
 use crate::frame::Frame;
 use crate::od::{self, DataType, Value};
 use crate::services::sdo::transfer::{Abort, Status, Transfer, TransferId};
@@ -206,59 +205,5 @@ pub(crate) fn json_value(out: &mut Vec<u8>, data_type: Option<DataType>, bytes: 
         Value::Real(value) if value.is_finite() => out.extend_from_slice(value.to_string().as_bytes()),
         Value::Real(_) => put!(out; "null"),
         Value::Text(text) => escape::json(out, text.as_bytes()),
-    }
-}
-
-/// Appends a finding's facts: an object whose keys depend on the rule.
-pub fn facts(out: &mut Vec<u8>, facts: &Facts) {
-    match *facts {
-        Facts::None => put!(out; "{}"),
-        Facts::Lines { count } => put!(out; "{\"lines\":", count, "}"),
-        Facts::Dropped { count, total } => put!(out; "{\"frames\":", count, ",\"total\":", total, "}"),
-        Facts::Toggle { expected, found, by } => {
-            put!(out; "{\"expected\":", u8::from(expected), ",\"found\":", u8::from(found), ",\"by\":\"", side(by), "\"}");
-        }
-        Facts::Missing { by: Side::Server } => put!(out; "{\"missing\":\"response\"}"),
-        Facts::Missing { by: Side::Client } => put!(out; "{\"missing\":\"request\"}"),
-        Facts::NotAcknowledged => put!(out; "{\"missing\":\"acknowledgement\"}"),
-        Facts::Duplicate => put!(out; "{\"missing\":\"request\",\"duplicate\":true}"),
-        Facts::Objects { expected, found } => {
-            put!(out; "{\"expected\":\"", Hex::<4>(u64::from(expected.index)), ":", Hex::<2>(u64::from(expected.sub)));
-            put!(out; "\",\"found\":\"", Hex::<4>(u64::from(found.index)), ":", Hex::<2>(u64::from(found.sub)), "\"}");
-        }
-        Facts::Unused(n) => put!(out; "{\"unused\":", n, "}"),
-        Facts::Size { indicated, transferred } => {
-            put!(out; "{\"indicated\":", indicated, ",\"transferred\":", transferred, "}");
-        }
-        Facts::Outside => put!(out; "{\"reason\":\"outside\"}"),
-        Facts::NoLast => put!(out; "{\"reason\":\"no_last\"}"),
-        Facts::Length(len) => put!(out; "{\"length\":", len, "}"),
-        Facts::Sequence { expected, found } => {
-            put!(out; "{\"reason\":\"sequence\",\"expected\":", expected, ",\"found\":", found, "}");
-        }
-        Facts::Acknowledged { ackseq, sent } => {
-            put!(out; "{\"reason\":\"acknowledged\",\"ackseq\":", ackseq, ",\"sent\":", sent, "}");
-        }
-        Facts::NotResent { ackseq } => put!(out; "{\"reason\":\"not_resent\",\"ackseq\":", ackseq, "}"),
-        Facts::BlockSize(size) => put!(out; "{\"reason\":\"block_size\",\"blksize\":", size, "}"),
-        Facts::EarlyEnd => put!(out; "{\"reason\":\"early_end\"}"),
-        Facts::EndNotConfirmed => put!(out; "{\"reason\":\"end_not_confirmed\"}"),
-        Facts::Crc { computed, found, matches } => {
-            put!(out; "{\"computed\":\"", Hex::<4>(u64::from(computed)), "\",\"found\":\"", Hex::<4>(u64::from(found)));
-            put!(out; match matches {
-                CrcMatch::Nothing => "\",\"matches\":null}",
-                CrcMatch::WithPadding => "\",\"matches\":\"with_padding\"}",
-                CrcMatch::InitialFfff => "\",\"matches\":\"initial_ffff\"}",
-                CrcMatch::Reflected => "\",\"matches\":\"reflected\"}",
-            });
-        }
-        Facts::Abort { code, by } => {
-            put!(out; "{\"abort\":\"", Hex::<8>(u64::from(code)), "\",\"by\":\"", side(by), "\"}");
-        }
-        Facts::Command(command) => put!(out; "{\"command\":\"", Hex::<2>(u64::from(command)), "\"}"),
-        Facts::Frames { count } => put!(out; "{\"frames\":", count, "}"),
-        Facts::Told { measured, .. } => super::facts::told(out, &measured),
-        Facts::Unmet(ref unmet) => super::facts::unmet(out, unmet),
-        Facts::Repeated { count } => put!(out; "{\"repeated\":", count, "}"),
     }
 }

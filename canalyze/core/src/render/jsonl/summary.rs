@@ -37,7 +37,7 @@ use crate::summary::traffic::{Pdo, Sync};
 use crate::summary::{Bus, Capture, Raised, SERVICES, Summary};
 use crate::text::digits::{Hex, Padded, put};
 use crate::text::terms::{abort_code, emcy, nmt};
-use crate::text::{Lang, en, escape, zh};
+use crate::text::{Lang, escape};
 
 const NS: u64 = 1_000_000_000;
 
@@ -259,10 +259,7 @@ fn finding(out: &mut Vec<u8>, setting: Setting<'_>, code: crate::finding::Code, 
     put!(out; "{\"kind\":\"summary_finding\",\"code\":\"", rule.id, "\",\"name\":\"", rule.name);
     put!(out; "\",\"severity\":\"", rule.severity.name(), "\",\"message\":");
     quoted(out, |text| {
-        put!(text; match setting.lang {
-            Lang::Zh => zh::findings::rule(code).message,
-            Lang::En => en::findings::rule(code).message,
-        });
+        put!(text; setting.lang.of(rule.message));
     });
     put!(out; ",\"count\":", raised.count);
     for (key, at) in [("first", raised.first), ("last", raised.last)] {

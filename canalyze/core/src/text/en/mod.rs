@@ -1,6 +1,5 @@
 //! The English sentences.
 
-pub mod findings;
 pub mod losses;
 pub mod pdo;
 pub mod sdo;

@@ -1,6 +1,5 @@
 //! The Chinese sentences.
 
-pub mod findings;
 pub mod losses;
 pub mod pdo;
 pub mod sdo;

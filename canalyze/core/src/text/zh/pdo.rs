@@ -6,7 +6,7 @@ use crate::configuration::Provenance;
 use crate::event::{Addressed, Placement, ProcessData, Signals, Unmapped};
 use crate::frame::Frame;
 use crate::text::digits::put;
-use crate::text::{Depth, Lang, signal, told};
+use crate::text::{Depth, Lang, sentence, signal};
 
 /// Appends the phrase of a PDO, and at other depths than brief its signals. No line end.
 pub fn process_data(out: &mut Vec<u8>, depth: Depth, data: &ProcessData, frame: &Frame) {
@@ -59,7 +59,7 @@ fn placement(out: &mut Vec<u8>, sync: &Placement) {
     put!(out; " [SYNC ", sync.cycle);
     if let Some(delay) = sync.delay_ns {
         put!(out; if delay < 0 { " " } else { " +" });
-        told::duration(out, delay);
+        sentence::duration(out, delay);
     }
     put!(out; "]");
 }

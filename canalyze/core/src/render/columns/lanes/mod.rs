@@ -35,7 +35,7 @@ use super::column::{Batch, Numbers, Table, Words, columns};
 use super::cycle_numbers::CycleNumbers;
 use crate::drive::{self, Object};
 use crate::event::{Event, Note, ProcessData, What};
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::{Code, Finding, Quantity};
 use crate::frame::{BusId, Frame};
 use crate::message::Message;
 use crate::render::jsonl::Setting;
@@ -471,9 +471,8 @@ fn bit(node: u8) -> u128 {
 
 /// What a finding has measured, in ns.
 fn measured(finding: &Finding, name: &str) -> Option<i64> {
-    let Facts::Told { measured, .. } = &finding.facts else { return None };
-    measured.iter().find_map(|(known, quantity)| match quantity {
-        Quantity::Ns(ns) if *known == name => Some(*ns),
+    match finding.measured()?.get(name)? {
+        Quantity::Ns(ns) => Some(ns),
         _ => None,
-    })
+    }
 }

@@ -9,7 +9,7 @@ use crate::frame::{Frame, FrameRef};
 use crate::message::Message;
 use crate::services::sdo::transfer::Transfer;
 use crate::text::digits::put;
-use crate::text::{Depth, Lang, en, terms, value, zh};
+use crate::text::{Depth, Lang, en, findings, terms, value, zh};
 
 /// Most bytes of a transfer that its message has.
 const DATA: usize = 1024;
@@ -132,10 +132,7 @@ pub(super) fn finding(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &st
     let rule = finding.code.rule();
     let mut words = std::mem::take(&mut decoded.words);
     words.clear();
-    match decoded.lang {
-        Lang::Zh => zh::findings::message(&mut words, finding),
-        Lang::En => en::findings::message(&mut words, finding),
-    }
+    findings::message(&mut words, decoded.lang, finding);
     if let Some(channel) = decoded.channel(place, "/findings", definitions::FINDING) {
         let time = place.moment(finding.at);
         let cdr = place.cdr.begin().header(time, bus.as_bytes());

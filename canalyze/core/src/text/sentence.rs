@@ -1,50 +1,49 @@
 //! Sentences of rules, filled with what was measured: `SYNC 计数为{found}, 应为{expected}`.
 //!
-//! It must not choose a sentence; the finding says which one. Quantities are printed here, once for all rules.
+//! It must not choose a sentence; the finding says which one. Facts are printed here, once for all rules.
 
 use super::digits::{Hex, Spaced, put};
 use super::{Lang, en, escape, signal, terms, value, zh};
-use crate::finding::{Quantity, Said};
+use crate::finding::{CrcMatch, Quantity, Said};
+use crate::services::sdo::wire::Side;
 
 /// Most bytes of one value in a sentence.
 const BYTES: usize = 16;
 /// Most characters of one text in a sentence.
 const CHARACTERS: usize = 64;
 
-/// Appends a sentence; a name in braces is replaced by its quantity, in the unit that suits it.
-pub fn fill(out: &mut Vec<u8>, lang: Lang, sentence: &str, measured: &[(&'static str, Quantity)]) {
-    names(out, sentence, |out, name| {
-        if let Some((_, quantity)) = measured.iter().find(|(known, _)| *known == name) {
-            print(out, lang, *quantity);
-        }
-    });
-}
-
-/// The same with what was expected and found.
-pub fn fill_said(out: &mut Vec<u8>, lang: Lang, sentence: &str, said: &[(&'static str, Said)]) {
-    names(out, sentence, |out, name| match said.iter().find(|(known, _)| *known == name) {
-        None => {}
-        Some((_, Said::Quantity(quantity))) => print(out, lang, *quantity),
-        Some((_, Said::Real(number))) => out.extend_from_slice(number.to_string().as_bytes()),
-        Some((_, Said::Bool(on))) => put!(out; if *on { "TRUE" } else { "FALSE" }),
-        Some((_, Said::Text(text))) => quoted(out, text),
-        Some((_, Said::Bytes(bytes))) => {
-            put!(out; Spaced(bytes.get(..BYTES).unwrap_or(bytes)), if bytes.len() > BYTES { " ..." } else { "" });
-        }
-        Some((_, Said::Word(word))) => put!(out; *word),
-    });
-}
-
-/// Appends a sentence; what stands for a name in braces is written by `write`.
-fn names(out: &mut Vec<u8>, sentence: &str, write: impl Fn(&mut Vec<u8>, &str)) {
+/// Appends a sentence; a name in braces is replaced by its fact, in the unit that suits it. `{frames|frame|frames}` is a
+/// number with its noun.
+pub fn fill(out: &mut Vec<u8>, lang: Lang, sentence: &str, named: impl Fn(&str) -> Option<Said>) {
     let mut rest = sentence;
     while let Some((before, after)) = rest.split_once('{') {
         put!(out; before);
         let Some((name, after)) = after.split_once('}') else { return };
-        write(out, name);
+        let (name, nouns) = name.split_once('|').map_or((name, None), |(name, nouns)| (name, nouns.split_once('|')));
+        let fact = named(name);
+        if let Some(fact) = &fact {
+            say(out, lang, fact);
+        }
+        if let Some((one, more)) = nouns {
+            put!(out; " ", if fact == Some(Said::Quantity(Quantity::Count(1))) { one } else { more });
+        }
         rest = after;
     }
     put!(out; rest);
+}
+
+/// Appends one fact.
+fn say(out: &mut Vec<u8>, lang: Lang, said: &Said) {
+    match said {
+        Said::Quantity(quantity) => print(out, lang, *quantity),
+        Said::Real(number) => out.extend_from_slice(number.to_string().as_bytes()),
+        Said::Bool(on) => put!(out; if *on { "TRUE" } else { "FALSE" }),
+        Said::Text(text) => quoted(out, text),
+        Said::Bytes(bytes) => {
+            put!(out; Spaced(bytes.get(..BYTES).unwrap_or(bytes)), if bytes.len() > BYTES { " ..." } else { "" });
+        }
+        Said::Word(word) => put!(out; *word),
+    }
 }
 
 /// Appends text of a capture or a file in quotes; long text is cut.
@@ -105,10 +104,26 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
                 put!(out; " ", word);
             }
         }
+        Quantity::Side(Side::Client) => put!(out; lang.pick("主站", "client")),
+        Quantity::Side(Side::Server) => put!(out; lang.pick("从站", "server")),
+        Quantity::Size(bytes) => value::size(out, lang, bytes),
+        Quantity::Crc(matches) => put!(out; crc(lang, matches)),
         Quantity::Type(code) => match crate::od::DataType::from_code(code) {
             Some(data_type) => put!(out; data_type.name()),
             None => put!(out; Hex::<4>(u64::from(code)), "h"),
         },
+    }
+}
+
+/// What a wrong CRC would be right for.
+fn crc(lang: Lang, matches: CrcMatch) -> &'static str {
+    match matches {
+        CrcMatch::Nothing => "",
+        CrcMatch::WithPadding => {
+            lang.pick(" (把最后一段的填充字节也算入时才相符)", " (matches only with the padding of the last segment)")
+        }
+        CrcMatch::InitialFfff => lang.pick(" (初值取FFFFh时才相符)", " (matches only with the initial value FFFFh)"),
+        CrcMatch::Reflected => lang.pick(" (按位反转的算法时才相符)", " (matches only the reflected variant)"),
     }
 }
 
@@ -171,8 +186,13 @@ mod tests {
     #[test]
     fn sentences() {
         let mut out = Vec::new();
-        let measured = [("found", Quantity::Count(7)), ("expected", Quantity::Ns(1_000_000))];
-        fill(&mut out, Lang::En, "{found} instead of {expected}.", &measured);
-        assert_eq!(out, b"7 instead of 1ms.");
+        let named = |name: &str| match name {
+            "found" => Some(Said::Quantity(Quantity::Count(7))),
+            "one" => Some(Said::Quantity(Quantity::Count(1))),
+            "expected" => Some(Said::Quantity(Quantity::Ns(1_000_000))),
+            _ => None,
+        };
+        fill(&mut out, Lang::En, "{found} instead of {expected}: {found|frame|frames}, {one|bit|bits}.", named);
+        assert_eq!(out, b"7 instead of 1ms: 7 frames, 1 bit.");
     }
 }

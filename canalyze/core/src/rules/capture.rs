@@ -1,0 +1,96 @@
+//! Rules about the capture itself: what of it cannot be read or is missing.
+
+use super::quantity::{Count, JsonOnly};
+use super::{Verdict, rules};
+
+rules! {
+    Verdict:
+
+    /// Lines that should hold a frame and cannot be read.
+    Cap001 "CAP001" "unreadable-lines" Warning "-" [] {
+        message "有无法读取的行或记录" "lines or records that cannot be read";
+        meaning
+            "它们既不是所读格式的帧, 也不是注释; 其余内容照常解析。"
+            "They are neither frames of the format that is read nor comments; all others are decoded all the same.";
+        cause
+            "文件被截断或编辑过, 混入了其他程序的输出, 或者是尚不支持的格式。"
+            "The file was cut or edited, holds another program's output, or is of a format not supported yet.";
+        Lines { lines: Count }
+            "{lines}行无法读取"
+            "{lines|line|lines} cannot be read";
+    }
+
+    /// The capturing program says that it lost frames.
+    Cap002 "CAP002" "dropped-frames" Warning "-" [] {
+        message "记录程序丢帧" "frames lost by the capturing program";
+        meaning
+            "记录程序自己声明丢失了帧。丢帧处的toggle位、序列号和应答不再判断, 进行中的传输记为不完整。"
+            "The capturing program says itself that it lost frames. Across the gap no toggle bit, sequence number or answer is judged, and open transfers are incomplete.";
+        cause
+            "接收缓冲区太小、主机太忙或存储太慢; candump可用 -r、dumpcap可用 -B 加大缓冲区, 其他记录程序见其缓冲设置。"
+            "The receive buffer is too small, the host too busy or its disk too slow; candump takes a larger buffer with -r, dumpcap with -B, other programs in their settings.";
+        Dropped { frames: Count, total: Count }
+            "丢失{frames}帧 (累计{total}帧)"
+            "{frames|frame|frames} lost ({total} in total)";
+    }
+
+    /// Stamps of a pipe go backwards.
+    Cap003 "CAP003" "stamps-backward" Warning "-" [] {
+        message "时间戳倒退" "time stamps go backwards";
+        meaning
+            "管道中的时间戳按从零开始解释, 但出现了倒退: 它们很可能是与前一帧的差值。"
+            "The stamps of a pipe were taken as counted from zero, but one goes backwards: they are probably differences to the frame before.";
+        cause
+            "candump使用了 -t d; 请加上 --stamps delta。"
+            "candump ran with -t d; add --stamps delta.";
+    }
+
+    /// A part of the file is damaged and was passed over.
+    Cap004 "CAP004" "damaged-capture" Warning "-" [] {
+        message "文件有一部分损坏, 已跳过" "a part of the file is damaged and was passed over";
+        meaning
+            "损坏处前后能读的内容都已读取。跨越缺口不判断toggle位、序号和应答, 未完成的传输记为不完整。"
+            "What can be read before and after it is read. Across the gap no toggle bit, sequence number or answer is judged, and open transfers are incomplete.";
+        cause
+            "记录设备断电、存储介质出错, 或文件在传送中被改动; 请重新拷贝并比较校验和。"
+            "The recording machine lost power, the medium has errors, or the file was changed on its way; copy it again and compare check sums.";
+        Checksum { offset: JsonOnly<Option<Count>>, bytes: Option<Count> }
+            "校验和不符; 跳过{bytes}字节"
+            "the check sum does not match; {bytes} bytes were passed over";
+        Structure { offset: JsonOnly<Option<Count>>, bytes: Option<Count> }
+            "长度或类型无效; 跳过{bytes}字节"
+            "a length or type that cannot be; {bytes} bytes were passed over";
+        Compression { offset: JsonOnly<Option<Count>>, bytes: Option<Count> }
+            "压缩数据损坏; 跳过{bytes}字节"
+            "compressed data are damaged; {bytes} bytes were passed over";
+        Rest { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
+            "文件的其余部分无法读取"
+            "the rest of the file cannot be read";
+        Undefined { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
+            "部分topic的定义已丢失, 其消息已跳过"
+            "messages of topics whose definition is lost were passed over";
+        ChecksumWithFrames { offset: JsonOnly<Option<Count>>, bytes: Option<Count>, frames: Count }
+            "校验和不符; 跳过{bytes}字节, 其中{frames}帧"
+            "the check sum does not match; {bytes} bytes with {frames} frames were passed over";
+        StructureWithFrames { offset: JsonOnly<Option<Count>>, bytes: Option<Count>, frames: Count }
+            "长度或类型无效; 跳过{bytes}字节, 其中{frames}帧"
+            "a length or type that cannot be; {bytes} bytes with {frames} frames were passed over";
+        CompressionWithFrames { offset: JsonOnly<Option<Count>>, bytes: Option<Count>, frames: Count }
+            "压缩数据损坏; 跳过{bytes}字节, 其中{frames}帧"
+            "compressed data are damaged; {bytes} bytes with {frames} frames were passed over";
+    }
+
+    /// The file ends in the middle of a record.
+    Cap005 "CAP005" "capture-cut" Info "-" [] {
+        message "文件在一条记录中间结束" "the file ends in the middle of a record";
+        meaning
+            "截断之前的内容都已读取; 正在写入的那条记录丢失。"
+            "Everything before the cut is read; what was being written is lost.";
+        cause
+            "记录程序被终止, 或文件仍在写入、拷贝中。"
+            "The recording program was ended, or the file is still being written or copied.";
+        Cut { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
+            "文件在一条记录中间结束; 此前的内容都已读取"
+            "the file ends in the middle of a record; all before it is read";
+    }
+}

@@ -1,0 +1,70 @@
+//! Rules about what a description (EDS or DCF) says of a device and the device does otherwise.
+
+use super::quantity::{Count, Quantity};
+use super::{Verdict, rules};
+
+rules! {
+    Verdict:
+
+    /// A value read before any write differs from the EDS's default.
+    Eds001 "EDS001" "differs-from-eds" Info "CiA 306" [Sdo] {
+        message "读到的值与EDS的默认值不同" "value read differs from the EDS's default";
+        meaning
+            "在记录中还没有写过该参数, 读到的值就与EDS的默认值不同, 或者PDO从一开始就与EDS的默认映射长度不同。"
+            "The parameter was not written in the capture before, and the value read is not the EDS's default; or from the beginning a PDO is not as long as the EDS's default mapping.";
+        cause
+            "设备在记录开始之前已被配置或存储过参数, EDS与固件版本不符, 或者EDS不是这台设备的。"
+            "The device was configured or stored its parameters before the capture began, or the EDS is of another firmware or another device.";
+        Value { found: Quantity, described: Quantity }
+            "读到{found}, EDS的默认值为{described}"
+            "{found} read, {described} by default in the EDS";
+        PdoLength { found: Count, mapped: Count }
+            "PDO为{found}字节, EDS的默认映射为{mapped}字节: 设备在记录开始前已被配置, 或者EDS不是这台设备的"
+            "PDO length {found}, the EDS's default mapping has {mapped} (in bytes): the device was configured before the capture began, or the EDS is not of this device";
+    }
+
+    /// A value read before any write differs from what a DCF configures.
+    Eds002 "EDS002" "differs-from-dcf" Warning "CiA 306" [Sdo] {
+        message "读到的值与DCF不同" "value read differs from the DCF";
+        meaning
+            "在记录中还没有写过该参数, 读到的值就与DCF配置的值不同。"
+            "The parameter was not written in the capture before, and the value read is not what the DCF configures.";
+        cause
+            "设备没有按这份DCF配置, 或者配置在复位后丢失。"
+            "The device is not configured by this DCF, or lost its configuration in a reset.";
+        Value { found: Quantity, described: Quantity }
+            "读到{found}, DCF配置为{described}"
+            "{found} read, {described} in the DCF";
+    }
+
+    /// An object was accessed that the description lacks.
+    Eds003 "EDS003" "not-in-description" Info "CiA 306" [Sdo] {
+        message "设备描述中没有该对象" "object is not in the description";
+        meaning
+            "访问成功了, 但设备描述中没有这个索引或子索引。"
+            "The access succeeded, but the device's description has no such index or sub-index.";
+        cause
+            "EDS与固件版本不符, 或者厂商没有把该对象写进EDS。"
+            "The EDS is of another firmware, or the vendor left the object out of it.";
+        Index
+            "访问成功, 但设备描述中没有该索引"
+            "accessed, but the description has no such index";
+        SubIndex
+            "访问成功, 但设备描述中该索引没有这个子索引"
+            "accessed, but the description has no such sub-index of it";
+    }
+
+    /// Device type, vendor-ID or product code are not the description's.
+    Eds004 "EDS004" "identity-differs" Warning "CiA 306" [Sdo] {
+        message "设备标识与设备描述不符" "identity differs from the description";
+        meaning
+            "设备类型(1000h)、制造商ID或产品码(1018h)与设备描述中的不同: 这份描述很可能不是这台设备的。"
+            "Device type (1000h), vendor-ID or product code (1018h) are not those of the description: it probably is that of another device.";
+        cause
+            "给节点指定了错误的EDS, 节点ID弄混, 或者更换了设备。"
+            "The wrong EDS was given for the node, node-IDs were mixed up, or the device was replaced.";
+        Value { found: Quantity, described: Quantity }
+            "读到{found}, 设备描述中为{described}: EDS很可能不是这台设备的"
+            "{found} read, {described} in the description: the EDS is probably not of this device";
+    }
+}

@@ -1,0 +1,355 @@
+//! Rules about what a user expects of a capture (`canalyze check --expect`).
+
+use super::quantity::{Command, Count, Emcy, JsonOnly, Ns, Pdo, Quantity, Real, Said, State, Text, Word};
+use super::{Deviation, rules};
+
+rules! {
+    Deviation:
+
+    /// An SDO transfer that is expected has not come, or not in time.
+    Exp001 "EXP001" "transfer-missing" Error "-" [Sdo] {
+        message "缺少期望的SDO传输" "expected SDO transfer missing";
+        meaning
+            "期望要求出现这一传输, 而它没有出现, 或者次数不够、出现得太晚。到记录结束时仍未完成的传输不算出现。"
+            "An expectation says that this transfer must occur; it has not, or not as often or as early as it must. A transfer that was still running at the end of the capture has not occurred.";
+        cause
+            "主站不再像以前那样配置该节点, 节点不在, 记录太短, 或者期望文件已经过时。"
+            "The master does not configure the node as before, the node was not there, the capture is too short, or the expectation is out of date.";
+        NoTransfer { expected: JsonOnly<Said> }
+            "没有这样的传输"
+            "no such transfer";
+        NoRead { expected: JsonOnly<Said> }
+            "没有这样的读取"
+            "no such read";
+        NoWrite { expected: JsonOnly<Said> }
+            "没有这样的写入"
+            "no such write";
+        NoTransferOf { expected: Said }
+            "没有传输{expected}"
+            "no transfer of {expected}";
+        NoReadOf { expected: Said }
+            "没有读到{expected}"
+            "no read of {expected}";
+        NoWriteOf { expected: Said }
+            "没有写入{expected}"
+            "no write of {expected}";
+        TooFew { expected: Count, found: Count }
+            "这样的传输有{found}次, 期望至少{expected}次"
+            "{found} such transfers, expected at least {expected}";
+        Late { expected: Ns, found: Ns }
+            "在记录开始后{found}才出现, 期望在{expected}之内"
+            "came only {found} after the start of the capture, expected within {expected}";
+        NotCompleted { expected: JsonOnly<Said> }
+            "传输从这一帧开始, 到记录结束时仍未完成"
+            "the transfer began here and was not completed in the capture";
+        NoAbort { expected: JsonOnly<Said> }
+            "没有被中止的传输"
+            "no aborted transfer";
+        NoAbortWith { expected: Said }
+            "没有以{expected}中止的传输"
+            "no transfer that was aborted with {expected}";
+    }
+
+    /// An SDO transfer of a sequence came before the one that is expected before it.
+    Exp002 "EXP002" "transfer-out-of-order" Error "-" [Sdo] {
+        message "SDO传输的次序与期望不同" "SDO transfer out of the expected order";
+        meaning
+            "序列中的传输必须按所列次序完成, 中间可以有其他传输。这一传输出现得太早, 之后没有在应有的位置再次出现。"
+            "The transfers of a sequence must complete in the order in which they are listed; others may come between them. This one came too early, and not again in its place.";
+        cause
+            "主站的配置次序改变了, 或者有几个客户端同时工作。"
+            "The master's configuration sequence has changed, or several clients work at the same time.";
+        TooEarly { sequence: Text, before: Text }
+            "太早: 序列{sequence}中应先完成{before}的传输"
+            "too early: in the sequence {sequence} the transfer of {before} comes first";
+    }
+
+    /// An SDO transfer carried another value, or ended otherwise, than expected.
+    Exp003 "EXP003" "transfer-differs" Error "-" [Sdo] {
+        message "SDO传输与期望不同" "SDO transfer other than expected";
+        meaning
+            "该对象有过传输, 但值或结果不同, 而期望的传输没有出现。有多次时指出最后一次。"
+            "The object was transferred, but with another value or another outcome, and the expected transfer has not come. Of several, the last is named.";
+        cause
+            "配置或固件不同, 或者节点有故障。"
+            "Another configuration, another firmware, or a fault of the node.";
+        Value { expected: Said, found: Said }
+            "值为{found}, 期望为{expected}"
+            "carried {found}, expected {expected}";
+        Aborted { expected: JsonOnly<Said>, found: Said }
+            "以{found}中止, 期望成功"
+            "was aborted with {found}, expected to succeed";
+        Succeeded { expected: JsonOnly<Said>, found: JsonOnly<Said> }
+            "成功, 期望被中止"
+            "succeeded, expected to be aborted";
+        SucceededNotWith { expected: Said, found: JsonOnly<Said> }
+            "成功, 期望以{expected}中止"
+            "succeeded, expected to be aborted with {expected}";
+        AbortedOtherwise { expected: Said, found: Said }
+            "以{found}中止, 期望的是{expected}"
+            "was aborted with {found}, expected is {expected}";
+        Failed { expected: JsonOnly<Said>, found: JsonOnly<Said> }
+            "因违反SDO协议而失败, 与期望不同"
+            "failed against the SDO protocol, expected otherwise";
+    }
+
+    /// An SDO transfer that must not occur.
+    Exp004 "EXP004" "forbidden-transfer" Error "-" [Sdo] {
+        message "不应出现的SDO传输" "SDO transfer that must not occur";
+        meaning
+            "期望规定这一传输不得出现。"
+            "An expectation says that this transfer must never occur.";
+        cause
+            "另有客户端或工具访问该节点, 或者主站有了新的动作。"
+            "Another client or tool accesses the node, or the master does something new.";
+        Occurred
+            "不应出现"
+            "must not occur";
+        OccurredWith { found: Said }
+            "不应出现 ({found})"
+            "must not occur ({found})";
+    }
+
+    /// A node or a drive has not shown an expected state, or not in time.
+    Exp005 "EXP005" "state-not-reached" Error "-" [ErrorControl, Nmt, Pdo, Sdo] {
+        message "没有达到期望的状态" "expected state not reached";
+        meaning
+            "启动报文、心跳或节点保护应答(驱动器则是状态字)显示了该状态才算达到, 仅有命令不算。时间以最先显示它的帧为准。"
+            "A state counts as reached when boot-up, heartbeat or guarding answer, or a drive's statusword, shows it; a command alone does not. The time is that of the frame that shows it first.";
+        cause
+            "节点启动时卡住, 主站没有启动它, 节点报告错误, 或者比以前慢。"
+            "The node hangs in its start, was not started by the master, reports an error, or is slower than before.";
+        Never { expected: Quantity, found: Quantity }
+            "从未显示{expected}状态, 最后的状态为{found}"
+            "never shown as {expected}; the last state is {found}";
+        NeverAnything { expected: Quantity }
+            "从未显示{expected}状态, 也没有显示任何其他状态"
+            "never shown as {expected}, nor in any other state";
+        LateAfterStart { expected: Quantity, limit: Ns, found: Ns }
+            "记录开始后{found}才显示{expected}状态, 期望在{limit}之内"
+            "shown as {expected} only {found} after the start of the capture, expected within {limit}";
+        LateAfterBootUp { expected: Quantity, limit: Ns, found: Ns }
+            "启动报文之后{found}才显示{expected}状态, 期望在{limit}之内"
+            "shown as {expected} only {found} after the boot-up, expected within {limit}";
+        NoBootUp { expected: JsonOnly<Quantity> }
+            "没有启动报文"
+            "no boot-up";
+        BootUpLate { expected: JsonOnly<Quantity>, limit: Ns, found: Ns }
+            "记录开始后{found}才有启动报文, 期望在{limit}之内"
+            "boot-up only {found} after the start of the capture, expected within {limit}";
+        NotSinceBootUp { expected: Quantity, limit: Ns, found: Quantity }
+            "上次启动报文之后没有显示{expected}状态, 期望在{limit}之内; 最后的状态为{found}"
+            "not shown as {expected} since the last boot-up, expected within {limit}; the last state is {found}";
+    }
+
+    /// A node or a drive has left a state that it should keep.
+    Exp006 "EXP006" "state-left" Error "-" [ErrorControl, Nmt, Pdo, Sdo] {
+        message "离开了应保持的状态" "state left";
+        meaning
+            "期望规定节点(或其驱动器)达到这一状态后保持不变。"
+            "An expectation says that the node, or its drive, keeps this state once it is reached.";
+        cause
+            "收到命令, 出现错误及其反应(1029h、驱动器故障), 复位, 或者电源跌落。"
+            "A command, an error with its reaction (1029h, a drive's fault), a reset or a dip of the supply.";
+        Left { expected: Quantity, found: Quantity }
+            "离开{expected}状态, 变为{found}"
+            "left {expected} for {found}";
+        BootedUp { expected: Quantity, found: JsonOnly<Quantity> }
+            "节点重新启动, 期望保持{expected}状态"
+            "booted up, expected to stay {expected}";
+    }
+
+    /// The value of a signal is beyond its expected limits.
+    Exp007 "EXP007" "signal-out-of-range" Error "-" one [Pdo] {
+        message "信号超出期望的范围" "signal out of its expected range";
+        meaning
+            "物理值(已计入符号、类型和系数)小于期望的最小值或大于最大值。"
+            "The physical value, with sign, type and factor, is below the least or above the greatest that is expected.";
+        cause
+            "工况不同, 传感器或其换算有误, 或者使用了另一份描述文件或映射。"
+            "The process differs, a sensor or its scaling is wrong, or another description or mapping is in use.";
+        Below { pdo: Pdo, limit: JsonOnly<Word>, expected: Real, found: Real }
+            "{pdo}中的值{found}小于{expected}"
+            "{found} in {pdo} is below {expected}";
+        Above { pdo: Pdo, limit: JsonOnly<Word>, expected: Real, found: Real }
+            "{pdo}中的值{found}大于{expected}"
+            "{found} in {pdo} is above {expected}";
+    }
+
+    /// The PDOs of a signal do not come at the expected rate.
+    Exp008 "EXP008" "signal-rate" Error "-" one [Pdo] {
+        message "信号的周期与期望不同" "signal not at its expected rate";
+        meaning
+            "带有该信号的PDO前后两次的间隔超出期望的周期及其容差。跨越启动报文、停止PDO的NMT命令和记录缺口的间隔不计。"
+            "The time from one PDO with the signal to the next is beyond the expected period and its tolerance. Across boot-ups, NMT commands that stop PDOs and gaps of the capture nothing is measured.";
+        cause
+            "事件定时器、抑制时间、传输类型或同步周期改变, 总线繁忙, 或者节点不再发送。"
+            "Event timer, inhibit time, transmission type or SYNC period have changed, the bus is busy, or the node has stopped sending.";
+        Interval { pdo: Pdo, expected: Ns, found: Ns, tolerance: Ns }
+            "{pdo}与前一次间隔{found}, 期望每{expected}一次, 容差{tolerance}"
+            "{pdo} {found} after the one before, expected every {expected}, tolerance {tolerance}";
+        Overdue { pdo: Pdo, expected: Ns, found: Ns, tolerance: Ns }
+            "{found}没有{pdo}, 期望每{expected}一次, 容差{tolerance}"
+            "no {pdo} for {found}, expected every {expected}, tolerance {tolerance}";
+    }
+
+    /// Heartbeats do not come with the expected period.
+    Exp009 "EXP009" "heartbeat-period" Error "-" [ErrorControl, Nmt] {
+        message "心跳周期与期望不同" "heartbeats not with the expected period";
+        meaning
+            "前后两次心跳的间隔超出期望的周期及其容差, 或者没有心跳。状态改变时额外的心跳是合法的。跨越复位、启动报文和记录缺口的间隔不计。"
+            "The time from one heartbeat to the next is beyond the expected period and its tolerance, or none has come. Additional heartbeats at a change of state are legal. Across resets, boot-ups and gaps of the capture nothing is measured.";
+        cause
+            "1017h的值不同, 节点繁忙、卡死或已离线。"
+            "1017h holds another value, the node is busy, hangs or is gone.";
+        Interval { expected: Ns, found: Ns, tolerance: Ns }
+            "与上次心跳间隔{found}, 期望每{expected}一次, 容差{tolerance}"
+            "heartbeat {found} after the one before, expected every {expected}, tolerance {tolerance}";
+        Overdue { expected: Ns, found: Ns, tolerance: Ns }
+            "{found}没有心跳, 期望每{expected}一次, 容差{tolerance}"
+            "no heartbeat for {found}, expected every {expected}, tolerance {tolerance}";
+        None { expected: Ns }
+            "记录中没有心跳, 期望每{expected}一次"
+            "no heartbeat in the capture, expected every {expected}";
+    }
+
+    /// SYNCs do not come with the expected period.
+    Exp010 "EXP010" "sync-period" Error "-" [Sync] {
+        message "同步周期与期望不同" "SYNC not with the expected period";
+        meaning
+            "前后两个同步报文的间隔超出期望的周期及其容差, 或者没有同步报文。跨越记录缺口的间隔不计。"
+            "The time from one SYNC to the next is beyond the expected period and its tolerance, or none has come. Across gaps of the capture nothing is measured.";
+        cause
+            "1006h的值不同, 生产者繁忙或已停止, 或者记录的时间戳没有容差那么准确。"
+            "1006h holds another value, the producer is busy or stopped, or the recording's stamps are less exact than the tolerance.";
+        Interval { expected: Ns, found: Ns, tolerance: Ns }
+            "与前一个同步报文间隔{found}, 期望每{expected}一个, 容差{tolerance}"
+            "SYNC {found} after the one before, expected every {expected}, tolerance {tolerance}";
+        Overdue { expected: Ns, found: Ns, tolerance: Ns }
+            "{found}没有同步报文, 期望每{expected}一个, 容差{tolerance}"
+            "no SYNC for {found}, expected every {expected}, tolerance {tolerance}";
+        None { expected: Ns }
+            "记录中没有同步报文, 期望每{expected}一个"
+            "no SYNC in the capture, expected every {expected}";
+    }
+
+    /// An emergency that is expected has not come.
+    Exp011 "EXP011" "emcy-missing" Error "-" [Emcy] {
+        message "缺少期望的紧急报文" "expected emergency missing";
+        meaning
+            "期望要求出现这一紧急报文。"
+            "An expectation says that this emergency must occur.";
+        cause
+            "测试引发的故障没有被检测到, 或者节点以另一错误码报告。"
+            "The fault that the test provokes was not detected, or the node reports it with another error code.";
+        None
+            "没有紧急报文"
+            "no emergency";
+        NoneOf { expected: Said }
+            "没有紧急报文{expected}"
+            "no emergency {expected}";
+    }
+
+    /// An emergency that must not occur.
+    Exp012 "EXP012" "emcy-unexpected" Error "-" [Emcy] {
+        message "不应出现的紧急报文" "emergency that must not occur";
+        meaning
+            "期望规定这一紧急报文不得出现, 或者除所列之外都不得出现。错误复位(00xxh)不在其内, 除非写明了它的错误码。"
+            "An expectation says that this emergency must never occur, or that none may but those it lists. Error resets (00xxh) are not meant, unless their code is given.";
+        cause
+            "节点有了编写期望时没有的故障。"
+            "The node has a fault that it did not have when the expectation was written.";
+        Occurred [expected = "never"] { found: Emcy }
+            "{found}不应出现"
+            "{found} must not occur";
+    }
+
+    /// Something took longer than expected.
+    Exp013 "EXP013" "latency" Error "-" [Sdo, Sync, Pdo, Nmt] {
+        message "用时超过期望" "took longer than expected";
+        meaning
+            "测量的是: SDO请求到其响应, 同步报文到同步TPDO, 或者NMT命令到第一个显示相应状态的错误控制帧。记录次序颠倒的帧对不计。"
+            "Measured are: from an SDO request to its response, from SYNC to a synchronous TPDO, or from an NMT command to the first error-control frame that shows its state. Pairs captured in the wrong order are not measured.";
+        cause
+            "节点繁忙, 总线负载高, 网关太慢; 对NMT命令则是心跳周期太长。"
+            "A busy node, high bus load, a slow gateway; for NMT commands a long heartbeat period.";
+        Response { expected: Ns, found: Ns }
+            "请求之后{found}才有响应, 期望在{expected}之内"
+            "response {found} after the request, expected within {expected}";
+        Sync { expected: Ns, found: Ns, pdo: Pdo }
+            "同步报文之后{found}才有{pdo}, 期望在{expected}之内"
+            "{pdo} {found} after the SYNC, expected within {expected}";
+        Command { expected: Ns, found: Ns, command: Command }
+            "命令“{command}”在{found}之后才显示生效, 期望在{expected}之内"
+            "command \"{command}\" shown {found} later, expected within {expected}";
+        CommandPending { expected: Ns, found: Ns, command: Command, state: State }
+            "命令“{command}”之后{found}仍处于{state}状态, 期望在{expected}之内"
+            "{found} after the command \"{command}\" still {state}, expected within {expected}";
+    }
+
+    /// The bus is busier than expected.
+    Exp014 "EXP014" "bus-load" Error "-" [Sdo, Pdo, ErrorControl, Emcy, Srdo, Nmt, Sync, Other] {
+        message "总线负载超过期望的上限" "bus load above the expected limit";
+        meaning
+            "窗口内总线上的位数(含填充位)占波特率的百分比超过期望。每次越过上限只报告一次。"
+            "The bits on the wire within the window, stuff bits included, take more of the bit rate than expected. It is said once for each time the limit is passed.";
+        cause
+            "PDO比以前多或周期更短, 某个节点大量发送, 或者帧被重发。"
+            "More PDOs or shorter periods than before, a node that floods the bus, or repeated frames.";
+        Above { window: Ns, expected: Real, found: Real }
+            "{window}内负载为{found} %, 期望不超过{expected} %"
+            "load {found} % within {window}, expected at most {expected} %";
+    }
+
+    /// The capture cannot show whether an expectation holds.
+    Exp015 "EXP015" "expectation-not-checked" Info "-" [Sdo, Pdo, ErrorControl, Emcy, Srdo, Nmt, Sync, Other] {
+        message "期望未能检查" "expectation not checked";
+        meaning
+            "记录不足以说明该期望是否成立, 因此不作判断。"
+            "The capture cannot show whether the expectation holds, so that nothing is said against it.";
+        cause
+            "记录没有时间戳, 波特率未知(--bitrate), PDO没有描述文件(--eds), 或者事情的开头不在记录中。"
+            "A capture without stamps, an unknown bit rate (--bitrate), no description (--eds) for the PDOs, or a beginning that is not in the capture.";
+        NoStamps
+            "记录没有时间戳, 时间未检查"
+            "the capture has no stamps: times are not checked";
+        NoBitRate
+            "波特率未知, 负载未检查"
+            "the bit rate is not known: the load is not checked";
+        NoMapping
+            "有些PDO可能带有它, 而映射未知"
+            "there are PDOs that may carry it and whose mapping is not known";
+        NotWhole
+            "传输的数据没有全部记录或保留, 值未检查"
+            "not all data of the transfer were captured or kept: its value is not checked";
+        OnlyCommanded { expected: Quantity }
+            "已命令进入{expected}状态, 但节点不发送能显示状态的错误控制帧"
+            "commanded to be {expected}, but the node sends no error control that would show it";
+        SinceWhen { expected: Quantity, found: Ns }
+            "记录开始后{found}首次出现时已处于{expected}状态, 何时进入不得而知"
+            "{expected} when first heard, {found} after the start of the capture: since when is not known";
+        NoBootUp
+            "记录中在此之前没有可以起算时间的启动报文"
+            "no boot-up before it in the capture from which the time could be measured";
+        NothingMeasured
+            "记录中没有可以测量的内容"
+            "nothing to measure in the capture";
+        Lost
+            "在见到它之前有帧丢失: 它可能就在丢失的帧中"
+            "frames were lost before it was seen: it may have been among them";
+    }
+
+    /// A signal that is expected has not come.
+    Exp016 "EXP016" "signal-missing" Error "-" one [Pdo] {
+        message "缺少期望的信号" "expected signal missing";
+        meaning
+            "记录中没有任何PDO带有这一名称的信号。"
+            "No PDO of the capture carries a signal of this name.";
+        cause
+            "节点没有发送该PDO, 映射改变了, 名称写法不同, 或者缺少描述文件(--eds)。"
+            "The node does not send the PDO, its mapping has changed, the name is written differently, or the description (--eds) is missing.";
+        None { expected: Text }
+            "记录中没有信号{expected}"
+            "no signal {expected} in the capture";
+    }
+}

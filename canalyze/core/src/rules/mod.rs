@@ -1,0 +1,264 @@
+//! The rules, one file a family: all that is known of a rule stands there together.
+//!
+//! A rule has a code, a name, a default severity, the clause it rests on, the frames that give its findings their context,
+//! its explanation in Chinese and English, and its variants: what a finding measured, and the sentence that says so. A
+//! rule is added in its family's file and in the list below, and gets a sample that raises it. Must not: judge, or know
+//! how a sentence is filled and printed.
+//!
+//! Severities are on one scale: an error is what a partner cannot have understood, or what is lost; a warning is against
+//! the standard or the configuration; an info is worth knowing.
+
+mod facts;
+mod legacy;
+mod quantity;
+
+pub mod capture;
+pub mod description;
+pub mod drive;
+pub mod emcy;
+pub mod expectation;
+pub mod guarding;
+pub mod heartbeat;
+pub mod lss;
+pub mod nmt;
+pub mod pdo;
+pub mod sdo;
+pub mod srdo;
+pub mod sync;
+pub mod time;
+
+pub use facts::{Deviation, Fact, Facts, MEASURED, Measured, Unmet, Variant, Verdict, Words};
+pub use quantity::{CrcMatch, JsonOnly, Kind, Quantity, Said};
+
+use facts::plain;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Worth knowing; normal traffic may show it.
+    Info,
+    /// Suspicious: an engineer should look.
+    Warning,
+    /// The standard is violated.
+    Error,
+}
+
+impl Severity {
+    /// The word in machine output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Info => "info",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        }
+    }
+}
+
+/// Frames that are kept together, to show where a finding came from. Those up to `Srdo` are kept by node, the others by
+/// bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// SDO.
+    Sdo,
+    /// PDO.
+    Pdo,
+    /// Boot-up, heartbeat, guarding.
+    ErrorControl,
+    /// EMCY.
+    Emcy,
+    /// SRDO.
+    Srdo,
+    /// All that commands or elects: node control, fail-safe, flying master.
+    Nmt,
+    /// SYNC.
+    Sync,
+    /// TIME.
+    Time,
+    /// LSS.
+    Lss,
+    /// Anything else.
+    Other,
+}
+
+/// All about a rule but what it measures.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// The rule.
+    pub code: Code,
+    /// Its code as printed.
+    pub id: &'static str,
+    /// Its name in kebab-case.
+    pub name: &'static str,
+    /// Default severity.
+    pub severity: Severity,
+    /// The clause of the standard, or what else it rests on.
+    pub clause: &'static str,
+    /// The frames that its findings are about. None for a rule about a file.
+    pub context: &'static [Family],
+    /// Of all PDOs it is about one: that at which a finding stands, or its cause.
+    pub one_pdo: bool,
+    /// In one line.
+    pub message: Words,
+    /// What it means.
+    pub meaning: Words,
+    /// What usually causes it.
+    pub cause: Words,
+    /// What its findings may say instead of the message.
+    pub variants: &'static [Variant],
+}
+
+/// The rules of a family. Each becomes a type by its code, with a variant for each of its sentences, that turns into a
+/// verdict (or, for expectations, a deviation). A name in braces that is no fact of the variant does not compile, nor
+/// does a fact that no sentence uses, nor a missing language.
+macro_rules! rules {
+    ($target:ident: $(
+        $(#[$doc:meta])*
+        $code:ident $id:literal $name:literal $severity:ident $clause:literal $($one:ident)? [$($family:ident),*] {
+            message $message_zh:literal $message_en:literal;
+            meaning $meaning_zh:literal $meaning_en:literal;
+            cause $cause_zh:literal $cause_en:literal;
+            $(
+                $variant:ident $([$($word:ident = $constant:literal),+])? $({ $($fact:ident: $kind:ty),+ })?
+                    $zh:literal $en:literal;
+            )*
+        }
+    )*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum $code {
+            $(
+                #[doc = $en]
+                $variant $({ $(#[doc = stringify!($kind)] $fact: <$kind as $crate::rules::Kind>::Value),+ })?,
+            )*
+        }
+
+        impl $code {
+            pub(super) const RULE: &'static $crate::rules::Rule = &$crate::rules::Rule {
+                code: $crate::rules::Code::$code,
+                id: $id,
+                name: $name,
+                severity: $crate::rules::Severity::$severity,
+                clause: $clause,
+                context: &[$($crate::rules::Family::$family),*],
+                one_pdo: $crate::rules::rules!(@one $($one)?),
+                message: $crate::rules::Words { zh: $message_zh, en: $message_en },
+                meaning: $crate::rules::Words { zh: $meaning_zh, en: $meaning_en },
+                cause: $crate::rules::Words { zh: $cause_zh, en: $cause_en },
+                variants: &[$($crate::rules::rules!(
+                    @variant $zh, $en, [$($($word = $constant),+)?], [$($($fact: $kind),+)?]
+                )),*],
+            };
+        }
+
+        $(const _: () = $crate::rules::rules!(
+            @variant $zh, $en, [$($($word = $constant),+)?], [$($($fact: $kind),+)?]
+        ).check();)*
+
+        impl From<$code> for $target {
+            fn from(what: $code) -> Self {
+                match what {$(
+                    $code::$variant $({ $($fact),+ })? => {
+                        const VARIANT: &$crate::rules::Variant = &$crate::rules::rules!(
+                            @variant $zh, $en, [$($($word = $constant),+)?], [$($($fact: $kind),+)?]
+                        );
+                        let facts = [$($(<$kind as $crate::rules::Kind>::of($fact).into()),+)?];
+                        Self::of($crate::rules::Code::$code, VARIANT, facts)
+                    }
+                )*}
+            }
+        }
+    )*};
+    (@one one) => { true };
+    (@one) => { false };
+    (@variant $zh:literal, $en:literal, [$($word:ident = $constant:literal),*], [$($fact:ident: $kind:ty),*]) => {
+        $crate::rules::Variant {
+            constants: &[$((stringify!($word), stringify!($constant))),*],
+            facts: &[$($crate::rules::Fact {
+                name: $crate::rules::plain(stringify!($fact)),
+                spoken: <$kind as $crate::rules::Kind>::SPOKEN,
+            }),*],
+            words: $crate::rules::Words { zh: $zh, en: $en },
+        }
+    };
+}
+use rules;
+
+/// The codes, from the files that hold their rules.
+macro_rules! codes {
+    ($($file:ident: $($code:ident)*;)*) => {
+        /// The rules, by their code.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Code {
+            $($(
+                #[doc = concat!("See [`", stringify!($file), "::", stringify!($code), "`].")]
+                $code,
+            )*)*
+        }
+
+        /// All rules, in order of the code.
+        pub static RULES: &[&Rule] = &[$($($file::$code::RULE,)*)*];
+
+        impl Code {
+            /// The rule.
+            pub fn rule(self) -> &'static Rule {
+                match self {
+                    $($(Self::$code => $file::$code::RULE,)*)*
+                }
+            }
+        }
+    };
+}
+
+codes! {
+    capture: Cap001 Cap002 Cap003 Cap004 Cap005;
+    drive: Drv001 Drv002 Drv003 Drv004;
+    description: Eds001 Eds002 Eds003 Eds004;
+    emcy: Emc001 Emc002 Emc003 Emc004 Emc005 Emc006;
+    expectation: Exp001 Exp002 Exp003 Exp004 Exp005 Exp006 Exp007 Exp008 Exp009 Exp010 Exp011 Exp012 Exp013 Exp014
+        Exp015 Exp016;
+    guarding: Grd001 Grd002 Grd003 Grd004;
+    heartbeat: Hbt001 Hbt002 Hbt003 Hbt004 Hbt005 Hbt006;
+    lss: Lss001 Lss002 Lss003 Lss004 Lss005 Lss006 Lss007 Lss008 Lss009 Lss010 Lss011 Lss012 Lss030;
+    pdo: Mpd001;
+    nmt: Nmt001 Nmt002 Nmt003 Nmt004 Nmt005;
+    pdo: Pdo001 Pdo002 Pdo003 Pdo004 Pdo005 Pdo006 Pdo008 Pdo009 Pdo010 Pdo011 Pdo012 Pdo013 Pdo014 Pdo015 Pdo016
+        Pdo018 Pdo019;
+    sdo: Sdo001 Sdo002 Sdo003 Sdo004 Sdo005 Sdo006 Sdo007 Sdo008 Sdo009 Sdo010 Sdo011 Sdo012 Sdo013 Sdo014 Sdo015
+        Sdo017 Sdo019 Sdo020 Sdo021 Sdo022 Sdo023 Sdo030 Sdo031;
+    srdo: Srd001 Srd002 Srd003 Srd004 Srd005;
+    sync: Syn001 Syn002 Syn003 Syn004 Syn005 Syn006 Syn007 Syn008 Syn009 Syn010 Syn011 Syn012 Syn013;
+    time: Tim001 Tim002;
+}
+
+impl Code {
+    /// The rule with this code as printed, whatever its case.
+    pub fn parse(id: &str) -> Option<Self> {
+        RULES.iter().find(|rule| rule.id.eq_ignore_ascii_case(id)).map(|rule| rule.code)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_are_in_order_and_each_is_its_own() {
+        assert!(RULES.windows(2).all(|two| matches!(two, [one, next] if one.id < next.id && one.code < next.code)));
+        for rule in RULES {
+            assert_eq!(format!("{:?}", rule.code).to_uppercase(), rule.id);
+            assert_eq!(rule.context.is_empty(), rule.id.starts_with("CAP"), "{}", rule.id);
+        }
+    }
+
+    #[test]
+    fn a_name_in_braces_is_a_fact_and_a_fact_is_named() {
+        const SPOKEN: Fact = Fact { name: "gap", spoken: true };
+        const UNSPOKEN: Fact = Fact { name: "gap", spoken: false };
+        let names = |facts, zh, en| Variant { constants: &[], facts, words: Words { zh, en } }.is_sound();
+        assert!(names(&[SPOKEN], "{gap}", "after {gap}.") && names(&[SPOKEN], "{gap}", "{gap|frame|frames}"));
+        assert!(names(&[UNSPOKEN], "", "") && names(&[], "", ""));
+        assert!(!names(&[SPOKEN], "{gap}", "after {gaps}") && !names(&[SPOKEN], "{gap} {period}", "{gap}"));
+        assert!(!names(&[SPOKEN], "{gap}", "after gap") && !names(&[SPOKEN], "", "{gap}"));
+        assert!(!names(&[UNSPOKEN], "{gap}", "{gap}") && !names(&[SPOKEN], "{ga}{gap}", "{gap"));
+    }
+}

@@ -1,0 +1,93 @@
+//! Rules about NMT commands and states (CiA 301, 7.2.8.3.1, 7.3.2).
+
+use super::quantity::{Command, Count, Hex2, Ns, State};
+use super::{Verdict, rules};
+
+rules! {
+    Verdict:
+
+    /// NMT node control: unknown command, invalid node-ID or wrong length.
+    Nmt001 "NMT001" "invalid-node-control" Warning "CiA 301 7.2.8.3.1" [Nmt, ErrorControl] {
+        message "NMT命令无效" "invalid NMT command";
+        meaning
+            "CiA 301定义的命令是01h、02h、80h、81h和82h, 节点ID为0 (所有节点) 到127, 帧长2字节; 其他的命令节点会忽略。"
+            "CiA 301 defines the commands 01h, 02h, 80h, 81h and 82h, node-IDs 0 (all) to 127, and a length of 2 bytes; nodes ignore anything else.";
+        cause
+            "主站程序拼错了命令, 或者别的协议占用了CAN-ID 000。"
+            "A command put together wrongly by the master, or another protocol on CAN-ID 000.";
+        Command { found: Hex2 }
+            "未知的NMT命令{found}"
+            "unknown NMT command {found}";
+        NodeId { found: Count }
+            "NMT命令的节点ID为{found}, 应为0到127"
+            "NMT command to node-ID {found}, which should be 0 to 127";
+        Length { found: Count }
+            "NMT命令长{found}字节, 应为2字节"
+            "length of the NMT command {found}, which should be 2 bytes";
+    }
+
+    /// A node does not do what it was commanded.
+    Nmt002 "NMT002" "command-without-effect" Warning "CiA 301 7.2.8.3.1" [Nmt, ErrorControl] {
+        message "NMT命令没有效果" "NMT command without effect";
+        meaning
+            "节点收到命令后必须进入相应状态; 两个心跳周期之后它仍然报告另一个状态。"
+            "A node enters the state it is commanded to; two heartbeat periods later it still reports another one.";
+        cause
+            "节点拒绝启动 (有错误, 或配置不完整), 没有收到命令, 或者命令发给了不执行它的节点。"
+            "The node refuses to start (an error, or an incomplete configuration), or did not receive the command.";
+        Still { command: Command, found: State }
+            "命令“{command}”之后节点仍然处于{found}状态"
+            "after the command \"{command}\" the node is still {found}";
+        NoBootUp { command: Command, found: State }
+            "命令“{command}”之后节点没有发送启动报文, 仍然处于{found}状态"
+            "after the command \"{command}\" the node has sent no boot-up and is still {found}";
+    }
+
+    /// A boot-up that no reset command explains.
+    Nmt003 "NMT003" "spontaneous-reset" Warning "CiA 301 7.3.2.1" [Nmt, ErrorControl] {
+        message "节点自行复位" "spontaneous reset";
+        meaning
+            "启动报文之前没有复位命令, 也没有其他能解释它的帧。"
+            "A boot-up that no reset command precedes, nor anything else that explains it.";
+        cause
+            "看门狗复位, 电源跌落, 固件崩溃, 或者有人给节点断过电。"
+            "A watchdog, a dip of the supply, a crash of the firmware, or somebody has switched the node off and on.";
+        SinceBootUp { after: Ns }
+            "没有复位命令的启动报文, 距上次启动{after}"
+            "boot-up without a reset command, {after} after the last boot-up";
+        BootUp
+            "没有复位命令的启动报文"
+            "boot-up without a reset command";
+        WhileRunning { after: Ns }
+            "节点正在运行 (上次心跳在{after}之前), 没有复位命令却重新启动"
+            "the node was running (last heartbeat {after} before) and booted without a reset command";
+    }
+
+    /// A change of state that no command explains.
+    Nmt004 "NMT004" "state-change-without-command" Warning "CiA 301 7.3.2.1" [Nmt, ErrorControl] {
+        message "没有命令的状态变化" "change of state without command";
+        meaning
+            "节点报告了另一个NMT状态, 但没有使它改变的命令, 也没有紧急报文。"
+            "The node reports another NMT state though no command changed it, and no emergency explains it.";
+        cause
+            "节点内部的错误处理 (1029h), 本地操作, 两个节点使用同一个节点ID, 或者命令不在记录中。"
+            "Error behaviour (1029h) or local operation of the node, two nodes with one node-ID, or a command that is not in the capture.";
+        Changed { from: State, to: State }
+            "没有命令, 状态由{from}变为{to}"
+            "from {from} to {to} without a command";
+    }
+
+    /// A change of state that an error explains (1029h).
+    Nmt005 "NMT005" "state-change-on-error" Info "CiA 301 7.5.2.32" [Nmt, ErrorControl] {
+        message "因错误改变状态" "change of state on an error";
+        meaning
+            "节点没有收到命令而离开操作状态或停止, 同时发送了紧急报文: 这是1029h规定的错误行为。此后它保持该状态; 错误不会使节点启动。"
+            "The node left Operational, or stopped, without a command and sent an emergency: the error behaviour of 1029h. It stays there; no error starts a node.";
+        cause
+            "通信错误, 例如它监视的心跳丢失。"
+            "A communication error, such as the loss of a heartbeat that the node watches.";
+        Changed { from: State, to: State }
+            "没有命令, 状态由{from}变为{to}, 与节点的紧急报文同时发生"
+            "from {from} to {to} without a command, along with an emergency of the node";
+    }
+}
