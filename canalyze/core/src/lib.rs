@@ -17,11 +17,11 @@
 //!
 //! # Modules
 //!
-//! Dependency runs one way: `frame`, `od`, `dictionary` <- `message` <- `event`, `finding` <- `services` <-
+//! Dependency runs one way: `frame`, `od`, `dictionary`, `rules` <- `message` <- `event`, `finding` <- `services` <-
 //! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. On the side of files, `readers` sees only
 //! `frame`; `inputs` (files joined by time) and `info` (what a file is) see `readers`; `writers` sees `frame`, `event`
-//! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `od`;
-//! `summary`, `repeats`, `expectation` (a capture held against what is expected of it), `diff` (two captures held
+//! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `rules`,
+//! `od`; `summary`, `repeats`, `expectation` (a capture held against what is expected of it), `diff` (two captures held
 //! against each other) and `trail` (where findings came from) see `event`; `render` sees `text`, `info`, `summary`,
 //! `expectation`, `trail`, `diff` and the columns of `writers::console`; `monitor` (what holds now) sees `bus`, `summary`
 //! and `render`. `masks` (candump's filters) sees `frame`. `calendar` and `select` see nothing. The whole table stands in
