@@ -42,7 +42,7 @@ pub struct Chunk {
 impl Context<'_> {
     /// Raises a finding at the frame at hand. `cause` is the earlier frame it is about, if another.
     pub fn find(&mut self, code: Code, node: Option<u8>, object: Option<Mux>, cause: Option<FrameRef>, facts: Facts) {
-        let finding = Finding { code, at: self.at, cause, bus: self.bus, node, object, facts };
+        let finding = Finding { code, at: self.at, cause, bus: self.bus, node, object, facts, because_of: None };
         self.push(cause, node, What::Finding(Box::new(finding)));
     }
 
@@ -56,7 +56,7 @@ impl Context<'_> {
         cause: Option<FrameRef>,
         facts: Facts,
     ) {
-        let finding = Finding { code, at, cause, bus: self.bus, node, object, facts };
+        let finding = Finding { code, at, cause, bus: self.bus, node, object, facts, because_of: None };
         let what = What::Finding(Box::new(finding));
         self.events.push(Event { at, about: cause, bus: self.bus, node, transfer: None, what });
     }

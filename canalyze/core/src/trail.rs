@@ -395,7 +395,16 @@ mod tests {
     fn finding(code: Code, at: u64, cause: Option<u64>, node: Option<u8>) -> Finding {
         let reference = |no| FrameRef { no, ..FrameRef::default() };
         let cause = cause.map(reference);
-        Finding { code, at: reference(at), cause, bus: BusId(0), node, object: None, facts: Facts::None }
+        Finding {
+            code,
+            at: reference(at),
+            cause,
+            bus: BusId(0),
+            node,
+            object: None,
+            facts: Facts::None,
+            because_of: None,
+        }
     }
 
     fn numbers(trail: &Trail, finding: &Finding) -> Vec<u64> {

@@ -242,7 +242,16 @@ impl Nodes {
         if !self.is_present(node) {
             if self.misshapen.len() < MISSHAPEN {
                 let (at, bus) = (cx.at, cx.bus);
-                self.misshapen.push(Finding { code, at, cause: None, bus, node, object: None, facts });
+                self.misshapen.push(Finding {
+                    code,
+                    at,
+                    cause: None,
+                    bus,
+                    node,
+                    object: None,
+                    facts,
+                    because_of: None,
+                });
             }
             return;
         }

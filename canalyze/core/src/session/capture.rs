@@ -227,6 +227,6 @@ impl Capture {
             Place::Line(line) => FrameRef { line: Some(line), ..FrameRef::default() },
             Place::Byte(_) | Place::Live => self.last,
         };
-        Finding { code, at, cause: None, bus, node: None, object: None, facts }
+        Finding { code, at, cause: None, bus, node: None, object: None, facts, because_of: None }
     }
 }
