@@ -129,8 +129,10 @@ def node_lost(*, polled: bool, touched: str = "") -> Make:
             capture.place(quiet(at), read if touched == "read" else write)
         dies = quiet(at) + 0.06
         capture.drop(dies, SECONDS + 1, *OF_IO)
-        if not polled:
-            capture.drop(dies, SECONDS + 1, 0x600 + IO)
+        asks = b"\x40\x01\x20" if polled else b"-"
+        to_it = [f for f in capture.frames if f.can_id == 0x600 + IO and f.t_us >= us(dies)]
+        capture.drop(dies, SECONDS + 1, 0x600 + IO)
+        capture.frames += [frame for frame in to_it if frame.data.startswith(asks)]
         return capture.faulty(capture.last(0x700 + IO, dies), SECONDS)
 
     return make
