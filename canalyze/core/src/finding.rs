@@ -75,6 +75,22 @@ macro_rules! rules {
 }
 
 rules! {
+    /// The recording controller is off the bus.
+    Bus001 "BUS001" "bus-off" Error "ISO 11898-1";
+    /// The recording controller is error passive.
+    Bus002 "BUS002" "error-passive" Warning "ISO 11898-1";
+    /// An error counter of the recording controller is at its warning level.
+    Bus003 "BUS003" "error-warning-level" Info "ISO 11898-1";
+    /// A frame was acknowledged by nobody, or could not be transmitted in time.
+    Bus004 "BUS004" "not-transmitted" Warning "ISO 11898-1";
+    /// A buffer of the recording controller overflowed.
+    Bus005 "BUS005" "controller-overflow" Warning "-";
+    /// The recording controller is error active again, or was restarted.
+    Bus006 "BUS006" "controller-recovered" Info "ISO 11898-1";
+    /// A frame violated the CAN protocol.
+    Bus007 "BUS007" "bus-error" Warning "ISO 11898-1";
+    /// The transceiver reports a faulty wire.
+    Bus008 "BUS008" "transceiver-fault" Warning "ISO 11898-3";
     /// Lines that should hold a frame and cannot be read.
     Cap001 "CAP001" "unreadable-lines" Warning "-";
     /// The capturing program says that it lost frames.

@@ -101,6 +101,11 @@ impl Decoding {
         }
     }
 
+    /// An error frame of which the capture says nothing, behind the frame `last`.
+    pub(super) fn bare_error(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
+        self.on_bus(bus, last, buses, Bus::bare_error);
+    }
+
     /// Frames of any bus are missing here.
     pub(super) fn all_lost(&mut self, last: FrameRef, buses: &Buses) {
         for index in 0..self.state.len() {

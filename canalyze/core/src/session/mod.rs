@@ -20,7 +20,7 @@ use crate::diff::course::Course;
 use crate::expectation::Expectations;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
-use crate::frame::{BusId, Buses, Frame};
+use crate::frame::{BusId, Buses, Frame, FrameRef};
 use crate::inputs::{Inputs, Next, Refusal};
 use crate::masks::Masks;
 use crate::monitor::{Known, Line, Wanted};
@@ -403,6 +403,10 @@ impl Stream {
         if let Marker::Dropped { bus, count, .. } = marker {
             self.tally.dropped(bus, count);
             self.decoding.lost(bus, self.capture.last, buses);
+        }
+        if let Marker::Error { bus, place, .. } = marker {
+            let at = FrameRef { line: place.line(), ..self.capture.last };
+            self.decoding.bare_error(bus, at, buses);
         }
         let finding = self.capture.marker(&marker, buses);
         self.tell(finding.as_ref(), buses, out);

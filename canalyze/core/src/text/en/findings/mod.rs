@@ -2,6 +2,7 @@
 //!
 //! It must carry the same facts as `zh::findings`; a rule without words does not compile.
 
+mod bus;
 mod capture;
 mod description;
 mod drive;
@@ -150,6 +151,14 @@ pub fn note(out: &mut Vec<u8>, note: Note, about: u64) {
 pub fn rule(code: Code) -> RuleText {
     let text = |message, meaning, cause| RuleText { message, meaning, cause, faces: &[] };
     match code {
+        Code::Bus001 => bus::BUS001,
+        Code::Bus002 => bus::BUS002,
+        Code::Bus003 => bus::BUS003,
+        Code::Bus004 => bus::BUS004,
+        Code::Bus005 => bus::BUS005,
+        Code::Bus006 => bus::BUS006,
+        Code::Bus007 => bus::BUS007,
+        Code::Bus008 => bus::BUS008,
         Code::Cap001 => text(
             "lines or records that cannot be read",
             "They are neither frames of the format that is read nor comments; all others are decoded all the same.",

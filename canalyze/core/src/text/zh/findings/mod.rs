@@ -2,6 +2,7 @@
 //!
 //! It must carry the same facts as `en::findings`; a rule without words does not compile.
 
+mod bus;
 mod capture;
 mod description;
 mod drive;
@@ -144,6 +145,14 @@ pub fn note(out: &mut Vec<u8>, note: Note, about: u64) {
 pub fn rule(code: Code) -> RuleText {
     let text = |message, meaning, cause| RuleText { message, meaning, cause, faces: &[] };
     match code {
+        Code::Bus001 => bus::BUS001,
+        Code::Bus002 => bus::BUS002,
+        Code::Bus003 => bus::BUS003,
+        Code::Bus004 => bus::BUS004,
+        Code::Bus005 => bus::BUS005,
+        Code::Bus006 => bus::BUS006,
+        Code::Bus007 => bus::BUS007,
+        Code::Bus008 => bus::BUS008,
         Code::Cap001 => text(
             "有无法读取的行或记录",
             "它们既不是所读格式的帧, 也不是注释; 其余内容照常解析。",
