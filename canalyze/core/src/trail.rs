@@ -57,6 +57,7 @@ use Family::{Emcy, Error, ErrorControl, Lss, Nmt, Other, Pdo, Sdo, Srdo, Sync, T
 /// finding stands, or its cause. The first row that fits counts.
 const ABOUT: &[(&str, bool, &[Family])] = &[
     ("BUS", false, &[Error]),
+    ("CAP006", false, &[Sync, Time]),
     ("CAP", false, &[]),
     ("DRV", false, &[Pdo, Sdo, Emcy]),
     ("EDS", false, &[Sdo]),

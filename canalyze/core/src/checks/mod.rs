@@ -318,7 +318,7 @@ impl Checks {
     ) -> Option<(u8, u8)> {
         self.sync.message(message, frame, nodes, cx);
         match *message {
-            Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx.at),
+            Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx),
             Message::Heartbeat { node, state, .. } if state != 0x05 => self.srdos.not_operational(node),
             Message::Nmt { .. } => self.srdos.interrupt(cx.at.no, false),
             Message::ErrorFrame => self.error_frames.follow(frame, cx),
@@ -358,7 +358,7 @@ impl Checks {
     pub fn follow(&mut self, message: &Message, nodes: &PerNode<Node>, frame: &Frame, cx: &mut Context<'_>) {
         self.nodes.follow(message, frame, nodes, cx);
         if let Message::BootUp { node } = *message {
-            self.drives.booted(node);
+            self.drives.booted(node, cx);
         }
     }
 
@@ -405,7 +405,7 @@ impl Checks {
         self.pdo_configuration.reset(node);
         self.pdo_length.reset(node, cx);
         self.pdo_timing.forget(node);
-        self.drives.forget(node);
+        self.drives.forget(node, cx);
         self.srdos.interrupt(cx.at.no, false);
     }
 
@@ -413,7 +413,7 @@ impl Checks {
     pub fn lost(&mut self, cx: &mut Context<'_>) {
         self.nodes.lost();
         self.pdo_timing.forget(None);
-        self.drives.forget(None);
+        self.drives.forget(None, cx);
         self.srdos.interrupt(cx.at.no, true);
         self.pdo_length.lost(cx);
         self.pdo_configuration.lost();
@@ -424,6 +424,7 @@ impl Checks {
     /// The capture is over.
     pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         self.error_frames.finish(cx);
+        self.drives.finish(cx);
         self.nodes.finish(cx);
         self.sync.finish(nodes, cx);
         self.lss.finish(cx);

@@ -9,6 +9,7 @@ use crate::bus::Bus;
 use crate::context::{Chunk, Context};
 use crate::event::{Event, What};
 use crate::expectation::{Expectations, Verification};
+use crate::finding::Finding;
 use crate::frame::{BusId, Buses, Frame, FrameRef};
 use crate::network::Network;
 use crate::repeats::Repeats;
@@ -88,6 +89,15 @@ impl Decoding {
         }
         if let Some(node) = self.events.first().and_then(|event| event.node) {
             self.see(frame.bus, node);
+        }
+    }
+
+    /// Something was found about the frame at hand that needs no decoding.
+    pub(super) fn find(&mut self, finding: Finding) {
+        if !self.blind {
+            let Finding { at, cause, bus, node, .. } = finding;
+            let what = What::Finding(Box::new(finding));
+            self.events.push(Event { at, about: cause, bus, node, transfer: None, what });
         }
     }
 

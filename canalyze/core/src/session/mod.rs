@@ -383,8 +383,11 @@ impl Stream {
     }
 
     fn frame(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
-        self.capture.place(&mut frame);
+        let stepped = self.capture.place(&mut frame);
         self.decoding.step(&frame, buses);
+        if let Some(finding) = stepped {
+            self.decoding.find(finding);
+        }
         if self.output.has_tables() {
             let sync = self.decoding.sync(frame.bus);
             self.output.rows(self.capture.view(buses), &frame, &self.decoding.events, sync);

@@ -205,7 +205,9 @@ fn nothing_is_found_across_a_gap() {
                 session.feed(&received(0, 0, &[Sent::new(&back)]), &mut out);
                 session.feed(&until(end + 3_700_000 * MS), &mut out);
                 let found = findings(&String::from_utf8(out).unwrap());
-                let found: Vec<_> = found.iter().filter(|(code, _)| code != "CAP002").collect();
+                // Error frames before it are told once it is clear how far they go.
+                let across = |code: &str| code != "CAP002" && !code.starts_with("BUS");
+                let found: Vec<_> = found.iter().filter(|(code, _)| across(code)).collect();
                 assert!(found.is_empty(), "{path:?} {cut} {kind}: {found:?}");
             }
         }
