@@ -26,9 +26,16 @@ pub struct Finding {
     pub object: Option<Mux>,
     /// What was measured.
     pub facts: Facts,
+    /// The frame of the event, or of the finding, that explains it: it is a consequence of that, and no fault by itself.
+    pub because_of: Option<FrameRef>,
 }
 
 impl Finding {
+    /// How bad it is: as its rule says, but a consequence is only worth knowing.
+    pub fn severity(&self) -> Severity {
+        if self.because_of.is_some() { Severity::Info } else { self.code.rule().severity }
+    }
+
     /// The expectation that it is about, `boot.expect.toml:12`, where it is about one.
     pub fn expectation(&self) -> Option<&Arc<str>> {
         if let Facts::Unmet(unmet) = &self.facts { Some(&unmet.expectation) } else { None }
@@ -38,5 +45,27 @@ impl Finding {
     /// only counts further ones.
     pub fn measured(&self) -> Option<Measured> {
         self.facts.measured(self.code)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_consequence_is_only_worth_knowing() {
+        let (at, facts) = (FrameRef::default(), Facts::None);
+        let raised = Finding {
+            code: Code::Hbt002,
+            at,
+            cause: None,
+            bus: BusId(0),
+            node: Some(5),
+            object: None,
+            facts,
+            because_of: None,
+        };
+        assert_eq!(raised.severity(), Severity::Error);
+        assert_eq!(Finding { because_of: Some(at), ..raised }.severity(), Severity::Info);
     }
 }

@@ -152,7 +152,7 @@ impl Lines {
                 // Under its own frame's line the frame needs no name, nor where the sentence names it.
                 let named = finding.cause.is_some_and(|cause| cause.no == finding.at.no);
                 let elsewhere = (finding.at.no != under && !named).then_some(finding.at.no);
-                put!(out; findings::severity(self.lang, rule.severity), ": ");
+                put!(out; findings::severity(self.lang, finding.severity()), ": ");
                 findings::place(out, self.lang, elsewhere, finding.node);
                 findings::message(out, self.lang, finding);
                 out.push(b'\n');

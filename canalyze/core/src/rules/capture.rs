@@ -1,6 +1,6 @@
 //! Rules about the capture itself: what of it cannot be read or is missing.
 
-use super::quantity::{Count, JsonOnly};
+use super::quantity::{Count, JsonOnly, Ns};
 use super::{Verdict, rules};
 
 rules! {
@@ -92,5 +92,19 @@ rules! {
         Cut { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
             "文件在一条记录中间结束; 此前的内容都已读取"
             "the file ends in the middle of a record; all before it is read";
+    }
+
+    /// A stamp is earlier than the one before: the clock was set.
+    Cap006 "CAP006" "clock-set-back" Warning "-" [Sync, Time] {
+        message "时间戳倒退" "time stamps go back";
+        meaning
+            "该帧的时间戳比同一总线上的前一帧早10毫秒以上: 时钟被调整过, 或者帧的顺序不对。跨越此处的时间不作判断。"
+            "A frame's stamp is 10 ms or more earlier than that of the frame before on the same bus: the clock was set, or frames stand in the wrong order. Times across the step are not judged.";
+        cause
+            "主机时钟被调整(NTP、GPS或手动), 记录拼接的顺序不对, 或者记录被编辑过。"
+            "The host's clock was set (NTP, GPS, by hand), recordings were joined out of order, or the recording was edited.";
+        Back { back: Ns }
+            "时间戳倒退{back}"
+            "its stamp is {back} earlier";
     }
 }

@@ -24,11 +24,11 @@ rules! {
     Drv002 "DRV002" "command-without-effect" Warning "CiA 402-2, power drive system" [Pdo, Sdo, Emcy] {
         message "命令没有生效" "a command has no effect";
         meaning
-            "控制字给出了应使驱动器离开当前状态的命令, 状态字持续上报, 状态却不变。断电方向的命令等待1秒, 使能方向的命令等待5秒; 本地控制(位9为0)和使能方向上主电源未接入(位4为0)不计。"
-            "The controlword holds a command that should lead out of the present state, and statuswords keep coming, but the state stays. A command away from operation enabled is given 1 second, one toward it 5; not counted are local operation (bit 9 is 0) and, for the latter, a supply that is not there (bit 4 is 0).";
+            "控制字给出了应使驱动器离开当前状态的命令, 状态字持续上报, 状态却不变。断电方向的命令和故障复位等待1秒, 使能方向的命令等待5秒; 本地控制(位9为0)和使能方向上主电源未接入(位4为0)不计。"
+            "The controlword holds a command that should lead out of the present state, and statuswords keep coming, but the state stays. A command away from operation enabled and a fault reset are given 1 second, one toward it 5; not counted are local operation (bit 9 is 0) and, for the latter, a supply that is not there (bit 4 is 0).";
         cause
-            "使能输入、STO或制动器条件不满足, 命令顺序不对, 或者驱动器没有接收该RPDO。"
-            "A condition is missing (enable input, STO, brake), the commands came in the wrong order, or the drive does not receive the RPDO.";
+            "使能输入、STO或制动器条件不满足, 故障原因仍在, 命令顺序不对, 或者驱动器没有接收该RPDO。"
+            "A condition is missing (enable input, STO, brake), the cause of the fault is still there, the commands came in the wrong order, or the drive does not receive the RPDO.";
         StillIn { controlword: Controlword, statusword: Statusword, after: Ns }
             "控制字{controlword}发出{after}后, 状态字仍为{statusword}"
             "{after} after controlword {controlword} the statusword still is {statusword}";
@@ -60,5 +60,19 @@ rules! {
         StillDisplayed { requested: Mode, displayed: Mode, after: Ns }
             "请求的模式为{requested}, {after}后显示的仍是{displayed}"
             "mode {requested} was asked for, after {after} the display still says {displayed}";
+    }
+
+    /// A drive has entered a fault state.
+    Drv005 "DRV005" "drive-fault" Error "CiA 402-2, power drive system" [Pdo, Sdo, Emcy] {
+        message "驱动器故障" "the drive is in fault";
+        meaning
+            "状态字表明驱动器进入故障状态: 已经停止或正在停止, 需要故障复位。若该节点有紧急报文(EMCY)报告了此故障, 则以紧急报文为准, 本条是其后果。"
+            "The statusword says that the drive has entered a fault state: it has stopped, or is stopping, and needs a fault reset. Where an EMCY of the node announces it, that EMCY is the finding and this its consequence.";
+        cause
+            "见紧急报文或603Fh中的错误码和厂商手册; 通信中断也可能是原因。"
+            "See the error code of the EMCY or in 603Fh, and the maker's manual; a lost connection may be the cause, too.";
+        Entered { statusword: Statusword }
+            "状态字变为{statusword}"
+            "the statusword went to {statusword}";
     }
 }
