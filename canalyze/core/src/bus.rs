@@ -15,6 +15,8 @@ use crate::context::Context;
 use crate::dictionary::Object;
 use crate::drive;
 use crate::event::{Addressed, ProcessData, Signals, Step, Unmapped, What};
+use crate::evidence::circumstance;
+use crate::evidence::duplicates::Sighting;
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
@@ -123,6 +125,14 @@ impl Bus {
     pub fn step(&mut self, frame: &Frame, cx: &mut Context<'_>) {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
+        let (when, happened) = cx.evidence.recording.step(frame, role.is_command());
+        (cx.when, cx.sighting) = (when, happened.sighting);
+        if happened.confirmed {
+            cx.evidence.circumstances.note(circumstance::Kind::Stall, None, when);
+        }
+        if happened.step_ns.is_some() {
+            cx.evidence.circumstances.note(circumstance::Kind::Gap, None, when);
+        }
         let data = frame.kind != Kind::Remote && frame.kind != Kind::Error;
         match role {
             Role::SdoRequest(node) if frame.kind == Kind::Data => self.sdo(Side::Client, node, frame, cx),
@@ -153,7 +163,7 @@ impl Bus {
             channel
         });
         let before = cx.events.len();
-        channel.twice = self.checks.every_frame_twice();
+        channel.twice = cx.evidence.recording.shows_twice();
         channel.in_vain = key.1.is_none().then(|| self.checks.asked_in_vain(node)).flatten();
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
@@ -214,6 +224,9 @@ impl Bus {
         let fit = Fit::of(&content, frame);
         let data = ProcessData { transmit, number, node, content, state: self.checks.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
+        if cx.sighting == Sighting::Duplicate {
+            return;
+        }
         self.checks.due(frame, cx);
         self.checks.process_data(name, known, fit, &self.nodes, frame, cx);
     }
@@ -274,6 +287,10 @@ impl Bus {
     }
 
     fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
+        if cx.sighting == Sighting::Duplicate {
+            let message = services::decode(role, frame);
+            return cx.push(None, message.node(), What::Message(message));
+        }
         let message = self.checks.complete(services::decode(role, frame), frame);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
@@ -300,6 +317,8 @@ impl Bus {
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        cx.evidence.recording.advance(now_ns);
+        cx.release();
         self.checks.advance(now_ns, cx);
     }
 
@@ -407,6 +426,9 @@ impl Bus {
         if !reset {
             self.began_ns = None;
             self.booted.clear();
+            cx.release_all();
+            cx.evidence.recording.lost();
+            cx.evidence.circumstances.note(circumstance::Kind::Gap, None, cx.when);
             self.checks.lost(cx);
             self.doubt(cx.at.no);
         }
@@ -441,6 +463,7 @@ impl Bus {
             channel.finish(cx);
         }
         self.checks.finish(&self.nodes, cx);
+        cx.release_all();
     }
 }
 

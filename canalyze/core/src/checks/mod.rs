@@ -189,6 +189,7 @@ impl Checks {
 
     /// A frame has come, and its own event is there: what became due before it.
     pub fn due(&mut self, frame: &Frame, cx: &mut Context<'_>) {
+        cx.release();
         self.error_frames.advance(frame.t_ns, frame.no, cx);
         self.nodes.settle(cx);
         if let Some(now_ns) = frame.t_ns {

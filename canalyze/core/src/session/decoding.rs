@@ -8,6 +8,8 @@ use std::sync::Arc;
 use crate::bus::Bus;
 use crate::context::{Chunk, Context};
 use crate::event::{Event, What};
+use crate::evidence::Evidence;
+use crate::evidence::duplicates::Sighting;
 use crate::expectation::{Expectations, Verification};
 use crate::finding::Finding;
 use crate::frame::{BusId, Buses, Frame, FrameRef};
@@ -38,6 +40,8 @@ pub(super) struct Decoding {
     /// Repeats of findings are counted instead of shown.
     folds: bool,
     state: Vec<Bus>,
+    /// What the recording of each bus did.
+    evidence: Vec<Evidence>,
     /// What follows from the frame at hand.
     pub(super) events: Vec<Event>,
     chunks: Vec<Chunk>,
@@ -58,6 +62,7 @@ impl Decoding {
             blind,
             folds,
             state: Vec::new(),
+            evidence: Vec::new(),
             events: Vec::new(),
             chunks: Vec::new(),
             next_transfer: 0,
@@ -189,8 +194,10 @@ impl Decoding {
         while self.state.len() <= index {
             let name = buses.name(BusId(self.state.len() as u8));
             self.state.push(Bus::new(Arc::clone(&self.network), name));
+            self.evidence.push(Evidence::new(self.network.jitter_ns));
         }
-        let Some(bus) = self.state.get_mut(index) else { return };
+        let (Some(bus), Some(evidence)) = (self.state.get_mut(index), self.evidence.get_mut(index)) else { return };
+        let when = evidence.recording.at(at);
         let mut cx = Context {
             events: &mut self.events,
             next_transfer: &mut self.next_transfer,
@@ -198,6 +205,9 @@ impl Decoding {
             chunks: &mut self.chunks,
             bus: id,
             at,
+            evidence,
+            when,
+            sighting: Sighting::Original,
         };
         act(bus, &mut cx);
     }
