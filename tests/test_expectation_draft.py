@@ -224,7 +224,7 @@ def test_emcys_latency_and_load(tmp_path: Path) -> None:
         {"kind": "summary_node", "bus": "vcan0", "node": 5, "boot_ups": 1, "response": {"max_us": 1182}},
         {"kind": "summary_node", "bus": "vcan0", "node": 6, "boot_ups": 1, "response": {"max_us": 9182}},
         {"kind": "summary_node", "bus": "vcan0", "node": 7, "boot_ups": 1, "response": None},
-        {"kind": "summary_bus", "bus": "vcan0", "load_peak_1s": 31.4},
+        {"kind": "summary_bus", "bus": "vcan0", "load_peak_100ms": 31.4},
     )
     assert [(e["node"], e["code"], e["occurs"]) for e in found["emcy"]] == [
         (5, [0x8130, 0xFFFF], "may"),
@@ -248,7 +248,7 @@ def test_buses_stand_where_there_are_several(tmp_path: Path) -> None:
             "silence_us": None,
         },
         {"kind": "summary_node", "bus": "can1", "node": 5, "boot_ups": 1, "response": {"max_us": 1182}},
-        {"kind": "summary_bus", "bus": "can1", "load_peak_1s": 31.4},
+        {"kind": "summary_bus", "bus": "can1", "load_peak_100ms": 31.4},
     )
     assert [(e["bus"], e["sequence"]) for e in found["sdo"]] == [("can0", "can0 node 5"), ("can1", "can1 node 5")]
     assert [e["bus"] for table in ("sync", "latency", "load") for e in found[table]] == ["can1"] * 3

@@ -131,7 +131,7 @@ MEANT: list[tuple[str, str, dict[str, Any]]] = [
     ),
     ("latency", 'of = "sync"\npdo = "tpdo3"\nmax_ms = 2', LATENCY | {"of": "sync", "pdo": 3, "max_ns": 2_000_000}),
     ("latency", 'of = "nmt"\nmax_ms = 20', LATENCY | {"of": "nmt"}),
-    ("load", "max_percent = 60", {"bus": None, "max_percent": 60, "bit_rate": None, "window_ns": 1_000_000_000}),
+    ("load", "max_percent = 60", {"bus": None, "max_percent": 60, "bit_rate": None, "window_ns": 100_000_000}),
     (
         "load",
         'max_percent = 0.5\nbitrate = "500k"\nwindow_ms = 100',

@@ -325,7 +325,7 @@ def _load(entry: Entry) -> dict[str, Any]:
     return {
         "max_percent": entry("max_percent"),
         "bit_rate": entry("bitrate"),
-        "window_ns": entry("window_ms", _NS),
+        "window_ns": entry("window_ms", 100 * _MS),
     }
 
 

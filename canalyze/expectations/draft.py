@@ -275,11 +275,11 @@ class Draft:
 
     def _loads(self) -> Iterator[str]:
         rate = self._capture.get("bit_rate")
-        rows = [row for row in self._of("summary_bus") if rate and row["load_peak_1s"] is not None]
+        rows = [row for row in self._of("summary_bus") if rate and row["load_peak_100ms"] is not None]
         if rows:
             yield from self._said("expect.loads")
         for row in rows:
-            peak = float(row["load_peak_1s"])
+            peak = float(row["load_peak_100ms"])
             limit = min(5 * math.ceil((1.25 * peak + 2) / 5), 100)
             seen = self._words("expect.seen_load", percent=f"{peak:.1f}")
             yield from self._entry("load", row, ("max_percent", str(limit), seen), ("bitrate", str(rate), ""))

@@ -80,7 +80,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "[[load]]\n"
         "max_percent = 60\n"
         'bitrate = "500k"\n'
-        "window_ms = 1000",
+        "window_ms = 100",
         "canalyze expect boot.log -o boot.expect.toml\n"
         "canalyze expect --bitrate 500k --eds 5=drive.eds boot.log -o boot.expect.toml\n"
         "canalyze check boot.log\n"
@@ -133,7 +133,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "[[load]]\n"
         "max_percent = 60\n"
         'bitrate = "500k"\n'
-        "window_ms = 1000",
+        "window_ms = 100",
     ),
     (
         "expect.not_good",
@@ -319,6 +319,6 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "Limit for the response to an SDO request, at least three times the slowest.",
     ),
     ("expect.seen_slowest", "最慢 {milliseconds} ms，节点{node}", "slowest {milliseconds} ms, node {node}"),
-    ("expect.loads", "总线负载的上限，1 s 窗口。", "Limit for the bus load in windows of 1 s."),
+    ("expect.loads", "总线负载的上限，100 ms 窗口。", "Limit for the bus load in windows of 100 ms."),
     ("expect.seen_load", "峰值 {percent} %", "peak {percent} %"),
 )

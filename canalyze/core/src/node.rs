@@ -261,7 +261,7 @@ impl Node {
     /// The type of a standard object. What stands in 6000h-9FFFh is known here for drives only.
     fn standard(&self, index: u16, sub: u8) -> Option<DataType> {
         let profile = index >= 0x6000;
-        let other = self.value(0x1000, 0).is_some_and(|(device, _)| !drive::is_drive(device as u32));
+        let other = self.value(0x1000, 0).is_some_and(|(device, _)| drive::is_other(device as u32));
         od::data_type(index, sub).filter(|_| !(profile && other))
     }
 

@@ -319,7 +319,6 @@ impl Checks {
     ) -> Option<(u8, u8)> {
         self.sync.message(message, frame, nodes, cx);
         match *message {
-            Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx),
             Message::Heartbeat { node, state, .. } if state != 0x05 => self.srdos.not_operational(node),
             Message::Nmt { .. } => self.srdos.interrupt(cx.at.no, false),
             Message::ErrorFrame => self.error_frames.follow(frame, cx),
@@ -358,8 +357,10 @@ impl Checks {
     /// The same message, after what it resets was reset.
     pub fn follow(&mut self, message: &Message, nodes: &PerNode<Node>, frame: &Frame, cx: &mut Context<'_>) {
         self.nodes.follow(message, frame, nodes, cx);
-        if let Message::BootUp { node } = *message {
-            self.drives.booted(node, cx);
+        match *message {
+            Message::BootUp { node } => self.drives.booted(node, cx),
+            Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx),
+            _ => {}
         }
     }
 

@@ -10,8 +10,8 @@ use crate::rules::expectation::{Exp014, Exp015};
 use crate::summary::bits;
 use crate::summary::load::Window;
 
-/// A window's length in ns where none is given.
-const WINDOW_NS: i64 = 1_000_000_000;
+/// A window's length in ns where none is given: a bus that is full for longer delays what must come in time.
+const WINDOW_NS: i64 = 100_000_000;
 /// Stamps this much earlier than a former one mean that the clock was set back.
 const SET_BACK_NS: i64 = 1_000_000_000;
 

@@ -101,6 +101,13 @@ fn of_the_bus() {
     // A frame of 8 bytes takes about 1 ms at 125 kbit/s.
     load(tenth, &frames(0.004), &[]);
     load(tenth, &frames(0.0015), &[("EXP014", 52, 0, 1)]);
+    // Half a second of a full bus, with the window that is used where none is given; a tenth of a window is none.
+    let full = |count: u32| {
+        (0..count).map(|no| format!("{} 185#3702000000000001;", f64::from(no) * 0.000_97)).collect::<String>()
+    };
+    let ninety = r#""max_percent":90,"bit_rate":125000"#;
+    load(ninety, &full(515), &[("EXP014", 95, 0, 1)]);
+    load(ninety, &full(10), &[]);
     load(r#""max_percent":50"#, &frames(0.0015), &[("EXP015", 400, 0, 1)]);
     load(tenth, "- 705#05", &[("EXP015", 1, 0, 1)]);
     load(r#""max_percent":50,"bit_rate":125000,"bus":"can1""#, &frames(0.0015), &[("EXP015", 400, 0, 1)]);

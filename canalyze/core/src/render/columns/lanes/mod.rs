@@ -59,9 +59,6 @@ columns! {
     }
 }
 
-/// Profiles of a device type (1000h) that do not say what the device is: those of its axes stand elsewhere.
-const NO_PROFILE: [u16; 2] = [0, 0xFFFF];
-
 /// One bus.
 #[derive(Debug, Default)]
 struct Bus {
@@ -200,8 +197,7 @@ impl Lanes {
         let node = bus.nodes.entry(transfer.node).or_insert_with(|| Node::new(transfer.node));
         match *transfer.kept.as_slice() {
             [low, high, _, _] if mux.index == 0x1000 => {
-                let profile = u16::from_le_bytes([low, high]);
-                node.is_other = !NO_PROFILE.contains(&profile) && profile != drive::PROFILE;
+                node.is_other = drive::is_other(u32::from(u16::from_le_bytes([low, high])));
             }
             [low, high] if Object::at(mux.index) == Some(Object::Statusword) => {
                 let described = transfer.described.as_deref();
