@@ -1,7 +1,7 @@
 """The report of `check` for people and for the log of a CI job: one block a capture, then a line of totals.
 
 A clean capture is one line. Findings of one kind are one entry: where and what, the annotated lines that led to the
-first of them, its own marked, and how many there are. Must not: judge.
+first of them, its own marked, how many there are, and in one line what follows from it. Must not: judge.
 """
 
 import os
@@ -76,6 +76,8 @@ class _Report:
         for severity in reversed(SEVERITIES):
             if below[severity]:
                 yield self._words(f"check.{severity}", count=below[severity])
+        if explained := sum(one.count for one in verdict.every_consequence):
+            yield self._words("check.consequences", count=explained)
         if known:
             yield self._words("check.known", count=known)
         if verdict.overruled:
@@ -100,6 +102,8 @@ class _Report:
             yield f"    {self._dyed(line, 'own') if line.startswith('>') else line}"
         if one.count > 1 or one.known:
             yield f"    {self._repeats(one)}"
+        if one.consequences:
+            yield f"    {wording.consequences(one.consequences, self._words)}"
 
     def _head(self, finding: Finding) -> str:
         where = [

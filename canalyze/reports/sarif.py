@@ -2,8 +2,8 @@
 
 One run; an artifact is a capture, a result a kind of finding (rule, bus, node, object, expectation) in it, at its first
 frame. The file keeps what GitHub's code scanning asks for: the fields it needs, its largest number of results, and a
-fingerprint that stays when a capture is recorded anew. Rules are those that occur. Must not: judge, or look into a
-file.
+fingerprint that stays when a capture is recorded anew. What a finding explains is a property of its result. Rules are
+those that occur. Must not: judge, or look into a file.
 """
 
 import hashlib
@@ -43,7 +43,11 @@ _LINK: Final = "\0"
 
 def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words) -> bytes:
     """Give the whole file; `rules` is the catalogue in the language of `words`."""
-    found = [(verdict.file, one) for verdict in verdicts for one in (*verdict.failures, *verdict.others)]
+    found = [
+        (verdict.file, one)
+        for verdict in verdicts
+        for one in (*verdict.failures, *verdict.others, *verdict.consequences)
+    ]
     kept = _worst(found)
     baseline = any(one.known for _, one in found)
     known = {rule.code: rule for rule in rules}
@@ -150,6 +154,8 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
         "node": finding.node,
         "object": finding.object and printable(finding.object),
         "expectation": finding.expectation and printable(finding.expectation),
+        "becauseOf": finding.because_of,
+        "consequences": [wording.sentence(other, words) for other in one.consequences],
         "lines": list(wording.annotated(finding)),
     }
     result["properties"] = {name: value for name, value in properties.items() if value not in (None, [])}

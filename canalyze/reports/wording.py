@@ -4,11 +4,12 @@ All text that leaves here is one printable line: what a capture or a file name h
 terminal. Must not: know one of the formats.
 """
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from canalyze.check.verdict import Counted
+from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import printable
 from canalyze.sources.file import STDIN
 from canalyze.words import Words
@@ -75,6 +76,26 @@ def repeats(counted: Counted, words: Words) -> list[str]:
     if counted.known:
         said.append(words("reports.known", known=counted.known))
     return said
+
+
+def consequences(found: Sequence[Counted], words: Words) -> str:
+    """Say how many consequences there are and of which rules: 3 consequences: PDO004, SYN008 (2)."""
+    counts = Counter[str]()
+    for one in found:
+        counts[printable(one.finding.code)] += one.count
+    listed = [code if count == 1 else f"{code} ({count})" for code, count in sorted(counts.items())]
+    total = counts.total()
+    key = "reports.consequence" if total == 1 else "reports.consequences"
+    return words(key, count=total, codes=words("reports.list").join(listed))
+
+
+def of_events(verdict: Verdict, words: Words) -> Iterator[str]:
+    """Give a line for each cause that is no finding: its frame, and what it explains."""
+    frames = sorted({one.finding.because_of or 0 for one in verdict.consequences})
+    for frame in frames:
+        found = [one for one in verdict.consequences if one.finding.because_of == frame]
+        said = consequences(found, words)
+        yield words("reports.because_of", place=words("reports.frame", frame=frame), said=said)
 
 
 def further(counted: Counted, words: Words) -> str | None:

@@ -105,6 +105,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("check.error", "错误 {count}", "errors: {count}"),
     ("check.warning", "警告 {count}", "warnings: {count}"),
     ("check.info", "提示 {count}", "infos: {count}"),
+    ("check.consequences", "后果 {count}", "consequences: {count}"),
     ("check.known", "基线内 {count}", "in the baseline: {count}"),
     ("check.overruled", "忽略 {count}", "ignored: {count}"),
     ("check.unreadable", "未能检查", "not checked"),

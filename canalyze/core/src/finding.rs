@@ -469,6 +469,15 @@ impl Facts {
         Self::Told { face, measured }
     }
 
+    /// For how many findings it stands: for itself, or for so many that were only counted.
+    pub fn count(&self) -> u64 {
+        match self {
+            Self::Repeated { count } => *count,
+            Self::Unmet(unmet) => unmet.repeated.max(1),
+            _ => 1,
+        }
+    }
+
     /// What a finding says that stands for so many more like this one.
     pub fn repeated(&self, count: u64) -> Self {
         match self {

@@ -12,6 +12,8 @@ mod pdo;
 mod srdo;
 mod sync;
 
+use std::collections::BTreeMap;
+
 use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
 use crate::services::sdo::wire::Side;
@@ -35,6 +37,13 @@ pub fn place(out: &mut Vec<u8>, frame: Option<u64>, node: Option<u8>) {
     if let Some(frame) = frame {
         put!(out; "frame ", frame, if node.is_some() { " " } else { ": " });
     }
+}
+
+/// Appends how many consequences a frame has, and of which rules.
+pub fn consequences(out: &mut Vec<u8>, cause: u64, rules: &BTreeMap<Code, u64>) {
+    let count: u64 = rules.values().sum();
+    put!(out; "frame ", cause, ": ", count, if count == 1 { " consequence: " } else { " consequences: " });
+    told::codes(out, rules, ", ");
 }
 
 /// Appends what a finding says, in one sentence without line end.

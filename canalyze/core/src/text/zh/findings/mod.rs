@@ -12,6 +12,8 @@ mod pdo;
 mod srdo;
 mod sync;
 
+use std::collections::BTreeMap;
+
 use crate::event::Note;
 use crate::finding::{Code, CrcMatch, Facts, Finding, Severity};
 use crate::services::sdo::wire::Side;
@@ -39,6 +41,12 @@ pub fn place(out: &mut Vec<u8>, frame: Option<u64>, node: Option<u8>) {
     if let Some(frame) = frame {
         put!(out; "第", frame, if node.is_some() { "帧 " } else { "帧: " });
     }
+}
+
+/// Appends how many consequences a frame has, and of which rules.
+pub fn consequences(out: &mut Vec<u8>, cause: u64, rules: &BTreeMap<Code, u64>) {
+    put!(out; "第", cause, "帧: ", rules.values().sum::<u64>(), "条后果: ");
+    told::codes(out, rules, "、");
 }
 
 /// Appends what a finding says, in one sentence without line end.
