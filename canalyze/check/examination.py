@@ -99,9 +99,9 @@ class _Kinds:
             self._found[kind] = (shown, count + (1 if repeated is None else int(repeated)))
 
     def counted(self) -> tuple[Counted, ...]:
-        """Give them in the order of their first frames."""
+        """Give them in the order of the frames that they are about."""
         found = [Counted(shown[0], tuple(shown), count) for shown, count in self._found.values() if shown]
-        return tuple(sorted(found, key=lambda one: one.finding.frame or 0))
+        return tuple(sorted(found, key=lambda one: one.finding.about_frame or 0))
 
 
 def examine(name: str, job: Job, progress: Meter) -> Examined:

@@ -32,7 +32,7 @@ class Examined:
 
     file: str
     found: tuple[Counted, ...] = ()
-    """In the order of their first frames; what is about no frame comes first."""
+    """In the order of the frames that they are about; what is about no frame comes first."""
     error: str | None = None
     """Why the capture, or the rest of it, could not be read."""
     complaints: tuple[str, ...] = ()
@@ -52,7 +52,7 @@ class Verdict:
     file: str
     """Its name as it was given, `-` for standard input."""
     failures: tuple[Counted, ...] = ()
-    """Findings at or above the threshold, in the order of their first frame."""
+    """Findings at or above the threshold, in the order of the frames that they are about."""
     others: tuple[Counted, ...] = ()
     """Findings below the threshold, or that the baseline allows."""
     consequences: tuple[Counted, ...] = ()

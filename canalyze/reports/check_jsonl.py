@@ -5,7 +5,7 @@ first of its kind, and
 
 | key | is |
 |---|---|
-| `lines` | the annotated lines that led to it, oldest first, `{"frame","text"}` each |
+| `lines` | the annotated lines of its context, oldest first, `{"frame","text"}` each |
 | `count` | how many of the kind there are |
 | `frames` | where the first ten stand |
 | `known` | how many of them the baseline allows |

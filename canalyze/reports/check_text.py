@@ -1,7 +1,7 @@
 """The report of `check` for people and for the log of a CI job: one block a capture, then a line of totals.
 
-A clean capture is one line. Findings of one kind are one entry: where and what, the annotated lines that led to the
-first of them, its own marked, how many there are, and in one line what follows from it. Must not: judge.
+A clean capture is one line. Findings of one kind are one entry: where and what, the annotated lines around the first
+of them, the one that it is about marked, how many there are, and in one line what follows from it. Must not: judge.
 """
 
 import os
@@ -108,8 +108,10 @@ class _Report:
     def _head(self, finding: Finding) -> str:
         where = [
             finding.bus and printable(finding.bus),
-            finding.frame and self._words("check.frame", frame=finding.frame),
-            finding.line and finding.line != finding.frame and self._words("check.line", line=finding.line),
+            finding.about_frame and self._words("check.frame", frame=finding.about_frame),
+            finding.about_line
+            and finding.about_line != finding.about_frame
+            and self._words("check.line", line=finding.about_line),
         ]
         severity = self._dyed(self._words.of("severity", finding.severity), finding.severity)
         place = self._words("check.then").join(str(part) for part in where if part)
@@ -120,7 +122,7 @@ class _Report:
         said = self._words("check.times", count=one.count)
         if one.known:
             said = self._words("check.times_known", count=max(one.count, one.alike), known=one.known)
-        frames = [str(other.frame) for other in one.shown[1:] if other.frame is not None]
+        frames = [str(frame) for frame in wording.other_frames(one)]
         if not frames:
             return said
         more = self._words("check.and_more") if one.count > len(one.shown) else ""

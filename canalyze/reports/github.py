@@ -66,12 +66,11 @@ def _finding(file: str, one: Counted, words: Words, *, as_command: bool) -> str:
     explained = [wording.consequences(one.consequences, words)] if one.consequences else []
     if not as_command:
         severity = words.of("severity", finding.severity)
-        return _plain(
-            f"{severity} {wording.title(finding)} {wording.place(file, finding.line)}: {'; '.join([said, *explained])}"
-        )
+        place = wording.place(file, finding.about_line)
+        return _plain(f"{severity} {wording.title(finding)} {place}: {'; '.join([said, *explained])}")
     properties = _file(file)
-    if properties and finding.line is not None:
-        properties["line"] = str(finding.line)
+    if properties and finding.about_line is not None:
+        properties["line"] = str(finding.about_line)
     properties["title"] = wording.title(finding)
     return _command(_COMMANDS[finding.severity], properties, "\n".join([said, *wording.annotated(finding), *explained]))
 

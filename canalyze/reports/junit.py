@@ -93,7 +93,7 @@ def _failing(one: Counted, verdict: Verdict, words: Words) -> ET.Element:
     said = ET.SubElement(case, "failure", type=finding.severity, message=wording.sentence(one, words))
     severity = words.of("severity", finding.severity)
     lines = [
-        f"{wording.place(verdict.file, finding.line)}: {severity} {wording.title(finding)}",
+        f"{wording.place(verdict.file, finding.about_line)}: {severity} {wording.title(finding)}",
         wording.sentence(one, words),
         *wording.annotated(finding),
     ]

@@ -35,8 +35,8 @@ _MOST: Final = 25_000
 """Results of a run that code scanning takes; a file with more is refused."""
 _LONGEST: Final = 1024
 """Characters of a rule's description that it takes."""
-_CAUSE: Final = 1
-"""Identifies the location of the earlier frame within its result."""
+_SHOWN: Final = 1
+"""Identifies the location of the frame that shows a finding about an earlier one."""
 _LINK: Final = "\0"
 """Where in a sentence the link to it will stand; no sentence has this character."""
 
@@ -127,10 +127,10 @@ def _rule(finding: Finding, rule: "Rule | None", words: Words) -> Json:
 
 def _result(artifact: Json, one: Counted, words: Words) -> Json:
     finding = one.finding
-    location = _location(artifact, finding.line, _line_of(finding, finding.frame))
+    location = _location(artifact, finding.about_line, _line_of(finding, finding.about_frame))
     if names := list(_logical(finding)):
         location["logicalLocations"] = names
-    text = wording.sentence(one, words, cause=_LINK).replace("](", "] (")  # else a link to where the capture says
+    text = wording.sentence(one, words, shown=_LINK).replace("](", "] (")  # else a link to where the capture says
     result: Json = {
         "ruleId": printable(finding.code),
         "level": _LEVELS[finding.severity],
@@ -139,11 +139,11 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
         "partialFingerprints": _fingerprints(finding),
         "occurrenceCount": one.count,
     }
-    if finding.cause_frame is not None:
-        text = text.replace(_LINK, f"[{words('reports.frame', frame=finding.cause_frame)}]({_CAUSE})")
-        cause = _location(artifact, finding.cause_line, _line_of(finding, finding.cause_frame))
-        cause |= {"id": _CAUSE, "message": {"text": words("reports.cause_here")}}
-        result["relatedLocations"] = [cause]
+    if finding.cause_frame is not None and finding.frame is not None:
+        text = text.replace(_LINK, f"[{words('reports.frame', frame=finding.frame)}]({_SHOWN})")
+        shown = _location(artifact, finding.line, _line_of(finding, finding.frame))
+        shown |= {"id": _SHOWN, "message": {"text": words("reports.shown_here")}}
+        result["relatedLocations"] = [shown]
     result["message"]["text"] = text
     if one.known >= one.count:
         result["suppressions"] = [{"kind": "external", "justification": words("reports.known", known=one.known)}]

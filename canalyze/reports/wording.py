@@ -53,17 +53,17 @@ def expectation(finding: "Finding") -> str | None:
     return finding.expectation and PurePath(finding.expectation).name
 
 
-def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list[str]:
-    """Say where in the capture it stands; `cause` is a link to the frame it is about, which the message names too."""
+def where(finding: "Finding", words: Words, *, shown: str | None = None) -> list[str]:
+    """Say which frame it is about, then which one shows it, if another; `shown` is a link to that one."""
     said = []
-    if finding.frame is not None:
-        said.append(words("reports.frame", frame=finding.frame))
-    if finding.line is not None and finding.line != finding.frame:
-        said.append(words("reports.line", line=finding.line))
+    if finding.about_frame is not None:
+        said.append(words("reports.frame", frame=finding.about_frame))
+    if finding.about_line is not None and finding.about_line != finding.about_frame:
+        said.append(words("reports.line", line=finding.about_line))
+    if finding.cause_frame is not None and finding.frame is not None:
+        said.append(words("reports.shown", frame=shown or words("reports.frame", frame=finding.frame)))
     if finding.t is not None:
         said.append(f"{printable(finding.t)} s")
-    if cause is not None and finding.cause_frame is not None:
-        said.append(words("reports.cause", frame=cause))
     return said
 
 
@@ -98,25 +98,36 @@ def of_events(verdict: Verdict, words: Words) -> Iterator[str]:
         yield words("reports.because_of", place=words("reports.frame", frame=frame), said=said)
 
 
+def other_frames(counted: Counted) -> list[int]:
+    """Give the frames that the further ones shown of its kind are about, each once."""
+    frames = dict.fromkeys(one.about_frame for one in counted.shown)
+    return [frame for frame in frames if frame is not None and frame != counted.finding.about_frame]
+
+
 def further(counted: Counted, words: Words) -> str | None:
     """Name the frames of the others of its kind; None where there are none to name."""
-    frames = [one.frame for one in counted.shown if one != counted.finding and one.frame is not None]
+    frames = other_frames(counted)
     if not frames:
         return None
     listed = words("reports.list").join(str(frame) for frame in frames[:_ALSO])
-    whole = counted.count <= 1 + len(frames[:_ALSO])
+    whole = counted.count <= len(counted.shown) and len(frames) <= _ALSO
     return words("reports.also" if whole else "reports.also_more", frames=listed)
 
 
-def sentence(counted: Counted, words: Words, *, cause: str | None = None) -> str:
-    """Give all of it in one line: the message, then where and how often; `cause` as in `where`."""
-    parts = [*where(counted.finding, words, cause=cause), *repeats(counted, words)]
+def sentence(counted: Counted, words: Words, *, shown: str | None = None) -> str:
+    """Give all of it in one line: the message, then where and how often; `shown` as in `where`."""
+    parts = [*where(counted.finding, words, shown=shown), *repeats(counted, words)]
     said = printable(counted.finding.message)
     return words("reports.said", message=said, place=words("reports.then").join(parts)) if parts else said
 
 
 def annotated(finding: "Finding") -> Iterator[str]:
-    """Give the lines that led to it; its own is marked."""
+    """Give the lines of its context; that of the frame that it is about is marked.
+
+    Where that line is not among them, the one that shows it is.
+    """
+    about = finding.about_frame
+    marked = about if any(line.frame == about for line in finding.lines) else finding.frame
     for line in finding.lines:
-        mark = ">" if line.frame == finding.frame else " "
+        mark = ">" if line.frame == marked else " "
         yield f"{mark} {printable(line.text)}"

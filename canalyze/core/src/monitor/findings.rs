@@ -93,8 +93,8 @@ fn json(setting: Setting<'_>, finding: &Finding) -> Vec<u8> {
     jsonl::number_or_null(&mut out, finding.node.map(u64::from));
     put!(&mut out; ",\"text\":");
     jsonl::quoted(&mut out, |text| match setting.lang {
-        Lang::Zh => zh::findings::message(text, finding),
-        Lang::En => en::findings::message(text, finding),
+        Lang::Zh => zh::findings::placed(text, finding, finding.at.no),
+        Lang::En => en::findings::placed(text, finding, finding.at.no),
     });
     put!(&mut out; ",\"count\":");
     out

@@ -201,19 +201,14 @@ impl Lines {
             What::Finding(finding) => {
                 let rule = finding.code.rule();
                 put!(out; "#   ", rule.id, " ");
-                // Under its own frame's line the frame needs no name, nor where the sentence names it.
-                let named = finding.cause.is_some_and(|cause| cause.no == finding.at.no);
-                let elsewhere = (finding.at.no != under && !named).then_some(finding.at.no);
                 match self.lang {
                     Lang::Zh => {
                         put!(out; zh::findings::severity(finding.severity()), ": ");
-                        zh::findings::place(out, elsewhere, finding.node);
-                        zh::findings::message(out, finding);
+                        zh::findings::placed(out, finding, under);
                     }
                     Lang::En => {
                         put!(out; en::findings::severity(finding.severity()), ": ");
-                        en::findings::place(out, elsewhere, finding.node);
-                        en::findings::message(out, finding);
+                        en::findings::placed(out, finding, under);
                     }
                 }
                 out.push(b'\n');

@@ -10,6 +10,7 @@ use crate::diff::course::Course;
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::Finding;
+use crate::finding_context::Held;
 use crate::frame::{BusId, Frame};
 use crate::info::Info;
 use crate::masks::Masks;
@@ -19,7 +20,6 @@ use crate::render::columns::{Batch, Columns, Seen};
 use crate::render::jsonl;
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
-use crate::trail::Held;
 use crate::writers::{Losses, Writer};
 
 /// What of the frames passes the filter, in one format.

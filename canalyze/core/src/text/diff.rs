@@ -216,8 +216,8 @@ pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
         Shows::Finding(finding) => {
             put!(out; finding.code.rule().id, " ");
             match lang {
-                Lang::Zh => zh::findings::message(out, finding),
-                Lang::En => en::findings::message(out, finding),
+                Lang::Zh => zh::findings::placed(out, finding, finding.at.no),
+                Lang::En => en::findings::placed(out, finding, finding.at.no),
             }
         }
     }

@@ -83,8 +83,8 @@ impl Log {
         let at = if finding.at.no > 0 { finding.at } else { last };
         self.text.clear();
         match self.lang {
-            Lang::Zh => zh::findings::message(&mut self.text, finding),
-            Lang::En => en::findings::message(&mut self.text, finding),
+            Lang::Zh => zh::findings::placed(&mut self.text, finding, finding.at.no),
+            Lang::En => en::findings::placed(&mut self.text, finding, finding.at.no),
         }
         let cycle = cycles.at(finding.bus, at.no);
         let place = (at, cycle, finding.bus, finding.node);

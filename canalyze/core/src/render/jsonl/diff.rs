@@ -138,8 +138,8 @@ fn value(out: &mut Vec<u8>, setting: Setting<'_>, side: &Side) {
         Shows::Finding(finding) => {
             put!(out; "{\"code\":\"", finding.code.rule().id, "\",\"message\":");
             quoted(out, |text| match setting.lang {
-                crate::text::Lang::Zh => crate::text::zh::findings::message(text, finding),
-                crate::text::Lang::En => crate::text::en::findings::message(text, finding),
+                crate::text::Lang::Zh => crate::text::zh::findings::placed(text, finding, finding.at.no),
+                crate::text::Lang::En => crate::text::en::findings::placed(text, finding, finding.at.no),
             });
             put!(out; "}");
         }

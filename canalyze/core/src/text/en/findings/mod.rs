@@ -32,13 +32,6 @@ fn side(side: Side) -> &'static str {
     }
 }
 
-/// Appends the frame that shows a finding, where the finding stands under another one's line.
-pub fn place(out: &mut Vec<u8>, frame: Option<u64>, node: Option<u8>) {
-    if let Some(frame) = frame {
-        put!(out; "frame ", frame, if node.is_some() { " " } else { ": " });
-    }
-}
-
 /// Appends how many consequences a frame has, and of which rules.
 pub fn consequences(out: &mut Vec<u8>, cause: u64, rules: &BTreeMap<Code, u64>) {
     let count: u64 = rules.values().sum();
@@ -46,7 +39,7 @@ pub fn consequences(out: &mut Vec<u8>, cause: u64, rules: &BTreeMap<Code, u64>) 
     told::codes(out, rules, ", ");
 }
 
-/// Appends what a finding says, in one sentence without line end.
+/// Appends what a finding says of the frame that it is about, in one sentence without line end.
 pub fn message(out: &mut Vec<u8>, finding: &Finding) {
     if let Some(node) = finding.node {
         put!(out; "node ", node, " ");
@@ -59,9 +52,6 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
     if finding.node.is_some() {
         out.pop();
         put!(out; ": ");
-    }
-    if let Some(cause) = finding.cause {
-        put!(out; "frame ", cause.no, ": ");
     }
     match finding.facts {
         Facts::None => put!(out; rule(finding.code).message),
@@ -132,6 +122,14 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
         }
         Facts::Repeated { count } => repeated(out, count),
     }
+}
+
+/// The same for a reader who sees it at the frame `seen_at`: another frame that it is about is named before it.
+pub fn placed(out: &mut Vec<u8>, finding: &Finding, seen_at: u64) {
+    if let Some(frame) = finding.about().filter(|about| about.no != seen_at) {
+        put!(out; "frame ", frame.no, if finding.node.is_some() { " " } else { ": " });
+    }
+    message(out, finding);
 }
 
 fn repeated(out: &mut Vec<u8>, count: u64) {

@@ -36,20 +36,13 @@ fn side(side: Side) -> &'static str {
     }
 }
 
-/// Appends the frame that shows a finding, where the finding stands under another one's line.
-pub fn place(out: &mut Vec<u8>, frame: Option<u64>, node: Option<u8>) {
-    if let Some(frame) = frame {
-        put!(out; "第", frame, if node.is_some() { "帧 " } else { "帧: " });
-    }
-}
-
 /// Appends how many consequences a frame has, and of which rules.
 pub fn consequences(out: &mut Vec<u8>, cause: u64, rules: &BTreeMap<Code, u64>) {
     put!(out; "第", cause, "帧: ", rules.values().sum::<u64>(), "条后果: ");
     told::codes(out, rules, "、");
 }
 
-/// Appends what a finding says, in one sentence without line end.
+/// Appends what a finding says of the frame that it is about, in one sentence without line end.
 pub fn message(out: &mut Vec<u8>, finding: &Finding) {
     if let Some(node) = finding.node {
         put!(out; "节点", node, " ");
@@ -62,9 +55,6 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
     if finding.node.is_some() {
         out.pop();
         put!(out; ": ");
-    }
-    if let Some(cause) = finding.cause {
-        put!(out; "第", cause.no, "帧: ");
     }
     match finding.facts {
         Facts::None => put!(out; rule(finding.code).message),
@@ -129,6 +119,14 @@ pub fn message(out: &mut Vec<u8>, finding: &Finding) {
         }
         Facts::Repeated { count } => repeated(out, count),
     }
+}
+
+/// The same for a reader who sees it at the frame `seen_at`: another frame that it is about is named before it.
+pub fn placed(out: &mut Vec<u8>, finding: &Finding, seen_at: u64) {
+    if let Some(frame) = finding.about().filter(|about| about.no != seen_at) {
+        put!(out; "第", frame.no, if finding.node.is_some() { "帧 " } else { "帧: " });
+    }
+    message(out, finding);
 }
 
 fn repeated(out: &mut Vec<u8>, count: u64) {

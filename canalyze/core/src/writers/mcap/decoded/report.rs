@@ -147,7 +147,10 @@ pub(super) fn finding(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &st
     }
     let mut line = Vec::new();
     put!(&mut line; rule.id, " ");
-    line.extend_from_slice(&words);
+    match decoded.lang {
+        Lang::Zh => zh::findings::placed(&mut line, finding, finding.at.no),
+        Lang::En => en::findings::placed(&mut line, finding, finding.at.no),
+    }
     log(decoded, place, bus, finding.node, finding.at, finding.severity(), &line);
     decoded.words = words;
 }
