@@ -53,11 +53,11 @@ class Finding:
     sub: int | None
     """Its sub-index."""
     message: str
-    """The sentence, in the language of the run."""
+    """What it says of `about_frame`, in one sentence, in the language of the run."""
     facts: Mapping[str, Any] = field(default_factory=dict)
     """What was measured, by the names of the rule."""
     lines: tuple[Line, ...] = ()
-    """The annotated lines that led to it, oldest first, its own frame's among them; none where nobody asked."""
+    """The annotated lines of its context, oldest first, its own frame's among them; none where nobody asked."""
     because_of: int | None = None
     """The frame of the event or finding that explains it: it is a consequence of that, and its severity is info."""
 
@@ -67,6 +67,16 @@ class Finding:
         known = {name: row[name] for name in _SIMPLE}
         lines = tuple(Line(line["frame"], line["text"]) for line in row.get("lines", ()))
         return cls(**known, facts=row.get("facts") or {}, lines=lines)
+
+    @property
+    def about_frame(self) -> int | None:
+        """The frame that it is about: an earlier one than the one that shows it, or that one."""
+        return self.frame if self.cause_frame is None else self.cause_frame
+
+    @property
+    def about_line(self) -> int | None:
+        """The line of that frame."""
+        return self.line if self.cause_frame is None else self.cause_line
 
     @property
     def object(self) -> str | None:
@@ -80,7 +90,7 @@ class Finding:
         return label if isinstance(label, str) else None
 
     def __repr__(self) -> str:
-        where = f" at frame {self.frame}" if self.frame is not None else ""
+        where = f" at frame {self.about_frame}" if self.about_frame is not None else ""
         return f"<Finding {self.severity} {self.code}{where}: {self.message}>"
 
 

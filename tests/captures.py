@@ -218,6 +218,14 @@ def session_output(
     return b"".join(output)
 
 
+def placed(finding: Row) -> str:
+    """The sentence in English for whoever sees it at its frame: another frame that it is about comes first."""
+    about = finding["cause_frame"]
+    if about is None or about == finding["frame"]:
+        return str(finding["message"])
+    return f"frame {about}{'' if finding['node'] else ':'} {finding['message']}"
+
+
 def run_canalyze(arguments: Sequence[str | Path], *, expected_exit: int = 0, folder: Path | None = None) -> bytes:
     """Standard output of the command line program, run in this folder; its exit status must be the expected one."""
     line = [str(argument) for argument in arguments]

@@ -40,7 +40,11 @@ BINARY = replace(FINDING, file="run.blf", line=None, cause_line=None)
 
 
 def one(finding: Finding = FINDING, count: int = 1, known: int = 0) -> Counted:
-    shown = tuple(replace(finding, frame=(finding.frame or 0) + step) for step in range(1, min(count, 10)))
+    cause = finding.cause_frame
+    shown = tuple(
+        replace(finding, frame=(finding.frame or 0) + step, cause_frame=None if cause is None else cause + step)
+        for step in range(1, min(count, 10))
+    )
     return Counted(finding, (finding, *shown), count, known)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from captures import SAMPLES, Row, described, described_beside, session_output, sort_rows
+from captures import SAMPLES, Row, described, described_beside, placed, session_output, sort_rows
 
 from canalyze import _core
 
@@ -109,7 +109,7 @@ def test_the_log_is_findings_and_emergencies(path: Path) -> None:
     for row, finding in zip(found, rows["findings"], strict=True):
         shared = ("code", "bus", "node")
         assert {key: row[key] for key in shared} == {key: finding[key] for key in shared}
-        assert (row["level"], row["text"]) == (finding["severity"], finding["message"])
+        assert (row["level"], row["text"]) == (finding["severity"], placed(finding))
         last = max(last, row["frame"])
         if finding["frame"] is not None:
             assert (row["frame"], row["t_ns"]) == (finding["frame"], finding["t_ns"])

@@ -40,7 +40,7 @@ def test_blocks_become_lines_and_time_tells_what_is_missing() -> None:
     ticks = b"".join(block(5, 0, START_NS + no * 100_000_000) for no in range(11, 90))
     assert (
         session.feed(ticks)
-        == b"#   HBT002 error: node 5: frame 10: no heartbeat for 400ms after it, the limit is 330ms\n"
+        == b"#   HBT002 error: frame 10 node 5: no heartbeat for 400ms after it, the limit is 330ms\n"
     )
     session.end(interrupted=True)
     session.finish()

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from captures import SAMPLES
+from captures import SAMPLES, placed
 from conftest import Runner
 from mcap.reader import SeekingReader, make_reader
 from mcap_ros2.decoder import DecoderFactory
@@ -274,7 +274,7 @@ def found(messages: list[Said], truth: list[dict[str, Any]]) -> None:
     level = {"info": 20, "warning": 30, "error": 40}
     log = [(one.message.level, one.message.msg) for one in messages if one.topic == "/log"]
     for row in truth:
-        assert (level[row["severity"]], f"{row['code']} {row['message']}") in log
+        assert (level[row["severity"]], f"{row['code']} {placed(row)}") in log
 
 
 @pytest.mark.parametrize("capture", sorted((SAMPLES / "rules").glob("*[0-9].log")), ids=lambda path: path.stem)

@@ -132,7 +132,7 @@ def test_an_override_leaves_a_consequence_out_or_as_it_is() -> None:
     consequence = Counted(finding, (finding,), 1)
     examined = Examined("a.log", (counted(), consequence))
     raised = policy.judge(examined, Policy(overrides=(Override(("SDO",), "error", "strict"),)), {})
-    assert (kinds(raised.failures), kinds(raised.others)) == ([("SDO001", "error")], [("SDO001", "info")])
+    assert (kinds(raised.failures), kinds(raised.consequences)) == ([("SDO001", "error")], [("SDO001", "info")])
     assert raised.reasons == (("strict", 1),)
     assert policy.judge(examined, Policy(overrides=(Override(("SDO",), "ignore", "known"),)), {}).overruled == 2
 

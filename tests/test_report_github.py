@@ -76,11 +76,12 @@ def as_meant(verdicts: list[Verdict], lang: str) -> None:
 def test_a_finding_is_an_annotation() -> None:
     (command,) = commands(Verdict("samples/boot.log", (one(count=3),)))
     assert command.name == "error"
-    assert command.properties == {"file": "samples/boot.log", "line": "9", "title": "SDO001 toggle-bit"}
+    assert command.properties == {"file": "samples/boot.log", "line": "8", "title": "SDO001 toggle-bit"}
     assert command.data.split("\n") == [
-        "node 10 1008h:00: toggle=0 from the server, 1 was due (frame 8, line 9, 1700000000.003200 s, 3 times)",
-        f"  {FINDING.lines[0].text}",
-        f"> {FINDING.lines[1].text}",
+        "node 10 1008h:00: toggle=0 from the server, 1 was due (frame 7, line 8, "
+        "known by frame 8, 1700000000.003200 s, 3 times)",
+        f"> {FINDING.lines[0].text}",
+        f"  {FINDING.lines[1].text}",
     ]
 
 
@@ -129,7 +130,7 @@ def test_what_github_would_drop_is_in_the_log(severity: Any) -> None:
     name = {"info": "notice"}.get(severity, severity)
     most = 9 if severity == "info" else 10
     assert [command.name for command in shown] == [name] * most + ["notice"]
-    assert len(plain) == 25 - most and plain[0].startswith(f"{severity} SDO001 toggle-bit a.log:9: node 10")
+    assert len(plain) == 25 - most and plain[0].startswith(f"{severity} SDO001 toggle-bit a.log:8: node 10")
     assert shown[-1].data.endswith(f"in the log: {severity} {25 - most}")
 
 

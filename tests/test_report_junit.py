@@ -69,14 +69,17 @@ def test_a_failing_kind_is_a_test_case() -> None:
     assert case.classname == "samples.boot_log"
     assert case.name == "SDO001 toggle-bit can0 node 10 1008h:00"
     (failure,) = case.result
-    said = "node 10 1008h:00: toggle=0 from the server, 1 was due (frame 8, line 9, 1700000000.003200 s, 12 times)"
+    said = (
+        "node 10 1008h:00: toggle=0 from the server, 1 was due "
+        "(frame 7, line 8, known by frame 8, 1700000000.003200 s, 12 times)"
+    )
     assert failure.type == "error" and failure.message == said
     assert failure.text.strip().splitlines() == [
-        "samples/boot.log:9: error SDO001 toggle-bit",
+        "samples/boot.log:8: error SDO001 toggle-bit",
         said,
-        f"  {FINDING.lines[0].text}",
-        f"> {FINDING.lines[1].text}",
-        "also frames 9, 10, 11, 12, 13, 14, 15, 16, 17 and more",
+        f"> {FINDING.lines[0].text}",
+        f"  {FINDING.lines[1].text}",
+        "also frames 8, 9, 10, 11, 12, 13, 14, 15, 16 and more",
     ]
 
 
@@ -142,4 +145,4 @@ def test_the_same_verdicts_give_the_same_bytes() -> None:
 def test_chinese_stays_chinese() -> None:
     (case,) = cases(junit.document([Verdict("a.log", (one(),))], Words("zh")))
     assert case.name == "SDO001 toggle-bit can0 节点10 1008h:00"
-    assert "（第8帧，第9行，1700000000.003200 s）" in case.result[0].message
+    assert "（第7帧，第8行，由第8帧得知，1700000000.003200 s）" in case.result[0].message

@@ -86,21 +86,21 @@ def test_a_finding_is_a_result() -> None:
     assert (found["ruleId"], found["level"], found["occurrenceCount"]) == ("SDO001", "error", 12)
     assert found["message"]["text"] == (
         "node 10 1008h:00: toggle=0 from the server, 1 was due "
-        "(frame 8, line 9, 1700000000.003200 s, see [frame 7](1), 12 times)"
+        "(frame 7, line 8, known by [frame 8](1), 1700000000.003200 s, 12 times)"
     )
     (location,) = found["locations"]
     physical = location["physicalLocation"]
     assert physical["artifactLocation"] == {"uri": "samples/boot.log", "index": 0}
-    text = FINDING.lines[1].text
-    assert physical["region"] == {"startLine": 9, "startColumn": 1, "endLine": 9, "snippet": {"text": text}}
+    text = FINDING.lines[0].text
+    assert physical["region"] == {"startLine": 8, "startColumn": 1, "endLine": 8, "snippet": {"text": text}}
     assert [(part["kind"], part["fullyQualifiedName"]) for part in location["logicalLocations"]] == [
         ("bus", "can0"),
         ("node", "can0/10"),
         ("object", "can0/10/1008h:00"),
     ]
-    (cause,) = found["relatedLocations"]
-    assert cause["id"] == 1 and cause["physicalLocation"]["region"]["startLine"] == 8
-    assert found["properties"]["lines"][1] == f"> {text}"
+    (shown,) = found["relatedLocations"]
+    assert shown["id"] == 1 and shown["physicalLocation"]["region"]["startLine"] == 9
+    assert found["properties"]["lines"][0] == f"> {text}"
 
 
 def test_a_format_without_lines_has_no_region() -> None:

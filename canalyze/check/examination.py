@@ -80,18 +80,18 @@ class Job:
 
 
 class _Kinds:
-    """The findings of a capture, by kind; those of each expectation, and consequences, are kinds of their own."""
+    """The findings of a capture, by kind; those of each expectation, and the consequences of each cause, are apart."""
 
     def __init__(self) -> None:
-        self._found: dict[tuple[Kind, str | None, bool], tuple[list[Finding], int]] = {}
+        self._found: dict[tuple[Kind, str | None, int | None], tuple[list[Finding], int]] = {}
 
     def take(self, result: bytes) -> None:
         """Take JSON lines of the core."""
         for line in result.splitlines():
             finding = Finding.from_json(json.loads(line))
-            kind = (Kind.of(finding), finding.expectation, finding.because_of is not None)
+            kind = (Kind.of(finding), finding.expectation, finding.because_of)
             if kind not in self._found and len(self._found) >= _KINDS:
-                kind = (Kind(finding.code, None, None, None), None, finding.because_of is not None)
+                kind = (Kind(finding.code, None, None, None), None, finding.because_of and 0)
             shown, count = self._found.get(kind, ([], 0))
             repeated = finding.facts.get("repeated")
             if repeated is None and len(shown) < _SHOWN:
@@ -99,9 +99,9 @@ class _Kinds:
             self._found[kind] = (shown, count + (1 if repeated is None else int(repeated)))
 
     def counted(self) -> tuple[Counted, ...]:
-        """Give them in the order of their first frames."""
+        """Give them in the order of the frames that they are about."""
         found = [Counted(shown[0], tuple(shown), count) for shown, count in self._found.values() if shown]
-        return tuple(sorted(found, key=lambda one: one.finding.frame or 0))
+        return tuple(sorted(found, key=lambda one: one.finding.about_frame or 0))
 
 
 def examine(name: str, job: Job, progress: Meter) -> Examined:

@@ -117,7 +117,8 @@ class Policy:
 
 def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
     """Say which findings of a capture fail the check: at or above the threshold, and more than the baseline allows."""
-    judged, away, reasons = _ruled(policy, examined.found, examined.file)
+    ruled, away, reasons = _ruled(policy, examined.found, examined.file)
+    judged = [one for one in ruled if one.finding.because_of is None]
     counts = counted(one for one in judged if policy.fails(one.finding.severity))
     failures: list[Counted] = []
     others: list[Counted] = []
@@ -128,10 +129,14 @@ def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
         kind = Kind.of(one.finding)
         allowed = known.get(kind, 0)
         (failures if counts[kind] > allowed else others).append(replace(one, known=allowed, alike=counts[kind]))
+    unlinked = [one for one in ruled if one.finding.because_of is not None]
+    failures, unlinked = _linked(failures, unlinked)
+    others, unlinked = _linked(others, unlinked)
     return Verdict(
         examined.file,
         tuple(failures),
         tuple(others),
+        tuple(unlinked),
         away,
         examined.error,
         examined.complaints,
@@ -142,11 +147,34 @@ def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
     )
 
 
+def _linked(causes: Sequence[Counted], consequences: Sequence[Counted]) -> tuple[list[Counted], list[Counted]]:
+    """Give the causes with their consequences, and the consequences that none of them explains.
+
+    The first cause that stands at the frame, or is about it, explains a consequence.
+    """
+    first: dict[int | None, int] = {}
+    for place, cause in enumerate(causes):
+        for finding in cause.shown:
+            first.setdefault(finding.frame, place)
+            first.setdefault(finding.cause_frame, place)
+    first.pop(None, None)
+    linked: dict[int, list[Counted]] = {}
+    for one in consequences:
+        if one.finding.because_of in first:
+            linked.setdefault(first[one.finding.because_of], []).append(one)
+    with_theirs = [replace(cause, consequences=tuple(linked.get(place, ()))) for place, cause in enumerate(causes)]
+    return with_theirs, [one for one in consequences if one.finding.because_of not in first]
+
+
 def counted(found: Iterable[Counted]) -> Counter[Kind]:
-    """Count what a baseline counts as one kind: expectations move about in their file, so they are not told apart."""
+    """Count what a baseline counts as one kind: expectations move about in their file, so they are not told apart.
+
+    Consequences are in no baseline, since they cannot fail.
+    """
     counts: Counter[Kind] = Counter()
     for one in found:
-        counts[Kind.of(one.finding)] += one.count
+        if one.finding.because_of is None:
+            counts[Kind.of(one.finding)] += one.count
     return counts
 
 

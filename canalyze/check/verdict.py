@@ -10,7 +10,7 @@ from canalyze.finding import Finding
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """Findings of one kind: same rule, bus, node and object, of one expectation, all consequences or none."""
+    """Findings of one kind: same rule, bus, node and object, of one expectation, consequences of one cause or none."""
 
     finding: Finding
     """The first of them, in the order of frames."""
@@ -22,6 +22,8 @@ class Counted:
     """How many of them the baseline allows; the finding counts only if there are more."""
     alike: int = 0
     """How many there are with those that the baseline counts as the same kind, being about another expectation."""
+    consequences: tuple["Counted", ...] = ()
+    """What these findings explain; none of it fails the check."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +32,7 @@ class Examined:
 
     file: str
     found: tuple[Counted, ...] = ()
-    """In the order of their first frames; what is about no frame comes first."""
+    """In the order of the frames that they are about; what is about no frame comes first."""
     error: str | None = None
     """Why the capture, or the rest of it, could not be read."""
     complaints: tuple[str, ...] = ()
@@ -50,9 +52,11 @@ class Verdict:
     file: str
     """Its name as it was given, `-` for standard input."""
     failures: tuple[Counted, ...] = ()
-    """Findings at or above the threshold, in the order of their first frame."""
+    """Findings at or above the threshold, in the order of the frames that they are about."""
     others: tuple[Counted, ...] = ()
     """Findings below the threshold, or that the baseline allows."""
+    consequences: tuple[Counted, ...] = ()
+    """Those of causes that are no findings, or not judged; the others stand with their causes."""
     overruled: int = 0
     """Findings that an override, --select or --ignore took away."""
     error: str | None = None
@@ -68,6 +72,11 @@ class Verdict:
 
     expectations: str | None = None
     """The file of expectations that it was held against."""
+
+    @property
+    def every_consequence(self) -> tuple[Counted, ...]:
+        """Give all consequences, whatever explains them."""
+        return (*(c for one in (*self.failures, *self.others) for c in one.consequences), *self.consequences)
 
     @property
     def failed(self) -> bool:

@@ -70,7 +70,7 @@ def _fields(left: Transfer, right: Transfer, words: Words) -> list[str]:
 
 
 def _finding(finding: Finding) -> str:
-    where = f", frame {finding.frame}" if finding.frame else ""
+    where = f", frame {finding.about_frame}" if finding.about_frame else ""
     return f"{finding.code} {finding.severity}{where}: {finding.message}"
 
 

@@ -5,7 +5,7 @@ first of its kind, and
 
 | key | is |
 |---|---|
-| `lines` | the annotated lines that led to it, oldest first, `{"frame","text"}` each |
+| `lines` | the annotated lines of its context, oldest first, `{"frame","text"}` each |
 | `count` | how many of the kind there are |
 | `frames` | where the first ten stand |
 | `known` | how many of them the baseline allows |
@@ -28,7 +28,8 @@ from canalyze.check.verdict import Counted, Verdict
 def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
     """Give the lines, without their ends."""
     for verdict in verdicts:
-        both = [(one, True) for one in verdict.failures] + [(one, False) for one in verdict.others]
+        passing = (*verdict.others, *verdict.every_consequence)
+        both = [(one, True) for one in verdict.failures] + [(one, False) for one in passing]
         for one, fails in sorted(both, key=lambda row: row[0].finding.frame or 0):
             yield _line(_finding(one, fails))
         yield _line(
@@ -38,7 +39,7 @@ def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
                 "frames": verdict.frames,
                 "failed": verdict.failed,
                 "failures": sum(one.count for one in verdict.failures),
-                "others": sum(one.count for one in verdict.others),
+                "others": sum(one.count for one in passing),
                 "overruled": verdict.overruled,
                 "reasons": [{"reason": reason, "count": count} for reason, count in verdict.reasons],
                 "expectations": verdict.expectations,

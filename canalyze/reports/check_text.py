@@ -1,7 +1,7 @@
 """The report of `check` for people and for the log of a CI job: one block a capture, then a line of totals.
 
-A clean capture is one line. Findings of one kind are one entry: where and what, the annotated lines that led to the
-first of them, its own marked, and how many there are. Must not: judge.
+A clean capture is one line. Findings of one kind are one entry: where and what, the annotated lines around the first
+of them, the one that it is about marked, how many there are, and in one line what follows from it. Must not: judge.
 """
 
 import os
@@ -76,6 +76,8 @@ class _Report:
         for severity in reversed(SEVERITIES):
             if below[severity]:
                 yield self._words(f"check.{severity}", count=below[severity])
+        if explained := sum(one.count for one in verdict.every_consequence):
+            yield self._words("check.consequences", count=explained)
         if known:
             yield self._words("check.known", count=known)
         if verdict.overruled:
@@ -100,12 +102,16 @@ class _Report:
             yield f"    {self._dyed(line, 'own') if line.startswith('>') else line}"
         if one.count > 1 or one.known:
             yield f"    {self._repeats(one)}"
+        if one.consequences:
+            yield f"    {wording.consequences(one.consequences, self._words)}"
 
     def _head(self, finding: Finding) -> str:
         where = [
             finding.bus and printable(finding.bus),
-            finding.frame and self._words("check.frame", frame=finding.frame),
-            finding.line and finding.line != finding.frame and self._words("check.line", line=finding.line),
+            finding.about_frame and self._words("check.frame", frame=finding.about_frame),
+            finding.about_line
+            and finding.about_line != finding.about_frame
+            and self._words("check.line", line=finding.about_line),
         ]
         severity = self._dyed(self._words.of("severity", finding.severity), finding.severity)
         place = self._words("check.then").join(str(part) for part in where if part)
@@ -116,7 +122,7 @@ class _Report:
         said = self._words("check.times", count=one.count)
         if one.known:
             said = self._words("check.times_known", count=max(one.count, one.alike), known=one.known)
-        frames = [str(other.frame) for other in one.shown[1:] if other.frame is not None]
+        frames = [str(frame) for frame in wording.other_frames(one)]
         if not frames:
             return said
         more = self._words("check.and_more") if one.count > len(one.shown) else ""

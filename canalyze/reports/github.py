@@ -1,9 +1,10 @@
 """Annotations of GitHub Actions: workflow commands, which the runner reads from a step's output.
 
 What cannot be read comes first, then what fails the check, then what is below the threshold; what the baseline allows
-is not shown. GitHub shows ten annotations of each kind in a step and drops the others without a word: these are plain
-lines of the log here, and a closing annotation counts them. Nothing of a capture or of its name can become a command:
-a command begins a line, and in the older form stands anywhere behind `##[`. Must not: judge.
+is not shown. What a finding explains is said in its annotation. GitHub shows ten annotations of each kind in a step
+and drops the others without a word: these are plain lines of the log here, and a closing annotation counts them.
+Nothing of a capture or of its name can become a command: a command begins a line, and in the older form stands
+anywhere behind `##[`. Must not: judge.
 """
 
 from collections import Counter
@@ -40,6 +41,9 @@ def lines(verdicts: Sequence[Verdict], words: Words) -> Iterator[str]:
                 severity = one.finding.severity
                 given[severity] += 1
                 yield _finding(verdict.file, one, words, as_command=given[severity] <= _MOST[severity])
+    for verdict in verdicts:
+        for said in wording.of_events(verdict, words):
+            yield _plain(f"{wording.capture_name(verdict.file)}: {said}")
     left = {severity: given[severity] - _MOST[severity] for severity in reversed(SEVERITIES)}
     if any(count > 0 for count in left.values()):
         counts = words("reports.then").join(
@@ -59,14 +63,16 @@ def _unreadable(file: str, error: str, words: Words, *, as_command: bool) -> str
 def _finding(file: str, one: Counted, words: Words, *, as_command: bool) -> str:
     finding = one.finding
     said = wording.sentence(one, words)
+    explained = [wording.consequences(one.consequences, words)] if one.consequences else []
     if not as_command:
         severity = words.of("severity", finding.severity)
-        return _plain(f"{severity} {wording.title(finding)} {wording.place(file, finding.line)}: {said}")
+        place = wording.place(file, finding.about_line)
+        return _plain(f"{severity} {wording.title(finding)} {place}: {'; '.join([said, *explained])}")
     properties = _file(file)
-    if properties and finding.line is not None:
-        properties["line"] = str(finding.line)
+    if properties and finding.about_line is not None:
+        properties["line"] = str(finding.about_line)
     properties["title"] = wording.title(finding)
-    return _command(_COMMANDS[finding.severity], properties, "\n".join([said, *wording.annotated(finding)]))
+    return _command(_COMMANDS[finding.severity], properties, "\n".join([said, *wording.annotated(finding), *explained]))
 
 
 def _file(file: str) -> dict[str, str]:

@@ -1,9 +1,9 @@
 """JUnit XML: what Jenkins, GitLab and the test reporters of GitHub show of a `check`.
 
 A suite is a capture. A test case is a kind of finding (rule, bus, node, object, expectation): it fails, and bears a
-name that is the same in the next run; one that the baseline allows is skipped. A capture without a failure is one test
-case that passes, one that cannot be read an error beside what was found until then. There is no stamp of now: but for
-the time it took, the same captures give the same file. Must not: judge.
+name that is the same in the next run; one that the baseline allows is skipped. What it explains is said in its text.
+A capture without a failure is one test case that passes, one that cannot be read an error beside what was found until
+then. There is no stamp of now: but for the time it took, the same captures give the same file. Must not: judge.
 """
 
 import xml.etree.ElementTree as ET
@@ -72,8 +72,8 @@ def _suite(verdict: Verdict, classname: str, words: Words) -> ET.Element:
     for name, value in facts:
         ET.SubElement(properties, "property", name=name, value=str(value))
     suite.extend(cases)
-    if below:
-        lines = [words("reports.below") + ":", *(_line(one, words) for one in below)]
+    lines = [words("reports.below") + ":", *(_line(one, words) for one in below)] if below else []
+    if lines := [*lines, *wording.of_events(verdict, words)]:
         ET.SubElement(suite, "system-out").text = _block(lines)
     if verdict.complaints:
         ET.SubElement(suite, "system-err").text = _block(map(printable, verdict.complaints))
@@ -93,12 +93,14 @@ def _failing(one: Counted, verdict: Verdict, words: Words) -> ET.Element:
     said = ET.SubElement(case, "failure", type=finding.severity, message=wording.sentence(one, words))
     severity = words.of("severity", finding.severity)
     lines = [
-        f"{wording.place(verdict.file, finding.line)}: {severity} {wording.title(finding)}",
+        f"{wording.place(verdict.file, finding.about_line)}: {severity} {wording.title(finding)}",
         wording.sentence(one, words),
         *wording.annotated(finding),
     ]
     if also := wording.further(one, words):
         lines.append(also)
+    if one.consequences:
+        lines.append(wording.consequences(one.consequences, words))
     said.text = _block(lines)
     return case
 
@@ -111,7 +113,8 @@ def _skipped(one: Counted, words: Words) -> ET.Element:
 
 def _line(one: Counted, words: Words) -> str:
     severity = words.of("severity", one.finding.severity)
-    return f"{severity} {wording.kind(one.finding, words)}: {wording.sentence(one, words)}"
+    said = f"{severity} {wording.kind(one.finding, words)}: {wording.sentence(one, words)}"
+    return "; ".join([said, wording.consequences(one.consequences, words)]) if one.consequences else said
 
 
 def _block(lines: "Iterator[str] | Sequence[str]") -> str:

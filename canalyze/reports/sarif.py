@@ -2,8 +2,8 @@
 
 One run; an artifact is a capture, a result a kind of finding (rule, bus, node, object, expectation) in it, at its first
 frame. The file keeps what GitHub's code scanning asks for: the fields it needs, its largest number of results, and a
-fingerprint that stays when a capture is recorded anew. Rules are those that occur. Must not: judge, or look into a
-file.
+fingerprint that stays when a capture is recorded anew. What a finding explains is a property of its result. Rules are
+those that occur. Must not: judge, or look into a file.
 """
 
 import hashlib
@@ -35,15 +35,19 @@ _MOST: Final = 25_000
 """Results of a run that code scanning takes; a file with more is refused."""
 _LONGEST: Final = 1024
 """Characters of a rule's description that it takes."""
-_CAUSE: Final = 1
-"""Identifies the location of the earlier frame within its result."""
+_SHOWN: Final = 1
+"""Identifies the location of the frame that shows a finding about an earlier one."""
 _LINK: Final = "\0"
 """Where in a sentence the link to it will stand; no sentence has this character."""
 
 
 def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words) -> bytes:
     """Give the whole file; `rules` is the catalogue in the language of `words`."""
-    found = [(verdict.file, one) for verdict in verdicts for one in (*verdict.failures, *verdict.others)]
+    found = [
+        (verdict.file, one)
+        for verdict in verdicts
+        for one in (*verdict.failures, *verdict.others, *verdict.consequences)
+    ]
     kept = _worst(found)
     baseline = any(one.known for _, one in found)
     known = {rule.code: rule for rule in rules}
@@ -123,10 +127,10 @@ def _rule(finding: Finding, rule: "Rule | None", words: Words) -> Json:
 
 def _result(artifact: Json, one: Counted, words: Words) -> Json:
     finding = one.finding
-    location = _location(artifact, finding.line, _line_of(finding, finding.frame))
+    location = _location(artifact, finding.about_line, _line_of(finding, finding.about_frame))
     if names := list(_logical(finding)):
         location["logicalLocations"] = names
-    text = wording.sentence(one, words, cause=_LINK).replace("](", "] (")  # else a link to where the capture says
+    text = wording.sentence(one, words, shown=_LINK).replace("](", "] (")  # else a link to where the capture says
     result: Json = {
         "ruleId": printable(finding.code),
         "level": _LEVELS[finding.severity],
@@ -135,11 +139,11 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
         "partialFingerprints": _fingerprints(finding),
         "occurrenceCount": one.count,
     }
-    if finding.cause_frame is not None:
-        text = text.replace(_LINK, f"[{words('reports.frame', frame=finding.cause_frame)}]({_CAUSE})")
-        cause = _location(artifact, finding.cause_line, _line_of(finding, finding.cause_frame))
-        cause |= {"id": _CAUSE, "message": {"text": words("reports.cause_here")}}
-        result["relatedLocations"] = [cause]
+    if finding.cause_frame is not None and finding.frame is not None:
+        text = text.replace(_LINK, f"[{words('reports.frame', frame=finding.frame)}]({_SHOWN})")
+        shown = _location(artifact, finding.line, _line_of(finding, finding.frame))
+        shown |= {"id": _SHOWN, "message": {"text": words("reports.shown_here")}}
+        result["relatedLocations"] = [shown]
     result["message"]["text"] = text
     if one.known >= one.count:
         result["suppressions"] = [{"kind": "external", "justification": words("reports.known", known=one.known)}]
@@ -150,6 +154,8 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
         "node": finding.node,
         "object": finding.object and printable(finding.object),
         "expectation": finding.expectation and printable(finding.expectation),
+        "becauseOf": finding.because_of,
+        "consequences": [wording.sentence(other, words) for other in one.consequences],
         "lines": list(wording.annotated(finding)),
     }
     result["properties"] = {name: value for name, value in properties.items() if value not in (None, [])}

@@ -4,11 +4,12 @@ All text that leaves here is one printable line: what a capture or a file name h
 terminal. Must not: know one of the formats.
 """
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from canalyze.check.verdict import Counted
+from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import printable
 from canalyze.sources.file import STDIN
 from canalyze.words import Words
@@ -52,17 +53,17 @@ def expectation(finding: "Finding") -> str | None:
     return finding.expectation and PurePath(finding.expectation).name
 
 
-def where(finding: "Finding", words: Words, *, cause: str | None = None) -> list[str]:
-    """Say where in the capture it stands; `cause` is a link to the frame it is about, which the message names too."""
+def where(finding: "Finding", words: Words, *, shown: str | None = None) -> list[str]:
+    """Say which frame it is about, then which one shows it, if another; `shown` is a link to that one."""
     said = []
-    if finding.frame is not None:
-        said.append(words("reports.frame", frame=finding.frame))
-    if finding.line is not None and finding.line != finding.frame:
-        said.append(words("reports.line", line=finding.line))
+    if finding.about_frame is not None:
+        said.append(words("reports.frame", frame=finding.about_frame))
+    if finding.about_line is not None and finding.about_line != finding.about_frame:
+        said.append(words("reports.line", line=finding.about_line))
+    if finding.cause_frame is not None and finding.frame is not None:
+        said.append(words("reports.shown", frame=shown or words("reports.frame", frame=finding.frame)))
     if finding.t is not None:
         said.append(f"{printable(finding.t)} s")
-    if cause is not None and finding.cause_frame is not None:
-        said.append(words("reports.cause", frame=cause))
     return said
 
 
@@ -77,25 +78,56 @@ def repeats(counted: Counted, words: Words) -> list[str]:
     return said
 
 
+def consequences(found: Sequence[Counted], words: Words) -> str:
+    """Say how many consequences there are and of which rules: 3 consequences: PDO004, SYN008 (2)."""
+    counts = Counter[str]()
+    for one in found:
+        counts[printable(one.finding.code)] += one.count
+    listed = [code if count == 1 else f"{code} ({count})" for code, count in sorted(counts.items())]
+    total = counts.total()
+    key = "reports.consequence" if total == 1 else "reports.consequences"
+    return words(key, count=total, codes=words("reports.list").join(listed))
+
+
+def of_events(verdict: Verdict, words: Words) -> Iterator[str]:
+    """Give a line for each cause that is no finding: its frame, and what it explains."""
+    frames = sorted({one.finding.because_of or 0 for one in verdict.consequences})
+    for frame in frames:
+        found = [one for one in verdict.consequences if one.finding.because_of == frame]
+        said = consequences(found, words)
+        yield words("reports.because_of", place=words("reports.frame", frame=frame), said=said)
+
+
+def other_frames(counted: Counted) -> list[int]:
+    """Give the frames that the further ones shown of its kind are about, each once."""
+    frames = dict.fromkeys(one.about_frame for one in counted.shown)
+    return [frame for frame in frames if frame is not None and frame != counted.finding.about_frame]
+
+
 def further(counted: Counted, words: Words) -> str | None:
     """Name the frames of the others of its kind; None where there are none to name."""
-    frames = [one.frame for one in counted.shown if one != counted.finding and one.frame is not None]
+    frames = other_frames(counted)
     if not frames:
         return None
     listed = words("reports.list").join(str(frame) for frame in frames[:_ALSO])
-    whole = counted.count <= 1 + len(frames[:_ALSO])
+    whole = counted.count <= len(counted.shown) and len(frames) <= _ALSO
     return words("reports.also" if whole else "reports.also_more", frames=listed)
 
 
-def sentence(counted: Counted, words: Words, *, cause: str | None = None) -> str:
-    """Give all of it in one line: the message, then where and how often; `cause` as in `where`."""
-    parts = [*where(counted.finding, words, cause=cause), *repeats(counted, words)]
+def sentence(counted: Counted, words: Words, *, shown: str | None = None) -> str:
+    """Give all of it in one line: the message, then where and how often; `shown` as in `where`."""
+    parts = [*where(counted.finding, words, shown=shown), *repeats(counted, words)]
     said = printable(counted.finding.message)
     return words("reports.said", message=said, place=words("reports.then").join(parts)) if parts else said
 
 
 def annotated(finding: "Finding") -> Iterator[str]:
-    """Give the lines that led to it; its own is marked."""
+    """Give the lines of its context; that of the frame that it is about is marked.
+
+    Where that line is not among them, the one that shows it is.
+    """
+    about = finding.about_frame
+    marked = about if any(line.frame == about for line in finding.lines) else finding.frame
     for line in finding.lines:
-        mark = ">" if line.frame == finding.frame else " "
+        mark = ">" if line.frame == marked else " "
         yield f"{mark} {printable(line.text)}"

@@ -37,14 +37,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "check.help",
         "逐个检查记录：每个文件自成一个记录，多个文件同时处理，结果按给出的顺序。文件名可以带通配符（* ? [..] **），"
         "加引号时由本程序展开。达到 --fail-on 级别的发现算作不合格：每类（规则、总线、节点、对象相同）一条，"
-        "附上导致它的注释行。退出码：0 合格，1 有不合格的发现，2 有文件不能读取。已知的发现可以存入基线文件，"
+        "附上相关的注释行。退出码：0 合格，1 有不合格的发现，2 有文件不能读取。已知的发现可以存入基线文件，"
         "只有更多的才算不合格；记录必须显示的内容写成期望（见 canalyze expect --help）；按文件、节点、"
         "总线的例外和理由写在 canalyze.toml 的 [[check.override]] 里（见下面的例子；files、nodes、bus 可不写，"
         "有几条符合时以最后一条为准）。读不了的文件不影响其他文件的结果。",
         "Check captures one by one: every file is a capture of its own, several are worked on side by side, results "
         "come in the order given. Names may hold * ? [..] and **, which are expanded here where the shell has not. "
         "Findings at or above --fail-on fail the check: one entry a kind (same rule, bus, node and object), with the "
-        "annotated lines that led to it. Exit codes: 0 nothing fails, 1 findings fail, 2 a file could not be read. "
+        "annotated lines of its context. Exit codes: 0 nothing fails, 1 findings fail, 2 a file could not be read. "
         "Known findings may be kept in a baseline, of which only more fail; what a capture must show is written as "
         "expectations (canalyze expect --help); exceptions by file, node and bus, with their reasons, are "
         "[[check.override]] of canalyze.toml (below; files, nodes and bus may be left out; of several that fit the "
@@ -105,6 +105,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("check.error", "错误 {count}", "errors: {count}"),
     ("check.warning", "警告 {count}", "warnings: {count}"),
     ("check.info", "提示 {count}", "infos: {count}"),
+    ("check.consequences", "后果 {count}", "consequences: {count}"),
     ("check.known", "基线内 {count}", "in the baseline: {count}"),
     ("check.overruled", "忽略 {count}", "ignored: {count}"),
     ("check.unreadable", "未能检查", "not checked"),

@@ -31,6 +31,11 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// The frame that it is about: the one that shows it, or an earlier one.
+    pub fn about(&self) -> Option<FrameRef> {
+        Some(self.cause.unwrap_or(self.at)).filter(|about| about.no > 0)
+    }
+
     /// How bad it is: as its rule says, but a consequence is only worth knowing.
     pub fn severity(&self) -> Severity {
         if self.because_of.is_some() { Severity::Info } else { self.code.rule().severity }

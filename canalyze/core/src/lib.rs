@@ -23,10 +23,10 @@
 //! `frame`; `inputs` (files joined by time) and `info` (what a file is) see `readers`; `writers` sees `frame`, `event`
 //! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `rules`,
 //! `od`; `summary`, `repeats`, `expectation` (a capture held against what is expected of it), `diff` (two captures held
-//! against each other) and `trail` (where findings came from) see `event`; `render` sees `text`, `info`, `summary`,
-//! `expectation`, `trail`, `diff` and the columns of `writers::console`; `monitor` (what holds now) sees `bus`, `summary`
-//! and `render`. `masks` (candump's filters) sees `frame`. `calendar` and `select` see nothing. The whole table stands in
-//! `tests/layers.rs`, which keeps it.
+//! against each other) and `finding_context` (the frames beside a finding) see `event`; `render` sees `text`, `info`,
+//! `summary`, `expectation`, `finding_context`, `diff` and the columns of `writers::console`; `monitor` (what holds now)
+//! sees `bus`, `summary` and `render`. `masks` (candump's filters) sees `frame`. `calendar` and `select` see nothing. The
+//! whole table stands in `tests/layers.rs`, which keeps it.
 
 pub mod bus;
 pub mod calendar;
@@ -42,6 +42,7 @@ pub mod evidence;
 pub mod expectation;
 pub mod filter;
 pub mod finding;
+pub mod finding_context;
 pub mod frame;
 pub mod info;
 pub mod inputs;
@@ -63,5 +64,4 @@ pub mod services;
 pub mod session;
 pub mod summary;
 pub mod text;
-pub mod trail;
 pub mod writers;

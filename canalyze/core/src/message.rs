@@ -80,7 +80,7 @@ pub enum Message {
         /// The node whose PDO it is.
         node: u8,
         /// What it carries.
-        content: crate::services::pdo::Multiplexed,
+        content: crate::services::pdo::multiplexed::Multiplexed,
     },
     /// One frame of an SRDO pair (CiA 304).
     Srdo {
@@ -120,7 +120,7 @@ pub enum Message {
         /// From the LSS master (7E5) or from a slave (7E4).
         from_master: bool,
         /// What it says.
-        command: crate::services::lss::Command,
+        command: crate::services::lss::command::Command,
     },
     /// A CAN FD frame on an SDO identifier: CANopen FD's USDO (CiA 1301).
     Usdo {

@@ -14,9 +14,11 @@ use crate::services::sdo::wire::Mux;
 const SHOWN: u64 = 10;
 /// Distinct (rule, bus, node, object) that are counted apart; more are shown one by one.
 const COUNTED: usize = 4096;
+/// From so many on, consequences are counted apart by rule, bus, node and object only: they leave room for causes.
+const BY_CAUSE: usize = COUNTED / 2;
 
-/// Findings of one kind: same rule, bus, node and object, of the same expectation, and all consequences or none.
-type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, bool);
+/// Findings of one kind: same rule, bus, node and object, of the same expectation, and because of the same frame.
+type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, Option<u64>);
 
 /// How often which finding was raised.
 #[derive(Debug, Default)]
@@ -37,7 +39,11 @@ impl Repeats {
     pub fn shows(&mut self, finding: &Finding) -> bool {
         let counted = &mut self.counted;
         let expectation = finding.expectation().map(Arc::clone);
-        let key = (finding.code, finding.bus, finding.node, finding.object, expectation, finding.because_of.is_some());
+        let because_of = finding.because_of.map(|at| at.no);
+        let mut key = (finding.code, finding.bus, finding.node, finding.object, expectation, because_of);
+        if counted.len() >= BY_CAUSE && because_of.is_some() && !counted.contains_key(&key) {
+            key.5 = Some(0);
+        }
         if counted.len() >= COUNTED && !counted.contains_key(&key) {
             return true;
         }

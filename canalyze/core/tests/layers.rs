@@ -162,11 +162,11 @@ const MAY_USE: &[Row] = &[
             "readers",
             "writers",
             "text",
-            "trail",
+            "finding_context",
             "repeats",
         ],
     ),
-    ("trail", &["frame", "cob_id", "message", "finding", "rules", "event", "services::sdo::wire"]),
+    ("finding_context", &["frame", "cob_id", "message", "finding", "rules", "event", "services::sdo::wire"]),
     (
         "expectation",
         &[
@@ -186,8 +186,20 @@ const MAY_USE: &[Row] = &[
     (
         "monitor",
         &[
-            "frame", "message", "finding", "event", "network", "node", "services", "bus", "readers", "filter",
-            "summary", "text", "render", "trail",
+            "frame",
+            "message",
+            "finding",
+            "event",
+            "network",
+            "node",
+            "services",
+            "bus",
+            "readers",
+            "filter",
+            "summary",
+            "text",
+            "render",
+            "finding_context",
         ],
     ),
     (
@@ -215,7 +227,7 @@ const MAY_USE: &[Row] = &[
             "text",
             "render",
             "repeats",
-            "trail",
+            "finding_context",
         ],
     ),
     (

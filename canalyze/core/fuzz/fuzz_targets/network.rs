@@ -14,7 +14,7 @@ use canalyze_core::frame::Frame;
 use canalyze_core::render::columns::Name;
 use canalyze_core::session::{Format, Options, Session};
 use canalyze_core::text::{Depth, Lang};
-use canalyze_core::trail::MOST;
+use canalyze_core::finding_context::MOST;
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
 
@@ -68,14 +68,14 @@ fn count(rows: &mut BTreeMap<String, u64>, session: &mut Session) {
     }
 }
 
-/// Findings in order, without the lines that led to them.
+/// Findings in order, without the lines of their context.
 fn findings(lines: &str) -> Vec<Value> {
     let rows = lines.lines().map(|line| serde_json::from_str::<Value>(line).expect("every line is an object"));
     let found = rows.filter(|row| row["kind"] == "finding").map(|mut row| {
         if let Some(lines) = row.as_object_mut().and_then(|row| row.remove("lines")) {
             let numbers: Vec<u64> =
                 lines.as_array().expect("lines").iter().map(|line| line["frame"].as_u64().expect("frame")).collect();
-            assert!(numbers.len() <= MOST && numbers.is_sorted(), "the few that led to it, oldest first");
+            assert!(numbers.len() <= MOST && numbers.is_sorted(), "a few, oldest first");
         }
         row
     });

@@ -92,7 +92,7 @@ fn json(setting: Setting<'_>, finding: &Finding) -> Vec<u8> {
     put!(&mut out; ",\"node\":");
     jsonl::number_or_null(&mut out, finding.node.map(u64::from));
     put!(&mut out; ",\"text\":");
-    jsonl::quoted(&mut out, |text| findings::message(text, setting.lang, finding));
+    jsonl::quoted(&mut out, |text| findings::placed(text, setting.lang, finding, finding.at.no));
     put!(&mut out; ",\"count\":");
     out
 }

@@ -27,6 +27,7 @@ use crate::bus::Bus;
 use crate::event::{Event, What};
 use crate::filter;
 use crate::finding::{Finding, Severity};
+use crate::finding_context;
 use crate::frame::{BusId, Buses, CanId, Frame, FrameRef, Kind};
 use crate::network::Network;
 use crate::readers::Marker;
@@ -35,7 +36,6 @@ use crate::render::text::Lines;
 use crate::summary::Summary;
 use crate::text::digits::{Spaced, put};
 use crate::text::{Depth, Lang};
-use crate::trail;
 
 pub use self::trace::{Line, Wanted};
 
@@ -208,7 +208,8 @@ impl Monitor {
                     wire(&mut self.wires, finding.bus, |wire| wire.find(node, severity));
                 }
                 if let Some((frame, own)) = at.filter(|(frame, _)| frame.no == finding.at.no) {
-                    let about = |own: &Event| own.node == finding.node && trail::concerns(finding.code, &own.what);
+                    let about =
+                        |own: &Event| own.node == finding.node && finding_context::concerns(finding.code, &own.what);
                     found.push((severity, finding.bus == frame.bus && own.is_some_and(about)));
                 }
                 self.findings.take(setting, finding)

@@ -4,8 +4,11 @@
 //! is a comment. Notes and findings stand on lines of their own that begin with `#`. The columns before the data are
 //! those of `writers::console`.
 
+use std::collections::BTreeMap;
+
 use crate::cob_id::{Role, predefined};
 use crate::event::{Event, Step, What};
+use crate::finding::Code;
 use crate::frame::{Buses, Frame, Kind, Stamp, StampForm};
 use crate::readers::Marker;
 use crate::services;
@@ -43,12 +46,35 @@ pub struct Lines {
     pub date_ns: Option<i64>,
     first_ns: Option<i64>,
     last_ns: Option<i64>,
+    /// Consequences are told at the end, by their causes; `None`: each has a line of its own.
+    folded: Option<Consequences>,
 }
+
+/// Consequences, by the frame that explains them: how many of which rule.
+type Consequences = BTreeMap<u64, BTreeMap<Code, u64>>;
+
+/// Causes of which the consequences are counted; those of further ones have lines of their own.
+const CAUSES: usize = 4096;
 
 impl Lines {
     /// A renderer at the beginning of a capture.
     pub fn new(lang: Lang, depth: Depth, time: Option<Time>) -> Self {
-        Self { lang, depth, time, columns: Columns::default(), date_ns: None, first_ns: None, last_ns: None }
+        Self {
+            lang,
+            depth,
+            time,
+            columns: Columns::default(),
+            date_ns: None,
+            first_ns: None,
+            last_ns: None,
+            folded: None,
+        }
+    }
+
+    /// The same, but consequences are told at the end, in a line for each cause.
+    pub fn folding(lang: Lang, depth: Depth, time: Option<Time>) -> Self {
+        let folded = (depth != Depth::Explain).then(BTreeMap::new);
+        Self { folded, ..Self::new(lang, depth, time) }
     }
 
     /// One frame's line, and below it what else it shows.
@@ -59,7 +85,7 @@ impl Lines {
         put!(out; "  # ");
         let mut said = false;
         for event in events {
-            said |= self.said(out, event, frame);
+            said |= !self.fold(event) && self.said(out, event, frame);
         }
         if !said {
             out.push(b'\n');
@@ -132,9 +158,32 @@ impl Lines {
     }
 
     /// What is known only at the end of the capture.
-    pub fn end(&self, out: &mut Vec<u8>, events: &[Event]) {
+    pub fn end(&mut self, out: &mut Vec<u8>, events: &[Event]) {
         for event in events {
-            self.aside(out, event, 0);
+            if !self.fold(event) {
+                self.aside(out, event, 0);
+            }
+        }
+    }
+
+    /// Counts a consequence that has no line of its own; gives whether it did.
+    fn fold(&mut self, event: &Event) -> bool {
+        let (Some(folded), What::Finding(finding)) = (&mut self.folded, &event.what) else { return false };
+        let Some(cause) = finding.because_of else { return false };
+        if folded.len() >= CAUSES && !folded.contains_key(&cause.no) {
+            return false;
+        }
+        *folded.entry(cause.no).or_default().entry(finding.code).or_default() += finding.facts.count();
+        true
+    }
+
+    /// The consequences that have no lines of their own: a line for each cause.
+    pub fn finish(&mut self, out: &mut Vec<u8>) {
+        let Some(folded) = self.folded.as_mut().filter(|_| self.depth != Depth::Brief) else { return };
+        for (cause, rules) in std::mem::take(folded) {
+            put!(out; "#   ");
+            findings::consequences(out, self.lang, cause, &rules);
+            out.push(b'\n');
         }
     }
 
@@ -149,12 +198,8 @@ impl Lines {
             What::Finding(finding) => {
                 let rule = finding.code.rule();
                 put!(out; "#   ", rule.id, " ");
-                // Under its own frame's line the frame needs no name, nor where the sentence names it.
-                let named = finding.cause.is_some_and(|cause| cause.no == finding.at.no);
-                let elsewhere = (finding.at.no != under && !named).then_some(finding.at.no);
                 put!(out; findings::severity(self.lang, finding.severity()), ": ");
-                findings::place(out, self.lang, elsewhere, finding.node);
-                findings::message(out, self.lang, finding);
+                findings::placed(out, self.lang, finding, under);
                 out.push(b'\n');
             }
             What::Note(note) => {
@@ -240,5 +285,45 @@ fn data(out: &mut Vec<u8>, frame: &Frame) {
     }
     if frame.kind == Kind::Error {
         put!(out; "   ERRORFRAME");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::finding::{Facts, Finding};
+    use crate::frame::{BusId, FrameRef};
+
+    /// A finding at frame 9, because of frame 4 or of nothing.
+    fn raised(code: Code, because_of: Option<u64>) -> Event {
+        let reference = |no| FrameRef { no, ..FrameRef::default() };
+        let (at, bus, node) = (reference(9), BusId(0), Some(5));
+        let because_of = because_of.map(reference);
+        let finding = Finding { code, at, cause: None, bus, node, object: None, facts: Facts::None, because_of };
+        Event { at, about: None, bus, node, transfer: None, what: What::Finding(Box::new(finding)) }
+    }
+
+    fn told(lang: Lang, depth: Depth) -> String {
+        let mut lines = Lines::folding(lang, depth, None);
+        let mut out = Vec::new();
+        let events = [(Code::Syn008, Some(4)), (Code::Pdo004, Some(4)), (Code::Syn008, Some(4)), (Code::Hbt003, None)];
+        lines.end(&mut out, &events.map(|(code, because_of)| raised(code, because_of)));
+        lines.finish(&mut out);
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn consequences_are_one_line_a_cause() {
+        let english = told(Lang::En, Depth::Default);
+        let last = english.lines().last();
+        assert_eq!((english.lines().count(), last), (2, Some("#   frame 4: 3 consequences: PDO004, SYN008 (2)")));
+        let chinese = told(Lang::Zh, Depth::Default);
+        assert_eq!(chinese.lines().last(), Some("#   第4帧: 3条后果: PDO004、SYN008 (2)"));
+    }
+
+    #[test]
+    fn explained_lines_have_each_consequence() {
+        assert_eq!(told(Lang::En, Depth::Explain).matches("#   SYN008 info: ").count(), 2);
     }
 }

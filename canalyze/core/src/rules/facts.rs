@@ -294,7 +294,7 @@ pub enum Facts {
         /// How many.
         count: u64,
     },
-    /// One of the rule's sentences , filled with what was measured.
+    /// One of the rule's sentences, filled with what was measured.
     Told {
         /// Which of the rule's sentences, from 0.
         face: u8,
@@ -313,6 +313,15 @@ pub enum Facts {
 }
 
 impl Facts {
+    /// For how many findings it stands: for itself, or for so many that were only counted.
+    pub fn count(&self) -> u64 {
+        match self {
+            Self::Repeated { count } => *count,
+            Self::Unmet(unmet) => unmet.repeated.max(1),
+            _ => 1,
+        }
+    }
+
     /// What a finding says that stands for so many more like this one.
     pub fn repeated(&self, count: u64) -> Self {
         match self {

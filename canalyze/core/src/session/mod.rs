@@ -65,7 +65,7 @@ pub enum Format {
     Course,
     /// The frames themselves, in another capture format.
     Convert(writers::Format),
-    /// JSON lines of findings only, each with the annotated lines that led to it.
+    /// JSON lines of findings only, each with the annotated lines of its context.
     Check,
     /// Nothing: what a view shows while the capture grows is asked for with [`Session::snapshot`] and
     /// [`Session::trace`].

@@ -10,6 +10,7 @@ use crate::diff::course::Course;
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::Finding;
+use crate::finding_context::Held;
 use crate::frame::{BusId, Frame};
 use crate::info::Info;
 use crate::masks::Masks;
@@ -19,7 +20,6 @@ use crate::render::columns::{Batch, Columns, Seen};
 use crate::render::jsonl;
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
-use crate::trail::Held;
 use crate::writers::{Losses, Writer};
 
 /// What of the frames passes the filter, in one format.
@@ -58,7 +58,7 @@ impl Output {
         let signals = |csv| Form::Signals(Signals::new(options.lang, csv, options.select.clone()));
         let lines = || Lines::new(options.lang, options.depth, options.time);
         let form = match options.format {
-            Format::Text => Form::Text(lines()),
+            Format::Text => Form::Text(Lines::folding(options.lang, options.depth, options.time)),
             Format::Lines => Form::Lines(lines()),
             Format::Jsonl => Form::Jsonl,
             Format::Signals => signals(false),
@@ -315,6 +315,7 @@ impl Output {
             Form::Records(records) if self.shown > 0 => records.finish(out, view),
             Form::Convert(writer) => writer.finish(out, view.writing),
             Form::Course(course) => course.finish(view.buses),
+            Form::Text(lines) => lines.finish(out),
             _ => {}
         }
     }

@@ -10,20 +10,20 @@ use super::capture::View;
 use crate::event::{Event, What};
 use crate::expectation::observed::Observed;
 use crate::finding::{Code, Finding};
+use crate::finding_context::{FindingContext, Held};
 use crate::frame::Frame;
 use crate::network::Network;
 use crate::readers::Marker;
 use crate::render::jsonl;
 use crate::summary::Summary;
-use crate::trail::{Held, Trail};
 
 /// What of a capture is told; of each part what it keeps.
 #[derive(Debug)]
 pub(super) struct Records {
     /// SDO transfers as they end.
     pub(super) transfers: bool,
-    /// Findings as they come, each with the lines that led to it.
-    trail: Option<Box<Trail>>,
+    /// Findings as they come, each with the lines of its context.
+    context: Option<Box<FindingContext>>,
     /// Figures at the end.
     summary: Option<Box<Summary>>,
     /// What expectations can be written from, at the end.
@@ -43,7 +43,7 @@ impl Records {
         };
         Self {
             transfers,
-            trail: findings.then(Box::default),
+            context: findings.then(Box::default),
             summary: figures.then(|| Box::new(Summary::new(Arc::clone(network)))),
             observed: observed.then(Box::default),
         }
@@ -51,12 +51,12 @@ impl Records {
 
     /// Frames are of no interest by themselves.
     pub(super) fn is_transfers_only(&self) -> bool {
-        self.trail.is_none() && self.summary.is_none()
+        self.context.is_none() && self.summary.is_none()
     }
 
     /// Every finding is counted among the figures, and none is told.
     pub(super) fn only_counts(&self) -> bool {
-        self.trail.is_none() && self.summary.is_some()
+        self.context.is_none() && self.summary.is_some()
     }
 
     /// A frame with what follows from it. `shown`: it passes the filter. Of its events its own is taken where findings
@@ -77,8 +77,8 @@ impl Records {
                 observed.frame(frame, events);
             }
         }
-        if let Some(trail) = &mut self.trail {
-            trail.push(frame, (!events.is_empty()).then(|| events.remove(0)));
+        if let Some(context) = &mut self.context {
+            context.push(frame, (!events.is_empty()).then(|| events.remove(0)));
         }
         if shown {
             self.findings(out, view, events, |_, _| true);
@@ -97,11 +97,11 @@ impl Records {
         if let Some(summary) = &mut self.summary {
             summary.asides(events);
         }
-        self.findings(out, view, events, |finding, led_to| {
+        self.findings(out, view, events, |finding, lines| {
             let Some(passes) = passes else { return true };
             // The frame at hand only proves it: what it is about are the others, where there are any.
-            let mut about = led_to.iter().filter(|held| led_to.len() == 1 || held.frame.no != finding.at.no);
-            led_to.is_empty() || about.any(|held| passes(held))
+            let mut about = lines.iter().filter(|held| lines.len() == 1 || held.frame.no != finding.at.no);
+            lines.is_empty() || about.any(|held| passes(held))
         });
     }
 
@@ -123,8 +123,8 @@ impl Records {
         if let (Some(observed), Code::Cap004) = (&mut self.observed, finding.code) {
             observed.lost(None);
         }
-        if let Some(trail) = &self.trail {
-            jsonl::finding_with_lines(out, view.jsonl, finding, &trail.led_to(finding));
+        if let Some(context) = &self.context {
+            jsonl::finding_with_lines(out, view.jsonl, finding, &context.frames(finding));
         }
     }
 
@@ -145,7 +145,7 @@ impl Records {
         }
     }
 
-    /// The findings among the events that pass, each with the lines that led to it.
+    /// The findings among the events that pass, each with the lines of its context.
     fn findings(
         &self,
         out: &mut Vec<u8>,
@@ -153,12 +153,12 @@ impl Records {
         events: &[Event],
         passes: impl Fn(&Finding, &[&Held]) -> bool,
     ) {
-        let Some(trail) = &self.trail else { return };
+        let Some(context) = &self.context else { return };
         for event in events {
             let What::Finding(finding) = &event.what else { continue };
-            let led_to = trail.led_to(finding);
-            if passes(finding, &led_to) {
-                jsonl::finding_with_lines(out, view.jsonl, finding, &led_to);
+            let lines = context.frames(finding);
+            if passes(finding, &lines) {
+                jsonl::finding_with_lines(out, view.jsonl, finding, &lines);
             }
         }
     }

@@ -3,7 +3,7 @@
 //! It counts what it is told of and nothing twice. Must not: judge, or keep a frame.
 
 use crate::event::{Event, What};
-use crate::finding::{Facts, Finding, Severity};
+use crate::finding::{Finding, Severity};
 use crate::frame::{BusId, Buses, Frame, Kind, MAX_BUSES};
 use crate::services::sdo::transfer::Status;
 use crate::text::digits::put;
@@ -64,11 +64,7 @@ impl Tally {
 
     /// Takes a finding. One that stands for others that were not told counts for all of them.
     pub(super) fn finding(&mut self, finding: &Finding) {
-        let count = match &finding.facts {
-            Facts::Repeated { count } => *count,
-            Facts::Unmet(unmet) => unmet.repeated.max(1),
-            _ => 1,
-        };
+        let count = finding.facts.count();
         let severity = finding.severity();
         if finding.expectation().is_some() && severity == Severity::Error {
             self.missed += count;

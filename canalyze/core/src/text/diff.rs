@@ -208,7 +208,7 @@ pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
         Shows::Length(bytes) => value::size(out, lang, u64::from(*bytes)),
         Shows::Finding(finding) => {
             put!(out; finding.code.rule().id, " ");
-            findings::message(out, lang, finding);
+            findings::placed(out, lang, finding, finding.at.no);
         }
     }
 }

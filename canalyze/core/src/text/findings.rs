@@ -2,9 +2,11 @@
 //!
 //! The sentences stand with their rules. It must not choose one; the finding says which.
 
+use std::collections::BTreeMap;
+
 use super::digits::put;
 use super::{Lang, escape, sentence, value};
-use crate::finding::{Facts, Finding, Measured, Quantity, Said, Severity};
+use crate::finding::{Code, Facts, Finding, Measured, Quantity, Said, Severity};
 
 /// The word for a severity.
 pub fn severity(lang: Lang, severity: Severity) -> &'static str {
@@ -16,14 +18,25 @@ pub fn severity(lang: Lang, severity: Severity) -> &'static str {
     }
 }
 
-/// Appends the frame that shows a finding, where the finding stands under another one's line.
-pub fn place(out: &mut Vec<u8>, lang: Lang, frame: Option<u64>, node: Option<u8>) {
-    if let Some(frame) = frame {
-        put!(out; lang.pick("第", "frame "), frame, lang.pick("帧", ""), if node.is_some() { " " } else { ": " });
-    }
+/// Appends how many consequences a frame has, and of which rules.
+pub fn consequences(out: &mut Vec<u8>, lang: Lang, cause: u64, rules: &BTreeMap<Code, u64>) {
+    let count: u64 = rules.values().sum();
+    put!(out; lang.pick("第", "frame "), cause, lang.pick("帧: ", ": "), count);
+    put!(out; lang.pick("条后果: ", if count == 1 { " consequence: " } else { " consequences: " }));
+    sentence::codes(out, rules, lang.pick("、", ", "));
 }
 
-/// Appends what a finding says, in one sentence without line end.
+/// Appends what a finding says, in one sentence without line end, for a reader who sees it at the frame `seen_at`:
+/// another frame that it is about is named before it.
+pub fn placed(out: &mut Vec<u8>, lang: Lang, finding: &Finding, seen_at: u64) {
+    if let Some(frame) = finding.about().filter(|about| about.no != seen_at) {
+        let after = if finding.node.is_some() { " " } else { ": " };
+        put!(out; lang.pick("第", "frame "), frame.no, lang.pick("帧", ""), after);
+    }
+    message(out, lang, finding);
+}
+
+/// Appends what a finding says of the frame that it is about, in one sentence without line end.
 pub fn message(out: &mut Vec<u8>, lang: Lang, finding: &Finding) {
     let measured = finding.measured();
     subject(out, lang, finding, measured.as_ref());
@@ -47,7 +60,7 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, finding: &Finding) {
     }
 }
 
-/// Node, object and the earlier frame that a finding is about. An object that the sentence names is not named before it.
+/// Node and object that a finding is about. An object that the sentence names is not named before it.
 fn subject(out: &mut Vec<u8>, lang: Lang, finding: &Finding, measured: Option<&Measured>) {
     if let Some(node) = finding.node {
         put!(out; lang.pick("节点", "node "), node, " ");
@@ -61,9 +74,6 @@ fn subject(out: &mut Vec<u8>, lang: Lang, finding: &Finding, measured: Option<&M
     if finding.node.is_some() {
         out.pop();
         put!(out; ": ");
-    }
-    if let Some(cause) = finding.cause {
-        put!(out; lang.pick("第", "frame "), cause.no, lang.pick("帧: ", ": "));
     }
 }
 

@@ -2,9 +2,11 @@
 //!
 //! It must not choose a sentence; the finding says which one. Facts are printed here, once for all rules.
 
+use std::collections::BTreeMap;
+
 use super::digits::{Hex, Spaced, put};
 use super::{Lang, en, escape, signal, terms, value, zh};
-use crate::finding::{CrcMatch, Quantity, Said};
+use crate::finding::{Code, CrcMatch, Quantity, Said};
 use crate::services::sdo::wire::Side;
 
 /// Most bytes of one value in a sentence.
@@ -154,6 +156,16 @@ pub fn duration(out: &mut Vec<u8>, ns: i64) {
         out.extend(digits.iter().take(shown).map(|digit| b'0' + *digit as u8));
     }
     put!(out; name);
+}
+
+/// Appends codes of rules, each with how many there are where it is not one.
+pub fn codes(out: &mut Vec<u8>, rules: &BTreeMap<Code, u64>, between: &'static str) {
+    for (place, (code, count)) in rules.iter().enumerate() {
+        put!(out; if place > 0 { between } else { "" }, code.rule().id);
+        if *count > 1 {
+            put!(out; " (", *count, ")");
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,13 @@
-//! Little-endian numbers and counted texts, as MCAP's records are made of them. Nothing here may panic or allocate.
+//! Little-endian numbers and counted texts, as MCAP's records are made of them, and how messages in them are encoded. Nothing here may panic or allocate.
+
+/// How messages are encoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wire {
+    /// Without padding, little-endian.
+    Ros1,
+    /// Aligned, of either byte order, with four bytes before it that say which.
+    Cdr,
+}
 
 /// What is left of a record.
 #[derive(Clone, Copy, Debug)]

@@ -2,9 +2,8 @@
 //!
 //! Only for little-endian messages; `plan` reads the others. Both must give the same.
 
-use super::bytes::Bytes;
+use super::bytes::{Bytes, Wire};
 use super::fields::Fields;
-use super::plan::Wire;
 use crate::frame::CanId;
 
 /// `can_msgs/Frame`, of ROS 1 and 2.

@@ -34,12 +34,13 @@ use std::collections::BTreeMap;
 pub use self::choice::{Choice, Clock, Map, Mistake, Role};
 
 use self::bytes::Bytes;
+use self::bytes::Wire;
 use self::chunk::{Packing, Unpacker};
 use self::clock::Source;
 use self::fields::BusField;
 use self::held::Held;
 use self::order::Order;
-use self::plan::{Plan, Wire};
+use self::plan::Plan;
 use self::walk::{HEAD, Record, Step, Walk, op};
 use super::{Contents, Damage, DamageKind, Item, Place, Topic, Unreadable};
 use crate::frame::{BusId, Buses, Direction};

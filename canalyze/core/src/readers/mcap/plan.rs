@@ -4,19 +4,11 @@
 //! behind the last field that is wanted. `can_msgs/Frame` and `ros2_socketcan_msgs/FdFrame` have readers of their own,
 //! in `layout`, taken where the steps are theirs exactly.
 
+use super::bytes::Wire;
 use super::choice::Role;
 use super::fields::{BusField, Fields};
 use super::layout;
 use super::schema::{Definitions, Field, Kind, Many};
-
-/// How messages are encoded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wire {
-    /// Without padding, little-endian.
-    Ros1,
-    /// Aligned, of either byte order, with four bytes before it that say which.
-    Cdr,
-}
 
 /// Types that are known, where a file does not bring their definition along (or in a language that is not read).
 const KNOWN: &[(&str, &str)] = &[

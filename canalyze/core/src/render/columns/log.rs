@@ -82,7 +82,7 @@ impl Log {
         let rule = finding.code.rule();
         let at = if finding.at.no > 0 { finding.at } else { last };
         self.text.clear();
-        findings::message(&mut self.text, self.lang, finding);
+        findings::placed(&mut self.text, self.lang, finding, finding.at.no);
         let cycle = cycles.at(finding.bus, at.no);
         let place = (at, cycle, finding.bus, finding.node);
         self.row(done, setting, place, (finding.severity(), "finding"), rule.id.as_bytes());

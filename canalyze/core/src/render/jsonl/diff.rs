@@ -137,7 +137,7 @@ fn value(out: &mut Vec<u8>, setting: Setting<'_>, side: &Side) {
         Shows::Length(bytes) => put!(out; "{\"length\":", *bytes, "}"),
         Shows::Finding(finding) => {
             put!(out; "{\"code\":\"", finding.code.rule().id, "\",\"message\":");
-            quoted(out, |text| findings::message(text, setting.lang, finding));
+            quoted(out, |text| findings::placed(text, setting.lang, finding, finding.at.no));
             put!(out; "}");
         }
     }

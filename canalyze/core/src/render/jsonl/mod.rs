@@ -15,8 +15,8 @@
 //! | `difference`, `diff` | see [`diff`] |
 //!
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
-//! raised at the frame, each of which has its own `finding` line after it. `lines` are the annotated lines that led to a
-//! finding, `{"frame","text"}` each, oldest first.
+//! raised at the frame, each of which has its own `finding` line after it. Its `message` is about `cause_frame`, where
+//! there is one. `lines` are the annotated lines of its context, `{"frame","text"}` each, oldest first.
 
 mod contents;
 pub mod diff;
@@ -31,11 +31,11 @@ pub mod summary;
 
 use crate::event::{Event, Note, Scanned, What};
 use crate::finding::Finding;
+use crate::finding_context::Held;
 use crate::frame::{Buses, Direction, Frame, Kind};
 use crate::render::text::Lines;
 use crate::text::digits::{Hex, Joined, fraction, put};
 use crate::text::{Depth, Lang, en, escape, findings, notes, zh};
-use crate::trail::Held;
 
 pub use contents::contents;
 pub use info::{DAMAGES, info};
@@ -161,12 +161,12 @@ pub fn finding(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
     put!(out; "}\n");
 }
 
-/// A finding's object with the lines that led to it.
-pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding, led_to: &[&Held]) {
+/// A finding's object with the lines of its context.
+pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding, context: &[&Held]) {
     found(out, setting, finding);
     put!(out; ",\"lines\":[");
     let mut lines = Lines::new(setting.lang, Depth::Default, None);
-    for (place, held) in led_to.iter().enumerate() {
+    for (place, held) in context.iter().enumerate() {
         put!(out; if place == 0 { "" } else { "," }, "{\"frame\":", held.frame.no, ",\"text\":");
         quoted(out, |text| {
             lines.frame(text, &held.frame, held.event.as_slice(), setting.buses);

@@ -12,41 +12,14 @@
 //! not show it, so `services::decode` never yields an MPDO: the bus asks for one where it knows the mapping.
 
 pub mod mapping;
+pub mod multiplexed;
 
+pub use self::multiplexed::{Multiplexed, multiplexed};
 use crate::frame::Frame;
 use crate::message::{Flaw, Message};
 
 /// Most PDOs of each direction a node may have; only the first four have pre-defined COB-IDs.
 pub const MOST: u16 = 512;
-
-/// What a multiplex PDO carries (CiA 301, 7.2.2.4).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Multiplexed {
-    /// Destination address mode: node and object are the consumer's. Otherwise they are the producer's.
-    pub destination: bool,
-    /// Node-ID, 0..=127; in destination address mode 0 means all nodes.
-    pub node: u8,
-    /// Index of the object.
-    pub index: u16,
-    /// Sub-index of the object.
-    pub sub: u8,
-    /// The object's data, four bytes.
-    pub data: [u8; 4],
-}
-
-/// Decodes the content of a multiplex PDO; `None` unless it is exactly eight bytes.
-pub fn multiplexed(payload: &[u8]) -> Option<Multiplexed> {
-    let [address, low, high, sub, a, b, c, d] = *payload else {
-        return None;
-    };
-    Some(Multiplexed {
-        destination: address & 0x80 != 0,
-        node: address & 0x7F,
-        index: u16::from_le_bytes([low, high]),
-        sub,
-        data: [a, b, c, d],
-    })
-}
 
 /// The message of a frame that its mapping declares a multiplex PDO.
 pub fn decode_multiplexed(role: crate::cob_id::Role, transmit: bool, number: u16, node: u8, frame: &Frame) -> Message {

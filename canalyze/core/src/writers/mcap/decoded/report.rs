@@ -144,7 +144,7 @@ pub(super) fn finding(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &st
     }
     let mut line = Vec::new();
     put!(&mut line; rule.id, " ");
-    line.extend_from_slice(&words);
+    findings::placed(&mut line, decoded.lang, finding, finding.at.no);
     log(decoded, place, bus, finding.node, finding.at, finding.severity(), &line);
     decoded.words = words;
 }

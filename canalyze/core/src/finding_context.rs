@@ -1,4 +1,4 @@
-//! The last frames of every service of every node, with what they mean: where a finding came from.
+//! The context of findings: the last frames of every service of every node, with what they mean.
 //!
 //! Frames and their events are moved in as they are; nobody puts them into words until a finding asks for its few.
 //! A ring keeps [`DEPTH`] frames, under 6 kB, and an SDO ring the beginning of its transfer; there are at most
@@ -63,6 +63,15 @@ impl Held {
         step.result.as_ref()?.mux
     }
 
+    /// The object that a client begins to write with it.
+    fn writes(&self) -> Option<Mux> {
+        let What::Sdo(step) = &self.event.as_ref()?.what else { return None };
+        match step.command {
+            Command::InitiateDownload(..) | Command::InitiateBlockDownload { .. } => step.command.mux(),
+            _ => None,
+        }
+    }
+
     /// Who begins an SDO transfer with it, if it does that.
     fn opens(&self) -> Option<Side> {
         let What::Sdo(step) = &self.event.as_ref()?.what else { return None };
@@ -120,7 +129,7 @@ impl Ring {
 
 /// The last frames of all buses.
 #[derive(Debug)]
-pub struct Trail {
+pub struct FindingContext {
     /// By bus and place: which ring; 0 where there is none yet.
     places: Vec<[u16; PLACES]>,
     rings: Vec<Ring>,
@@ -130,13 +139,13 @@ pub struct Trail {
     last: usize,
 }
 
-impl Default for Trail {
+impl Default for FindingContext {
     fn default() -> Self {
         Self { places: Vec::new(), rings: vec![Ring::default()], past: BTreeMap::new(), last: 0 }
     }
 }
 
-impl Trail {
+impl FindingContext {
     /// Keeps a frame with its own event.
     pub fn push(&mut self, frame: &Frame, event: Option<Event>) {
         let held = Held { frame: *frame, event };
@@ -150,10 +159,10 @@ impl Trail {
         }
     }
 
-    /// The frames that led to a finding, oldest first: those of what the rule is about, the frame at which it stands
-    /// and the one that it names as the cause, as far as they are still held. None for a finding about a file, and
-    /// for one that only counts further ones.
-    pub fn led_to(&self, finding: &Finding) -> Vec<&Held> {
+    /// The frames that give a finding its context, oldest first: the one that it is about and the one that shows it, the
+    /// write that configured its object, the last of each family before, and what stands around the frame that it is
+    /// about; as far as they are still held. None for a finding about a file, and for one that only counts further ones.
+    pub fn frames(&self, finding: &Finding) -> Vec<&Held> {
         let Rule { context: families, one_pdo, .. } = finding.code.rule();
         let counts = match &finding.facts {
             Facts::Repeated { .. } => true,
@@ -165,6 +174,7 @@ impl Trail {
         }
         let at = self.find(finding.at.no, finding);
         let cause = finding.cause.and_then(|cause| self.find(cause.no, finding));
+        let about = cause.map_or(finding.at.no, |held| held.frame.no);
         // A cause is the better witness: that a PDO is missing may show at any frame.
         let pdo = |held: &&Held| held.family() == Pdo && held.node() == finding.node;
         let pdo = [cause, at].into_iter().flatten().find(pdo).map(|held| held.frame.id);
@@ -175,17 +185,35 @@ impl Trail {
             found.extend(self.of(*family, finding, pdo.filter(|_| *one_pdo)));
         }
         found.sort_unstable_by_key(|held| held.frame.no);
-        let opening = self.opening(finding, found.iter().rev().find_map(|held| held.transfer()));
+        let before = |held: &&&Held| held.frame.no <= about;
+        let transfer = found.iter().rev().filter(before).find_map(|held| held.transfer());
         let past = self.past(finding).iter().filter(|_| at.is_none() || cause.is_none());
-        let named: Vec<&Held> = [at, cause].into_iter().flatten().chain(opening).chain(past).collect();
-        found.retain(|held| named.iter().all(|one| one.frame.no != held.frame.no));
+        let written = self.written(finding).filter(|_| !families.contains(&Sdo));
+        let opening = self.opening(finding, transfer);
+        let mut named: Vec<&Held> = [at, cause, written].into_iter().flatten().chain(opening).chain(past).collect();
+        let last = |family: &Family| found.iter().rev().filter(before).find(|held| held.family() == *family).copied();
+        let mut witnesses: Vec<&Held> = families.iter().filter_map(last).filter(|held| !holds(&named, held)).collect();
+        witnesses.sort_unstable_by_key(|held| std::cmp::Reverse(held.frame.no));
+        witnesses.truncate(MOST.saturating_sub(named.len()) / 2);
+        named.extend(witnesses);
+        found.retain(|held| !holds(&named, held));
         let room = MOST.saturating_sub(named.len());
-        let surplus = found.len().saturating_sub(room);
-        found.drain(..surplus);
-        found.extend(named);
-        found.sort_unstable_by_key(|held| held.frame.no);
-        found.dedup_by_key(|held| held.frame.no);
-        found
+        named.extend(around(&found, about, room));
+        named.sort_unstable_by_key(|held| held.frame.no);
+        named.dedup_by_key(|held| held.frame.no);
+        named
+    }
+
+    /// The last write of the object that the finding is about: it configured what is judged.
+    fn written(&self, finding: &Finding) -> Option<&Held> {
+        let object = finding.object?;
+        let ring = self.ring(finding.bus, place(Sdo, finding.node)).map_or(&[][..], |ring| &ring.held);
+        let past = self.past.get(&(finding.bus, finding.node, object)).map_or(&[][..], |whole| whole);
+        let fits = |held: &&Held| {
+            held.frame.bus == finding.bus && held.node() == finding.node && held.frame.no <= finding.at.no
+        };
+        let written = ring.iter().chain(past).filter(fits).filter(|held| held.writes() == Some(object));
+        written.max_by_key(|held| held.frame.no)
     }
 
     /// What is held of a family: of the finding's node, and of one PDO where the finding names one.
@@ -242,6 +270,19 @@ impl Trail {
         }
         usize::from(*index)
     }
+}
+
+fn holds(found: &[&Held], held: &Held) -> bool {
+    found.iter().any(|one| one.frame.no == held.frame.no)
+}
+
+/// Of frames in order those around the one of this number: at most a third of the room is for what came after it, unless
+/// there is less before it.
+fn around<'f, 'a>(found: &'f [&'a Held], about: u64, room: usize) -> impl Iterator<Item = &'a Held> + use<'f, 'a> {
+    let before = found.partition_point(|held| held.frame.no <= about);
+    let after = (found.len() - before).min((room / 3).max(room.saturating_sub(before)));
+    let from = before.saturating_sub(room - after);
+    found.iter().skip(from).take(before - from + after).copied()
 }
 
 /// Where the frames of a family are kept on their bus.
@@ -310,24 +351,24 @@ mod tests {
         Event { at: frame.reference(), about: None, bus: frame.bus, node, transfer: None, what }
     }
 
-    fn heartbeat(trail: &mut Trail, no: u64, node: u8) {
+    fn heartbeat(context: &mut FindingContext, no: u64, node: u8) {
         let frame = frame(no, 0x700 + u16::from(node), &[5]);
         let message = Message::Heartbeat { node, state: 5, toggle: false, guarding: false, previous: None };
-        trail.push(&frame, Some(event(&frame, Some(node), What::Message(message))));
+        context.push(&frame, Some(event(&frame, Some(node), What::Message(message))));
     }
 
-    fn pdo(trail: &mut Trail, no: u64, node: u8, number: u16) {
+    fn pdo(context: &mut FindingContext, no: u64, node: u8, number: u16) {
         let frame = frame(no, 0x80 + 0x100 * number + u16::from(node), &[0; 8]);
         let content = Signals::None(Unmapped::Unknown);
         let data = ProcessData { transmit: true, number, node, content, state: None, sync: None };
-        trail.push(&frame, Some(event(&frame, Some(node), What::Pdo(data))));
+        context.push(&frame, Some(event(&frame, Some(node), What::Pdo(data))));
     }
 
-    fn sdo(trail: &mut Trail, no: u64, transfer: u64, side: Side, payload: &[u8]) {
+    fn sdo(context: &mut FindingContext, no: u64, transfer: u64, side: Side, payload: &[u8]) {
         let frame = frame(no, if side == Side::Client { 0x605 } else { 0x585 }, payload);
         let mut event = event(&frame, Some(5), What::Sdo(Step::alone(side, &frame)));
         event.transfer = Some(TransferId(transfer));
-        trail.push(&frame, Some(event));
+        context.push(&frame, Some(event));
     }
 
     fn finding(code: Code, at: u64, cause: Option<u64>, node: Option<u8>) -> Finding {
@@ -345,8 +386,8 @@ mod tests {
         }
     }
 
-    fn numbers(trail: &Trail, finding: &Finding) -> Vec<u64> {
-        trail.led_to(finding).iter().map(|held| held.frame.no).collect()
+    fn numbers(context: &FindingContext, finding: &Finding) -> Vec<u64> {
+        context.frames(finding).iter().map(|held| held.frame.no).collect()
     }
 
     #[test]
@@ -356,61 +397,61 @@ mod tests {
 
     #[test]
     fn frames_are_of_the_node_and_the_service() {
-        let mut trail = Trail::default();
+        let mut context = FindingContext::default();
         for no in 1..=40 {
-            heartbeat(&mut trail, no, if no % 2 == 0 { 5 } else { 6 });
+            heartbeat(&mut context, no, if no % 2 == 0 { 5 } else { 6 });
         }
-        pdo(&mut trail, 41, 5, 1);
+        pdo(&mut context, 41, 5, 1);
         let late = finding(Code::Hbt001, 41, Some(30), Some(5));
-        assert_eq!(numbers(&trail, &late), [28, 30, 32, 34, 36, 38, 40, 41][..].to_vec());
+        assert_eq!(numbers(&context, &late), [22, 24, 26, 28, 30, 32, 34, 41]);
         let forgotten = finding(Code::Hbt001, 41, Some(2), Some(5));
-        assert_eq!(numbers(&trail, &forgotten).len(), MOST);
-        assert!(numbers(&trail, &finding(Code::Cap001, 41, None, None)).is_empty());
+        assert_eq!(numbers(&context, &forgotten).len(), MOST);
+        assert!(numbers(&context, &finding(Code::Cap001, 41, None, None)).is_empty());
     }
 
     #[test]
     fn a_pdo_is_not_mixed_with_others_of_its_node() {
-        let mut trail = Trail::default();
+        let mut context = FindingContext::default();
         for no in 1..=12 {
-            pdo(&mut trail, no, 5, 1 + (no % 3) as u16);
+            pdo(&mut context, no, 5, 1 + (no % 3) as u16);
         }
-        assert_eq!(numbers(&trail, &finding(Code::Pdo001, 12, None, Some(5))), [3, 6, 9, 12]);
+        assert_eq!(numbers(&context, &finding(Code::Pdo001, 12, None, Some(5))), [3, 6, 9, 12]);
         // Nothing says which PDO it is about.
-        heartbeat(&mut trail, 13, 5);
-        assert_eq!(numbers(&trail, &finding(Code::Pdo005, 13, None, Some(5))), [6, 7, 8, 9, 10, 11, 12, 13]);
-        assert_eq!(numbers(&trail, &finding(Code::Pdo005, 13, Some(11), Some(5))), [2, 5, 8, 11, 13]);
+        heartbeat(&mut context, 13, 5);
+        assert_eq!(numbers(&context, &finding(Code::Pdo005, 13, None, Some(5))), [6, 7, 8, 9, 10, 11, 12, 13]);
+        assert_eq!(numbers(&context, &finding(Code::Pdo005, 13, Some(11), Some(5))), [2, 5, 8, 11, 13]);
     }
 
     #[test]
     fn a_long_transfer_keeps_its_beginning() {
-        let mut trail = Trail::default();
-        sdo(&mut trail, 1, 1, Side::Client, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
-        sdo(&mut trail, 2, 1, Side::Server, &[0x41, 0x08, 0x10, 0, 0xFF, 0, 0, 0]);
+        let mut context = FindingContext::default();
+        sdo(&mut context, 1, 1, Side::Client, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
+        sdo(&mut context, 2, 1, Side::Server, &[0x41, 0x08, 0x10, 0, 0xFF, 0, 0, 0]);
         for no in 3..=60 {
             let side = if no % 2 == 1 { Side::Client } else { Side::Server };
-            sdo(&mut trail, no, 1, side, &[if no % 2 == 1 { 0x60 } else { 0 }; 8]);
+            sdo(&mut context, no, 1, side, &[if no % 2 == 1 { 0x60 } else { 0 }; 8]);
         }
         let toggle = finding(Code::Sdo001, 60, Some(59), Some(5));
-        assert_eq!(numbers(&trail, &toggle), [1, 2, 55, 56, 57, 58, 59, 60]);
-        sdo(&mut trail, 61, 2, Side::Client, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]);
+        assert_eq!(numbers(&context, &toggle), [1, 2, 55, 56, 57, 58, 59, 60]);
+        sdo(&mut context, 61, 2, Side::Client, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]);
         let next = finding(Code::Sdo002, 61, None, Some(5));
-        assert_eq!(numbers(&trail, &next), [54, 55, 56, 57, 58, 59, 60, 61]);
+        assert_eq!(numbers(&context, &next), [54, 55, 56, 57, 58, 59, 60, 61]);
     }
 
     #[test]
     fn more_places_than_rings_share_one() {
-        let mut trail = Trail::default();
+        let mut context = FindingContext::default();
         for bus in 0..64 {
             for node in 1..128u8 {
                 let mut one = frame(u64::from(bus) * 128 + u64::from(node), 0x700 + u16::from(node), &[5]);
                 one.bus = BusId(bus);
                 let mut said = event(&one, Some(node), What::Message(Message::BootUp { node }));
                 said.bus = one.bus;
-                trail.push(&one, Some(said));
+                context.push(&one, Some(said));
             }
         }
-        assert_eq!(trail.rings.len(), RINGS);
+        assert_eq!(context.rings.len(), RINGS);
         let last = Finding { bus: BusId(63), ..finding(Code::Hbt001, 63 * 128 + 127, None, Some(127)) };
-        assert_eq!(numbers(&trail, &last), [63 * 128 + 127]);
+        assert_eq!(numbers(&context, &last), [63 * 128 + 127]);
     }
 }
