@@ -163,6 +163,11 @@ impl Capture {
         self.file.dated = true;
     }
 
+    /// A live bus was away: its clock may be another one after that.
+    pub(super) fn gap(&mut self) {
+        self.file.last.clear();
+    }
+
     /// What the capturing program says of itself is complained of, and may be a finding.
     pub(super) fn marker(&mut self, marker: &Marker, buses: &Buses) -> Option<Finding> {
         let (what, place, bus) = match *marker {

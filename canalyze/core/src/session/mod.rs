@@ -419,6 +419,7 @@ impl Stream {
     /// A live bus is away: across the gap nothing is judged, and nothing is wrong.
     fn gap(&mut self, bus: BusId, buses: &Buses, out: &mut Vec<u8>) {
         self.output.gap(bus);
+        self.capture.gap();
         self.decoding.lost(bus, self.capture.last, buses);
         self.aside(buses, out);
     }

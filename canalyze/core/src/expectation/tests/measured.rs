@@ -106,7 +106,7 @@ fn of_the_bus() {
         (0..count).map(|no| format!("{} 185#3702000000000001;", f64::from(no) * 0.000_97)).collect::<String>()
     };
     let ninety = r#""max_percent":90,"bit_rate":125000"#;
-    load(ninety, &full(515), &[("EXP014", 95, 0, 1)]);
+    load(ninety, &full(515), &[("EXP014", 93, 0, 1)]);
     load(ninety, &full(10), &[]);
     load(r#""max_percent":50"#, &frames(0.0015), &[("EXP015", 400, 0, 1)]);
     load(tenth, "- 705#05", &[("EXP015", 1, 0, 1)]);
