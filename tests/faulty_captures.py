@@ -21,7 +21,13 @@ from plants import (
 
 START_US = 1_700_000_000_000_000
 """The stamp of time 0 of every plant."""
-POSITIONS = {"start": 0.45, "middle": 1.5, "after a change of state": UP + 0.15, "far from one": 4.3}
+POSITIONS = {
+    "start": 0.45,
+    "middle": 1.5,
+    "at a change of state": UP + 0.02,
+    "after one": UP + 0.15,
+    "far from one": 4.3,
+}
 """Beside these "end", which leaves room for the fault."""
 MARGIN = 0.25
 """Seconds that a capture goes on after a fault."""
