@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 
 from captures import CanFrame
+from faults_in_recordings import RECORDED, RecordedFault
 from faults_of_control import (
     first_heartbeats_missing,
     guarding_toggle,
@@ -377,7 +378,8 @@ OTHERS = [
     Fault("bus load 100 %", "for 0.5 s", "EXP014 BUS CAP", bus_load(0.5), 0.6, bit_rate=125_000),
 ]
 
-TABLE = [*SYNC, *NODES, *SDO, *PDO, *OTHERS]
+AnyFault = Fault | RecordedFault
+TABLE: list[AnyFault] = [*SYNC, *NODES, *SDO, *PDO, *OTHERS, *RECORDED]
 
 NOTHING_WRONG: dict[str, Make] = {
     "a node is reset and boots": reset(RESET_NODE, boot_up=True),

@@ -18,32 +18,14 @@ from functools import cache
 from itertools import product
 
 import pytest
-from captures import EDS, SAMPLES, SHARED, TESTS, Row, log_text, read_log, session_output
+from captures import TESTS, Row, log_text, session_output
+from clean_sessions import beside, sessions
 from distortions import DISTORTIONS, Distortion
-from network_sessions import SESSIONS
-from plants import MASTERS, Session, as_made, calm, counted, drive, guarded, plant, reset, slow, transfers
 
 from canalyze import _core
-from canalyze.dictionary import load
-from canalyze.dictionary.rows import flat
 
 FAILING = TESTS / "distortions.json"
 """Cells that fail today: for each distortion the sessions."""
-
-GENERATED = (
-    "states",
-    "stopped",
-    "emergencies",
-    "times",
-    "lss_configured",
-    "synchronous_counted",
-    "event_driven",
-    "safety",
-)
-"""Sessions of `network_sessions`, one for each service; longer ones are those of `plants`."""
-
-OWN = {"sync-counter": MASTERS - {0x080}, "multiplex-and-safety": MASTERS - {0x6C4}}
-"""What the recording host sends, where that is not the usual: SYNC of a node, the answers of a second SDO channel."""
 
 HAPPENED = {"EMC": "EMC007", "DRV": "DRV005"}
 """From these codes on a finding says that a node has raised an error, not that it told so in a wrong way."""
@@ -53,42 +35,6 @@ def happened(finding: Row) -> bool:
     """Whether a finding tells what a node has really reported."""
     code: str = finding["code"]
     return code >= HAPPENED.get(code[:3], "~")
-
-
-def recorded() -> dict[str, Session]:
-    """Sessions of `samples`, and others of real stacks where there are any; the same capture once."""
-    found: dict[str, Session] = {}
-    seen: set[bytes] = set()
-    folders = (SAMPLES / "network", SAMPLES / "stacks", SHARED / "stacks")
-    for path in (path for folder in folders for path in sorted(folder.glob("*.log"))):
-        text = path.read_bytes()
-        if text not in seen:
-            seen.add(text)
-            found[path.stem] = as_made(read_log(text), OWN.get(path.stem, MASTERS))
-    return found
-
-
-@cache
-def sessions() -> dict[str, Session]:
-    """Every clean session by its name."""
-    found = recorded()
-    found |= {name: as_made(SESSIONS[name]().frames()) for name in GENERATED}
-    for known in ("traffic", "written", "described"):
-        found |= {f"{made.__name__} {known}": made(known) for made in (plant, calm, guarded, drive)}
-    found |= {made.__name__: made() for made in (counted, transfers, slow, reset)}
-    return found
-
-
-@cache
-def beside(name: str) -> tuple[_core.Network | None, ...]:
-    """What a session is judged with: by itself, and with the descriptions of its nodes."""
-    truth = SAMPLES / "network" / f"{name}.json"
-    if not truth.is_file():
-        return (sessions()[name].network,)
-    files = [(row["node"], row["eds"]) for row in json.loads(truth.read_text())["nodes"] if row["eds"]]
-    if not files:
-        return (None,)
-    return None, _core.Network(descriptions=[(None, node, flat(load(str(EDS / eds)))) for node, eds in files])
 
 
 def findings(text: bytes, network: _core.Network | None, form: str = "log") -> list[Row]:
