@@ -122,21 +122,26 @@ def of_node(frame: CanFrame, node: int) -> bool:
 
 
 def boot_up_missing(frames: Frames) -> Iterator[tuple[int, Faulty]]:
-    """The boot-up after a reset of one node."""
+    """The boot-up after a reset of one node, which is heard all the same."""
     for at, frame in enumerate(frames):
         if frame.can_id == 0 and frame.data[0] in (0x81, 0x82) and frame.data[1]:
             node = frame.data[1]
             later = [i for i in range(at, len(frames)) if frames[i].can_id == 0x700 + node and not frames[i].remote]
             if later and frames[later[0]].data == b"\0":
-                next_ = [i for i in range(later[0] + 1, len(frames)) if of_node(frames[i], node)]
-                last = next_[min(4, len(next_) - 1)] if next_ else len(frames) - 1
-                yield at, without(frames, {later[0]}, at, last)
+                heard = [i for i in range(later[0] + 1, len(frames)) if of_node(frames[i], node)]
+                if len(heard) > 2:
+                    yield at, without(frames, {later[0]}, at, heard[min(4, len(heard) - 1)])
 
 
 def sdo_missing(frames: Frames) -> Iterator[tuple[int, Faulty]]:
-    """One frame of an SDO channel."""
+    """One frame of an SDO channel.
+
+    Not one of several in a row from one side: a segment of a block after a lost one is sent again anyway, so that
+    nothing shows that it was not there.
+    """
     for at, _, neighbours in sdo_places(frames):
-        if neighbours[0] < at < neighbours[-1]:
+        beside_it = [frames[i].can_id for i in neighbours if i != at][:2]
+        if neighbours[0] < at < neighbours[-1] and frames[at].can_id not in beside_it:
             yield at, without(frames, {at}, neighbours[0], neighbours[-1])
 
 
@@ -240,7 +245,7 @@ RECORDED = [
         RecordedFault("recorded: TPDO after a command that stops it", f"{ms} ms", "PDO", pdo_after_command(ms))
         for ms in (10, 45, 200)
     ),
-    RecordedFault("recorded: EMCY", "raised", "EMC", inserted((0x080, EMERGENCY), of_node=True)),
+    RecordedFault("recorded: EMCY", "raised", "EMC", inserted((0x080, EMERGENCY), of_node=True), "EMC005"),
     RecordedFault("recorded: error frame", "bus-off", "ERR BUS CAN CAP", inserted((0x2000_0040, b""))),
     RecordedFault("recorded: error frame", "error passive", "ERR BUS CAN CAP", inserted((0x2000_0004, b"\0\x20"))),
     *(
