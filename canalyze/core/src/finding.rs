@@ -297,7 +297,7 @@ rules! {
     Syn001 "SYN001" "sync-length" Error "CiA 301 7.2.5.3.1, 7.5.2.22";
     /// The synchronous counter does not go on as it should.
     Syn002 "SYN002" "sync-counter" Error "CiA 301 7.2.5.3.1, 7.5.2.22";
-    /// A SYNC is missing, late or one too many, or the period is not the configured one.
+    /// A SYNC is missing, late or one too many, or the period is not the configured one, or another one than before.
     Syn003 "SYN003" "sync-period" Warning "CiA 301 7.2.5, 7.5.2.6";
     /// A synchronous TPDO came after the synchronous window.
     Syn004 "SYN004" "outside-window" Warning "CiA 301 7.2.5, 7.5.2.7";
@@ -318,7 +318,7 @@ rules! {
     /// A SYNC was late, and those after it came in time.
     Syn012 "SYN012" "late-sync" Info "CiA 301 7.2.5, 7.5.2.6";
     /// SYNC has stopped, and nodes are Operational all the same.
-    Syn013 "SYN013" "sync-stopped" Info "CiA 301 7.2.5, 7.5.2.6";
+    Syn013 "SYN013" "sync-stopped" Warning "CiA 301 7.2.5, 7.5.2.6";
     /// A time of day that cannot be, or reserved bits that are set.
     Tim001 "TIM001" "invalid-time" Warning "CiA 301 7.2.6";
     /// TIME jumps against the clock of the capture.

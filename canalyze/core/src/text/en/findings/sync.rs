@@ -31,6 +31,8 @@ pub(super) const SYN003: RuleText = RuleText {
         "the next SYNC came {gap} after this one, period {period} (tolerance {tolerance}): late",
         "the next SYNC came only {gap} after this one, period {period} (tolerance {tolerance})",
         "the SYNC period is {period}, configured is {expected}",
+        "the SYNC period is {period} from here on, before it was {expected}; no write of 1006h explains it",
+        "SYNCs come unsteadily, up to {jitter} off the period of {period}",
     ],
 };
 

@@ -31,6 +31,8 @@ pub(super) const SYN003: RuleText = RuleText {
         "下一个同步报文在{gap}后才到来, 周期{period} (容差{tolerance}): 迟到",
         "下一个同步报文仅{gap}后就到来, 周期{period} (容差{tolerance})",
         "同步周期实际为{period}, 配置为{expected}",
+        "同步周期从此变为{period}, 之前为{expected}; 没有对1006h的写入可以解释",
+        "同步报文间隔不稳定, 偏离周期{period}达{jitter}",
     ],
 };
 
