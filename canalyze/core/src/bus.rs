@@ -220,7 +220,7 @@ impl Bus {
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
-        let sync = self.checks.place(node, known, frame);
+        let sync = self.checks.place(node, known, frame, cx.evidence.recording.lag_ns());
         let fit = Fit::of(&content, frame);
         let data = ProcessData { transmit, number, node, content, state: self.checks.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));

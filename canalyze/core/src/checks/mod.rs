@@ -4,7 +4,6 @@
 //! findings. [`Checks`] owns them all, and is told by the bus of every frame and of what it means: where a check
 //! stands in the way of a frame is to be read here and nowhere else. None may change a node's configuration.
 
-pub mod beat;
 pub mod commandless;
 pub mod description;
 pub mod drive;
@@ -27,7 +26,7 @@ pub mod srdo;
 mod standing;
 pub mod sync;
 pub mod sync_counter;
-pub mod sync_doubts;
+pub mod sync_period;
 pub mod sync_settings;
 pub mod sync_window;
 pub mod time;
@@ -178,8 +177,8 @@ impl Checks {
     }
 
     /// The SYNC cycle of a PDO, before it is followed.
-    pub fn place(&self, node: u8, known: Option<&Pdo>, frame: &Frame) -> Option<Placement> {
-        self.sync.place(node, known, frame)
+    pub fn place(&self, node: u8, known: Option<&Pdo>, frame: &Frame, lag_ns: i64) -> Option<Placement> {
+        self.sync.place(node, known, frame, lag_ns)
     }
 
     /// What history adds to a message: a guarding answer, the state before.
@@ -195,7 +194,7 @@ impl Checks {
         if let Some(now_ns) = frame.t_ns {
             self.pass(now_ns, true, cx);
             self.pdo_timing.seen(now_ns);
-            self.sync.see_grain(now_ns);
+            self.sync.heard(now_ns);
         }
         self.nodes.heard(frame);
         if self.nodes.paused() {
@@ -266,7 +265,7 @@ impl Checks {
     ) {
         let PdoName { transmit, number, node } = name;
         self.nodes.pdo(transmit, number, node, cx);
-        self.sync.process_data(node, known, frame, cx);
+        self.sync.process_data(transmit, node, known, cx);
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= configuration::Provenance::Eds);
         if let Some(misfit) = fit.misfit.filter(|_| used) {
             self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
