@@ -23,6 +23,7 @@ use crate::network::Network;
 use crate::node::{Content, Node, PerNode};
 use crate::roles::Roles;
 use crate::services;
+use crate::services::error_frame;
 use crate::services::pdo::mapping::Mapping;
 use crate::services::pdo::{self, Multiplexed};
 use crate::services::sdo::channel::Channel;
@@ -301,11 +302,17 @@ impl Bus {
                 self.reset(Some(node), cx);
                 self.booted.insert(node);
             }
+            Message::ErrorFrame if error_frame::is_deaf(frame) => self.lost(None, false, cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
             Message::Nmt { command, node } if RESETS.contains(&command) => self.reset(Some(node), cx),
             _ => {}
         }
         self.checks.follow(&message, &self.nodes, frame, cx);
+    }
+
+    /// The capture says that there was an error frame, and nothing of it.
+    pub fn bare_error(&mut self, cx: &mut Context<'_>) {
+        self.checks.bare_error(cx);
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.

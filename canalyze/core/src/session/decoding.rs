@@ -11,6 +11,7 @@ use crate::event::{Event, What};
 use crate::evidence::Evidence;
 use crate::evidence::duplicates::Sighting;
 use crate::expectation::{Expectations, Verification};
+use crate::finding::Finding;
 use crate::frame::{BusId, Buses, Frame, FrameRef};
 use crate::network::Network;
 use crate::repeats::Repeats;
@@ -96,6 +97,15 @@ impl Decoding {
         }
     }
 
+    /// Something was found about the frame at hand that needs no decoding.
+    pub(super) fn find(&mut self, finding: Finding) {
+        if !self.blind {
+            let Finding { at, cause, bus, node, .. } = finding;
+            let what = What::Finding(Box::new(finding));
+            self.events.push(Event { at, about: cause, bus, node, transfer: None, what });
+        }
+    }
+
     /// Frames of a bus are missing here, behind the frame `last`.
     pub(super) fn lost(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
         let from = self.events.len();
@@ -104,6 +114,11 @@ impl Decoding {
             verification.asides(&mut self.events, from, buses);
             verification.lost(bus, buses);
         }
+    }
+
+    /// An error frame of which the capture says nothing, behind the frame `last`.
+    pub(super) fn bare_error(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
+        self.on_bus(bus, last, buses, Bus::bare_error);
     }
 
     /// Frames of any bus are missing here.
