@@ -130,6 +130,9 @@ impl Bus {
         if happened.confirmed {
             cx.evidence.circumstances.note(circumstance::Kind::Stall, None, when);
         }
+        if happened.paused {
+            cx.evidence.circumstances.note(circumstance::Kind::Pause, None, when);
+        }
         if happened.step_ns.is_some() {
             cx.evidence.circumstances.note(circumstance::Kind::Gap, None, when);
         }
@@ -243,6 +246,9 @@ impl Bus {
             _ => What::Message(message),
         };
         cx.push(None, Some(node), what);
+        if cx.sighting == Sighting::Duplicate {
+            return;
+        }
         self.checks.due(frame, cx);
         self.checks.multiplexed(name, &message, &self.nodes, frame, cx);
     }

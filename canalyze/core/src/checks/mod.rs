@@ -23,6 +23,7 @@ pub mod pdo_configuration;
 pub mod pdo_length;
 pub mod pdo_timing;
 pub mod permitted;
+pub mod series;
 pub mod srdo;
 mod standing;
 pub mod sync;
@@ -134,7 +135,7 @@ impl Checks {
             descriptions: Descriptions::default(),
             pdo_configuration: PdoConfiguration::default(),
             pdo_length: PdoLength::default(),
-            pdo_timing: PdoTiming::new(network.jitter_ns),
+            pdo_timing: PdoTiming::default(),
             lss: Lss::default(),
             drives: Drives::default(),
             srdos: Srdos::default(),
@@ -194,7 +195,7 @@ impl Checks {
         self.nodes.settle(cx);
         if let Some(now_ns) = frame.t_ns {
             self.pass(now_ns, true, cx);
-            self.pdo_timing.seen(now_ns);
+            self.pdo_timing.advance(cx);
             self.sync.see_grain(now_ns);
         }
         self.nodes.heard(frame);
@@ -212,7 +213,6 @@ impl Checks {
     /// The same; `heard`: a frame says so, and not only the clock.
     fn pass(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
         self.nodes.advance(now_ns, heard, cx);
-        self.pdo_timing.advance(now_ns, heard, cx);
         self.lss.advance(now_ns, cx);
         self.drives.advance(now_ns, cx);
     }
@@ -278,9 +278,7 @@ impl Checks {
         match known {
             Some(pdo) => {
                 self.pdo_configuration.used(node, pdo, frame, cx);
-                if !self.nodes.is_twin() {
-                    self.pdo_timing.sent(node, pdo, frame, cx);
-                }
+                self.pdo_timing.sent(node, pdo, cx);
             }
             None => self.pdo_configuration.sent(node, transmit, number, frame.id),
         }
@@ -304,7 +302,7 @@ impl Checks {
             cx.find(Code::Mpd001, Some(node), Some(object), None, facts);
         }
         if let Some(pdo) = name.of(nodes) {
-            self.pdo_timing.sent(node, pdo, frame, cx);
+            self.pdo_timing.sent(node, pdo, cx);
         }
     }
 
@@ -377,8 +375,8 @@ impl Checks {
         {
             let state = self.nodes.state(transfer.node);
             self.pdo_configuration.written((node, state), transfer, mux, value, cx);
-            if matches!(mux.index, 0x1400..=0x1BFF) {
-                self.pdo_timing.forget(Some(transfer.node));
+            if let Some((_, transmit, number)) = pdo_configuration::pdo_parameter(mux.index) {
+                self.pdo_timing.reconfigured(transfer.node, transmit, number);
             }
         }
     }

@@ -18,6 +18,8 @@ pub enum Kind {
     Gap,
     /// The recorder stood still.
     Stall,
+    /// The whole bus, or its recorder, paused.
+    Pause,
     /// A node, or all, was reset or booted.
     Reset,
     /// A node, or all, was stopped or sent to Pre-operational.
@@ -80,6 +82,7 @@ const EXCUSES: &[(Kind, Scope, &[Rules], i64)] = &[
     (Kind::Gap, Scope::Bus, ALL, 0),
     (Kind::BitTiming, Scope::Bus, ALL, 5_000_000_000),
     (Kind::Stall, Scope::Bus, &[ErrorControl, Sync, SynchronousPdo, EventPdo, Srdo, Drive, Lss], 0),
+    (Kind::Pause, Scope::Bus, &[EventPdo, Srdo], 0),
     (Kind::PowerUp, Scope::Bus, &[Nmt, ErrorControl], 5_000_000_000),
     (Kind::Reset, Scope::Node, ALL, i64::MAX),
     (Kind::Stopped, Scope::Node, &[SynchronousPdo, EventPdo, Sdo, Srdo, Emcy, Drive], i64::MAX),
