@@ -199,9 +199,6 @@ impl Checks {
             self.sync.see_grain(now_ns);
         }
         self.nodes.heard(frame);
-        if self.nodes.paused() {
-            self.srdos.interrupt(cx.at.no, false);
-        }
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
@@ -234,14 +231,21 @@ impl Checks {
     }
 
     /// A frame of an SRDO, before its own event is there.
-    pub fn safety(&mut self, number: u8, inverted: bool, frame: &Frame, nodes: &PerNode<Node>) -> Seen {
+    pub fn safety(
+        &mut self,
+        number: u8,
+        inverted: bool,
+        frame: &Frame,
+        nodes: &PerNode<Node>,
+        cx: &Context<'_>,
+    ) -> Seen {
         let states = &self.nodes;
-        self.srdos.follow(number, inverted, frame, nodes, |node| states.state(node))
+        self.srdos.follow(number, inverted, frame, nodes, cx, |node| states.state(node))
     }
 
     /// What the same frame has shown.
     pub fn shown(&self, seen: &Seen, cx: &mut Context<'_>) {
-        self.srdos.judge(seen, self.nodes.paused(), cx);
+        self.srdos.judge(seen, cx);
     }
 
     /// The last SDO request to a node, where it is a fault by itself, whatever becomes of it.

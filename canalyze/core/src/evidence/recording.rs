@@ -82,8 +82,8 @@ pub struct Happened {
     pub step_ns: Option<i64>,
     /// The recorder had stood still: the burst that the frame is in is confirmed by it.
     pub confirmed: bool,
-    /// The whole bus, or its recorder, had paused: of several nodes frames had been due before this one.
-    pub paused: bool,
+    /// Nodes, one bit each, of which frames had been due during the silence of the whole bus before this frame.
+    pub paused: u128,
     /// The frame is one that stood shortly before already.
     pub sighting: Sighting,
 }
@@ -134,7 +134,7 @@ impl Recording {
             self.narrow_grain(frame, now);
             happened.step_ns = self.step_of_clock(now);
             silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
-            happened.paused = silent_ns > SHORTEST_STALL_NS && self.is_pause(now);
+            happened.paused = if silent_ns > SHORTEST_STALL_NS { self.missing(now) } else { 0 };
             happened.confirmed = self.follow_burst(frame, now);
             self.last_ns = Some(now);
             self.latest_ns = Some(self.latest_ns.map_or(now, |latest| latest.max(now)));
@@ -372,12 +372,12 @@ impl Recording {
         compressed
     }
 
-    /// Whether, during the silence that ends at `now`, two periods of frames of at least two nodes have passed. Frames
-    /// of SDO have no period, and a sender that fell silent before does not count.
-    fn is_pause(&self, now: i64) -> bool {
-        let Some(from) = self.last_ns else { return false };
+    /// The nodes of which a frame had been due for two periods during the silence that ends at `now`. Frames of SDO have
+    /// no period, and a sender that fell silent before does not count.
+    fn missing(&self, now: i64) -> u128 {
+        let Some(from) = self.last_ns else { return 0 };
         if now.saturating_sub(from) / UNUSUAL_TENTHS <= self.usual_gap_ns / 10 {
-            return false;
+            return 0;
         }
         let due = |usual: &Usual| {
             let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(2));
@@ -387,7 +387,7 @@ impl Recording {
         for (id, _) in self.usual.iter().enumerate().filter(|(id, usual)| !SDO.contains(id) && due(usual)) {
             nodes |= 1 << (id % 0x80);
         }
-        nodes.count_ones() > 1
+        nodes
     }
 
     /// The last frame of the bus.

@@ -61,7 +61,7 @@ fn identifiers_that_carry_something_else() {
         lines.join("\n") + "\n"
     };
     assert_eq!(raised(&sorted(early(2.0))), []);
-    assert_eq!(raised(&sorted(early(10.0))).iter().map(|one| one.0.as_str()).collect::<Vec<_>>(), ["SRD004"]);
+    assert_eq!(raised(&sorted(early(15.0))).iter().map(|one| one.0.as_str()).collect::<Vec<_>>(), ["SRD004"]);
 }
 
 #[test]
