@@ -13,6 +13,7 @@ use crate::cob_id::Role;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::{Event, Note, What};
+use crate::evidence::recording::Verdict;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::{Frame, FrameRef};
 use crate::message::{Flaw, Message};
@@ -195,11 +196,17 @@ impl Lss {
 
     /// It is `now_ns`: what is overdue, and whether the frame at hand, if any, breaks the silence.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        // In a burst an answer may stand behind frames that came after it was due.
-        if now_ns < self.due_ns || cx.when.burst != 0 && !cx.evidence.recording.teaches(cx.when) {
+        if now_ns < self.due_ns {
             return;
         }
-        self.heard(now_ns, cx);
+        let verdict = cx.evidence.recording.verdict(cx.when.burst);
+        if verdict != Some(Verdict::Confirmed) {
+            self.heard(now_ns, cx);
+        }
+        // In a burst an answer may stand behind frames that came after it was due.
+        if matches!(verdict, Some(Verdict::Open | Verdict::Confirmed)) {
+            return;
+        }
         let stale = self.exchanges.stale(now_ns);
         self.all_unexplained(stale, cx);
         while let Some((exchange, asked)) = self.exchanges.overdue(now_ns) {
@@ -235,6 +242,12 @@ impl Lss {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        let due = cx.at.t_ns.filter(|now_ns| *now_ns >= self.due_ns);
+        if let Some(now_ns) = due.filter(|_| cx.evidence.recording.is_open()) {
+            while let Some((exchange, asked)) = self.exchanges.overdue(now_ns) {
+                self.unanswered(exchange, asked, cx);
+            }
+        }
         let over = self.scan.give_up();
         self.scanned(over, cx);
         if self.answered && self.plain >= PLAIN && self.findings.waiting() * PLAIN <= self.plain {

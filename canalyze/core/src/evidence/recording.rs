@@ -40,8 +40,8 @@ const CLOCK_STEP_NS: i64 = 10_000_000;
 const BURSTS: usize = 8;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
 const IDENTIFIERS: usize = 0x800;
-/// Those of SDO, which is sent when somebody asks.
-const SDO: std::ops::Range<usize> = 0x580..0x680;
+/// Those that tell nothing of a pause: SDO is sent when somebody asks, and the two frames of an SRDO are one node's.
+const APERIODIC: [std::ops::RangeInclusive<usize>; 2] = [0x580..=0x67F, 0x101..=0x180];
 
 /// What became of a burst.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -372,8 +372,8 @@ impl Recording {
         compressed
     }
 
-    /// The nodes of which a frame had been due for two periods during the silence that ends at `now`. Frames of SDO have
-    /// no period, and a sender that fell silent before does not count.
+    /// The nodes of which a frame had been due for two periods during the silence that ends at `now`. A sender that
+    /// fell silent before does not count.
     fn missing(&self, now: i64) -> u128 {
         let Some(from) = self.last_ns else { return 0 };
         if now.saturating_sub(from) / UNUSUAL_TENTHS <= self.usual_gap_ns / 10 {
@@ -384,7 +384,8 @@ impl Recording {
             usual.gap_ns > 0 && (from..now).contains(&due)
         };
         let mut nodes = 0_u128;
-        for (id, _) in self.usual.iter().enumerate().filter(|(id, usual)| !SDO.contains(id) && due(usual)) {
+        let periodic = |id: &usize| !APERIODIC.iter().any(|range| range.contains(id));
+        for (id, _) in self.usual.iter().enumerate().filter(|(id, usual)| periodic(id) && due(usual)) {
             nodes |= 1 << (id % 0x80);
         }
         nodes

@@ -150,7 +150,7 @@ proptest! {
         let known = if known { KNOWN } else { "" };
         let text = log(&(known.to_owned() + "\n" + &cut));
         // The stamps of swapped frames are those of their places.
-        let said: Vec<_> = codes(&text).into_iter().filter(|code| code != "SRD003" && code != "SRD002").collect();
+        let said: Vec<_> = codes(&text).into_iter().filter(|code| code.starts_with("SRD") && code != "SRD003" && code != "SRD002").collect();
         prop_assert_eq!(said, Vec::<String>::new());
     }
 }
