@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::checks::nodes::ErrorControl;
+use crate::checks::srdo::Seen;
 use crate::checks::{Checks, Fit, PdoName};
 use crate::cob_id::Role;
 use crate::configuration::{self, Provenance};
@@ -130,6 +131,10 @@ impl Bus {
         if happened.confirmed {
             cx.evidence.circumstances.note(circumstance::Kind::Stall, None, when);
         }
+        if happened.paused != 0 {
+            let only = (happened.paused.count_ones() == 1).then(|| happened.paused.trailing_zeros() as u8);
+            cx.evidence.circumstances.note(circumstance::Kind::Pause, only, when);
+        }
         if happened.step_ns.is_some() {
             cx.evidence.circumstances.note(circumstance::Kind::Gap, None, when);
         }
@@ -243,6 +248,9 @@ impl Bus {
             _ => What::Message(message),
         };
         cx.push(None, Some(node), what);
+        if cx.sighting == Sighting::Duplicate {
+            return;
+        }
         self.checks.due(frame, cx);
         self.checks.multiplexed(name, &message, &self.nodes, frame, cx);
     }
@@ -276,12 +284,17 @@ impl Bus {
     }
 
     fn srdo(&mut self, number: u8, inverted: bool, frame: &Frame, cx: &mut Context<'_>) {
-        let seen = self.checks.safety(number, inverted, frame, &self.nodes);
+        let duplicate = cx.sighting == Sighting::Duplicate;
+        let seen =
+            if duplicate { Seen::default() } else { self.checks.safety(number, inverted, frame, &self.nodes, cx) };
         let mut message = services::decode(Role::Srdo { number, inverted }, frame);
         if let Message::Srdo { valid, .. } = &mut message {
             *valid = seen.valid;
         }
         cx.push(None, message.node(), What::Message(message));
+        if duplicate {
+            return;
+        }
         self.checks.due(frame, cx);
         self.checks.shown(&seen, cx);
     }

@@ -22,6 +22,7 @@ pub mod pdo_configuration;
 pub mod pdo_length;
 pub mod pdo_timing;
 pub mod permitted;
+pub mod series;
 pub mod srdo;
 mod standing;
 pub mod sync;
@@ -133,7 +134,7 @@ impl Checks {
             descriptions: Descriptions::default(),
             pdo_configuration: PdoConfiguration::default(),
             pdo_length: PdoLength::default(),
-            pdo_timing: PdoTiming::new(network.jitter_ns),
+            pdo_timing: PdoTiming::default(),
             lss: Lss::default(),
             drives: Drives::default(),
             srdos: Srdos::default(),
@@ -193,13 +194,10 @@ impl Checks {
         self.nodes.settle(cx);
         if let Some(now_ns) = frame.t_ns {
             self.pass(now_ns, true, cx);
-            self.pdo_timing.seen(now_ns);
+            self.pdo_timing.advance(cx);
             self.sync.heard(now_ns);
         }
         self.nodes.heard(frame);
-        if self.nodes.paused() {
-            self.srdos.interrupt(cx.at.no, false);
-        }
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
@@ -211,7 +209,6 @@ impl Checks {
     /// The same; `heard`: a frame says so, and not only the clock.
     fn pass(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
         self.nodes.advance(now_ns, heard, cx);
-        self.pdo_timing.advance(now_ns, heard, cx);
         self.lss.advance(now_ns, cx);
         self.drives.advance(now_ns, cx);
     }
@@ -233,14 +230,21 @@ impl Checks {
     }
 
     /// A frame of an SRDO, before its own event is there.
-    pub fn safety(&mut self, number: u8, inverted: bool, frame: &Frame, nodes: &PerNode<Node>) -> Seen {
+    pub fn safety(
+        &mut self,
+        number: u8,
+        inverted: bool,
+        frame: &Frame,
+        nodes: &PerNode<Node>,
+        cx: &Context<'_>,
+    ) -> Seen {
         let states = &self.nodes;
-        self.srdos.follow(number, inverted, frame, nodes, |node| states.state(node))
+        self.srdos.follow(number, inverted, frame, nodes, cx, |node| states.state(node))
     }
 
     /// What the same frame has shown.
     pub fn shown(&self, seen: &Seen, cx: &mut Context<'_>) {
-        self.srdos.judge(seen, self.nodes.paused(), cx);
+        self.srdos.judge(seen, cx);
     }
 
     /// The last SDO request to a node, where it is a fault by itself, whatever becomes of it.
@@ -277,9 +281,7 @@ impl Checks {
         match known {
             Some(pdo) => {
                 self.pdo_configuration.used(node, pdo, frame, cx);
-                if !self.nodes.is_twin() {
-                    self.pdo_timing.sent(node, pdo, frame, cx);
-                }
+                self.pdo_timing.sent(node, pdo, cx);
             }
             None => self.pdo_configuration.sent(node, transmit, number, frame.id),
         }
@@ -303,7 +305,7 @@ impl Checks {
             cx.find(Code::Mpd001, Some(node), Some(object), None, facts);
         }
         if let Some(pdo) = name.of(nodes) {
-            self.pdo_timing.sent(node, pdo, frame, cx);
+            self.pdo_timing.sent(node, pdo, cx);
         }
     }
 
@@ -377,8 +379,8 @@ impl Checks {
         {
             let state = self.nodes.state(transfer.node);
             self.pdo_configuration.written((node, state), transfer, mux, value, cx);
-            if matches!(mux.index, 0x1400..=0x1BFF) {
-                self.pdo_timing.forget(Some(transfer.node));
+            if let Some((_, transmit, number)) = pdo_configuration::pdo_parameter(mux.index) {
+                self.pdo_timing.reconfigured(transfer.node, transmit, number);
             }
         }
     }

@@ -40,6 +40,8 @@ const CLOCK_STEP_NS: i64 = 10_000_000;
 const BURSTS: usize = 8;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
 const IDENTIFIERS: usize = 0x800;
+/// Those that tell nothing of a pause: SDO is sent when somebody asks, and the two frames of an SRDO are one node's.
+const APERIODIC: [std::ops::RangeInclusive<usize>; 2] = [0x580..=0x67F, 0x101..=0x180];
 
 /// What became of a burst.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -80,6 +82,8 @@ pub struct Happened {
     pub step_ns: Option<i64>,
     /// The recorder had stood still: the burst that the frame is in is confirmed by it.
     pub confirmed: bool,
+    /// Nodes, one bit each, of which frames had been due during the silence of the whole bus before this frame.
+    pub paused: u128,
     /// The frame is one that stood shortly before already.
     pub sighting: Sighting,
 }
@@ -125,9 +129,12 @@ impl Recording {
     /// TIME, an RPDO, a remote frame, LSS of the master), which may be the recording host itself.
     pub fn step(&mut self, frame: &Frame, commands: bool) -> (When, Happened) {
         let mut happened = Happened { sighting: self.duplicates.step(frame), ..Happened::default() };
+        let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
             self.narrow_grain(frame, now);
             happened.step_ns = self.step_of_clock(now);
+            silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
+            happened.paused = if silent_ns > SHORTEST_STALL_NS { self.missing(now) } else { 0 };
             happened.confirmed = self.follow_burst(frame, now);
             self.last_ns = Some(now);
             self.latest_ns = Some(self.latest_ns.map_or(now, |latest| latest.max(now)));
@@ -136,13 +143,13 @@ impl Recording {
             Some(direction) => direction == Direction::Tx,
             None => commands || frame.kind == Kind::Remote,
         };
-        (When { own, ..self.at(frame.reference()) }, happened)
+        (When { own, silent_ns, ..self.at(frame.reference()) }, happened)
     }
 
     /// The place of what has no frame of its own: the end of the capture, or a time at which no frame came.
     pub fn at(&self, at: FrameRef) -> When {
         let burst = self.bursts.last().filter(|_| self.running).map_or(0, |burst| burst.number);
-        When { at, epoch: self.epoch, burst, own: false }
+        When { at, epoch: self.epoch, burst, ..When::default() }
     }
 
     /// It is `now_ns` and no frame has come. A burst that has ended by now is settled.
@@ -193,6 +200,12 @@ impl Recording {
     /// Whether the capture is known to show each frame once.
     pub fn shows_once(&self) -> bool {
         self.duplicates.are_refuted()
+    }
+
+    /// By how much a frame may have been stamped late, in ns: no longer than the bus was silent before it, as what waits
+    /// is stamped in a row. Nothing, where a person says how exact the stamps are.
+    pub fn lateness_ns(&self, when: When) -> i64 {
+        if self.jitter_ns.is_some() { 0 } else { when.silent_ns }
     }
 
     /// When a frame was on the bus: the earliest and the latest time, in ns.
@@ -357,6 +370,25 @@ impl Recording {
             usual.gap_ns = if usual.gap_ns == 0 { gap } else { usual.gap_ns + (gap - usual.gap_ns) / 4 };
         }
         compressed
+    }
+
+    /// The nodes of which a frame had been due for two periods during the silence that ends at `now`. A sender that
+    /// fell silent before does not count.
+    fn missing(&self, now: i64) -> u128 {
+        let Some(from) = self.last_ns else { return 0 };
+        if now.saturating_sub(from) / UNUSUAL_TENTHS <= self.usual_gap_ns / 10 {
+            return 0;
+        }
+        let due = |usual: &Usual| {
+            let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(2));
+            usual.gap_ns > 0 && (from..now).contains(&due)
+        };
+        let mut nodes = 0_u128;
+        let periodic = |id: &usize| !APERIODIC.iter().any(|range| range.contains(id));
+        for (id, _) in self.usual.iter().enumerate().filter(|(id, usual)| periodic(id) && due(usual)) {
+            nodes |= 1 << (id % 0x80);
+        }
+        nodes
     }
 
     /// The last frame of the bus.
