@@ -181,6 +181,8 @@ rules! {
     Grd003 "GRD003" "heartbeat-and-guarding" Warning "CiA 301 7.2.8.3.2";
     /// A node that is guarded was never seen.
     Grd004 "GRD004" "guarded-node-absent" Info "-";
+    /// The master has stopped guarding a node for longer than its life time.
+    Grd005 "GRD005" "life-guarding" Error "CiA 301 7.2.8.3.2.1";
     /// A heartbeat came late.
     Hbt001 "HBT001" "heartbeat-late" Warning "CiA 301 7.2.8.3.2.2";
     /// No heartbeat for longer than a consumer waits, or than three periods.
@@ -193,6 +195,8 @@ rules! {
     Hbt005 "HBT005" "silent-bus" Info "-";
     /// Error control has another length than 1 byte.
     Hbt006 "HBT006" "error-control-length" Warning "CiA 301 7.2.8.3.2";
+    /// Heartbeats come with another period, and nothing has changed it.
+    Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.16";
     /// A command specifier that CiA 305 does not define for this side, or a frame of another length than 8 bytes.
     Lss001 "LSS001" "unknown-command" Warning "CiA 305";
     /// A slave's frame that no request explains.
@@ -231,6 +235,8 @@ rules! {
     Nmt004 "NMT004" "state-change-without-command" Warning "CiA 301 7.3.2.1";
     /// A change of state that an error explains (1029h).
     Nmt005 "NMT005" "state-change-on-error" Info "CiA 301 7.5.2.32";
+    /// A node has not booted after a reset.
+    Nmt006 "NMT006" "boot-up-missing" Error "CiA 301 7.3.2.1";
     /// A PDO is shorter than its mapping.
     Pdo001 "PDO001" "pdo-too-short" Error "CiA 301 7.5.2.36, 7.5.2.38";
     /// A TPDO of a node that is not Operational.

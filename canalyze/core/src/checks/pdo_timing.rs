@@ -5,7 +5,7 @@
 //! by how much a frame comes before the earliest time that all frames before it allow, and a long one only while the
 //! bus shows other traffic. Nothing is judged by what an EDS presets, nor of a node that was told not to send.
 
-use super::heartbeat::PAUSE_NS;
+use super::nodes::PAUSE_NS;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::finding::{Code, Facts, Quantity};

@@ -50,11 +50,21 @@ pub(super) const NMT005: RuleText = RuleText {
     faces: &["from {from} to {to} without a command, along with an emergency of the node"],
 };
 
+pub(super) const NMT006: RuleText = RuleText {
+    message: "boot-up missing",
+    meaning: "A node that is reset reports with a boot-up once it is initialised. None has come, though the node was there before.",
+    cause: "The node hangs in its initialisation, has lost its power or its configuration of node-ID or bit rate, or did not receive the command.",
+    faces: &["no boot-up for {age} after the command \"{command}\""],
+};
+
 pub(super) const HBT001: RuleText = RuleText {
     message: "heartbeat late",
     meaning: "Two heartbeats are clearly further apart than the period, which is known from 1017h or the heartbeats before. Additional heartbeats are legal.",
     cause: "A busy node, high bus load, or a missing frame.",
-    faces: &["{found} after the last heartbeat, the period is {expected}"],
+    faces: &[
+        "{found} after the last heartbeat, the period is {expected}",
+        "{heartbeats} heartbeats in {found} while the recorder stood still, the period is {expected}",
+    ],
 };
 
 pub(super) const HBT002: RuleText = RuleText {
@@ -83,6 +93,7 @@ pub(super) const HBT004: RuleText = RuleText {
         "gaps between heartbeats alternate between {one} and {other}: two series",
         "gaps between heartbeats are {found}, half of the {expected} of 1017h",
         "two boot-ups within {gap}",
+        "between heartbeats of period {one} come others every {other}: two series",
     ],
 };
 
@@ -122,6 +133,13 @@ pub(super) const GRD004: RuleText = RuleText {
     meaning: "The capture has guarding requests for this node and no frame of its own.",
     cause: "The node does not exist or has no power, or only one direction was captured.",
     faces: &["{requests} guarding requests and no frame of the node"],
+};
+
+pub(super) const GRD005: RuleText = RuleText {
+    message: "life guarding",
+    meaning: "The NMT master has sent no guarding request within the node life time (100Ch times 100Dh). The node takes the master for lost (life guarding event).",
+    cause: "The master has stopped, is busy, or asks less often than the node is configured for.",
+    faces: &["no guarding request for {age} after it, the node life time is {limit}"],
 };
 
 pub(super) const EMC001: RuleText = RuleText {
@@ -209,6 +227,13 @@ pub(super) const HBT006: RuleText = RuleText {
     meaning: "Heartbeat, boot-up and guarding answer have one byte, the state.",
     cause: "The firmware sets a wrong DLC, or another protocol uses this COB-ID.",
     faces: &["error control has {found} bytes and should have 1"],
+};
+
+pub(super) const HBT007: RuleText = RuleText {
+    message: "heartbeat period changed",
+    meaning: "Heartbeats come evenly with another period than before, and neither a write to 1017h nor a reset is in the capture that explains it.",
+    cause: "A busy or restarted task of the firmware, local operation, or a second node with this node-ID.",
+    faces: &["heartbeats come every {to} from here on, every {from} before"],
 };
 
 pub(super) const TIM001: RuleText = RuleText {

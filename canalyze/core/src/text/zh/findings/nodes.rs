@@ -46,11 +46,18 @@ pub(super) const NMT005: RuleText = RuleText {
     faces: &["没有命令, 状态由{from}变为{to}, 与节点的紧急报文同时发生"],
 };
 
+pub(super) const NMT006: RuleText = RuleText {
+    message: "复位后没有启动报文",
+    meaning: "节点复位并完成初始化后必须发送启动报文。该节点此前在线, 复位后却没有发送。",
+    cause: "节点卡在初始化过程中, 掉电, 节点ID或位速率配置丢失, 或者没有收到命令。",
+    faces: &["命令“{command}”之后{age}没有启动报文"],
+};
+
 pub(super) const HBT001: RuleText = RuleText {
     message: "心跳迟到",
     meaning: "两个心跳的间隔明显超过了周期。周期取自1017h或之前的心跳; 额外的心跳是允许的。",
     cause: "节点太忙, 总线负载太高, 或者丢了一帧。",
-    faces: &["与上次心跳间隔{found}, 周期为{expected}"],
+    faces: &["与上次心跳间隔{found}, 周期为{expected}", "记录停顿期间{found}内有{heartbeats}个心跳, 周期为{expected}"],
 };
 
 pub(super) const HBT002: RuleText = RuleText {
@@ -76,6 +83,7 @@ pub(super) const HBT004: RuleText = RuleText {
         "心跳间隔交替为{one}和{other}: 两路心跳",
         "心跳间隔为{found}, 只有1017h周期{expected}的一半",
         "{gap}内有两个启动报文",
+        "周期为{one}的心跳之间每隔{other}另有心跳: 两路心跳",
     ],
 };
 
@@ -112,6 +120,13 @@ pub(super) const GRD004: RuleText = RuleText {
     meaning: "记录中有对该节点的保护请求, 但没有它的任何帧。",
     cause: "节点不存在或没有上电, 或者只记录到一个方向。",
     faces: &["{requests}个保护请求, 没有该节点的任何帧"],
+};
+
+pub(super) const GRD005: RuleText = RuleText {
+    message: "寿命保护",
+    meaning: "NMT主站在节点寿命时间 (100Ch乘以100Dh) 内没有发送保护请求, 节点由此认为主站已丢失 (寿命保护事件)。",
+    cause: "主站停止, 太忙, 或者询问的间隔比节点的配置长。",
+    faces: &["此后{age}没有保护请求, 节点寿命时间为{limit}"],
 };
 
 pub(super) const EMC001: RuleText = RuleText {
@@ -195,6 +210,13 @@ pub(super) const HBT006: RuleText = RuleText {
     meaning: "心跳、启动报文和保护应答都是1字节, 只有状态。",
     cause: "固件设置了错误的DLC, 或者该COB-ID上是别的协议。",
     faces: &["错误控制报文有{found}字节, 应为1字节"],
+};
+
+pub(super) const HBT007: RuleText = RuleText {
+    message: "心跳周期改变",
+    meaning: "心跳以另一个周期均匀出现, 而记录中没有能解释它的1017h写入或复位。",
+    cause: "固件中的任务过载或重新启动, 本地操作, 或者另一个节点使用了同一个节点ID。",
+    faces: &["从这里起心跳周期为{to}, 此前为{from}"],
 };
 
 pub(super) const TIM001: RuleText = RuleText {
