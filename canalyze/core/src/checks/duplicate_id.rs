@@ -74,6 +74,13 @@ impl DuplicateId {
         }
     }
 
+    /// A gap that tells nothing: the series begin anew.
+    pub(super) fn interrupt(&mut self) {
+        (self.since_turn, self.since_additional) = (0, 0);
+        self.gaps.clear();
+        self.additional.clear();
+    }
+
     /// A gap between two heartbeats in the same state. `uncertain`: how far stamps may be off, in ns.
     pub(super) fn gap(
         &mut self,

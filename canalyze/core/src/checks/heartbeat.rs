@@ -48,6 +48,8 @@ struct Producer {
     /// The last frame that explains another period: a reset, or a write to 1017h.
     reconfigured: Option<FrameRef>,
     lost: bool,
+    /// The last heartbeat may be one that stands in the capture a second time: its time teaches nothing.
+    suspect: bool,
     duplicate: DuplicateId,
 }
 
@@ -224,9 +226,6 @@ impl Heartbeats {
     /// A heartbeat of a node.
     pub fn heartbeat(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
         let known = self.known_state(node, state, cx);
-        if cx.sighting == Sighting::Suspect {
-            return;
-        }
         let silence = self.silence.map(|(silence, _)| silence);
         let producer = self.producers.entry(node);
         let before = producer.state.replace(state);
@@ -383,7 +382,9 @@ impl Producer {
         if !recording.teaches(cx.when) {
             self.held = Some(held.filter(|_| stalled(last)).map_or((last, 1), |(since, count)| (since, count + 1)));
         }
-        let Some(gap) = recording.between(since, cx.when).filter(|gap| *gap > 0 && !stalled(cx.when)) else { return };
+        let Some(gap) = recording.between(since, cx.when).filter(|gap| *gap > 0 && !stalled(cx.when)) else {
+            return self.duplicate.interrupt();
+        };
         let across = silence.filter(|silence| {
             let (from, to) = (since.at.t_ns.unwrap_or(i64::MAX), cx.at.t_ns.unwrap_or(i64::MIN));
             from <= silence.from_ns && silence.to_ns <= to && !(silence.stalled && count > 1)
@@ -395,8 +396,18 @@ impl Producer {
             self.judge(node, (gap, period, count), late, cx);
         }
         let recording = &cx.evidence.recording;
-        if count == 1 && !changed && across.is_none() && recording.teaches(cx.when) && recording.teaches(last) {
+        let suspect = cx.sighting == Sighting::Suspect;
+        let suspect = std::mem::replace(&mut self.suspect, suspect) || suspect;
+        if count == 1
+            && !suspect
+            && !changed
+            && across.is_none()
+            && recording.teaches(cx.when)
+            && recording.teaches(last)
+        {
             self.learn(node, gap, last, cx);
+        } else {
+            self.duplicate.interrupt();
         }
     }
 

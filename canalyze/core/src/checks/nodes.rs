@@ -159,10 +159,6 @@ impl Nodes {
 
     /// A frame of a service other than SDO and PDO.
     pub fn follow(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
-        let asks = matches!(message, Message::GuardingRequest { .. } | Message::Heartbeat { .. });
-        if asks && cx.sighting == Sighting::Suspect {
-            return;
-        }
         match *message {
             Message::Nmt { command, node } => {
                 if matches!(command, RESET_NODE | RESET_COMMUNICATION) && node <= 127 {
@@ -191,6 +187,7 @@ impl Nodes {
             Message::Heartbeat { node, state, toggle, guarding, .. } => {
                 self.error_control(node, state, toggle, guarding, cx);
             }
+            Message::GuardingRequest { .. } if is_suspect(cx) => {}
             Message::GuardingRequest { node } => self.guarding.request(node, &self.nmt, &self.heartbeats, cx),
             Message::Emcy { node, code, register, .. } => {
                 self.permitted.emergency(&self.nmt, node, cx);
@@ -279,6 +276,9 @@ impl Nodes {
     }
 
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
+        if is_suspect(cx) && (guarding || self.guarding.toggles(node)) {
+            return;
+        }
         if toggle && !self.guarding.toggles(node) {
             let producer = self.heartbeats.is_producer(node) || self.heartbeats.is_configured(node);
             if producer && !self.guarding.is_guarded(node, cx.at) {
@@ -359,4 +359,9 @@ impl Nodes {
         self.guarding.finish(&self.nmt, cx);
         self.emergencies.finish(cx);
     }
+}
+
+/// Whether the frame at hand may be one that stands in the capture a second time.
+fn is_suspect(cx: &Context<'_>) -> bool {
+    cx.sighting == Sighting::Suspect && cx.at.t_ns.is_some()
 }

@@ -211,8 +211,7 @@ impl Permitted {
     fn resolve(&mut self, cx: &mut Context<'_>) {
         for (node, stay) in self.nodes.iter_mut() {
             let at = cx.at;
-            let open = |held: &Held| cx.evidence.recording.verdict(held.burst) == Some(Verdict::Open);
-            while stay.held.first().is_some_and(|held| is_settled(held.at, at) && !open(held)) {
+            while stay.held.first().is_some_and(|held| is_settled(held.at, at) && !is_open(held, cx)) {
                 let held = stay.held.remove(0);
                 self.held = self.held.saturating_sub(1);
                 // A burst has no times of its own.
@@ -278,6 +277,11 @@ fn is_settled(from: FrameRef, at: FrameRef) -> bool {
         Some(age) => !(0..SETTLED_NS).contains(&age) && at.no > from.no,
         None => at.no > from.no + LATE,
     }
+}
+
+/// Whether it is not known yet whether a frame's time is its own.
+fn is_open(held: &Held, cx: &Context<'_>) -> bool {
+    cx.evidence.recording.verdict(held.burst) == Some(Verdict::Open)
 }
 
 /// Whether a request alone is a fault: only where the node has shown that it is stopped.
