@@ -7,8 +7,9 @@ use std::sync::Arc;
 
 use super::block::Block;
 use super::judgement::OddExchange;
+use super::pairing::Pairing;
+use super::sequence::{Sequence, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
-use super::waiting::{Pairing, within};
 use super::wire::{self, Command, Initiate, Mux, Side};
 use crate::context::{Chunk, Context};
 use crate::dictionary::{Dictionary, Object};
@@ -77,8 +78,7 @@ pub struct Channel {
     pub(super) unmarked: Option<(Half, Initiate)>,
     /// The server has sent segments after one of those; whether that one had other bytes than 0 in the place of data.
     pub(super) segments_unmarked: Option<bool>,
-    /// A server's acknowledgement of one block segment more than was seen.
-    pub(super) held_ack: Option<Half>,
+    pub(super) sequence: Sequence,
     pub(super) outside: Outside,
     /// The step of the frame at hand.
     pub(super) step: Step,
@@ -86,14 +86,10 @@ pub struct Channel {
     pub(super) own: bool,
     /// The object of the next finding, where it is not the transfer's.
     pub(super) find_about: Option<Mux>,
-    /// A completed transfer whose pair may still be dissolved.
-    pub(super) unsettled: Option<Arc<Transfer>>,
     /// The last expedited write, where it was given up and nothing was answered since.
     pub(super) left: Option<Arc<Transfer>>,
     /// The same, confirmed by the frame at hand after all.
     pub(super) confirmed: Option<Arc<Transfer>>,
-    /// The last one of those of which somebody has taken what it shows.
-    taken: Option<Arc<Transfer>>,
     /// A valid request with its response was seen, since frames were lost if they were.
     pub(super) trusted: bool,
     /// The same was seen at any time.
@@ -147,15 +143,13 @@ impl Channel {
             transfer: None,
             unmarked: None,
             segments_unmarked: None,
-            held_ack: None,
+            sequence: Sequence::default(),
             outside: Outside::Uncaptured,
             step: empty_step(),
             own: true,
             find_about: None,
-            unsettled: None,
             left: None,
             confirmed: None,
-            taken: None,
             trusted: false,
             proven: false,
             begun: false,
@@ -197,27 +191,15 @@ impl Channel {
         self.responses == 0 && (1..=PROBES).contains(&self.requests) && self.plausible == self.requests
     }
 
-    /// The completed transfer whose pair may still be dissolved, or the one that the frame at hand confirms late.
-    pub fn unsettled(&self) -> Option<&Arc<Transfer>> {
-        self.unsettled.as_ref().or(self.confirmed.as_ref())
+    /// The completed transfer that the frame at hand confirms late.
+    pub fn confirmed(&self) -> Option<&Arc<Transfer>> {
+        self.confirmed.as_ref()
     }
 
     /// The transfer that runs, with what the description says of its object; none where the channel's frames are no SDO.
     pub fn running(&self) -> Option<(&Transfer, Option<Arc<Object>>)> {
         let transfer = self.transfer.as_deref().filter(|_| !self.is_foreign())?;
         Some((transfer, self.described(transfer.mux)))
-    }
-
-    /// Whether what this transfer shows is news: not where the same was shown while it was unsettled.
-    pub fn takes(&mut self, transfer: &Arc<Transfer>) -> bool {
-        let same = |known: &Arc<Transfer>| {
-            (known.id, known.status, &known.kept) == (transfer.id, transfer.status, &transfer.kept)
-        };
-        let news = !self.taken.as_ref().is_some_and(same);
-        if self.unsettled.as_ref().is_some_and(|unsettled| Arc::ptr_eq(unsettled, transfer)) {
-            self.taken = Some(Arc::clone(transfer));
-        }
-        news
     }
 
     /// Gives the server's objects names and types.
@@ -266,7 +248,7 @@ impl Channel {
             transfer: None,
             what: What::Note(Note::RequestNotCaptured),
         });
-        let half = if side == Side::Client { self.answer_edge(half, cx) } else { half };
+        let half = self.order_before(side, half, cx);
         self.step.command = half.command;
         self.plausible = self.plausible.saturating_add(u64::from(strict_initiate(&half)));
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
@@ -283,13 +265,14 @@ impl Channel {
         self.note_unreadable(side, &half);
         match side {
             Side::Client => {
-                self.client(half, cx);
-                self.judge_frame(&half, cx);
+                self.order_client(half, cx);
+                self.judge_frame(&Half { command: self.step.command, ..half }, cx);
             }
             Side::Server => {
+                let fresh = *self.pairing.first.get_or_insert(half.at.no) == half.at.no;
                 // Before the transfer completes with this frame: the finding is the transfer's.
                 self.judge_frame(&half, cx);
-                self.server(half, cx);
+                self.order_server(half, fresh, cx);
             }
         }
         let after = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
@@ -398,11 +381,7 @@ impl Channel {
         if self.own {
             self.step.result = Some(Arc::clone(&transfer));
         }
-        if self.pairing.is_tentative() {
-            self.unsettled = Some(transfer);
-        } else {
-            self.announce(transfer, cx);
-        }
+        self.announce(transfer, cx);
     }
 
     /// Says that a transfer has ended.
@@ -428,7 +407,7 @@ impl Channel {
     /// The server was reset, or frames were lost: nothing that was open can be judged.
     pub fn lost(&mut self, reset: bool, cx: &mut Context<'_>) {
         self.own = false;
-        self.settle(cx);
+        self.order_rest(cx);
         if self.transfer.is_some() {
             if let Some(about) = self.transfer.as_ref().map(|transfer| transfer.first)
                 && reset
@@ -440,7 +419,7 @@ impl Channel {
         self.own = true;
         self.pairing = Pairing::default();
         (self.left, self.confirmed) = (None, None);
-        self.held_ack = None;
+        self.sequence = Sequence::default();
         self.odd_exchange = OddExchange::default();
         self.phase = Phase::Idle;
         self.outside = if reset { Outside::Said } else { Outside::Uncaptured };
@@ -461,10 +440,8 @@ impl Channel {
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.own = false;
         self.excuse_answer();
-        self.answer_only_request(cx);
-        self.settle_held_at_end(cx);
+        self.order_rest(cx);
         self.repeated_at_end(cx);
-        self.settle(cx);
         let aged = |from: FrameRef| match (from.t_ns, cx.at.t_ns) {
             (Some(from), Some(to)) => to.saturating_sub(from) > UNANSWERED_NS,
             _ => false,

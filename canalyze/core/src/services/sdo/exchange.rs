@@ -19,6 +19,7 @@ impl Channel {
     pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
         self.pairing.pending = None;
         self.left = None;
+        self.pairing.last_request = Some(request.command);
         self.pairing.last_response = Some(response.bytes);
         self.pairing.answered = (request.at.no < response.at.no).then_some(response);
         if request.command.is_initiate() {

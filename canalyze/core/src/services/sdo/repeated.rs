@@ -5,7 +5,8 @@
 //! twice cannot be told from one that was sent again.
 
 use super::channel::{Channel, Half, Outside, UNANSWERED_NS};
-use super::waiting::{may_be_ahead, within};
+use super::pairing::may_be_ahead;
+use super::sequence::within;
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::finding::{Code, Facts, Finding};
