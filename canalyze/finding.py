@@ -58,6 +58,8 @@ class Finding:
     """What was measured, by the names of the rule."""
     lines: tuple[Line, ...] = ()
     """The annotated lines that led to it, oldest first, its own frame's among them; none where nobody asked."""
+    because_of: int | None = None
+    """The frame of the event or finding that explains it: it is a consequence of that, and its severity is info."""
 
     @classmethod
     def from_json(cls, row: Mapping[str, Any]) -> "Finding":
@@ -84,5 +86,5 @@ class Finding:
 
 _SIMPLE: Final = (
     *("code", "name", "severity", "file", "frame", "line", "t", "cause_frame", "cause_line", "bus", "node"),
-    *("index", "sub", "message"),
+    *("index", "sub", "message", "because_of"),
 )

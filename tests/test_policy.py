@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -124,6 +125,16 @@ def test_an_override_needs_all_that_it_says() -> None:
     assert not override.covers(counted(node=None), "a.log", ".")
     assert not override.covers(counted(bus="can1"), "a.log", ".")
     assert Override(("SDO",), "ignore", "known").covers(counted(node=None, bus=None), "b.log", ".")
+
+
+def test_an_override_leaves_a_consequence_out_or_as_it_is() -> None:
+    finding = replace(counted(severity="info").finding, because_of=2)
+    consequence = Counted(finding, (finding,), 1)
+    examined = Examined("a.log", (counted(), consequence))
+    raised = policy.judge(examined, Policy(overrides=(Override(("SDO",), "error", "strict"),)), {})
+    assert (kinds(raised.failures), kinds(raised.others)) == ([("SDO001", "error")], [("SDO001", "info")])
+    assert raised.reasons == (("strict", 1),)
+    assert policy.judge(examined, Policy(overrides=(Override(("SDO",), "ignore", "known"),)), {}).overruled == 2
 
 
 def test_overrides_are_counted_by_their_reason() -> None:

@@ -80,18 +80,18 @@ class Job:
 
 
 class _Kinds:
-    """The findings of a capture, by kind; those of each expectation are a kind of their own."""
+    """The findings of a capture, by kind; those of each expectation, and consequences, are kinds of their own."""
 
     def __init__(self) -> None:
-        self._found: dict[tuple[Kind, str | None], tuple[list[Finding], int]] = {}
+        self._found: dict[tuple[Kind, str | None, bool], tuple[list[Finding], int]] = {}
 
     def take(self, result: bytes) -> None:
         """Take JSON lines of the core."""
         for line in result.splitlines():
             finding = Finding.from_json(json.loads(line))
-            kind = (Kind.of(finding), finding.expectation)
+            kind = (Kind.of(finding), finding.expectation, finding.because_of is not None)
             if kind not in self._found and len(self._found) >= _KINDS:
-                kind = (Kind(finding.code, None, None, None), None)
+                kind = (Kind(finding.code, None, None, None), None, finding.because_of is not None)
             shown, count = self._found.get(kind, ([], 0))
             repeated = finding.facts.get("repeated")
             if repeated is None and len(shown) < _SHOWN:

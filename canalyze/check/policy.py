@@ -163,7 +163,8 @@ def _ruled(policy: Policy, found: Sequence[Counted], file: str) -> tuple[list[Co
             away += one.count
             continue
         about = [override for override in policy.overrides if override.covers(one, file, policy.directory)]
-        if not about:
+        # A consequence is info, whatever its rule is worth: it can only be left out.
+        if not about or (one.finding.because_of is not None and about[-1].severity != "ignore"):
             judged.append(one)
             continue
         override = about[-1]

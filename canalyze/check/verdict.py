@@ -10,7 +10,7 @@ from canalyze.finding import Finding
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """Findings of one kind: same rule, bus, node and object, and of one expectation."""
+    """Findings of one kind: same rule, bus, node and object, of one expectation, all consequences or none."""
 
     finding: Finding
     """The first of them, in the order of frames."""

@@ -15,12 +15,15 @@ use crate::context::Context;
 use crate::dictionary::Object;
 use crate::drive;
 use crate::event::{Addressed, ProcessData, Signals, Step, Unmapped, What};
+use crate::evidence::circumstance;
+use crate::evidence::duplicates::Sighting;
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Content, Node, PerNode};
 use crate::roles::Roles;
 use crate::services;
+use crate::services::error_frame;
 use crate::services::pdo::mapping::Mapping;
 use crate::services::pdo::{self, Multiplexed};
 use crate::services::sdo::channel::Channel;
@@ -122,6 +125,14 @@ impl Bus {
     pub fn step(&mut self, frame: &Frame, cx: &mut Context<'_>) {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
+        let (when, happened) = cx.evidence.recording.step(frame, role.is_command());
+        (cx.when, cx.sighting) = (when, happened.sighting);
+        if happened.confirmed {
+            cx.evidence.circumstances.note(circumstance::Kind::Stall, None, when);
+        }
+        if happened.step_ns.is_some() {
+            cx.evidence.circumstances.note(circumstance::Kind::Gap, None, when);
+        }
         let data = frame.kind != Kind::Remote && frame.kind != Kind::Error;
         match role {
             Role::SdoRequest(node) if frame.kind == Kind::Data => self.sdo(Side::Client, node, frame, cx),
@@ -152,7 +163,7 @@ impl Bus {
             channel
         });
         let before = cx.events.len();
-        channel.twice = self.checks.every_frame_twice();
+        channel.twice = cx.evidence.recording.shows_twice();
         channel.in_vain = key.1.is_none().then(|| self.checks.asked_in_vain(node)).flatten();
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
@@ -209,6 +220,9 @@ impl Bus {
         let fit = Fit::of(&content, frame);
         let data = ProcessData { transmit, number, node, content, state: self.checks.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
+        if cx.sighting == Sighting::Duplicate {
+            return;
+        }
         self.checks.due(frame, cx);
         self.checks.process_data(name, known, fit, &self.nodes, frame, cx);
     }
@@ -269,6 +283,10 @@ impl Bus {
     }
 
     fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
+        if cx.sighting == Sighting::Duplicate {
+            let message = services::decode(role, frame);
+            return cx.push(None, message.node(), What::Message(message));
+        }
         let message = self.checks.complete(services::decode(role, frame), frame);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
@@ -280,6 +298,7 @@ impl Bus {
                 self.reset(Some(node), cx);
                 self.booted.insert(node);
             }
+            Message::ErrorFrame if error_frame::is_deaf(frame) => self.lost(None, false, cx),
             Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
             Message::Nmt { command, node } if RESETS.contains(&command) => self.reset(Some(node), cx),
             _ => {}
@@ -287,8 +306,15 @@ impl Bus {
         self.checks.follow(&message, &self.nodes, frame, cx);
     }
 
+    /// The capture says that there was an error frame, and nothing of it.
+    pub fn bare_error(&mut self, cx: &mut Context<'_>) {
+        self.checks.bare_error(cx);
+    }
+
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        cx.evidence.recording.advance(now_ns);
+        cx.release();
         self.checks.advance(now_ns, cx);
     }
 
@@ -396,6 +422,9 @@ impl Bus {
         if !reset {
             self.began_ns = None;
             self.booted.clear();
+            cx.release_all();
+            cx.evidence.recording.lost();
+            cx.evidence.circumstances.note(circumstance::Kind::Gap, None, cx.when);
             self.checks.lost(cx);
             self.doubt(cx.at.no);
         }
@@ -430,6 +459,7 @@ impl Bus {
             channel.finish(cx);
         }
         self.checks.finish(&self.nodes, cx);
+        cx.release_all();
     }
 }
 

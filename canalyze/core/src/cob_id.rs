@@ -61,6 +61,23 @@ pub enum Role {
     Foreign,
 }
 
+impl Role {
+    /// Whether it is what a master sends: the recording host's own frames, where it is the master.
+    pub fn is_command(self) -> bool {
+        matches!(
+            self,
+            Self::Nmt
+                | Self::Gfc
+                | Self::FlyingMaster(_)
+                | Self::Sync
+                | Self::Time
+                | Self::Rpdo { .. }
+                | Self::SdoRequest(_)
+                | Self::LssRequest
+        )
+    }
+}
+
 /// The role of an identifier in the pre-defined connection set.
 pub fn predefined(id: CanId) -> Role {
     if id.is_extended() {

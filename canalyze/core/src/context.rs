@@ -3,6 +3,10 @@
 //! It is passed down to whoever judges a frame. It must not decide anything.
 
 use crate::event::{Event, What};
+use crate::evidence::duplicates::Sighting;
+use crate::evidence::pending::Until;
+use crate::evidence::recording::Verdict;
+use crate::evidence::{Evidence, When};
 use crate::finding::{Code, Facts, Finding};
 use crate::frame::{BusId, FrameRef};
 use crate::services::sdo::transfer::TransferId;
@@ -22,6 +26,12 @@ pub struct Context<'a> {
     pub bus: BusId,
     /// The frame at hand (or the last one, at the capture's end and while a live bus is silent).
     pub at: FrameRef,
+    /// What the recording of the bus did.
+    pub evidence: &'a mut Evidence,
+    /// When the frame at hand was on the bus.
+    pub when: When,
+    /// Whether the capture shows the frame at hand a second time.
+    pub sighting: Sighting,
 }
 
 /// Bytes of a transfer that are handed out while it runs.
@@ -42,8 +52,8 @@ pub struct Chunk {
 impl Context<'_> {
     /// Raises a finding at the frame at hand. `cause` is the earlier frame it is about, if another.
     pub fn find(&mut self, code: Code, node: Option<u8>, object: Option<Mux>, cause: Option<FrameRef>, facts: Facts) {
-        let finding = Finding { code, at: self.at, cause, bus: self.bus, node, object, facts };
-        self.push(cause, node, What::Finding(Box::new(finding)));
+        let finding = self.finding(code, node, object, cause, facts);
+        self.report(finding);
     }
 
     /// Raises a finding at an earlier frame, which is wrong itself. `cause` as in [`Self::find`].
@@ -56,13 +66,80 @@ impl Context<'_> {
         cause: Option<FrameRef>,
         facts: Facts,
     ) {
-        let finding = Finding { code, at, cause, bus: self.bus, node, object, facts };
-        let what = What::Finding(Box::new(finding));
-        self.events.push(Event { at, about: cause, bus: self.bus, node, transfer: None, what });
+        let finding = Finding { at, ..self.finding(code, node, object, cause, facts) };
+        self.report(finding);
+    }
+
+    /// A finding at the frame at hand that is not reported yet.
+    pub fn finding(
+        &self,
+        code: Code,
+        node: Option<u8>,
+        object: Option<Mux>,
+        cause: Option<FrameRef>,
+        facts: Facts,
+    ) -> Finding {
+        Finding { code, at: self.at, cause, bus: self.bus, node, object, facts, because_of: None }
+    }
+
+    /// Reports a finding. One at a frame that may be a duplicate waits until that is known.
+    pub fn report(&mut self, finding: Finding) {
+        let kept = match self.sighting {
+            Sighting::Original | Sighting::Duplicate => Some(finding),
+            Sighting::Suspect => self.evidence.pending.keep(finding, Until::Duplicates, self.when),
+        };
+        if let Some(finding) = kept {
+            self.emit(finding);
+        }
+    }
+
+    /// Reports a finding that rests on the time of the frame at hand, or on a deadline that has passed by it. Where the
+    /// recorder may have stood still it waits until that is known, and is none where it did.
+    pub fn report_timed(&mut self, finding: Finding) {
+        let burst = self.when.burst;
+        let kept = match self.evidence.recording.verdict(burst) {
+            Some(Verdict::Open) => self.evidence.pending.keep(finding, Until::Burst(burst), self.when),
+            Some(Verdict::Confirmed) => None,
+            Some(Verdict::Refuted) | None => Some(finding),
+        };
+        if let Some(finding) = kept {
+            self.report(finding);
+        }
+    }
+
+    /// Reports a finding after `wait_ns`, unless something explains it by then (see
+    /// [`Pending::explain`](crate::evidence::Pending::explain)): then it is that one's consequence.
+    pub fn report_later(&mut self, finding: Finding, wait_ns: i64) {
+        if let Some(finding) = self.evidence.pending.keep(finding, Until::Explained(wait_ns), self.when) {
+            self.emit(finding);
+        }
+    }
+
+    /// Reports what has waited long enough by the frame at hand.
+    pub fn release(&mut self) {
+        if self.evidence.pending.is_empty() {
+            return;
+        }
+        for finding in self.evidence.pending.release(self.when, &self.evidence.recording) {
+            self.emit(finding);
+        }
+    }
+
+    /// The capture is over, or frames were lost: reports what waits and stands.
+    pub fn release_all(&mut self) {
+        for finding in self.evidence.pending.finish(&self.evidence.recording) {
+            self.emit(finding);
+        }
     }
 
     /// Appends an event at the frame at hand.
     pub fn push(&mut self, about: Option<FrameRef>, node: Option<u8>, what: What) {
         self.events.push(Event { at: self.at, about, bus: self.bus, node, transfer: None, what });
+    }
+
+    fn emit(&mut self, finding: Finding) {
+        let Finding { at, cause, bus, node, .. } = finding;
+        let what = What::Finding(Box::new(finding));
+        self.events.push(Event { at, about: cause, bus, node, transfer: None, what });
     }
 }

@@ -75,6 +75,22 @@ macro_rules! rules {
 }
 
 rules! {
+    /// The recording controller is off the bus.
+    Bus001 "BUS001" "bus-off" Error "ISO 11898-1";
+    /// The recording controller is error passive.
+    Bus002 "BUS002" "error-passive" Warning "ISO 11898-1";
+    /// An error counter of the recording controller is at its warning level.
+    Bus003 "BUS003" "error-warning-level" Info "ISO 11898-1";
+    /// A frame was acknowledged by nobody, or could not be transmitted in time.
+    Bus004 "BUS004" "not-transmitted" Warning "ISO 11898-1";
+    /// A buffer of the recording controller overflowed.
+    Bus005 "BUS005" "controller-overflow" Warning "-";
+    /// The recording controller is error active again, or was restarted.
+    Bus006 "BUS006" "controller-recovered" Info "ISO 11898-1";
+    /// A frame violated the CAN protocol.
+    Bus007 "BUS007" "bus-error" Warning "ISO 11898-1";
+    /// The transceiver reports a faulty wire.
+    Bus008 "BUS008" "transceiver-fault" Warning "ISO 11898-3";
     /// Lines that should hold a frame and cannot be read.
     Cap001 "CAP001" "unreadable-lines" Warning "-";
     /// The capturing program says that it lost frames.
@@ -85,6 +101,8 @@ rules! {
     Cap004 "CAP004" "damaged-capture" Warning "-";
     /// The file ends in the middle of a record.
     Cap005 "CAP005" "capture-cut" Info "-";
+    /// A stamp is earlier than the one before: the clock was set.
+    Cap006 "CAP006" "clock-set-back" Warning "-";
     /// A state that no command led to.
     Drv001 "DRV001" "illegal-transition" Warning "CiA 402-2, power drive system";
     /// A command that the drive has not followed.
@@ -93,6 +111,8 @@ rules! {
     Drv003 "DRV003" "fault-without-emcy" Info "CiA 402-2, EMCY";
     /// Another mode of operation is displayed than the one asked for.
     Drv004 "DRV004" "mode-not-taken" Info "CiA 402-2, 6060h, 6061h";
+    /// A drive has entered a fault state.
+    Drv005 "DRV005" "drive-fault" Error "CiA 402-2, power drive system";
     /// A value read before any write differs from the EDS's default.
     Eds001 "EDS001" "differs-from-eds" Info "CiA 306";
     /// A value read before any write differs from what a DCF configures.
@@ -113,6 +133,14 @@ rules! {
     Emc005 "EMC005" "emcy-inhibit-time" Warning "CiA 301 7.5.2.18";
     /// An emergency has another length than 8 bytes.
     Emc006 "EMC006" "emcy-length" Warning "CiA 301 7.2.7.3";
+    /// A device reports an error of its own: current, voltage, temperature, hardware, software, a module.
+    Emc007 "EMC007" "device-error" Error "CiA 301 7.2.7.1";
+    /// A device reports an error of communication, or one that is not specific.
+    Emc008 "EMC008" "reported-error" Warning "CiA 301 7.2.7.1";
+    /// An error that was not taken back, or was sent several times.
+    Emc009 "EMC009" "error-standing" Info "CiA 301 7.2.7.1";
+    /// Many emergencies in a short time.
+    Emc010 "EMC010" "emcy-flood" Warning "CiA 301 7.2.7.1";
     /// An SDO transfer that is expected has not come, or not in time.
     Exp001 "EXP001" "transfer-missing" Error "-";
     /// An SDO transfer of a sequence came before the one that is expected before it.
@@ -587,11 +615,40 @@ pub struct Finding {
     pub object: Option<Mux>,
     /// What was measured.
     pub facts: Facts,
+    /// The frame of the event, or of the finding, that explains it: it is a consequence of that, and no fault by itself.
+    pub because_of: Option<FrameRef>,
 }
 
 impl Finding {
+    /// How bad it is: as its rule says, but a consequence is only worth knowing.
+    pub fn severity(&self) -> Severity {
+        if self.because_of.is_some() { Severity::Info } else { self.code.rule().severity }
+    }
+
     /// The expectation that it is about, `boot.expect.toml:12`, where it is about one.
     pub fn expectation(&self) -> Option<&Arc<str>> {
         if let Facts::Unmet(unmet) = &self.facts { Some(&unmet.expectation) } else { None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_consequence_is_only_worth_knowing() {
+        let (at, facts) = (FrameRef::default(), Facts::None);
+        let raised = Finding {
+            code: Code::Hbt002,
+            at,
+            cause: None,
+            bus: BusId(0),
+            node: Some(5),
+            object: None,
+            facts,
+            because_of: None,
+        };
+        assert_eq!(raised.severity(), Severity::Error);
+        assert_eq!(Finding { because_of: Some(at), ..raised }.severity(), Severity::Info);
     }
 }

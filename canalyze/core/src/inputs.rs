@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use crate::frame::{BusId, Buses, Frame, StampForm};
+use crate::frame::{BusId, Buses, Frame, FrameRef, StampForm};
 use crate::readers::{Contents, Damage, Item, Marker, Place, Reader};
 
 /// Ranges of unreadable lines that are listed at the end of a file.
@@ -28,6 +28,10 @@ pub struct File {
     pub dated: bool,
     /// What of it could not be read.
     pub unreadable: Unreadable,
+    /// The last frame of each bus, by its number.
+    pub last: Vec<Option<FrameRef>>,
+    /// Its stamps are not what they were taken for, which was said.
+    pub misread: bool,
 }
 
 /// Lines of a file that could not be read (records, by their offset, in a file without lines).

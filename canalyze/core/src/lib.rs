@@ -17,8 +17,8 @@
 //!
 //! # Modules
 //!
-//! Dependency runs one way: `frame`, `od`, `dictionary` <- `message` <- `event`, `finding` <- `services` <-
-//! `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. On the side of files, `readers` sees only
+//! Dependency runs one way: `frame`, `od`, `dictionary` <- `message` <- `event`, `finding` <- `evidence` (what the
+//! recording did) <- `context` <- `services` <- `configuration` <- `node` <- `checks` <- `bus` <- `session` <- `python`. On the side of files, `readers` sees only
 //! `frame`; `inputs` (files joined by time) and `info` (what a file is) see `readers`; `writers` sees `frame`, `event`
 //! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `od`;
 //! `summary`, `repeats`, `expectation` (a capture held against what is expected of it), `diff` (two captures held
@@ -37,6 +37,7 @@ pub mod dictionary;
 pub mod diff;
 pub mod drive;
 pub mod event;
+pub mod evidence;
 pub mod expectation;
 pub mod filter;
 pub mod finding;

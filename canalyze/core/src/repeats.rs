@@ -15,8 +15,8 @@ const SHOWN: u64 = 10;
 /// Distinct (rule, bus, node, object) that are counted apart; more are shown one by one.
 const COUNTED: usize = 4096;
 
-/// Findings of one kind: same rule, bus, node and object, and of the same expectation.
-type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>);
+/// Findings of one kind: same rule, bus, node and object, of the same expectation, and all consequences or none.
+type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, bool);
 
 /// How often which finding was raised.
 #[derive(Debug, Default)]
@@ -37,7 +37,7 @@ impl Repeats {
     pub fn shows(&mut self, finding: &Finding) -> bool {
         let counted = &mut self.counted;
         let expectation = finding.expectation().map(Arc::clone);
-        let key = (finding.code, finding.bus, finding.node, finding.object, expectation);
+        let key = (finding.code, finding.bus, finding.node, finding.object, expectation, finding.because_of.is_some());
         if counted.len() >= COUNTED && !counted.contains_key(&key) {
             return true;
         }

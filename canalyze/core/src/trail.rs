@@ -40,20 +40,24 @@ enum Family {
     Sync,
     Time,
     Lss,
+    /// Error frames.
+    Error,
     Other,
 }
 
 /// Families that are kept by node.
 const BY_NODE: usize = 5;
-const FAMILIES: usize = 10;
+const FAMILIES: usize = 11;
 /// Rings that a bus may have.
 const PLACES: usize = BY_NODE * NODES + FAMILIES - BY_NODE;
 
-use Family::{Emcy, ErrorControl, Lss, Nmt, Other, Pdo, Sdo, Srdo, Sync, Time};
+use Family::{Emcy, Error, ErrorControl, Lss, Nmt, Other, Pdo, Sdo, Srdo, Sync, Time};
 
 /// Which frames a rule is about, by the beginning of its code, and whether of all PDOs it is about one: that at which a
 /// finding stands, or its cause. The first row that fits counts.
 const ABOUT: &[(&str, bool, &[Family])] = &[
+    ("BUS", false, &[Error]),
+    ("CAP006", false, &[Sync, Time]),
     ("CAP", false, &[]),
     ("DRV", false, &[Pdo, Sdo, Emcy]),
     ("EDS", false, &[Sdo]),
@@ -334,7 +338,7 @@ fn family(what: &What) -> Family {
             Message::BootUp { .. } | Message::Heartbeat { .. } | Message::GuardingRequest { .. } => ErrorControl,
             Message::Lss { .. } => Lss,
             Message::Usdo { .. } => Sdo,
-            Message::ErrorFrame => Other,
+            Message::ErrorFrame => Error,
             Message::Foreign { role } | Message::Malformed { role, .. } => of_role(*role),
         },
         What::Transfer(_) | What::Note(_) | What::Finding(_) => Other,
@@ -395,7 +399,16 @@ mod tests {
     fn finding(code: Code, at: u64, cause: Option<u64>, node: Option<u8>) -> Finding {
         let reference = |no| FrameRef { no, ..FrameRef::default() };
         let cause = cause.map(reference);
-        Finding { code, at: reference(at), cause, bus: BusId(0), node, object: None, facts: Facts::None }
+        Finding {
+            code,
+            at: reference(at),
+            cause,
+            bus: BusId(0),
+            node,
+            object: None,
+            facts: Facts::None,
+            because_of: None,
+        }
     }
 
     fn numbers(trail: &Trail, finding: &Finding) -> Vec<u64> {

@@ -1,24 +1,89 @@
 //! Emergencies (CiA 301, 7.2.7): which errors a node has reported and not taken back, and what is wrong in the frame.
 //!
-//! An emergency error code stays active until the node says that all errors are gone (0000h with error register 0) or
-//! boots. Which of several errors a partial reset (0000h with other bits left) takes back, no standard field tells.
+//! An emergency error code stands until the node says that all errors are gone (0000h with error register 0) or boots.
+//! A partial reset (0000h with other bits left) names no code. A stack that puts its own number of the error into the
+//! first manufacturer byte (CANopenNode's error bit) repeats it in the reset: where that fits one error that stands, it
+//! is the one. It must not know what a device profile adds to the codes.
 
+use std::collections::VecDeque;
+
+use super::withheld::raise;
 use crate::configuration::Provenance;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::FrameRef;
-use crate::message::Errors;
+use crate::message::{ERRORS, Errors};
 use crate::node::{Node, PerNode};
 
 /// Bit of the error register that is reserved.
 const RESERVED: u8 = 1 << 6;
 /// What an inhibit time may be undercut by, in ns.
 const SLACK_NS: i64 = 1_000_000;
+/// An error that comes again within this time after it was taken back is the same trouble, in ns.
+const AGAIN_NS: i64 = 10_000_000_000;
+/// So many emergencies of one node within [`FLOOD_NS`] are a flood: an emergency is sent once for each error.
+const FLOOD: usize = 10;
+/// In ns.
+const FLOOD_NS: i64 = 1_000_000_000;
+/// First manufacturer bytes that are kept of one error.
+const BITS: usize = 4;
+
+/// An error that was reported and not taken back.
+#[derive(Clone, Copy, Debug)]
+struct Standing {
+    code: u16,
+    /// First manufacturer bytes that came with it; 0: none.
+    bits: [u8; BITS],
+    /// The emergency that reported it first.
+    at: FrameRef,
+    /// How often it was sent.
+    count: u64,
+}
+
+impl Standing {
+    fn holds(&self, bit: u8) -> bool {
+        bit != 0 && self.bits.contains(&bit)
+    }
+}
+
+/// Many emergencies in a short time.
+#[derive(Clone, Copy, Debug)]
+struct Flood {
+    first: FrameRef,
+    last: FrameRef,
+    count: u64,
+}
+
+/// What an emergency has changed.
+#[derive(Clone, Copy, Debug, Default)]
+enum Change {
+    /// Nothing that is known.
+    #[default]
+    None,
+    /// This error is new.
+    Raised,
+    /// This error stands already.
+    Again,
+    /// All errors are gone.
+    AllGone,
+    /// This error is gone, others may be left.
+    Gone(u16),
+}
 
 #[derive(Debug, Default)]
 struct Reported {
-    active: Errors,
+    standing: Vec<Standing>,
+    /// Errors that were taken back: the code, where it was found, and when it was taken back.
+    gone: VecDeque<(u16, FrameRef, Option<i64>)>,
+    /// Errors that the last reset has taken back.
+    ended: Vec<Standing>,
+    change: Change,
     last: Option<FrameRef>,
+    /// The last emergencies, with stamps.
+    recent: VecDeque<FrameRef>,
+    flood: Option<Flood>,
+    /// The last one that was found.
+    found: Option<FrameRef>,
 }
 
 /// The errors of a bus's nodes.
@@ -34,33 +99,36 @@ impl Emergencies {
         Self { slack_ns: jitter_ns.unwrap_or(0), ..Self::default() }
     }
 
-    /// Which errors are active after an emergency, and which ones it takes back.
-    pub fn follow(&mut self, node: u8, code: u16, register: u8) -> (Errors, Errors) {
+    /// Which errors stand after an emergency, and which ones it takes back. `bit`: the first manufacturer byte.
+    pub fn follow(&mut self, node: u8, code: u16, register: u8, bit: u8, at: FrameRef) -> (Errors, Errors) {
         let reported = self.nodes.entry(node);
+        reported.change = Change::None;
         let mut cleared = Errors::default();
         if code > 0xFF {
-            reported.active.add(code);
-        } else if register == 0 {
-            cleared = std::mem::take(&mut reported.active);
+            reported.stand(code, bit, at);
+        } else {
+            reported.take_back(register, bit, at);
+            reported.ended.iter().for_each(|one| cleared.add(one.code));
         }
-        (reported.active, cleared)
+        let mut active = Errors::default();
+        reported.standing.iter().for_each(|one| active.add(one.code));
+        (active, cleared)
     }
 
     /// A boot-up: the node reports its errors anew.
-    pub fn boot_up(&mut self, node: u8) {
+    pub fn boot_up(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some(reported) = self.nodes.get_mut(node) {
+            reported.end_flood(node, cx);
             *reported = Reported::default();
         }
     }
 
-    /// What is wrong with an emergency.
-    pub fn judge(&mut self, code: u16, register: u8, node: u8, configured: Option<&Node>, cx: &mut Context<'_>) {
+    /// What an emergency says, and what is wrong with it.
+    pub fn judge(&mut self, (code, register): (u16, u8), node: u8, configured: Option<&Node>, cx: &mut Context<'_>) {
         let found = [("code", Quantity::Emcy(code)), ("register", Quantity::Hex2(register))];
+        self.nodes.entry(node).report(node, code, register, cx);
         if code > 0xFF && register == 0 {
             cx.find(Code::Emc001, Some(node), None, None, Facts::told(0, &found));
-        }
-        if code <= 0xFF && register != 0 {
-            cx.find(Code::Emc002, Some(node), None, None, Facts::told(0, &found));
         }
         if register & RESERVED != 0 {
             cx.find(Code::Emc003, Some(node), None, None, Facts::told(0, &found));
@@ -75,4 +143,174 @@ impl Emergencies {
             cx.find(Code::Emc005, Some(node), None, None, Facts::told(0, &facts));
         }
     }
+
+    /// The capture is over: the errors that stand.
+    pub fn finish(&mut self, cx: &mut Context<'_>) {
+        for (node, reported) in self.nodes.iter_mut() {
+            reported.end_flood(node, cx);
+            for one in std::mem::take(&mut reported.standing) {
+                let age = super::nmt::since(Some(one.at), cx.at);
+                let mut facts = vec![("code", Quantity::Emcy(one.code)), ("count", Quantity::Count(one.count))];
+                facts.extend(age.map(|age| ("age", Quantity::Ns(age))));
+                let face = u8::from(one.count > 1);
+                let because_of = Some(one.at);
+                find(Code::Emc009, node, cx.at, because_of, because_of, Facts::told(face, &facts), cx);
+            }
+        }
+    }
+}
+
+impl Reported {
+    fn stand(&mut self, code: u16, bit: u8, at: FrameRef) {
+        if let Some(known) = self.standing.iter_mut().find(|one| one.code == code) {
+            self.change = Change::Again;
+            if bit != 0
+                && !known.holds(bit)
+                && let Some(slot) = known.bits.iter_mut().find(|slot| **slot == 0)
+            {
+                *slot = bit;
+            }
+            return;
+        }
+        self.change = Change::Raised;
+        if self.standing.len() < ERRORS {
+            let mut bits = [0; BITS];
+            if let Some(slot) = bits.first_mut() {
+                *slot = bit;
+            }
+            self.standing.push(Standing { code, bits, at, count: 1 });
+        }
+    }
+
+    fn take_back(&mut self, register: u8, bit: u8, at: FrameRef) {
+        self.ended.clear();
+        if register == 0 {
+            self.change = Change::AllGone;
+            self.ended = std::mem::take(&mut self.standing);
+        } else {
+            let mut fitting = self.standing.iter().enumerate().filter(|(_, one)| one.holds(bit));
+            let (Some((place, _)), None) = (fitting.next(), fitting.next()) else { return };
+            let Some(one) = self.standing.get_mut(place) else { return };
+            // Two errors with one code: it stands until both are gone.
+            one.bits.iter_mut().filter(|known| **known == bit).for_each(|known| *known = 0);
+            if one.bits.iter().any(|known| *known != 0) {
+                return;
+            }
+            let gone = self.standing.remove(place);
+            self.change = Change::Gone(gone.code);
+            self.ended.push(gone);
+        }
+        for one in &self.ended {
+            if self.gone.len() >= ERRORS {
+                self.gone.pop_front();
+            }
+            self.gone.push_back((one.code, one.at, at.t_ns));
+        }
+    }
+
+    fn report(&mut self, node: u8, code: u16, register: u8, cx: &mut Context<'_>) {
+        match self.change {
+            Change::Raised => {
+                let again = self.gone.iter().rev().find(|(known, _, then)| {
+                    *known == code
+                        && then.zip(cx.at.t_ns).is_some_and(|(then, now)| now.saturating_sub(then) < AGAIN_NS)
+                });
+                let because_of = again.map(|(_, at, _)| *at);
+                // The trouble goes on: its next time is a consequence of the first one, too.
+                if let (Some(first), Some(one)) = (because_of, self.standing.iter_mut().find(|one| one.code == code)) {
+                    one.at = first;
+                }
+                let facts = [("code", Quantity::Emcy(code)), ("register", Quantity::Hex2(register))];
+                find(rule(code), node, cx.at, None, because_of, Facts::told(0, &facts), cx);
+                self.found = because_of.or(Some(cx.at));
+            }
+            Change::Again => {
+                self.standing.iter_mut().filter(|one| one.code == code).for_each(|one| one.count += 1);
+            }
+            Change::Gone(_) | Change::None if code <= 0xFF && register != 0 => self.partial(node, register, cx),
+            _ => {}
+        }
+        for one in self.ended.drain(..).filter(|one| one.count > 1) {
+            let facts = [("code", Quantity::Emcy(one.code)), ("count", Quantity::Count(one.count))];
+            find(Code::Emc009, node, cx.at, Some(one.at), Some(one.at), Facts::told(2, &facts), cx);
+        }
+        self.count(node, cx);
+    }
+
+    /// A reset that leaves errors: which one is gone, and which ones are left, as far as that is known.
+    fn partial(&self, node: u8, register: u8, cx: &mut Context<'_>) {
+        let register = ("register", Quantity::Hex2(register));
+        let count = ("count", Quantity::Count(self.standing.len() as u64));
+        let left = self.standing.first().map(|one| ("left", Quantity::Emcy(one.code)));
+        let facts = match (self.change, left) {
+            (Change::Gone(code), left) => {
+                let cleared = ("cleared", Quantity::Emcy(code));
+                match left {
+                    None => Facts::told(3, &[register, cleared]),
+                    Some(left) if self.standing.len() == 1 => Facts::told(1, &[register, cleared, left]),
+                    Some(left) => Facts::told(2, &[register, cleared, left, count]),
+                }
+            }
+            (_, Some(_)) if self.standing.len() > 1 => Facts::told(4, &[register, count]),
+            _ => Facts::told(0, &[("code", Quantity::Emcy(0)), register]),
+        };
+        find(Code::Emc002, node, cx.at, None, None, facts, cx);
+    }
+
+    /// Counts an emergency; many in a short time are a finding.
+    fn count(&mut self, node: u8, cx: &mut Context<'_>) {
+        let Some(now) = cx.at.t_ns else { return };
+        let since = |then: &FrameRef| then.t_ns.map_or(i64::MAX, |then| now.saturating_sub(then));
+        if self.flood.is_some_and(|flood| !(0..FLOOD_NS).contains(&since(&flood.last))) {
+            self.end_flood(node, cx);
+        }
+        if let Some(flood) = &mut self.flood {
+            (flood.last, flood.count) = (cx.at, flood.count + 1);
+            return;
+        }
+        self.recent.push_back(cx.at);
+        while self.recent.front().is_some_and(|first| !(0..FLOOD_NS).contains(&since(first))) {
+            self.recent.pop_front();
+        }
+        if self.recent.len() >= FLOOD
+            && let Some(first) = self.recent.front().copied()
+        {
+            self.recent.clear();
+            let count = FLOOD as u64;
+            self.flood = Some(Flood { first, last: cx.at, count });
+            let because_of = self.found.filter(|found| found.no >= first.no);
+            let facts = [("count", Quantity::Count(count)), ("duration", Quantity::Ns(since(&first)))];
+            find(Code::Emc010, node, first, None, because_of, Facts::told(0, &facts), cx);
+        }
+    }
+
+    /// A flood is over: how many there were, where that is not said yet.
+    fn end_flood(&mut self, node: u8, cx: &mut Context<'_>) {
+        let Some(Flood { first, last, count }) = self.flood.take() else { return };
+        if count > FLOOD as u64 {
+            let duration = super::nmt::since(Some(first), last).unwrap_or(0);
+            let facts = [("count", Quantity::Count(count)), ("duration", Quantity::Ns(duration))];
+            find(Code::Emc010, node, last, Some(first), Some(first), Facts::told(1, &facts), cx);
+        }
+    }
+}
+
+/// The rule of an error: generic, communication and device-specific codes may be harmless to the device.
+const fn rule(code: u16) -> Code {
+    match code {
+        ..0x2000 | 0x8000..=0x82FF | 0xF000.. => Code::Emc008,
+        _ => Code::Emc007,
+    }
+}
+
+fn find(
+    code: Code,
+    node: u8,
+    at: FrameRef,
+    cause: Option<FrameRef>,
+    because_of: Option<FrameRef>,
+    facts: Facts,
+    cx: &mut Context<'_>,
+) {
+    raise(Finding { code, at, cause, bus: cx.bus, node: Some(node), object: None, facts, because_of }, cx);
 }

@@ -9,6 +9,7 @@ pub mod commandless;
 pub mod description;
 pub mod drive;
 pub mod emcy;
+pub mod error_frames;
 pub mod exchange;
 pub mod fastscan;
 pub mod guarding;
@@ -52,6 +53,7 @@ use crate::services::sdo::wire::{Mux, Side};
 
 use description::Descriptions;
 use drive::Drives;
+use error_frames::ErrorFrames;
 use lss::Lss;
 use nodes::{ErrorControl, Nodes};
 use pdo_configuration::PdoConfiguration;
@@ -117,6 +119,7 @@ pub struct Checks {
     lss: Lss,
     drives: Drives,
     srdos: Srdos,
+    error_frames: ErrorFrames,
 }
 
 impl Checks {
@@ -135,6 +138,7 @@ impl Checks {
             lss: Lss::default(),
             drives: Drives::default(),
             srdos: Srdos::default(),
+            error_frames: ErrorFrames::default(),
         }
     }
 
@@ -185,6 +189,8 @@ impl Checks {
 
     /// A frame has come, and its own event is there: what became due before it.
     pub fn due(&mut self, frame: &Frame, cx: &mut Context<'_>) {
+        cx.release();
+        self.error_frames.advance(frame.t_ns, frame.no, cx);
         self.nodes.settle(cx);
         if let Some(now_ns) = frame.t_ns {
             self.pass(now_ns, true, cx);
@@ -199,6 +205,7 @@ impl Checks {
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        self.error_frames.advance(Some(now_ns), cx.at.no, cx);
         self.pass(now_ns, false, cx);
     }
 
@@ -312,9 +319,10 @@ impl Checks {
     ) -> Option<(u8, u8)> {
         self.sync.message(message, frame, nodes, cx);
         match *message {
-            Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx.at),
+            Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx),
             Message::Heartbeat { node, state, .. } if state != 0x05 => self.srdos.not_operational(node),
             Message::Nmt { .. } => self.srdos.interrupt(cx.at.no, false),
+            Message::ErrorFrame => self.error_frames.follow(frame, cx),
             _ => {}
         }
         match *message {
@@ -331,7 +339,8 @@ impl Checks {
             }
             _ => {}
         }
-        if matches!(message, Message::Lss { command: Command::ActivateBitTiming { .. }, .. }) {
+        if let Message::Lss { command: Command::ActivateBitTiming { delay }, .. } = *message {
+            self.error_frames.switch(delay, cx);
             self.pdo_timing.forget(None);
             self.sync.lost();
         }
@@ -341,11 +350,16 @@ impl Checks {
         self.lss.follow(message, frame, nodes, cx)
     }
 
+    /// The capture says that there was an error frame, and nothing of it.
+    pub fn bare_error(&mut self, cx: &mut Context<'_>) {
+        self.error_frames.bare(cx);
+    }
+
     /// The same message, after what it resets was reset.
     pub fn follow(&mut self, message: &Message, nodes: &PerNode<Node>, frame: &Frame, cx: &mut Context<'_>) {
         self.nodes.follow(message, frame, nodes, cx);
         if let Message::BootUp { node } = *message {
-            self.drives.booted(node);
+            self.drives.booted(node, cx);
         }
     }
 
@@ -392,7 +406,7 @@ impl Checks {
         self.pdo_configuration.reset(node);
         self.pdo_length.reset(node, cx);
         self.pdo_timing.forget(node);
-        self.drives.forget(node);
+        self.drives.forget(node, cx);
         self.srdos.interrupt(cx.at.no, false);
     }
 
@@ -400,7 +414,7 @@ impl Checks {
     pub fn lost(&mut self, cx: &mut Context<'_>) {
         self.nodes.lost();
         self.pdo_timing.forget(None);
-        self.drives.forget(None);
+        self.drives.forget(None, cx);
         self.srdos.interrupt(cx.at.no, true);
         self.pdo_length.lost(cx);
         self.pdo_configuration.lost();
@@ -410,6 +424,8 @@ impl Checks {
 
     /// The capture is over.
     pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        self.error_frames.finish(cx);
+        self.drives.finish(cx);
         self.nodes.finish(cx);
         self.sync.finish(nodes, cx);
         self.lss.finish(cx);

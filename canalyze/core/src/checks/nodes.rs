@@ -132,7 +132,9 @@ impl Nodes {
                 previous: self.nmt.shown_last(node),
             },
             Message::Emcy { node, code, register, manufacturer, .. } => {
-                let (active, cleared) = self.emergencies.follow(node, code, register);
+                let [bit, ..] = manufacturer;
+                let at = frame.reference();
+                let (active, cleared) = self.emergencies.follow(node, code, register, bit, at);
                 Message::Emcy { node, code, register, manufacturer, active, cleared }
             }
             other => other,
@@ -205,7 +207,7 @@ impl Nodes {
                     self.heartbeats.grant(now.saturating_add(POWER_UP_NS));
                 }
                 self.heartbeats.pause(node);
-                self.emergencies.boot_up(node);
+                self.emergencies.boot_up(node, cx);
             }
             Message::Heartbeat { node, state, toggle, guarding, .. } => {
                 self.error_control(node, state, toggle, guarding, cx);
@@ -214,7 +216,7 @@ impl Nodes {
             Message::Emcy { node, code, register, .. } => {
                 self.permitted.emergency(&self.nmt, node, cx);
                 self.nmt.emergency(node, code, cx.at);
-                self.emergencies.judge(code, register, node, nodes.get(node), cx);
+                self.emergencies.judge((code, register), node, nodes.get(node), cx);
             }
             Message::Time { ms, days, reserved } => self.times.judge(ms, days, reserved, cx),
             Message::Lss { from_master: true, command } => {
@@ -242,7 +244,16 @@ impl Nodes {
         if !self.is_present(node) {
             if self.misshapen.len() < MISSHAPEN {
                 let (at, bus) = (cx.at, cx.bus);
-                self.misshapen.push(Finding { code, at, cause: None, bus, node, object: None, facts });
+                self.misshapen.push(Finding {
+                    code,
+                    at,
+                    cause: None,
+                    bus,
+                    node,
+                    object: None,
+                    facts,
+                    because_of: None,
+                });
             }
             return;
         }
@@ -370,6 +381,7 @@ impl Nodes {
         self.release_misshapen(cx);
         self.nmt.finish(self.twins.common(), cx);
         self.guarding.finish(&self.nmt, cx);
+        self.emergencies.finish(cx);
     }
 }
 

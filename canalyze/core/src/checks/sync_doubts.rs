@@ -49,8 +49,16 @@ impl Doubts {
     pub fn find(&mut self, what: Doubtful, cycles: (u64, u64), beat: &Beat, cx: &mut Context<'_>) {
         let Doubtful { code, node, object, cause, facts } = what;
         if unsettled(beat) && cx.at.t_ns.is_some() && self.waiting.len() < KEPT {
-            let finding =
-                Finding { code, at: cx.at, cause, bus: cx.bus, node: Some(node), object: Some(object), facts };
+            let finding = Finding {
+                code,
+                at: cx.at,
+                cause,
+                bus: cx.bus,
+                node: Some(node),
+                object: Some(object),
+                facts,
+                because_of: None,
+            };
             self.waiting.push(Doubt { finding, cycles });
         } else {
             cx.find(code, Some(node), Some(object), cause, facts);

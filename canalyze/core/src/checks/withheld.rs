@@ -25,7 +25,16 @@ impl Withheld {
         if self.shown {
             cx.find(code, node, None, cause, facts);
         } else if self.waiting.len() < KEPT {
-            self.waiting.push(Finding { code, at: cx.at, cause, bus: cx.bus, node, object: None, facts });
+            self.waiting.push(Finding {
+                code,
+                at: cx.at,
+                cause,
+                bus: cx.bus,
+                node,
+                object: None,
+                facts,
+                because_of: None,
+            });
         }
     }
 
@@ -51,7 +60,19 @@ impl Withheld {
         } else {
             let facts = Facts::None;
             let bus = cx.bus;
-            raise(Finding { code: foreign, at: first, cause: None, bus, node: None, object: None, facts }, cx);
+            raise(
+                Finding {
+                    code: foreign,
+                    at: first,
+                    cause: None,
+                    bus,
+                    node: None,
+                    object: None,
+                    facts,
+                    because_of: None,
+                },
+                cx,
+            );
         }
     }
 }

@@ -275,7 +275,7 @@ fn findings(lines: [&Line; 2], courses: [&Course; 2], apart: &BTreeSet<u8>, foun
             mine.findings.iter().filter(|(kind, _)| !others.findings.contains_key(kind)).collect();
         for ((code, node, _), raised) in lacking {
             let rule = code.rule();
-            if rule.severity < Severity::Warning
+            if raised.iter().all(|one| one.severity() < Severity::Warning)
                 || rule.id.starts_with("CAP")
                 || node.is_some_and(|node| apart.contains(&node))
             {
@@ -286,7 +286,8 @@ fn findings(lines: [&Line; 2], courses: [&Course; 2], apart: &BTreeSet<u8>, foun
                 let since = finding.cause.map_or(at, |cause| Place::of(cause).on(by_time));
                 finding.at.no > 0 && found.span.covers(side, since.min(at), at)
             };
-            let Some(first) = raised.iter().filter(|one| all_timed || !is_timed(one)).find(covered) else { continue };
+            let counts = |one: &&Finding| one.severity() >= Severity::Warning && (all_timed || !is_timed(one));
+            let Some(first) = raised.iter().filter(counts).find(covered) else { continue };
             // What was seen, or not seen, before one of them began may be what raised it.
             if found.span.begins_apart() && !rule.id.starts_with("SDO") {
                 found.outside(side, 1);

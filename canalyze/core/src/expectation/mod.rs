@@ -189,7 +189,8 @@ fn raise(found: &mut Vec<Event>, place: &Place, breach: Breach) {
     let Breach { code, face, at, cause, bus, node, object, said } = breach;
     let (node, object) = (node.or(place.node), object.or(place.object));
     let unmet = Unmet { expectation: Arc::clone(&place.label), face, said, repeated: 0 };
-    let finding = Finding { code, at, cause, bus, node, object, facts: Facts::Unmet(Arc::new(unmet)) };
+    let finding =
+        Finding { code, at, cause, bus, node, object, facts: Facts::Unmet(Arc::new(unmet)), because_of: None };
     found.push(Event { at, about: cause, bus, node, transfer: None, what: What::Finding(Box::new(finding)) });
 }
 

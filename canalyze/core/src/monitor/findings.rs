@@ -20,7 +20,7 @@ const SHOWN: u64 = 10;
 /// Kinds that are told apart; findings of further ones all have rows.
 const KINDS: usize = 4096;
 
-type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>);
+type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, bool);
 
 /// A row: the object in JSON but for its count.
 #[derive(Debug)]
@@ -43,7 +43,7 @@ impl Findings {
     /// Takes a finding; gives whether it has a row of its own.
     pub(super) fn take(&mut self, setting: Setting<'_>, finding: &Finding) -> bool {
         let expectation = finding.expectation().map(Arc::clone);
-        let kind = (finding.code, finding.bus, finding.node, finding.object, expectation);
+        let kind = (finding.code, finding.bus, finding.node, finding.object, expectation, finding.because_of.is_some());
         let row = self.gone + self.rows.len() as u64;
         let known = self.kinds.len();
         let (count, last) = match self.kinds.get_mut(&kind) {
@@ -83,7 +83,7 @@ impl Findings {
 fn json(setting: Setting<'_>, finding: &Finding) -> Vec<u8> {
     let mut out = Vec::with_capacity(256);
     let rule = finding.code.rule();
-    put!(&mut out; "{\"code\":\"", rule.id, "\",\"severity\":\"", rule.severity.name(), "\",\"frame\":");
+    put!(&mut out; "{\"code\":\"", rule.id, "\",\"severity\":\"", finding.severity().name(), "\",\"frame\":");
     jsonl::number_or_null(&mut out, (finding.at.no > 0).then_some(finding.at.no));
     put!(&mut out; ",\"t_ns\":");
     jsonl::signed_or_null(&mut out, finding.at.t_ns);

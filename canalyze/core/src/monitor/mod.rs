@@ -203,7 +203,7 @@ impl Monitor {
                 true
             }
             What::Finding(finding) => {
-                let severity = finding.code.rule().severity;
+                let severity = finding.severity();
                 if let Some(node) = finding.node {
                     wire(&mut self.wires, finding.bus, |wire| wire.find(node, severity));
                 }
@@ -227,7 +227,7 @@ impl Monitor {
             let words = words.strip_prefix(b"#").unwrap_or(words).trim_ascii_start();
             if !words.is_empty() {
                 let severity = match &event.what {
-                    What::Finding(finding) => Some(finding.code.rule().severity),
+                    What::Finding(finding) => Some(finding.severity()),
                     _ => None,
                 };
                 self.trace.push(place, severity, false, &[], words);

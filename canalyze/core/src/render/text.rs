@@ -154,12 +154,12 @@ impl Lines {
                 let elsewhere = (finding.at.no != under && !named).then_some(finding.at.no);
                 match self.lang {
                     Lang::Zh => {
-                        put!(out; zh::findings::severity(rule.severity), ": ");
+                        put!(out; zh::findings::severity(finding.severity()), ": ");
                         zh::findings::place(out, elsewhere, finding.node);
                         zh::findings::message(out, finding);
                     }
                     Lang::En => {
-                        put!(out; en::findings::severity(rule.severity), ": ");
+                        put!(out; en::findings::severity(finding.severity()), ": ");
                         en::findings::place(out, elsewhere, finding.node);
                         en::findings::message(out, finding);
                     }

@@ -15,7 +15,8 @@ use crate::writers;
 
 /// Unreadable lines of a file that are named one by one as they come.
 const NAMED: u64 = 5;
-/// What a file may begin before the end of the one before it: buses are not captured in strict order.
+/// A stamp that is so much earlier than the one before is a clock that was set, in ns. Below, frames were only listed
+/// out of order: those of two buses, or the host's own ones late.
 const STEP_BACK_NS: i64 = 10_000_000;
 
 /// A capture, of one file or several.
@@ -92,8 +93,9 @@ impl Capture {
         self.file.frames += 1;
     }
 
-    /// Gives the next frame its number and its time among the capture's.
-    pub(super) fn place(&mut self, frame: &mut Frame) {
+    /// Gives the next frame its number and its time among the capture's. A clock that was set since the frame before is
+    /// a finding.
+    pub(super) fn place(&mut self, frame: &mut Frame) -> Option<Finding> {
         self.count();
         frame.no = self.frames;
         if self.file.frames == 1 {
@@ -110,6 +112,25 @@ impl Capture {
         }
         self.last = frame.reference();
         self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
+        self.stepped_back(frame)
+    }
+
+    /// Whether the stamps go back with this frame, on its bus and in its file. Forward, a clock that was set looks like a
+    /// pause.
+    fn stepped_back(&mut self, frame: &Frame) -> Option<Finding> {
+        let bus = usize::from(frame.bus.0);
+        if self.file.last.len() <= bus {
+            self.file.last.resize(bus + 1, None);
+        }
+        let at = frame.reference();
+        let before = self.file.last.get_mut(bus)?.replace(at)?;
+        let back_ns = before.t_ns?.saturating_sub(at.t_ns?);
+        if back_ns < STEP_BACK_NS || self.file.misread {
+            return None;
+        }
+        let facts = Facts::told(0, &[("back", Quantity::Ns(back_ns))]);
+        let (code, cause, bus) = (Code::Cap006, Some(before), frame.bus);
+        Some(Finding { code, at, cause, bus, node: None, object: None, facts, because_of: None })
     }
 
     /// The first frame of a file. Files whose stamps are absolute and files whose stamps count from a date follow one
@@ -129,13 +150,14 @@ impl Capture {
     fn boundary(&mut self, before: &[u8], frame: &Frame) {
         let (Some(end_ns), Some(t_ns)) = (self.last.t_ns, frame.t_ns) else { return };
         let back_ns = end_ns.saturating_sub(t_ns);
-        if back_ns > STEP_BACK_NS {
+        if back_ns >= STEP_BACK_NS {
             self.complaints.push(complaints::step_back(self.lang, &self.file.name, before, back_ns));
         }
     }
 
     /// From here on the file's stamps count from this date.
     pub(super) fn dated(&mut self, date_ns: i64) {
+        self.file.last.clear();
         self.file.shift_ns = date_ns.saturating_sub(*self.date_ns.get_or_insert(date_ns));
         self.file.dated = true;
     }
@@ -147,7 +169,10 @@ impl Capture {
             Marker::Dropped { bus, count, total, place } => {
                 (Some(Code::Cap002), place, Facts::Dropped { count, total }, bus)
             }
-            Marker::Backward { place } => (Some(Code::Cap003), place, Facts::None, BusId(0)),
+            Marker::Backward { place } => {
+                self.file.misread = true;
+                (Some(Code::Cap003), place, Facts::None, BusId(0))
+            }
             Marker::Error { bus, place, .. } => (None, place, Facts::None, bus),
         };
         let finding = code.map(|code| self.finding(code, place, facts, bus));
@@ -227,6 +252,6 @@ impl Capture {
             Place::Line(line) => FrameRef { line: Some(line), ..FrameRef::default() },
             Place::Byte(_) | Place::Live => self.last,
         };
-        Finding { code, at, cause: None, bus, node: None, object: None, facts }
+        Finding { code, at, cause: None, bus, node: None, object: None, facts, because_of: None }
     }
 }

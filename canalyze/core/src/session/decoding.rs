@@ -8,7 +8,10 @@ use std::sync::Arc;
 use crate::bus::Bus;
 use crate::context::{Chunk, Context};
 use crate::event::{Event, What};
+use crate::evidence::Evidence;
+use crate::evidence::duplicates::Sighting;
 use crate::expectation::{Expectations, Verification};
+use crate::finding::Finding;
 use crate::frame::{BusId, Buses, Frame, FrameRef};
 use crate::network::Network;
 use crate::repeats::Repeats;
@@ -37,6 +40,8 @@ pub(super) struct Decoding {
     /// Repeats of findings are counted instead of shown.
     folds: bool,
     state: Vec<Bus>,
+    /// What the recording of each bus did.
+    evidence: Vec<Evidence>,
     /// What follows from the frame at hand.
     pub(super) events: Vec<Event>,
     chunks: Vec<Chunk>,
@@ -57,6 +62,7 @@ impl Decoding {
             blind,
             folds,
             state: Vec::new(),
+            evidence: Vec::new(),
             events: Vec::new(),
             chunks: Vec::new(),
             next_transfer: 0,
@@ -91,6 +97,15 @@ impl Decoding {
         }
     }
 
+    /// Something was found about the frame at hand that needs no decoding.
+    pub(super) fn find(&mut self, finding: Finding) {
+        if !self.blind {
+            let Finding { at, cause, bus, node, .. } = finding;
+            let what = What::Finding(Box::new(finding));
+            self.events.push(Event { at, about: cause, bus, node, transfer: None, what });
+        }
+    }
+
     /// Frames of a bus are missing here, behind the frame `last`.
     pub(super) fn lost(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
         let from = self.events.len();
@@ -99,6 +114,11 @@ impl Decoding {
             verification.asides(&mut self.events, from, buses);
             verification.lost(bus, buses);
         }
+    }
+
+    /// An error frame of which the capture says nothing, behind the frame `last`.
+    pub(super) fn bare_error(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
+        self.on_bus(bus, last, buses, Bus::bare_error);
     }
 
     /// Frames of any bus are missing here.
@@ -174,8 +194,10 @@ impl Decoding {
         while self.state.len() <= index {
             let name = buses.name(BusId(self.state.len() as u8));
             self.state.push(Bus::new(Arc::clone(&self.network), name));
+            self.evidence.push(Evidence::new(self.network.jitter_ns));
         }
-        let Some(bus) = self.state.get_mut(index) else { return };
+        let (Some(bus), Some(evidence)) = (self.state.get_mut(index), self.evidence.get_mut(index)) else { return };
+        let when = evidence.recording.at(at);
         let mut cx = Context {
             events: &mut self.events,
             next_transfer: &mut self.next_transfer,
@@ -183,6 +205,9 @@ impl Decoding {
             chunks: &mut self.chunks,
             bus: id,
             at,
+            evidence,
+            when,
+            sighting: Sighting::Original,
         };
         act(bus, &mut cx);
     }

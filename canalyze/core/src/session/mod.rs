@@ -20,7 +20,7 @@ use crate::diff::course::Course;
 use crate::expectation::Expectations;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
-use crate::frame::{BusId, Buses, Frame};
+use crate::frame::{BusId, Buses, Frame, FrameRef};
 use crate::inputs::{Inputs, Next, Refusal};
 use crate::masks::Masks;
 use crate::monitor::{Known, Line, Wanted};
@@ -383,8 +383,11 @@ impl Stream {
     }
 
     fn frame(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
-        self.capture.place(&mut frame);
+        let stepped = self.capture.place(&mut frame);
         self.decoding.step(&frame, buses);
+        if let Some(finding) = stepped {
+            self.decoding.find(finding);
+        }
         if self.output.has_tables() {
             let sync = self.decoding.sync(frame.bus);
             self.output.rows(self.capture.view(buses), &frame, &self.decoding.events, sync);
@@ -403,6 +406,10 @@ impl Stream {
         if let Marker::Dropped { bus, count, .. } = marker {
             self.tally.dropped(bus, count);
             self.decoding.lost(bus, self.capture.last, buses);
+        }
+        if let Marker::Error { bus, place, .. } = marker {
+            let at = FrameRef { line: place.line(), ..self.capture.last };
+            self.decoding.bare_error(bus, at, buses);
         }
         let finding = self.capture.marker(&marker, buses);
         self.tell(finding.as_ref(), buses, out);

@@ -69,7 +69,7 @@ impl Tally {
             Facts::Unmet(unmet) => unmet.repeated.max(1),
             _ => 1,
         };
-        let severity = finding.code.rule().severity;
+        let severity = finding.severity();
         if finding.expectation().is_some() && severity == Severity::Error {
             self.missed += count;
         }

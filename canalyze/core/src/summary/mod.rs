@@ -18,7 +18,7 @@ use traffic::{Pdos, Sync};
 
 use crate::cob_id::Role;
 use crate::event::{Event, What};
-use crate::finding::{Code, Facts, Finding};
+use crate::finding::{Code, Facts, Finding, Severity};
 use crate::frame::{BusId, Direction, Frame, FrameRef, Kind};
 use crate::message::Message;
 use crate::network::Network;
@@ -308,10 +308,10 @@ pub struct Raised {
     pub buses: u64,
 }
 
-fn raise(findings: &mut BTreeMap<Code, Raised>, finding: &Finding) {
+fn raise(findings: &mut BTreeMap<(Code, Severity), Raised>, finding: &Finding) {
     let more = if let Facts::Repeated { count } = finding.facts { count } else { 1 };
     let nothing = Raised { count: 0, first: finding.at, last: finding.at, nodes: 0, buses: 0 };
-    let raised = findings.entry(finding.code).or_insert(nothing);
+    let raised = findings.entry((finding.code, finding.severity())).or_insert(nothing);
     raised.count += more;
     raised.last = finding.at;
     raised.nodes |= finding.node.map_or(0, |node| 1 << (node & 0x7F));
@@ -329,8 +329,8 @@ pub struct Summary {
     pub capture: Capture,
     /// Buses of which something was counted.
     pub buses: BTreeMap<BusId, Box<Bus>>,
-    /// Findings by rule.
-    pub findings: BTreeMap<Code, Raised>,
+    /// Findings by rule; its consequences, which are only worth knowing, are counted apart.
+    pub findings: BTreeMap<(Code, Severity), Raised>,
     bit_time: Option<BitTime>,
 }
 

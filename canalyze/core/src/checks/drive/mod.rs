@@ -7,13 +7,16 @@
 //!
 //! It must not read a configuration but the mappings of PDOs, and must not say what a state is (`drive` does).
 
+mod fault;
 mod watch;
 
+use self::fault::{Announced, Unannounced, announced, raise_fault};
 use self::watch::{Watch, Watched};
 use super::PdoName;
+use super::withheld::raise;
 use crate::context::Context;
 use crate::drive::{self, Command, Object, Reach, State};
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{Frame, FrameRef};
 use crate::node::{Node, PerNode};
 use crate::services::pdo::mapping::extract;
@@ -37,12 +40,9 @@ const PROMPT: i64 = 1_000_000_000;
 const UPWARD: i64 = 5_000_000_000;
 /// The same for switching on: only the power stage is charged.
 const SWITCH_ON: i64 = 1_500_000_000;
-/// How far an EMCY may be from the fault it announces, in ns.
-const EMCY: i64 = 500_000_000;
 /// Steps upward that show a node of unknown type to be a drive.
 const PROOF: u8 = 2;
 const OPERATIONAL: u8 = 0x05;
-const STOPPED: u8 = 0x04;
 
 /// A statusword as it was reported.
 #[derive(Clone, Copy, Debug)]
@@ -71,13 +71,6 @@ struct Order {
     at: FrameRef,
     /// Reports of that state since then.
     reports: u8,
-}
-
-/// A fault without EMCY so far.
-#[derive(Clone, Copy, Debug)]
-struct Unannounced {
-    fault: Sample,
-    due_ns: i64,
 }
 
 /// A mode of operation that was asked for.
@@ -109,6 +102,8 @@ struct Axis {
     suspect: Option<(FrameRef, Facts)>,
     order: Option<Order>,
     unannounced: Option<Unannounced>,
+    /// What explains that it is in fault: the EMCY, or the statusword that showed it.
+    fault: Option<FrameRef>,
     request: Option<Request>,
     /// Steps upward that controlwords explain.
     climbed: u8,
@@ -121,7 +116,9 @@ struct Axis {
 struct Drive {
     axes: [Option<Box<Axis>>; drive::AXES as usize],
     /// Its last EMCY with an error.
-    emcy_ns: Option<i64>,
+    emcy: Option<FrameRef>,
+    /// The last fault of any axis that nothing explains.
+    fault: Option<FrameRef>,
     /// It has booted up in the capture.
     fresh: bool,
 }
@@ -252,14 +249,19 @@ impl Drives {
         }
     }
 
-    /// Follows an EMCY.
-    pub fn emcy(&mut self, node: u8, code: u16, at: FrameRef) {
-        if code != 0
+    /// Follows an EMCY, which announces what the node's axes have shown just before.
+    pub fn emcy(&mut self, node: u8, code: u16, cx: &mut Context<'_>) {
+        if code > 0xFF
             && let Some(drive) = self.nodes.get_mut(node)
         {
-            drive.emcy_ns = at.t_ns;
-            for axis in drive.axes.iter_mut().flatten() {
-                axis.unannounced = None;
+            drive.emcy = Some(cx.at);
+            for (number, axis) in drive.axes.iter_mut().enumerate() {
+                if let Some(axis) = axis
+                    && let Some(fault) = axis.unannounced.take()
+                {
+                    axis.fault = Some(cx.at);
+                    raise_fault(node, number as u8, fault.fault, Some(cx.at), cx);
+                }
             }
         }
     }
@@ -273,7 +275,7 @@ impl Drives {
         for (node, drive) in self.nodes.iter_mut() {
             for (number, axis) in drive.axes.iter_mut().enumerate() {
                 if let Some(axis) = axis {
-                    axis.settle(node, number as u8, now_ns, cx);
+                    axis.settle((node, number as u8), now_ns, &mut drive.fault, cx);
                     let open = [axis.jump.map(|jump| jump.due_ns), axis.unannounced.map(|fault| fault.due_ns)];
                     self.due_ns = open.into_iter().flatten().fold(self.due_ns, i64::min);
                 }
@@ -282,8 +284,8 @@ impl Drives {
     }
 
     /// A node boots up: it has got no controlword yet.
-    pub fn booted(&mut self, node: u8) {
-        self.forget(Some(node));
+    pub fn booted(&mut self, node: u8, cx: &mut Context<'_>) {
+        self.forget(Some(node), cx);
         let drive = self.nodes.entry(node);
         drive.fresh = true;
         for axis in drive.axes.iter_mut().flatten() {
@@ -292,7 +294,8 @@ impl Drives {
     }
 
     /// A node (or all) was reset, or frames were lost: what was seen before explains nothing.
-    pub fn forget(&mut self, node: Option<u8>) {
+    pub fn forget(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
+        self.release(node, cx);
         for (id, drive) in self.nodes.iter_mut() {
             if node.is_none_or(|node| node == id) {
                 drive.fresh = false;
@@ -301,6 +304,26 @@ impl Drives {
                 }
             }
         }
+    }
+}
+
+impl Drives {
+    /// Faults of a node (or all) that no EMCY has announced, and none will.
+    fn release(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
+        for (id, drive) in self.nodes.iter_mut().filter(|(id, _)| node.is_none_or(|node| node == *id)) {
+            for (number, axis) in drive.axes.iter_mut().enumerate() {
+                if let Some(axis) = axis
+                    && let Some(fault) = axis.unannounced.take()
+                {
+                    axis.unexplained((id, number as u8), fault.fault, &mut drive.fault, cx);
+                }
+            }
+        }
+    }
+
+    /// The capture is over.
+    pub fn finish(&mut self, cx: &mut Context<'_>) {
+        self.release(None, cx);
     }
 }
 
@@ -336,6 +359,11 @@ impl Drive {
         }
         let command = axis.given.and_then(|given| drive::command(word, Some(given)));
         axis.given = Some(asked);
+        let state = axis.sample.map(|sample| sample.state);
+        // Only a fault reset leads out of a fault: the edge counts, whatever comes after it.
+        if axis.order.is_some_and(|order| order.command == Command::FaultReset && state == Some(order.from)) {
+            return;
+        }
         axis.order = None;
         if let (Some(sample), Some(command)) = (axis.sample, command)
             && leads_out(sample.state, command)
@@ -382,7 +410,7 @@ impl Drive {
 
     /// A statusword is reported.
     fn reported(&mut self, place: Place<'_>, word: u16, due_ns: &mut i64, cx: &mut Context<'_>) {
-        let announced = self.emcy_ns;
+        let (emcy, mut fault) = (self.emcy, self.fault);
         let Some(axis) = self.axis(place.axis) else { return };
         let Some(state) = State::of(word) else {
             axis.strange = true;
@@ -400,8 +428,17 @@ impl Drive {
         axis.effect(place, sample, cx);
         let Some(before) = axis.sample.replace(sample).filter(|before| before.state != state) else { return };
         let judged = axis.is_drive(place);
-        if is_fault(state) && !is_fault(before.state) && judged {
-            axis.unannounced = unannounced(place, before, sample, announced);
+        if !is_fault(state) {
+            axis.fault = None;
+        } else if !is_fault(before.state) && judged {
+            match announced(place, before, sample, emcy) {
+                Announced::By(emcy) => {
+                    axis.fault = Some(emcy);
+                    raise_fault(place.node.id(), place.axis, sample, Some(emcy), cx);
+                }
+                Announced::Later(due_ns) => axis.unannounced = Some(Unannounced { fault: sample, due_ns }),
+                Announced::Never => axis.unexplained((place.node.id(), place.axis), sample, &mut fault, cx),
+            }
         }
         axis.follow(place, before, sample, judged);
         if judged && let Some((at, facts)) = axis.suspect.take() {
@@ -409,6 +446,7 @@ impl Drive {
         }
         let open = [axis.jump.map(|jump| jump.due_ns), axis.unannounced.map(|fault| fault.due_ns)];
         *due_ns = open.into_iter().flatten().fold(*due_ns, i64::min);
+        self.fault = fault;
     }
 }
 
@@ -502,17 +540,24 @@ impl Axis {
             ("after", Quantity::Ns(after)),
         ];
         let facts = Facts::told(0, &measured);
-        cx.find(Code::Drv002, Some(place.node.id()), Some(controlword(place.axis)), Some(order.at), facts);
+        let (node, object, cause) = (Some(place.node.id()), Some(controlword(place.axis)), Some(order.at));
+        // What causes the fault is still there.
+        let because_of = self.fault.filter(|_| order.command == Command::FaultReset);
+        let (at, bus) = (cx.at, cx.bus);
+        raise(Finding { code: Code::Drv002, at, cause, bus, node, object, facts, because_of }, cx);
     }
 
     /// What has waited long enough.
-    fn settle(&mut self, node: u8, axis: u8, now_ns: i64, cx: &mut Context<'_>) {
+    fn settle(&mut self, (node, axis): (u8, u8), now_ns: i64, first: &mut Option<FrameRef>, cx: &mut Context<'_>) {
         if let Some(jump) = self.jump.take_if(|jump| now_ns >= jump.due_ns) {
             self.raise_jump(node, axis, jump, cx);
         }
         if let Some(Unannounced { fault, .. }) = self.unannounced.take_if(|fault| now_ns >= fault.due_ns) {
+            self.unexplained((node, axis), fault, first, cx);
             let facts = Facts::told(0, &[("statusword", Quantity::Statusword(fault.word))]);
-            cx.find(Code::Drv003, Some(node), Some(statusword(axis)), Some(fault.at), facts);
+            let (at, cause, because_of) = (cx.at, Some(fault.at), self.fault);
+            let (bus, node, object) = (cx.bus, Some(node), Some(statusword(axis)));
+            raise(Finding { code: Code::Drv003, at, cause, bus, node, object, facts, because_of }, cx);
         }
     }
 
@@ -575,34 +620,19 @@ const fn voltage_enabled(statusword: u16) -> bool {
     statusword & 1 << 4 != 0
 }
 
-/// Whether a drive that is fine must leave a state by a command. Not here: what brakes first (shutdown and disable
-/// operation by 605Bh and 605Ch), what a lasting cause prevents (fault reset), what not every drive does (enable
-/// operation out of quick stop or ready to switch on, quick stop where nothing moves).
+/// Whether a drive that is fine must leave a state by a command. A fault whose cause lasts must not be left, and is
+/// worth knowing. Not here: what brakes first (shutdown and disable operation by 605Bh and 605Ch), what not every drive
+/// does (enable operation out of quick stop or ready to switch on, quick stop where nothing moves).
 const fn leads_out(state: State, command: Command) -> bool {
     matches!(
         (state, command),
-        (State::SwitchOnDisabled | State::SwitchedOn, Command::Shutdown)
+        (State::Fault, Command::FaultReset)
+            | (State::SwitchOnDisabled | State::SwitchedOn, Command::Shutdown)
             | (State::ReadyToSwitchOn, Command::SwitchOn)
             | (State::SwitchedOn, Command::EnableOperation)
             | (State::OperationEnabled, Command::QuickStop)
             | (State::ReadyToSwitchOn | State::SwitchedOn | State::OperationEnabled, Command::DisableVoltage)
     )
-}
-
-/// A fault that was not announced before it was reported, and may be now.
-fn unannounced(place: Place<'_>, before: Sample, fault: Sample, announced: Option<i64>) -> Option<Unannounced> {
-    let (earliest, latest) = (before.at.t_ns?, fault.at.t_ns?);
-    let disabled = place.node.value(0x1014, 0).is_some_and(|(cob, _)| cob & 1 << 31 != 0);
-    // In 100 µs.
-    let inhibit = place.node.value(0x1015, 0).map_or(0, |(time, _)| (time & 0xFFFF) as i64 * 100_000);
-    let apart = EMCY.max(inhibit);
-    if disabled
-        || place.state == Some(STOPPED)
-        || announced.is_some_and(|announced| announced >= earliest.saturating_sub(apart))
-    {
-        return None;
-    }
-    Some(Unannounced { fault, due_ns: latest.saturating_add(apart) })
 }
 
 fn elapsed(from: Option<i64>, to: Option<i64>) -> Option<i64> {

@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, dead_code)]
 
 mod drive;
+mod emcy;
+mod error_frames;
 mod lss;
 mod network;
 mod nodes;

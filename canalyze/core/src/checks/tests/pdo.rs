@@ -125,10 +125,10 @@ fn lengths_of_a_receiver() {
 #[test]
 fn a_conformant_remap() {
     let sent = "-5 185#0102030405060708\n";
-    let after = "10 185#01020304\n 11 185#01020304";
+    let after = "40 185#01020304\n 41 185#01020304";
     assert_eq!(codes_with(&format!("{sent}{}{after}", writes(0.0, REMAP)), Network::default(), ALL), [""; 0]);
     // Cut anywhere, and twice.
-    let twice = format!("{sent}{}{}{after}", writes(0.0, REMAP), writes(8.0, REMAP));
+    let twice = format!("{sent}{}{}{after}", writes(0.0, REMAP), writes(30.0, REMAP));
     let lines: Vec<&str> = twice.lines().collect();
     for from in 0..lines.len() {
         for to in from + 1..=lines.len() {

@@ -22,6 +22,7 @@ columns! {
         t_ns: Numbers<Int64Type>, or_null;
         cause_frame: Numbers<UInt64Type>, or_null;
         cause_line: Numbers<UInt64Type>, or_null;
+        because_of: Numbers<UInt64Type>, or_null;
         bus: Words, or_null;
         node: Numbers<UInt8Type>, or_null;
         index: Numbers<UInt16Type>, or_null;
@@ -38,13 +39,14 @@ impl Table<Findings> {
         let rule = finding.code.rule();
         columns.code.word(rule.id);
         columns.name.word(rule.name);
-        columns.severity.word(rule.severity.name());
+        columns.severity.word(finding.severity().name());
         columns.file.word(&String::from_utf8_lossy(setting.file));
         columns.frame.append_option((finding.at.no > 0).then_some(finding.at.no));
         columns.line.append_option(finding.at.line);
         columns.t_ns.append_option(finding.at.t_ns);
         columns.cause_frame.append_option(finding.cause.map(|cause| cause.no));
         columns.cause_line.append_option(finding.cause.and_then(|cause| cause.line));
+        columns.because_of.append_option(finding.because_of.map(|cause| cause.no));
         columns.bus.name(setting.buses.name(finding.bus));
         columns.node.append_option(finding.node);
         columns.index.append_option(finding.object.map(|object| object.index));

@@ -88,7 +88,7 @@ impl Log {
         }
         let cycle = cycles.at(finding.bus, at.no);
         let place = (at, cycle, finding.bus, finding.node);
-        self.row(done, setting, place, (rule.severity, "finding"), rule.id.as_bytes());
+        self.row(done, setting, place, (finding.severity(), "finding"), rule.id.as_bytes());
     }
 
     fn row(

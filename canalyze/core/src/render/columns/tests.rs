@@ -37,7 +37,7 @@ states: t_ns i64?, frame u64, bus word?, node u8?, state u8?, name word?, source
 emcy: t_ns i64?, frame u64, bus word?, node u8, code u16, name word?, register u8, manufacturer binary, active [u16?], \
 cleared [u16?]
 findings: code word, name word, severity word, file word, frame u64?, line u64?, t_ns i64?, cause_frame u64?, \
-cause_line u64?, bus word?, node u8?, index u16?, sub u8?, message utf8, facts utf8
+cause_line u64?, because_of u64?, bus word?, node u8?, index u16?, sub u8?, message utf8, facts utf8
 sync_cycles: cycle u64, frame u64, t_ns i64?, bus word?, period_ns i64?, counter u8?, pdos u32, delay_min_ns i64?, \
 delay_max_ns i64?, window_ns i64?
 signals: t_ns i64?, frame u64, line u64?, bus word?, node u8, pdo word, signal word, object word, value f64?, \
@@ -119,7 +119,8 @@ impl Capture {
         let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
         let at = Frame::classic(CanId::standard(0), &[]).reference();
         let facts = Facts::Dropped { count: 1, total: 1 };
-        let finding = Finding { code, at, cause: None, bus: BusId(0), node: None, object: None, facts };
+        let finding =
+            Finding { code, at, cause: None, bus: BusId(0), node: None, object: None, facts, because_of: None };
         self.columns.finding(setting, &finding);
     }
 

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `frame` | `frame line file t bus dir id ext rtr fd err len data service node text findings`, then an object named after the service with its fields |
 //! | `note` | `note frame line about_frame about_line bus node transfer text facts` |
-//! | `finding` | `code name severity file frame line t cause_frame cause_line bus node index sub message facts`, in `check` also `lines` |
+//! | `finding` | `code name severity file frame line t cause_frame cause_line because_of bus node index sub message facts`, in `check` also `lines` |
 //! | `transfer` | see [`transfer`] |
 //! | `line` | `frame text`: what [`super::text`] writes of a frame, without the last line end |
 //! | `summary_...` | see [`summary`] |
@@ -180,7 +180,7 @@ pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Fin
 fn found(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
     let rule = finding.code.rule();
     put!(out; "{\"kind\":\"finding\",\"code\":\"", rule.id, "\",\"name\":\"", rule.name);
-    put!(out; "\",\"severity\":\"", rule.severity.name(), "\",\"file\":");
+    put!(out; "\",\"severity\":\"", finding.severity().name(), "\",\"file\":");
     escape::json(out, setting.file);
     put!(out; ",\"frame\":");
     number_or_null(out, (finding.at.no > 0).then_some(finding.at.no));
@@ -192,6 +192,8 @@ fn found(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
     number_or_null(out, finding.cause.map(|cause| cause.no));
     put!(out; ",\"cause_line\":");
     number_or_null(out, finding.cause.and_then(|cause| cause.line));
+    put!(out; ",\"because_of\":");
+    number_or_null(out, finding.because_of.map(|cause| cause.no));
     put!(out; ",\"bus\":");
     name_or_null(out, setting.buses.name(finding.bus));
     put!(out; ",\"node\":");

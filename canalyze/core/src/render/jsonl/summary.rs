@@ -28,6 +28,7 @@
 //! their SYNC: they are not in `delay`.
 
 use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};
+use crate::finding::{Code, Severity};
 use crate::frame::FrameRef;
 use crate::services::sdo::wire::Side;
 use crate::summary::load::Peak;
@@ -62,8 +63,8 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
             pdo(out, name, of_bus, elapsed_ns);
         }
     }
-    for (code, raised) in &summary.findings {
-        finding(out, setting, *code, raised);
+    for (of, raised) in &summary.findings {
+        finding(out, setting, *of, raised);
     }
 }
 
@@ -254,10 +255,10 @@ fn pdo(out: &mut Vec<u8>, name: &[u8], pdo: &Pdo, elapsed_ns: Option<u64>) {
     put!(out; "}\n");
 }
 
-fn finding(out: &mut Vec<u8>, setting: Setting<'_>, code: crate::finding::Code, raised: &Raised) {
+fn finding(out: &mut Vec<u8>, setting: Setting<'_>, (code, severity): (Code, Severity), raised: &Raised) {
     let rule = code.rule();
     put!(out; "{\"kind\":\"summary_finding\",\"code\":\"", rule.id, "\",\"name\":\"", rule.name);
-    put!(out; "\",\"severity\":\"", rule.severity.name(), "\",\"message\":");
+    put!(out; "\",\"severity\":\"", severity.name(), "\",\"message\":");
     quoted(out, |text| {
         put!(text; match setting.lang {
             Lang::Zh => zh::findings::rule(code).message,

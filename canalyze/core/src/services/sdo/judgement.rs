@@ -114,6 +114,7 @@ impl Channel {
             node: Some(self.node),
             object,
             facts,
+            because_of: None,
         };
         self.say(finding, cx);
     }
@@ -251,7 +252,7 @@ impl Channel {
             self.trust(cx);
             return;
         }
-        let nothing_odd = self.withheld.iter().all(|finding| finding.code.rule().severity == Severity::Info);
+        let nothing_odd = self.withheld.iter().all(|finding| finding.severity() == Severity::Info);
         let code = if unanswered { Code::Sdo031 } else { Code::Sdo030 };
         let few = self.requests.saturating_add(self.responses) < 2;
         if (!unanswered && few) || (unanswered && !nothing_odd && self.requests < 2) {
@@ -265,6 +266,7 @@ impl Channel {
             node: Some(self.node),
             object: None,
             facts: Facts::Frames { count: self.requests.saturating_add(self.responses) },
+            because_of: None,
         };
         push_finding(finding, cx);
     }

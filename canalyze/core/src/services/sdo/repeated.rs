@@ -121,6 +121,7 @@ impl Channel {
             node: Some(self.node),
             object: run.first.command.mux(),
             facts: Facts::Missing { by: Side::Server },
+            because_of: None,
         };
         self.say(finding, cx);
     }

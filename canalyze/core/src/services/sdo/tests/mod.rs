@@ -10,6 +10,8 @@ use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{Mux, Side};
 use crate::context::{Chunk, Context};
 use crate::event::What;
+use crate::evidence::duplicates::Sighting;
+use crate::evidence::{Evidence, When};
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{BusId, CanId, Frame};
 
@@ -60,12 +62,14 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
     let mut channel = Channel::new(BusId(0), 10, None);
     let (mut events, mut next, mut chunks) = (Vec::new(), 0, Vec::new());
     let mut at = Default::default();
+    let mut evidence = Evidence::default();
     for (no, (side, bytes)) in frames.iter().enumerate() {
         let id = if *side == Side::Client { 0x60A } else { 0x58A };
         let mut frame = Frame::classic(CanId::standard(id), bytes);
         frame.no = no as u64 + 1;
         frame.t_ns = time(no);
         at = frame.reference();
+        let (when, _) = evidence.recording.step(&frame, *side == Side::Client);
         let mut cx = Context {
             events: &mut events,
             next_transfer: &mut next,
@@ -73,6 +77,9 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
             chunks: &mut chunks,
             bus: BusId(0),
             at,
+            evidence: &mut evidence,
+            when,
+            sighting: Sighting::Original,
         };
         channel.step(*side, &frame, &mut cx);
     }
@@ -83,6 +90,9 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
         chunks: &mut chunks,
         bus: BusId(0),
         at,
+        evidence: &mut evidence,
+        when: When { at, ..When::default() },
+        sighting: Sighting::Original,
     };
     channel.finish(&mut cx);
     let mut outcome = Outcome::default();

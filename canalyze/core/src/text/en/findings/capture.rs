@@ -23,3 +23,9 @@ pub(super) const CAP005: RuleText = RuleText {
     cause: "The recording program was ended, or the file is still being written or copied.",
     faces: &["the file ends in the middle of a record; all before it is read"],
 };
+pub(super) const CAP006: RuleText = RuleText {
+    message: "time stamps go back",
+    meaning: "A frame's stamp is 10 ms or more earlier than that of the frame before on the same bus: the clock was set, or frames stand in the wrong order. Times across the step are not judged.",
+    cause: "The host's clock was set (NTP, GPS, by hand), recordings were joined out of order, or the recording was edited.",
+    faces: &["its stamp is {back} earlier"],
+};

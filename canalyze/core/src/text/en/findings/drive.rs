@@ -13,8 +13,8 @@ pub(super) const DRV001: RuleText = RuleText {
 
 pub(super) const DRV002: RuleText = RuleText {
     message: "a command has no effect",
-    meaning: "The controlword holds a command that should lead out of the present state, and statuswords keep coming, but the state stays. A command away from operation enabled is given 1 second, one toward it 5; not counted are local operation (bit 9 is 0) and, for the latter, a supply that is not there (bit 4 is 0).",
-    cause: "A condition is missing (enable input, STO, brake), the commands came in the wrong order, or the drive does not receive the RPDO.",
+    meaning: "The controlword holds a command that should lead out of the present state, and statuswords keep coming, but the state stays. A command away from operation enabled and a fault reset are given 1 second, one toward it 5; not counted are local operation (bit 9 is 0) and, for the latter, a supply that is not there (bit 4 is 0).",
+    cause: "A condition is missing (enable input, STO, brake), the cause of the fault is still there, the commands came in the wrong order, or the drive does not receive the RPDO.",
     faces: &["{after} after controlword {controlword} the statusword still is {statusword}"],
 };
 
@@ -30,4 +30,11 @@ pub(super) const DRV004: RuleText = RuleText {
     meaning: "The mode of operation written to 6060h did not appear in 6061h within 1 second. Some drives change modes in certain states only, and an unsupported mode is not taken at all.",
     cause: "The drive does not support the mode (see 6502h), does not change it in this state, or another PDO writes another mode.",
     faces: &["mode {requested} was asked for, after {after} the display still says {displayed}"],
+};
+
+pub(super) const DRV005: RuleText = RuleText {
+    message: "the drive is in fault",
+    meaning: "The statusword says that the drive has entered a fault state: it has stopped, or is stopping, and needs a fault reset. Where an EMCY of the node announces it, that EMCY is the finding and this its consequence.",
+    cause: "See the error code of the EMCY or in 603Fh, and the maker's manual; a lost connection may be the cause, too.",
+    faces: &["the statusword went to {statusword}"],
 };

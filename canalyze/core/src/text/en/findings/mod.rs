@@ -2,6 +2,7 @@
 //!
 //! It must carry the same facts as `zh::findings`; a rule without words does not compile.
 
+mod bus;
 mod capture;
 mod description;
 mod drive;
@@ -150,6 +151,14 @@ pub fn note(out: &mut Vec<u8>, note: Note, about: u64) {
 pub fn rule(code: Code) -> RuleText {
     let text = |message, meaning, cause| RuleText { message, meaning, cause, faces: &[] };
     match code {
+        Code::Bus001 => bus::BUS001,
+        Code::Bus002 => bus::BUS002,
+        Code::Bus003 => bus::BUS003,
+        Code::Bus004 => bus::BUS004,
+        Code::Bus005 => bus::BUS005,
+        Code::Bus006 => bus::BUS006,
+        Code::Bus007 => bus::BUS007,
+        Code::Bus008 => bus::BUS008,
         Code::Cap001 => text(
             "lines or records that cannot be read",
             "They are neither frames of the format that is read nor comments; all others are decoded all the same.",
@@ -167,10 +176,12 @@ pub fn rule(code: Code) -> RuleText {
         ),
         Code::Cap004 => capture::CAP004,
         Code::Cap005 => capture::CAP005,
+        Code::Cap006 => capture::CAP006,
         Code::Drv001 => drive::DRV001,
         Code::Drv002 => drive::DRV002,
         Code::Drv003 => drive::DRV003,
         Code::Drv004 => drive::DRV004,
+        Code::Drv005 => drive::DRV005,
         Code::Nmt001 => nodes::NMT001,
         Code::Nmt002 => nodes::NMT002,
         Code::Nmt003 => nodes::NMT003,
@@ -192,6 +203,10 @@ pub fn rule(code: Code) -> RuleText {
         Code::Emc004 => nodes::EMC004,
         Code::Emc005 => nodes::EMC005,
         Code::Emc006 => nodes::EMC006,
+        Code::Emc007 => nodes::EMC007,
+        Code::Emc008 => nodes::EMC008,
+        Code::Emc009 => nodes::EMC009,
+        Code::Emc010 => nodes::EMC010,
         Code::Exp001 => expectation::EXP001,
         Code::Exp002 => expectation::EXP002,
         Code::Exp003 => expectation::EXP003,

@@ -135,7 +135,13 @@ pub(super) const EMC002: RuleText = RuleText {
     message: "partial error reset",
     meaning: "Error code 0000h with a register that is not 0: one error has gone, others remain. This is legal.",
     cause: "Several errors go one by one.",
-    faces: &["error reset, the error register is still {register}"],
+    faces: &[
+        "error reset, the error register is still {register}",
+        "{cleared} is taken back, {left} is left; the error register is {register}",
+        "{cleared} is taken back, {count} errors are left, the oldest is {left}; the error register is {register}",
+        "{cleared} is taken back; by the error register {register} another error is left, which the capture does not show",
+        "one of {count} errors is taken back; the error register is still {register}",
+    ],
 };
 
 pub(super) const EMC003: RuleText = RuleText {
@@ -164,6 +170,38 @@ pub(super) const EMC006: RuleText = RuleText {
     meaning: "An emergency always has 8 bytes: error code, error register and five of the manufacturer's. Consumers may ignore another length.",
     cause: "The firmware sets the DLC by what it has to say; a length of 0 is the boot-up of DS301 version 3.",
     faces: &["the emergency has {found} bytes and should have 8"],
+};
+
+pub(super) const EMC007: RuleText = RuleText {
+    message: "device reports an error",
+    meaning: "An emergency says that the device itself has an error: current, voltage, temperature, hardware, software, a module, or what it drives. It stands until the node takes it back (0000h) or boots.",
+    cause: "The error code and the maker's manual say what it is; the error register shows its class.",
+    faces: &["the node reports {code}, error register {register}"],
+};
+
+pub(super) const EMC008: RuleText = RuleText {
+    message: "node reports an error",
+    meaning: "An emergency says that the node has an error of communication, or one that its code does not name further (generic or device specific). It stands until the node takes it back (0000h) or boots.",
+    cause: "A partner that is gone or silent, a PDO of another length, lost frames; or see the maker's manual.",
+    faces: &["the node reports {code}, error register {register}"],
+};
+
+pub(super) const EMC009: RuleText = RuleText {
+    message: "error that stands",
+    meaning: "An error that the node has reported and not taken back by the end of the capture, or that it sent several times while it stood.",
+    cause: "Its cause is still there, or the device takes an error back only when it is told to, or restarts.",
+    faces: &[
+        "{code} has not been taken back",
+        "{code} has not been taken back, it was sent {count} times",
+        "{code} was sent {count} times until it was taken back",
+    ],
+};
+
+pub(super) const EMC010: RuleText = RuleText {
+    message: "flood of emergencies",
+    meaning: "An emergency is sent once for each error. Ten or more of one node came within a second.",
+    cause: "An error that comes and goes (a loose contact, a value at its threshold), or a device that repeats its emergencies; 1015h limits their rate.",
+    faces: &["{count} emergencies within {duration}", "{count} emergencies in all within {duration}"],
 };
 
 pub(super) const HBT006: RuleText = RuleText {

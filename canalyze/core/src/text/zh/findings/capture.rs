@@ -23,3 +23,9 @@ pub(super) const CAP005: RuleText = RuleText {
     cause: "记录程序被终止, 或文件仍在写入、拷贝中。",
     faces: &["文件在一条记录中间结束; 此前的内容都已读取"],
 };
+pub(super) const CAP006: RuleText = RuleText {
+    message: "时间戳倒退",
+    meaning: "该帧的时间戳比同一总线上的前一帧早10毫秒以上: 时钟被调整过, 或者帧的顺序不对。跨越此处的时间不作判断。",
+    cause: "主机时钟被调整(NTP、GPS或手动), 记录拼接的顺序不对, 或者记录被编辑过。",
+    faces: &["时间戳倒退{back}"],
+};

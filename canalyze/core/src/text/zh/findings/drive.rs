@@ -11,8 +11,8 @@ pub(super) const DRV001: RuleText = RuleText {
 
 pub(super) const DRV002: RuleText = RuleText {
     message: "命令没有生效",
-    meaning: "控制字给出了应使驱动器离开当前状态的命令, 状态字持续上报, 状态却不变。断电方向的命令等待1秒, 使能方向的命令等待5秒; 本地控制(位9为0)和使能方向上主电源未接入(位4为0)不计。",
-    cause: "使能输入、STO或制动器条件不满足, 命令顺序不对, 或者驱动器没有接收该RPDO。",
+    meaning: "控制字给出了应使驱动器离开当前状态的命令, 状态字持续上报, 状态却不变。断电方向的命令和故障复位等待1秒, 使能方向的命令等待5秒; 本地控制(位9为0)和使能方向上主电源未接入(位4为0)不计。",
+    cause: "使能输入、STO或制动器条件不满足, 故障原因仍在, 命令顺序不对, 或者驱动器没有接收该RPDO。",
     faces: &["控制字{controlword}发出{after}后, 状态字仍为{statusword}"],
 };
 
@@ -28,4 +28,11 @@ pub(super) const DRV004: RuleText = RuleText {
     meaning: "写入6060h的操作模式在1秒内没有出现在6061h中。有些驱动器只在特定状态下才切换模式, 不支持的模式则不会切换。",
     cause: "驱动器不支持该模式(见6502h), 当前状态下不允许切换, 或者另一个PDO写入了别的模式。",
     faces: &["请求的模式为{requested}, {after}后显示的仍是{displayed}"],
+};
+
+pub(super) const DRV005: RuleText = RuleText {
+    message: "驱动器故障",
+    meaning: "状态字表明驱动器进入故障状态: 已经停止或正在停止, 需要故障复位。若该节点有紧急报文(EMCY)报告了此故障, 则以紧急报文为准, 本条是其后果。",
+    cause: "见紧急报文或603Fh中的错误码和厂商手册; 通信中断也可能是原因。",
+    faces: &["状态字变为{statusword}"],
 };

@@ -125,7 +125,13 @@ pub(super) const EMC002: RuleText = RuleText {
     message: "部分错误复位",
     meaning: "错误码为0000h而错误寄存器不为0: 一个错误消失, 其他错误仍在。这是允许的。",
     cause: "几个错误先后消失。",
-    faces: &["错误复位, 错误寄存器仍为{register}"],
+    faces: &[
+        "错误复位, 错误寄存器仍为{register}",
+        "{cleared}已消失, {left}仍在; 错误寄存器为{register}",
+        "{cleared}已消失, 还有{count}个错误, 其中最早的是{left}; 错误寄存器为{register}",
+        "{cleared}已消失; 错误寄存器为{register}, 说明还有记录中没有出现的错误",
+        "{count}个错误之一已消失; 错误寄存器仍为{register}",
+    ],
 };
 
 pub(super) const EMC003: RuleText = RuleText {
@@ -154,6 +160,34 @@ pub(super) const EMC006: RuleText = RuleText {
     meaning: "紧急报文总是8字节: 错误码2字节, 错误寄存器1字节, 制造商定义5字节。消费者可能不处理其他长度。",
     cause: "固件按实际内容设置了DLC; 长度为0的是DS301第3版的启动报文。",
     faces: &["紧急报文有{found}字节, 应为8字节"],
+};
+
+pub(super) const EMC007: RuleText = RuleText {
+    message: "设备报告错误",
+    meaning: "紧急报文说明设备本身有错误: 电流、电压、温度、硬件、软件、模块或被控对象。节点发出错误复位(0000h)或重新启动之前, 该错误一直存在。",
+    cause: "见错误码和厂商手册; 错误寄存器给出类别。",
+    faces: &["节点报告{code}, 错误寄存器为{register}"],
+};
+
+pub(super) const EMC008: RuleText = RuleText {
+    message: "节点报告错误",
+    meaning: "紧急报文说明节点有通信错误, 或者错误码没有进一步说明的错误(一般性或设备特定)。节点发出错误复位(0000h)或重新启动之前, 该错误一直存在。",
+    cause: "通信伙伴已离线或沉默, PDO长度不同, 报文丢失; 其他情况见厂商手册。",
+    faces: &["节点报告{code}, 错误寄存器为{register}"],
+};
+
+pub(super) const EMC009: RuleText = RuleText {
+    message: "错误仍然存在",
+    meaning: "节点报告了错误, 到记录结束仍没有复位; 或者错误存在期间重复发送了紧急报文。",
+    cause: "错误的原因还在, 或者设备只在收到命令或重新启动后才复位错误。",
+    faces: &["{code}没有复位", "{code}没有复位, 共发送{count}次", "{code}在复位前共发送{count}次"],
+};
+
+pub(super) const EMC010: RuleText = RuleText {
+    message: "紧急报文过多",
+    meaning: "每个错误只应发送一次紧急报文。一个节点在1秒内发送了10个以上。",
+    cause: "错误时有时无(接触不良, 数值在阈值附近), 或者设备重复发送紧急报文; 1015h可限制其频率。",
+    faces: &["{duration}内{count}个紧急报文", "{duration}内共{count}个紧急报文"],
 };
 
 pub(super) const HBT006: RuleText = RuleText {

@@ -139,7 +139,7 @@ pub(super) fn finding(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &st
     if let Some(channel) = decoded.channel(place, "/findings", definitions::FINDING) {
         let time = place.moment(finding.at);
         let cdr = place.cdr.begin().header(time, bus.as_bytes());
-        cdr.string(rule.id.as_bytes()).string(rule.name.as_bytes()).string(rule.severity.name().as_bytes());
+        cdr.string(rule.id.as_bytes()).string(rule.name.as_bytes()).string(finding.severity().name().as_bytes());
         cdr.string(&words).u8(finding.node.unwrap_or(0));
         cdr.u16(finding.object.map_or(0, |mux| mux.index)).u8(finding.object.map_or(0, |mux| mux.sub));
         cdr.u64(finding.at.no).u64(finding.cause.map_or(0, |cause| cause.no));
@@ -148,7 +148,7 @@ pub(super) fn finding(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &st
     let mut line = Vec::new();
     put!(&mut line; rule.id, " ");
     line.extend_from_slice(&words);
-    log(decoded, place, bus, finding.node, finding.at, rule.severity, &line);
+    log(decoded, place, bus, finding.node, finding.at, finding.severity(), &line);
     decoded.words = words;
 }
 

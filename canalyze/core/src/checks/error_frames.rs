@@ -1,0 +1,220 @@
+//! Error frames (ISO 11898-1, fault confinement): bus-off, error passive, frames that nobody acknowledges, bus errors.
+//!
+//! What happens to a bus comes as a series of error frames: a wire breaks, nobody acknowledges, the counters rise, the
+//! controller becomes error passive and goes off the bus. Error frames that follow each other within [`QUIET_NS`] are
+//! one such disturbance. It is one finding, the worst of what it showed, at the first frame that showed it; what led to it or
+//! went with it are its consequences. It is raised when the event is over, or after [`QUIET_NS`]; how long it has gone
+//! on since is told when it is over. It must not name a node: an error frame is the view of the controller that recorded.
+
+use std::collections::BTreeMap;
+
+use super::withheld::raise;
+use crate::context::Context;
+use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::frame::{Frame, FrameRef};
+use crate::services::error_frame::{self, Condition, Recovery};
+
+/// Time without an error frame after which an event is over, and after which one that goes on is raised, in ns.
+const QUIET_NS: i64 = 1_000_000_000;
+/// The same in frames of the capture, without stamps.
+const QUIET_FRAMES: u64 = 256;
+
+/// The error frames of a bus.
+#[derive(Debug, Default)]
+pub struct ErrorFrames {
+    /// What is wrong with the bus, while it goes on.
+    bus: Option<Disturbance>,
+    /// Overflows of the controller, which have nothing to do with the bus.
+    overflow: Option<Disturbance>,
+    /// The last state of the controller that was raised and not left: warning level or error passive.
+    state: Option<(Condition, FrameRef)>,
+    /// A command that switches the bit timing, and until when it explains error frames, in ns.
+    switched: Option<(FrameRef, i64)>,
+}
+
+/// Error frames that belong together.
+#[derive(Debug)]
+struct Disturbance {
+    /// The first frame of each condition, and how many there were.
+    seen: BTreeMap<Condition, (FrameRef, u64)>,
+    first: FrameRef,
+    last: FrameRef,
+    frames: u64,
+    /// The condition that was raised for it, the frame at which it stands, and the frames that it counted.
+    raised: Option<(Condition, FrameRef, u64)>,
+    /// The controller has recovered, and nothing has happened since.
+    recovery: Option<(Recovery, FrameRef)>,
+}
+
+impl ErrorFrames {
+    /// An error frame.
+    pub fn follow(&mut self, frame: &Frame, cx: &mut Context<'_>) {
+        if let Some(overflow) = error_frame::overflow(frame) {
+            take(&mut self.overflow, overflow, cx);
+        }
+        match (error_frame::condition(frame), error_frame::recovery(frame)) {
+            (Some(condition), _) => take(&mut self.bus, condition, cx),
+            (None, Some(recovery)) => self.recovered(recovery, cx),
+            (None, None) => {}
+        }
+    }
+
+    /// The capture says that there was an error frame, and nothing of it.
+    pub fn bare(&mut self, cx: &mut Context<'_>) {
+        take(&mut self.bus, Condition::Unspecified, cx);
+    }
+
+    /// A command switches the bit timing: twice the delay (in ms) no frame is understood (CiA 305).
+    pub fn switch(&mut self, delay: u16, cx: &Context<'_>) {
+        let until = cx.at.t_ns.map(|now| now.saturating_add(2_000_000 * i64::from(delay)).saturating_add(QUIET_NS));
+        self.switched = until.map(|until| (cx.at, until));
+    }
+
+    /// It is `now_ns`, as far as that is known, and frame `no`: what is over by now.
+    #[inline]
+    pub fn advance(&mut self, now_ns: Option<i64>, no: u64, cx: &mut Context<'_>) {
+        if self.bus.is_none() && self.overflow.is_none() {
+            return;
+        }
+        if let Some(event) = self.overflow.take() {
+            self.overflow = self.progress(event, now_ns, no, cx);
+        }
+        if let Some(event) = self.bus.take() {
+            self.bus = self.progress(event, now_ns, no, cx);
+        }
+    }
+
+    /// The capture is over.
+    pub fn finish(&mut self, cx: &mut Context<'_>) {
+        for event in [self.overflow.take(), self.bus.take()].into_iter().flatten() {
+            self.end(event, cx);
+        }
+    }
+
+    fn recovered(&mut self, recovery: Recovery, cx: &mut Context<'_>) {
+        if let Some(event) = &mut self.bus {
+            (event.recovery, event.last) = (Some((recovery, cx.at)), cx.at);
+        } else {
+            let state = self.state.take();
+            raise_recovery(recovery, cx.at, state.map(|(_, at)| at), cx);
+        }
+    }
+
+    fn progress(
+        &mut self,
+        mut event: Disturbance,
+        now_ns: Option<i64>,
+        no: u64,
+        cx: &mut Context<'_>,
+    ) -> Option<Disturbance> {
+        let since = |from: FrameRef| now_ns.zip(from.t_ns).map(|(now, from)| now.saturating_sub(from));
+        // Stamps that go back by so much were set: nothing can be said of the time between.
+        let over = since(event.last).map(|quiet| quiet.unsigned_abs() >= QUIET_NS.unsigned_abs());
+        if over.unwrap_or(no.saturating_sub(event.last.no) >= QUIET_FRAMES) {
+            self.end(event, cx);
+            return None;
+        }
+        if event.raised.is_none() && since(event.first).is_some_and(|since| since >= QUIET_NS) {
+            self.raise(&mut event, cx);
+        }
+        Some(event)
+    }
+
+    /// Raises the worst of an event, and what else it showed as consequences.
+    fn raise(&mut self, event: &mut Disturbance, cx: &mut Context<'_>) {
+        let Some((worst, (at, _))) = event.seen.last_key_value() else { return };
+        let (worst, at) = (*worst, *at);
+        let switched = self.switched.filter(|(_, until)| at.t_ns.is_some_and(|now| now <= *until));
+        let again = self.state.filter(|(state, _)| *state == worst);
+        let because_of = switched.map(|(at, _)| at).or(again.map(|(_, at)| at));
+        raise_condition(worst, event.frames, at, because_of, cx);
+        for (condition, (first, count)) in event.seen.iter().filter(|(condition, _)| **condition != worst) {
+            raise_condition(*condition, *count, *first, Some(at), cx);
+        }
+        event.raised = Some((worst, at, event.frames));
+        if matches!(worst, Condition::WarningLevel | Condition::ErrorPassive) && again.is_none() {
+            self.state = Some((worst, at));
+        }
+    }
+
+    fn end(&mut self, mut event: Disturbance, cx: &mut Context<'_>) {
+        if event.raised.is_none() {
+            self.raise(&mut event, cx);
+        }
+        let Some((condition, at, counted)) = event.raised else { return };
+        if event.frames > counted {
+            let (code, _, all) = words(condition);
+            let mut facts = vec![("count", Quantity::Count(event.frames))];
+            facts.extend(elapsed(event.first, event.last).map(|ns| ("duration", Quantity::Ns(ns))));
+            let facts = Facts::told(all, &facts);
+            let (bus, because_of) = (cx.bus, Some(at));
+            raise(
+                Finding { code, at: event.last, cause: Some(at), bus, node: None, object: None, facts, because_of },
+                cx,
+            );
+        }
+        if let Some((recovery, back)) = event.recovery {
+            self.state = None;
+            raise_recovery(recovery, back, Some(at), cx);
+        }
+    }
+}
+
+/// Takes a frame that says this.
+fn take(event: &mut Option<Disturbance>, condition: Condition, cx: &mut Context<'_>) {
+    let at = cx.at;
+    let fresh = || Disturbance { seen: BTreeMap::new(), first: at, last: at, frames: 0, raised: None, recovery: None };
+    let event = event.get_or_insert_with(fresh);
+    (event.last, event.recovery) = (at, None);
+    event.frames += 1;
+    let (_, count) = event.seen.entry(condition).or_insert((at, 0));
+    *count += 1;
+    if *count > 1 {
+        return;
+    }
+    if let Some((raised, root, _)) = event.raised {
+        // It has become worse since.
+        let worse = words(condition).0.rule().severity > words(raised).0.rule().severity && condition > raised;
+        raise_condition(condition, 1, at, (!worse).then_some(root), cx);
+        if worse {
+            event.raised = Some((condition, at, event.frames));
+        }
+    }
+}
+
+fn raise_condition(condition: Condition, count: u64, at: FrameRef, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
+    let (code, face, _) = words(condition);
+    let facts = Facts::told(face + u8::from(count > 1), &[("count", Quantity::Count(count))]);
+    raise(Finding { code, at, cause: None, bus: cx.bus, node: None, object: None, facts, because_of }, cx);
+}
+
+fn raise_recovery(recovery: Recovery, at: FrameRef, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
+    let face = u8::from(recovery == Recovery::Restarted);
+    let after = because_of.and_then(|since| elapsed(since, at)).filter(|after| *after > 0);
+    let (code, cause) = (Code::Bus006, because_of);
+    let facts = match after {
+        Some(after) => Facts::told(face + 2, &[("after", Quantity::Ns(after))]),
+        None => Facts::told(face, &[]),
+    };
+    raise(Finding { code, at, cause, bus: cx.bus, node: None, object: None, facts, because_of }, cx);
+}
+
+/// The rule of a condition, its sentence for one frame (the next one is for several), and that for all of an event.
+fn words(condition: Condition) -> (Code, u8, u8) {
+    match condition {
+        Condition::BusOff => (Code::Bus001, 0, 2),
+        Condition::ErrorPassive => (Code::Bus002, 0, 2),
+        Condition::WarningLevel => (Code::Bus003, 0, 2),
+        Condition::NotAcknowledged => (Code::Bus004, 0, 4),
+        Condition::TransmitTimeout => (Code::Bus004, 2, 4),
+        Condition::ReceiveOverflow => (Code::Bus005, 0, 4),
+        Condition::TransmitOverflow => (Code::Bus005, 2, 4),
+        Condition::BusError => (Code::Bus007, 0, 4),
+        Condition::Unspecified => (Code::Bus007, 2, 4),
+        Condition::Transceiver => (Code::Bus008, 0, 2),
+    }
+}
+
+fn elapsed(from: FrameRef, to: FrameRef) -> Option<i64> {
+    Some(to.t_ns?.saturating_sub(from.t_ns?))
+}

@@ -1,0 +1,42 @@
+//! What the recording did, and what is certain in spite of it: the ground under every verdict.
+//!
+//! A check compares times, knows what is owed and what excuses a breach only through this room, so that a property of
+//! a capture (late echoes, frames captured twice, a recorder that stood still, coarse stamps, lost frames) is modelled
+//! once. One value of [`Evidence`] belongs to one bus and travels in the [`Context`](crate::context::Context). It must
+//! not know a service's rules, and it raises no finding of its own: it says when, whether and why.
+
+pub mod circumstance;
+pub mod duplicates;
+pub mod obligation;
+pub mod pending;
+pub mod period;
+pub mod recording;
+pub mod when;
+
+#[cfg(test)]
+mod tests;
+
+pub use circumstance::{Circumstances, Kind, Rules};
+pub use obligation::Obligations;
+pub use pending::Pending;
+pub use period::Period;
+pub use recording::Recording;
+pub use when::When;
+
+/// The evidence of one bus.
+#[derive(Debug, Default)]
+pub struct Evidence {
+    /// What the recording did.
+    pub recording: Recording,
+    /// What happened on the bus that excuses others.
+    pub circumstances: Circumstances,
+    /// Findings that later evidence may still explain.
+    pub pending: Pending,
+}
+
+impl Evidence {
+    /// Of a bus of which nothing was seen; `jitter_ns`: how exact a person says that its stamps are.
+    pub fn new(jitter_ns: Option<i64>) -> Self {
+        Self { recording: Recording::new(jitter_ns), ..Self::default() }
+    }
+}

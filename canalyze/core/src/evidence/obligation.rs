@@ -1,0 +1,85 @@
+//! What somebody owes by a time: a response, the next heartbeat, a boot-up after a reset.
+//!
+//! Every deadline is one of these. It is opened with the evidence for it, met by a frame, voided by what excuses it, or
+//! due. A deadline that passes while an open burst may still bring what is owed is not due yet. It must not report:
+//! whoever opened it does.
+
+use std::collections::BTreeMap;
+
+use crate::frame::FrameRef;
+
+use super::recording::Recording;
+use super::when::When;
+
+/// Obligations kept at most (invariant 6); further ones are not watched.
+const KEPT: usize = 4096;
+
+/// Something owed.
+#[derive(Clone, Copy, Debug)]
+pub struct Owed {
+    /// Since when.
+    pub since: When,
+    /// For how long it may be owed, in ns.
+    pub limit_ns: i64,
+    /// The frame that shows that it is owed: the write that configured it, the command; `None`: learnt, or described.
+    pub why: Option<FrameRef>,
+}
+
+/// What is owed, by a key of the check.
+#[derive(Debug)]
+pub struct Obligations<K> {
+    open: BTreeMap<K, Owed>,
+    /// Nothing is due before this, in ns.
+    next_ns: i64,
+}
+
+impl<K: Ord> Default for Obligations<K> {
+    fn default() -> Self {
+        Self { open: BTreeMap::new(), next_ns: i64::MAX }
+    }
+}
+
+impl<K: Ord + Copy> Obligations<K> {
+    /// Something is owed from now on; what was owed by the same key is replaced.
+    pub fn open(&mut self, key: K, owed: Owed) {
+        if self.open.len() >= KEPT && !self.open.contains_key(&key) {
+            return;
+        }
+        if let Some(since) = owed.since.at.t_ns {
+            self.next_ns = self.next_ns.min(since.saturating_add(owed.limit_ns));
+        }
+        self.open.insert(key, owed);
+    }
+
+    /// What is owed by a key.
+    pub fn get(&self, key: K) -> Option<&Owed> {
+        self.open.get(&key)
+    }
+
+    /// It has come.
+    pub fn met(&mut self, key: K) -> Option<Owed> {
+        self.open.remove(&key)
+    }
+
+    /// What fits is not owed any more.
+    pub fn void(&mut self, mut fits: impl FnMut(&K) -> bool) {
+        self.open.retain(|key, _| !fits(key));
+    }
+
+    /// What is certainly overdue at `now`, in the order of the keys; it is not owed any more.
+    pub fn due(&mut self, now: When, recording: &Recording) -> Vec<(K, Owed)> {
+        let Some(now_ns) = now.at.t_ns.filter(|now_ns| *now_ns > self.next_ns) else { return Vec::new() };
+        if recording.is_open() {
+            return Vec::new();
+        }
+        let late = |owed: &Owed| recording.certainly_later(now, owed.since, owed.limit_ns);
+        let due: Vec<(K, Owed)> = self.open.iter().filter(|(_, owed)| late(owed)).map(|(k, o)| (*k, *o)).collect();
+        for (key, _) in &due {
+            self.open.remove(key);
+        }
+        let deadlines = self.open.values().filter_map(|owed| Some(owed.since.at.t_ns?.saturating_add(owed.limit_ns)));
+        // What is only likely overdue is looked at again with the next frame.
+        self.next_ns = deadlines.min().unwrap_or(i64::MAX).max(now_ns);
+        due
+    }
+}

@@ -1,0 +1,128 @@
+//! Findings that later evidence may still explain, in one queue.
+//!
+//! A finding waits for one of three things: that a burst is settled, that the capture is known to show frames twice or
+//! once, or for a time in which a cause may show itself. It then goes out as it is, linked to its cause, or, where the
+//! recording made it up, not at all. The queue is bounded in time and count; what is too much for it goes out at once.
+//! It must not judge.
+
+use crate::finding::{Code, Finding};
+use crate::frame::FrameRef;
+
+use super::recording::{Recording, Verdict};
+use super::when::When;
+
+/// Findings that wait at most (invariant 6).
+const KEPT: usize = 256;
+
+/// What a finding waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Until {
+    /// The verdict on this burst: where the recorder had stood still, the finding is none.
+    Burst(u32),
+    /// Whether the capture shows frames twice: where it does, the finding is none.
+    Duplicates,
+    /// Something that explains it, for so many ns (or, without stamps, frames).
+    Explained(i64),
+}
+
+/// A finding that waits.
+#[derive(Debug)]
+struct Waiting {
+    finding: Finding,
+    until: Until,
+    since: When,
+}
+
+/// Findings that wait.
+#[derive(Debug, Default)]
+pub struct Pending {
+    waiting: Vec<Waiting>,
+}
+
+/// Frames without stamps for which a finding waits to be explained.
+const FRAMES: u64 = 16;
+
+impl Pending {
+    /// Keeps a finding. Gives it back where there is no room.
+    pub fn keep(&mut self, finding: Finding, until: Until, since: When) -> Option<Finding> {
+        if self.waiting.len() >= KEPT {
+            return Some(finding);
+        }
+        self.waiting.push(Waiting { finding, until, since });
+        None
+    }
+
+    /// Whether nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.waiting.is_empty()
+    }
+
+    /// Links what waits and fits to what explains it.
+    pub fn explain(&mut self, because_of: FrameRef, mut fits: impl FnMut(&Finding) -> bool) {
+        for waiting in &mut self.waiting {
+            if waiting.finding.because_of.is_none() && fits(&waiting.finding) {
+                waiting.finding.because_of = Some(because_of);
+            }
+        }
+    }
+
+    /// What fits is no finding after all: takes it out.
+    pub fn withdraw(&mut self, mut fits: impl FnMut(&Finding) -> bool) {
+        self.waiting.retain(|waiting| !fits(&waiting.finding));
+    }
+
+    /// Whether a finding of a rule waits for a node.
+    pub fn holds(&self, code: Code, node: Option<u8>) -> bool {
+        self.waiting.iter().any(|waiting| waiting.finding.code == code && waiting.finding.node == node)
+    }
+
+    /// What has waited long enough at `now`, oldest first.
+    pub fn release(&mut self, now: When, recording: &Recording) -> Vec<Finding> {
+        let mut out = Vec::new();
+        let mut kept = Vec::new();
+        for waiting in std::mem::take(&mut self.waiting) {
+            match waiting.outcome(now, recording) {
+                Some(true) => out.push(waiting.finding),
+                Some(false) => {}
+                None => kept.push(waiting),
+            }
+        }
+        self.waiting = kept;
+        out
+    }
+
+    /// The capture is over, or frames were lost: everything that waits, but for what an open burst or an open question
+    /// of duplicates leaves undecided in the capture's favour.
+    pub fn finish(&mut self, recording: &Recording) -> Vec<Finding> {
+        let waiting = std::mem::take(&mut self.waiting).into_iter();
+        let stands = |one: &Waiting| match one.until {
+            Until::Burst(number) => recording.verdict(number) != Some(Verdict::Confirmed),
+            Until::Duplicates => !recording.shows_twice(),
+            Until::Explained(_) => true,
+        };
+        waiting.filter(stands).map(|one| one.finding).collect()
+    }
+}
+
+impl Waiting {
+    /// Whether it goes out (true), is none (false), or still waits.
+    fn outcome(&self, now: When, recording: &Recording) -> Option<bool> {
+        match self.until {
+            Until::Burst(number) => match recording.verdict(number) {
+                Some(Verdict::Open) => None,
+                Some(Verdict::Confirmed) => Some(false),
+                Some(Verdict::Refuted) | None => Some(true),
+            },
+            Until::Duplicates if recording.shows_twice() => Some(false),
+            Until::Duplicates => recording.shows_once().then_some(true),
+            Until::Explained(ns) => {
+                let over = match recording.between(self.since, now) {
+                    Some(age) => !(0..=ns).contains(&age),
+                    None if now.epoch != self.since.epoch => true,
+                    None => now.at.no > self.since.at.no + FRAMES,
+                };
+                (over || self.finding.because_of.is_some()).then_some(true)
+            }
+        }
+    }
+}

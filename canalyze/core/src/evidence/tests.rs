@@ -1,0 +1,187 @@
+#![allow(clippy::unwrap_used)]
+use super::duplicates::Sighting;
+use super::period::{Confidence, Learnt};
+use super::recording::Verdict;
+use super::*;
+use crate::frame::{CanId, Frame, FrameRef};
+
+fn frame(no: u64, id: u16, payload: &[u8], us: i64) -> Frame {
+    Frame { no, t_ns: Some(1_700_000_000_000_000_000 + us * 1000), ..Frame::classic(CanId::standard(id), payload) }
+}
+
+/// Frames of a cyclic bus: (time in µs, CAN-ID), `ms` long: SYNC each 10 ms, two PDOs after it, a heartbeat each 100 ms.
+fn cyclic(ms: i64) -> Vec<(i64, u16)> {
+    let mut out = Vec::new();
+    for cycle in 0..ms / 10 {
+        let at = cycle * 10_000 + 137;
+        out.extend([(at, 0x80), (at + 500, 0x181), (at + 900, 0x182)]);
+        if cycle % 10 == 3 {
+            out.push((at + 3_000, 0x701));
+        }
+    }
+    out
+}
+
+/// A recorder that stands still from `from` to `to` (µs), and then lists what it kept `apart` µs apart.
+fn stalled(frames: &[(i64, u16)], from: i64, to: i64, apart: i64) -> Vec<(i64, u16)> {
+    let mut next = i64::MIN;
+    let listed = frames.iter().map(|(at, id)| {
+        let listed = if *at >= from { (*at).max(to).max(next) } else { *at };
+        if *at >= from {
+            next = listed + apart;
+        }
+        (listed, *id)
+    });
+    listed.collect()
+}
+
+fn feed(recording: &mut Recording, frames: &[(i64, u16)]) -> Vec<When> {
+    let numbered = frames.iter().enumerate();
+    numbered
+        .map(|(no, (at, id))| recording.step(&frame(no as u64 + 1, *id, &[no as u8, (no >> 8) as u8], *at), false).0)
+        .collect()
+}
+
+#[test]
+fn a_stall_of_any_length_is_confirmed_and_ordinary_traffic_is_not() {
+    let clean = cyclic(3_000);
+    let mut recording = Recording::default();
+    feed(&mut recording, &clean);
+    assert_eq!(recording.stalled(), None);
+    for length in [40_000, 100_000, 600_000, 1_100_000, 5_000_000, 60_000_000] {
+        for apart in [20, 200, 1000] {
+            let frames = cyclic(1_000 + length / 1000 * 3);
+            let frames = stalled(&frames, 1_000_000, 1_000_000 + length, apart);
+            let mut recording = Recording::default();
+            feed(&mut recording, &frames);
+            assert!(recording.stalled().is_some(), "{length} {apart}");
+        }
+    }
+}
+
+#[test]
+fn frames_of_a_burst_have_no_times_of_their_own() {
+    let frames = stalled(&cyclic(2_000), 1_000_000, 1_300_000, 50);
+    let mut recording = Recording::default();
+    let whens = feed(&mut recording, &frames);
+    let first = whens.iter().find(|when| when.burst > 0).unwrap();
+    assert_eq!(recording.verdict(first.burst), Some(Verdict::Confirmed));
+    let before = whens.iter().rev().find(|when| when.at.no < first.at.no).unwrap();
+    assert!(!recording.certainly_later(*first, *before, 1_000_000));
+    assert!(!recording.teaches(*first) && recording.teaches(*before));
+    assert!(recording.certainly_later(*whens.last().unwrap(), *before, 900_000_000));
+}
+
+#[test]
+fn a_silence_in_which_frames_are_really_missing_is_no_stall() {
+    // One SYNC cycle fails, and 12 of them.
+    for missing in [1, 12] {
+        let gap = 1_000_000..1_000_000 + missing * 10_000;
+        let frames: Vec<_> = cyclic(2_000).into_iter().filter(|(at, _)| !gap.contains(at)).collect();
+        let mut recording = Recording::default();
+        feed(&mut recording, &frames);
+        assert_eq!(recording.stalled(), None, "{missing}");
+    }
+}
+
+#[test]
+fn frames_captured_twice_are_duplicates_at_any_distance() {
+    for apart in [1, 100, 800, 2_000, 5_000, 8_000] {
+        let mut frames: Vec<(i64, usize, u16)> = Vec::new();
+        for (no, (at, id)) in cyclic(1_000).into_iter().enumerate() {
+            frames.extend([(at, no, id), (at + apart, no, id)]);
+        }
+        frames.sort_unstable();
+        let mut recording = Recording::default();
+        let mut duplicates = 0;
+        for (at, no, id) in &frames {
+            let (_, happened) = recording.step(&frame(1, *id, &[*no as u8, (*no >> 8) as u8], *at), false);
+            duplicates += usize::from(happened.sighting == Sighting::Duplicate);
+        }
+        assert!(recording.shows_twice(), "{apart}");
+        assert!(duplicates + 4 >= frames.len() / 2, "{apart} {duplicates}");
+    }
+}
+
+#[test]
+fn equal_frames_of_one_sender_are_no_duplicates() {
+    let mut recording = Recording::default();
+    let mut suspects = 0;
+    for (no, (at, id)) in cyclic(1_000).into_iter().enumerate() {
+        // Constant payloads, each 5 ms: every frame has an equal one shortly before.
+        for half in if id == 0x701 { &[0][..] } else { &[0, 5_000] } {
+            let payload: &[u8] = if id == 0x701 { &[5] } else { &[] };
+            let (_, happened) = recording.step(&frame(no as u64, id, payload, at + half), false);
+            suspects += usize::from(happened.sighting == Sighting::Duplicate);
+        }
+    }
+    assert!(!recording.shows_twice());
+    assert!(suspects <= 4, "{suspects}");
+}
+
+#[test]
+fn a_late_echo_is_an_interval() {
+    let mut recording = Recording::default();
+    let (sync, _) = recording.step(&frame(1, 0x80, &[], 100_001), true);
+    let (pdo, _) = recording.step(&frame(2, 0x181, &[1], 104_001), false);
+    assert!(recording.certainly_later(pdo, sync, 3_000_000));
+    assert!(!recording.certainly_within(pdo, sync, 6_000_000));
+    let (late, _) = recording.step(&frame(3, 0x80, &[], 109_001), true);
+    assert!(recording.may_precede(late, pdo));
+    for _ in 0..100 {
+        recording.exchanged(0);
+    }
+    assert!(recording.certainly_within(pdo, sync, 7_000_000));
+    assert!(!recording.may_precede(late, pdo));
+}
+
+#[test]
+fn a_clock_that_is_set_back_begins_an_epoch() {
+    for (back, stepped) in [(2_000, false), (9_000, false), (15_000, true), (3_600_000_000, true)] {
+        let mut recording = Recording::default();
+        recording.step(&frame(1, 0x181, &[1], 4_000_000_001), false);
+        let (_, happened) = recording.step(&frame(2, 0x181, &[2], 4_000_000_001 - back), false);
+        assert_eq!(happened.step_ns.is_some(), stepped, "{back}");
+    }
+}
+
+#[test]
+fn a_period_is_learnt_and_its_lasting_change_told() {
+    let at = FrameRef::default();
+    for percent in [5, 10, 20, 30, 100] {
+        let mut period = Period::default();
+        for n in 0..20 {
+            period.take(10_000_000 + n % 3 * 1000, 1000, at);
+        }
+        assert_eq!(period.expected().unwrap().confidence, Confidence::Certain);
+        let longer = 10_000_000 + percent * 100_000;
+        let told = (0..10).filter(|_| matches!(period.take(longer, 1000, at), Learnt::Changed { .. })).count();
+        assert_eq!(told, 1, "{percent}");
+        assert_eq!(period.learnt_ns(), Some(longer));
+    }
+    // A late one and an early one after it, again and again, are no other period.
+    let mut period = Period::default();
+    for n in 0..200 {
+        let gap = match n % 4 {
+            0 => 14_000_000,
+            1 => 6_000_000,
+            _ => 10_000_000,
+        };
+        assert!(!matches!(period.take(gap, 1000, at), Learnt::Changed { .. }));
+    }
+    assert!((9_900_000..=10_100_000).contains(&period.learnt_ns().unwrap()));
+}
+
+#[test]
+fn what_is_owed_is_due_once_it_certainly_is() {
+    let mut recording = Recording::default();
+    let (since, _) = recording.step(&frame(1, 0x701, &[5], 1), false);
+    let mut owed: Obligations<u8> = Obligations::default();
+    owed.open(1, obligation::Owed { since, limit_ns: 100_000_000, why: None });
+    let mut due = Vec::new();
+    for no in 2..300 {
+        let (now, _) = recording.step(&frame(no, 0x182, &[no as u8], no as i64 * 1_000 + 1), false);
+        due.extend(owed.due(now, &recording).into_iter().map(|(key, _)| (key, no)));
+    }
+    assert_eq!(due, [(1, 101)]);
+}

@@ -1,0 +1,208 @@
+"""What a recording does to clean traffic: a distortion lists frames otherwise than they were on the bus.
+
+Why it exists: a tolerance is right only if it was tried over all its magnitudes, anywhere in a capture, and for every
+service at once. What it must not do: change what was on the bus; only the frames' stamps, order and number in the
+listing are changed, as an adapter, a driver or a recorder does it.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+
+from captures import CanFrame, console_text, log_text
+from plants import Session
+
+Frames = list[CanFrame]
+Variant = tuple[str, bytes]
+"""Where or how in the capture, and the capture's text."""
+Apply = Callable[[Session], Iterator[Variant]]
+
+
+@dataclass(frozen=True, slots=True)
+class Distortion:
+    """A cell's column: a kind, its magnitude, and the captures that it makes of a session."""
+
+    kind: str
+    magnitude: str
+    apply: Apply
+    allowed: tuple[str, ...] = ()
+    """Codes that are true of such a capture."""
+    form: str = "log"
+
+    @property
+    def name(self) -> str:
+        return f"{self.kind} {self.magnitude}"
+
+
+def places(length: int, count: int) -> list[int]:
+    """Frames spread over a capture: the second, the last, and even steps between."""
+    return sorted({min(1, length - 1), *(length * k // (count + 1) for k in range(1, count + 1)), length - 1})
+
+
+def late_echo(session: Session, most_us: int, share: float, seed: int) -> Frames:
+    """The host's own frames listed late, up to so much, in their order; stamps are those of the listing.
+
+    Physical limit: none. What the host sends waits in one queue, so that later ones are not listed before it.
+    """
+    chance = random.Random(seed)
+    listed: list[tuple[int, int, CanFrame]] = []
+    last_own = 0
+    for number, frame in enumerate(session.frames):
+        at = frame.t_us
+        if frame.remote or (frame.can_id in session.own and not frame.extended):
+            if chance.random() < share:
+                at += chance.randint(most_us * 6 // 10, most_us)
+            at = last_own = max(at, last_own)
+        listed.append((at, number, frame))
+    return [replace(frame, t_us=at) for at, _, frame in sorted(listed, key=lambda one: one[:2])]
+
+
+def copied(session: Session, apart_us: int) -> Frames:
+    """Every frame a second time, as of a second adapter on the bus."""
+    both = [(f.t_us, n, f) for n, f in enumerate(session.frames)]
+    both += [(f.t_us + apart_us, n, f) for n, f in enumerate(session.frames)]
+    return [replace(frame, t_us=at) for at, _, frame in sorted(both, key=lambda one: one[:2])]
+
+
+def stalled(frames: Frames, at: int, lasts_us: int, gap_us: int) -> Frames:
+    """The recorder stands still from a frame on: what came meanwhile is stamped when it goes on.
+
+    The frames of the burst are so far apart, and later ones too, until the real time is caught up.
+    """
+    end = frames[at].t_us + lasts_us
+    new = frames[:at]
+    next_us = end
+    for frame in frames[at:]:
+        stamp = max(frame.t_us, next_us)
+        new.append(replace(frame, t_us=stamp))
+        next_us = stamp + gap_us if stamp > frame.t_us else 0
+    return new
+
+
+def floored(frames: Frames, unit_us: int) -> Frames:
+    """Stamps of a coarse clock."""
+    return [replace(frame, t_us=frame.t_us // unit_us * unit_us) for frame in frames]
+
+
+def drifted(frames: Frames, parts_per_million: int) -> Frames:
+    """Stamps of a clock that is fast or slow."""
+    start = frames[0].t_us
+    return [replace(frame, t_us=frame.t_us + (frame.t_us - start) * parts_per_million // 1_000_000) for frame in frames]
+
+
+def with_loss_announced(frames: Frames, at: int, lasts_us: int) -> bytes:
+    """A piece of time whose frames the socket dropped, as candump tells it."""
+    kept = [frame for frame in frames[at:] if frame.t_us >= frames[at].t_us + lasts_us]
+    lost = len(frames) - at - len(kept)
+    counted = f"dropped {lost} CAN frame{'s' * (lost != 1)} on '{frames[0].bus}' socket (total drops {lost})"
+    return log_text(frames[:at]) + f"DROPCOUNT: {counted}\n".encode() + log_text(kept)
+
+
+def _echo(most_us: int, share: float) -> Apply:
+    def apply(session: Session) -> Iterator[Variant]:
+        for seed in range(3):
+            yield f"seed {seed}", log_text(late_echo(session, most_us, share, seed))
+
+    return apply
+
+
+def _copies(apart_us: int) -> Apply:
+    def apply(session: Session) -> Iterator[Variant]:
+        yield "all", log_text(copied(session, apart_us))
+
+    return apply
+
+
+def _stall(lasts_us: int, gap_us: int) -> Apply:
+    def apply(session: Session) -> Iterator[Variant]:
+        frames = list(session.frames)
+        for at in places(len(frames), 6):
+            yield f"from frame {at + 1}", log_text(stalled(frames, at, lasts_us, gap_us))
+
+    return apply
+
+
+def _whole(change: Callable[[Frames], Frames], text: Callable[[Frames], bytes] = log_text) -> Apply:
+    def apply(session: Session) -> Iterator[Variant]:
+        yield "all", text(change(list(session.frames)))
+
+    return apply
+
+
+def _cut(prefix: bool, suffix: bool) -> Apply:
+    """Begin, end or both missing. Also right before and after each NMT command, where states are known least."""
+
+    def apply(session: Session) -> Iterator[Variant]:
+        frames = list(session.frames)
+        commands = [at for at, frame in enumerate(frames) if frame.can_id == 0 and not frame.extended]
+        cuts = sorted({*places(len(frames), 24), *commands, *(at + 1 for at in commands)})
+        for at in cuts:
+            first = at if prefix and not suffix else at // 2 if prefix else 0
+            last = at if suffix else len(frames)
+            if first < last:
+                yield f"frames {first + 1} to {last}", log_text(frames[first:last])
+
+    return apply
+
+
+def _loss(lasts_us: int) -> Apply:
+    def apply(session: Session) -> Iterator[Variant]:
+        frames = list(session.frames)
+        for at in places(len(frames), 8):
+            yield f"from frame {at + 1}", with_loss_announced(frames, at, lasts_us)
+
+    return apply
+
+
+def _pause(lasts_us: int) -> Apply:
+    """The network stood still and went on, or its clock was put on: where least was going on, all of it is later."""
+
+    def apply(session: Session) -> Iterator[Variant]:
+        frames = list(session.frames)
+        gaps = sorted(range(1, len(frames)), key=lambda at: frames[at - 1].t_us - frames[at].t_us)
+        for at in gaps[:8]:
+            later = [replace(frame, t_us=frame.t_us + lasts_us) for frame in frames[at:]]
+            yield f"before frame {at + 1}", log_text([*frames[:at], *later])
+
+    return apply
+
+
+def shown(us: int) -> str:
+    """A time for people."""
+    return f"{us} us" if us < 1000 else f"{us / 1000:g} ms" if us < 1_000_000 else f"{us / 1_000_000:g} s"
+
+
+ECHOES_US = (500, 1000, 2500, 3000, 5000, 8000)
+COPIES_US = (1, 100, 800, 2000, 5000, 8000)
+STALLS_US = (15_000, 30_000, 100_000, 600_000, 800_000, 1_100_000, 5_000_000, 60_000_000)
+BURSTS_US = (20, 200, 1000)
+UNITS_US = (1, 10, 100, 1000, 2000, 5000, 10_000)
+LOSSES_US = (10_000, 100_000, 1_000_000)
+PAUSES_US = (1_000_000, 10_000_000, 60_000_000)
+
+DISTORTIONS: list[Distortion] = [
+    *(
+        Distortion("echo", f"{shown(most)}, {share:.0%} of the own frames", _echo(most, share))
+        for most in ECHOES_US
+        for share in (0.1, 0.3, 1.0)
+    ),
+    *(Distortion("copies", f"{shown(apart)} apart", _copies(apart)) for apart in COPIES_US),
+    *(
+        Distortion("stall", f"{shown(lasts)}, burst of {shown(gap)}", _stall(lasts, gap))
+        for lasts in STALLS_US
+        for gap in BURSTS_US
+    ),
+    *(Distortion("resolution", shown(unit), _whole(partial(floored, unit_us=unit))) for unit in UNITS_US),
+    Distortion("stamps", "none", _whole(list, console_text), form="candump"),
+    Distortion("drift", "+1 %", _whole(partial(drifted, parts_per_million=10_000))),
+    Distortion("drift", "-1 %", _whole(partial(drifted, parts_per_million=-10_000))),
+    Distortion("cut", "beginning", _cut(True, False)),
+    Distortion("cut", "end", _cut(False, True)),
+    Distortion("cut", "both", _cut(True, True)),
+    *(Distortion("announced loss", shown(lasts), _loss(lasts), allowed=("CAP002",)) for lasts in LOSSES_US),
+    *(Distortion("pause", shown(lasts), _pause(lasts), allowed=("CAP",)) for lasts in PAUSES_US),
+]
+"""A pause may be said once more as a step of the clock."""
