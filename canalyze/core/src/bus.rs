@@ -163,7 +163,6 @@ impl Bus {
             channel
         });
         let before = cx.events.len();
-        channel.twice = cx.evidence.recording.shows_twice();
         channel.in_vain = key.1.is_none().then(|| self.checks.asked_in_vain(node)).flatten();
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);

@@ -37,6 +37,9 @@ impl Channel {
                 _ => {}
             }
         }
+        if side == Side::Client && code == TIMED_OUT {
+            self.judge_stalled_block(cx);
+        }
         self.judge_aborted_block(cx);
         if self.all_bytes_without_last() {
             let last = self.transfer.as_ref().map_or(at, |transfer| transfer.last);

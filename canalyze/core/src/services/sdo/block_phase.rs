@@ -150,7 +150,12 @@ impl Channel {
                 self.step.place = Place::Repeated;
                 self.find(Code::Sdo015, half.at, Facts::None, cx);
             }
-            Command::StartBlockUpload => block.started = true,
+            Command::StartBlockUpload => {
+                block.started = true;
+                if let Some(transfer) = &mut self.transfer {
+                    transfer.last = half.at;
+                }
+            }
             Command::BlockAck { .. } => {
                 if !std::mem::replace(&mut block.started, true) {
                     let first = block.first_at.unwrap_or(half.at);
@@ -471,6 +476,25 @@ impl Channel {
             && let Some(end) = block.end
         {
             self.find(Code::Sdo012, end.at, Facts::EndNotConfirmed, cx);
+        }
+    }
+
+    /// The client has waited in vain for what the server owes while sub-blocks run: an acknowledgement, or segments.
+    pub(super) fn judge_stalled_block(&mut self, cx: &mut Context<'_>) {
+        let Phase::Block(block) = &self.phase else { return };
+        let Some(transfer) = self.transfer.as_ref().filter(|transfer| transfer.mux.is_some() && !transfer.hole) else {
+            return;
+        };
+        if block.wrong().is_some() || block.end.is_some() || self.pairing.pending.is_some() {
+            return;
+        }
+        let asked = transfer.last;
+        match block.due_since().filter(|_| block.owes_ack()) {
+            Some(due_since) if !self.is_upload() => self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx),
+            None if self.is_upload() && block.started => {
+                self.find(Code::Sdo002, asked, Facts::Missing { by: Side::Server }, cx);
+            }
+            _ => {}
         }
     }
 

@@ -14,6 +14,7 @@ use super::wire::{self, Command, Initiate, Mux, Side};
 use crate::context::{Chunk, Context};
 use crate::dictionary::{Dictionary, Object};
 use crate::event::{Event, Note, Place, Step, What};
+use crate::evidence::duplicates::Sighting;
 use crate::finding::{Code, Facts, Finding};
 use crate::frame::{BusId, CanId, Frame, FrameRef};
 
@@ -24,10 +25,8 @@ pub(super) const UNANSWERED_NS: i64 = 1_000_000_000;
 
 /// Who looks for a server sends it so many requests at most.
 const PROBES: u64 = 3;
-/// A frame captured twice follows itself within this time, in ns.
-const TWICE_NS: i64 = 5_000_000;
-/// So many frames may come between it and itself.
-const ONCE: usize = 8;
+/// Frames that are kept since they may be shown a second time.
+const ONCE: usize = 16;
 
 /// One frame of the channel, kept until the other half of its exchange is known.
 #[derive(Clone, Copy, Debug)]
@@ -107,8 +106,6 @@ pub struct Channel {
     /// Requests among them that can only be meant as such.
     pub(super) plausible: u64,
     pub(super) first: Option<FrameRef>,
-    /// The capture shows most of its frames twice.
-    pub twice: bool,
     /// The last request was one to a server that must not answer.
     pub in_vain: Option<FrameRef>,
     /// Its server was only looked for, as all others were.
@@ -161,7 +158,6 @@ impl Channel {
             paired: false,
             plausible: 0,
             first: None,
-            twice: false,
             in_vain: None,
             scanned: false,
             once: VecDeque::new(),
@@ -221,7 +217,8 @@ impl Channel {
             len: frame.len,
         };
         self.confirmed = None;
-        if let Some(step) = self.twin(side, &half) {
+        if cx.sighting == Sighting::Duplicate && cx.evidence.recording.shows_twice() {
+            let step = self.twin(side, &half);
             cx.events.push(Event {
                 at: half.at,
                 about: None,
@@ -281,7 +278,10 @@ impl Channel {
         self.step.mux = of.and_then(|(_, mux)| mux);
         self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
         let step = std::mem::replace(&mut self.step, empty_step());
-        if self.twice {
+        if !cx.evidence.recording.shows_once() {
+            if self.once.len() == ONCE {
+                self.once.pop_front();
+            }
             self.once.push_back((half, Step { place: Place::Twin, answered_by: None, result: None, ..step.clone() }));
         }
         if let Some(event) = cx.events.get_mut(slot) {
@@ -296,21 +296,12 @@ impl Channel {
         }
     }
 
-    /// The step of a frame that was captured before, where most frames are captured twice: the earliest of its side
-    /// that has no twin yet.
-    fn twin(&mut self, side: Side, half: &Half) -> Option<Step> {
-        if !self.twice {
-            self.once.clear();
-            return None;
-        }
-        self.once.retain(|(before, _)| within(before.at, half.at, TWICE_NS));
-        if self.once.len() > ONCE {
-            self.once.pop_front();
-        }
+    /// The step of a frame that the capture shows a second time: that of the earliest equal one of its side.
+    fn twin(&mut self, side: Side, half: &Half) -> Step {
         let same =
             |(before, step): &(Half, Step)| step.side == side && before.bytes == half.bytes && before.len == half.len;
-        let place = self.once.iter().position(same)?;
-        self.once.remove(place).map(|(_, step)| step)
+        let original = self.once.iter().position(same).and_then(|place| self.once.remove(place));
+        original.map_or(Step { side, command: half.command, place: Place::Twin, ..empty_step() }, |(_, step)| step)
     }
 
     /// Which command the frame is, given where the transfer stands.
@@ -408,6 +399,14 @@ impl Channel {
     pub fn lost(&mut self, reset: bool, cx: &mut Context<'_>) {
         self.own = false;
         self.order_rest(cx);
+        if reset
+            && let Some(pending) = self.pairing.pending
+            && !within(pending.at, cx.at, UNANSWERED_NS)
+            && !self.is_edge(&pending)
+            && !self.pairing.may_be_answered(&pending)
+        {
+            self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
+        }
         if self.transfer.is_some() {
             if let Some(about) = self.transfer.as_ref().map(|transfer| transfer.first)
                 && reset
@@ -463,6 +462,7 @@ impl Channel {
         }
         if idle_is_old {
             self.judge_unconfirmed_end(cx);
+            self.judge_stalled_block(cx);
         }
         if idle_is_old && self.all_bytes_without_last() {
             let last = self.transfer.as_ref().map_or(cx.at, |transfer| transfer.last);

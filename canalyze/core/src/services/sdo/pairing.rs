@@ -7,7 +7,7 @@
 use super::block::MOST;
 use super::channel::{Channel, Half, Outside, Phase, UNANSWERED_NS, strict_initiate};
 use super::repeated::Repeated;
-use super::sequence::{within, within_lag};
+use super::sequence::{Sequence, within};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Mux, Side};
 use crate::context::Context;
@@ -77,8 +77,8 @@ impl Pairing {
 
     /// A client frame has come: it shows whose the last answer was, where it follows later than an echo, or is for
     /// another object.
-    pub(super) fn ascertain(&mut self, next: &Half) {
-        let own = |answer: Half| !within_lag(answer.at, next.at) || !may_answer(&next.command, &answer.command);
+    pub(super) fn ascertain(&mut self, next: &Half, order: &Sequence) {
+        let own = |answer: Half| !order.within_lag(answer.at, next.at) || !may_answer(&next.command, &answer.command);
         self.certain |= self.answered.is_some_and(own);
     }
 
@@ -98,17 +98,12 @@ pub(super) fn may_answer(request: &Command, answer: &Command) -> bool {
     }
 }
 
-/// Whether a response that stands soon before a request may be its answer, as where echoes are late.
-pub(super) fn may_be_ahead(response: &Half, request: &Half) -> bool {
-    within_lag(response.at, request.at) && may_answer(&request.command, &response.command)
-}
-
 impl Channel {
     /// A frame by the client, in its turn. The order of the questions is the rule: does it abort, is it still under way,
     /// does it belong to sub-blocks, does it overtake a request; else it is a request.
     pub(super) fn client(&mut self, half: Half, cx: &mut Context<'_>) {
         self.pairing.first.get_or_insert(half.at.no);
-        self.pairing.ascertain(&half);
+        self.pairing.ascertain(&half, &self.sequence);
         self.repeated_by_client(&half, cx);
         if let Command::Abort(_, code) = half.command {
             self.client_abort(&half, code, cx);
@@ -149,6 +144,7 @@ impl Channel {
     fn is_under_way(&mut self, half: &Half) -> bool {
         let idle = matches!(self.phase, Phase::Idle);
         let Some(under_way) = &mut self.pairing.under_way else { return false };
+        let soon = self.sequence.within_lag(under_way.at, half.at);
         if under_way.side != Side::Client || half.command.is_initiate() {
             return false;
         }
@@ -157,7 +153,7 @@ impl Channel {
         if continues {
             under_way.seqno = (under_way.seqno + 1) & 0x7F;
         }
-        let refused = idle && std::mem::take(&mut under_way.unasked) && within_lag(under_way.at, half.at);
+        let refused = idle && std::mem::take(&mut under_way.unasked) && soon;
         continues || under_way.is_owed(half) || refused
     }
 
@@ -176,7 +172,8 @@ impl Channel {
             self.leave_open_transfer(&half, cx);
             self.begin(&half, cx);
             let under_way = self.pairing.under_way.take();
-            self.pairing.abort_may_answer = under_way.is_some_and(|it| it.unasked && within_lag(it.at, half.at));
+            self.pairing.abort_may_answer =
+                under_way.is_some_and(|it| it.unasked && self.sequence.within_lag(it.at, half.at));
             self.pairing.stray = None;
             self.pairing.pending = Some(half);
             return;

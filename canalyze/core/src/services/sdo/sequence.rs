@@ -16,8 +16,6 @@ use crate::event::{Note, Place};
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;
 
-/// The latest that the recording host lists its own frames, in ns.
-const LAG_NS: i64 = 10_000_000;
 /// A request of the object that was read before, listed later than this after a response to it, may be the next one.
 const ECHO_NS: i64 = 1_000_000;
 /// Without stamps, so many later frames of the channel may stand before the request.
@@ -41,6 +39,15 @@ pub(super) struct Sequence {
     held: VecDeque<Held>,
     /// A request that fits the first of them, and may as well be the next: the frame behind it tells.
     undecided: Option<Half>,
+    /// How late the recording host lists its own frames at most, in ns.
+    lag_ns: i64,
+}
+
+impl Sequence {
+    /// Whether two frames are close enough for the second to be a late echo; without stamps, always.
+    pub(super) fn within_lag(&self, from: FrameRef, to: FrameRef) -> bool {
+        within(from, to, self.lag_ns)
+    }
 }
 
 impl Channel {
@@ -49,6 +56,7 @@ impl Channel {
         if side == Side::Client {
             self.pairing.released = None;
         }
+        self.sequence.lag_ns = cx.evidence.recording.lag_ns();
         if self.sequence.held.is_empty() {
             return half;
         }
@@ -203,7 +211,7 @@ impl Channel {
         }
         while let Some(front) = self.sequence.held.front() {
             let late = match (front.half.at.t_ns, cx.at.t_ns) {
-                (Some(_), Some(_)) => !within_lag(front.half.at, cx.at),
+                (Some(_), Some(_)) => !self.sequence.within_lag(front.half.at, cx.at),
                 _ => front.age > FRAMES,
             };
             if !late {
@@ -264,7 +272,7 @@ impl Channel {
     fn decide(&mut self, next: Option<&Half>, cx: &mut Context<'_>) {
         let Some(request) = self.sequence.undecided.take() else { return };
         if let (Some(front), Some(next)) = (self.sequence.held.front().copied(), next)
-            && is_rather(&request, &front, next)
+            && is_rather(&request, &front, next, self.sequence.lag_ns)
         {
             if front.first {
                 self.sequence.held.pop_front();
@@ -281,7 +289,7 @@ impl Channel {
 }
 
 /// Whether the response at `next` is rather the request's own than the one that waits.
-fn is_rather(request: &Half, front: &Held, next: &Half) -> bool {
+fn is_rather(request: &Half, front: &Held, next: &Half, lag_ns: i64) -> bool {
     let fits = match front.half.command {
         Command::Abort(..) => super::pairing::may_answer(&request.command, &next.command),
         _ => wire::fits(&request.command, &next.command),
@@ -293,12 +301,7 @@ fn is_rather(request: &Half, front: &Held, next: &Half) -> bool {
         return front.first;
     };
     let (late, taken) = (asked.saturating_sub(response), following.saturating_sub(asked));
-    if front.first { late > ECHO_NS || taken <= LAG_NS } else { late > taken }
-}
-
-/// Whether two frames are close enough for the second to be a late echo; without stamps, always.
-pub(super) fn within_lag(from: FrameRef, to: FrameRef) -> bool {
-    within(from, to, LAG_NS)
+    if front.first { late > ECHO_NS || taken <= lag_ns } else { late > taken }
 }
 
 /// Whether a frame follows another by no more than a time in ns; without stamps, always.
