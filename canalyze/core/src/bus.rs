@@ -168,7 +168,6 @@ impl Bus {
             channel
         });
         let before = cx.events.len();
-        channel.twice = cx.evidence.recording.shows_twice();
         channel.in_vain = key.1.is_none().then(|| self.checks.asked_in_vain(node)).flatten();
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
@@ -183,7 +182,7 @@ impl Bus {
             match cx.events.get(place).map(|event| &event.what) {
                 Some(What::Transfer(transfer)) => {
                     let transfer = Arc::clone(transfer);
-                    self.ended(key, &transfer, cx);
+                    self.ended(&transfer, cx);
                 }
                 Some(What::Sdo(Step { command: Command::InitiateDownload(mux, i), .. })) => {
                     let mux = *mux;
@@ -201,19 +200,15 @@ impl Bus {
                 _ => {}
             }
         }
-        // Its channel tells of a transfer whose request was late when that goes on; what it shows holds from here on.
-        if let Some(transfer) = self.channels.get(&key).and_then(|channel| channel.unsettled()).map(Arc::clone) {
-            self.ended(key, &transfer, cx);
+        if let Some(transfer) = self.channels.get(&key).and_then(|channel| channel.confirmed()).map(Arc::clone) {
+            self.ended(&transfer, cx);
         }
     }
 
     /// A transfer has ended, or looks as if: takes it once, unless it turns out to be another one.
-    fn ended(&mut self, key: (u8, Option<CanId>), transfer: &Arc<Transfer>, cx: &mut Context<'_>) {
-        let Some(channel) = self.channels.get_mut(&key) else { return };
-        if channel.takes(transfer) {
-            self.learn(transfer, cx);
-            self.checks.ended(transfer, &self.nodes, cx);
-        }
+    fn ended(&mut self, transfer: &Transfer, cx: &mut Context<'_>) {
+        self.learn(transfer, cx);
+        self.checks.ended(transfer, &self.nodes, cx);
     }
 
     fn process_data(&mut self, name: PdoName, frame: &Frame, cx: &mut Context<'_>) {
