@@ -86,6 +86,7 @@ pub struct Duplicates {
 }
 
 impl Duplicates {
+    /// Whether the capture is known to show its frames twice.
     pub fn are_proven(&self) -> bool {
         self.proven
     }
