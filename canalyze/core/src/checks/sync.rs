@@ -202,7 +202,7 @@ impl Sync {
         if let Some(miscount) = self.counter.finish() {
             self.tell_miscount(miscount, cx);
         }
-        for irregular in self.period.finish(&cx.evidence.recording) {
+        for irregular in self.period.finish(cx.at, &cx.evidence.recording) {
             self.tell(irregular, cx);
         }
         self.judge_settings(u64::MAX, nodes, cx);
@@ -299,7 +299,7 @@ impl Sync {
 
     /// Reports what a second producer may explain.
     fn report(&self, finding: Finding, cx: &mut Context<'_>) {
-        let period_ns = self.period.period_ns().or(self.settings.period_ns).unwrap_or(0);
+        let period_ns = self.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
         let finding = Finding { because_of: self.window.because_of, ..finding };
         cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
     }

@@ -27,6 +27,8 @@ const EXTRA: u8 = 3;
 const EXTRA_WITHIN: u64 = 6;
 /// Gaps out of [`GAPS`] that differ from the period before that is a finding.
 const UNSTEADY: u32 = 8;
+/// Regular gaps in a row that a mean is taken of.
+const MEANT: u32 = 8;
 /// No producer is this fast, in ns.
 const FASTEST_NS: i64 = 200_000;
 
@@ -180,10 +182,15 @@ impl SyncPeriod {
         self.period.learnt_ns().filter(|_| self.regular)
     }
 
-    /// The period, or before it is known the time between the last two SYNCs.
-    pub fn scale_ns(&self, recording: &Recording) -> Option<i64> {
-        let last = || recording.between(self.sync(self.cycle.checked_sub(1)?)?, self.sync(self.cycle)?);
-        self.period_ns().or_else(last).filter(|ns| *ns > 0)
+    /// The least and the most that the period may be, in ns: before it is known, of the gaps between the last SYNCs.
+    pub fn scale_ns(&self, recording: &Recording) -> Option<(i64, i64)> {
+        if let Some(period) = self.period_ns() {
+            return Some((period, period));
+        }
+        let first = self.cycle.saturating_sub(GAPS as u64).max(1);
+        let gap = |cycle: u64| recording.between(self.sync(cycle)?, self.sync(cycle + 1)?).filter(|ns| *ns > 0);
+        let gaps = || (first..self.cycle).filter_map(gap);
+        Some((gaps().min()?, gaps().max()?))
     }
 
     /// The first cycle that nothing disturbed.
@@ -210,13 +217,17 @@ impl SyncPeriod {
 
     /// The mean of the last gaps in ns, and how far it may be off, where all of them were regular.
     pub fn mean_ns(&self, recording: &Recording) -> Option<(i64, i64)> {
-        let first = self.cycle.checked_sub(GAPS as u64)?;
-        let (since, now) = (self.sync(first)?, self.sync(self.cycle)?);
-        if self.agree != u16::MAX || self.late.is_some() || !self.regular {
+        let count = self.agree.trailing_ones();
+        if count < MEANT || self.late.is_some() || !self.regular {
             return None;
         }
+        let first = self.cycle.checked_sub(u64::from(count))?;
+        let (since, now) = (self.sync(first)?, self.sync(self.cycle)?);
         let uncertain = recording.grain_ns().saturating_add(lag(now, recording));
-        Some((recording.between(since, now)? / GAPS as i64, uncertain / GAPS as i64))
+        let mean = recording.between(since, now)? / i64::from(count);
+        // While the period changes the mean is neither the old one nor the new one.
+        let settled = |period: &i64| mean.abs_diff(*period) <= (period / 32).unsigned_abs();
+        self.period.learnt_ns().filter(settled).map(|_| (mean, uncertain / i64::from(count)))
     }
 
     /// Frames were lost, or SYNC was moved: the next gap says nothing.
@@ -287,12 +298,13 @@ impl SyncPeriod {
     }
 
     /// The capture is over: what was late, where that is certain without the SYNCs that would follow.
-    pub fn finish(&mut self, recording: &Recording) -> Vec<Irregular> {
+    pub fn finish(&mut self, now: FrameRef, recording: &Recording) -> Vec<Irregular> {
         let mut out = self.settle(recording);
         if let Some(period) = self.period_ns() {
             let whole = self.off_ns.saturating_add(period / 2).div_euclid(period.max(1));
             let in_phase = self.off_ns.abs_diff(whole * period) <= (period / 50).unsigned_abs();
-            if self.calm > 0 || (in_phase && whole > 0) {
+            let silent = self.delay_ns(now).is_some_and(|delay| delay > period);
+            if self.calm > 0 || silent || (in_phase && whole > 0) {
                 out.extend(self.lateness(period, recording));
             }
         }
@@ -380,7 +392,10 @@ impl SyncPeriod {
             out.extend(self.lateness(period, recording));
         }
         if gap.ns >= period / 2 && gap.ns <= period + period / 2 {
-            self.deviate(gap.ns - period);
+            // A change of the period is no jitter: what the next gap makes up for is.
+            let (off, before) = (gap.ns - period, before_ns - period);
+            let made_up = (off >= 0) != (before >= 0);
+            self.deviate(if made_up { off.abs().min(before.abs()) } else { 0 });
         }
     }
 
@@ -453,7 +468,7 @@ impl SyncPeriod {
     }
 
     fn deviate(&mut self, by_ns: i64) {
-        self.deviation.record(by_ns.abs());
+        self.deviation.record(by_ns);
         let count = self.deviation.count();
         if count < 128 || count.is_multiple_of(16) {
             self.p99_ns = self.deviation.p99_ns();

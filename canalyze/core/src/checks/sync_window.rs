@@ -183,7 +183,7 @@ impl SyncWindow {
         for (node, tracks) in self.nodes.iter_mut() {
             for track in tracks.list.iter_mut().filter(|track| track.before == 1 && track.shown) {
                 let Some(last) = track.last else { continue };
-                if last.when.at.t_ns.is_some() && !cx.evidence.recording.may_precede(cx.when, last.when) {
+                if last.when.at.t_ns.is_some() {
                     track.before = 2;
                     cx.find(Code::Syn005, Some(node), Some(track.object()), Some(last.when.at), Facts::None);
                 }
@@ -254,28 +254,30 @@ impl Tracks {
 struct Passed {
     /// By the SYNCs listed between.
     syncs: u64,
-    /// By the time, in periods; `None` where none is known.
-    periods: Option<u64>,
+    /// By the time, in periods, at least and at most; `None` without stamps.
+    periods: Option<(u64, u64)>,
 }
 
 impl Passed {
     fn between(last: Arrival, now: Arrival, period: &SyncPeriod, recording: &Recording) -> Self {
-        let gap = recording.between(last.when, now.when);
-        let periods = gap.zip(period.scale_ns(recording)).map(|(gap, period)| (gap + period / 2) / period.max(1));
-        let periods = periods.and_then(|periods| u64::try_from(periods).ok());
+        let count = |gap: i64, period: i64| u64::try_from((gap + period / 2) / period.max(1)).unwrap_or(0);
+        let periods = recording.between(last.when, now.when).map(|gap| {
+            let scale = period.scale_ns(recording);
+            scale.map_or((0, u64::MAX), |(least, most)| (count(gap, most), count(gap, least)))
+        });
         Self { syncs: now.cycle.saturating_sub(last.cycle), periods }
     }
 
     fn is(self, n: u64) -> bool {
-        self.syncs == n || self.periods == Some(n)
+        self.syncs == n || self.periods.is_some_and(|(least, most)| least <= n && n <= most)
     }
 
     fn more_than(self, n: u64) -> bool {
-        self.syncs > n && self.periods.is_none_or(|periods| periods > n)
+        self.syncs > n && self.periods.is_none_or(|(least, _)| least > n)
     }
 
     fn less_than(self, n: u64) -> bool {
-        self.syncs < n && self.periods.is_none_or(|periods| periods < n)
+        self.syncs < n && self.periods.is_none_or(|(_, most)| most < n)
     }
 }
 
@@ -361,7 +363,9 @@ impl Track {
         let late = last.is_some_and(|last| {
             let cycles = i64::try_from(now.cycle.saturating_sub(last.cycle)).unwrap_or(0);
             let limit = cycles.saturating_mul(period).saturating_add(tolerance.max(window / 4));
-            cycles > 0 && recording.certainly_later(now.when, last.when, limit)
+            let next = recording.between(last.when, now.when).map(|gap| (cycles + 1).saturating_mul(period) - gap);
+            let before_next = next.is_some_and(|before| before > period / 4);
+            cycles > 0 && before_next && recording.certainly_later(now.when, last.when, limit)
         });
         let lag_ns = if sync.own && !late { recording.lag_ns() } else { 0 };
         let judged = (self.needed == ESTABLISHED || self.established()) && now.cycle >= known.period.calm_from();
@@ -402,15 +406,13 @@ impl Track {
             return;
         }
         let multiple =
-            passed.syncs.is_multiple_of(n) || passed.periods.is_some_and(|periods| periods.is_multiple_of(n));
-        // Of every second SYNC or less, a multiple of its type is proof enough that it follows the type.
-        let follows = n > 1 && multiple && passed.periods.is_some() && self.needed == ESTABLISHED;
-        if !judged && !(follows && !reported) {
+            passed.syncs.is_multiple_of(n) || passed.periods.is_some_and(|(least, _)| least.is_multiple_of(n));
+        if !judged {
             (self.steady, self.phase) = (0, now.cycle);
             return;
         }
         if passed.more_than(n) && multiple {
-            let count = passed.periods.unwrap_or(passed.syncs).min(passed.syncs) / n;
+            let count = passed.periods.map_or(passed.syncs, |(least, _)| least).min(passed.syncs) / n;
             let due = last.cycle + n;
             self.phase = now.cycle;
             self.absent = Some(due);
@@ -488,7 +490,7 @@ impl Track {
         if cx.evidence.recording.is_open() {
             return cx.report_timed(finding);
         }
-        let period_ns = known.period.scale_ns(&cx.evidence.recording).unwrap_or(0);
+        let period_ns = known.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
         cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
     }
 }

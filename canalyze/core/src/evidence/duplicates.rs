@@ -86,7 +86,7 @@ pub struct Duplicates {
 }
 
 impl Duplicates {
-    /// Whether the capture shows its frames twice.
+    /// Whether the capture is known to show its frames twice.
     pub fn are_proven(&self) -> bool {
         self.proven
     }
