@@ -199,14 +199,11 @@ impl Lss {
         if now_ns < self.due_ns {
             return;
         }
-        let verdict = cx.evidence.recording.verdict(cx.when.burst);
-        if verdict != Some(Verdict::Confirmed) {
-            self.heard(now_ns, cx);
-        }
         // In a burst an answer may stand behind frames that came after it was due.
-        if matches!(verdict, Some(Verdict::Open | Verdict::Confirmed)) {
+        if cx.evidence.recording.verdict(cx.when.burst) == Some(Verdict::Confirmed) {
             return;
         }
+        self.heard(now_ns, cx);
         let stale = self.exchanges.stale(now_ns);
         self.all_unexplained(stale, cx);
         while let Some((exchange, asked)) = self.exchanges.overdue(now_ns) {
@@ -220,7 +217,7 @@ impl Lss {
         if let Some(timing) = self.timing.take_if(|timing| timing.until_ns.is_some_and(|until| until <= now_ns))
             && !timing.stored
         {
-            self.findings.find(Code::Lss006, None, Some(timing.at), Facts::None, cx);
+            self.findings.find_timed(Code::Lss006, None, Some(timing.at), Facts::None, cx);
         }
         self.node_ids.advance(now_ns, &mut self.findings, cx);
         self.schedule();
@@ -242,12 +239,6 @@ impl Lss {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
-        let due = cx.at.t_ns.filter(|now_ns| *now_ns >= self.due_ns);
-        if let Some(now_ns) = due.filter(|_| cx.evidence.recording.is_open()) {
-            while let Some((exchange, asked)) = self.exchanges.overdue(now_ns) {
-                self.unanswered(exchange, asked, cx);
-            }
-        }
         let over = self.scan.give_up();
         self.scanned(over, cx);
         if self.answered && self.plain >= PLAIN && self.findings.waiting() * PLAIN <= self.plain {
@@ -603,16 +594,16 @@ impl Lss {
             let whole = self.address.iter().all(Option::is_some);
             let measured = [("vendor", vendor), ("product", product), ("revision", revision), ("serial", serial)];
             let facts = if whole { Facts::told(0, &measured) } else { Facts::None };
-            return self.findings.find(Code::Lss012, None, cause, facts, cx);
+            return self.findings.find_timed(Code::Lss012, None, cause, facts, cx);
         }
         let limit = Quantity::Ns(exchange.limit_ns());
         let command = Quantity::Lss(exchange.specifier());
         if asked.certain {
             let facts = Facts::told(0, &[("command", command), ("limit", limit)]);
-            self.findings.find(Code::Lss009, None, cause, facts, cx);
+            self.findings.find_timed(Code::Lss009, None, cause, facts, cx);
         } else {
             let facts = Facts::told(1, &[("command", command), ("limit", limit)]);
-            self.findings.find(Code::Lss012, None, cause, facts, cx);
+            self.findings.find_timed(Code::Lss012, None, cause, facts, cx);
         }
     }
 

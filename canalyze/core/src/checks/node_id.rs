@@ -137,7 +137,7 @@ impl NodeIds {
             {
                 change.expected = None;
                 let measured = [("node", Quantity::Count(change.to.into())), ("limit", Quantity::Ns(BOOT_NS))];
-                findings.find(Code::Lss005, Some(change.to), Some(since), Facts::told(0, &measured), cx);
+                findings.find_timed(Code::Lss005, Some(change.to), Some(since), Facts::told(0, &measured), cx);
             }
         }
     }

@@ -38,6 +38,22 @@ impl Withheld {
         }
     }
 
+    /// The same of what rests on a deadline (see [`Context::report_timed`]).
+    pub fn find_timed(
+        &mut self,
+        code: Code,
+        node: Option<u8>,
+        cause: Option<FrameRef>,
+        facts: Facts,
+        cx: &mut Context<'_>,
+    ) {
+        if self.shown {
+            cx.report_timed(cx.finding(code, node, None, cause, facts));
+        } else {
+            self.find(code, node, cause, facts, cx);
+        }
+    }
+
     /// How many wait.
     pub fn waiting(&self) -> usize {
         self.waiting.len()
