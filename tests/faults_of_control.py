@@ -109,7 +109,8 @@ def heartbeat_gap(periods: float, *, burst: bool = False, late_before: bool = Fa
             reads = [f for k in range(80) for f in expedited_upload(Channel(DRIVE), 0x2100, 1, bytes([k]))]
             capture.drop(before - 0.09, before + 0.03, 0x600 + DRIVE, 0x580 + DRIVE)
             capture.place(before - 0.08, reads, 0.0006)
-        return capture.faulty(before, before + (periods + 1.1) * HEARTBEAT)
+        first = before + (0.51 if late_before else 0) * HEARTBEAT
+        return capture.faulty(first, before + (periods + 1.1) * HEARTBEAT)
 
     return make
 
