@@ -217,8 +217,10 @@ impl Channel {
             len: frame.len,
         };
         self.confirmed = None;
-        if cx.sighting == Sighting::Duplicate && cx.evidence.recording.shows_twice() {
-            let step = self.twin(side, &half);
+        if cx.sighting == Sighting::Duplicate
+            && cx.evidence.recording.shows_twice()
+            && let Some(step) = self.twin(side, &half)
+        {
             cx.events.push(Event {
                 at: half.at,
                 about: None,
@@ -296,12 +298,13 @@ impl Channel {
         }
     }
 
-    /// The step of a frame that the capture shows a second time: that of the earliest equal one of its side.
-    fn twin(&mut self, side: Side, half: &Half) -> Step {
-        let same =
-            |(before, step): &(Half, Step)| step.side == side && before.bytes == half.bytes && before.len == half.len;
-        let original = self.once.iter().position(same).and_then(|place| self.once.remove(place));
-        original.map_or(Step { side, command: half.command, place: Place::Twin, ..empty_step() }, |(_, step)| step)
+    /// The step of a frame that the capture shows a second time: that of the newest frame of its side, if equal and not
+    /// shown again yet.
+    fn twin(&mut self, side: Side, half: &Half) -> Option<Step> {
+        let place = self.once.iter().rposition(|(_, step)| step.side == side)?;
+        let (before, _) = self.once.get(place)?;
+        let same = before.bytes == half.bytes && before.len == half.len;
+        if same { self.once.remove(place).map(|(_, step)| step) } else { None }
     }
 
     /// Which command the frame is, given where the transfer stands.
