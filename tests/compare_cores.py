@@ -25,6 +25,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -68,7 +69,6 @@ def faults() -> Iterator[Capture]:
     """Faults in SDO transfers, and every class of faults at every place."""
     from captures import log_text
     from fault_table import TABLE
-    from plants import built
     from test_seeded_faults import FAULTS, in_company
 
     for fault in FAULTS:
@@ -76,16 +76,14 @@ def faults() -> Iterator[Capture]:
         fault.change(session, fault.at)
         yield Capture(f"seeded: {fault.name}", log_text(in_company(session)[0]))
     for row in TABLE:
-        for known in row.known:
-            for where, at in row.times():
-                text = log_text(row.make(known, at).frames)
-                yield Capture(f"fault: {row.row}, {where}, {known}", text, built(row.plant, known).network)
+        for case in row.cases():
+            yield Capture(f"fault: {row.row}, {case.where}", log_text(case.faulty.frames), case.network)
 
 
 def distorted() -> Iterator[Capture]:
     """Clean sessions under every distortion."""
+    from clean_sessions import beside, sessions
     from distortions import DISTORTIONS
-    from test_distortions import beside, sessions
 
     for name, session in sessions().items():
         for distortion in DISTORTIONS:
@@ -98,23 +96,21 @@ def distorted() -> Iterator[Capture]:
 def shuffled(count: int) -> Iterator[Capture]:
     """Pieces of clean and of faulty sessions under one or two distortions of random magnitudes."""
     from captures import log_text
+    from clean_sessions import sessions
     from distortions import copied, drifted, floored, late_echo, stalled
     from fault_table import TABLE
     from plants import Session
-    from test_distortions import sessions
 
     names = list(sessions())
+    faulty = list(islice(((row.row, case) for row in TABLE for case in row.cases()), 0, None, 29))
     for seed in range(count):
         chance = random.Random(seed)
         name = chance.choice(names)
         session, what = sessions()[name], [name]
         if chance.random() < 0.3:
-            row = chance.choice(TABLE)
-            known = chance.choice(row.known)
-            session = replace(
-                session, frames=tuple(row.make(known, chance.choice(row.times())[1]).frames), network=None
-            )
-            what = [row.row, known]
+            fault, case = chance.choice(faulty)
+            session = replace(session, frames=tuple(case.faulty.frames), network=case.network)
+            what = [fault, case.where]
         first, last = sorted(chance.sample(range(len(session.frames) + 1), 2))
         frames = list(session.frames[first:last])
         for kind in chance.sample(("none", "echo", "copies", "stall", "resolution", "drift"), 2):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 
 from captures import CanFrame
+from faults_in_recordings import RECORDED, RecordedFault
 from faults_of_control import (
     first_heartbeats_missing,
     guarding_toggle,
@@ -50,7 +51,7 @@ from faults_of_data import (
 )
 from faulty_captures import POSITIONS, Capture, Fault, Faulty, Make, quiet
 from network import PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE
-from plants import DRIVE, HEARTBEAT, SYNC_PERIOD, Known, built
+from plants import DRIVE, HEARTBEAT, IO, SYNC_PERIOD, Known, built
 from sdo_wire import (
     Channel,
     abort,
@@ -123,6 +124,36 @@ NODES = [
         Fault("first heartbeats after a boot-up missing", f"{n}", "HBT", first_heartbeats_missing(n), 0.4 + 0.1 * n)
         for n in (3, 10)
     ),
+    *(
+        Fault("heartbeat gap, calm bus", f"{n:g} periods", "HBT", heartbeat_gap(n, of="calm"), n * HEARTBEAT)
+        for n in (1.5, 2, 3, 10)
+    ),
+    *(
+        Fault(
+            "heartbeat gap after a burst of SDO, calm bus",
+            f"{n} periods",
+            "HBT",
+            heartbeat_gap(n, burst=True, of="calm"),
+            n * HEARTBEAT,
+        )
+        for n in (3, 10)
+    ),
+    Fault("node lost, calm bus", "not asked", "HBT", node_lost(polled=False, of="calm"), 0.8),
+    Fault(
+        "node lost, calm bus",
+        "just after 1017h was read",
+        "HBT",
+        node_lost(polled=False, touched="read", of="calm"),
+        0.8,
+    ),
+    Fault(
+        "never back after",
+        "reset node, calm bus",
+        "NMT HBT",
+        reset(RESET_NODE, boot_up=False, back=False, of="calm"),
+        1.5,
+    ),
+    Fault("two nodes with one node-ID", "half phase, calm bus", "HBT NMT", two_nodes(HEARTBEAT, of="calm"), 0.8),
     Fault("node lost", "still asked", "HBT", node_lost(polled=True), 0.8),
     Fault("node lost", "not asked", "HBT", node_lost(polled=False), 0.8),
     Fault("node lost", "just after 1017h was read", "HBT", node_lost(polled=False, touched="read"), 0.8),
@@ -167,15 +198,29 @@ READ = expedited_upload(Channel(DRIVE), 0x2001, 0, b"\x01\0")
 LONG = bytes(range(60))
 
 
-def half(make: str, count: int) -> Make:
-    """A transfer of a kind that stops after the n-th frame of the client."""
+def half(make: str, count: int, *, aborted: bool = False) -> Make:
+    """A transfer of a kind that stops after the n-th frame of the client. aborted: by the client, soon after."""
     kinds = {
         "segmented upload": lambda c: segmented_upload(c, 0x1008, 0, LONG),
         "segmented download": lambda c: segmented_download(c, 0x2005, 0, LONG),
         "block upload": lambda c: block_upload(c, 0x2010, 0, LONG, blksize=4),
         "block download": lambda c: block_download(c, 0x2011, 0, LONG, blksize=4),
     }
-    return sdo(lambda channel: until_client(kinds[make](channel), count))
+
+    def frames(channel: Channel) -> list[CanFrame]:
+        end = [channel.client(abort(0x2010, 0, 0x0504_0000))] if aborted else []
+        return [*until_client(kinds[make](channel), count), *end]
+
+    return sdo(frames, step=0.03 if aborted else 0.0004)
+
+
+def unanswered_and_reset(known: Known, at: float) -> Faulty:
+    """A request without response, and two seconds later a reset of its node."""
+    capture, since = Capture(built("plant", known)), quiet(at)
+    capture.frames = reset(RESET_NODE, boot_up=True)(known, since + 2.0).frames
+    capture.drop(since, since + 2.8, 0x600 + IO, 0x580 + IO)
+    capture.add(since, 0x600 + IO, READ[0].data)
+    return capture.faulty(since, since + 0.0001)
 
 
 def damaged(fault: SdoFault) -> Make:
@@ -227,6 +272,11 @@ SDO = [
             ("block download", 6),
         )
     ),
+    *(
+        Fault("SDO unanswered", f"in a {kind}, then aborted", "SDO", half(kind, count, aborted=True), 1.2)
+        for kind, count in (("segmented upload", 3), ("block upload", 3), ("block download", 6))
+    ),
+    Fault("SDO unanswered", "a read, then the node is reset", "SDO", unanswered_and_reset, 2.8),
     *(Fault("SDO answered after", f"{s} s", "SDO", answered_after(s), s + 0.2) for s in (1, 2, 3)),
     Fault("SDO abort", "names another object", "SDO", sdo(other_object)),
     Fault("SDO request repeated", "one answer", "SDO", sdo(repeated(1), step=0.02)),
@@ -328,7 +378,8 @@ OTHERS = [
     Fault("bus load 100 %", "for 0.5 s", "EXP014 BUS CAP", bus_load(0.5), 0.6, bit_rate=125_000),
 ]
 
-TABLE = [*SYNC, *NODES, *SDO, *PDO, *OTHERS]
+AnyFault = Fault | RecordedFault
+TABLE: list[AnyFault] = [*SYNC, *NODES, *SDO, *PDO, *OTHERS, *RECORDED]
 
 NOTHING_WRONG: dict[str, Make] = {
     "a node is reset and boots": reset(RESET_NODE, boot_up=True),

@@ -93,11 +93,11 @@ def sync_of_two(phase: float, ratio: float = 1.0) -> Make:
 OF_IO = (INHIBITED_PDO, EVENT_PDO, 0x700 + IO, 0x580 + IO)
 
 
-def heartbeat_gap(periods: float, *, burst: bool = False, late_before: bool = False) -> Make:
+def heartbeat_gap(periods: float, *, burst: bool = False, late_before: bool = False, of: str = "plant") -> Make:
     """So many periods between two heartbeats. burst: of SDO, before it. late_before: the one before is late by half."""
 
     def make(known: Known, at: float) -> Faulty:
-        capture, can_id = Capture(built("plant", known)), 0x700 + IO
+        capture, can_id = Capture(built(of, known)), 0x700 + IO
         before = capture.last(can_id, at)
         missing = int(periods) - 1
         capture.drop(before + 0.001, before + 0.001 + missing * HEARTBEAT, can_id)
@@ -106,19 +106,19 @@ def heartbeat_gap(periods: float, *, burst: bool = False, late_before: bool = Fa
         if late_before:
             capture.change(before - 0.001, before + 0.001, can_id, later(0.5 * HEARTBEAT))
         if burst:
-            reads = [f for k in range(80) for f in expedited_upload(Channel(DRIVE), 0x2100, 1, bytes([k]))]
-            capture.drop(before - 0.09, before + 0.03, 0x600 + DRIVE, 0x580 + DRIVE)
-            capture.place(before - 0.08, reads, 0.0006)
+            reads = [f for k in range(400) for f in expedited_upload(Channel(DRIVE), 0x2100, 1, bytes([k % 256]))]
+            capture.drop(before - 0.27, before + 0.03, 0x600 + DRIVE, 0x580 + DRIVE)
+            capture.place(before - 0.24, reads, 0.0003)
         return capture.faulty(before, before + (periods + 1.1) * HEARTBEAT)
 
     return make
 
 
-def node_lost(*, polled: bool, touched: str = "") -> Make:
+def node_lost(*, polled: bool, touched: str = "", of: str = "plant") -> Make:
     """A node falls silent for ever. polled: it is still asked. touched: its 1017h was read or written just before."""
 
     def make(known: Known, at: float) -> Faulty:
-        capture = Capture(built("plant", known))
+        capture = Capture(built(of, known))
         if touched:
             value = struct.pack("<H", round(HEARTBEAT * 1000))
             write = [
@@ -127,7 +127,7 @@ def node_lost(*, polled: bool, touched: str = "") -> Make:
             ]
             read = expedited_upload(Channel(IO), 0x1017, 0, value)
             capture.place(quiet(at), read if touched == "read" else write)
-        dies = quiet(at) + 0.06
+        dies = quiet(at) + (0.003 if touched else 0.06)
         capture.drop(dies, SECONDS + 1, *OF_IO)
         asks = b"\x40\x01\x20" if polled else b"-"
         to_it = [f for f in capture.frames if f.can_id == 0x600 + IO and f.t_us >= us(dies)]
@@ -138,11 +138,11 @@ def node_lost(*, polled: bool, touched: str = "") -> Make:
     return make
 
 
-def reset(command: int, *, boot_up: bool, back: bool = True) -> Make:
+def reset(command: int, *, boot_up: bool, back: bool = True, of: str = "plant") -> Make:
     """A node is reset. boot_up: it says that it is back; back: it is."""
 
     def make(known: Known, at: float) -> Faulty:
-        capture = Capture(built("plant", known))
+        capture = Capture(built(of, known))
         capture.drop(at, at + 0.3 if back else SECONDS + 1, *OF_IO, 0x600 + IO)
         capture.add(at, 0x000, bytes([command, IO]))
         capture.drop(at, at + 0.6, INHIBITED_PDO, EVENT_PDO)
@@ -169,11 +169,11 @@ def first_heartbeats_missing(count: int) -> Make:
     return make
 
 
-def two_nodes(period: float, state: int | None = None) -> Make:
+def two_nodes(period: float, state: int | None = None, *, of: str = "plant") -> Make:
     """Another node with the same node-ID: heartbeats in half phase, of this period; None: of the same state."""
 
     def make(known: Known, at: float) -> Faulty:
-        capture, can_id = Capture(built("plant", known)), 0x700 + IO
+        capture, can_id = Capture(built(of, known)), 0x700 + IO
         own = [frame for frame in capture.frames if frame.can_id == can_id]
         first = capture.last(can_id, at) + HEARTBEAT / 2
         for number in range(int((SECONDS - first) / period)):

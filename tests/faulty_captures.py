@@ -7,7 +7,7 @@ capture's first frame.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from captures import CanFrame
@@ -17,11 +17,20 @@ from plants import (
     UP,
     Known,
     Session,
+    built,
 )
+
+from canalyze import _core
 
 START_US = 1_700_000_000_000_000
 """The stamp of time 0 of every plant."""
-POSITIONS = {"start": 0.45, "middle": 1.5, "after a change of state": UP + 0.15, "far from one": 4.3}
+POSITIONS = {
+    "start": 0.45,
+    "middle": 1.5,
+    "at a change of state": UP + 0.02,
+    "after one": UP + 0.15,
+    "far from one": 4.3,
+}
 """Beside these "end", which leaves room for the fault."""
 MARGIN = 0.25
 """Seconds that a capture goes on after a fault."""
@@ -34,6 +43,17 @@ class Faulty:
     frames: list[CanFrame]
     first: int
     last: int
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A capture with a fault and all that is known of it."""
+
+    where: str
+    faulty: Faulty
+    network: _core.Network | None = None
+    own: tuple[tuple[str, int | None], ...] = ()
+    """Code and node of what the session without the fault says of itself."""
 
 
 Make = Callable[[Known, float], Faulty]
@@ -62,6 +82,13 @@ class Fault:
     @property
     def row(self) -> str:
         return f"{self.name}: {self.magnitude}"
+
+    def cases(self) -> Iterator[Case]:
+        """Each place, with all that may be known."""
+        for known in self.known:
+            network = built(self.plant, known).network
+            for where, at in self.times():
+                yield Case(f"{where}, {known}", self.make(known, at), network)
 
     def times(self) -> list[tuple[str, float]]:
         """Where the fault is put: each position that leaves it room, before the nodes are stopped or after."""

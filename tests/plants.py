@@ -128,12 +128,14 @@ def described(rows: dict[int, list[Row]]) -> _core.Network:
     return _core.Network(descriptions=dictionaries)
 
 
-def _configured(net: Network, node: int) -> None:
+def _configured(net: Network, node: int, *, with_pdos: bool) -> None:
     """Writes in the order of CiA 301: a PDO is invalid while it is changed, and so is its mapping."""
     rows = CONFIGURATION[node]
     for row in rows:
-        if row[0] < 0x1400:
+        if row[0] < 0x1400 and (with_pdos or row[0] == 0x1017):
             net.write(node, *row)
+    if not with_pdos:
+        return
     for communication in sorted({row[0] for row in rows if 0x1800 <= row[0] < 0x1A00}):
         parameters = {row[1]: row for row in rows if row[0] == communication}
         mapping = [row for row in rows if row[0] == communication + 0x200]
@@ -160,13 +162,16 @@ def sync_times(gap_of: Callable[[int, float], float] | None = None) -> list[floa
     return found[:-1]
 
 
-def plant(known: Known = "written", syncs: Sequence[float] | None = None, *, polled: bool = True) -> Session:
-    """SYNC with two synchronous PDOs, two event-driven ones, heartbeats, and SDO reads beside them."""
+def plant(known: Known = "written", syncs: Sequence[float] | None = None) -> Session:
+    """SYNC with two synchronous PDOs, two event-driven ones, heartbeats, and SDO reads beside them.
+
+    syncs: when SYNC is sent; none: the nodes send heartbeats and answer SDO requests, and nothing else.
+    """
     net = Network()
     if known == "written":
         net.boot(DRIVE, IO)
         for node in CONFIGURATION:
-            _configured(net, node)
+            _configured(net, node, with_pdos=syncs is None or bool(syncs))
         net.now = BEGIN
         net.nmt(START)
     states = [(0.0, PRE_OPERATIONAL if known == "written" else OPERATIONAL), (BEGIN + REACTION, OPERATIONAL)]
@@ -177,7 +182,7 @@ def plant(known: Known = "written", syncs: Sequence[float] | None = None, *, pol
             at = first + beat * HEARTBEAT
             net.send(0x700 + node, bytes([[state for since, state in states if since <= at][-1]]), after=at)
     cycle = 0
-    for number, at in enumerate(syncs or sync_times()):
+    for number, at in enumerate(sync_times() if syncs is None else syncs):
         net.now = at
         net.send(0x080)
         if not in_operation(at):
@@ -187,12 +192,12 @@ def plant(known: Known = "written", syncs: Sequence[float] | None = None, *, pol
         net.send(DRIVE_PDO, struct.pack("<Hi", 0x0237, 100 + number), after=0.0016)
         if cycle % 4 == 0:
             net.send(SLOW_PDO, struct.pack("<i", 1000 - number), after=0.0021)
-    _event_driven(net)
+    if syncs is None or syncs:
+        _event_driven(net)
     for at, command in ((DOWN, PRE_OP), (UP, START)):
         net.now = at
         net.nmt(command)
-    if polled:
-        _polls(net)
+    _polls(net)
     return Session(
         tuple(jittered(net.frames(), most_us=120)), MASTERS, described(CONFIGURATION) if known == "described" else None
     )
@@ -360,7 +365,12 @@ def built(name: str, known: Known) -> Session:
     return PLANTS[name](known)
 
 
-PLANTS: dict[str, Callable[[Known], Session]] = {"plant": plant, "guarded": guarded, "drive": drive}
+def calm(known: Known = "written") -> Session:
+    """The same network with its SYNC and its PDOs switched off: the bus is silent for most of the time."""
+    return plant(known, [])
+
+
+PLANTS: dict[str, Callable[[Known], Session]] = {"plant": plant, "calm": calm, "guarded": guarded, "drive": drive}
 """Those that the faults are put into, by what is known of them."""
 
 

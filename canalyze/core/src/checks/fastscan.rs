@@ -9,9 +9,6 @@ use crate::event::Scanned;
 use crate::frame::FrameRef;
 use crate::services::lss::BIT_CHECK_ANY;
 
-/// How long a capture may show an answer before its request, where it was taken on the master's host: 5 ms.
-const ECHO_NS: i64 = 5_000_000;
-
 /// One step of the master.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
@@ -47,8 +44,8 @@ struct Scan {
 }
 
 impl Fastscan {
-    /// The master's frame. Says which scan was given up for it.
-    pub fn step(&mut self, step: Step, at: FrameRef) -> Option<Over> {
+    /// The master's frame, which may be listed `lag_ns` late. Says which scan was given up for it.
+    pub fn step(&mut self, step: Step, at: FrameRef, lag_ns: i64) -> Option<Over> {
         let over = if step.bit_check == BIT_CHECK_ANY { self.give_up() } else { None };
         let scan = self.scan.get_or_insert(Scan {
             first: at,
@@ -69,7 +66,8 @@ impl Fastscan {
         }
         let confirmation = step.bit_check == 0 && step.next != step.sub;
         scan.confirming = confirmation.then_some(step);
-        scan.early = confirmation && step.next < step.sub && scan.answer.is_some_and(|answer| close(answer, at));
+        scan.early =
+            confirmation && step.next < step.sub && scan.answer.is_some_and(|answer| close(answer, at, lag_ns));
         over
     }
 
@@ -132,10 +130,11 @@ impl Scan {
     }
 }
 
-/// Whether an answer stands so shortly before a request that it may be the one to it.
-pub fn close(answer: FrameRef, request: FrameRef) -> bool {
+/// Whether an answer stands so shortly before a request that it may be the one to it. `lag_ns`: how late the recording
+/// lists the host's own frames at most.
+pub fn close(answer: FrameRef, request: FrameRef, lag_ns: i64) -> bool {
     match answer.t_ns.zip(request.t_ns) {
-        Some((answer, request)) => (0..=ECHO_NS).contains(&request.saturating_sub(answer)),
+        Some((answer, request)) => (0..=lag_ns).contains(&request.saturating_sub(answer)),
         None => true,
     }
 }

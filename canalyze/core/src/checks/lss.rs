@@ -1,7 +1,7 @@
 //! LSS (CiA 305): which slaves are in the configuration state, what the master has asked, and who answers.
 //!
-//! An answer is explained by any earlier request of its kind, and by one that follows within 5 ms: captures taken on
-//! the master's own host show its frames late. What happened before the capture, or in a gap, is unknown, and nothing
+//! An answer is explained by any earlier request of its kind, and by one that follows within the lag of the
+//! recording's own frames (`evidence::recording`). What happened before the capture, or in a gap, is unknown, and nothing
 //! rests on it. Whether a slave answers nothing because it is not there is no fault: only a slave that was selected owes
 //! an answer. It must not follow Fastscan's bits (`checks::fastscan`) or the fate of node-IDs (`checks::node_id`).
 
@@ -13,6 +13,7 @@ use crate::cob_id::Role;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::{Event, Note, What};
+use crate::evidence::recording::Verdict;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::{Frame, FrameRef};
 use crate::message::{Flaw, Message};
@@ -29,8 +30,6 @@ const ACTIVATION_NS: i64 = 500_000_000;
 const PLAIN: usize = 3;
 /// The longest that a frame captured twice follows itself.
 const COPIED_NS: i64 = 250_000;
-/// Frames that were already under way, and clocks that differ, at either end of the silence: at least 10 ms.
-const GRACE_NS: i64 = 10_000_000;
 
 /// Which slaves are in the configuration state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,10 +84,9 @@ pub struct Lss {
     selected: Selected,
     slave: Slave,
     exchanges: Exchanges,
-    /// The address that the master is sending, the part that is due, `None` where that is not known, and the last one.
+    /// The address that the master is sending, and the part that is due; `None` where that is not known.
     address: [Option<u32>; 4],
     due_part: Option<u8>,
-    part: Option<FrameRef>,
     /// That the parts of this address come out of turn has been said.
     misordered: bool,
     /// The node-ID and the bit rate that the master has asked for last.
@@ -122,7 +120,6 @@ impl Default for Lss {
             exchanges: Exchanges::default(),
             address: [None; 4],
             due_part: None,
-            part: None,
             misordered: false,
             wanted: None,
             rate: None,
@@ -150,6 +147,7 @@ impl Lss {
         cx: &mut Context<'_>,
     ) -> Option<(u8, u8)> {
         self.node_ids.next_frame();
+        self.exchanges.lag_ns = cx.evidence.recording.lag_ns();
         let mut moved = None;
         match *message {
             Message::Lss { from_master, command } => {
@@ -201,7 +199,14 @@ impl Lss {
         if now_ns < self.due_ns {
             return;
         }
-        self.heard(now_ns, cx);
+        let verdict = cx.evidence.recording.verdict(cx.when.burst);
+        if verdict != Some(Verdict::Confirmed) {
+            self.heard(now_ns, cx);
+        }
+        // In a burst an answer may stand behind frames that came after it was due.
+        if matches!(verdict, Some(Verdict::Open | Verdict::Confirmed)) {
+            return;
+        }
         let stale = self.exchanges.stale(now_ns);
         self.all_unexplained(stale, cx);
         while let Some((exchange, asked)) = self.exchanges.overdue(now_ns) {
@@ -237,6 +242,12 @@ impl Lss {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        let due = cx.at.t_ns.filter(|now_ns| *now_ns >= self.due_ns);
+        if let Some(now_ns) = due.filter(|_| cx.evidence.recording.is_open()) {
+            while let Some((exchange, asked)) = self.exchanges.overdue(now_ns) {
+                self.unanswered(exchange, asked, cx);
+            }
+        }
         let over = self.scan.give_up();
         self.scanned(over, cx);
         if self.answered && self.plain >= PLAIN && self.findings.waiting() * PLAIN <= self.plain {
@@ -318,15 +329,6 @@ impl Lss {
 
     fn selective(&mut self, part: Part, value: u32, cx: &mut Context<'_>) {
         let number = part.number();
-        let known = self.address.get(usize::from(number)).copied().flatten();
-        let twice = self.due_part == Some((number + 1) % 4)
-            && known == Some(value)
-            && self.part.is_some_and(|part| super::fastscan::close(part, cx.at) && part.t_ns.is_some());
-        self.part = Some(cx.at);
-        if twice {
-            // The same frame, captured twice.
-            return;
-        }
         if number == 0 {
             // The master goes on to the next slave: the one before was not there.
             if let Some(asked) = self.exchanges.give_up(Exchange::Selective) {
@@ -361,7 +363,7 @@ impl Lss {
             let measured = [("sub", Quantity::Count(step.sub.into())), ("next", Quantity::Count(step.next.into()))];
             return self.findings.find(Code::Lss010, None, None, Facts::told(1, &measured), cx);
         }
-        let over = self.scan.step(step, cx.at);
+        let over = self.scan.step(step, cx.at, cx.evidence.recording.lag_ns());
         self.scanned(over, cx);
         if self.scan.may_have_found() {
             self.selected = Selected::Unknown;
@@ -374,7 +376,8 @@ impl Lss {
         self.exchanges.forgive();
         let Some(now) = cx.at.t_ns else { return };
         let delay_ns = i64::from(delay) * 1_000_000;
-        let grace = GRACE_NS.max(delay_ns / 10);
+        // Frames that were under way, and clocks that differ, at either end.
+        let grace = cx.evidence.recording.lag_ns().max(delay_ns / 10);
         let (from_ns, to_ns) = (now.saturating_add(grace), now.saturating_add(2 * delay_ns - grace));
         self.silence = (from_ns < to_ns).then_some(Silence { at: cx.at, from_ns, to_ns, delay_ns });
     }

@@ -4,10 +4,10 @@
 //! findings. [`Checks`] owns them all, and is told by the bus of every frame and of what it means: where a check
 //! stands in the way of a frame is to be read here and nowhere else. None may change a node's configuration.
 
-pub mod beat;
 pub mod commandless;
 pub mod description;
 pub mod drive;
+mod duplicate_id;
 pub mod emcy;
 pub mod error_frames;
 pub mod exchange;
@@ -23,11 +23,12 @@ pub mod pdo_configuration;
 pub mod pdo_length;
 pub mod pdo_timing;
 pub mod permitted;
+pub mod series;
 pub mod srdo;
 mod standing;
 pub mod sync;
 pub mod sync_counter;
-pub mod sync_doubts;
+pub mod sync_period;
 pub mod sync_settings;
 pub mod sync_window;
 pub mod time;
@@ -134,7 +135,7 @@ impl Checks {
             descriptions: Descriptions::default(),
             pdo_configuration: PdoConfiguration::default(),
             pdo_length: PdoLength::default(),
-            pdo_timing: PdoTiming::new(network.jitter_ns),
+            pdo_timing: PdoTiming::default(),
             lss: Lss::default(),
             drives: Drives::default(),
             srdos: Srdos::default(),
@@ -145,11 +146,6 @@ impl Checks {
     /// The SYNC cycle that runs; 0 before the first.
     pub fn sync_cycle(&self) -> u64 {
         self.sync.cycle()
-    }
-
-    /// Whether the capture shows most of its frames twice, as of two adapters on one bus.
-    pub fn every_frame_twice(&self) -> bool {
-        self.nodes.every_frame_twice()
     }
 
     /// The least synchronous window in force, in ns; `None` where there is none or none is known.
@@ -178,8 +174,8 @@ impl Checks {
     }
 
     /// The SYNC cycle of a PDO, before it is followed.
-    pub fn place(&self, node: u8, known: Option<&Pdo>, frame: &Frame) -> Option<Placement> {
-        self.sync.place(node, known, frame)
+    pub fn place(&self, node: u8, known: Option<&Pdo>, frame: &Frame, lag_ns: i64) -> Option<Placement> {
+        self.sync.place(node, known, frame, lag_ns)
     }
 
     /// What history adds to a message: a guarding answer, the state before.
@@ -194,13 +190,10 @@ impl Checks {
         self.nodes.settle(cx);
         if let Some(now_ns) = frame.t_ns {
             self.pass(now_ns, true, cx);
-            self.pdo_timing.seen(now_ns);
-            self.sync.see_grain(now_ns);
+            self.pdo_timing.advance(cx);
+            self.sync.heard(now_ns);
         }
-        self.nodes.heard(frame);
-        if self.nodes.paused() {
-            self.srdos.interrupt(cx.at.no, false);
-        }
+        self.nodes.heard(cx);
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
@@ -212,13 +205,13 @@ impl Checks {
     /// The same; `heard`: a frame says so, and not only the clock.
     fn pass(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
         self.nodes.advance(now_ns, heard, cx);
-        self.pdo_timing.advance(now_ns, heard, cx);
         self.lss.advance(now_ns, cx);
         self.drives.advance(now_ns, cx);
     }
 
     /// A write request of SDO whose data are in it: its server may obey before it answers.
     pub fn requested(&mut self, node: u8, mux: Mux, bytes: &[u8], cx: &Context<'_>) {
+        self.nodes.requested(node, mux.index, bytes, cx);
         self.drives.request(node, mux, bytes, cx.at);
     }
 
@@ -234,14 +227,21 @@ impl Checks {
     }
 
     /// A frame of an SRDO, before its own event is there.
-    pub fn safety(&mut self, number: u8, inverted: bool, frame: &Frame, nodes: &PerNode<Node>) -> Seen {
+    pub fn safety(
+        &mut self,
+        number: u8,
+        inverted: bool,
+        frame: &Frame,
+        nodes: &PerNode<Node>,
+        cx: &Context<'_>,
+    ) -> Seen {
         let states = &self.nodes;
-        self.srdos.follow(number, inverted, frame, nodes, |node| states.state(node))
+        self.srdos.follow(number, inverted, frame, nodes, cx, |node| states.state(node))
     }
 
     /// What the same frame has shown.
     pub fn shown(&self, seen: &Seen, cx: &mut Context<'_>) {
-        self.srdos.judge(seen, self.nodes.paused(), cx);
+        self.srdos.judge(seen, cx);
     }
 
     /// The last SDO request to a node, where it is a fault by itself, whatever becomes of it.
@@ -266,7 +266,7 @@ impl Checks {
     ) {
         let PdoName { transmit, number, node } = name;
         self.nodes.pdo(transmit, number, node, cx);
-        self.sync.process_data(node, known, frame, cx);
+        self.sync.process_data(transmit, node, known, cx);
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= configuration::Provenance::Eds);
         if let Some(misfit) = fit.misfit.filter(|_| used) {
             self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
@@ -278,9 +278,7 @@ impl Checks {
         match known {
             Some(pdo) => {
                 self.pdo_configuration.used(node, pdo, frame, cx);
-                if !self.nodes.is_twin() {
-                    self.pdo_timing.sent(node, pdo, frame, cx);
-                }
+                self.pdo_timing.sent(node, pdo, cx);
             }
             None => self.pdo_configuration.sent(node, transmit, number, frame.id),
         }
@@ -304,7 +302,7 @@ impl Checks {
             cx.find(Code::Mpd001, Some(node), Some(object), None, facts);
         }
         if let Some(pdo) = name.of(nodes) {
-            self.pdo_timing.sent(node, pdo, frame, cx);
+            self.pdo_timing.sent(node, pdo, cx);
         }
     }
 
@@ -343,9 +341,6 @@ impl Checks {
             self.pdo_timing.forget(None);
             self.sync.lost();
         }
-        if self.nodes.is_twin() {
-            return None;
-        }
         self.lss.follow(message, frame, nodes, cx)
     }
 
@@ -378,15 +373,15 @@ impl Checks {
         {
             let state = self.nodes.state(transfer.node);
             self.pdo_configuration.written((node, state), transfer, mux, value, cx);
-            if matches!(mux.index, 0x1400..=0x1BFF) {
-                self.pdo_timing.forget(Some(transfer.node));
+            if let Some((_, transmit, number)) = pdo_configuration::pdo_parameter(mux.index) {
+                self.pdo_timing.reconfigured(transfer.node, transmit, number);
             }
         }
     }
 
     /// An object that decoding depends on holds another value now.
     pub fn learnt(&mut self, node: u8, mux: Mux, nodes: &PerNode<Node>, cx: &Context<'_>) {
-        if matches!(mux.index, 0x1016 | 0x1017) {
+        if matches!(mux.index, 0x100C | 0x100D | 0x1016 | 0x1017) {
             self.nodes.configure(nodes);
         }
         self.drives.reconfigured();

@@ -4,10 +4,13 @@
 //! that the capture, an option or a DCF shows is trusted: against an EDS the device may have been configured before the
 //! capture began. It must not judge whose fault the difference is.
 
+use std::collections::BTreeMap;
+
+use super::series::Series;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::Signals;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{Frame, Kind};
 use crate::node::{Node, PerNode};
 use crate::services::pdo::{communication_parameter, mapping_parameter};
@@ -35,6 +38,8 @@ struct Lengths {
     reset: Option<u64>,
     /// TPDOs and RPDOs 1 to 64 that were as long as their mapping since then, one bit each.
     fitted: [u64; 2],
+    /// Those that were not, by direction, number and rule.
+    wrong: BTreeMap<(bool, u16, Code), Series>,
 }
 
 /// A PDO that is not as long as its mapping.
@@ -69,7 +74,7 @@ pub fn misfit(content: &Signals, frame: &Frame) -> Option<Misfit> {
 impl PdoLength {
     /// Raises what a frame of a node's PDO showed.
     pub fn judge(
-        &self,
+        &mut self,
         transmit: bool,
         number: u16,
         node: u8,
@@ -108,14 +113,20 @@ impl PdoLength {
             facts.extend([("consumer", Quantity::Count(u64::from(consumer))), ("pdo", Quantity::Pdo(false, pdo))]);
         }
         let facts = Facts::told(u8::from(consumer != 0 || code == Code::Eds001), &facts);
-        cx.find(code, Some(node), Some(object), None, facts);
+        let because_of = self.nodes.entry(node).wrong.entry((transmit, number, code)).or_default().fault(cx.at);
+        let finding = cx.finding(code, Some(node), Some(object), None, facts);
+        cx.report(Finding { because_of, ..finding });
     }
 
     /// A frame of a node's PDO is as long as its mapping.
     pub fn fitted(&mut self, transmit: bool, number: u16, node: u8) {
         let (place, bit) = bit(transmit, number);
-        if let Some(set) = self.nodes.entry(node).fitted.get_mut(place) {
+        let lengths = self.nodes.entry(node);
+        if let Some(set) = lengths.fitted.get_mut(place) {
             *set |= bit;
+        }
+        for (_, wrong) in lengths.wrong.iter_mut().filter(|(name, _)| (name.0, name.1) == (transmit, number)) {
+            wrong.keep();
         }
     }
 
@@ -126,7 +137,7 @@ impl PdoLength {
             None => 1..=127,
         };
         for node in nodes {
-            *self.nodes.entry(node) = Lengths { reset: Some(cx.at.no), fitted: [0; 2] };
+            *self.nodes.entry(node) = Lengths { reset: Some(cx.at.no), ..Lengths::default() };
         }
     }
 

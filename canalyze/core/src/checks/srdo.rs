@@ -5,9 +5,11 @@
 //! shows wrongly by itself is no fault: its edges cut pairs, and a frame of the capturing host may stand one later.
 //! It must not decode; and no time is judged that is not configured.
 
+use super::pdo_timing::tolerance;
 use crate::configuration::Provenance;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Quantity};
+use crate::evidence::{Recording, Rules, When};
+use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{CanId, Frame, FrameRef};
 use crate::node::{CobId, Node, PerNode};
 use crate::services::sdo::wire::Mux;
@@ -16,11 +18,7 @@ use crate::services::sdo::wire::Mux;
 const PAIRS: usize = 64;
 /// Pairs of frames that show that identifiers carry an SRDO, and after which no half is cut off by the capture's edge.
 const PROOF: u64 = 2;
-/// Least allowance for times, in ns: what adapters add to stamps.
-const JITTER: i64 = 1_000_000;
 const MS: i64 = 1_000_000;
-/// By how much a frame that the capturing host sent may be captured late at most, in ns.
-const LATE_ECHO: i64 = 5_000_000;
 const OPERATIONAL: u8 = 0x05;
 
 /// One frame of a pair.
@@ -28,12 +26,12 @@ const OPERATIONAL: u8 = 0x05;
 struct Half {
     data: u64,
     len: u8,
-    at: FrameRef,
+    when: When,
 }
 
 impl Half {
-    fn of(frame: &Frame) -> Self {
-        Self { data: u64::from_le_bytes(frame.head()), len: frame.len, at: frame.reference() }
+    fn of(frame: &Frame, when: When) -> Self {
+        Self { data: u64::from_le_bytes(frame.head()), len: frame.len, when }
     }
 
     fn is_inverse(&self, other: &Self) -> bool {
@@ -89,7 +87,7 @@ struct Pair {
     valid: u64,
     last: Option<Half>,
     /// Where the last pair began, if it was right and nothing has happened since.
-    began: Option<i64>,
+    began: Option<When>,
     /// A pair came though the producer is known not to be Operational.
     idle: bool,
     /// And the producer has said since that it is not.
@@ -105,7 +103,7 @@ enum Report {
     InverseMissing(Half),
     NormalMissing(Half),
     Late(Half, i64, i64, Limit),
-    Slow(i64, i64, Limit),
+    Slow(When, i64, i64, Limit),
     Idle(u8),
 }
 
@@ -144,6 +142,7 @@ impl Srdos {
         inverted: bool,
         frame: &Frame,
         nodes: &PerNode<Node>,
+        cx: &Context<'_>,
         state: impl Fn(u8) -> Option<u8>,
     ) -> Seen {
         if !self.compiled {
@@ -161,11 +160,12 @@ impl Srdos {
             return seen;
         }
         let before = pair.valid;
-        let half = Half::of(frame);
+        let half = Half::of(frame, cx.when);
+        let recording = &cx.evidence.recording;
         if inverted {
-            pair.inverse(half, &mut seen);
+            pair.inverse(half, recording, &mut seen);
         } else {
-            pair.normal(half, &mut seen);
+            pair.normal(half, recording, &mut seen);
         }
         if pair.valid > before {
             let state = limits.producer.and_then(|(node, _)| state(node)).filter(|state| *state != OPERATIONAL);
@@ -175,7 +175,7 @@ impl Srdos {
                 Some(_) => {}
                 None => pair.confirmed = false,
             }
-            pair.timing(half, frame, &limits, &mut seen);
+            pair.timing(half, recording, &limits, &mut seen);
         }
         pair.proven |= pair.valid >= PROOF;
         // What an edge has cut off may make one pair wrong.
@@ -192,11 +192,8 @@ impl Srdos {
     }
 
     /// Raises what [`Self::follow`] has found.
-    /// `paused`: the bus was silent before the frame for so long that it was not recorded.
-    pub fn judge(&self, seen: &Seen, paused: bool, cx: &mut Context<'_>) {
-        for report in
-            seen.reports.iter().filter(|report| !paused || !matches!(report, Report::Slow(..) | Report::Late(..)))
-        {
+    pub fn judge(&self, seen: &Seen, cx: &mut Context<'_>) {
+        for report in &seen.reports {
             self.raise(seen.number, *report, cx);
         }
     }
@@ -212,27 +209,34 @@ impl Srdos {
         let (normal, inverse) = limits.identifiers.unwrap_or_else(|| identifiers(number));
         let mut find = |code, node, object, cause: Option<FrameRef>, face, measured: &[_]| {
             let cause = cause.filter(|cause| cause.no != cx.at.no);
-            cx.find(code, Some(node), object, cause, Facts::told(face, measured));
+            let finding = cx.finding(code, Some(node), object, cause, Facts::told(face, measured));
+            let (Report::Late(Half { when: since, .. }, ..) | Report::Slow(since, ..)) = report else {
+                return cx.report(finding);
+            };
+            let evidence = &cx.evidence;
+            let times = (since, cx.when);
+            let because_of = evidence.circumstances.excuse(Rules::Srdo, Some(node), times, &evidence.recording);
+            cx.report_timed(Finding { because_of, ..finding });
         };
         match report {
             Report::NotInverse(half, len) if half.len != len => {
                 let length = |len| Quantity::Count(u64::from(len));
                 let measured = [pair, ("normal", length(half.len)), ("inverted", length(len))];
-                find(Code::Srd001, node, object(6), Some(half.at), 1, &measured);
+                find(Code::Srd001, node, object(6), Some(half.when.at), 1, &measured);
             }
-            Report::NotInverse(half, _) => find(Code::Srd001, node, object(6), Some(half.at), 0, &[pair]),
-            Report::Swapped(half) => find(Code::Srd004, node, object(5), Some(half.at), 0, &[pair]),
+            Report::NotInverse(half, _) => find(Code::Srd001, node, object(6), Some(half.when.at), 0, &[pair]),
+            Report::Swapped(half) => find(Code::Srd004, node, object(5), Some(half.when.at), 0, &[pair]),
             Report::InverseMissing(half) => {
-                find(Code::Srd004, node, object(6), Some(half.at), 1, &[pair, ("id", Quantity::Id(inverse))]);
+                find(Code::Srd004, node, object(6), Some(half.when.at), 1, &[pair, ("id", Quantity::Id(inverse))]);
             }
             Report::NormalMissing(half) => {
-                find(Code::Srd004, node, object(5), Some(half.at), 2, &[pair, ("id", Quantity::Id(normal))]);
+                find(Code::Srd004, node, object(5), Some(half.when.at), 2, &[pair, ("id", Quantity::Id(normal))]);
             }
             Report::Late(half, delay, allowance, (node, index, ms)) => {
                 let measured = timing(pair, ("delay", delay), ms, allowance);
-                find(Code::Srd002, node, Some(Mux { index, sub: 3 }), Some(half.at), 0, &measured);
+                find(Code::Srd002, node, Some(Mux { index, sub: 3 }), Some(half.when.at), 0, &measured);
             }
-            Report::Slow(gap, allowance, (node, index, ms)) => {
+            Report::Slow(_, gap, allowance, (node, index, ms)) => {
                 let measured = timing(pair, ("gap", gap), ms, allowance);
                 find(Code::Srd003, node, Some(Mux { index, sub: 2 }), None, 0, &measured);
             }
@@ -267,7 +271,7 @@ impl Srdos {
 }
 
 impl Pair {
-    fn normal(&mut self, half: Half, seen: &mut Seen) {
+    fn normal(&mut self, half: Half, recording: &Recording, seen: &mut Seen) {
         if let Some(missing) = self.missing.take().filter(|_| self.valid > PROOF) {
             self.began = None;
             seen.reports.push(Report::InverseMissing(missing));
@@ -275,7 +279,7 @@ impl Pair {
         if let Some(open) = self.open.replace(half) {
             self.began = None;
             if std::mem::take(&mut self.adjacent) && self.early.is_some_and(|early| early.is_inverse(&open)) {
-                self.swapped(open, seen);
+                self.swapped(open, recording, seen);
                 self.early = None;
                 self.spare = Some(open);
             } else if let Some(older) = self.older.replace(open).filter(|_| self.valid >= PROOF) {
@@ -284,7 +288,7 @@ impl Pair {
         }
     }
 
-    fn inverse(&mut self, half: Half, seen: &mut Seen) {
+    fn inverse(&mut self, half: Half, recording: &Recording, seen: &mut Seen) {
         match self.open {
             Some(open) if open.is_inverse(&half) => {
                 self.open = None;
@@ -306,7 +310,7 @@ impl Pair {
             }
             Some(open) if self.early.is_some_and(|early| early.is_inverse(&open)) => {
                 self.open = None;
-                self.swapped(open, seen);
+                self.swapped(open, recording, seen);
                 (self.early, self.adjacent) = (Some(half), true);
             }
             Some(_) if self.older.or(self.spare).is_some_and(|older| older.is_inverse(&half)) => {
@@ -334,41 +338,34 @@ impl Pair {
     }
 
     /// Inverted data came before their normal data. Once is what a late frame looks like, if they are close.
-    fn swapped(&mut self, normal: Half, seen: &mut Seen) {
-        let early = self.early.and_then(|early| early.at.t_ns);
-        let apart = early.zip(normal.at.t_ns).map_or(0, |(early, at)| at.saturating_sub(early));
+    fn swapped(&mut self, normal: Half, recording: &Recording, seen: &mut Seen) {
+        let apart = self.early.and_then(|early| recording.between(early.when, normal.when)).unwrap_or(0);
         self.swaps = self.swaps.saturating_add(1);
         self.lone = None;
         self.began = None;
-        if self.swaps >= 2 || apart > LATE_ECHO {
+        if self.swaps >= 2 || apart > recording.lag_ns() {
             seen.reports.push(Report::Swapped(normal));
         }
     }
 
-    /// The times of a pair that has become complete with `half`: `seen` says that it did.
-    fn timing(&mut self, half: Half, frame: &Frame, limits: &Limits, seen: &mut Seen) {
-        let Some((normal, began, ended)) = self.times(half) else { return };
-        let resolution = frame.stamp.map_or(1, |stamp| 10_i64.pow(u32::from(9 - stamp.decimals.min(9))));
-        let allowance = JITTER.max(resolution.saturating_mul(2));
+    /// The times of a pair that has become complete with `half`.
+    fn timing(&mut self, half: Half, recording: &Recording, limits: &Limits, seen: &mut Seen) {
+        let Some(normal) = self.last.filter(|normal| normal.when.at.t_ns.is_some()) else { return };
         if let Some(limit) = limits.validation {
-            let delay = ended.saturating_sub(began);
-            if delay > (limit.2 * MS).saturating_add(allowance) {
+            let allowance = tolerance(limit.2 * MS);
+            if recording.certainly_later(half.when, normal.when, limit.2 * MS + allowance) {
+                let delay = recording.between(normal.when, half.when).unwrap_or(0);
                 seen.reports.push(Report::Late(normal, delay, allowance, limit));
             }
         }
         if let (Some(before), Some(limit)) = (self.began, limits.cycle) {
-            let allowance = allowance.max(limit.2 * MS / 10);
-            let gap = began.saturating_sub(before);
-            if gap > (limit.2 * MS).saturating_add(allowance) {
-                seen.reports.push(Report::Slow(gap, allowance, limit));
+            let allowance = tolerance(limit.2 * MS).max(limit.2 * MS / 10);
+            if recording.certainly_later(normal.when, before, limit.2 * MS + allowance) {
+                let gap = recording.between(before, normal.when).unwrap_or(0);
+                seen.reports.push(Report::Slow(before, gap, allowance, limit));
             }
         }
-        self.began = Some(began);
-    }
-
-    fn times(&self, half: Half) -> Option<(Half, i64, i64)> {
-        let normal = self.last?;
-        Some((normal, normal.at.t_ns?, half.at.t_ns?))
+        self.began = Some(normal.when);
     }
 }
 

@@ -1,60 +1,46 @@
 //! SYNC (CiA 301, 7.2.5): its length and counter, its period, and how many producers there are.
 //!
-//! The gaps between SYNCs are `beat`'s, the counter's values `sync_counter`'s, synchronous PDOs `sync_window`'s, what
-//! is configured `sync_settings`'; here frames are handed on to them, and what they say is told. It must not change
-//! what a frame means.
+//! The gaps between SYNCs are `sync_period`'s, the counter's values `sync_counter`'s, synchronous PDOs `sync_window`'s,
+//! what is configured `sync_settings`'; here frames are handed on to them, and what they show is reported. Two producers
+//! explain what is irregular then: it is reported as their consequence. It must not change what a frame means.
 
-use crate::checks::beat::{Beat, Lateness, Pace, Restart};
 use crate::checks::sync_counter::{Counter, Miscount};
+use crate::checks::sync_period::{Irregular, Restart, SyncPeriod};
 use crate::checks::sync_settings::{Settings, ns};
 use crate::checks::sync_window::{SyncWindow, synchronous};
 use crate::cob_id::Role;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::Placement;
-use crate::finding::{Code, Facts, Quantity};
+use crate::evidence::circumstance::Kind;
+use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{CanId, Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
+use crate::services::heartbeat::OPERATIONAL;
+use crate::services::nmt::{PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP};
 use crate::services::sdo::wire::Mux;
 
 /// SYNCs of one length before it is taken for theirs.
 const LENGTHS: u8 = 3;
-/// Steady gaps before a configured period is held against them.
-const AGREED: u32 = 8;
-/// The longest that a frame captured twice follows itself.
-const COPIED_NS: i64 = 250_000;
-/// SYNCs that stood twice before every frame is taken to do so.
-const COPIED: u8 = 2;
-/// The coarsest resolution that is taken for one, in ns.
-const COARSEST: i64 = 10_000_000;
-/// The slowest that frames follow each other which a machine that stood still takes from its buffer, and the longest
-/// that it stood still.
-const DRAINED_NS: i64 = 1_000_000;
-const STALL_NS: i64 = 1_000_000_000;
+/// A configured period differs from the one that shows by more than this part of it: clocks may be 1 % apart.
+const DIFFERS: i64 = 40;
 /// SYNCs after which the configuration is taken as complete: a configurator writes one object after the other.
 const SETTLED: u64 = 2;
-/// How long at least SYNC is missed before it is taken to have stopped, and how many periods.
-const SILENT_NS: i64 = 1_000_000_000;
+/// How long at least SYNC is missed before it is taken to have stopped, in ns, and how many periods.
+const SILENT_NS: i64 = 500_000_000;
 const SILENT_PERIODS: i64 = 10;
-/// The NMT commands there are, and the nodes they may be sent to.
-const COMMANDS: [u8; 5] = [0x01, 0x02, 0x80, 0x81, 0x82];
+/// Periods for which a finding waits for a second producer to show.
+const EXPLAINED: i64 = 8;
+/// The last node that a command may be sent to.
 const LAST_NODE: u8 = 127;
-/// Start; and stop, after which, as after a reset, a producer sends no SYNC for a while.
-const START: u8 = 0x01;
-const STOP: u8 = 0x02;
-/// NMT command for all nodes where a master may stop the SYNC for longer than so many periods, to configure them.
-const PRE_OPERATIONAL: u8 = 0x80;
-const CONFIGURED: i64 = 3;
-/// Heartbeat state Operational.
-const OPERATIONAL: u8 = 5;
 
 /// SYNC on one bus.
 #[derive(Debug, Default)]
 pub struct Sync {
     settings: Settings,
-    beat: Beat,
+    period: SyncPeriod,
     counter: Counter,
     window: SyncWindow,
     /// The identifier of the SYNCs that are followed: the first one seen.
@@ -62,24 +48,20 @@ pub struct Sync {
     length: Option<Length>,
     /// The last SYNC whose counter had a gap before it.
     miscounted: Option<u64>,
-    /// The last SYNC's length was against 1019h, and that was said.
+    /// The last SYNC's length was against 1019h, and that was reported.
     against_1019: bool,
-    /// The producer may have begun anew since the last SYNC.
+    /// The producer may have begun anew since the last SYNC, and why it may have been stopped.
     restarted: bool,
-    /// It may have been stopped since the last SYNC.
     stopped: Restart,
-    /// All nodes were sent to Pre-operational since then.
-    configuring: bool,
-    /// SYNCs that stood twice in the capture: the own echo, and what came back from the bus.
-    copies: Copies,
-    /// The multiple of which all stamps were, in ns: their resolution, whatever their number of decimals.
-    grain: Option<i64>,
-    /// SYNC is missed, and a node was Operational then.
-    silence: Silence,
-    /// Two producers were told of.
-    two: bool,
-    /// Configured periods were held against the traffic.
+    /// The last frame of the bus, and its longest silence since the last SYNC, in ns.
+    heard_ns: Option<i64>,
+    silence_ns: i64,
+    /// It was reported that SYNC has stopped, or nothing can be said of it.
+    ended: bool,
+    /// A configured period was held against the traffic.
     compared: bool,
+    /// The period before the last change that was reported, in ns, and the frame of the change.
+    changed: Option<(i64, FrameRef)>,
     /// Nodes whose 1005h, 1006h or 1007h is another one, by which frame, in which cycle.
     written: Vec<(u8, FrameRef, u64)>,
 }
@@ -94,37 +76,11 @@ struct Length {
     others: u8,
 }
 
-/// What is known of the time since the last SYNC.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Silence {
-    /// Nothing worth a word.
-    #[default]
-    Short,
-    /// It is long, and at this time a node was Operational. A machine that stood still may have SYNCs in its buffer, so
-    /// the next one is waited for.
-    Long(i64),
-    /// It was told.
-    Told,
-}
-
-/// SYNCs that stood twice, as every frame does in some captures.
-#[derive(Debug, Default)]
-struct Copies {
-    /// How many did so.
-    count: u8,
-    /// The cycle of the last one.
-    cycle: u64,
-    /// The only one so far, with the time since its original: one too many, unless the next stands twice too.
-    only: Option<(FrameRef, i64)>,
-    /// The counter value of the last SYNC that was no copy.
-    value: Option<u8>,
-}
-
 impl Sync {
     /// SYNC on a bus of which nothing was seen.
     pub fn new(network: &Network, nodes: &PerNode<Node>) -> Self {
         let settings = Settings::compile(network, nodes);
-        Self { settings, beat: Beat::new(network.jitter_ns), ..Self::default() }
+        Self { settings, period: SyncPeriod::new(network.jitter_ns), ..Self::default() }
     }
 
     /// The least synchronous window in force on the bus, in ns; `None` where there is none or none is known.
@@ -134,25 +90,31 @@ impl Sync {
 
     /// The cycle that runs; 0 before the first.
     pub fn cycle(&self) -> u64 {
-        self.beat.cycle()
+        self.period.cycle()
     }
 
-    /// Where a PDO stands in its SYNC cycle, if it is a synchronous one.
-    pub fn place(&self, node: u8, pdo: Option<&Pdo>, frame: &Frame) -> Option<Placement> {
+    /// Where a PDO stands in its SYNC cycle, if it is a synchronous one. `lag_ns`: how late SYNC may be listed.
+    pub fn place(&self, node: u8, pdo: Option<&Pdo>, frame: &Frame, lag_ns: i64) -> Option<Placement> {
         let pdo = pdo.filter(|pdo| pdo.transmission.is_some_and(|(kind, _)| synchronous(kind)))?;
-        self.window.place(&self.beat, node, pdo, frame.reference())
+        self.window.place(&self.period, node, pdo, frame.reference(), lag_ns)
+    }
+
+    /// A frame of any kind was heard.
+    pub fn heard(&mut self, now_ns: i64) {
+        if let Some(before) = self.heard_ns.replace(now_ns) {
+            self.silence_ns = self.silence_ns.max(now_ns.saturating_sub(before));
+        }
     }
 
     /// Takes a PDO of a node, known to be configured as `pdo`.
-    pub fn process_data(&mut self, node: u8, pdo: Option<&Pdo>, frame: &Frame, cx: &mut Context<'_>) {
+    pub fn process_data(&mut self, transmit: bool, node: u8, pdo: Option<&Pdo>, cx: &mut Context<'_>) {
         let followed = |pdo: &&Pdo| pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind));
         if let Some(pdo) = pdo.filter(followed) {
             let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
-            let copied = self.copies.count > 0 && self.copies.cycle + 1 >= self.beat.cycle();
-            if copied && self.window.repeats(node, pdo.number, frame.reference(), COPIED_NS) {
-                return;
-            }
-            self.window.arrived(&self.beat, node, (pdo, frame.reference()), window_ns, cx);
+            self.window.arrived(&self.period, node, pdo, window_ns, cx);
+        }
+        if transmit {
+            self.judge_end(node, cx);
         }
     }
 
@@ -161,32 +123,30 @@ impl Sync {
         match *message {
             Message::Sync { counter } => self.sync(counter, frame, nodes, cx),
             Message::Malformed { role: Role::Sync, flaw: Flaw::Length { .. } } => {
-                cx.find(
-                    Code::Syn001,
-                    None,
-                    None,
-                    None,
-                    Facts::told(2, &[("found", Quantity::Count(frame.len.into()))]),
-                );
+                let facts = Facts::told(2, &[("found", Quantity::Count(frame.len.into()))]);
+                cx.find(Code::Syn001, None, None, None, facts);
                 self.sync(None, frame, nodes, cx);
             }
-            Message::Nmt { command, node } => {
-                self.configuring |= command == PRE_OPERATIONAL && node == 0;
-                // What cannot be read may have been any command to any node.
-                let unread = node > LAST_NODE || !COMMANDS.contains(&command);
+            Message::Nmt { command, node } if node <= LAST_NODE => {
                 let stops = match command {
-                    _ if unread => Restart::Likely,
                     STOP => Restart::Hardly,
-                    START | PRE_OPERATIONAL => Restart::None,
-                    _ => Restart::Perhaps,
+                    START => Restart::None,
+                    PRE_OPERATIONAL if node == 0 => Restart::Configuring,
+                    PRE_OPERATIONAL => Restart::None,
+                    RESET_NODE | RESET_COMMUNICATION => Restart::Perhaps,
+                    _ => Restart::Likely,
                 };
+                let unread = !matches!(command, STOP | START | PRE_OPERATIONAL | RESET_NODE | RESET_COMMUNICATION);
                 self.restart(Some(node).filter(|node| *node != 0 && !unread), stops);
             }
-            Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.restart(None, Restart::Likely),
+            // What cannot be read may have been any command to any node.
+            Message::Nmt { .. } | Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => {
+                self.restart(None, Restart::Likely);
+            }
             Message::BootUp { node } => self.restart(Some(node), Restart::Perhaps),
             Message::Heartbeat { node, state: OPERATIONAL, .. } => {
-                self.window.alive(node, &self.beat, cx);
-                self.judge_silence(node, frame.reference(), cx);
+                self.window.alive(node, &self.period, cx);
+                self.judge_end(node, cx);
             }
             Message::Heartbeat { node, .. } => self.window.restart(Some(node)),
             Message::PdoRequest { transmit: true, number, node } => self.window.asked(node, number),
@@ -196,19 +156,20 @@ impl Sync {
 
     /// An object of a node is known to hold another value.
     pub fn configured(&mut self, node: u8, mux: Mux, network: &Network, nodes: &PerNode<Node>, at: FrameRef) {
+        let pdo = |number| nodes.get(node).and_then(|node| node.pdo(true, number));
         match mux.index {
             0x1005 | 0x1006 | 0x1007 | 0x1019 => {
                 if mux.index != 0x1019 && !self.written.iter().any(|(one, ..)| *one == node) {
                     self.written.push((node, at, 0));
                 }
                 if let Some(entry) = self.written.iter_mut().find(|(one, ..)| *one == node) {
-                    *entry = (node, at, self.beat.cycle());
+                    *entry = (node, at, self.period.cycle());
                 }
                 self.reconfigure(network, nodes);
                 (self.restarted, self.stopped) = (true, Restart::Likely);
             }
-            0x1800..=0x19FF => self.window.reconfigured(node, mux.index - 0x17FF),
-            0x1A00..=0x1BFF => self.window.reconfigured(node, mux.index - 0x19FF),
+            0x1800..=0x19FF => self.window.reconfigured(node, mux.index - 0x17FF, pdo(mux.index - 0x17FF)),
+            0x1A00..=0x1BFF => self.window.reconfigured(node, mux.index - 0x19FF, pdo(mux.index - 0x19FF)),
             _ => {}
         }
     }
@@ -217,7 +178,7 @@ impl Sync {
     pub fn reconfigure(&mut self, network: &Network, nodes: &PerNode<Node>) {
         let before = std::mem::replace(&mut self.settings, Settings::compile(network, nodes));
         if before.period_ns != self.settings.period_ns {
-            self.beat.forget_period();
+            self.period.forget();
             self.compared = false;
         }
         if before.overflow != self.settings.overflow || before.any_overflow != self.settings.any_overflow {
@@ -225,13 +186,13 @@ impl Sync {
             self.length = None;
         }
         self.id = None;
-        self.two = false;
+        self.window.because_of = None;
     }
 
     /// Frames of the bus were lost.
     pub fn lost(&mut self) {
-        self.beat.broken();
-        self.silence = Silence::Told;
+        self.period.broken();
+        self.ended = true;
         self.counter.forget();
         self.window.restart(None);
     }
@@ -239,13 +200,11 @@ impl Sync {
     /// The capture is over.
     pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if let Some(miscount) = self.counter.finish() {
-            tell(miscount, cx);
+            self.tell_miscount(miscount, cx);
         }
-        if let Some(lateness) = self.beat.finish(cx.at) {
-            self.tell_late(lateness, cx);
+        for irregular in self.period.finish(&cx.evidence.recording) {
+            self.tell(irregular, cx);
         }
-        self.tell_caught_up(cx);
-        self.window.finish(&self.beat, &self.settings.windows, cx);
         self.judge_settings(u64::MAX, nodes, cx);
     }
 
@@ -255,8 +214,8 @@ impl Sync {
         let producer = node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
         self.restarted |= producer;
         if producer && stops != Restart::None {
-            let certain = node.is_none() || self.settings.producer.is_some();
-            self.stopped = if certain { Restart::Likely } else { self.stopped.max(stops) };
+            let certain = (node.is_none() && stops != Restart::Configuring) || self.settings.producer.is_some();
+            self.stopped = self.stopped.max(if certain { Restart::Likely } else { stops });
         }
     }
 
@@ -265,108 +224,84 @@ impl Sync {
             return;
         }
         let at = frame.reference();
-        self.silence = Silence::Short;
-        if self.copy(counter, at, cx) {
-            return;
-        }
-        let before = self.beat.sync(self.beat.cycle());
+        let silent = self.period.delay_ns(at).is_some_and(|gap| self.silence_ns > gap / 2);
+        let ended = std::mem::take(&mut self.ended);
+        self.silence_ns = 0;
         let restarted = std::mem::take(&mut self.restarted);
         let stopped = std::mem::take(&mut self.stopped);
+        let stopped = if ended { Restart::Likely } else { stopped };
         let wrong = self.judge_length(frame.len, restarted, cx);
-        let decimals = frame.stamp.map_or(0, |stamp| 10_i64.pow(9 - u32::from(stamp.decimals.min(9))));
-        let resolution = decimals.max(self.grain.unwrap_or(0));
-        let period = self.beat.period_ns();
-        let gap = self.beat.delay_ns(at);
-        let long = period.is_none_or(|period| gap.is_some_and(|gap| gap > period.saturating_mul(CONFIGURED)));
-        let configured = std::mem::take(&mut self.configuring) && long;
-        let stopped = if configured { Restart::Likely } else { stopped };
-        let pace = self.beat.step(at, resolution, stopped, self.settings.period_ns);
-        if let Some(lateness) = self.beat.take_before_pause() {
-            self.tell_late(lateness, cx);
-        }
-        match pace {
-            Pace::Settled(lateness) => self.tell_late(lateness, cx),
-            _ => self.judge_pace(pace, before, (gap, period), cx),
-        }
-        self.tell_caught_up(cx);
-        let again = restarted || matches!(pace, Pace::Late | Pace::Resumed);
+        let period = self.period.period_ns();
+        let long = period.zip(self.period.delay_ns(at)).is_some_and(|(period, gap)| gap > period + period / 2);
+        let irregular = self.period.step(cx.when, stopped, silent, &cx.evidence.recording);
         match counter {
             // What a SYNC of the wrong length carries is no counter.
-            Some(value) if !wrong => {
-                let exact = self.settings.overflow.filter(|value| *value > 0);
-                let bound = self.settings.any_overflow.map(|(value, _)| value).filter(|value| *value > 0);
-                for miscount in self.counter.step(value, at, exact, bound, again).into_iter().flatten() {
-                    if matches!(miscount, Miscount::Two { .. }) && std::mem::replace(&mut self.two, true) {
-                        continue;
-                    }
-                    if let Miscount::Gap { at, .. } = miscount {
-                        self.miscounted = Some(at.no);
-                        self.window.explained(self.beat.cycle() - u64::from(at.no != cx.at.no));
-                    }
-                    tell(miscount, cx);
-                }
-            }
+            Some(value) if !wrong => self.count(value, at, restarted || long || silent, cx),
             _ => self.counter.forget(),
         }
-        if self.window.stood_still() && at.t_ns.is_none() {
-            self.beat.disturbed();
+        for one in irregular {
+            self.tell(one, cx);
         }
-        self.window.cycle_over(&self.beat, &self.settings.windows, cx);
+        if self.cycle() == 1 {
+            self.window.first_sync(cx);
+        }
+        if self.period.is_single() {
+            self.window.because_of = None;
+        }
+        if self.window.stood_still() && at.t_ns.is_none() {
+            self.period.disturbed();
+        }
         self.compare_periods(cx);
         if at.t_ns.is_none() && self.settings.period_ns.is_some() && !self.window.set_told() {
             cx.find(Code::Syn011, None, None, None, Facts::told(0, &[]));
         }
-        self.judge_settings(self.beat.cycle(), nodes, cx);
+        self.judge_settings(self.period.cycle(), nodes, cx);
     }
 
-    /// Narrows the resolution of the stamps down.
-    #[inline]
-    pub fn see_grain(&mut self, t_ns: i64) {
-        let mut grain = self.grain.unwrap_or(COARSEST);
-        while grain > 1 && t_ns % grain != 0 {
-            grain /= 10;
+    /// Takes a counter value. `again`: the producer may begin anew with it.
+    fn count(&mut self, value: u8, at: FrameRef, again: bool, cx: &mut Context<'_>) {
+        let exact = self.settings.overflow.filter(|value| *value > 0);
+        for miscount in self.counter.step(value, at, exact, again).into_iter().flatten() {
+            if let Miscount::Gap { at, .. } = miscount {
+                self.miscounted = Some(at.no);
+            }
+            self.tell_miscount(miscount, cx);
         }
-        self.grain = Some(grain);
     }
 
-    /// Whether a SYNC is the last one captured again. One that alone stands twice is told of when the next but one
-    /// shows that it is alone.
-    fn copy(&mut self, counter: Option<u8>, at: FrameRef, cx: &mut Context<'_>) -> bool {
-        let gap = self.beat.delay_ns(at).filter(|gap| (0..=COPIED_NS).contains(gap));
-        let cycle = self.beat.cycle();
-        let known = match self.beat.period_ns() {
-            Some(period) => gap.is_some_and(|gap| gap < period / 4) && !self.beat.catching_up(),
-            // Of frames from a buffer the gap before is as short.
-            None => cycle == 1 || counter.is_some() || self.beat.last_gap_ns() > 2 * COPIED_NS,
+    fn tell_miscount(&mut self, miscount: Miscount, cx: &mut Context<'_>) {
+        let count = |value: u8| Quantity::Count(value.into());
+        let (code, at, facts) = match miscount {
+            Miscount::Gap { found, expected, at } => {
+                (Code::Syn002, at, Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
+            }
+            Miscount::Outside { found, limit } => {
+                (Code::Syn002, cx.at, Facts::told(1, &[("found", count(found)), ("limit", count(limit))]))
+            }
+            Miscount::Two { found, expected, at } => {
+                if self.window.because_of.is_none() {
+                    let facts = Facts::told(0, &[("found", count(found)), ("expected", count(expected))]);
+                    self.two_producers(Finding { at, ..cx.finding(Code::Syn006, None, None, None, facts) }, cx);
+                }
+                return;
+            }
         };
-        let fresh = self.copies.cycle != cycle;
-        if let Some(gap) = gap.filter(|_| known && fresh && counter == self.copies.value) {
-            self.copies.only = (self.copies.count == 0).then_some((at, gap));
-            self.copies.count = (self.copies.count + 1).min(COPIED);
-            self.copies.cycle = cycle;
-            if self.copies.count < COPIED {
-                self.beat.disturbed();
-            }
-            return true;
-        }
-        self.copies.value = counter;
-        if self.copies.count < COPIED
-            && cycle > self.copies.cycle
-            && let Some((copy, gap)) = self.copies.only.take()
-        {
-            self.copies.count = 0;
-            self.beat.disturbed();
-            if self.beat.period_ns().is_none() {
-                // It was a SYNC of its own: the cycles were counted wrong.
-                self.window.restart(None);
-            }
-            if let (Some(period), false) = (self.beat.period_ns(), self.two) {
-                let tolerance = Quantity::Ns(self.beat.tolerance_ns().unwrap_or(0));
-                let facts = [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", tolerance)];
-                cx.find_at(copy, Code::Syn003, None, None, None, Facts::told(2, &facts));
-            }
-        }
-        false
+        self.report(Finding { at, ..cx.finding(code, None, None, None, facts) }, cx);
+    }
+
+    /// Two producers: what waits and what comes is their doing.
+    fn two_producers(&mut self, finding: Finding, cx: &mut Context<'_>) {
+        self.window.because_of = Some(finding.at);
+        cx.evidence.circumstances.note(Kind::SyncBroken, None, cx.when);
+        cx.evidence.pending.explain(finding.at, is_of_sync);
+        cx.report(finding);
+    }
+
+    /// Reports what a second producer may explain.
+    fn report(&self, finding: Finding, cx: &mut Context<'_>) {
+        let period_ns = self.period.period_ns().or(self.settings.period_ns).unwrap_or(0);
+        let finding = Finding { because_of: self.window.because_of, ..finding };
+        cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
     }
 
     /// The length against 1019h, and against the SYNCs before.
@@ -407,99 +342,96 @@ impl Sync {
         wrong
     }
 
-    /// A node is Operational, and no SYNC has come for long.
-    fn judge_silence(&mut self, node: u8, at: FrameRef, cx: &mut Context<'_>) {
-        if self.stopped != Restart::None || self.restarted || self.silence == Silence::Told {
+    /// A node is Operational, and no SYNC has come for long though the bus is alive.
+    fn judge_end(&mut self, node: u8, cx: &mut Context<'_>) {
+        if self.ended || self.stopped != Restart::None || !cx.evidence.recording.teaches(cx.when) {
             return;
         }
-        let (Some(now), Some(silence), Some(period)) = (at.t_ns, self.beat.delay_ns(at), self.beat.period_ns()) else {
+        let (Some(last), Some(period)) = (self.period.sync(self.cycle()), self.period.period_ns()) else { return };
+        let limit = period.saturating_mul(SILENT_PERIODS).max(SILENT_NS);
+        let silence = self.period.delay_ns(cx.at).unwrap_or(0);
+        if self.silence_ns > silence / 2 || !cx.evidence.recording.certainly_later(cx.when, last, limit) {
             return;
+        }
+        self.ended = true;
+        let facts = [("silence", Quantity::Ns(silence)), ("period", Quantity::Ns(period))];
+        cx.evidence.circumstances.note(Kind::SyncBroken, None, cx.when);
+        cx.find(Code::Syn013, Some(node), None, Some(last.at), Facts::told(0, &facts));
+    }
+
+    /// Reports what gaps between SYNCs have turned out to be.
+    fn tell(&mut self, irregular: Irregular, cx: &mut Context<'_>) {
+        let period = ("period", Quantity::Ns(self.period.period_ns().unwrap_or(0)));
+        let tolerance = self.period.tolerance_ns(&cx.evidence.recording).unwrap_or(0);
+        let tolerance = ("tolerance", Quantity::Ns(tolerance));
+        let gap = |gap_ns| ("gap", Quantity::Ns(gap_ns));
+        let before = |cycle: u64| self.period.frame(cycle.saturating_sub(1));
+        let (code, cycle, cause, facts) = match irregular {
+            Irregular::Late { gap_ns, cycle, missing } => {
+                let at = self.period.frame(cycle);
+                if missing > 0 && at.is_some_and(|at| self.miscounted == Some(at.no)) {
+                    // The counter has shown it.
+                    return;
+                }
+                let missed = ("missing", Quantity::Count(missing.max(1).unsigned_abs()));
+                let facts = Facts::told(u8::from(missing == 0), &[gap(gap_ns), period, tolerance, missed]);
+                (Code::Syn003, cycle, before(cycle), facts)
+            }
+            Irregular::CaughtUp { gap_ns, cycle } => {
+                (Code::Syn012, cycle, None, Facts::told(0, &[gap(gap_ns), period]))
+            }
+            Irregular::Extra { gap_ns, cycle } => {
+                (Code::Syn003, cycle, before(cycle), Facts::told(2, &[gap(gap_ns), period, tolerance]))
+            }
+            Irregular::Two { short_ns, long_ns, cycle } => {
+                if self.window.because_of.is_none() {
+                    let facts = [("short", Quantity::Ns(short_ns)), ("long", Quantity::Ns(long_ns)), period];
+                    let finding = cx.finding(Code::Syn006, None, None, before(cycle), Facts::told(1, &facts));
+                    let at = self.period.frame(cycle).unwrap_or(cx.at);
+                    self.two_producers(Finding { at, ..finding }, cx);
+                }
+                return;
+            }
+            Irregular::Changed { from_ns, to_ns, since } => return self.tell_change(from_ns, to_ns, since, cx),
+            Irregular::Unsteady { off_ns, cycle } => {
+                let facts = Facts::told(5, &[("jitter", Quantity::Ns(off_ns)), period]);
+                (Code::Syn003, cycle, None, facts)
+            }
         };
-        if silence <= period.saturating_mul(SILENT_PERIODS).max(SILENT_NS) {
-            return;
+        let at = self.period.frame(cycle).unwrap_or(cx.at);
+        if let Some(sync) = self.period.sync(cycle).filter(|_| code == Code::Syn003) {
+            cx.evidence.circumstances.note(Kind::SyncBroken, None, sync);
+            cx.evidence.pending.explain(at, |finding| is_of_sync(finding) && is_of_pdo(finding));
         }
-        match self.silence {
-            Silence::Long(since) if now.saturating_sub(since) > period => {
-                self.silence = Silence::Told;
-                let last = self.beat.sync(self.beat.cycle());
-                let facts = [("silence", Quantity::Ns(silence)), ("period", Quantity::Ns(period))];
-                cx.find(Code::Syn013, Some(node), None, last, Facts::told(0, &facts));
-            }
-            Silence::Short => self.silence = Silence::Long(now),
-            Silence::Long(_) | Silence::Told => {}
-        }
+        self.report(Finding { at, ..cx.finding(code, None, None, cause, facts) }, cx);
     }
 
-    fn judge_pace(
-        &mut self,
-        pace: Pace,
-        before: Option<FrameRef>,
-        (gap, period): (Option<i64>, Option<i64>),
-        cx: &mut Context<'_>,
-    ) {
-        let (gap, period) = (gap.unwrap_or(0), period.unwrap_or(0));
-        let tolerance = self.beat.tolerance_ns().unwrap_or(0);
-        let measured =
-            [("gap", Quantity::Ns(gap)), ("period", Quantity::Ns(period)), ("tolerance", Quantity::Ns(tolerance))];
-        match pace {
-            Pace::Early if !self.two => {
-                cx.find(Code::Syn003, None, None, before, Facts::told(2, &measured));
-            }
-            Pace::TwoTrains(short, long) if !std::mem::replace(&mut self.two, true) => {
-                let [_, period, _] = measured;
-                let facts = [("short", Quantity::Ns(short)), ("long", Quantity::Ns(long)), period];
-                cx.find(Code::Syn006, None, None, before, Facts::told(1, &facts));
-            }
-            _ => {}
+    /// The period is another one, and nothing was written that explains it. The way back follows from the change.
+    fn tell_change(&mut self, from_ns: i64, to_ns: i64, since: FrameRef, cx: &mut Context<'_>) {
+        let back = self.changed.take().filter(|(before, _)| before.abs_diff(to_ns) <= before.unsigned_abs() / 32);
+        if back.is_none() {
+            self.changed = Some((from_ns, since));
         }
-    }
-
-    /// A SYNC was late, and those after it were not: its producer, or the recording, stood still for a moment.
-    fn tell_caught_up(&mut self, cx: &mut Context<'_>) {
-        if let Some((gap_ns, cycle)) = self.beat.take_caught_up() {
-            self.window.explained(cycle);
-            let late = self.beat.sync(cycle);
-            let facts = [("gap", Quantity::Ns(gap_ns)), ("period", Quantity::Ns(self.beat.period_ns().unwrap_or(0)))];
-            cx.find_at(late.unwrap_or(cx.at), Code::Syn012, None, None, None, Facts::told(0, &facts));
-        }
-    }
-
-    /// A SYNC was late, or some before it are missing.
-    fn tell_late(&mut self, Lateness { gap_ns, cycle, missing }: Lateness, cx: &mut Context<'_>) {
-        self.window.explained(cycle);
-        let before = self.beat.sync(cycle.saturating_sub(1));
-        let at = self.beat.sync(cycle);
-        if missing > 0 && at.is_some_and(|at| self.miscounted == Some(at.no)) {
-            // The counter has shown it.
-            return;
-        }
-        let facts = [
-            ("gap", Quantity::Ns(gap_ns)),
-            ("period", Quantity::Ns(self.beat.period_ns().unwrap_or(0))),
-            ("tolerance", Quantity::Ns(self.beat.tolerance_ns().unwrap_or(0))),
-            ("missing", Quantity::Count(missing.max(1).unsigned_abs())),
-        ];
-        let face = u8::from(missing == 0);
-        cx.find_at(at.unwrap_or(cx.at), Code::Syn003, None, None, before, Facts::told(face, &facts));
+        cx.evidence.pending.explain(since, is_of_sync);
+        let facts = [("period", Quantity::Ns(to_ns)), ("expected", Quantity::Ns(from_ns))];
+        let finding = cx.finding(Code::Syn003, None, None, None, Facts::told(4, &facts));
+        let because_of = back.map(|(_, at)| at).or(self.window.because_of);
+        self.compared = true;
+        self.window.restart(None);
+        cx.report(Finding { at: since, because_of, ..finding });
     }
 
     /// Configured periods against the one that shows.
     fn compare_periods(&mut self, cx: &mut Context<'_>) {
-        let Some(period) = self.beat.period_ns().filter(|_| !self.compared && self.beat.steady() >= AGREED) else {
-            return;
-        };
-        // Frames that a machine that stood still takes from its buffer have a beat too, and it ends.
-        let buffered = |configured: &i64| {
-            period < DRAINED_NS.min(configured / 4) && i64::from(self.beat.steady()) < STALL_NS / configured.max(&1)
-        };
-        if self.settings.periods.iter().any(|(_, configured)| buffered(configured)) {
+        if self.compared || self.settings.periods.is_empty() {
             return;
         }
-        self.compared = true;
+        let Some((period, uncertain)) = self.period.mean_ns(&cx.evidence.recording) else { return };
         for (node, configured) in &self.settings.periods {
-            if configured.abs_diff(period) > configured.unsigned_abs() / 5 {
+            if configured.abs_diff(period) > (configured / DIFFERS).saturating_add(uncertain).unsigned_abs() {
                 let facts = [("period", Quantity::Ns(period)), ("expected", Quantity::Ns(*configured))];
                 let object = node.map(|_| Mux { index: 0x1006, sub: 0 });
+                self.compared = true;
                 cx.find(Code::Syn003, *node, object, None, Facts::told(3, &facts));
             }
         }
@@ -551,18 +483,15 @@ fn active(nodes: &PerNode<Node>, node: u8) -> bool {
     nodes.get(node).and_then(|node| node.value(0x1006, 0)).is_some_and(|(us, from)| us > 0 && from > Provenance::Eds)
 }
 
-fn tell(miscount: Miscount, cx: &mut Context<'_>) {
-    let count = |value: u8| Quantity::Count(value.into());
-    let (code, at, facts) = match miscount {
-        Miscount::Gap { found, expected, at } => {
-            (Code::Syn002, at, Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
-        }
-        Miscount::Outside { found, limit } => {
-            (Code::Syn002, cx.at, Facts::told(1, &[("found", count(found)), ("limit", count(limit))]))
-        }
-        Miscount::Two { found, expected, at } => {
-            (Code::Syn006, at, Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
-        }
-    };
-    cx.find_at(at, code, None, None, None, facts);
+/// Whether a finding is about SYNC or a synchronous PDO.
+fn is_of_sync(finding: &Finding) -> bool {
+    matches!(
+        finding.code,
+        Code::Syn002 | Code::Syn003 | Code::Syn004 | Code::Syn008 | Code::Syn009 | Code::Syn010 | Code::Syn012
+    )
+}
+
+/// Whether a finding is about a PDO.
+fn is_of_pdo(finding: &Finding) -> bool {
+    finding.object.is_some()
 }

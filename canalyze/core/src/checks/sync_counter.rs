@@ -73,18 +73,10 @@ impl Counter {
         *self = Self::default();
     }
 
-    /// Takes a value. `exact`: the overflow value of the producer; `bound`: the least one that a consumer has.
-    /// `restarted`: the producer may begin anew with 1.
-    pub fn step(
-        &mut self,
-        value: u8,
-        at: FrameRef,
-        exact: Option<u8>,
-        bound: Option<u8>,
-        restarted: bool,
-    ) -> [Option<Miscount>; 2] {
+    /// Takes a value. `exact`: the overflow value of the producer. `restarted`: the producer may begin anew with 1.
+    pub fn step(&mut self, value: u8, at: FrameRef, exact: Option<u8>, restarted: bool) -> [Option<Miscount>; 2] {
         let overflow = exact.or(self.learnt);
-        let limit = exact.or(bound).unwrap_or(HIGHEST);
+        let limit = exact.unwrap_or(HIGHEST);
         if value == 0 || value > limit {
             let held = self.held.take().map(gap);
             self.run_over = None;
@@ -172,7 +164,7 @@ mod tests {
     use super::*;
 
     /// What a sequence shows: `(number of the frame with which it is known, what, frame it is about)`.
-    fn shown(values: &[u8], exact: Option<u8>, bound: Option<u8>) -> Vec<(usize, char, u64)> {
+    fn shown(values: &[u8], exact: Option<u8>) -> Vec<(usize, char, u64)> {
         let mut counter = Counter::default();
         let mut out = Vec::new();
         let mut say = |number: usize, miscount: Option<Miscount>| match miscount {
@@ -183,7 +175,7 @@ mod tests {
         };
         for (number, value) in values.iter().enumerate() {
             let at = FrameRef { no: number as u64, ..FrameRef::default() };
-            for miscount in counter.step(*value, at, exact, bound, false) {
+            for miscount in counter.step(*value, at, exact, false) {
                 say(number, miscount);
             }
         }
@@ -194,26 +186,25 @@ mod tests {
     #[test]
     fn what_counters_show() {
         let none: Vec<(usize, char, u64)> = Vec::new();
-        for (values, exact, bound, want) in [
-            (&[7, 8, 9, 1, 2, 3][..], None, None, none.clone()),
-            (&[1, 2, 3, 4, 1, 2], Some(4), None, none.clone()),
-            (&[239, 240, 1, 2], None, None, none.clone()),
-            (&[8, 9, 1, 2, 8, 9, 1, 2], None, None, vec![(5, 'g', 4)]),
+        for (values, exact, want) in [
+            (&[7, 8, 9, 1, 2, 3][..], None, none.clone()),
+            (&[1, 2, 3, 4, 1, 2], Some(4), none.clone()),
+            (&[239, 240, 1, 2], None, none.clone()),
+            (&[8, 9, 1, 2, 8, 9, 1, 2], None, vec![(5, 'g', 4)]),
             // A restart that was taken for the overflow value.
-            (&[4, 5, 1, 2, 3, 4, 5, 6, 7, 8, 1, 2], None, None, none.clone()),
-            (&[1, 2, 3, 5, 6, 7], None, None, vec![(4, 'g', 3)]),
-            (&[1, 2, 3, 99, 5, 6], None, None, vec![(4, 'g', 3)]),
-            (&[1, 2, 3, 1, 5, 6], None, None, vec![(4, 'g', 3)]),
-            (&[1, 2, 3, 0, 5, 6], None, None, vec![(3, 'o', 3)]),
-            (&[1, 2, 3, 9, 1, 2], Some(4), None, vec![(3, 'o', 3)]),
-            (&[1, 2, 3, 9, 5, 6], None, Some(8), vec![(3, 'o', 3)]),
-            (&[1, 2, 3, 3, 4, 5], None, None, vec![(4, 'g', 3)]),
-            (&[1, 2, 3, 4, 1, 2, 1, 2, 3], Some(4), None, vec![(7, 'g', 6)]),
-            (&[1, 2, 3, 7], None, None, vec![(4, 'g', 3)]),
-            (&[5, 12, 6, 13, 7, 14, 8, 15], None, None, vec![(2, 'g', 1), (4, '2', 3)]),
-            (&[3, 9, 40, 41], None, None, vec![(2, 'g', 1)]),
+            (&[4, 5, 1, 2, 3, 4, 5, 6, 7, 8, 1, 2], None, none.clone()),
+            (&[1, 2, 3, 5, 6, 7], None, vec![(4, 'g', 3)]),
+            (&[1, 2, 3, 99, 5, 6], None, vec![(4, 'g', 3)]),
+            (&[1, 2, 3, 1, 5, 6], None, vec![(4, 'g', 3)]),
+            (&[1, 2, 3, 0, 5, 6], None, vec![(3, 'o', 3)]),
+            (&[1, 2, 3, 9, 1, 2], Some(4), vec![(3, 'o', 3)]),
+            (&[1, 2, 3, 3, 4, 5], None, vec![(4, 'g', 3)]),
+            (&[1, 2, 3, 4, 1, 2, 1, 2, 3], Some(4), vec![(7, 'g', 6)]),
+            (&[1, 2, 3, 7], None, vec![(4, 'g', 3)]),
+            (&[5, 12, 6, 13, 7, 14, 8, 15], None, vec![(2, 'g', 1), (4, '2', 3)]),
+            (&[3, 9, 40, 41], None, vec![(2, 'g', 1)]),
         ] {
-            assert_eq!(shown(values, exact, bound), want, "{values:?}");
+            assert_eq!(shown(values, exact), want, "{values:?}");
         }
     }
 }

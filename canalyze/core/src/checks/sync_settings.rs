@@ -49,7 +49,7 @@ impl Settings {
             if ns <= 0 || from.is_doubted() {
                 return;
             }
-            if matches!(from, Provenance::Option | Provenance::Observed(_)) {
+            if from >= Provenance::Dcf {
                 periods.push((node, ns));
             }
             let rank = (produces && from > Provenance::Eds, ranked(from));

@@ -1,18 +1,20 @@
 //! Synchronous PDOs in their SYNC cycles (CiA 301, 7.2.2.2 and 7.2.5): where each stands, and whether it came once, in
 //! its cycle, within the synchronous window.
 //!
-//! Where a PDO stands is said at once; it is judged when its cycle is over, since only the next SYNC shows whether it
-//! belongs to that one (whose echo came late), and whether the machine stood still. What is due is learnt from the
-//! traffic: a TPDO of type n is judged once it has come every n-th cycle. RPDOs are placed and not judged: they are
-//! actuated with the next SYNC, whenever they come. It must not judge the SYNCs themselves.
+//! A TPDO of type n is judged against its own frames once it has come n cycles after itself: the SYNCs between two of
+//! them and the time between them must both contradict the type, since either alone may be the recording's (a SYNC
+//! listed late or lost). Where no time tells, what came near a SYNC may belong to either cycle. RPDOs are placed and not
+//! judged: they are actuated with the next SYNC, whenever they come. It must not judge the SYNCs themselves.
 
-use crate::checks::beat::Beat;
 use crate::checks::jitter::Spread;
-use crate::checks::sync_doubts::{Doubtful, Doubts};
+use crate::checks::sync_period::SyncPeriod;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::Placement;
-use crate::finding::{Code, Facts, Quantity};
+use crate::evidence::circumstance::Rules;
+use crate::evidence::recording::Recording;
+use crate::evidence::when::When;
+use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{CanId, FrameRef};
 use crate::node::{Pdo, PerNode};
 use crate::services::pdo::communication_parameter;
@@ -20,12 +22,14 @@ use crate::services::sdo::wire::Mux;
 
 /// Synchronous TPDOs followed at most (invariant 6).
 const TRACKS: usize = 512;
-/// Times in a row that a PDO must have come n cycles after the last before its absence is remarkable; more where its transmission type is
-/// only preset by an EDS, which the device need not have kept to.
+/// Times in a row that a PDO must have come n cycles after the last before it is judged; more where its transmission
+/// type is only preset by an EDS, which the device need not have kept to.
 const ESTABLISHED: u8 = 1;
 const ESTABLISHED_BY_EDS: u8 = 8;
 /// Gaps measured before the tolerance is said to be too large.
-const MEASURED: u32 = 8;
+const MEASURED: u64 = 9;
+/// Cycles for which a finding waits for the SYNC that explains it.
+const EXPLAINED: i64 = 8;
 
 /// Whether a transmission type is synchronous: 0, 1..=240, 252 (CiA 301, table 71).
 pub fn synchronous(kind: u8) -> bool {
@@ -37,32 +41,26 @@ pub fn synchronous(kind: u8) -> bool {
 pub struct SyncWindow {
     nodes: PerNode<Tracks>,
     count: usize,
-    /// TPDOs that wait for the next SYNC: of each at most once.
-    waiting: Vec<(u8, u16)>,
-    /// What may follow from a SYNC that is missing.
-    doubts: Doubts,
-    /// It was said that windows cannot be judged.
+    /// It was said that times cannot be judged.
     told: bool,
     /// Cycles in a row, up to the running one, in which no synchronous TPDO of any node came.
     empty: u8,
+    /// What explains findings on PDOs: two producers were reported.
+    pub because_of: Option<FrameRef>,
 }
 
 /// The synchronous TPDOs of a node.
 #[derive(Debug, Default)]
 struct Tracks {
     list: Vec<Track>,
-    /// The cycle in which the node was last seen to be Operational.
-    alive: u64,
 }
 
 /// A PDO that came.
 #[derive(Clone, Copy, Debug)]
 struct Arrival {
-    at: FrameRef,
+    when: When,
+    /// The cycle that ran when it was listed.
     cycle: u64,
-    delay_ns: Option<i64>,
-    /// It stood before the SYNC to whose cycle it belongs.
-    early: bool,
 }
 
 /// One synchronous TPDO.
@@ -73,42 +71,45 @@ struct Track {
     id: CanId,
     /// Times it must have come before it is judged.
     needed: u8,
-    /// It always came about as long after its SYNC.
-    keeps_place: bool,
     /// Its type was shown by the capture, whose beginning is no cut then.
     shown: bool,
-    /// What came last and is settled: its cycle, its frame, and whether it stood before its SYNC.
-    last: Option<(u64, FrameRef)>,
-    early: bool,
+    last: Option<Arrival>,
     /// A cycle in which it was due and came.
     phase: u64,
     /// Times that it came as it should, in a row.
     steady: u8,
-    /// It came and waits for the next SYNC.
-    open: Option<Arrival>,
-    /// It did not come in this cycle, nor in so many; held while it may come late.
-    absent: Option<(u64, u64)>,
-    /// Its absence, or one too many, has been said: what follows from it is not said again.
-    said: bool,
+    /// The cycle in which it is missing, while it may come late.
+    absent: Option<u64>,
+    /// It came again in its cycle, and no time tells whether before the next SYNC.
+    doubled: bool,
+    /// Its absence was reported.
+    reported: bool,
     /// A remote frame asked for it.
     asked: bool,
     /// It came before any SYNC.
     before: u8,
-    listed: bool,
     delays: Spread,
+}
+
+/// What is known when a PDO is judged.
+struct Judged<'a> {
+    period: &'a SyncPeriod,
+    window_ns: Option<i64>,
+    node: u8,
+    because_of: Option<FrameRef>,
 }
 
 impl SyncWindow {
     /// Where a PDO stands, as far as that can be said when it comes.
-    pub fn place(&self, beat: &Beat, node: u8, pdo: &Pdo, at: FrameRef) -> Option<Placement> {
-        let cycle = beat.cycle();
+    pub fn place(&self, period: &SyncPeriod, node: u8, pdo: &Pdo, at: FrameRef, lag_ns: i64) -> Option<Placement> {
+        let cycle = period.cycle();
         if cycle == 0 {
             return None;
         }
-        let delay_ns = beat.delay_ns(at);
-        if let (Some(delay), Some(period), true) = (delay_ns, beat.period_ns(), pdo.transmit)
-            && (period - beat.early_ns()..=period).contains(&delay)
-            && self.track(node, pdo.number).is_some_and(|track| track.early || track.came(cycle))
+        let delay_ns = period.delay_ns(at);
+        if let (Some(delay), Some(period), true) = (delay_ns, period.period_ns(), pdo.transmit)
+            && (period - lag_ns.min(period * 2 / 5)..=period).contains(&delay)
+            && self.track(node, pdo.number).is_some_and(|track| track.came(cycle))
         {
             return Some(Placement { cycle: cycle + 1, delay_ns: Some(delay - period) });
         }
@@ -116,16 +117,9 @@ impl SyncWindow {
     }
 
     /// Takes a synchronous TPDO. `window_ns`: its window, where there is one.
-    pub fn arrived(
-        &mut self,
-        beat: &Beat,
-        node: u8,
-        (pdo, at): (&Pdo, FrameRef),
-        window_ns: Option<i64>,
-        cx: &mut Context<'_>,
-    ) {
+    pub fn arrived(&mut self, period: &SyncPeriod, node: u8, pdo: &Pdo, window_ns: Option<i64>, cx: &mut Context<'_>) {
         let Some((kind, from)) = pdo.transmission.filter(|(_, from)| !from.is_doubted()) else { return };
-        self.tell_unjudged(beat, at, window_ns, cx);
+        self.tell_unjudged(period, window_ns, cx);
         self.empty = 0;
         let tracks = self.nodes.entry(node);
         let place = match tracks.list.iter().position(|track| track.number == pdo.number) {
@@ -144,51 +138,32 @@ impl SyncWindow {
         }
         track.needed = if from > Provenance::Eds { ESTABLISHED } else { ESTABLISHED_BY_EDS };
         track.shown = matches!(from, Provenance::Observed(_));
-        if let Some(open) = track.open.take() {
-            track.settle(open, beat, window_ns, node, &mut self.doubts, cx);
-        }
-        let arrival = Arrival { at, cycle: beat.cycle(), delay_ns: beat.delay_ns(at), early: false };
-        if arrival.cycle == 0 {
-            track.before = track.before.saturating_add(1);
-            if track.before == 2 {
-                cx.find(Code::Syn005, Some(node), Some(track.object()), None, Facts::None);
-            }
-        }
-        if track.waits(arrival, beat, window_ns) {
-            track.open = Some(arrival);
-        } else {
-            track.settle(arrival, beat, window_ns, node, &mut self.doubts, cx);
-        }
-        if (track.open.is_some() || track.absent.is_some()) && !std::mem::replace(&mut track.listed, true) {
-            self.waiting.push((node, pdo.number));
-        }
-        self.alive(node, beat, cx);
-    }
-
-    /// Whether a TPDO follows itself by no more than `within_ns`.
-    pub fn repeats(&self, node: u8, number: u16, at: FrameRef, within_ns: i64) -> bool {
-        let last =
-            self.track(node, number).and_then(|track| track.open.map(|open| open.at).or(track.last.map(|it| it.1)));
-        let gap = last.and_then(|last| last.t_ns).zip(at.t_ns).map(|(last, at)| at.saturating_sub(last));
-        gap.is_some_and(|gap| (0..=within_ns).contains(&gap))
+        track.take(&Judged { period, window_ns, node, because_of: self.because_of }, cx);
+        self.alive(node, period, cx);
     }
 
     /// A node has shown that it is Operational: what it should have sent is missing.
-    pub fn alive(&mut self, node: u8, beat: &Beat, cx: &mut Context<'_>) {
+    pub fn alive(&mut self, node: u8, period: &SyncPeriod, cx: &mut Context<'_>) {
+        let because_of = self.because_of;
         let Some(tracks) = self.nodes.get_mut(node) else { return };
-        if std::mem::replace(&mut tracks.alive, beat.cycle()) == beat.cycle() {
-            return;
-        }
         for track in &mut tracks.list {
-            let due = track.phase + u64::from(track.kind);
-            let judged = track.cyclic() && track.established() && !track.said && track.absent.is_none();
-            // It should have come once more since: what is missing once is told when it comes again.
-            let twice_due = beat.cycle() > due + u64::from(track.kind);
-            if judged && track.open.is_none() && twice_due && track.phase >= beat.calm_from() {
-                track.said = true;
-                let facts = [("cycle", Quantity::Count(due)), ("since", Quantity::Count(beat.cycle() - due))];
+            let n = u64::from(track.kind);
+            let Some(last) = track.last.filter(|_| track.cyclic() && track.established() && !track.reported) else {
+                continue;
+            };
+            // It should have come once more since: what is missing once is reported when it comes again.
+            let judged = period.cycle() > last.cycle.max(track.phase) + 2 * n && last.cycle >= period.calm_from();
+            let late = period.period_ns().is_none_or(|period| {
+                let limit = period.saturating_mul(2 * n as i64);
+                cx.evidence.recording.certainly_later(cx.when, last.when, limit)
+            });
+            if judged && late {
+                track.reported = true;
+                let due = track.phase + n;
+                let facts = [("cycle", Quantity::Count(due)), ("since", Quantity::Count(period.cycle() - due))];
                 let facts = Facts::told(1, &facts);
-                cx.find(Code::Syn008, Some(node), Some(track.object()), beat.sync(due), facts);
+                let finding = cx.finding(Code::Syn008, Some(node), Some(track.object()), period.frame(due), facts);
+                cx.report_timed(Finding { because_of, ..finding });
             }
         }
     }
@@ -203,34 +178,17 @@ impl SyncWindow {
         still
     }
 
-    /// A SYNC came: `beat` has taken it. What waited for it is judged.
-    pub fn cycle_over(&mut self, beat: &Beat, windows: &[Option<i64>], cx: &mut Context<'_>) {
-        let mut waiting = std::mem::take(&mut self.waiting);
-        waiting.retain(|(node, number)| {
-            let window_ns = windows.get(usize::from(*node)).copied().flatten();
-            let Some(track) = self.nodes.get_mut(*node).and_then(|tracks| tracks.find(*number)) else { return false };
-            let open = track.open.take();
-            if let Some(open) = open.filter(|open| open.cycle == 0 || !track.undecided(*open, beat)) {
-                let settled = track.before_sync(open, beat);
-                track.settle(settled, beat, window_ns, *node, &mut self.doubts, cx);
-                if settled.cycle == 0 && settled.at.t_ns.is_some() && track.shown && track.before == 1 {
+    /// The first SYNC came: a TPDO came before it whose type the capture has shown.
+    pub fn first_sync(&mut self, cx: &mut Context<'_>) {
+        for (node, tracks) in self.nodes.iter_mut() {
+            for track in tracks.list.iter_mut().filter(|track| track.before == 1 && track.shown) {
+                let Some(last) = track.last else { continue };
+                if last.when.at.t_ns.is_some() && !cx.evidence.recording.may_precede(cx.when, last.when) {
                     track.before = 2;
-                    cx.find(Code::Syn005, Some(*node), Some(track.object()), Some(settled.at), Facts::None);
+                    cx.find(Code::Syn005, Some(node), Some(track.object()), Some(last.when.at), Facts::None);
                 }
             }
-            if !track.came(beat.cycle()) {
-                track.miss(beat, *node, cx);
-            }
-            track.listed = track.absent.is_some();
-            track.listed
-        });
-        self.waiting = waiting;
-        self.doubts.cycle_over(beat, cx);
-    }
-
-    /// The SYNC that began a cycle was late, or others are missing before it.
-    pub fn explained(&mut self, cycle: u64) {
-        self.doubts.explained(cycle);
+        }
     }
 
     /// A node (or all) was started, stopped or reset, or frames were lost: what it sends is learnt anew.
@@ -242,9 +200,14 @@ impl SyncWindow {
         }
     }
 
-    /// One TPDO of a node is another one by configuration.
-    pub fn reconfigured(&mut self, node: u8, number: u16) {
-        if let Some(track) = self.nodes.get_mut(node).and_then(|tracks| tracks.find(number)) {
+    /// One TPDO of a node is another one by configuration, if its type or identifier is.
+    pub fn reconfigured(&mut self, node: u8, number: u16, pdo: Option<&Pdo>) {
+        let Some(track) = self.nodes.get_mut(node).and_then(|tracks| tracks.find(number)) else { return };
+        let same = pdo.is_some_and(|pdo| {
+            let kind = pdo.transmission.map(|(kind, _)| kind);
+            pdo.cob.0.valid && pdo.cob.0.id == track.id && kind.is_none_or(|kind| kind == track.kind)
+        });
+        if !same {
             track.restart();
         }
     }
@@ -256,32 +219,16 @@ impl SyncWindow {
         }
     }
 
-    /// The capture is over: what was open, as far as it needs no further SYNC.
-    pub fn finish(&mut self, beat: &Beat, windows: &[Option<i64>], cx: &mut Context<'_>) {
-        for (node, number) in std::mem::take(&mut self.waiting) {
-            let window_ns = windows.get(usize::from(node)).copied().flatten();
-            let Some(track) = self.nodes.get_mut(node).and_then(|tracks| tracks.find(number)) else { continue };
-            let due = |delay: i64| beat.period_ns().is_none_or(|period| delay > period - beat.early_ns());
-            if let Some(open) = track.open.take()
-                && !open.delay_ns.is_none_or(due)
-            {
-                track.settle(open, beat, window_ns, node, &mut self.doubts, cx);
-            }
-            track.miss(beat, node, cx);
-        }
-        self.doubts.finish(cx);
-    }
-
     fn track(&self, node: u8, number: u16) -> Option<&Track> {
         self.nodes.get(node)?.list.iter().find(|track| track.number == number)
     }
 
     /// Says once that windows cannot be judged: without stamps, or because the tolerance is larger than they are.
-    fn tell_unjudged(&mut self, beat: &Beat, at: FrameRef, window_ns: Option<i64>, cx: &mut Context<'_>) {
-        let Some(window) = window_ns.filter(|_| !self.told && beat.cycle() > 0) else { return };
-        let facts = match beat.tolerance_ns() {
-            _ if at.t_ns.is_none() => Facts::told(0, &[]),
-            Some(tolerance) if tolerance >= window && beat.steady() >= MEASURED => {
+    fn tell_unjudged(&mut self, period: &SyncPeriod, window_ns: Option<i64>, cx: &mut Context<'_>) {
+        let Some(window) = window_ns.filter(|_| !self.told && period.cycle() > 0) else { return };
+        let facts = match period.tolerance_ns(&cx.evidence.recording) {
+            _ if cx.at.t_ns.is_none() => Facts::told(0, &[]),
+            Some(tolerance) if tolerance >= window && period.measured() >= MEASURED => {
                 Facts::told(1, &[("tolerance", Quantity::Ns(tolerance)), ("window", Quantity::Ns(window))])
             }
             _ => return,
@@ -302,6 +249,36 @@ impl Tracks {
     }
 }
 
+/// How many cycles lie between two frames of a PDO.
+#[derive(Clone, Copy, Debug)]
+struct Passed {
+    /// By the SYNCs listed between.
+    syncs: u64,
+    /// By the time, in periods; `None` where none is known.
+    periods: Option<u64>,
+}
+
+impl Passed {
+    fn between(last: Arrival, now: Arrival, period: &SyncPeriod, recording: &Recording) -> Self {
+        let gap = recording.between(last.when, now.when);
+        let periods = gap.zip(period.scale_ns(recording)).map(|(gap, period)| (gap + period / 2) / period.max(1));
+        let periods = periods.and_then(|periods| u64::try_from(periods).ok());
+        Self { syncs: now.cycle.saturating_sub(last.cycle), periods }
+    }
+
+    fn is(self, n: u64) -> bool {
+        self.syncs == n || self.periods == Some(n)
+    }
+
+    fn more_than(self, n: u64) -> bool {
+        self.syncs > n && self.periods.is_none_or(|periods| periods > n)
+    }
+
+    fn less_than(self, n: u64) -> bool {
+        self.syncs < n && self.periods.is_none_or(|periods| periods < n)
+    }
+}
+
 impl Track {
     fn new(number: u16) -> Self {
         Self {
@@ -309,26 +286,23 @@ impl Track {
             kind: u8::MAX,
             id: CanId::standard(0),
             needed: ESTABLISHED,
-            keeps_place: false,
             shown: false,
             last: None,
-            early: false,
             phase: 0,
             steady: 0,
-            open: None,
             absent: None,
-            said: false,
+            doubled: false,
+            reported: false,
             asked: false,
             before: 0,
-            listed: false,
             delays: Spread::default(),
         }
     }
 
     /// What it does is learnt anew; its figures stay.
     fn restart(&mut self) {
-        (self.last, self.open, self.absent) = (None, None, None);
-        (self.early, self.steady, self.said, self.asked) = (false, 0, false, false);
+        (self.last, self.absent, self.steady) = (None, None, 0);
+        (self.doubled, self.reported, self.asked) = (false, false, false);
     }
 
     fn object(&self) -> Mux {
@@ -339,219 +313,190 @@ impl Track {
         (1..=240).contains(&self.kind)
     }
 
-    /// By an EDS alone only what also comes at the same place of the cycle: a device that was configured to an event timer
-    /// as long as the period comes in every cycle too, for a while.
     fn established(&self) -> bool {
-        self.steady >= self.needed && (self.needed == ESTABLISHED || self.keeps_place)
+        self.steady >= self.needed
     }
 
     fn came(&self, cycle: u64) -> bool {
-        self.last.is_some_and(|(last, _)| last >= cycle)
+        self.last.is_some_and(|last| last.cycle >= cycle)
     }
 
-    fn due(&self, cycle: u64) -> bool {
-        cycle > self.phase && (cycle - self.phase).is_multiple_of(u64::from(self.kind.max(1)))
-    }
-
-    /// Whether a PDO may be the next SYNC's, or is to be judged with its cycle.
-    fn waits(&self, arrival: Arrival, beat: &Beat, window_ns: Option<i64>) -> bool {
-        let (Some(delay), Some(period)) = (arrival.delay_ns, beat.period_ns()) else { return true };
-        delay > period / 2 || window_ns.is_some_and(|window| delay > window)
-    }
-
-    /// The SYNC after a PDO came: whose it is. Without stamps nothing tells how far before the SYNC it stood, so it is
-    /// that one's wherever it is one too many otherwise.
-    fn before_sync(&self, open: Arrival, beat: &Beat) -> Arrival {
-        let next = open.cycle + 1;
-        let ahead = self.ahead(open, beat);
-        let nexts = match self.last {
-            _ if ahead.is_some_and(|ahead| !within_echo(ahead, open.cycle, beat)) => false,
-            None => ahead.is_some(),
-            Some(_) if self.came(open.cycle) => true,
-            Some(_) if self.cyclic() && self.due(open.cycle) != self.due(next) => self.due(next),
-            Some(_) => self.early && ahead.is_some(),
-        };
-        if !nexts {
-            return open;
-        }
-        Arrival { cycle: next, delay_ns: ahead.map(|ahead| -ahead), early: true, ..open }
-    }
-
-    /// How long a PDO stood before the SYNC that came after it.
-    fn ahead(&self, open: Arrival, beat: &Beat) -> Option<i64> {
-        let sync = beat.sync(open.cycle + 1).and_then(|sync| sync.t_ns);
-        sync.zip(open.at.t_ns).map(|(sync, at)| sync.saturating_sub(at))
-    }
-
-    /// What comes with any SYNC, and stood just before one: nothing tells whose it was.
-    fn undecided(&self, open: Arrival, beat: &Beat) -> bool {
-        self.kind == 0 && self.ahead(open, beat).is_some_and(|ahead| within_echo(ahead, open.cycle, beat))
-    }
-
-    /// Judges a PDO whose cycle is known.
-    fn settle(
-        &mut self,
-        it: Arrival,
-        beat: &Beat,
-        window_ns: Option<i64>,
-        node: u8,
-        doubts: &mut Doubts,
-        cx: &mut Context<'_>,
-    ) {
+    fn take(&mut self, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let now = Arrival { when: cx.when, cycle: known.period.cycle() };
         let asked = std::mem::take(&mut self.asked);
-        if let Some(delay) = it.delay_ns.filter(|_| it.cycle > 0) {
-            self.delays.record(delay);
-        }
-        let width = beat.period_ns().filter(|_| self.delays.count() > 0).map(|period| period / 4);
-        self.keeps_place = width.is_some_and(|width| self.delays.width_ns() <= width);
-        let before = self.last.replace((it.cycle, it.at));
-        let early = std::mem::replace(&mut self.early, it.early);
-        if self.kind == 252 || it.cycle == 0 || asked {
-            self.last = before.or(self.last);
+        if now.cycle == 0 {
+            self.last = Some(now);
+            self.before = self.before.saturating_add(1);
+            if self.before == 2 {
+                cx.find(Code::Syn005, Some(known.node), Some(self.object()), None, Facts::None);
+            }
             return;
         }
-        self.judge_delay(it, beat, window_ns, node, cx);
-        let Some((last, last_at)) = before.filter(|(last, _)| *last > 0) else {
-            self.phase = it.cycle;
+        if self.kind == 252 || asked {
+            return;
+        }
+        let last = self.last.replace(now).filter(|last| last.cycle > 0);
+        let Some(last) = last.filter(|last| comparable(*last, now, known.period, &cx.evidence.recording)) else {
+            (self.phase, self.absent, self.doubled, self.reported) = (now.cycle, None, false, false);
+            return self.judge_delay(now, None, known, cx);
+        };
+        let passed = Passed::between(last, now, known.period, &cx.evidence.recording);
+        self.judge_delay(now, Some(last), known, cx);
+        self.judge_cycle(last, now, passed, known, cx);
+    }
+
+    /// Whether it came within the window. One whose own SYNC is not listed before it cannot be judged.
+    fn judge_delay(&mut self, now: Arrival, last: Option<Arrival>, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let recording = &cx.evidence.recording;
+        let Some(sync) = known.period.sync(now.cycle) else { return };
+        let Some(delay) = recording.between(sync, now.when) else { return };
+        self.delays.record(delay);
+        let period = known.period.period_ns().filter(|period| delay < *period);
+        let (Some(window), Some(tolerance), Some(period)) =
+            (known.window_ns, known.period.tolerance_ns(recording), period)
+        else {
             return;
         };
-        if last < beat.calm_from() || it.cycle < last {
-            (self.phase, self.absent, self.said) = (it.cycle, None, false);
+        // It is not the next SYNC's where that cannot have been sent yet, or where it is late by its own frames.
+        let late = last.is_some_and(|last| {
+            let cycles = i64::try_from(now.cycle.saturating_sub(last.cycle)).unwrap_or(0);
+            let limit = cycles.saturating_mul(period).saturating_add(tolerance.max(window / 4));
+            cycles > 0 && recording.certainly_later(now.when, last.when, limit)
+        });
+        let lag_ns = if sync.own && !late { recording.lag_ns() } else { 0 };
+        let judged = (self.needed == ESTABLISHED || self.established()) && now.cycle >= known.period.calm_from();
+        if !judged
+            || tolerance >= window
+            || delay >= period - lag_ns
+            || !recording.teaches(sync)
+            || !recording.certainly_later(now.when, sync, window.saturating_add(tolerance))
+        {
             return;
         }
-        if it.cycle == last {
-            self.judge_second(it, (last_at, early), beat, node, doubts, cx);
+        let facts = [
+            ("delay", Quantity::Ns(delay)),
+            ("window", Quantity::Ns(window)),
+            ("tolerance", Quantity::Ns(tolerance)),
+            ("cycle", Quantity::Count(now.cycle)),
+        ];
+        let since = last.map_or(sync, |last| last.when);
+        self.report((Code::Syn004, since), None, Facts::told(0, &facts), known, cx);
+    }
+
+    /// Whether it came in the cycle in which it was due.
+    fn judge_cycle(&mut self, last: Arrival, now: Arrival, passed: Passed, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let n = u64::from(self.kind.max(1));
+        let absent = self.absent.take();
+        let doubled = std::mem::take(&mut self.doubled);
+        let reported = std::mem::take(&mut self.reported);
+        if passed.less_than(1) {
+            return self.second(last, now, (absent, doubled), known, cx);
+        }
+        if self.kind == 0 {
+            return;
+        }
+        let judged = self.established() && !reported;
+        if passed.is(n) || (passed.syncs + self.phase_of(last)).is_multiple_of(n) && last.cycle != self.phase {
+            self.steady = self.steady.saturating_add(u8::from(passed.is(n)));
+            self.phase = now.cycle;
+            return;
+        }
+        let multiple =
+            passed.syncs.is_multiple_of(n) || passed.periods.is_some_and(|periods| periods.is_multiple_of(n));
+        // Of every second SYNC or less, a multiple of its type is proof enough that it follows the type.
+        let follows = n > 1 && multiple && passed.periods.is_some() && self.needed == ESTABLISHED;
+        if !judged && !(follows && !reported) {
+            (self.steady, self.phase) = (0, now.cycle);
+            return;
+        }
+        if passed.more_than(n) && multiple {
+            let count = passed.periods.unwrap_or(passed.syncs).min(passed.syncs) / n;
+            let due = last.cycle + n;
+            self.phase = now.cycle;
+            self.absent = Some(due);
+            let facts = [("cycle", Quantity::Count(due)), ("count", Quantity::Count(count.max(2) - 1))];
+            self.report((Code::Syn008, last.when), known.period.frame(due), Facts::told(0, &facts), known, cx);
+        } else if passed.periods.is_none() {
+            // One cycle to either side may be a late echo, or a machine that stood still.
+            self.phase = now.cycle;
+        } else if passed.more_than(n) || passed.less_than(n) {
+            let facts = [("found", Quantity::Count(passed.syncs)), ("expected", Quantity::Count(n))];
+            self.report((Code::Syn010, last.when), None, Facts::told(0, &facts), known, cx);
         } else {
-            self.judge_cycle(it, last, beat, node, doubts, cx);
+            self.phase = now.cycle;
         }
     }
 
-    fn judge_delay(&self, it: Arrival, beat: &Beat, window_ns: Option<i64>, node: u8, cx: &mut Context<'_>) {
-        let known = self.needed == ESTABLISHED || self.established();
-        if let (Some(delay), Some(window), Some(tolerance)) = (it.delay_ns, window_ns, beat.tolerance_ns())
-            && known
-            && tolerance < window
-            && delay > window.saturating_add(tolerance)
-            && it.cycle >= beat.calm_from()
-        {
-            let facts = [
-                ("delay", Quantity::Ns(delay)),
-                ("window", Quantity::Ns(window)),
-                ("tolerance", Quantity::Ns(tolerance)),
-                ("cycle", Quantity::Count(it.cycle)),
-            ];
-            cx.find(Code::Syn004, Some(node), Some(self.object()), earlier(it.at, cx), Facts::told(0, &facts));
-        }
+    /// How far the last one came beside its phase, in cycles.
+    fn phase_of(&self, last: Arrival) -> u64 {
+        last.cycle.saturating_sub(self.phase)
     }
 
     /// It came in the cycle in which it had come.
-    fn judge_second(
+    fn second(
         &mut self,
-        it: Arrival,
-        (last_at, early): (FrameRef, bool),
-        beat: &Beat,
-        node: u8,
-        doubts: &mut Doubts,
+        last: Arrival,
+        now: Arrival,
+        (absent, doubled): (Option<u64>, bool),
+        known: &Judged<'_>,
         cx: &mut Context<'_>,
     ) {
-        let object = self.object();
-        if let Some((missing, _)) = self.absent.take() {
+        let (node, object) = (known.node, self.object());
+        if let Some(missing) = absent {
             // The one of the cycle before came late, and now the one of this cycle.
-            self.phase = it.cycle;
+            self.phase = now.cycle;
+            let about = |finding: &Finding| finding.code == Code::Syn008 && finding.object == Some(object);
+            cx.evidence.pending.withdraw(|finding| about(finding) && finding.node == Some(node));
+            let near = |period: i64| self.delays.p99_ns() > period / 2;
             // Without stamps the SYNC between may as well have come early; and what always comes near the next SYNC
             // comes after it now and then.
-            let usual = self.delays.p99_ns();
-            // A machine that stands still for a little longer than a cycle holds up the SYNC as well.
-            let near = |period: i64| usual > period / 2 || beat.lag_ns(it.cycle) > period / 8;
-            if it.at.t_ns.is_none() || beat.period_ns().is_some_and(near) {
+            if now.when.at.t_ns.is_none() || known.period.period_ns().is_some_and(near) {
                 return;
             }
-            let facts = [("expected", Quantity::Count(missing)), ("found", Quantity::Count(it.cycle))];
-            let facts = Facts::told(1, &facts);
-            let what = Doubtful { code: Code::Syn010, node, object, cause: Some(last_at), facts };
-            doubts.find(what, (missing, it.cycle), beat, cx);
-        } else if self.established() || (self.kind == 0 && self.needed == ESTABLISHED) {
-            // What stood before the SYNC was one too many of the cycle before.
-            let cycle = if early { it.cycle - 1 } else { it.cycle };
-            self.said = true;
-            let facts = Facts::told(0, &[("cycle", Quantity::Count(cycle))]);
-            let cause = if early || it.at.no == cx.at.no { Some(last_at) } else { Some(it.at) };
-            doubts.find(Doubtful { code: Code::Syn009, node, object, cause, facts }, (cycle, it.cycle), beat, cx);
+            let facts = [("expected", Quantity::Count(missing)), ("found", Quantity::Count(now.cycle))];
+            return self.report((Code::Syn010, last.when), Some(last.when.at), Facts::told(1, &facts), known, cx);
         }
+        if !(self.established() || (self.kind == 0 && self.needed == ESTABLISHED)) {
+            return;
+        }
+        if now.when.at.t_ns.is_none() && !doubled {
+            // It may be the next cycle's, whose SYNC is listed late: then none comes there.
+            self.doubled = true;
+            self.last = Some(Arrival { cycle: now.cycle + 1, ..now });
+            return;
+        }
+        self.reported = true;
+        let facts = Facts::told(0, &[("cycle", Quantity::Count(now.cycle))]);
+        self.report((Code::Syn009, last.when), Some(last.when.at), facts, known, cx);
+        // It is counted from the one that was due.
+        self.last = Some(last);
     }
 
-    /// It came in a cycle of its own: whether in the one in which it was due.
-    fn judge_cycle(
-        &mut self,
-        it: Arrival,
-        last: u64,
-        beat: &Beat,
-        node: u8,
-        doubts: &mut Doubts,
+    /// Reports what was not as it should be since a frame; as a consequence, where SYNC was irregular since then.
+    fn report(
+        &self,
+        (code, since): (Code, When),
+        cause: Option<FrameRef>,
+        facts: Facts,
+        known: &Judged<'_>,
         cx: &mut Context<'_>,
     ) {
-        let n = u64::from(self.kind);
-        let said = std::mem::take(&mut self.said);
-        if n == 0 {
-            return;
+        let (node, between) = (Some(known.node), (since, cx.when));
+        let excuse = || cx.evidence.circumstances.excuse(Rules::SynchronousPdo, node, between, &cx.evidence.recording);
+        let because_of = known.because_of.or_else(excuse);
+        let finding = Finding { because_of, ..cx.finding(code, node, Some(self.object()), cause, facts) };
+        if cx.evidence.recording.is_open() {
+            return cx.report_timed(finding);
         }
-        let passed = it.cycle - last;
-        let on_phase = (it.cycle - self.phase.min(it.cycle)).is_multiple_of(n);
-        if passed == n || (on_phase && last != self.phase) {
-            self.steady = self.steady.saturating_add(u8::from(passed == n));
-            self.phase = it.cycle;
-            return;
-        }
-        // Of every second SYNC or less, a multiple of its type is proof enough that it follows the type.
-        let known = self.established() || (n > 1 && on_phase && it.at.t_ns.is_some() && self.needed == ESTABLISHED);
-        if !known {
-            self.steady = 0;
-            self.phase = it.cycle;
-            return;
-        }
-        if on_phase {
-            let first = self.phase + n;
-            self.absent = (!said).then_some((first, (it.cycle - first) / n));
-            self.phase = it.cycle;
-            if n > 1 {
-                // One that is late would not have come n cycles after.
-                self.miss(beat, node, cx);
-            }
-        } else if it.at.t_ns.is_none() && (self.due(it.cycle - 1) || self.due(it.cycle + 1)) {
-            // Without stamps one cycle to either side may be a late echo, or a machine that stood still.
-            self.phase = it.cycle;
-        } else if !said {
-            let facts = [("found", Quantity::Count(passed)), ("expected", Quantity::Count(n))];
-            let (object, cause) = (self.object(), earlier(it.at, cx));
-            let what = Doubtful { code: Code::Syn010, node, object, cause, facts: Facts::told(0, &facts) };
-            doubts.find(what, (last, it.cycle), beat, cx);
-        }
-    }
-
-    /// The cycle is over, and what was missing has not come late.
-    fn miss(&mut self, beat: &Beat, node: u8, cx: &mut Context<'_>) {
-        let Some((cycle, count)) = self.absent.take() else { return };
-        if cycle < beat.calm_from() {
-            return;
-        }
-        let facts = Facts::told(0, &[("cycle", Quantity::Count(cycle)), ("count", Quantity::Count(count))]);
-        cx.find(Code::Syn008, Some(node), Some(self.object()), beat.sync(cycle), facts);
+        let period_ns = known.period.scale_ns(&cx.evidence.recording).unwrap_or(0);
+        cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
     }
 }
 
-/// Whether what stood so long before the SYNC after `cycle` may be that one's, whose echo came late: two fifths of
-/// the gap at most, whether or not a period is known yet.
-fn within_echo(ahead: i64, cycle: u64, beat: &Beat) -> bool {
-    let at = |cycle| beat.sync(cycle).and_then(|sync| sync.t_ns);
-    let gap = at(cycle + 1).zip(at(cycle)).map(|(next, sync)| next.saturating_sub(sync));
-    let most = gap.map_or(beat.early_ns(), |gap| beat.early_ns().min(gap / 5 * 2));
-    if gap.is_some_and(|gap| beat.resolution_ns() > gap / 2) {
-        return false;
-    }
-    (0..=most).contains(&ahead)
-}
-
-/// A frame, where it is not the one at hand.
-fn earlier(at: FrameRef, cx: &Context<'_>) -> Option<FrameRef> {
-    (at.no != cx.at.no).then_some(at)
+/// Whether two frames of a PDO tell how many cycles lie between them: nothing was disturbed.
+fn comparable(last: Arrival, now: Arrival, period: &SyncPeriod, recording: &Recording) -> bool {
+    let timed = |when: When| when.at.t_ns.is_none() || recording.teaches(when);
+    let ordered = now.cycle >= last.cycle && last.when.epoch == now.when.epoch;
+    // A time says enough where SYNCs were disturbed.
+    ordered && timed(last.when) && timed(now.when) && (period.period_ns().is_some() || last.cycle >= period.calm_from())
 }

@@ -1,21 +1,21 @@
 //! TIME (CiA 301, 7.2.6): a time of day that cannot be, and one that jumps against the capture's clock.
 
-use super::nmt::since;
 use crate::context::Context;
+use crate::evidence::{Recording, When};
 use crate::finding::{Code, Facts, Quantity};
-use crate::frame::FrameRef;
 use crate::services::time::DAY_MS;
 
-/// What two TIMEs may differ by from the time between them, in ns.
+/// What two TIMEs may differ by from the time between them: in ns, and as a part of it, by which clocks differ.
 const JUMP_NS: i64 = 1_000_000_000;
+const CLOCK_PART: i64 = 100;
 
 /// The last TIME of a bus.
 #[derive(Debug, Default)]
 pub struct Times {
     /// The frame, and what it says in ns since 1984-01-01.
-    last: Option<(FrameRef, i64)>,
+    last: Option<(When, i64)>,
     /// The one before the last jump: where the next goes on from it, only one was wrong.
-    before_jump: Option<(FrameRef, i64)>,
+    before_jump: Option<(When, i64)>,
 }
 
 impl Times {
@@ -36,23 +36,25 @@ impl Times {
         }
         let told = (i64::from(days) * i64::from(DAY_MS) + i64::from(ms)) * 1_000_000;
         let before_jump = self.before_jump.take();
-        let Some((last, before)) = self.last.replace((cx.at, told)) else { return };
-        let Some(elapsed) = since(Some(last), cx.at).filter(|elapsed| *elapsed >= 0) else { return };
+        let Some((last, before)) = self.last.replace((cx.when, told)) else { return };
+        let recording = &cx.evidence.recording;
+        let Some(elapsed) = recording.between(last, cx.when).filter(|elapsed| *elapsed >= 0) else { return };
         let passed = told - before;
-        if jumps(passed, elapsed) {
-            if let Some((then, told_then)) = before_jump
-                && since(Some(then), cx.at).is_some_and(|elapsed| !jumps(told - told_then, elapsed))
-            {
-                return;
-            }
-            self.before_jump = Some((last, before));
-            let facts = [("passed", Quantity::Ns(passed)), ("elapsed", Quantity::Ns(elapsed))];
-            cx.find(Code::Tim002, None, None, Some(last), Facts::told(0, &facts));
+        if !jumps(passed, last, cx.when, recording) {
+            return;
         }
+        if before_jump.is_some_and(|(then, told_then)| !jumps(told - told_then, then, cx.when, recording)) {
+            return;
+        }
+        self.before_jump = Some((last, before));
+        let facts = Facts::told(0, &[("passed", Quantity::Ns(passed)), ("elapsed", Quantity::Ns(elapsed))]);
+        cx.report_timed(cx.finding(Code::Tim002, None, None, Some(last.at), facts));
     }
 }
 
-/// Whether two TIMEs differ from the time between them.
-fn jumps(passed: i64, elapsed: i64) -> bool {
-    passed.saturating_sub(elapsed).saturating_abs() > JUMP_NS
+/// Whether two TIMEs certainly differ from the time between them.
+fn jumps(passed: i64, since: When, now: When, recording: &Recording) -> bool {
+    let allowance = JUMP_NS + passed.saturating_abs() / CLOCK_PART;
+    recording.certainly_later(now, since, passed.saturating_add(allowance))
+        || recording.certainly_within(now, since, passed.saturating_sub(allowance))
 }

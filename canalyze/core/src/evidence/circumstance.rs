@@ -18,6 +18,8 @@ pub enum Kind {
     Gap,
     /// The recorder stood still.
     Stall,
+    /// The whole bus, or its recorder, paused: frames of this node, or (`None`) of several, had been due.
+    Pause,
     /// A node, or all, was reset or booted.
     Reset,
     /// A node, or all, was stopped or sent to Pre-operational.
@@ -68,6 +70,8 @@ enum Scope {
     Bus,
     /// The node that it happened to; all, where it happened to all.
     Node,
+    /// Everybody but the node: what was missing of itself excuses it not.
+    Others,
 }
 
 use Rules::{Drive, Emcy, ErrorControl, EventPdo, Lss, Nmt, Sdo, Srdo, Sync, SynchronousPdo};
@@ -80,6 +84,7 @@ const EXCUSES: &[(Kind, Scope, &[Rules], i64)] = &[
     (Kind::Gap, Scope::Bus, ALL, 0),
     (Kind::BitTiming, Scope::Bus, ALL, 5_000_000_000),
     (Kind::Stall, Scope::Bus, &[ErrorControl, Sync, SynchronousPdo, EventPdo, Srdo, Drive, Lss], 0),
+    (Kind::Pause, Scope::Others, &[EventPdo, Srdo], 0),
     (Kind::PowerUp, Scope::Bus, &[Nmt, ErrorControl], 5_000_000_000),
     (Kind::Reset, Scope::Node, ALL, i64::MAX),
     (Kind::Stopped, Scope::Node, &[SynchronousPdo, EventPdo, Sdo, Srdo, Emcy, Drive], i64::MAX),
@@ -116,6 +121,11 @@ impl Circumstances {
         self.past.push_back(Circumstance { kind, node, when });
     }
 
+    /// It is over: what it would excuse from here on is not excused.
+    pub fn over(&mut self, kind: Kind, node: u8) {
+        self.past.retain(|one| one.kind != kind || one.node != Some(node));
+    }
+
     /// The frame of the latest circumstance that excuses a breach of such rules by a node (`None`: of the bus), by what
     /// was owed since `since` and was not there at `now`.
     pub fn excuse(
@@ -127,7 +137,8 @@ impl Circumstances {
     ) -> Option<FrameRef> {
         let mut past = self.past.iter().rev();
         let found = past.find(|one| {
-            let after = recording.may_precede(since, one.when);
+            // A node that is lost stays so until it is heard.
+            let after = one.kind == Kind::NodeLost || recording.may_precede(since, one.when);
             after && EXCUSES.iter().any(|row| one.fits(row, rules, node, now, recording))
         });
         found.map(|one| one.when.at)
@@ -143,7 +154,11 @@ impl Circumstance {
         now: When,
         recording: &Recording,
     ) -> bool {
-        let concerned = *scope == Scope::Bus || self.node.is_none() || node.is_none() || self.node == node;
+        let concerned = match scope {
+            Scope::Bus => true,
+            Scope::Node => self.node.is_none() || node.is_none() || self.node == node,
+            Scope::Others => self.node.is_none() || self.node != node,
+        };
         // 0: whatever was owed across it.
         let lasts = *for_ns == 0 || !recording.certainly_later(now, self.when, *for_ns);
         *kind == self.kind && concerned && families.contains(&rules) && lasts

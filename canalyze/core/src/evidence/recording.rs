@@ -38,8 +38,12 @@ const UNUSUAL_TENTHS: i64 = 13;
 const CLOCK_STEP_NS: i64 = 10_000_000;
 /// Bursts remembered.
 const BURSTS: usize = 8;
+/// By how many times the longest of late a silence must exceed it before it can be no single sender's.
+const LONG: i64 = 10;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
 const IDENTIFIERS: usize = 0x800;
+/// Those that tell nothing of a pause: SDO is sent when somebody asks, and the two frames of an SRDO are one node's.
+const APERIODIC: [std::ops::RangeInclusive<usize>; 2] = [0x580..=0x67F, 0x101..=0x180];
 
 /// What became of a burst.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,9 +65,31 @@ struct Burst {
     /// When the silence before it began, and when it ended, in ns.
     from_ns: i64,
     to_ns: i64,
+    /// The silence was long, as in [`Silence::long`].
+    long: bool,
     /// Frames in it.
     frames: u32,
     verdict: Verdict,
+}
+
+/// A silence of the whole bus that was longer than any of late.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Silence {
+    /// When it began, in ns.
+    pub from_ns: i64,
+    /// When it ended, or until when it has lasted, in ns.
+    pub to_ns: i64,
+    /// It was so long that more than one sender must have kept silent.
+    pub long: bool,
+    /// It was the recorder that stood still.
+    pub stalled: bool,
+}
+
+impl Silence {
+    /// How long it was, in ns.
+    pub fn ns(self) -> i64 {
+        self.to_ns.saturating_sub(self.from_ns)
+    }
 }
 
 /// How often a CAN-ID comes.
@@ -80,6 +106,8 @@ pub struct Happened {
     pub step_ns: Option<i64>,
     /// The recorder had stood still: the burst that the frame is in is confirmed by it.
     pub confirmed: bool,
+    /// Nodes, one bit each, of which frames had been due during the silence of the whole bus before this frame.
+    pub paused: u128,
     /// The frame is one that stood shortly before already.
     pub sighting: Sighting,
 }
@@ -125,9 +153,12 @@ impl Recording {
     /// TIME, an RPDO, a remote frame, LSS of the master), which may be the recording host itself.
     pub fn step(&mut self, frame: &Frame, commands: bool) -> (When, Happened) {
         let mut happened = Happened { sighting: self.duplicates.step(frame), ..Happened::default() };
+        let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
             self.narrow_grain(frame, now);
             happened.step_ns = self.step_of_clock(now);
+            silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
+            happened.paused = if silent_ns > SHORTEST_STALL_NS { self.missing(now) } else { 0 };
             happened.confirmed = self.follow_burst(frame, now);
             self.last_ns = Some(now);
             self.latest_ns = Some(self.latest_ns.map_or(now, |latest| latest.max(now)));
@@ -136,13 +167,13 @@ impl Recording {
             Some(direction) => direction == Direction::Tx,
             None => commands || frame.kind == Kind::Remote,
         };
-        (When { own, ..self.at(frame.reference()) }, happened)
+        (When { own, silent_ns, ..self.at(frame.reference()) }, happened)
     }
 
     /// The place of what has no frame of its own: the end of the capture, or a time at which no frame came.
     pub fn at(&self, at: FrameRef) -> When {
         let burst = self.bursts.last().filter(|_| self.running).map_or(0, |burst| burst.number);
-        When { at, epoch: self.epoch, burst, own: false }
+        When { at, epoch: self.epoch, burst, ..When::default() }
     }
 
     /// It is `now_ns` and no frame has come. A burst that has ended by now is settled.
@@ -195,6 +226,12 @@ impl Recording {
         self.duplicates.are_refuted()
     }
 
+    /// By how much a frame may have been stamped late, in ns: no longer than the bus was silent before it, as what waits
+    /// is stamped in a row. Nothing, where a person says how exact the stamps are.
+    pub fn lateness_ns(&self, when: When) -> i64 {
+        if self.jitter_ns.is_some() { 0 } else { when.silent_ns }
+    }
+
     /// When a frame was on the bus: the earliest and the latest time, in ns.
     pub fn interval(&self, when: When) -> (i64, i64) {
         let Some(stamp) = when.at.t_ns else { return (i64::MIN, i64::MAX) };
@@ -242,6 +279,24 @@ impl Recording {
         Some((burst.to_ns, burst.to_ns.saturating_sub(burst.from_ns)))
     }
 
+    /// The last silence of the whole bus that was longer than any of late, which may last at `now_ns`.
+    pub fn silence(&self, now_ns: i64) -> Option<Silence> {
+        if let Some(from_ns) = self.last_ns.filter(|last| *last < now_ns && self.is_unusual(now_ns - last)) {
+            let long = self.is_long(now_ns - from_ns);
+            return Some(Silence { from_ns, to_ns: now_ns, long, stalled: false });
+        }
+        let Burst { from_ns, to_ns, long, verdict, .. } = *self.bursts.last()?;
+        Some(Silence { from_ns, to_ns, long, stalled: verdict == Verdict::Confirmed })
+    }
+
+    fn is_unusual(&self, gap: i64) -> bool {
+        gap > SHORTEST_STALL_NS && gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10
+    }
+
+    fn is_long(&self, gap: i64) -> bool {
+        gap / LONG > self.usual_gap_ns
+    }
+
     /// What became of a burst; `None` where it is none, or forgotten: then it was settled long ago.
     pub fn verdict(&self, burst: u32) -> Option<Verdict> {
         self.burst(burst).map(|burst| burst.verdict)
@@ -283,7 +338,7 @@ impl Recording {
         if gap > DRAIN_NS || self.has_caught_up(now) {
             self.end_burst();
         }
-        if gap > SHORTEST_STALL_NS && gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10 {
+        if self.is_unusual(gap) {
             self.begin_burst(last, now);
         }
         let compressed = self.see(frame, now);
@@ -311,7 +366,8 @@ impl Recording {
         if self.bursts.len() == BURSTS {
             self.bursts.remove(0);
         }
-        self.bursts.push(Burst { number, from_ns, to_ns, ..Burst::default() });
+        let long = self.is_long(to_ns.saturating_sub(from_ns));
+        self.bursts.push(Burst { number, from_ns, to_ns, long, ..Burst::default() });
         self.running = true;
     }
 
@@ -357,6 +413,25 @@ impl Recording {
             usual.gap_ns = if usual.gap_ns == 0 { gap } else { usual.gap_ns + (gap - usual.gap_ns) / 4 };
         }
         compressed
+    }
+
+    /// The nodes of which a frame had been due for two periods during the silence that ends at `now`. A sender that
+    /// fell silent before does not count.
+    fn missing(&self, now: i64) -> u128 {
+        let Some(from) = self.last_ns else { return 0 };
+        if now.saturating_sub(from) / UNUSUAL_TENTHS <= self.usual_gap_ns / 10 {
+            return 0;
+        }
+        let due = |usual: &Usual| {
+            let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(2));
+            usual.gap_ns > 0 && (from..now).contains(&due)
+        };
+        let mut nodes = 0_u128;
+        let periodic = |id: &usize| !APERIODIC.iter().any(|range| range.contains(id));
+        for (id, _) in self.usual.iter().enumerate().filter(|(id, usual)| periodic(id) && due(usual)) {
+            nodes |= 1 << (id % 0x80);
+        }
+        nodes
     }
 
     /// The last frame of the bus.

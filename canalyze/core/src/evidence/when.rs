@@ -18,4 +18,6 @@ pub struct When {
     pub burst: u32,
     /// It may be the recording host's own, and be listed late.
     pub own: bool,
+    /// How long the whole bus was silent before it, in ns.
+    pub silent_ns: i64,
 }

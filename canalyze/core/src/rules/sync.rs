@@ -43,7 +43,7 @@ rules! {
             "SYNC counter {found} is not within 1 to {limit}";
     }
 
-    /// A SYNC is missing, late or one too many, or the period is not the configured one.
+    /// A SYNC is missing, late or one too many, or the period is not the configured one, or another one than before.
     Syn003 "SYN003" "sync-period" Warning "CiA 301 7.2.5, 7.5.2.6" one [Sync, Pdo] {
         message "同步周期异常" "irregular SYNC period";
         meaning
@@ -64,6 +64,12 @@ rules! {
         NotConfigured { period: Ns, expected: Ns }
             "同步周期实际为{period}, 配置为{expected}"
             "the SYNC period is {period}, configured is {expected}";
+        Changed { period: Ns, expected: Ns }
+            "同步周期从此变为{period}, 之前为{expected}; 没有对1006h的写入可以解释"
+            "the SYNC period is {period} from here on, before it was {expected}; no write of 1006h explains it";
+        Unsteady { jitter: Ns, period: Ns }
+            "同步报文间隔不稳定, 偏离周期{period}达{jitter}"
+            "SYNCs come unsteadily, up to {jitter} off the period of {period}";
     }
 
     /// A synchronous TPDO came after the synchronous window.
@@ -205,7 +211,7 @@ rules! {
     }
 
     /// SYNC has stopped, and nodes are Operational all the same.
-    Syn013 "SYN013" "sync-stopped" Info "CiA 301 7.2.5, 7.5.2.6" one [Sync, Pdo] {
+    Syn013 "SYN013" "sync-stopped" Warning "CiA 301 7.2.5, 7.5.2.6" one [Sync, Pdo] {
         message "同步报文停止" "SYNC has stopped";
         meaning
             "同步报文原来按周期发送, 之后不再出现, 而节点仍处于操作状态: 同步PDO既不再发送, 也不再生效。没有NMT命令、启动报文或对1005h、1006h的写入可以解释。"

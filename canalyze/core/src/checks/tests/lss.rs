@@ -235,7 +235,7 @@ fn a_reset_slave_owes_nothing() {
     let asked = "20 7E5#5A00000000000000\n";
     let later = "3000 60A#4002200000000000\n3000.4 58A#4F0220005A000000\n";
     let whole = |between: &str| log(&format!("{answered}{waiting}{selected}{between}{asked}{later}"));
-    assert_eq!(raised(&whole("")), [("LSS009".to_owned(), 11, Some(10))]);
+    assert_eq!(raised(&whole("")), [("LSS009".to_owned(), 12, Some(10))]);
     assert_eq!(raised(&whole("10 70A#00\n")), []);
     assert_eq!(raised(&whole("10 000#8200\n")), []);
 }

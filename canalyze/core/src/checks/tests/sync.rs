@@ -150,7 +150,7 @@ fn long_stalls_late_syncs_and_copies() {
         assert!(said.iter().all(|line| line["kind"] != "finding" || line["severity"] == "info"), "{period}");
         // One does, and one is missing behind a stall.
         let once = train(&at) + &format!("{:.3} 080#\n", at(50) + 0.12);
-        assert_eq!(raised(&sorted(&log(&once))), [("SYN003".to_owned(), 51, None)], "{period}");
+        assert_eq!(raised(&sorted(&log(&once))), [("SYN003".to_owned(), 51, Some(50))], "{period}");
     }
 }
 

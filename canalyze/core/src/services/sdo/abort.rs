@@ -5,8 +5,8 @@
 
 use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
 use super::exchange::expedited;
+use super::pairing::UnderWay;
 use super::transfer::{Abort, Status};
-use super::waiting::{UnderWay, Unprovoked};
 use super::wire::{self, Command, Segment, Side};
 use crate::context::Context;
 use crate::event::Note;
@@ -37,12 +37,18 @@ impl Channel {
                 _ => {}
             }
         }
+        if side == Side::Client && code == TIMED_OUT {
+            self.judge_stalled_block(cx);
+        }
         self.judge_aborted_block(cx);
         if self.all_bytes_without_last() {
             let last = self.transfer.as_ref().map_or(at, |transfer| transfer.last);
             self.find(Code::Sdo007, last, Facts::NoLast, cx);
         }
-        self.find(Code::Sdo017, at, Facts::Abort { code, by: side }, cx);
+        // One that waited for its request was reported at its own frame.
+        if at.no == cx.at.no {
+            self.find(Code::Sdo017, at, Facts::Abort { code, by: side }, cx);
+        }
         if let Some(transfer) = &mut self.transfer {
             transfer.abort = Some(Abort { code, by: side });
             transfer.last = at;
@@ -88,7 +94,7 @@ impl Channel {
         self.abort(Side::Client, half.at, code, cx);
         self.pairing.given_up = self.pairing.pending.take().or(self.pairing.given_up);
         self.pairing.abort_may_answer = false;
-        self.pairing.under_way = Some(UnderWay { side: Side::Server, at: half.at, seqno, owed: None });
+        self.pairing.under_way = Some(UnderWay { side: Side::Server, at: half.at, seqno, owed: None, unasked: false });
     }
 
     pub(super) fn server_abort(&mut self, half: &Half, mux: wire::Mux, code: u32, cx: &mut Context<'_>) {
@@ -126,9 +132,7 @@ impl Channel {
         self.pairing.answered = self.pairing.pending.take().map(|_| *half);
         self.pairing.abort_may_answer = false;
         self.pairing.last_abort = Some((mux, code));
-        self.pairing.under_way = Some(UnderWay { side: Side::Client, at: half.at, seqno, owed });
-        let late = idle && self.begun && self.pairing.first != Some(half.at.no);
-        self.pairing.unprovoked = unasked.then_some(Unprovoked { at: half.at, refusal: late.then_some((mux, code)) });
+        self.pairing.under_way = Some(UnderWay { side: Side::Client, at: half.at, seqno, owed, unasked });
     }
 
     /// What the server refuses is still what the client wanted to write.

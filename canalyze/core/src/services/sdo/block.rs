@@ -78,8 +78,6 @@ pub enum Taken {
 pub struct Acked {
     /// Part of the sub-block will be sent again.
     pub retransmission: bool,
-    /// The segment after which the acknowledgement of the sub-block before this one is missing.
-    pub missing: Option<FrameRef>,
     /// A violation, and the earlier frame it is about.
     pub fault: Option<(Facts, Option<FrameRef>)>,
 }
@@ -135,9 +133,6 @@ pub struct Block {
     /// Segments in the current sub-block.
     blksize: u8,
     current: SubBlock,
-    /// An upload's next sub-block, seen before the client's acknowledgement of the current one.
-    ahead: Option<SubBlock>,
-    ahead_at: Option<FrameRef>,
     /// Segments that were sent in sequence and not acknowledged, and the acknowledgement: the next is the first of them.
     rest: Option<(Vec<Segment>, FrameRef, u8)>,
     /// The acknowledgement after which the sender went on with other data.
@@ -175,8 +170,6 @@ impl Block {
         Self {
             blksize: if (1..=MOST).contains(&blksize) { blksize } else { MOST },
             current: SubBlock::default(),
-            ahead: None,
-            ahead_at: None,
             rest: None,
             not_resent: None,
             skipping: false,
@@ -218,26 +211,26 @@ impl Block {
 
     /// The number that the acknowledgement that is due has to have, if nothing is to be sent again.
     pub fn owed_ack(&self) -> Option<u8> {
-        let whole = self.owes_ack() && self.ahead.is_none() && self.current.wrong.is_none();
+        let whole = self.owes_ack() && self.current.wrong.is_none();
         whole.then_some(self.current.sent)
     }
 
     /// Whether the end frame may come: the last segment was sent, though perhaps not yet acknowledged.
     pub fn may_end(&self) -> bool {
-        let newest = self.ahead.as_ref().unwrap_or(&self.current);
-        self.finished || self.ends_unread() || (newest.last_at.is_some() && newest.is_complete(self.blksize))
+        let current = &self.current;
+        self.finished || self.ends_unread() || (current.last_at.is_some() && current.is_complete(self.blksize))
     }
 
     /// Whether the newest segment came in an empty frame.
     pub fn ends_unread(&self) -> bool {
-        self.ahead.as_ref().unwrap_or(&self.current).ends_unread()
+        self.current.ends_unread()
     }
 
     /// The sequence number of the segment that an empty frame by the sender of the data stands for, where one was due.
     pub fn unread(&self) -> Option<u8> {
-        let newest = self.ahead.as_ref().unwrap_or(&self.current);
-        let ended = self.finished || self.end.is_some() || (self.owes_ack() && newest.last_at.is_some());
-        (!ended && newest.wrong.is_none() && !self.may_be_in_flight()).then(|| self.expected())
+        let current = &self.current;
+        let ended = self.finished || self.end.is_some() || (self.owes_ack() && current.last_at.is_some());
+        (!ended && current.wrong.is_none() && !self.may_be_in_flight()).then(|| self.expected())
     }
 
     /// Whether the segment marked as last was sent at all.
@@ -247,34 +240,23 @@ impl Block {
 
     /// The sequence number that is due.
     pub fn expected(&self) -> u8 {
-        match &self.ahead {
-            Some(ahead) => ahead.expected(),
-            None if self.owes_ack() => 1,
-            None => self.current.expected(),
-        }
+        if self.owes_ack() { 1 } else { self.current.expected() }
     }
 
     /// Number in the transfer of the next segment, from 1.
     pub fn ordinal(&self) -> u32 {
         let current = self.current.segments.len() as u32;
-        let ahead = self.ahead.as_ref().map_or(0, |ahead| ahead.segments.len() as u32);
-        self.committed.saturating_add(current).saturating_add(ahead).saturating_add(1)
+        self.committed.saturating_add(current).saturating_add(1)
     }
 
-    /// Whether an acknowledgement of `ackseq` speaks of one segment more than was seen: that segment may be late.
-    pub fn wants_one_more(&self, ackseq: u8) -> bool {
-        self.current.wrong.is_none() && !self.owes_ack() && ackseq == self.current.expected()
+    /// How many segments that were not seen, and may be listed late, an acknowledgement of `ackseq` speaks of.
+    pub fn not_seen(&self, ackseq: u8) -> u8 {
+        let settled = self.current.wrong.is_some() || self.owes_ack() || self.skipping || self.finished;
+        if settled || ackseq > self.blksize { 0 } else { ackseq.saturating_sub(self.current.segments.len() as u8) }
     }
 
-    /// Takes a segment. `ack_may_be_late`: in an upload the client's acknowledgement may be captured after it.
-    /// Returns how it was taken, and the frame after which an acknowledgement is missing from the capture.
-    pub fn segment(
-        &mut self,
-        transfer: &mut Transfer,
-        at: FrameRef,
-        segment: Segment,
-        ack_may_be_late: bool,
-    ) -> (Taken, Option<FrameRef>) {
+    /// Takes a segment. Returns how it was taken, and the frame after which an acknowledgement is missing from the capture.
+    pub fn segment(&mut self, transfer: &mut Transfer, at: FrameRef, segment: Segment) -> (Taken, Option<FrameRef>) {
         let Segment { seqno, last, .. } = segment;
         self.first_at.get_or_insert(at);
         self.newest_at = Some(at);
@@ -289,24 +271,11 @@ impl Block {
         let blksize = self.blksize;
         let mut ack_missing = None;
         if self.owes_ack() {
-            let settled = match &self.ahead {
-                None => seqno == 1 && !ack_may_be_late,
-                Some(ahead) => seqno == 1 && ahead.is_complete(blksize),
-            };
-            if settled {
-                ack_missing = self.due_since;
-                self.settle_whole(transfer);
+            if seqno != 1 {
+                return (self.beyond_complete(at, segment), None);
             }
-        }
-        if self.owes_ack() {
-            if self.ahead.is_none() && seqno != 1 {
-                return (self.beyond_complete(at, segment), ack_missing);
-            }
-            if self.ahead.is_none() {
-                self.ahead_at = Some(at);
-            }
-            let ahead = self.ahead.get_or_insert_default();
-            return (ahead.take(blksize, at, segment), ack_missing);
+            ack_missing = self.due_since;
+            self.settle_whole(transfer);
         }
         let taken = self.current.take(blksize, at, segment);
         if self.owes_ack() {
@@ -382,16 +351,6 @@ impl Block {
     /// The receiver's acknowledgement.
     pub fn ack(&mut self, transfer: &mut Transfer, at: FrameRef, ackseq: u8, blksize: u8) -> Acked {
         let mut acked = Acked::default();
-        let of_next = |ahead: &SubBlock| {
-            ahead.last_at.is_some() && usize::from(ackseq) == ahead.segments.len() && ahead.is_complete(self.blksize)
-        };
-        if self.owes_ack()
-            && usize::from(ackseq) < self.current.segments.len()
-            && self.ahead.as_ref().is_some_and(of_next)
-        {
-            acked.missing = self.due_since;
-            self.settle_whole(transfer);
-        }
         let current = std::mem::take(&mut self.current);
         // What came in an empty frame may have been the last segment.
         let unread = current.ends_unread() && usize::from(ackseq) == current.segments.len();
@@ -430,17 +389,6 @@ impl Block {
         } else if acked.fault.is_none() {
             acked.fault = Some((Facts::BlockSize(blksize), None));
         }
-        if let Some(ahead) = self.ahead.take() {
-            if self.finished && acked.fault.is_none() {
-                acked.fault = Some((Facts::Outside, self.ahead_at));
-            }
-            self.skipping = false;
-            if let Some(first) = ahead.segments.first() {
-                self.resume(transfer, first);
-                self.last_sent |= ahead.last_at.is_some();
-            }
-            self.current = ahead;
-        }
         acked
     }
 
@@ -463,9 +411,6 @@ impl Block {
         let current = std::mem::take(&mut self.current);
         self.commit(transfer, &current.segments);
         self.finished |= current.last_at.is_some();
-        if let Some(ahead) = self.ahead.take() {
-            self.current = ahead;
-        }
     }
 
     fn commit(&mut self, transfer: &mut Transfer, segments: &[Segment]) {
@@ -484,6 +429,11 @@ impl Block {
     pub fn finish_early(&mut self, transfer: &mut Transfer) {
         self.settle_whole(transfer);
         self.finished = true;
+    }
+
+    /// Whether frames count again only from sequence number 1 on.
+    pub fn is_skipping(&self) -> bool {
+        self.skipping
     }
 
     /// Whether a frame out of sequence may be one that was under way when the sub-block was acknowledged early.

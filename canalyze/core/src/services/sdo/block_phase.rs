@@ -5,14 +5,18 @@
 //! was seen, which is then late. Which segments count stands in `block`; pairs of request and response stand in
 //! `pairing`.
 
-use super::block::{Acked, Block, End, Segment, Taken};
+use super::block::{Block, End, Segment, Taken};
 use super::channel::{Channel, Half, Phase};
+use super::sequence::FRAMES;
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::Place;
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;
+
+/// A segment takes at least so long on the bus, in ns: eight bytes at 1 Mbit/s.
+const SEGMENT_NS: i64 = 100_000;
 
 impl Channel {
     /// The command of a frame by the sender of the data.
@@ -29,7 +33,7 @@ impl Channel {
             // after a lost one.
             let known = block.last_was_sent() || !block.may_be_in_flight();
             let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
-            let missed = self.held_ack.is_some() && command & 0x7F != block.expected() && rest == [0; 5];
+            let missed = self.awaits_segments() && command & 0x7F != block.expected() && rest == [0; 5];
             let due = command & 0x7F == block.expected() && block.ends_unread();
             if (block.may_end() && !due) || early || missed {
                 return plain;
@@ -44,6 +48,10 @@ impl Channel {
         }
         // Behind the last sub-block only segment 1 could come, if it was not the last one.
         if block.is_finished() && side == Side::Client && plain.is_initiate() && !plain.has_reserved_bits(bytes) {
+            return plain;
+        }
+        // After the end, the answer to the request that the client sends once it has confirmed.
+        if side == Side::Server && block.end.is_some() && plain.mux().is_some() && !plain.has_reserved_bits(bytes) {
             return plain;
         }
         // A client that starts anew in mid-transfer: only a read, whose bytes 4..7 are 0, can be told from data.
@@ -85,11 +93,37 @@ impl Channel {
         }
     }
 
+    /// Whether a frame of the server is due while sub-blocks run; `None` where it is no part of them.
+    pub(super) fn is_due_in_block(&self, block: &Block, half: &Half) -> Option<bool> {
+        let midway = self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none());
+        match half.command {
+            Command::BlockSegment { .. } if midway && block.is_skipping() => {
+                let plain = Half { command: wire::decode(Side::Server, half.bytes), ..*half };
+                Some(!super::pairing::is_strict_answer(&plain))
+            }
+            Command::BlockSegment { seqno, .. } => Some(seqno != 1 || !block.owes_ack()),
+            Command::EndBlock { .. } => Some(!block.owes_ack()),
+            Command::BlockAck { ackseq, .. } => {
+                Some(self.rejects_end() || !self.may_be_sent(block.not_seen(ackseq), half))
+            }
+            Command::BlockUploadInitiated { .. } => Some(block.end.is_none()),
+            Command::BlockEnded if midway => Some(true),
+            _ => None,
+        }
+    }
+
+    /// Whether so many segments can have been sent before an acknowledgement, and be listed behind it.
+    fn may_be_sent(&self, segments: u8, ack: &Half) -> bool {
+        let since = self.transfer.as_ref().and_then(|transfer| transfer.last.t_ns).zip(ack.at.t_ns);
+        let time = i64::from(segments) * SEGMENT_NS;
+        let enough = since.map_or(segments <= FRAMES, |(since, now)| now.saturating_sub(since) >= time);
+        segments > 0 && enough
+    }
+
     /// A client frame while sub-blocks run. Returns whether it was taken.
     pub(super) fn block_client(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
         let half = &self.unless_empty(Side::Client, half);
         if half.command.is_initiate() {
-            self.settle_ack(cx);
             return false;
         }
         if self.is_upload() {
@@ -97,19 +131,11 @@ impl Channel {
             return true;
         }
         match half.command {
-            Command::BlockSegment { seqno, .. } => {
-                let awaited = matches!(&self.phase, Phase::Block(block) if block.expected() == seqno);
-                if !awaited {
-                    self.settle_ack(cx);
-                }
+            Command::BlockSegment { .. } => {
                 self.block_segment(half, cx);
-                self.settle_ack(cx);
                 true
             }
-            Command::EndBlock { .. } => {
-                self.settle_ack(cx);
-                self.end_block(half, cx)
-            }
+            Command::EndBlock { .. } => self.end_block(half, cx),
             _ => {
                 self.violation_outside(half, cx);
                 true
@@ -124,7 +150,12 @@ impl Channel {
                 self.step.place = Place::Repeated;
                 self.find(Code::Sdo015, half.at, Facts::None, cx);
             }
-            Command::StartBlockUpload => block.started = true,
+            Command::StartBlockUpload => {
+                block.started = true;
+                if let Some(transfer) = &mut self.transfer {
+                    transfer.last = half.at;
+                }
+            }
             Command::BlockAck { .. } => {
                 if !std::mem::replace(&mut block.started, true) {
                     let first = block.first_at.unwrap_or(half.at);
@@ -138,12 +169,6 @@ impl Channel {
                 if midway && end.is_none() {
                     self.complete(Status::Incomplete, cx);
                 } else if end.is_some() {
-                    if !block.is_finished() {
-                        let due_since = block.due_since().unwrap_or(half.at);
-                        self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
-                        self.settle_without_ack();
-                        self.judge_end(cx);
-                    }
                     self.confirm_end(cx);
                 } else if block.is_finished() {
                     let asked = self.transfer.as_ref().map_or(half.at, |transfer| transfer.last);
@@ -178,8 +203,7 @@ impl Channel {
                 self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
                 true
             }
-            Command::BlockAck { ackseq, .. } if !self.is_upload() => {
-                self.settle_ack(cx);
+            Command::BlockAck { .. } if !self.is_upload() => {
                 let Phase::Block(block) = &self.phase else { return false };
                 if self.rejects_end() {
                     // It may do so again, whatever the client asks for next.
@@ -187,8 +211,6 @@ impl Channel {
                     self.odd_exchange.astray = true;
                 } else if block.is_finished() {
                     self.violation_outside(half, cx);
-                } else if block.wants_one_more(ackseq) {
-                    self.held_ack = Some(*half);
                 } else {
                     self.acknowledge(half, cx);
                 }
@@ -207,7 +229,6 @@ impl Channel {
 
     fn block_segment(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Command::BlockSegment { seqno, last, data } = half.command else { return };
-        let upload = self.is_upload();
         let midway = self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none());
         let Phase::Block(block) = &mut self.phase else { return };
         if block.is_finished() {
@@ -226,7 +247,7 @@ impl Channel {
         let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         self.step.ordinal = block.ordinal();
         let segment = Segment { seqno, last, data, len: half.len };
-        let (taken, ack_missing) = block.segment(transfer, half.at, segment, upload);
+        let (taken, ack_missing) = block.segment(transfer, half.at, segment);
         let not_resent = block.take_not_resent();
         self.step.place = match taken {
             Taken::InSequence => Place::Due,
@@ -236,9 +257,6 @@ impl Channel {
         };
         if taken != Taken::InSequence {
             self.step.ordinal = 0;
-            if upload && midway {
-                self.hold_midway(half);
-            }
         }
         if let Some(due_since) = ack_missing {
             self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
@@ -284,19 +302,19 @@ impl Channel {
             self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
             return true;
         }
+        if block.owes_ack() || (!upload && !block.is_finished()) {
+            let due_since = block.due_since().unwrap_or(half.at);
+            self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
+            self.settle_without_ack();
+        }
+        let Phase::Block(block) = &mut self.phase else { return upload };
         if upload {
             block.end = Some(End { at: half.at, unused, crc: (half.len > 2).then_some(crc) });
             if block.is_finished() {
                 self.judge_end(cx);
             }
-            return true;
         }
-        if !block.is_finished() {
-            let due_since = block.due_since().unwrap_or(half.at);
-            self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
-            self.settle_without_ack();
-        }
-        false
+        upload
     }
 
     /// A frame of which nothing can be read, where the end of an upload is due: how much of the last segment is data is
@@ -327,27 +345,6 @@ impl Channel {
         }
     }
 
-    /// An acknowledgement that was held for one late segment.
-    fn settle_ack(&mut self, cx: &mut Context<'_>) {
-        if let Some(ack) = self.held_ack.take() {
-            if let Some(transfer) = &mut self.transfer {
-                transfer.reordered = true;
-            }
-            self.acknowledge(&ack, cx);
-        }
-    }
-
-    /// The capture ends while an acknowledgement is held.
-    pub(super) fn settle_ack_at_end(&mut self) {
-        if let Some(ack) = self.held_ack.take()
-            && let Command::BlockAck { ackseq, blksize } = ack.command
-            && let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer)
-        {
-            // The segment it speaks of may lie beyond the capture's edge: nothing to judge.
-            let _: Acked = block.ack(transfer, ack.at, ackseq, blksize);
-        }
-    }
-
     fn acknowledge(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Command::BlockAck { ackseq, blksize } = half.command else { return };
         let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
@@ -361,11 +358,7 @@ impl Channel {
         if acked.retransmission {
             transfer.retransmissions = transfer.retransmissions.saturating_add(1);
         }
-        let missing = acked.missing;
         let (finished, end, not_resent) = (block.is_finished(), block.end, block.take_not_resent());
-        if let Some(due_since) = missing {
-            self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
-        }
         if let Some((ack, ackseq)) = not_resent {
             self.find(Code::Sdo012, ack, Facts::NotResent { ackseq }, cx);
         }
@@ -486,9 +479,27 @@ impl Channel {
         }
     }
 
+    /// The client has waited in vain for what the server owes while sub-blocks run: an acknowledgement, or segments.
+    pub(super) fn judge_stalled_block(&mut self, cx: &mut Context<'_>) {
+        let Phase::Block(block) = &self.phase else { return };
+        let Some(transfer) = self.transfer.as_ref().filter(|transfer| transfer.mux.is_some() && !transfer.hole) else {
+            return;
+        };
+        if block.wrong().is_some() || block.end.is_some() || self.pairing.pending.is_some() {
+            return;
+        }
+        let asked = transfer.last;
+        match block.due_since().filter(|_| block.owes_ack()) {
+            Some(due_since) if !self.is_upload() => self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx),
+            None if self.is_upload() && block.started => {
+                self.find(Code::Sdo002, asked, Facts::Missing { by: Side::Server }, cx);
+            }
+            _ => {}
+        }
+    }
+
     /// A block transfer is aborted: was a segment out of sequence before?
     pub(super) fn judge_aborted_block(&mut self, cx: &mut Context<'_>) {
-        self.held_ack = None;
         if let Phase::Block(block) = &self.phase
             && let Some((facts, at)) = block.wrong()
         {

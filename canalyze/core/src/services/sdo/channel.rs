@@ -7,12 +7,14 @@ use std::sync::Arc;
 
 use super::block::Block;
 use super::judgement::OddExchange;
+use super::pairing::Pairing;
+use super::sequence::{Sequence, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
-use super::waiting::{Pairing, within};
 use super::wire::{self, Command, Initiate, Mux, Side};
 use crate::context::{Chunk, Context};
 use crate::dictionary::{Dictionary, Object};
 use crate::event::{Event, Note, Place, Step, What};
+use crate::evidence::duplicates::Sighting;
 use crate::finding::{Code, Facts, Finding};
 use crate::frame::{BusId, CanId, Frame, FrameRef};
 
@@ -23,10 +25,8 @@ pub(super) const UNANSWERED_NS: i64 = 1_000_000_000;
 
 /// Who looks for a server sends it so many requests at most.
 const PROBES: u64 = 3;
-/// A frame captured twice follows itself within this time, in ns.
-const TWICE_NS: i64 = 5_000_000;
-/// So many frames may come between it and itself.
-const ONCE: usize = 8;
+/// Frames that are kept since they may be shown a second time.
+const ONCE: usize = 16;
 
 /// One frame of the channel, kept until the other half of its exchange is known.
 #[derive(Clone, Copy, Debug)]
@@ -77,8 +77,7 @@ pub struct Channel {
     pub(super) unmarked: Option<(Half, Initiate)>,
     /// The server has sent segments after one of those; whether that one had other bytes than 0 in the place of data.
     pub(super) segments_unmarked: Option<bool>,
-    /// A server's acknowledgement of one block segment more than was seen.
-    pub(super) held_ack: Option<Half>,
+    pub(super) sequence: Sequence,
     pub(super) outside: Outside,
     /// The step of the frame at hand.
     pub(super) step: Step,
@@ -86,14 +85,10 @@ pub struct Channel {
     pub(super) own: bool,
     /// The object of the next finding, where it is not the transfer's.
     pub(super) find_about: Option<Mux>,
-    /// A completed transfer whose pair may still be dissolved.
-    pub(super) unsettled: Option<Arc<Transfer>>,
     /// The last expedited write, where it was given up and nothing was answered since.
     pub(super) left: Option<Arc<Transfer>>,
     /// The same, confirmed by the frame at hand after all.
     pub(super) confirmed: Option<Arc<Transfer>>,
-    /// The last one of those of which somebody has taken what it shows.
-    taken: Option<Arc<Transfer>>,
     /// A valid request with its response was seen, since frames were lost if they were.
     pub(super) trusted: bool,
     /// The same was seen at any time.
@@ -111,8 +106,6 @@ pub struct Channel {
     /// Requests among them that can only be meant as such.
     pub(super) plausible: u64,
     pub(super) first: Option<FrameRef>,
-    /// The capture shows most of its frames twice.
-    pub twice: bool,
     /// The last request was one to a server that must not answer.
     pub in_vain: Option<FrameRef>,
     /// Its server was only looked for, as all others were.
@@ -147,15 +140,13 @@ impl Channel {
             transfer: None,
             unmarked: None,
             segments_unmarked: None,
-            held_ack: None,
+            sequence: Sequence::default(),
             outside: Outside::Uncaptured,
             step: empty_step(),
             own: true,
             find_about: None,
-            unsettled: None,
             left: None,
             confirmed: None,
-            taken: None,
             trusted: false,
             proven: false,
             begun: false,
@@ -167,7 +158,6 @@ impl Channel {
             paired: false,
             plausible: 0,
             first: None,
-            twice: false,
             in_vain: None,
             scanned: false,
             once: VecDeque::new(),
@@ -197,27 +187,15 @@ impl Channel {
         self.responses == 0 && (1..=PROBES).contains(&self.requests) && self.plausible == self.requests
     }
 
-    /// The completed transfer whose pair may still be dissolved, or the one that the frame at hand confirms late.
-    pub fn unsettled(&self) -> Option<&Arc<Transfer>> {
-        self.unsettled.as_ref().or(self.confirmed.as_ref())
+    /// The completed transfer that the frame at hand confirms late.
+    pub fn confirmed(&self) -> Option<&Arc<Transfer>> {
+        self.confirmed.as_ref()
     }
 
     /// The transfer that runs, with what the description says of its object; none where the channel's frames are no SDO.
     pub fn running(&self) -> Option<(&Transfer, Option<Arc<Object>>)> {
         let transfer = self.transfer.as_deref().filter(|_| !self.is_foreign())?;
         Some((transfer, self.described(transfer.mux)))
-    }
-
-    /// Whether what this transfer shows is news: not where the same was shown while it was unsettled.
-    pub fn takes(&mut self, transfer: &Arc<Transfer>) -> bool {
-        let same = |known: &Arc<Transfer>| {
-            (known.id, known.status, &known.kept) == (transfer.id, transfer.status, &transfer.kept)
-        };
-        let news = !self.taken.as_ref().is_some_and(same);
-        if self.unsettled.as_ref().is_some_and(|unsettled| Arc::ptr_eq(unsettled, transfer)) {
-            self.taken = Some(Arc::clone(transfer));
-        }
-        news
     }
 
     /// Gives the server's objects names and types.
@@ -239,7 +217,8 @@ impl Channel {
             len: frame.len,
         };
         self.confirmed = None;
-        if let Some(step) = self.twin(side, &half) {
+        if cx.sighting == Sighting::Duplicate && cx.evidence.recording.shows_twice() {
+            let step = self.twin(side, &half);
             cx.events.push(Event {
                 at: half.at,
                 about: None,
@@ -266,7 +245,7 @@ impl Channel {
             transfer: None,
             what: What::Note(Note::RequestNotCaptured),
         });
-        let half = if side == Side::Client { self.answer_edge(half, cx) } else { half };
+        let half = self.order_before(side, half, cx);
         self.step.command = half.command;
         self.plausible = self.plausible.saturating_add(u64::from(strict_initiate(&half)));
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
@@ -283,13 +262,14 @@ impl Channel {
         self.note_unreadable(side, &half);
         match side {
             Side::Client => {
-                self.client(half, cx);
-                self.judge_frame(&half, cx);
+                self.order_client(half, cx);
+                self.judge_frame(&Half { command: self.step.command, ..half }, cx);
             }
             Side::Server => {
+                let fresh = *self.pairing.first.get_or_insert(half.at.no) == half.at.no;
                 // Before the transfer completes with this frame: the finding is the transfer's.
                 self.judge_frame(&half, cx);
-                self.server(half, cx);
+                self.order_server(half, fresh, cx);
             }
         }
         let after = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
@@ -298,7 +278,10 @@ impl Channel {
         self.step.mux = of.and_then(|(_, mux)| mux);
         self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
         let step = std::mem::replace(&mut self.step, empty_step());
-        if self.twice {
+        if !cx.evidence.recording.shows_once() {
+            if self.once.len() == ONCE {
+                self.once.pop_front();
+            }
             self.once.push_back((half, Step { place: Place::Twin, answered_by: None, result: None, ..step.clone() }));
         }
         if let Some(event) = cx.events.get_mut(slot) {
@@ -313,21 +296,12 @@ impl Channel {
         }
     }
 
-    /// The step of a frame that was captured before, where most frames are captured twice: the earliest of its side
-    /// that has no twin yet.
-    fn twin(&mut self, side: Side, half: &Half) -> Option<Step> {
-        if !self.twice {
-            self.once.clear();
-            return None;
-        }
-        self.once.retain(|(before, _)| within(before.at, half.at, TWICE_NS));
-        if self.once.len() > ONCE {
-            self.once.pop_front();
-        }
+    /// The step of a frame that the capture shows a second time: that of the earliest equal one of its side.
+    fn twin(&mut self, side: Side, half: &Half) -> Step {
         let same =
             |(before, step): &(Half, Step)| step.side == side && before.bytes == half.bytes && before.len == half.len;
-        let place = self.once.iter().position(same)?;
-        self.once.remove(place).map(|(_, step)| step)
+        let original = self.once.iter().position(same).and_then(|place| self.once.remove(place));
+        original.map_or(Step { side, command: half.command, place: Place::Twin, ..empty_step() }, |(_, step)| step)
     }
 
     /// Which command the frame is, given where the transfer stands.
@@ -398,11 +372,7 @@ impl Channel {
         if self.own {
             self.step.result = Some(Arc::clone(&transfer));
         }
-        if self.pairing.is_tentative() {
-            self.unsettled = Some(transfer);
-        } else {
-            self.announce(transfer, cx);
-        }
+        self.announce(transfer, cx);
     }
 
     /// Says that a transfer has ended.
@@ -428,7 +398,15 @@ impl Channel {
     /// The server was reset, or frames were lost: nothing that was open can be judged.
     pub fn lost(&mut self, reset: bool, cx: &mut Context<'_>) {
         self.own = false;
-        self.settle(cx);
+        self.order_rest(cx);
+        if reset
+            && let Some(pending) = self.pairing.pending
+            && !within(pending.at, cx.at, UNANSWERED_NS)
+            && !self.is_edge(&pending)
+            && !self.pairing.may_be_answered(&pending)
+        {
+            self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
+        }
         if self.transfer.is_some() {
             if let Some(about) = self.transfer.as_ref().map(|transfer| transfer.first)
                 && reset
@@ -440,7 +418,7 @@ impl Channel {
         self.own = true;
         self.pairing = Pairing::default();
         (self.left, self.confirmed) = (None, None);
-        self.held_ack = None;
+        self.sequence = Sequence::default();
         self.odd_exchange = OddExchange::default();
         self.phase = Phase::Idle;
         self.outside = if reset { Outside::Said } else { Outside::Uncaptured };
@@ -461,10 +439,8 @@ impl Channel {
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.own = false;
         self.excuse_answer();
-        self.answer_only_request(cx);
-        self.settle_held_at_end(cx);
+        self.order_rest(cx);
         self.repeated_at_end(cx);
-        self.settle(cx);
         let aged = |from: FrameRef| match (from.t_ns, cx.at.t_ns) {
             (Some(from), Some(to)) => to.saturating_sub(from) > UNANSWERED_NS,
             _ => false,
@@ -486,6 +462,7 @@ impl Channel {
         }
         if idle_is_old {
             self.judge_unconfirmed_end(cx);
+            self.judge_stalled_block(cx);
         }
         if idle_is_old && self.all_bytes_without_last() {
             let last = self.transfer.as_ref().map_or(cx.at, |transfer| transfer.last);

@@ -19,6 +19,13 @@ impl Channel {
     pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
         self.pairing.pending = None;
         self.left = None;
+        if let (Some(asked), Some(answered), true) =
+            (request.at.t_ns, response.at.t_ns, wire::fits(&request.command, &response.command))
+        {
+            let late = if response.at.no < request.at.no { asked.saturating_sub(answered) } else { 0 };
+            cx.evidence.recording.exchanged(late);
+        }
+        self.pairing.last_request = Some(request.command);
         self.pairing.last_response = Some(response.bytes);
         self.pairing.answered = (request.at.no < response.at.no).then_some(response);
         if request.command.is_initiate() {

@@ -4,10 +4,9 @@
 //! be: a block segment can look like any command. What was cut is incomplete.
 
 use super::block::{Block, MOST};
-use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
+use super::channel::{Channel, Half, Outside, Phase};
 use super::transfer::{Direction, Mode, Transfer};
-use super::waiting::Held;
-use super::wire::{self, Command, Side};
+use super::wire::Command;
 use crate::context::Context;
 use crate::event::Place;
 use crate::frame::FrameRef;
@@ -32,36 +31,6 @@ impl Channel {
         if !self.trusted {
             self.withheld.clear();
             self.begun = false;
-        }
-    }
-
-    /// The channel's first frame is a request and a response of its kind was held, since its own request might
-    /// still have come: it has not, so it is the answer after all, though for another object or toggle bit.
-    /// Returns the client's next frame as it is read after that.
-    pub(super) fn answer_edge(&mut self, half: Half, cx: &mut Context<'_>) -> Half {
-        let (Some(pending), Some(held)) = (self.pairing.pending, self.pairing.held) else { return half };
-        let late = wire::fits(&half.command, &held.half.command);
-        if late || !strict_initiate(&pending) || !wire::kind_fits(&pending.command, &held.half.command) {
-            return half;
-        }
-        self.pairing.held = None;
-        self.begun = true;
-        let own = std::mem::replace(&mut self.own, false);
-        self.answer(pending, held.half, cx);
-        self.own = own;
-        Half { command: self.decode(Side::Client, half.bytes, half.len), ..half }
-    }
-
-    /// The capture is over, and the channel has shown one request and one response of its kind, nothing else.
-    pub(super) fn answer_only_request(&mut self, cx: &mut Context<'_>) {
-        if self.requests != 1 || self.responses != 1 {
-            return;
-        }
-        let (Some(pending), Some(held)) = (self.pairing.pending, self.pairing.held) else { return };
-        if strict_initiate(&pending) && wire::kind_fits(&pending.command, &held.half.command) {
-            self.pairing.held = None;
-            self.begun = true;
-            self.answer(pending, held.half, cx);
         }
     }
 
@@ -116,25 +85,24 @@ impl Channel {
         self.pairing.stray = Some(*half);
     }
 
-    /// A segment, or a request for one, of a transfer that began before the capture.
-    pub(super) fn join_segments(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+    /// Whether a client frame may be a segment, or a request for one, of a transfer that began before the capture.
+    pub(super) fn may_join(&self, half: &Half) -> bool {
+        self.outside == Outside::Uncaptured
+            && self.transfer.is_none()
+            && matches!(half.command, Command::SegmentRequest { .. } | Command::Segment(_))
+    }
+
+    fn join_segments(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
         let (direction, toggle) = match half.command {
             Command::SegmentRequest { toggle } => (Direction::Upload, toggle),
             Command::Segment(segment) => (Direction::Download, segment.toggle),
             _ => return false,
         };
-        if self.outside != Outside::Uncaptured || self.transfer.is_some() {
-            return false;
+        let joins = self.may_join(half);
+        if joins {
+            self.begin_midway(half.at, direction, Phase::Segments { toggle }, cx);
         }
-        self.begin_midway(half.at, direction, Phase::Segments { toggle }, cx);
-        true
-    }
-
-    /// In the midst of a block upload that began before the capture, a frame by the server may still be the answer
-    /// to a late initiate request.
-    pub(super) fn hold_midway(&mut self, half: &Half) {
-        let half = Half { command: wire::decode(Side::Server, half.bytes), ..*half };
-        self.pairing.held = Some(Held { half, first: true, rival: false });
+        joins
     }
 
     /// Whether a request is the channel's first frame: its answer may lie before the capture.

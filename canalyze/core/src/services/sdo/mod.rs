@@ -4,7 +4,8 @@
 //! |---|---|
 //! | `wire` | reads eight bytes |
 //! | `channel` | owns the state, takes a frame, begins and ends transfers |
-//! | `pairing`, `waiting` | puts requests and responses together, whatever order the capture shows them in; what waits |
+//! | `sequence` | puts the frames in the order in which they were on the bus |
+//! | `pairing` | puts requests and responses together |
 //! | `repeated` | requests that are sent again |
 //! | `exchange` | moves the transfer with each pair |
 //! | `block_phase`, `block` | do so while sub-blocks run; which segments count |
@@ -26,8 +27,8 @@ mod judgement;
 mod midway;
 mod pairing;
 mod repeated;
+mod sequence;
 #[cfg(test)]
 mod tests;
 pub mod transfer;
-mod waiting;
 pub mod wire;

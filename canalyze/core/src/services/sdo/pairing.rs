@@ -1,74 +1,123 @@
-//! Pairs: which response answers which request, when a capture may show a client's frame one frame late.
+//! Requests and responses, in the order in which they were on the bus (`sequence`): which frame is due, which answers
+//! which, and what becomes of a request without an answer.
 //!
-//! The exchange is stop-and-wait, so at most one request is pending and at most one response is held. A held
-//! response waits for the channel's next frames (at most `HOLD_NS` where there are stamps): its request may be
-//! late. A pair found that way is tentative while a second response could answer the same request.
-//!
-//! Aborts are never pending and never held: they end the transfer, whoever sends them. The request that one refuses
-//! may be late as well: the pair is tentative in the same way.
-//!
-//! This file decides who belongs to whom. What a pair does to the transfer stands in `channel`.
+//! The exchange is stop-and-wait: at most one request is pending. Aborts are never pending: they end the transfer,
+//! whoever sends them. What a pair does to the transfer stands in `exchange`.
 
 use super::block::MOST;
 use super::channel::{Channel, Half, Outside, Phase, UNANSWERED_NS, strict_initiate};
-use super::transfer::{Abort, Direction, Mode, Status};
-use super::waiting::{Held, Tentative, Unprovoked, within, within_hold};
-use super::wire::{self, Command, Side};
+use super::repeated::Repeated;
+use super::sequence::{Sequence, within};
+use super::transfer::{Direction, Mode, Status};
+use super::wire::{self, Command, Mux, Side};
 use crate::context::Context;
-use crate::event::{Note, Place};
+use crate::event::Place;
 use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;
 
+/// After an abort: frames of the other side may still be under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct UnderWay {
+    pub(super) side: Side,
+    /// The abort.
+    pub(super) at: FrameRef,
+    /// The next sequence number of a block transfer's segments; 0 outside block transfers.
+    pub(super) seqno: u8,
+    /// The number in the acknowledgement that the client owed: it may be slow.
+    pub(super) owed: Option<u8>,
+    /// No request was pending when the server aborted: the one that it refuses may be late.
+    pub(super) unasked: bool,
+}
+
+impl UnderWay {
+    /// Whether a client frame is the acknowledgement that was owed, still in time.
+    pub(super) fn is_owed(&mut self, half: &Half) -> bool {
+        let Command::BlockAck { ackseq, .. } = half.command else { return false };
+        self.owed.take() == Some(ackseq) && within(self.at, half.at, UNANSWERED_NS)
+    }
+}
+
+/// Requests and responses of a channel.
+#[derive(Debug, Default)]
+pub(super) struct Pairing {
+    /// The request that awaits its response.
+    pub(super) pending: Option<Half>,
+    /// The last request that was aborted by its client or overtaken by the next one.
+    pub(super) given_up: Option<Half>,
+    /// Requests that came again before they were answered.
+    pub(super) repeated: Option<Repeated>,
+    /// The server's newest frame.
+    pub(super) heard: Option<Half>,
+    /// The response that was released last, at this frame.
+    pub(super) released: Option<Half>,
+    /// A client frame outside any transfer: what answers it is no news.
+    pub(super) stray: Option<Half>,
+    pub(super) under_way: Option<UnderWay>,
+    /// The pending request may be what the server's abort before it answered.
+    pub(super) abort_may_answer: bool,
+    /// The object and code of the server's last abort.
+    pub(super) last_abort: Option<(Mux, u32)>,
+    /// The last request that was answered, and its response.
+    pub(super) last_request: Option<Command>,
+    pub(super) last_response: Option<[u8; 8]>,
+    /// Number of the channel's first frame (or of the first since frames were lost).
+    pub(super) first: Option<u64>,
+    /// The last response or refusal, where its request was captured before it.
+    pub(super) answered: Option<Half>,
+    /// It is known which responses belong to which requests: where a capture begins with requests of one object that
+    /// are late, each may stand before the answer to the next.
+    pub(super) certain: bool,
+}
+
+impl Pairing {
+    /// A transfer was initiated: a segment of the one before can no longer come.
+    pub(super) fn initiated(&mut self) {
+        self.given_up = self.given_up.filter(|request| request.command.is_initiate());
+    }
+
+    /// A client frame has come: it shows whose the last answer was, where it follows later than an echo, or is for
+    /// another object.
+    pub(super) fn ascertain(&mut self, next: &Half, order: &Sequence) {
+        let own = |answer: Half| !order.within_lag(answer.at, next.at) || !may_answer(&next.command, &answer.command);
+        self.certain |= self.answered.is_some_and(own);
+    }
+
+    /// Whether the answer before this request may be its own, captured before it.
+    pub(super) fn may_be_answered(&self, request: &Half) -> bool {
+        !self.certain
+            && request.command.is_initiate()
+            && self.answered.is_some_and(|answer| may_answer(&request.command, &answer.command))
+    }
+}
+
+/// Whether a response, or an abort for the same object, can be the answer to a request.
+pub(super) fn may_answer(request: &Command, answer: &Command) -> bool {
+    match answer {
+        Command::Abort(object, _) => request.mux() == Some(*object),
+        _ => wire::fits(request, answer),
+    }
+}
+
 impl Channel {
-    /// A frame by the client. The order of the questions is the rule: does it abort, is it still under way, does it
-    /// belong to sub-blocks, does it overtake a request, does a held response wait for it; else it is a request.
+    /// A frame by the client, in its turn. The order of the questions is the rule: does it abort, is it still under way,
+    /// does it belong to sub-blocks, does it overtake a request; else it is a request.
     pub(super) fn client(&mut self, half: Half, cx: &mut Context<'_>) {
         self.pairing.first.get_or_insert(half.at.no);
-        self.pairing.ascertain(&half);
+        self.pairing.ascertain(&half, &self.sequence);
         self.repeated_by_client(&half, cx);
-        self.pairing.released = None;
-        let rival = self.pairing.held.is_some_and(|held| held.rival);
-        self.release_expired(cx);
-        if !rival || self.pairing.held.is_none() {
-            self.settle(cx);
-        }
-        let unprovoked = self.pairing.unprovoked.take().filter(|abort| within_hold(abort.at, half.at));
         if let Command::Abort(_, code) = half.command {
-            self.release_held(cx);
-            self.settle(cx);
             self.client_abort(&half, code, cx);
             return;
         }
-        if let Some(under_way) = &mut self.pairing.under_way
-            && under_way.side == Side::Client
-            && !half.command.is_initiate()
-        {
-            let [command, ..] = half.bytes;
-            let continues = under_way.seqno != 0 && command & 0x7F == under_way.seqno;
-            let owed = under_way.is_owed(&half) || (unprovoked.is_some() && matches!(self.phase, Phase::Idle));
-            if continues || owed {
-                under_way.seqno = if continues { (under_way.seqno + 1) & 0x7F } else { under_way.seqno };
-                self.step.place = Place::InFlight;
-                return;
-            }
+        if self.is_under_way(&half) {
+            self.step.place = Place::InFlight;
+            return;
         }
         if matches!(self.phase, Phase::Block(_)) && self.block_client(&half, cx) {
             return;
         }
         if self.pairing.pending.is_some() && self.supersede(&half, cx) {
             return;
-        }
-        if let Some(held) = self.pairing.held.take() {
-            if wire::fits(&half.command, &held.half.command)
-                && (self.can_request(&half) || self.join_segments(&half, cx))
-            {
-                self.settle(cx);
-                self.pair_backwards(half, held, cx);
-                return;
-            }
-            self.pairing.held = Some(held);
-            self.release_held(cx);
-            self.settle(cx);
         }
         if let Some(released) = self.pairing.released.take()
             && self.begin_from_response(&released, &half, cx)
@@ -83,10 +132,29 @@ impl Channel {
             && let Some(answer) = self.pairing.answered.take()
         {
             self.leave_answered(cx);
-            self.pair_backwards(half, Held { half: answer, first: true, rival: false }, cx);
+            self.step.answered_by = Some(answer.at);
+            self.request(half, cx);
+            self.server(answer, cx);
             return;
         }
-        self.request(half, unprovoked, cx);
+        self.request(half, cx);
+    }
+
+    /// Whether a client frame was on its way when the server aborted.
+    fn is_under_way(&mut self, half: &Half) -> bool {
+        let idle = matches!(self.phase, Phase::Idle);
+        let Some(under_way) = &mut self.pairing.under_way else { return false };
+        let soon = self.sequence.within_lag(under_way.at, half.at);
+        if under_way.side != Side::Client || half.command.is_initiate() {
+            return false;
+        }
+        let [command, ..] = half.bytes;
+        let continues = under_way.seqno != 0 && command & 0x7F == under_way.seqno;
+        if continues {
+            under_way.seqno = (under_way.seqno + 1) & 0x7F;
+        }
+        let refused = idle && std::mem::take(&mut under_way.unasked) && soon;
+        continues || under_way.is_owed(half) || refused
     }
 
     /// Whether the segments that are about to come may be those of this request, captured after the answer to it, and not
@@ -99,19 +167,14 @@ impl Channel {
     }
 
     /// A request with nothing before it that could answer it.
-    fn request(&mut self, half: Half, unprovoked: Option<Unprovoked>, cx: &mut Context<'_>) {
+    fn request(&mut self, half: Half, cx: &mut Context<'_>) {
         if half.command.is_initiate() {
             self.leave_open_transfer(&half, cx);
             self.begin(&half, cx);
-            self.pairing.under_way = None;
+            let under_way = self.pairing.under_way.take();
+            self.pairing.abort_may_answer =
+                under_way.is_some_and(|it| it.unasked && self.sequence.within_lag(it.at, half.at));
             self.pairing.stray = None;
-            if let Some(Unprovoked { at, refusal: Some((object, code)) }) = unprovoked
-                && half.command.mux() == Some(object)
-            {
-                self.refused(half, at, code, cx);
-                return;
-            }
-            self.pairing.abort_may_answer = unprovoked.is_some();
             self.pairing.pending = Some(half);
             return;
         }
@@ -123,25 +186,8 @@ impl Channel {
         self.pairing.pending = Some(half);
     }
 
-    /// A late request and the abort, captured before it, that refused its object: a pair, unless the next response
-    /// answers the same request and no other comes for it.
-    fn refused(&mut self, request: Half, response: FrameRef, code: u32, cx: &mut Context<'_>) {
-        self.step.answered_by = Some(response);
-        self.pairing.abort_may_answer = false;
-        self.pairing.tentative = Some(Tentative { request, response, first: false, refused: true });
-        if strict_initiate(&request) {
-            self.trust(cx);
-        }
-        self.attempted(&request);
-        if let Some(transfer) = &mut self.transfer {
-            transfer.reordered = true;
-            transfer.abort = Some(Abort { code, by: Side::Server });
-        }
-        self.complete(Status::Aborted, cx);
-    }
-
     /// Whether the open transfer is one in which a client sends this.
-    fn can_request(&self, half: &Half) -> bool {
+    pub(super) fn can_request(&self, half: &Half) -> bool {
         if half.command.is_initiate() {
             return true;
         }
@@ -168,16 +214,49 @@ impl Channel {
         }
     }
 
-    /// A frame by the server: does it abort, is it still under way, does it belong to sub-blocks; else it answers the
-    /// pending request, or is held for a late one.
+    /// Whether a frame of the server is due, or a fault whatever the client sends: one that is not may have come before
+    /// the client's frame that it answers.
+    pub(super) fn is_due(&self, half: &Half) -> bool {
+        let unreadable = half.command.is_unreadable();
+        let in_flight = |it: UnderWay| it.side == Side::Server && it.seqno != 0 && half.bytes[0] & 0x7F == it.seqno;
+        if unreadable || self.pairing.under_way.is_some_and(in_flight) {
+            return true;
+        }
+        if let Command::Abort(..) = half.command {
+            let Pairing { pending, given_up, stray, .. } = &self.pairing;
+            let other = |it: Half| self.pairing.may_be_answered(&it) && !may_answer(&it.command, &half.command);
+            let ends = pending.is_some() || given_up.is_some() || stray.is_some() || self.transfer.is_some();
+            return ends && !pending.is_some_and(other);
+        }
+        if let Phase::Block(block) = &self.phase
+            && let Some(due) = self.is_due_in_block(block, half)
+        {
+            return due;
+        }
+        let midway = self.outside == Outside::Uncaptured && matches!(half.command, Command::BlockAck { .. });
+        if midway || self.is_late(half) {
+            return true;
+        }
+        let Some(pending) = self.pairing.pending else {
+            return self.pairing.stray.is_some_and(|stray| wire::kind_fits(&stray.command, &half.command));
+        };
+        let again = matches!(half.command, Command::Segment(_)) && self.pairing.last_response == Some(half.bytes);
+        wire::fits(&pending.command, &half.command)
+            || again
+            || (wire::kind_fits(&pending.command, &half.command)
+                && !self.is_edge(&pending)
+                && !self.pairing.may_be_answered(&pending))
+            || (is_block_initiate(&pending)
+                && self.is_edge(&pending)
+                && matches!(half.command, Command::BlockAck { .. }))
+    }
+
+    /// A frame by the server, in its turn: does it abort, is it still under way, does it belong to sub-blocks; else it
+    /// answers the pending request.
     pub(super) fn server(&mut self, half: Half, cx: &mut Context<'_>) {
-        let fresh = *self.pairing.first.get_or_insert(half.at.no) == half.at.no;
         self.repeated_by_server(&half, cx);
         self.pairing.heard = Some(half);
-        self.release_expired(cx);
         if let Command::Abort(mux, code) = half.command {
-            self.release_held(cx);
-            self.settle(cx);
             self.server_abort(&half, mux, code, cx);
             return;
         }
@@ -193,12 +272,10 @@ impl Channel {
         if matches!(self.phase, Phase::Block(_)) && self.block_server(&half, cx) {
             return;
         }
-        self.release_held(cx);
-        if let Some(pending) = self.pairing.pending {
-            self.respond(pending, half, cx);
-            return;
+        match self.pairing.pending {
+            Some(pending) => self.respond(pending, half, cx),
+            None => self.respond_unasked(half, cx),
         }
-        self.respond_unasked(half, fresh, cx);
     }
 
     /// A response while a request is pending.
@@ -214,7 +291,6 @@ impl Channel {
             return;
         }
         if wire::fits(&pending.command, &half.command) {
-            self.settle(cx);
             self.pairing.abort_may_answer = false;
             self.step.ordinal = self.segment_ordinal(&half.command);
             self.answer(pending, half, cx);
@@ -233,12 +309,12 @@ impl Channel {
         }
         if self.pairing.abort_may_answer {
             self.answered_by_abort(cx);
-            self.respond_unasked(half, false, cx);
+            self.respond_unasked(half, cx);
             return;
         }
         if self.pairing.may_be_answered(&pending) {
             self.leave_answered(cx);
-            self.respond_unasked(half, false, cx);
+            self.respond_unasked(half, cx);
             return;
         }
         if matches!(half.command, Command::Segment(_)) && self.pairing.last_response == Some(half.bytes) {
@@ -246,16 +322,18 @@ impl Channel {
             self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
             return;
         }
-        let uncaptured = self.outside == Outside::Uncaptured && !wire::kind_fits(&pending.command, &half.command);
-        if self.is_edge(&pending) || uncaptured {
+        if self.is_edge(&pending) && !(strict_initiate(&pending) && wire::kind_fits(&pending.command, &half.command)) {
             self.step.place = Place::Uncaptured;
-            self.pairing.held = Some(Held { half, first: true, rival: false });
             return;
         }
         if wire::kind_fits(&pending.command, &half.command) {
-            self.settle(cx);
+            self.begun |= self.is_edge(&pending);
             self.step.ordinal = self.segment_ordinal(&half.command);
             self.answer(pending, half, cx);
+            return;
+        }
+        if self.outside == Outside::Uncaptured {
+            self.step.place = Place::Uncaptured;
             return;
         }
         self.step.place = Place::Outside;
@@ -264,8 +342,8 @@ impl Channel {
         }
     }
 
-    /// A response while no request is pending.
-    fn respond_unasked(&mut self, half: Half, fresh: bool, cx: &mut Context<'_>) {
+    /// A response while no request is pending, which waited for its request if one could still come.
+    fn respond_unasked(&mut self, half: Half, cx: &mut Context<'_>) {
         if half.command.is_unreadable() {
             self.step.place = Place::Outside;
             return;
@@ -276,104 +354,40 @@ impl Channel {
             self.step.place = Place::Outside;
             return;
         }
-        let rival = match self.pairing.tentative {
-            Some(tentative) if wire::fits(&tentative.request.command, &half.command) => {
-                let first = tentative.first && !tentative.is_likely(half.at);
-                if first || (!tentative.refused && tentative.is_unlikely(half.at)) {
-                    self.dissolve(tentative, cx);
-                    self.answer(tentative.request, half, cx);
-                    return;
-                }
-                true
-            }
-            _ => false,
-        };
-        if !rival {
-            self.settle(cx);
-            if self.is_late(&half) {
-                self.late(&half, cx);
-                return;
-            }
+        if self.is_late(&half) {
+            self.late(&half, cx);
+            return;
         }
         self.step.ordinal = self.segment_ordinal(&half.command);
-        // Where nothing of the channel can lie before it, an answer without a request counts as the first request does.
-        self.begun |= self.is_idle_from_start() && is_strict_answer(&half);
-        if fresh {
-            self.step.place = Place::Uncaptured;
-        } else if self.outside == Outside::Uncaptured && matches!(half.command, Command::BlockAck { .. }) {
+        if self.outside == Outside::Uncaptured && matches!(half.command, Command::BlockAck { .. }) {
             self.step.place = Place::Uncaptured;
             self.join_block(&half, Direction::Download, cx);
             return;
         }
-        self.pairing.held = Some(Held { half, first: fresh || !self.begun, rival });
+        self.without_request(&half, !self.begun, cx);
     }
 
-    /// The response was held and its request has come.
-    fn pair_backwards(&mut self, request: Half, held: Held, cx: &mut Context<'_>) {
-        self.step.answered_by = Some(held.half.at);
-        let initiate = request.command.is_initiate();
-        if initiate {
-            self.leave_open_transfer(&request, cx);
-            self.begin(&request, cx);
-            self.pairing.under_way = None;
-            let (response, first) = (held.half.at, held.first);
-            self.pairing.tentative = Some(Tentative { request, response, first, refused: false });
-        }
-        self.answer(request, held.half, cx);
-    }
-
-    /// The tentative pair was none: its response answers a request that is not in the capture.
-    fn dissolve(&mut self, tentative: Tentative, cx: &mut Context<'_>) {
-        self.pairing.tentative = None;
-        let unsettled = self.unsettled.take().map(|transfer| transfer.id);
-        if tentative.first {
-            self.note(Note::RequestNotCaptured, tentative.response, cx);
-        } else if !tentative.refused {
-            self.find_about = tentative.request.command.mux();
-            self.find(Code::Sdo002, tentative.response, Facts::Missing { by: Side::Client }, cx);
-        }
-        match unsettled.or(self.transfer.as_ref().map(|transfer| transfer.id)) {
-            Some(id) => self.begin_as(id, &tentative.request, cx),
-            None => self.begin(&tentative.request, cx),
-        }
-        self.pairing.pending = Some(tentative.request);
-    }
-
-    /// No second response came: the tentative pair stands.
-    pub(super) fn settle(&mut self, cx: &mut Context<'_>) {
-        self.pairing.tentative = None;
-        if let Some(transfer) = self.unsettled.take() {
-            let own = std::mem::replace(&mut self.own, true);
-            self.announce(transfer, cx);
-            self.own = own;
-        }
-    }
-
-    fn release_expired(&mut self, cx: &mut Context<'_>) {
-        if self.pairing.held.is_some_and(|held| !within_hold(held.half.at, cx.at)) {
-            self.release_held(cx);
-        }
-    }
-
-    /// The held response gets no late request.
-    fn release_held(&mut self, cx: &mut Context<'_>) {
-        let Some(held) = self.pairing.held.take() else { return };
-        if held.rival
-            && let Some(tentative) = self.pairing.tentative
-        {
-            self.dissolve(tentative, cx);
-            let own = std::mem::replace(&mut self.own, false);
-            self.answer(tentative.request, held.half, cx);
-            self.own = own;
+    /// The client's frame before a frame of the server is not in the capture, or not on the bus.
+    /// `first`: it may be before the capture.
+    pub(super) fn unrequested(&mut self, half: &Half, first: bool, cx: &mut Context<'_>) {
+        let in_turn = self.pairing.pending.is_some() || matches!(half.command, Command::Abort(..));
+        if in_turn || matches!(self.phase, Phase::Block(_)) {
+            self.server(*half, cx);
             return;
         }
-        let duplicate = self.pairing.last_response == Some(held.half.bytes);
-        if !held.first {
+        self.repeated_by_server(half, cx);
+        self.pairing.heard = Some(*half);
+        self.without_request(half, first, cx);
+    }
+
+    fn without_request(&mut self, half: &Half, first: bool, cx: &mut Context<'_>) {
+        if !first {
+            let duplicate = self.pairing.last_response == Some(half.bytes);
             let facts = if duplicate { Facts::Duplicate } else { Facts::Missing { by: Side::Client } };
-            self.find(Code::Sdo002, held.half.at, facts, cx);
+            self.find(Code::Sdo002, half.at, facts, cx);
         }
-        self.continue_without_request(&held.half, cx);
-        self.pairing.released = Some(held.half);
+        self.continue_without_request(half, cx);
+        self.pairing.released = Some(*half);
     }
 
     /// A response whose request is not in the capture still carries its data.
@@ -386,9 +400,7 @@ impl Channel {
         match half.command {
             Command::Segment(segment) if upload && segment.toggle == due => {
                 self.phase = Phase::Segments { toggle: !due };
-                let own = std::mem::replace(&mut self.own, false);
-                self.add_segment(*half, segment, cx);
-                self.own = own;
+                self.aside(|channel| channel.add_segment(*half, segment, cx));
             }
             Command::SegmentResponse { toggle } if !upload && toggle == due => {
                 // The server takes it for segmented, so it is.
@@ -402,17 +414,18 @@ impl Channel {
         }
     }
 
-    /// The capture ends while a response is held: its request may lie beyond the edge.
-    pub(super) fn settle_held_at_end(&mut self, cx: &mut Context<'_>) {
-        self.settle_ack_at_end();
-        match self.pairing.held.take() {
-            // Long after it, no late request will come any more.
-            Some(held) if !within(held.half.at, cx.at, UNANSWERED_NS) => {
-                self.pairing.held = Some(held);
-                self.release_held(cx);
+    /// A frame that waits where the capture ends: what it answers may lie beyond the edge.
+    pub(super) fn at_the_edge(&mut self, half: &Half, cx: &mut Context<'_>) {
+        match (&mut self.phase, &mut self.transfer, half.command) {
+            (Phase::Block(block), Some(transfer), Command::BlockAck { ackseq, blksize }) => {
+                let _: super::block::Acked = block.ack(transfer, half.at, ackseq, blksize);
             }
-            Some(held) => self.continue_without_request(&held.half, cx),
-            None => {}
+            (_, _, Command::Abort(..)) => self.server(*half, cx),
+            _ => match self.pairing.pending {
+                Some(pending) if strict_initiate(&pending) => self.respond(pending, *half, cx),
+                Some(_) => {}
+                None => self.continue_without_request(half, cx),
+            },
         }
     }
 
@@ -452,8 +465,7 @@ impl Channel {
         let initiate = strict_initiate(half)
             && !half.command.has_invalid_block_size()
             && !matches!(half.command, Command::InitiateDownload(..));
-        let answered = self.pairing.held.is_some_and(|held| wire::fits(&half.command, &held.half.command));
-        if !answered && !initiate && self.is_midway_block(&pending, half) {
+        if !initiate && self.is_midway_block(&pending, half) {
             self.forget_beginning();
             self.begin_midway_block(half, cx);
             return true;
@@ -566,7 +578,7 @@ impl Channel {
         self.own = own;
     }
 
-    fn segment_ordinal(&self, command: &Command) -> u32 {
+    pub(super) fn segment_ordinal(&self, command: &Command) -> u32 {
         match (&self.phase, command) {
             (Phase::Segments { .. }, Command::Segment(_)) => {
                 // Where the beginning, or a part, was not captured, no number would be true.
@@ -579,8 +591,8 @@ impl Channel {
 }
 
 /// Whether a frame can only be meant as the answer to an initiate request.
-fn is_strict_answer(half: &Half) -> bool {
-    matches!(half.command, Command::UploadInitiated(..) | Command::DownloadInitiated(_))
+pub(super) fn is_strict_answer(half: &Half) -> bool {
+    !half.command.is_initiate()
         && half.command.mux().is_some_and(|mux| mux.index >= 0x1000)
         && !half.command.has_reserved_bits(half.bytes)
         && half.len == 8

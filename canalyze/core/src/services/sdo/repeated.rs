@@ -5,7 +5,8 @@
 //! twice cannot be told from one that was sent again.
 
 use super::channel::{Channel, Half, Outside, UNANSWERED_NS};
-use super::waiting::{may_be_ahead, within};
+use super::pairing::may_answer;
+use super::sequence::within;
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::finding::{Code, Facts, Finding};
@@ -50,7 +51,10 @@ impl Channel {
         let edge = self.is_edge(before) || self.outside == Outside::Uncaptured;
         // Something else came in the answer's place, or it may be listed before its request.
         let answered = self.is_unanswerable(before)
-            || self.pairing.heard.is_some_and(|heard| heard.at.no > before.at.no || may_be_ahead(&heard, before));
+            || self.pairing.heard.is_some_and(|heard| {
+                let ahead = self.sequence.within_lag(heard.at, before.at);
+                heard.at.no > before.at.no || (ahead && may_answer(&before.command, &heard.command))
+            });
         if !known || edge || answered || within(before.at, half.at, PATIENCE_NS) || self.pairing.repeated.is_some() {
             return;
         }
