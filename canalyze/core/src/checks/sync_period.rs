@@ -449,7 +449,7 @@ impl SyncPeriod {
         self.extra_cycle = gap.cycle;
         let (short_ns, long_ns) = (gap.ns.min(before_ns), gap.ns.max(before_ns));
         // Even gaps are another period, not two producers.
-        if self.extra >= EXTRA && long_ns - short_ns > period / 8 {
+        if self.extra >= EXTRA && long_ns - short_ns > period / 16 {
             if !std::mem::replace(&mut self.two, true) {
                 out.push(Irregular::Two { short_ns, long_ns, cycle: gap.cycle });
             }
