@@ -327,9 +327,20 @@ impl SyncPeriod {
         if agreeing < ENOUGH || agreeing * 4 < self.recent.len() * 3 || median < FASTEST_NS {
             return;
         }
+        // Listed late now and then, gaps differ and make up for each other: then only the mean of many tells.
+        let (mut least, mut most, mut sum) = (i64::MAX, 0, 0_i64);
+        for gap in self.recent.iter().filter(|gap| close(gap.ns, median)) {
+            (least, most, sum) = (least.min(gap.ns), most.max(gap.ns), sum.saturating_add(gap.ns));
+        }
+        let uneven = most.saturating_sub(least) > median / 16;
+        if uneven && self.recent.len() < GAPS {
+            return;
+        }
+        let mean = sum / agreeing.max(1) as i64;
         self.period.forget();
         for gap in self.recent.iter().filter(|gap| close(gap.ns, median)) {
-            let _ = self.period.take(gap.ns, recording.grain_ns(), gap.now.at);
+            let ns = if uneven { mean } else { gap.ns };
+            let _ = self.period.take(ns, recording.grain_ns(), gap.now.at);
         }
         self.regular = true;
         // What the first gaps were is known only now.
@@ -358,7 +369,8 @@ impl SyncPeriod {
         }
         if new
             && !self.two
-            && let Learnt::Changed { from_ns, to_ns, since } = self.period.take(gap.ns, room / 2, gap.now.at)
+            && let Learnt::Changed { from_ns, to_ns, since } =
+                self.period.take(gap.ns, (room / 2).min(period / 16), gap.now.at)
         {
             self.in_phase();
             (self.extra, self.agree, self.unsteady) = (0, u16::MAX, 0);
@@ -435,8 +447,9 @@ impl SyncPeriod {
         let again = gap.cycle <= self.extra_cycle + EXTRA_WITHIN;
         self.extra = if again { self.extra.saturating_add(1) } else { 1 };
         self.extra_cycle = gap.cycle;
-        if self.extra >= EXTRA {
-            let (short_ns, long_ns) = (gap.ns.min(before_ns), gap.ns.max(before_ns));
+        let (short_ns, long_ns) = (gap.ns.min(before_ns), gap.ns.max(before_ns));
+        // Even gaps are another period, not two producers.
+        if self.extra >= EXTRA && long_ns - short_ns > period / 16 {
             if !std::mem::replace(&mut self.two, true) {
                 out.push(Irregular::Two { short_ns, long_ns, cycle: gap.cycle });
             }

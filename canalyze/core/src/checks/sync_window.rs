@@ -84,6 +84,8 @@ struct Track {
     doubled: bool,
     /// Its absence was reported.
     reported: bool,
+    /// Its configuration was touched since it came last: that it does not come may be meant.
+    touched: bool,
     /// A remote frame asked for it.
     asked: bool,
     /// It came before any SYNC.
@@ -148,7 +150,9 @@ impl SyncWindow {
         let Some(tracks) = self.nodes.get_mut(node) else { return };
         for track in &mut tracks.list {
             let n = u64::from(track.kind);
-            let Some(last) = track.last.filter(|_| track.cyclic() && track.established() && !track.reported) else {
+            let Some(last) =
+                track.last.filter(|_| track.cyclic() && track.established() && !(track.reported || track.touched))
+            else {
                 continue;
             };
             // It should have come once more since: what is missing once is reported when it comes again.
@@ -207,6 +211,7 @@ impl SyncWindow {
             let kind = pdo.transmission.map(|(kind, _)| kind);
             pdo.cob.0.valid && pdo.cob.0.id == track.id && kind.is_none_or(|kind| kind == track.kind)
         });
+        track.touched = true;
         if !same {
             track.restart();
         }
@@ -295,6 +300,7 @@ impl Track {
             absent: None,
             doubled: false,
             reported: false,
+            touched: false,
             asked: false,
             before: 0,
             delays: Spread::default(),
@@ -326,6 +332,7 @@ impl Track {
     fn take(&mut self, known: &Judged<'_>, cx: &mut Context<'_>) {
         let now = Arrival { when: cx.when, cycle: known.period.cycle() };
         let asked = std::mem::take(&mut self.asked);
+        self.touched = false;
         if now.cycle == 0 {
             self.last = Some(now);
             self.before = self.before.saturating_add(1);
