@@ -194,6 +194,9 @@ impl Checks {
             self.sync.heard(now_ns);
         }
         self.nodes.heard(cx);
+        if self.nodes.paused() {
+            self.srdos.interrupt(cx.at.no, false);
+        }
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.

@@ -184,7 +184,8 @@ impl Sent {
         let tolerance = tolerance(inhibit);
         let limit = inhibit - tolerance - self.late_ns;
         // It is as late as the one before, but for what it came too late or too early.
-        self.late_ns = self.late_ns.saturating_add(gap - inhibit).clamp(0, late_ns);
+        // What one frame was late by shows once, and not in every gap of a steady train.
+        self.late_ns = (self.late_ns / 2).saturating_add(gap - inhibit).clamp(0, late_ns);
         if !cx.evidence.recording.certainly_within(cx.when, before, limit) {
             return self.early.keep();
         }

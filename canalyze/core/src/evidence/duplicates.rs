@@ -131,7 +131,8 @@ impl Duplicates {
         let seen = self.recent.iter_mut().find(|seen| seen.key == key && !seen.paired)?;
         seen.paired = true;
         let original = *seen;
-        self.pairs += u64::from(original.count + 1 == self.count);
+        let adjacent = original.count + 1 == self.count;
+        self.pairs += u64::from(adjacent && (frame.t_ns.is_none() || original.is_close(frame)));
         if original.isolated {
             self.twice = self.twice.saturating_add(1);
             self.apart_ns = self.apart_ns.max(original.age_ns(frame).unwrap_or(0));
