@@ -116,12 +116,7 @@ NODES = [
     ),
     *(
         Fault(
-            "heartbeat gap after a late one",
-            f"{n} periods",
-            "HBT",
-            heartbeat_gap(n, late_before=True),
-            n * HEARTBEAT,
-            beside="HBT001",
+            "heartbeat gap after a late one", f"{n} periods", "HBT", heartbeat_gap(n, late_before=True), n * HEARTBEAT
         )
         for n in (3, 10)
     ),

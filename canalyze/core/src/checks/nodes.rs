@@ -338,8 +338,9 @@ impl Nodes {
             Side::Client => self.nmt.managed(node),
             Side::Server => self.nmt.present(node, cx.at),
         }
-        if index == Some(0x1F51) {
-            self.nmt.program_controlled(node);
+        match index {
+            Some(0x1F51) => self.nmt.program_controlled(node),
+            _ => {}
         }
     }
 
