@@ -121,11 +121,6 @@ impl Circumstances {
         self.past.push_back(Circumstance { kind, node, when });
     }
 
-    /// It is over: what it would excuse from here on is not excused.
-    pub fn over(&mut self, kind: Kind, node: u8) {
-        self.past.retain(|one| one.kind != kind || one.node != Some(node));
-    }
-
     /// The frame of the latest circumstance that excuses a breach of such rules by a node (`None`: of the bus), by what
     /// was owed since `since` and was not there at `now`.
     pub fn excuse(
@@ -137,8 +132,7 @@ impl Circumstances {
     ) -> Option<FrameRef> {
         let mut past = self.past.iter().rev();
         let found = past.find(|one| {
-            // A node that is lost stays so until it is heard.
-            let after = one.kind == Kind::NodeLost || recording.may_precede(since, one.when);
+            let after = recording.may_precede(since, one.when);
             after && EXCUSES.iter().any(|row| one.fits(row, rules, node, now, recording))
         });
         found.map(|one| one.when.at)
