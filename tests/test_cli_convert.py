@@ -155,6 +155,8 @@ def _pairs() -> Iterator[Any]:
     for path in SAMPLES:
         name = str(path.relative_to(ROOT / "samples"))
         for form in FORMS:
+            if form == "mcap" and path.stem == "CAP006":
+                continue  # an MCAP file is read in the order of time
             if form in WRITERS or not name.startswith("rules/"):
                 yield pytest.param(path, form, id=f"{name}-{form}")
 

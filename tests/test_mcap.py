@@ -218,7 +218,7 @@ def test_flags_in_the_identifier_and_lengths_above_eight() -> None:
         ("123", False, False, False, 8),
         ("00000040", False, False, True, 8),
     ]
-    assert [row["code"] for row in said.findings] == ["CAP001"]
+    assert [row["code"] for row in said.findings] == ["CAP001", "BUS001", "BUS007"]
 
 
 def test_unsorted_messages_and_overlapping_chunks_come_in_order() -> None:

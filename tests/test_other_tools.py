@@ -163,7 +163,7 @@ def said(text: bytes, path: Path, *, stamped: bool = True) -> list[Row]:
     def bare(value: Any) -> Any:
         if isinstance(value, dict):
             left = ("file", "line", "about_line", "cause_line", "first_line", "last_line", "dir") + (
-                () if stamped else ("t", "text", "pdo", "duration")
+                () if stamped else ("t", "text", "pdo", "duration", "age_ns")
             )
             return {key: bare(kept) for key, kept in value.items() if key not in left}
         return [bare(one) for one in value] if isinstance(value, list) else value

@@ -14,6 +14,9 @@ use crate::frame::{CanId, Frame, FrameRef};
 use crate::node::{CobId, Node, PerNode};
 use crate::services::sdo::wire::Mux;
 
+/// Within this time, in ns, one frame of a pair may be listed before the other that was sent first: both are of one
+/// sender, so it happens once, and no lag of the host explains it twice.
+const OVERTAKEN_NS: i64 = 5_000_000;
 /// Pairs: 101h and 102h to 17Fh and 180h.
 const PAIRS: usize = 64;
 /// Pairs of frames that show that identifiers carry an SRDO, and after which no half is cut off by the capture's edge.
@@ -343,7 +346,7 @@ impl Pair {
         self.swaps = self.swaps.saturating_add(1);
         self.lone = None;
         self.began = None;
-        if self.swaps >= 2 || apart > recording.lag_ns() {
+        if self.swaps >= 2 || apart > OVERTAKEN_NS {
             seen.reports.push(Report::Swapped(normal));
         }
     }

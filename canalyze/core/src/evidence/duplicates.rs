@@ -128,7 +128,10 @@ impl Duplicates {
 
     /// The frame that this one may be the duplicate of.
     fn pair(&mut self, key: u64, frame: &Frame) -> Option<Seen> {
-        let seen = self.recent.iter_mut().find(|seen| seen.key == key && !seen.paired)?;
+        // Without stamps the order is all there is: until there is proof, only what follows itself counts.
+        let (far, count) = (frame.t_ns.is_some() || self.proven, self.count);
+        let fits = |seen: &&mut Seen| seen.key == key && !seen.paired && (far || seen.count + 1 == count);
+        let seen = self.recent.iter_mut().find(fits)?;
         seen.paired = true;
         let original = *seen;
         let adjacent = original.count + 1 == self.count;

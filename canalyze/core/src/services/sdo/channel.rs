@@ -110,6 +110,8 @@ pub struct Channel {
     pub in_vain: Option<FrameRef>,
     /// Its server was only looked for, as all others were.
     pub scanned: bool,
+    /// The capture was seen to show frames twice.
+    twice: bool,
     /// The last frames and their steps, which may be captured a second time.
     once: VecDeque<(Half, Step)>,
 }
@@ -160,6 +162,7 @@ impl Channel {
             first: None,
             in_vain: None,
             scanned: false,
+            twice: false,
             once: VecDeque::new(),
         }
     }
@@ -217,8 +220,9 @@ impl Channel {
             len: frame.len,
         };
         self.confirmed = None;
-        if cx.sighting == Sighting::Duplicate
-            && cx.evidence.recording.shows_twice()
+        self.twice |= cx.evidence.recording.shows_twice();
+        if cx.sighting != Sighting::Original
+            && self.twice
             && let Some(step) = self.twin(side, &half)
         {
             cx.events.push(Event {
@@ -280,7 +284,7 @@ impl Channel {
         self.step.mux = of.and_then(|(_, mux)| mux);
         self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
         let step = std::mem::replace(&mut self.step, empty_step());
-        if !cx.evidence.recording.shows_once() {
+        if self.twice || !cx.evidence.recording.shows_once() {
             if self.once.len() == ONCE {
                 self.once.pop_front();
             }
@@ -298,13 +302,15 @@ impl Channel {
         }
     }
 
-    /// The step of a frame that the capture shows a second time: that of the newest frame of its side, if equal and not
-    /// shown again yet.
+    /// The step of a frame that the capture shows a second time: that of the first equal one among the last frames of its
+    /// side with none of the other side between them.
     fn twin(&mut self, side: Side, half: &Half) -> Option<Step> {
-        let place = self.once.iter().rposition(|(_, step)| step.side == side)?;
-        let (before, _) = self.once.get(place)?;
-        let same = before.bytes == half.bytes && before.len == half.len;
-        if same { self.once.remove(place).map(|(_, step)| step) } else { None }
+        let newest = self.once.iter().rposition(|(_, step)| step.side == side)?;
+        let before = self.once.iter().take(newest).rposition(|(_, step)| step.side != side);
+        let run = before.map_or(0, |other| other + 1)..=newest;
+        let equal = |(before, _): &(Half, Step)| before.bytes == half.bytes && before.len == half.len;
+        let place = run.into_iter().find(|place| self.once.get(*place).is_some_and(equal))?;
+        self.once.remove(place).map(|(_, step)| step)
     }
 
     /// Which command the frame is, given where the transfer stands.
