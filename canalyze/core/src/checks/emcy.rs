@@ -140,7 +140,8 @@ impl Emergencies {
         let inhibit_ns = (inhibit & 0xFFFF) as i64 * 100_000;
         if gap < inhibit_ns - SLACK_NS.max(inhibit_ns / 10).max(self.slack_ns) {
             let facts = [("found", Quantity::Ns(gap)), ("expected", Quantity::Ns(inhibit_ns))];
-            cx.find(Code::Emc005, Some(node), None, None, Facts::told(0, &facts));
+            let finding = cx.finding(Code::Emc005, Some(node), None, None, Facts::told(0, &facts));
+            cx.report_timed(finding);
         }
     }
 

@@ -8,6 +8,7 @@
 
 use crate::configuration::Provenance;
 use crate::context::Context;
+use crate::evidence::recording::Verdict;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
 use crate::node::{Node, PerNode};
@@ -280,6 +281,13 @@ impl Heartbeats {
         if !changed && producer.is_twice(now) {
             return;
         }
+        if cx.evidence.recording.verdict(cx.when.burst) == Some(Verdict::Confirmed) {
+            // The recorder stood still: the time tells nothing of the node but that it is there.
+            producer.gaps.clear();
+            producer.last_ns = Some(now);
+            (producer.excused, producer.lost) = (true, false);
+            return producer.await_next(slack_ns, &mut self.next);
+        }
         let Some(last_ns) = producer.last_ns.replace(now) else { return producer.await_next(slack_ns, &mut self.next) };
         let gap = now.saturating_sub(last_ns);
         let excused = std::mem::take(&mut producer.excused) | std::mem::take(&mut producer.lost);
@@ -295,7 +303,8 @@ impl Heartbeats {
             });
             if !excused && !stalled && !producer.doubled {
                 let facts = [("found", Quantity::Ns(gap)), ("expected", Quantity::Ns(period))];
-                cx.find(Code::Hbt001, Some(node), None, None, Facts::told(0, &facts));
+                let finding = cx.finding(Code::Hbt001, Some(node), None, None, Facts::told(0, &facts));
+                cx.report_timed(finding);
             }
             // Gaps that stay long are another period, learnt in time.
             if !excused {
@@ -369,7 +378,9 @@ impl Heartbeats {
                     let limit = producer.limit(self.jitter_ns.max(LEAST_SLACK_NS));
                     let facts = [("silence", Quantity::Ns(age)), ("limit", Quantity::Ns(limit))];
                     let face = u8::from(producer.consumer.is_none_or(|time| time < limit));
-                    cx.find(Code::Hbt002, Some(node), None, Some(producer.last), Facts::told(face, &facts));
+                    let finding =
+                        cx.finding(Code::Hbt002, Some(node), None, Some(producer.last), Facts::told(face, &facts));
+                    cx.report_timed(finding);
                 }
             }
             next = next.min(producer.deadline);
