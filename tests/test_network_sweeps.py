@@ -121,7 +121,10 @@ def test_every_sync_missing(name: str) -> None:
     def found() -> Iterator[tuple[int, bool]]:
         for before, at, after in zip(
             # The gap after the one that is missing shows that it was not only late.
-            places(name, 0x080)[1:], places(name, 0x080)[2:], places(name, 0x080)[3:-1], strict=False
+            places(name, 0x080)[1:],
+            places(name, 0x080)[2:],
+            places(name, 0x080)[3:-1],
+            strict=False,
         ):
             yield at, bool(named(without(name, at), "SYN003 SYN002", before, after - 1))
 

@@ -71,7 +71,8 @@ def test_reports_of_all_samples_agree(tmp_path: Path, lang: str) -> None:
         for found in run["results"]
     }
     # A consequence is told with its cause.
-    causes = {(row["file"], frame) for row in rows if row["kind"] == "finding" for frame in (row["frame"], row["cause_frame"])}
+    findings = [row for row in rows if row["kind"] == "finding"]
+    causes = {(row["file"], frame) for row in findings for frame in (row["frame"], row["cause_frame"])}
     told = {
         (row["file"], row["code"])
         for row in rows

@@ -4,7 +4,9 @@ use super::{lines, log, raised, without_stamps};
 use crate::network::Network;
 
 /// Code, frame, severity, the frame that explains it, and how many error frames it counts.
-fn findings(text: &str) -> Vec<(String, u64, String, Option<u64>, Option<u64>)> {
+type Row = (String, u64, String, Option<u64>, Option<u64>);
+
+fn findings(text: &str) -> Vec<Row> {
     let lines = lines(text, Network::default());
     let found = lines.iter().filter(|line| line["kind"] == "finding");
     found
