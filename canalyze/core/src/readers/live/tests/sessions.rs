@@ -130,7 +130,9 @@ fn live_frames_read_as_their_log_does() {
                 // The log as it came tells no direction.
                 let bare = texts[0].replace("RX - -  ", "").replace("RX B -  ", "").replace("RX - E  ", "");
                 let given = run_as(Input::Candump, english(format), &[&fs::read(&path).unwrap()]);
-                if frames.iter().all(|frame| frame.dir.is_none()) && buses.names().count() == 1 {
+                // A SYNC that is marked as received has an exact stamp; one without a mark may be the host's own.
+                let exact = path.file_name().is_some_and(|name| name == "SYN011.log" || name == "SYN011.clean.log");
+                if !exact && frames.iter().all(|frame| frame.dir.is_none()) && buses.names().count() == 1 {
                     assert!(bare.as_bytes() == given, "{path:?}");
                 }
             } else {
