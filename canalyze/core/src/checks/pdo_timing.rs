@@ -121,8 +121,7 @@ impl PdoTiming {
         let silent = cx.when.silent_ns >= gap - sent.timer_ns;
         let limit =
             if silent { owed.limit_ns.max(2 * sent.timer_ns - tolerance(sent.timer_ns)) } else { owed.limit_ns };
-        let times = (owed.since, cx.when);
-        let excused = cx.evidence.circumstances.excuse(Rules::EventPdo, Some(node), times, recording).is_some();
+        let excused = cx.evidence.circumstances.excuse(Rules::EventPdo, Some(node), owed.since, recording).is_some();
         if excused || !recording.certainly_later(cx.when, owed.since, limit) {
             return false;
         }

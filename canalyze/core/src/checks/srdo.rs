@@ -217,8 +217,7 @@ impl Srdos {
                 return cx.report(finding);
             };
             let evidence = &cx.evidence;
-            let times = (since, cx.when);
-            let because_of = evidence.circumstances.excuse(Rules::Srdo, Some(node), times, &evidence.recording);
+            let because_of = evidence.circumstances.excuse(Rules::Srdo, Some(node), since, &evidence.recording);
             cx.report_timed(Finding { because_of, ..finding });
         };
         match report {

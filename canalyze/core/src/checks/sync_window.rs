@@ -491,7 +491,8 @@ impl Track {
         cx: &mut Context<'_>,
     ) {
         let (node, between) = (Some(known.node), (since, cx.when));
-        let excuse = || cx.evidence.circumstances.excuse(Rules::SynchronousPdo, node, between, &cx.evidence.recording);
+        let excuse =
+            || cx.evidence.circumstances.excuse(Rules::SynchronousPdo, node, between.0, &cx.evidence.recording);
         let because_of = known.because_of.or_else(excuse);
         let finding = Finding { because_of, ..cx.finding(code, node, Some(self.object()), cause, facts) };
         if cx.evidence.recording.is_open() {

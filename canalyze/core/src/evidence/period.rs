@@ -109,15 +109,6 @@ impl Period {
         self.learnt_ns
     }
 
-    /// A reset, another state, another configuration: the period may be another one. It holds until the next gaps show.
-    pub fn distrust(&mut self) {
-        self.count = self.count.min(LIKELY);
-        self.place = self.count % KEPT;
-        let known = self.learnt_ns.unwrap_or(0);
-        self.gaps = [known; KEPT];
-        self.rival = Rival::default();
-    }
-
     /// Nothing is known any more but what is configured.
     pub fn forget(&mut self) {
         *self = Self { configured_ns: self.configured_ns, ..Self::default() };

@@ -1,7 +1,7 @@
 //! What the recording did with the frames of one bus: how exact its stamps are, where it stood still, where it lost
 //! frames, where its clock was set, and how late it lists the host's own frames.
 //!
-//! Every tolerance that concerns the recording stands here, and nowhere else. The comparisons of times that verdicts
+//! A tolerance that concerns the recording belongs here, and not beside a verdict. The comparisons of times that verdicts
 //! rest on are made here ([`Recording::certainly_later`], [`Recording::certainly_within`]): they hold for every time at
 //! which the frames may have been on the bus. It must not know what a frame means.
 //!
@@ -10,7 +10,7 @@
 //! A recorder that stands still keeps frames in a buffer and stamps them all when it goes on. What it then lists is a
 //! *burst*: after a silence of the whole bus that is longer than any lately, frames come without a pause until the
 //! buffer is empty, and among them what should have come during the silence. Until that has shown, the burst is open:
-//! findings that rest on its times wait (see [`Context::find`](crate::context::Context::find)), and deadlines are not
+//! findings that rest on its times wait (see [`Context::report_timed`](crate::context::Context::report_timed)), and deadlines are not
 //! judged. A burst that is confirmed has no times of its own: each frame may have been sent at any time since the
 //! silence began. One that is refuted was ordinary traffic.
 
