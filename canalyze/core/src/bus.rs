@@ -16,8 +16,9 @@ use crate::context::Context;
 use crate::dictionary::Object;
 use crate::drive;
 use crate::event::{Addressed, ProcessData, Signals, Step, Unmapped, What};
-use crate::evidence::circumstance;
 use crate::evidence::duplicates::Sighting;
+use crate::evidence::recording::Happened;
+use crate::evidence::{When, circumstance};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
@@ -123,12 +124,12 @@ impl Bus {
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
     /// from it.
-    pub fn step(&mut self, frame: &Frame, cx: &mut Context<'_>) {
+    pub fn step(&mut self, frame: &Frame, when: When, happened: Happened, cx: &mut Context<'_>) {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
-        let (when, happened) = cx.evidence.recording.step(frame, role.is_command());
-        (cx.when, cx.sighting) = (when, happened.sighting);
-        if happened.confirmed {
+        let when = cx.evidence.recording.resolve(when, frame, role.is_command());
+        (cx.when, cx.sighting) = (when, cx.evidence.recording.sighting(happened.sighting));
+        if cx.evidence.recording.is_first_of_stall(when) {
             cx.evidence.circumstances.note(circumstance::Kind::Stall, None, when);
         }
         if happened.paused != 0 {
@@ -325,7 +326,6 @@ impl Bus {
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        cx.evidence.recording.advance(now_ns);
         cx.release();
         self.checks.advance(now_ns, cx);
     }

@@ -4,7 +4,6 @@
 
 use crate::event::{Event, What};
 use crate::evidence::duplicates::Sighting;
-use crate::evidence::pending::Until;
 use crate::evidence::recording::Verdict;
 use crate::evidence::{Evidence, When};
 use crate::finding::{Code, Facts, Finding};
@@ -82,35 +81,23 @@ impl Context<'_> {
         Finding { code, at: self.at, cause, bus: self.bus, node, object, facts, because_of: None }
     }
 
-    /// Reports a finding. One at a frame that may be a duplicate waits until that is known.
+    /// Reports a finding.
     pub fn report(&mut self, finding: Finding) {
-        let kept = match self.sighting {
-            Sighting::Original | Sighting::Duplicate => Some(finding),
-            Sighting::Suspect => self.evidence.pending.keep(finding, Until::Duplicates, self.when),
-        };
-        if let Some(finding) = kept {
-            self.emit(finding);
-        }
+        self.emit(finding);
     }
 
-    /// Reports a finding that rests on the time of the frame at hand, or on a deadline that has passed by it. Where the
-    /// recorder may have stood still it waits until that is known, and is none where it did.
+    /// Reports a finding that rests on the time of the frame at hand, or on a deadline that has passed by it: none where
+    /// the recorder had stood still.
     pub fn report_timed(&mut self, finding: Finding) {
-        let burst = self.when.burst;
-        let kept = match self.evidence.recording.verdict(burst) {
-            Some(Verdict::Open) => self.evidence.pending.keep(finding, Until::Burst(burst), self.when),
-            Some(Verdict::Confirmed) => None,
-            Some(Verdict::Refuted) | None => Some(finding),
-        };
-        if let Some(finding) = kept {
-            self.report(finding);
+        if self.evidence.recording.verdict(self.when.burst) != Some(Verdict::Confirmed) {
+            self.emit(finding);
         }
     }
 
     /// Reports a finding after `wait_ns`, unless something explains it by then (see
     /// [`Pending::explain`](crate::evidence::Pending::explain)): then it is that one's consequence.
     pub fn report_later(&mut self, finding: Finding, wait_ns: i64) {
-        if let Some(finding) = self.evidence.pending.keep(finding, Until::Explained(wait_ns), self.when) {
+        if let Some(finding) = self.evidence.pending.keep(finding, wait_ns, self.when) {
             self.emit(finding);
         }
     }
@@ -127,7 +114,7 @@ impl Context<'_> {
 
     /// The capture is over, or frames were lost: reports what waits and stands.
     pub fn release_all(&mut self) {
-        for finding in self.evidence.pending.finish(&self.evidence.recording) {
+        for finding in self.evidence.pending.finish() {
             self.emit(finding);
         }
     }

@@ -6,6 +6,7 @@
 //! or change the order within a file.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use crate::frame::{BusId, Buses, Frame, FrameRef, StampForm};
 use crate::readers::{Contents, Damage, Item, Marker, Place, Reader};
@@ -19,7 +20,7 @@ pub const ABSOLUTE_NS: i64 = 100_000_000_000_000_000;
 #[derive(Debug, Default)]
 pub struct File {
     /// Its name.
-    pub name: Vec<u8>,
+    pub name: Arc<[u8]>,
     /// Its frames so far.
     pub frames: u64,
     /// From the date from which the capture's stamps count to the one from which this file's do.
@@ -103,7 +104,7 @@ impl Input {
     fn new(name: &[u8], reader: Reader) -> Self {
         Self {
             reader: Some(reader),
-            file: File { name: name.to_vec(), ..File::default() },
+            file: File { name: name.into(), ..File::default() },
             contents: Contents::default(),
             damage: None,
             buses: Buses::default(),

@@ -1,9 +1,12 @@
 //! Frames that the capture shows twice, as of two adapters on one bus: which they are, and whether that is proven.
 //!
-//! A frame is a duplicate where an equal one stood shortly before and no other was taken for its duplicate yet. Equal
-//! frames come by themselves too (a SYNC without counter, a constant PDO), so proof comes from *isolated* frames only:
-//! those that had no equal one on their CAN-ID for a while. Each of them stands twice in a capture that shows frames
-//! twice, and once in any other. It must not know what a frame means.
+//! Both adapters see the frames in the same order. So the second sightings follow the first ones in order, too: of the
+//! frames that were seen once, the first that equals a new one is its original, and those before it will not be seen
+//! again. Equal frames come by themselves as well (a SYNC without counter, a constant PDO, polled objects), so proof
+//! comes from *isolated* frames only: those that had no equal one for a while. Each of them stands twice in a capture
+//! that shows frames twice, and once in any other. It must not know what a frame means.
+
+use std::collections::VecDeque;
 
 use crate::frame::{Frame, Kind};
 
@@ -13,17 +16,17 @@ const APART_NS: i64 = 10_000_000;
 const APART_FRAMES: u64 = 8;
 /// Nobody sends a frame again this soon, in ns.
 const CLOSE_NS: i64 = 300_000;
-/// A frame is isolated where no equal one came on its CAN-ID within this many ns or, without stamps, frames.
+/// A frame is isolated where no equal one came within this many ns or, without stamps, frames.
 const ISOLATED_NS: i64 = 3 * APART_NS;
 const ISOLATED_FRAMES: u64 = 3 * APART_FRAMES;
 /// Isolated frames that must have stood twice, and three times as many as stood once, for a proof.
 const PROOF: u32 = 4;
 /// Isolated frames that stood once after which nobody looks any more.
 const SETTLED: u32 = 256;
-/// Frames that are kept to be compared.
-const KEPT: usize = 64;
-/// CAN-IDs of which the last frame is kept: all 11-bit ones.
-const IDENTIFIERS: usize = 0x800;
+/// Frames that are kept to be compared, and the most by which it must be known whether frames stand twice.
+const KEPT: usize = 128;
+/// Payloads of which it is kept when they came last, by a part of their key.
+const PAYLOADS: usize = 4096;
 
 /// Whether a frame stood in the capture before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,22 +48,15 @@ struct Seen {
     count: u64,
     /// It had no equal one for a while before it.
     isolated: bool,
-    /// It was seen again, or is that second sighting itself.
-    paired: bool,
 }
 
 impl Seen {
     fn age_ns(&self, now: &Frame) -> Option<i64> {
         Some(now.t_ns?.saturating_sub(self.t_ns?))
     }
-
-    /// Whether a frame follows faster than anybody sends.
-    fn is_close(&self, now: &Frame) -> bool {
-        self.age_ns(now).is_some_and(|age| age < CLOSE_NS)
-    }
 }
 
-/// The last frame of a CAN-ID.
+/// When a frame came last.
 #[derive(Clone, Copy, Debug, Default)]
 struct Last {
     key: u64,
@@ -71,8 +67,9 @@ struct Last {
 /// What is known of a bus.
 #[derive(Debug, Default)]
 pub struct Duplicates {
-    recent: std::collections::VecDeque<Seen>,
-    /// By CAN-ID; empty until the first frame.
+    /// Frames that were seen once, oldest first.
+    once_seen: VecDeque<Seen>,
+    /// By a part of their key; empty until the first frame.
     last: Vec<Last>,
     count: u64,
     /// Frames that stood twice, right behind each other.
@@ -82,6 +79,8 @@ pub struct Duplicates {
     /// Isolated frames that stood twice, and once.
     twice: u32,
     once: u32,
+    /// The first frame that may be a duplicate, since nothing was decided: its number, count and time.
+    suspect: Option<(u64, u64, Option<i64>)>,
     proven: bool,
 }
 
@@ -91,14 +90,29 @@ impl Duplicates {
         self.proven
     }
 
-    /// Whether every frame so far, but for the last one, was followed by itself at once.
-    pub fn are_all_so_far(&self) -> bool {
-        self.pairs > 0 && self.count <= 2 * self.pairs + 1
-    }
-
     /// Whether it is known to show them once.
     pub fn are_refuted(&self) -> bool {
         self.once >= PROOF && !self.proven
+    }
+
+    /// The number of the first frame of which it is not known yet whether it is a duplicate.
+    pub fn undecided_since(&self) -> Option<u64> {
+        self.suspect.map(|(number, ..)| number)
+    }
+
+    /// No further frame tells whether the capture shows frames twice. It does where every frame so far, but for the last
+    /// one, was followed by itself at once.
+    pub fn settle(&mut self) {
+        if self.suspect.take().is_some() {
+            self.proven |= self.pairs > 0 && self.count <= 2 * self.pairs + 1;
+        }
+    }
+
+    /// It is `now_ns`, and no frame has come.
+    pub fn advance(&mut self, now_ns: i64) {
+        if self.suspect.is_some_and(|(_, _, t_ns)| t_ns.is_some_and(|t_ns| now_ns.saturating_sub(t_ns) > ISOLATED_NS)) {
+            self.settle();
+        }
     }
 
     /// Takes the next frame.
@@ -109,69 +123,92 @@ impl Duplicates {
         self.count += 1;
         self.forget_old(frame);
         let key = key(frame);
-        let original = self.pair(key, frame);
-        let isolated = original.is_none() && self.is_isolated(key, frame);
-        let seen = Seen { key, t_ns: frame.t_ns, count: self.count, isolated, paired: original.is_some() };
-        if self.recent.len() == KEPT {
-            self.recent.pop_front();
+        let is_isolated = self.is_isolated(key, frame);
+        let pair = self.pair(key, frame);
+        if !pair {
+            if self.once_seen.len() == KEPT {
+                self.drop_first();
+            }
+            self.once_seen.push_back(Seen { key, t_ns: frame.t_ns, count: self.count, isolated: is_isolated });
         }
-        self.recent.push_back(seen);
-        match original {
-            None => Sighting::Original,
-            Some(_) if self.proven => Sighting::Duplicate,
-            // Every frame so far was followed by itself at once: at a capture's beginning that is as good as a proof.
-            Some(original) if self.count == 2 * self.pairs && original.is_close(frame) => Sighting::Duplicate,
-            Some(_) if self.are_refuted() => Sighting::Original,
-            Some(_) => Sighting::Suspect,
+        self.judge(frame);
+        let sighting = match pair {
+            true if self.proven => Sighting::Duplicate,
+            true if !self.are_refuted() => Sighting::Suspect,
+            _ => Sighting::Original,
+        };
+        if sighting == Sighting::Suspect && self.suspect.is_none() {
+            self.suspect = Some((frame.no, self.count, frame.t_ns));
         }
+        if self.proven || self.are_refuted() {
+            self.suspect = None;
+        }
+        if let Some((_, count, t_ns)) = self.suspect
+            && (self.count - count >= KEPT as u64 || is_over(t_ns, frame))
+        {
+            self.settle();
+        }
+        sighting
     }
 
-    /// The frame that this one may be the duplicate of.
-    fn pair(&mut self, key: u64, frame: &Frame) -> Option<Seen> {
+    /// Whether a frame is the second sighting of one before.
+    fn pair(&mut self, key: u64, frame: &Frame) -> bool {
         // Without stamps the order is all there is: until there is proof, only what follows itself counts.
         let (far, count) = (frame.t_ns.is_some() || self.proven, self.count);
-        let fits = |seen: &&mut Seen| seen.key == key && !seen.paired && (far || seen.count + 1 == count);
-        let seen = self.recent.iter_mut().find(fits)?;
-        seen.paired = true;
-        let original = *seen;
+        let fits = |seen: &Seen| seen.key == key && (far || seen.count + 1 == count);
+        let Some(place) = self.once_seen.iter().position(fits) else { return false };
+        for _ in 0..place {
+            self.drop_first();
+        }
+        let Some(original) = self.once_seen.pop_front() else { return false };
+        let age_ns = original.age_ns(frame);
         let adjacent = original.count + 1 == self.count;
-        self.pairs += u64::from(adjacent && (frame.t_ns.is_none() || original.is_close(frame)));
+        self.pairs += u64::from(adjacent && age_ns.is_none_or(|age| age < CLOSE_NS));
         if original.isolated {
             self.twice = self.twice.saturating_add(1);
-            self.apart_ns = self.apart_ns.max(original.age_ns(frame).unwrap_or(0));
+            self.apart_ns = self.apart_ns.max(age_ns.unwrap_or(0));
         }
-        // Those that should have been seen again by now count as seen once.
-        let overdue = |seen: &&Seen| {
-            let late = seen.age_ns(frame).is_none_or(|age| age > self.apart_ns + self.apart_ns / 2);
-            seen.isolated && !seen.paired && late
-        };
-        let once = self.once as usize + self.recent.iter().filter(overdue).count();
-        self.proven = self.twice >= PROOF && self.twice as usize > 3 * once;
-        Some(original)
+        true
     }
 
-    /// Drops what is too old to be seen again, and counts what stood once.
+    /// Whether there is proof by now. Those that should have been seen again count as seen once.
+    fn judge(&mut self, frame: &Frame) {
+        if self.twice < PROOF && self.once < PROOF {
+            return;
+        }
+        let late = |seen: &Seen| seen.age_ns(frame).is_none_or(|age| age > self.apart_ns + self.apart_ns / 2);
+        let overdue = self.once_seen.iter().filter(|seen| seen.isolated && late(seen)).count();
+        self.proven = self.twice >= PROOF && self.twice as usize > 3 * (self.once as usize + overdue);
+    }
+
+    /// Drops what is too old to be seen again.
     fn forget_old(&mut self, frame: &Frame) {
-        while let Some(seen) = self.recent.front() {
-            let old = match (frame.t_ns, seen.t_ns) {
-                (Some(now), Some(then)) => !(0..=APART_NS).contains(&now.saturating_sub(then)),
-                _ => self.count.saturating_sub(seen.count) > APART_FRAMES,
+        // Once it is known how far apart they are, what has not come by then does not come.
+        let most_ns = if self.proven { (self.apart_ns * 2).clamp(CLOSE_NS, APART_NS) } else { APART_NS };
+        while let Some(seen) = self.once_seen.front() {
+            let old = match seen.age_ns(frame) {
+                Some(age) => !(0..=most_ns).contains(&age),
+                None => self.count.saturating_sub(seen.count) > APART_FRAMES,
             };
             if !old {
                 return;
             }
-            self.once = self.once.saturating_add(u32::from(seen.isolated && !seen.paired));
-            self.recent.pop_front();
+            self.drop_first();
         }
     }
 
-    /// Whether no equal frame came on the CAN-ID for a while.
+    /// The oldest frame was not seen again.
+    fn drop_first(&mut self) {
+        let seen = self.once_seen.pop_front();
+        self.once = self.once.saturating_add(u32::from(seen.is_some_and(|seen| seen.isolated)));
+    }
+
+    /// Whether no equal frame came for a while.
     fn is_isolated(&mut self, key: u64, frame: &Frame) -> bool {
         if self.last.is_empty() {
-            self.last = vec![Last::default(); IDENTIFIERS];
+            self.last = vec![Last::default(); PAYLOADS];
         }
-        let index = frame.id.raw() as usize;
-        let Some(last) = self.last.get_mut(index).filter(|_| !frame.id.is_extended()) else { return false };
+        let Some(last) = self.last.get_mut(key as usize % PAYLOADS) else { return false };
         let before = std::mem::replace(last, Last { key, t_ns: frame.t_ns.unwrap_or(0), count: self.count });
         before.count == 0
             || before.key != key
@@ -180,6 +217,11 @@ impl Duplicates {
                 None => self.count.saturating_sub(before.count) > ISOLATED_FRAMES,
             }
     }
+}
+
+/// Whether a doubt that began at a time is too old.
+fn is_over(since_ns: Option<i64>, frame: &Frame) -> bool {
+    since_ns.zip(frame.t_ns).is_some_and(|(since, now)| !(0..=ISOLATED_NS).contains(&now.saturating_sub(since)))
 }
 
 /// A frame's identifier, kind and payload in one number (FNV-1a).

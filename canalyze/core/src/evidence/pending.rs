@@ -1,35 +1,23 @@
 //! Findings that later evidence may still explain, in one queue.
 //!
-//! A finding waits for one of three things: that a burst is settled, that the capture is known to show frames twice or
-//! once, or for a time in which a cause may show itself. It then goes out as it is, linked to its cause, or, where the
-//! recording made it up, not at all. The queue is bounded in time and count; what is too much for it goes out at once.
-//! It must not judge.
+//! A finding waits for a time in which a cause may show itself. It then goes out as it is, or linked to its cause. The
+//! queue is bounded in time and count; what is too much for it goes out at once. It must not judge.
 
 use crate::finding::{Code, Finding};
 use crate::frame::FrameRef;
 
-use super::recording::{Recording, Verdict};
+use super::recording::Recording;
 use super::when::When;
 
 /// Findings that wait at most (invariant 6).
 const KEPT: usize = 256;
 
-/// What a finding waits for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Until {
-    /// The verdict on this burst: where the recorder had stood still, the finding is none.
-    Burst(u32),
-    /// Whether the capture shows frames twice: where it does, the finding is none.
-    Duplicates,
-    /// Something that explains it, for so many ns (or, without stamps, frames).
-    Explained(i64),
-}
-
 /// A finding that waits.
 #[derive(Debug)]
 struct Waiting {
     finding: Finding,
-    until: Until,
+    /// For so many ns.
+    wait_ns: i64,
     since: When,
 }
 
@@ -43,12 +31,12 @@ pub struct Pending {
 const FRAMES: u64 = 16;
 
 impl Pending {
-    /// Keeps a finding. Gives it back where there is no room.
-    pub fn keep(&mut self, finding: Finding, until: Until, since: When) -> Option<Finding> {
+    /// Keeps a finding for so many ns, or until something explains it. Gives it back where there is no room.
+    pub fn keep(&mut self, finding: Finding, wait_ns: i64, since: When) -> Option<Finding> {
         if self.waiting.len() >= KEPT {
             return Some(finding);
         }
-        self.waiting.push(Waiting { finding, until, since });
+        self.waiting.push(Waiting { finding, wait_ns, since });
         None
     }
 
@@ -78,51 +66,25 @@ impl Pending {
 
     /// What has waited long enough at `now`, oldest first.
     pub fn release(&mut self, now: When, recording: &Recording) -> Vec<Finding> {
-        let mut out = Vec::new();
-        let mut kept = Vec::new();
-        for waiting in std::mem::take(&mut self.waiting) {
-            match waiting.outcome(now, recording) {
-                Some(true) => out.push(waiting.finding),
-                Some(false) => {}
-                None => kept.push(waiting),
-            }
-        }
-        self.waiting = kept;
-        out
+        let (over, waiting) = std::mem::take(&mut self.waiting).into_iter().partition(|one| one.is_over(now, recording));
+        self.waiting = waiting;
+        let over: Vec<Waiting> = over;
+        over.into_iter().map(|one| one.finding).collect()
     }
 
-    /// The capture is over, or frames were lost: everything that waits, but for what an open burst or an open question
-    /// of duplicates leaves undecided in the capture's favour.
-    pub fn finish(&mut self, recording: &Recording) -> Vec<Finding> {
-        let waiting = std::mem::take(&mut self.waiting).into_iter();
-        let stands = |one: &Waiting| match one.until {
-            Until::Burst(number) => recording.verdict(number) != Some(Verdict::Confirmed),
-            Until::Duplicates => !recording.shows_twice(),
-            Until::Explained(_) => true,
-        };
-        waiting.filter(stands).map(|one| one.finding).collect()
+    /// The capture is over, or frames were lost: everything that waits.
+    pub fn finish(&mut self) -> Vec<Finding> {
+        std::mem::take(&mut self.waiting).into_iter().map(|one| one.finding).collect()
     }
 }
 
 impl Waiting {
-    /// Whether it goes out (true), is none (false), or still waits.
-    fn outcome(&self, now: When, recording: &Recording) -> Option<bool> {
-        match self.until {
-            Until::Burst(number) => match recording.verdict(number) {
-                Some(Verdict::Open) => None,
-                Some(Verdict::Confirmed) => Some(false),
-                Some(Verdict::Refuted) | None => Some(true),
-            },
-            Until::Duplicates if recording.shows_twice() => Some(false),
-            Until::Duplicates => recording.shows_once().then_some(true),
-            Until::Explained(ns) => {
-                let over = match recording.between(self.since, now) {
-                    Some(age) => !(0..=ns).contains(&age),
-                    None if now.epoch != self.since.epoch => true,
-                    None => now.at.no > self.since.at.no + FRAMES,
-                };
-                (over || self.finding.because_of.is_some()).then_some(true)
-            }
-        }
+    fn is_over(&self, now: When, recording: &Recording) -> bool {
+        let over = match recording.between(self.since, now) {
+            Some(age) => !(0..=self.wait_ns).contains(&age),
+            None if now.epoch != self.since.epoch => true,
+            None => now.at.no > self.since.at.no + FRAMES,
+        };
+        over || self.finding.because_of.is_some()
     }
 }

@@ -9,10 +9,15 @@
 //!
 //! A recorder that stands still keeps frames in a buffer and stamps them all when it goes on. What it then lists is a
 //! *burst*: after a silence of the whole bus that is longer than any lately, frames come without a pause until the
-//! buffer is empty, and among them what should have come during the silence. Until that has shown, the burst is open:
-//! findings that rest on its times wait (see [`Context::report_timed`](crate::context::Context::report_timed)), and deadlines are not
-//! judged. A burst that is confirmed has no times of its own: each frame may have been sent at any time since the
+//! buffer is empty, and among them what should have come during the silence. Until that has shown, the burst is open. A
+//! burst that is confirmed has no times of its own: each frame may have been sent at any time since the
 //! silence began. One that is refuted was ordinary traffic.
+//!
+//! # Reading ahead
+//!
+//! What the recording did with a frame may show only by the frames behind it. Each frame is observed first
+//! ([`Recording::observe`]), and verdicts take it once nothing about it is open any more
+//! ([`Recording::undecided_since`]).
 
 use crate::frame::{Direction, Frame, FrameRef, Kind};
 
@@ -36,6 +41,8 @@ const UNUSUAL_TENTHS: i64 = 13;
 /// A step back of the stamps by at least this much is a clock that was set, in ns. Below, two buses or the host's own
 /// frames are listed out of order.
 const CLOCK_STEP_NS: i64 = 10_000_000;
+/// Frames of a burst by which it has shown that it is one; where it has not, it is ordinary traffic.
+const SHOWN: u32 = 256;
 /// Bursts remembered.
 const BURSTS: usize = 8;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
@@ -58,8 +65,9 @@ pub enum Verdict {
 /// Frames without a pause after an unusual silence.
 #[derive(Clone, Copy, Debug, Default)]
 struct Burst {
-    /// Its number, from 1.
+    /// Its number, from 1, and that of its first frame.
     number: u32,
+    first: u64,
     /// When the silence before it began, and when it ended, in ns.
     from_ns: i64,
     to_ns: i64,
@@ -80,8 +88,6 @@ struct Usual {
 pub struct Happened {
     /// The clock was set by so many ns.
     pub step_ns: Option<i64>,
-    /// The recorder had stood still: the burst that the frame is in is confirmed by it.
-    pub confirmed: bool,
     /// Nodes, one bit each, of which frames had been due during the silence of the whole bus before this frame.
     pub paused: u128,
     /// The frame is one that stood shortly before already.
@@ -91,7 +97,9 @@ pub struct Happened {
 /// What is known of the recording of one bus.
 #[derive(Debug, Default)]
 pub struct Recording {
-    epoch: u32,
+    /// Counts up where the clock was set, and where frames were lost.
+    steps: u32,
+    losses: u32,
     /// The resolution of the stamps in ns; 0: nothing was seen.
     grain_ns: i64,
     /// The last frame's time, and the latest so far.
@@ -125,9 +133,8 @@ impl Recording {
         Self { jitter_ns, ..Self::default() }
     }
 
-    /// Takes the next frame of the bus. `commands`: it is of a kind that a master sends (an SDO request, NMT, SYNC,
-    /// TIME, an RPDO, a remote frame, LSS of the master), which may be the recording host itself.
-    pub fn step(&mut self, frame: &Frame, commands: bool) -> (When, Happened) {
+    /// Takes the next frame of the bus: its place, and what happened to the recording with it.
+    pub fn observe(&mut self, frame: &Frame) -> (When, Happened) {
         let mut happened = Happened { sighting: self.duplicates.step(frame), ..Happened::default() };
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
@@ -135,21 +142,57 @@ impl Recording {
             happened.step_ns = self.step_of_clock(now);
             silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
             happened.paused = if silent_ns > SHORTEST_STALL_NS { self.missing(now) } else { 0 };
-            happened.confirmed = self.follow_burst(frame, now);
+            self.follow_burst(frame, now);
             self.last_ns = Some(now);
             self.latest_ns = Some(self.latest_ns.map_or(now, |latest| latest.max(now)));
         }
+        (When { silent_ns, epoch: self.steps, ..self.at(frame.reference()) }, happened)
+    }
+
+    /// The place of a frame that was observed, once it is taken. `commands`: it is of a kind that a master sends (an SDO
+    /// request, NMT, SYNC, TIME, an RPDO, a remote frame, LSS of the master), which may be the recording host itself.
+    pub fn resolve(&self, observed: When, frame: &Frame, commands: bool) -> When {
         let own = match frame.dir {
             Some(direction) => direction == Direction::Tx,
             None => commands || frame.kind == Kind::Remote,
         };
-        (When { own, silent_ns, ..self.at(frame.reference()) }, happened)
+        When { own, epoch: observed.epoch.saturating_add(self.losses), ..observed }
+    }
+
+    /// Whether a frame that was observed as such is a duplicate, once it is taken.
+    pub fn sighting(&self, observed: Sighting) -> Sighting {
+        match observed {
+            Sighting::Suspect if self.duplicates.are_proven() => Sighting::Duplicate,
+            Sighting::Suspect => Sighting::Original,
+            decided => decided,
+        }
+    }
+
+    /// The number of the first frame of which it is not known yet what the recording did with it.
+    pub fn undecided_since(&self) -> Option<u64> {
+        let burst = self.bursts.last().filter(|burst| burst.verdict == Verdict::Open).map(|burst| burst.first);
+        match (burst, self.duplicates.undecided_since()) {
+            (Some(burst), Some(suspect)) => Some(burst.min(suspect)),
+            (burst, suspect) => burst.or(suspect),
+        }
+    }
+
+    /// No further frame tells what the recording did: what is open is decided by what was seen.
+    pub fn settle(&mut self) {
+        self.end_burst();
+        self.duplicates.settle();
+    }
+
+    /// Whether a frame is the first after a time for which the recorder stood still.
+    pub fn is_first_of_stall(&self, when: When) -> bool {
+        let burst = self.burst(when.burst);
+        burst.is_some_and(|burst| burst.verdict == Verdict::Confirmed && burst.first == when.at.no)
     }
 
     /// The place of what has no frame of its own: the end of the capture, or a time at which no frame came.
     pub fn at(&self, at: FrameRef) -> When {
         let burst = self.bursts.last().filter(|_| self.running).map_or(0, |burst| burst.number);
-        When { at, epoch: self.epoch, burst, ..When::default() }
+        When { at, epoch: self.steps.saturating_add(self.losses), burst, ..When::default() }
     }
 
     /// It is `now_ns` and no frame has come. A burst that has ended by now is settled.
@@ -157,11 +200,12 @@ impl Recording {
         if self.last_ns.is_some_and(|last| now_ns.saturating_sub(last) > DRAIN_NS) {
             self.end_burst();
         }
+        self.duplicates.advance(now_ns);
     }
 
     /// Frames are missing here.
     pub fn lost(&mut self) {
-        self.epoch += 1;
+        self.losses = self.losses.saturating_add(1);
         self.last_ns = None;
         self.end_burst();
     }
@@ -194,7 +238,7 @@ impl Recording {
 
     /// Whether the capture shows its frames twice.
     pub fn shows_twice(&self) -> bool {
-        self.duplicates.are_proven() || self.duplicates.are_all_so_far()
+        self.duplicates.are_proven()
     }
 
     /// Whether the capture is known to show each frame once.
@@ -280,51 +324,50 @@ impl Recording {
         if back < CLOCK_STEP_NS.max(self.lag_ns()) {
             return None;
         }
-        self.epoch += 1;
+        self.steps = self.steps.saturating_add(1);
         self.latest_ns = None;
         self.end_burst();
         Some(-back)
     }
 
-    /// Takes a frame's time; whether it confirms the burst that it is in.
-    fn follow_burst(&mut self, frame: &Frame, now: i64) -> bool {
+    /// Takes a frame's time.
+    fn follow_burst(&mut self, frame: &Frame, now: i64) {
         let Some(last) = self.last_ns else {
             self.see(frame, now);
-            return false;
+            return;
         };
         let gap = now.saturating_sub(last).max(0);
         if gap > DRAIN_NS || self.has_caught_up(now) {
             self.end_burst();
         }
         if gap > SHORTEST_STALL_NS && gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10 {
-            self.begin_burst(last, now);
+            self.begin_burst(last, now, frame.no);
         }
         let compressed = self.see(frame, now);
         if !self.running {
-            self.know_gap(gap);
-            return false;
+            return self.know_gap(gap);
         }
         let mean = self.mean_gap_64 / 64;
-        let Some(burst) = self.bursts.last_mut() else { return false };
+        let Some(burst) = self.bursts.last_mut() else { return };
         burst.frames += 1;
         if burst.verdict != Verdict::Open {
-            return false;
+            return;
         }
         let expected = now.saturating_sub(burst.from_ns) / mean.max(1);
         let many = burst.frames > 2 && i64::from(burst.frames) * 10 >= expected.saturating_mul(6);
         if burst.frames > 1 && (compressed || many) {
             burst.verdict = Verdict::Confirmed;
-            return true;
+        } else if burst.frames > SHOWN {
+            self.end_burst();
         }
-        false
     }
 
-    fn begin_burst(&mut self, from_ns: i64, to_ns: i64) {
+    fn begin_burst(&mut self, from_ns: i64, to_ns: i64, first: u64) {
         let number = self.bursts.last().map_or(0, |burst| burst.number) + 1;
         if self.bursts.len() == BURSTS {
             self.bursts.remove(0);
         }
-        self.bursts.push(Burst { number, from_ns, to_ns, ..Burst::default() });
+        self.bursts.push(Burst { number, first, from_ns, to_ns, ..Burst::default() });
         self.running = true;
     }
 

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 use super::duplicates::Sighting;
 use super::period::{Confidence, Learnt};
-use super::recording::Verdict;
+use super::recording::{Happened, Verdict};
 use super::*;
 use crate::frame::{CanId, Frame, FrameRef};
 
@@ -35,10 +35,16 @@ fn stalled(frames: &[(i64, u16)], from: i64, to: i64, apart: i64) -> Vec<(i64, u
     listed.collect()
 }
 
+/// A frame that is observed and taken at once.
+fn observe(recording: &mut Recording, frame: &Frame, commands: bool) -> (When, Happened) {
+    let (when, happened) = recording.observe(frame);
+    (recording.resolve(when, frame, commands), happened)
+}
+
 fn feed(recording: &mut Recording, frames: &[(i64, u16)]) -> Vec<When> {
     let numbered = frames.iter().enumerate();
     numbered
-        .map(|(no, (at, id))| recording.step(&frame(no as u64 + 1, *id, &[no as u8, (no >> 8) as u8], *at), false).0)
+        .map(|(no, (at, id))| observe(recording, &frame(no as u64 + 1, *id, &[no as u8, (no >> 8) as u8], *at), false).0)
         .collect()
 }
 
@@ -95,7 +101,7 @@ fn frames_captured_twice_are_duplicates_at_any_distance() {
         let mut recording = Recording::default();
         let mut duplicates = 0;
         for (at, no, id) in &frames {
-            let (_, happened) = recording.step(&frame(1, *id, &[*no as u8, (*no >> 8) as u8], *at), false);
+            let (_, happened) = observe(&mut recording, &frame(1, *id, &[*no as u8, (*no >> 8) as u8], *at), false);
             duplicates += usize::from(happened.sighting == Sighting::Duplicate);
         }
         assert!(recording.shows_twice(), "{apart}");
@@ -111,7 +117,7 @@ fn equal_frames_of_one_sender_are_no_duplicates() {
         // Constant payloads, each 5 ms: every frame has an equal one shortly before.
         for half in if id == 0x701 { &[0][..] } else { &[0, 5_000] } {
             let payload: &[u8] = if id == 0x701 { &[5] } else { &[] };
-            let (_, happened) = recording.step(&frame(no as u64, id, payload, at + half), false);
+            let (_, happened) = observe(&mut recording, &frame(no as u64, id, payload, at + half), false);
             suspects += usize::from(happened.sighting == Sighting::Duplicate);
         }
     }
@@ -122,11 +128,11 @@ fn equal_frames_of_one_sender_are_no_duplicates() {
 #[test]
 fn a_late_echo_is_an_interval() {
     let mut recording = Recording::default();
-    let (sync, _) = recording.step(&frame(1, 0x80, &[], 100_001), true);
-    let (pdo, _) = recording.step(&frame(2, 0x181, &[1], 104_001), false);
+    let (sync, _) = observe(&mut recording, &frame(1, 0x80, &[], 100_001), true);
+    let (pdo, _) = observe(&mut recording, &frame(2, 0x181, &[1], 104_001), false);
     assert!(recording.certainly_later(pdo, sync, 3_000_000));
     assert!(!recording.certainly_within(pdo, sync, 6_000_000));
-    let (late, _) = recording.step(&frame(3, 0x80, &[], 109_001), true);
+    let (late, _) = observe(&mut recording, &frame(3, 0x80, &[], 109_001), true);
     assert!(recording.may_precede(late, pdo));
     for _ in 0..100 {
         recording.exchanged(0);
@@ -139,8 +145,8 @@ fn a_late_echo_is_an_interval() {
 fn a_clock_that_is_set_back_begins_an_epoch() {
     for (back, stepped) in [(2_000, false), (9_000, false), (15_000, true), (3_600_000_000, true)] {
         let mut recording = Recording::default();
-        recording.step(&frame(1, 0x181, &[1], 4_000_000_001), false);
-        let (_, happened) = recording.step(&frame(2, 0x181, &[2], 4_000_000_001 - back), false);
+        observe(&mut recording, &frame(1, 0x181, &[1], 4_000_000_001), false);
+        let (_, happened) = observe(&mut recording, &frame(2, 0x181, &[2], 4_000_000_001 - back), false);
         assert_eq!(happened.step_ns.is_some(), stepped, "{back}");
     }
 }
@@ -175,12 +181,12 @@ fn a_period_is_learnt_and_its_lasting_change_told() {
 #[test]
 fn what_is_owed_is_due_once_it_certainly_is() {
     let mut recording = Recording::default();
-    let (since, _) = recording.step(&frame(1, 0x701, &[5], 1), false);
+    let (since, _) = observe(&mut recording, &frame(1, 0x701, &[5], 1), false);
     let mut owed: Obligations<u8> = Obligations::default();
     owed.open(1, obligation::Owed { since, limit_ns: 100_000_000, why: None });
     let mut due = Vec::new();
     for no in 2..300 {
-        let (now, _) = recording.step(&frame(no, 0x182, &[no as u8], no as i64 * 1_000 + 1), false);
+        let (now, _) = observe(&mut recording, &frame(no, 0x182, &[no as u8], no as i64 * 1_000 + 1), false);
         due.extend(owed.due(now, &recording).into_iter().map(|(key, _)| (key, no)));
     }
     assert_eq!(due, [(1, 101)]);

@@ -3,6 +3,7 @@
 //! A finding about the capture belongs to no frame. Must not: write output, or know what a frame means.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::filter::Clock;
 use crate::finding::{Code, Finding, Verdict};
@@ -27,9 +28,12 @@ pub(super) struct Capture {
     /// The file at hand.
     pub(super) file: File,
     /// The file before it, until its first frame.
-    before: Option<Vec<u8>>,
-    /// Frames so far, over all files.
+    before: Option<Arc<[u8]>>,
+    /// Frames so far, over all files: those that were numbered, and those that were handed on.
+    numbered: u64,
     pub(super) frames: u64,
+    /// The file of the frame at hand, where that was held back and another file may have its turn.
+    of_held: Option<Origin>,
     /// Time of the first frame.
     start_ns: Option<i64>,
     /// The date from which the capture's stamps count, where its first dated file says one.
@@ -42,6 +46,13 @@ pub(super) struct Capture {
     pub(super) last: FrameRef,
     /// Lines for standard error.
     pub(super) complaints: Vec<String>,
+}
+
+/// A file, as far as a frame of it that is held back needs it.
+#[derive(Clone, Debug)]
+pub(super) struct Origin {
+    name: Arc<[u8]>,
+    dated: bool,
 }
 
 /// What output needs to know of the capture beside events.
@@ -62,7 +73,9 @@ impl Capture {
             lang,
             file: File::default(),
             before: None,
+            numbered: 0,
             frames: 0,
+            of_held: None,
             start_ns: None,
             date_ns: None,
             decimals: 9,
@@ -74,22 +87,27 @@ impl Capture {
 
     /// The next file begins.
     pub(super) fn begin(&mut self, name: &[u8]) {
-        let before = std::mem::replace(&mut self.file, File { name: name.to_vec(), ..File::default() });
+        let before = std::mem::replace(&mut self.file, File { name: name.into(), ..File::default() });
         self.before = (before.frames > 0).then_some(before.name);
     }
 
     pub(super) fn view<'a>(&'a self, buses: &'a Buses) -> View<'a> {
-        let date_ns = self.date_ns.filter(|_| self.file.dated);
+        let (file, dated) = match &self.of_held {
+            Some(origin) => (&origin.name, origin.dated),
+            None => (&self.file.name, self.file.dated),
+        };
+        let date_ns = self.date_ns.filter(|_| dated);
         View {
             buses,
             clock: Clock { start_ns: self.start_ns.unwrap_or(0), date_ns: date_ns.unwrap_or(0) },
-            jsonl: jsonl::Setting { lang: self.lang, file: &self.file.name, buses, decimals: self.decimals },
+            jsonl: jsonl::Setting { lang: self.lang, file, buses, decimals: self.decimals },
             writing: writers::Setting { buses, date_ns },
         }
     }
 
     /// Counts a frame.
     pub(super) fn count(&mut self) {
+        self.numbered += 1;
         self.frames += 1;
         self.file.frames += 1;
     }
@@ -97,8 +115,9 @@ impl Capture {
     /// Gives the next frame its number and its time among the capture's. A clock that was set since the frame before is
     /// a finding.
     pub(super) fn place(&mut self, frame: &mut Frame) -> Option<Finding> {
-        self.count();
-        frame.no = self.frames;
+        self.numbered += 1;
+        self.file.frames += 1;
+        frame.no = self.numbered;
         if self.file.frames == 1 {
             self.begins(frame);
         }
@@ -107,13 +126,29 @@ impl Capture {
             frame.t_ns = frame.t_ns.map(shift);
             frame.stamp = frame.stamp.map(|stamp| Stamp { ns: shift(stamp.ns), ..stamp });
         }
-        self.decimals = frame.stamp.map_or(9, |stamp| stamp.decimals);
         if let Some(before) = self.before.take() {
             self.boundary(&before, frame);
         }
+        self.stepped_back(frame)
+    }
+
+    /// The file that has its turn, for a frame that is held back.
+    pub(super) fn origin(&self) -> Origin {
+        Origin { name: Arc::clone(&self.file.name), dated: self.file.dated }
+    }
+
+    /// A frame that was placed is handed on. `held`: its file, where it was held back.
+    pub(super) fn take(&mut self, frame: &Frame, held: Option<Origin>) {
+        self.frames += 1;
+        self.of_held = held;
+        self.decimals = frame.stamp.map_or(9, |stamp| stamp.decimals);
         self.last = frame.reference();
         self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
-        self.stepped_back(frame)
+    }
+
+    /// No frame that was held back is at hand any more.
+    pub(super) fn caught_up(&mut self) {
+        self.of_held = None;
     }
 
     /// Whether the stamps go back with this frame, on its bus and in its file. Forward, a clock that was set looks like a

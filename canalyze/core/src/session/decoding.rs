@@ -8,8 +8,9 @@ use std::sync::Arc;
 use crate::bus::Bus;
 use crate::context::{Chunk, Context};
 use crate::event::{Event, What};
-use crate::evidence::Evidence;
 use crate::evidence::duplicates::Sighting;
+use crate::evidence::recording::Happened;
+use crate::evidence::{Evidence, When};
 use crate::expectation::{Expectations, Verification};
 use crate::finding::Finding;
 use crate::frame::{BusId, Buses, Frame, FrameRef};
@@ -83,12 +84,34 @@ impl Decoding {
         self.verification.is_some()
     }
 
-    /// Takes a frame.
-    pub(super) fn step(&mut self, frame: &Frame, buses: &Buses) {
+    /// Gives a frame its place in the recording of its bus.
+    pub(super) fn observe(&mut self, frame: &Frame, buses: &Buses) -> Option<(When, Happened)> {
         if self.blind {
-            return;
+            return None;
         }
-        self.on_bus(frame.bus, frame.reference(), buses, |bus, cx| bus.step(frame, cx));
+        self.know(frame.bus, buses);
+        Some(self.evidence.get_mut(usize::from(frame.bus.0))?.recording.observe(frame))
+    }
+
+    /// The number of the first frame of which it is not known yet what the recording did with it.
+    pub(super) fn undecided_since(&self) -> Option<u64> {
+        self.evidence.iter().filter_map(|evidence| evidence.recording.undecided_since()).min()
+    }
+
+    /// No further frame tells what the recordings did.
+    pub(super) fn settle(&mut self) {
+        self.evidence.iter_mut().for_each(|evidence| evidence.recording.settle());
+    }
+
+    /// It is `now_ns`, and the recordings go on.
+    pub(super) fn pass(&mut self, now_ns: i64) {
+        self.evidence.iter_mut().for_each(|evidence| evidence.recording.advance(now_ns));
+    }
+
+    /// Takes a frame that was observed.
+    pub(super) fn step(&mut self, frame: &Frame, seen: Option<(When, Happened)>, buses: &Buses) {
+        let Some((when, happened)) = seen else { return };
+        self.on_bus(frame.bus, frame.reference(), buses, |bus, cx| bus.step(frame, when, happened, cx));
         if let Some(verification) = &mut self.verification {
             verification.frame(frame, &mut self.events, buses);
         }
@@ -190,12 +213,8 @@ impl Decoding {
         if self.blind {
             return;
         }
+        self.know(id, buses);
         let index = usize::from(id.0);
-        while self.state.len() <= index {
-            let name = buses.name(BusId(self.state.len() as u8));
-            self.state.push(Bus::new(Arc::clone(&self.network), name));
-            self.evidence.push(Evidence::new(self.network.jitter_ns));
-        }
         let (Some(bus), Some(evidence)) = (self.state.get_mut(index), self.evidence.get_mut(index)) else { return };
         let when = evidence.recording.at(at);
         let mut cx = Context {
@@ -210,6 +229,15 @@ impl Decoding {
             sighting: Sighting::Original,
         };
         act(bus, &mut cx);
+    }
+
+    /// Keeps the state of a bus.
+    fn know(&mut self, id: BusId, buses: &Buses) {
+        while self.state.len() <= usize::from(id.0) {
+            let name = buses.name(BusId(self.state.len() as u8));
+            self.state.push(Bus::new(Arc::clone(&self.network), name));
+            self.evidence.push(Evidence::new(self.network.jitter_ns));
+        }
     }
 
     /// Takes out what is only counted.

@@ -4,6 +4,7 @@
 //! file, `decoding` what it means, `output` writes it down; this file hands on from one to the next. It does no I/O
 //! and reads no clock; it must not know a service or a format by name.
 
+mod ahead;
 mod capture;
 mod decoding;
 mod output;
@@ -12,6 +13,7 @@ mod tally;
 
 use std::sync::Arc;
 
+use self::ahead::{Ahead, Placed};
 use self::capture::Capture;
 use self::decoding::Decoding;
 use self::output::{Form, Output};
@@ -128,6 +130,8 @@ pub struct Session {
 #[derive(Debug)]
 struct Stream {
     capture: Capture,
+    /// Frames that wait until it is known what the recording did with them.
+    ahead: Ahead,
     decoding: Decoding,
     output: Output,
     tally: Tally,
@@ -149,7 +153,13 @@ impl Session {
             turn: 0,
             fed: 0,
             buses: Buses::default(),
-            stream: Stream { capture: Capture::new(lang), decoding, output, tally: Tally::default() },
+            stream: Stream {
+                capture: Capture::new(lang),
+                ahead: Ahead::default(),
+                decoding,
+                output,
+                tally: Tally::default(),
+            },
         }
     }
 
@@ -275,6 +285,12 @@ impl Session {
         self.stream.item(Item::Frame(frame), &self.buses, out);
     }
 
+    /// No more is there to be read at the moment: what was read is not held back any longer. For a pipe that has come to
+    /// a rest; a file goes on at once.
+    pub fn rest(&mut self, out: &mut Vec<u8>) {
+        self.stream.settle(&self.buses, out);
+    }
+
     /// It is `now_ns` on the clock of the frames' stamps, though no frame has come: what should have happened by now
     /// and has not. For live sources; a file's frames say the time themselves.
     pub fn advance(&mut self, now_ns: i64, out: &mut Vec<u8>) {
@@ -336,7 +352,7 @@ impl Session {
     /// `expectations`, null where there are none, with those `missed`; `buses`, each with `name`, `frames`,
     /// `error_frames` among them, and `dropped` ones.
     pub fn tally(&self) -> Vec<u8> {
-        let (mut out, Stream { capture, output, tally, decoding }) = (Vec::new(), &self.stream);
+        let (mut out, Stream { capture, output, tally, decoding, .. }) = (Vec::new(), &self.stream);
         tally.write(&mut out, (capture.frames, output.shown), decoding.expects(), &self.buses);
         out
     }
@@ -373,7 +389,11 @@ impl Stream {
             return info.take(&item);
         }
         match item {
-            Item::Frame(frame) => self.frame(frame, buses, out),
+            Item::Frame(_) | Item::Unreadable { .. } | Item::Until { .. } => {}
+            _ => self.settle(buses, out),
+        }
+        match item {
+            Item::Frame(frame) => self.place(frame, buses, out),
             Item::Marker(marker) => self.marker(marker, buses, out),
             Item::Unreadable { place, reason } => self.capture.unreadable(place, reason),
             Item::Damaged(damage) => self.damaged(damage, buses, out),
@@ -382,9 +402,41 @@ impl Stream {
         }
     }
 
-    fn frame(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
+    /// Gives a frame its place in the capture and in the recording, and hands on what is known by that.
+    fn place(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
         let stepped = self.capture.place(&mut frame);
-        self.decoding.step(&frame, buses);
+        let seen = self.decoding.observe(&frame, buses);
+        let placed = Placed { frame, stepped, seen };
+        let undecided = self.decoding.undecided_since();
+        if self.ahead.is_empty() && undecided.is_none() {
+            self.capture.take(&placed.frame, None);
+            return self.frame(placed, buses, out);
+        }
+        self.ahead.hold(placed, self.capture.origin());
+        self.release(buses, out);
+    }
+
+    /// Hands on the frames of which it is known what the recording did with them.
+    fn release(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        let before = self.decoding.undecided_since().unwrap_or(u64::MAX);
+        while let Some((placed, origin)) = self.ahead.take_before(before) {
+            if !self.output.is_done() {
+                self.capture.take(&placed.frame, Some(origin));
+                self.frame(placed, buses, out);
+            }
+        }
+        self.capture.caught_up();
+    }
+
+    /// Nothing is behind the frames that wait by which more would be known: they are taken by what is.
+    fn settle(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.decoding.settle();
+        self.release(buses, out);
+    }
+
+    fn frame(&mut self, placed: Placed, buses: &Buses, out: &mut Vec<u8>) {
+        let Placed { frame, stepped, seen } = placed;
+        self.decoding.step(&frame, seen, buses);
         if let Some(finding) = stepped {
             self.decoding.find(finding);
         }
@@ -444,6 +496,7 @@ impl Stream {
         if let Some(info) = self.output.info() {
             return jsonl::info(out, self.capture.view(buses).jsonl, info, contents);
         }
+        self.settle(buses, out);
         let (unreadable, finding) = self.capture.end();
         if self.capture.file.frames > 0 {
             self.output.end_of_file(unreadable.count);
@@ -455,12 +508,15 @@ impl Stream {
         if self.output.is_done() {
             return;
         }
+        self.decoding.pass(now_ns);
+        self.release(buses, out);
         self.decoding.advance(now_ns, self.capture.last, buses);
         self.output.advance(self.capture.view(buses), now_ns);
         self.aside(buses, out);
     }
 
     fn finish(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.settle(buses, out);
         self.decoding.finish(self.capture.last, buses);
         self.aside(buses, out);
         self.decoding.counted(self.capture.last);

@@ -26,7 +26,7 @@ pub(super) const UNANSWERED_NS: i64 = 1_000_000_000;
 /// Who looks for a server sends it so many requests at most.
 const PROBES: u64 = 3;
 /// Frames that are kept since they may be shown a second time.
-const ONCE: usize = 16;
+const ONCE: usize = 128;
 
 /// One frame of the channel, kept until the other half of its exchange is known.
 #[derive(Clone, Copy, Debug)]
@@ -110,8 +110,6 @@ pub struct Channel {
     pub in_vain: Option<FrameRef>,
     /// Its server was only looked for, as all others were.
     pub scanned: bool,
-    /// The capture was seen to show frames twice.
-    twice: bool,
     /// The last frames and their steps, which may be captured a second time.
     once: VecDeque<(Half, Step)>,
 }
@@ -162,7 +160,6 @@ impl Channel {
             first: None,
             in_vain: None,
             scanned: false,
-            twice: false,
             once: VecDeque::new(),
         }
     }
@@ -220,9 +217,7 @@ impl Channel {
             len: frame.len,
         };
         self.confirmed = None;
-        self.twice |= cx.evidence.recording.shows_twice();
-        if cx.sighting != Sighting::Original
-            && self.twice
+        if cx.sighting == Sighting::Duplicate
             && let Some(step) = self.twin(side, &half)
         {
             cx.events.push(Event {
@@ -284,7 +279,7 @@ impl Channel {
         self.step.mux = of.and_then(|(_, mux)| mux);
         self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
         let step = std::mem::replace(&mut self.step, empty_step());
-        if self.twice || !cx.evidence.recording.shows_once() {
+        if !cx.evidence.recording.shows_once() {
             if self.once.len() == ONCE {
                 self.once.pop_front();
             }
@@ -302,15 +297,13 @@ impl Channel {
         }
     }
 
-    /// The step of a frame that the capture shows a second time: that of the first equal one among the last frames of its
-    /// side with none of the other side between them.
+    /// The step of a frame that the capture shows a second time: that of the first equal one which was not shown again.
     fn twin(&mut self, side: Side, half: &Half) -> Option<Step> {
-        let newest = self.once.iter().rposition(|(_, step)| step.side == side)?;
-        let before = self.once.iter().take(newest).rposition(|(_, step)| step.side != side);
-        let run = before.map_or(0, |other| other + 1)..=newest;
-        let equal = |(before, _): &(Half, Step)| before.bytes == half.bytes && before.len == half.len;
-        let place = run.into_iter().find(|place| self.once.get(*place).is_some_and(equal))?;
-        self.once.remove(place).map(|(_, step)| step)
+        let equal = |(before, step): &(Half, Step)| {
+            step.side == side && before.bytes == half.bytes && before.len == half.len
+        };
+        let place = self.once.iter().position(equal)?;
+        self.once.drain(..=place).next_back().map(|(_, step)| step)
     }
 
     /// Which command the frame is, given where the transfer stands.
