@@ -1,14 +1,15 @@
 //! Frames that the capture shows twice, as of two adapters on one bus: which they are, and whether that is proven.
 //!
-//! Both adapters see the frames in the same order. So the second sightings follow the first ones in order, too: of the
-//! frames that were seen once, the first that equals a new one is its original, and those before it will not be seen
-//! again. Equal frames come by themselves as well (a SYNC without counter, a constant PDO, polled objects), so proof
-//! comes from *isolated* frames only: those that had no equal one for a while. Each of them stands twice in a capture
-//! that shows frames twice, and once in any other. It must not know what a frame means.
+//! Equal frames come by themselves as well (a SYNC without counter, a constant PDO, polled objects), so proof comes from
+//! *isolated* frames only: those that had no equal one for a while. Each of them stands twice in a capture that shows
+//! frames twice, and once in any other; and they tell how far apart the two stand. Once that is known, a frame is a
+//! duplicate that equals one so long before it. Frames that came before the proof are looked through again by it. It
+//! must not know what a frame means.
 
 use std::collections::VecDeque;
+use std::ops::RangeInclusive;
 
-use crate::frame::{Frame, Kind};
+use crate::frame::{CanId, Frame, Kind};
 
 /// The longest that a duplicate follows its original, in ns.
 const APART_NS: i64 = 10_000_000;
@@ -19,12 +20,18 @@ const CLOSE_NS: i64 = 300_000;
 /// A frame is isolated where no equal one came within this many ns or, without stamps, frames.
 const ISOLATED_NS: i64 = 3 * APART_NS;
 const ISOLATED_FRAMES: u64 = 3 * APART_FRAMES;
-/// Isolated frames that must have stood twice, and three times as many as stood once, for a proof.
+/// Isolated frames that must have stood twice for a proof, and how many times as many as stood once: a block that is sent
+/// again, or an object that is read again at once, is a row of equal frames as well.
 const PROOF: u32 = 4;
+const RATIO: usize = 8;
 /// Isolated frames that stood once after which nobody looks any more.
 const SETTLED: u32 = 256;
-/// Frames that are kept to be compared, and the most by which it must be known whether frames stand twice.
-const KEPT: usize = 128;
+/// The most frames by which it must be known whether they stand twice.
+const KEPT: u64 = 256;
+/// Distances that are kept.
+const AGES: usize = 16;
+/// Live, it must be known after this time, in ns.
+const PATIENCE_NS: i64 = 250_000_000;
 /// Payloads of which it is kept when they came last, by a part of their key.
 const PAYLOADS: usize = 4096;
 
@@ -44,14 +51,18 @@ pub enum Sighting {
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     key: u64,
+    id: CanId,
+    number: u64,
     t_ns: Option<i64>,
     count: u64,
-    /// It had no equal one for a while before it.
+    /// It had no equal one for a while before it, and it is not known yet whether it stands twice.
     isolated: bool,
+    /// An equal one has come.
+    again: bool,
 }
 
 impl Seen {
-    fn age_ns(&self, now: &Frame) -> Option<i64> {
+    fn age_ns(&self, now: &Seen) -> Option<i64> {
         Some(now.t_ns?.saturating_sub(self.t_ns?))
     }
 }
@@ -67,21 +78,23 @@ struct Last {
 /// What is known of a bus.
 #[derive(Debug, Default)]
 pub struct Duplicates {
-    /// Frames that were seen once, oldest first.
-    once_seen: VecDeque<Seen>,
+    /// The last frames, oldest first; once there is proof, those of them that were not seen again.
+    recent: VecDeque<Seen>,
     /// By a part of their key; empty until the first frame.
     last: Vec<Last>,
     count: u64,
     /// Frames that stood twice, right behind each other.
     pairs: u64,
-    /// The longest that a frame followed its original, in ns.
-    apart_ns: i64,
+    /// How long isolated frames were before their duplicates, in ns, and their CAN-IDs; latest last.
+    apart_ns: VecDeque<(i64, CanId)>,
     /// Isolated frames that stood twice, and once.
     twice: u32,
     once: u32,
-    /// The first frame that may be a duplicate, since nothing was decided: its number, count and time.
-    suspect: Option<(u64, u64, Option<i64>)>,
+    /// The first frame that may be a duplicate, since nothing was decided.
+    suspect: Option<Seen>,
     proven: bool,
+    /// The numbers of the duplicates among the frames that had come by the proof.
+    found: Vec<u64>,
 }
 
 impl Duplicates {
@@ -97,110 +110,174 @@ impl Duplicates {
 
     /// The number of the first frame of which it is not known yet whether it is a duplicate.
     pub fn undecided_since(&self) -> Option<u64> {
-        self.suspect.map(|(number, ..)| number)
+        self.suspect.map(|suspect| suspect.number)
+    }
+
+    /// What a frame is that was observed as such, once that is decided.
+    pub fn decided(&self, number: u64, observed: Sighting) -> Sighting {
+        let found = observed == Sighting::Duplicate || self.found.binary_search(&number).is_ok();
+        if found { Sighting::Duplicate } else { Sighting::Original }
     }
 
     /// No further frame tells whether the capture shows frames twice. It does where every frame so far, but for the last
     /// one, was followed by itself at once.
     pub fn settle(&mut self) {
-        if self.suspect.take().is_some() {
-            self.proven |= self.pairs > 0 && self.count <= 2 * self.pairs + 1;
+        if self.suspect.is_some() {
+            let at_once = self.pairs > 0 && self.count <= 2 * self.pairs + 1;
+            self.decide(self.proven || at_once);
         }
     }
 
-    /// It is `now_ns`, and no frame has come.
+    /// It is `now_ns` on a live bus: nobody waits long for what comes.
     pub fn advance(&mut self, now_ns: i64) {
-        if self.suspect.is_some_and(|(_, _, t_ns)| t_ns.is_some_and(|t_ns| now_ns.saturating_sub(t_ns) > ISOLATED_NS)) {
+        let since = self.suspect.and_then(|suspect| suspect.t_ns);
+        if since.is_some_and(|since| now_ns.saturating_sub(since) > PATIENCE_NS) {
             self.settle();
         }
     }
 
-    /// Takes the next frame.
-    pub fn step(&mut self, frame: &Frame) -> Sighting {
+    /// Takes the next frame. `in_burst`: it was kept in a buffer with others, so its time shows nothing.
+    pub fn step(&mut self, frame: &Frame, in_burst: bool) -> Sighting {
         if self.once >= SETTLED && self.twice < self.once {
+            self.suspect = None;
             return Sighting::Original;
         }
         self.count += 1;
-        self.forget_old(frame);
         let key = key(frame);
-        let is_isolated = self.is_isolated(key, frame);
-        let pair = self.pair(key, frame);
-        if !pair {
-            if self.once_seen.len() == KEPT {
-                self.drop_first();
+        let isolated = self.is_isolated(key, frame) && !in_burst;
+        let now = Seen { key, id: frame.id, number: frame.no, t_ns: frame.t_ns, count: self.count, isolated, again: false };
+        self.forget_old(&now);
+        if self.proven {
+            let sighting = if self.pair(&now) { Sighting::Duplicate } else { Sighting::Original };
+            if sighting == Sighting::Original {
+                self.recent.push_back(now);
             }
-            self.once_seen.push_back(Seen { key, t_ns: frame.t_ns, count: self.count, isolated: is_isolated });
+            return sighting;
         }
-        self.judge(frame);
-        let sighting = match pair {
-            true if self.proven => Sighting::Duplicate,
-            true if !self.are_refuted() => Sighting::Suspect,
-            _ => Sighting::Original,
-        };
-        if sighting == Sighting::Suspect && self.suspect.is_none() {
-            self.suspect = Some((frame.no, self.count, frame.t_ns));
+        let again = self.resembles(&now);
+        self.recent.push_back(Seen { isolated: isolated && !again, ..now });
+        if again && !self.are_refuted() {
+            self.suspect.get_or_insert(now);
         }
-        if self.proven || self.are_refuted() {
-            self.suspect = None;
-        }
-        if let Some((_, count, t_ns)) = self.suspect
-            && (self.count - count >= KEPT as u64 || is_over(t_ns, frame))
-        {
-            self.settle();
-        }
-        sighting
+        self.judge(&now);
+        if again { Sighting::Suspect } else { Sighting::Original }
     }
 
-    /// Whether a frame is the second sighting of one before.
-    fn pair(&mut self, key: u64, frame: &Frame) -> bool {
-        // Without stamps the order is all there is: until there is proof, only what follows itself counts.
-        let (far, count) = (frame.t_ns.is_some() || self.proven, self.count);
-        let fits = |seen: &Seen| seen.key == key && (far || seen.count + 1 == count);
-        let Some(place) = self.once_seen.iter().position(fits) else { return false };
-        for _ in 0..place {
-            self.drop_first();
+    /// Whether an equal frame stood shortly before, of which none was seen yet.
+    fn resembles(&mut self, now: &Seen) -> bool {
+        // Without stamps the order is all there is: only what follows itself counts.
+        let near = |seen: &Seen| match seen.age_ns(now) {
+            Some(age) => (0..=APART_NS).contains(&age),
+            None => seen.count + 1 == now.count,
+        };
+        let equal = |seen: &&mut Seen| seen.key == now.key && !seen.again && near(seen);
+        let Some(original) = self.recent.iter_mut().find(equal) else { return false };
+        original.again = true;
+        let original = *original;
+        let at_once = original.age_ns(now).is_none_or(|age| age < CLOSE_NS);
+        self.pairs += u64::from(original.count + 1 == now.count && at_once);
+        self.learn(&original, now);
+        true
+    }
+
+    /// Takes how long after its original a duplicate came.
+    fn learn(&mut self, original: &Seen, now: &Seen) {
+        if !original.isolated {
+            return;
         }
-        let Some(original) = self.once_seen.pop_front() else { return false };
-        let age_ns = original.age_ns(frame);
-        let adjacent = original.count + 1 == self.count;
-        self.pairs += u64::from(adjacent && age_ns.is_none_or(|age| age < CLOSE_NS));
-        if original.isolated {
-            self.twice = self.twice.saturating_add(1);
-            self.apart_ns = self.apart_ns.max(age_ns.unwrap_or(0));
+        self.twice = self.twice.saturating_add(1);
+        if self.apart_ns.len() == AGES {
+            self.apart_ns.pop_front();
+        }
+        self.apart_ns.push_back((original.age_ns(now).unwrap_or(0), now.id));
+    }
+
+    /// How long after its original a duplicate comes, in ns, with some room: what most of the isolated frames have shown
+    /// alike. Some of them have an equal one for another reason. How many they are.
+    fn usual_ns(&self) -> (RangeInclusive<i64>, usize) {
+        let room = |age: i64| (age / 8).max(CLOSE_NS / 2);
+        let around = |age: i64| age - room(age)..=age + room(age);
+        let alike = |age: i64| self.apart_ns.iter().filter(move |(other, _)| around(age).contains(other));
+        let most_alike = self.apart_ns.iter().max_by_key(|(age, _)| alike(*age).count());
+        let Some((age, id)) = most_alike.copied() else { return (0..=APART_NS, 0) };
+        let (least, most) = alike(age).fold((age, age), |(least, most), (one, _)| (least.min(*one), most.max(*one)));
+        let count = alike(age).count();
+        // One sender repeats itself for reasons of its own.
+        let several = count == AGES || alike(age).any(|(_, other)| *other != id);
+        let room = (2 * (most - least)).max(most / 32).max(CLOSE_NS / 6);
+        ((least - room).max(0)..=(most + room).min(APART_NS), if several { count } else { 0 })
+    }
+
+    /// Whether a frame is the duplicate of one before, where it is known how far apart they are. The order of both
+    /// sightings is the same: what came before the original is not seen again.
+    fn pair(&mut self, now: &Seen) -> bool {
+        let (usual, _) = self.usual_ns();
+        let in_time = |seen: &Seen| match seen.age_ns(now) {
+            Some(age) => usual.contains(&age),
+            None => now.count - seen.count <= APART_FRAMES,
+        };
+        let middle = usual.start().midpoint(*usual.end());
+        let off = |seen: &Seen| seen.age_ns(now).map_or(0, |age| age.abs_diff(middle));
+        let equal = self.recent.iter().enumerate().filter(|(_, seen)| seen.key == now.key && in_time(seen));
+        let Some((place, _)) = equal.min_by_key(|(_, seen)| off(seen)) else { return false };
+        let original = self.recent.drain(..=place).next_back();
+        if let Some(original) = original {
+            self.learn(&original, now);
         }
         true
     }
 
-    /// Whether there is proof by now. Those that should have been seen again count as seen once.
-    fn judge(&mut self, frame: &Frame) {
-        if self.twice < PROOF && self.once < PROOF {
+    /// Whether there is proof by now, or will be none.
+    fn judge(&mut self, now: &Seen) {
+        // Those that should have been seen again count as seen once.
+        let (usual, alike) = self.usual_ns();
+        let late = |seen: &&Seen| seen.isolated && !seen.again && seen.age_ns(now).is_none_or(|age| age > *usual.end());
+        if alike >= PROOF as usize {
+            let once = self.once as usize + self.recent.iter().filter(late).count();
+            if self.twice as usize > RATIO * once {
+                return self.decide(true);
+            }
+        }
+        if self.suspect.is_some_and(|suspect| now.count - suspect.count >= KEPT) {
+            self.settle();
+        } else if self.are_refuted() {
+            self.decide(false);
+        }
+    }
+
+    /// It is decided whether the capture shows its frames twice. Those that came before and were not taken are looked
+    /// through again.
+    fn decide(&mut self, proven: bool) {
+        self.suspect = None;
+        self.proven = proven;
+        if !proven {
             return;
         }
-        let late = |seen: &Seen| seen.age_ns(frame).is_none_or(|age| age > self.apart_ns + self.apart_ns / 2);
-        let overdue = self.once_seen.iter().filter(|seen| seen.isolated && late(seen)).count();
-        self.proven = self.twice >= PROOF && self.twice as usize > 3 * (self.once as usize + overdue);
-    }
-
-    /// Drops what is too old to be seen again.
-    fn forget_old(&mut self, frame: &Frame) {
-        // Once it is known how far apart they are, what has not come by then does not come.
-        let most_ns = if self.proven { (self.apart_ns * 2).clamp(CLOSE_NS, APART_NS) } else { APART_NS };
-        while let Some(seen) = self.once_seen.front() {
-            let old = match seen.age_ns(frame) {
-                Some(age) => !(0..=most_ns).contains(&age),
-                None => self.count.saturating_sub(seen.count) > APART_FRAMES,
-            };
-            if !old {
-                return;
+        for mut seen in std::mem::take(&mut self.recent) {
+            seen.isolated = false;
+            if self.pair(&seen) {
+                self.found.push(seen.number);
+            } else {
+                self.recent.push_back(seen);
             }
-            self.drop_first();
         }
     }
 
-    /// The oldest frame was not seen again.
-    fn drop_first(&mut self) {
-        let seen = self.once_seen.pop_front();
-        self.once = self.once.saturating_add(u32::from(seen.is_some_and(|seen| seen.isolated)));
+    /// Drops what is too old to be seen again, and counts what stood once. While frames wait to be decided they are kept.
+    fn forget_old(&mut self, now: &Seen) {
+        let old = |seen: &Seen| match seen.age_ns(now) {
+            Some(age) => !(0..=APART_NS).contains(&age),
+            None => now.count - seen.count > APART_FRAMES,
+        };
+        for seen in self.recent.iter_mut().filter(|seen| seen.isolated && !seen.again) {
+            if old(seen) {
+                seen.isolated = false;
+                self.once = self.once.saturating_add(1);
+            }
+        }
+        while self.recent.front().is_some_and(|seen| self.suspect.is_none() && old(seen)) {
+            self.recent.pop_front();
+        }
     }
 
     /// Whether no equal frame came for a while.
@@ -217,11 +294,6 @@ impl Duplicates {
                 None => self.count.saturating_sub(before.count) > ISOLATED_FRAMES,
             }
     }
-}
-
-/// Whether a doubt that began at a time is too old.
-fn is_over(since_ns: Option<i64>, frame: &Frame) -> bool {
-    since_ns.zip(frame.t_ns).is_some_and(|(since, now)| !(0..=ISOLATED_NS).contains(&now.saturating_sub(since)))
 }
 
 /// A frame's identifier, kind and payload in one number (FNV-1a).

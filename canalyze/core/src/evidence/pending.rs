@@ -66,7 +66,8 @@ impl Pending {
 
     /// What has waited long enough at `now`, oldest first.
     pub fn release(&mut self, now: When, recording: &Recording) -> Vec<Finding> {
-        let (over, waiting) = std::mem::take(&mut self.waiting).into_iter().partition(|one| one.is_over(now, recording));
+        let (over, waiting) =
+            std::mem::take(&mut self.waiting).into_iter().partition(|one| one.is_over(now, recording));
         self.waiting = waiting;
         let over: Vec<Waiting> = over;
         over.into_iter().map(|one| one.finding).collect()

@@ -135,7 +135,7 @@ impl Recording {
 
     /// Takes the next frame of the bus: its place, and what happened to the recording with it.
     pub fn observe(&mut self, frame: &Frame) -> (When, Happened) {
-        let mut happened = Happened { sighting: self.duplicates.step(frame), ..Happened::default() };
+        let mut happened = Happened::default();
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
             self.narrow_grain(frame, now);
@@ -146,6 +146,7 @@ impl Recording {
             self.last_ns = Some(now);
             self.latest_ns = Some(self.latest_ns.map_or(now, |latest| latest.max(now)));
         }
+        happened.sighting = self.duplicates.step(frame, self.running);
         (When { silent_ns, epoch: self.steps, ..self.at(frame.reference()) }, happened)
     }
 
@@ -160,12 +161,8 @@ impl Recording {
     }
 
     /// Whether a frame that was observed as such is a duplicate, once it is taken.
-    pub fn sighting(&self, observed: Sighting) -> Sighting {
-        match observed {
-            Sighting::Suspect if self.duplicates.are_proven() => Sighting::Duplicate,
-            Sighting::Suspect => Sighting::Original,
-            decided => decided,
-        }
+    pub fn sighting(&self, number: u64, observed: Sighting) -> Sighting {
+        self.duplicates.decided(number, observed)
     }
 
     /// The number of the first frame of which it is not known yet what the recording did with it.

@@ -44,7 +44,9 @@ fn observe(recording: &mut Recording, frame: &Frame, commands: bool) -> (When, H
 fn feed(recording: &mut Recording, frames: &[(i64, u16)]) -> Vec<When> {
     let numbered = frames.iter().enumerate();
     numbered
-        .map(|(no, (at, id))| observe(recording, &frame(no as u64 + 1, *id, &[no as u8, (no >> 8) as u8], *at), false).0)
+        .map(|(no, (at, id))| {
+            observe(recording, &frame(no as u64 + 1, *id, &[no as u8, (no >> 8) as u8], *at), false).0
+        })
         .collect()
 }
 

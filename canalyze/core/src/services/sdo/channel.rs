@@ -299,9 +299,8 @@ impl Channel {
 
     /// The step of a frame that the capture shows a second time: that of the first equal one which was not shown again.
     fn twin(&mut self, side: Side, half: &Half) -> Option<Step> {
-        let equal = |(before, step): &(Half, Step)| {
-            step.side == side && before.bytes == half.bytes && before.len == half.len
-        };
+        let equal =
+            |(before, step): &(Half, Step)| step.side == side && before.bytes == half.bytes && before.len == half.len;
         let place = self.once.iter().position(equal)?;
         self.once.drain(..=place).next_back().map(|(_, step)| step)
     }
