@@ -22,8 +22,10 @@ const ISOLATED_NS: i64 = 3 * APART_NS;
 const ISOLATED_FRAMES: u64 = 3 * APART_FRAMES;
 /// Isolated frames that must have stood twice for a proof, and how many times as many as stood once: a block that is sent
 /// again, or an object that is read again at once, is a row of equal frames as well.
-const PROOF: u32 = 4;
+const PROOF: u32 = 6;
 const RATIO: usize = 8;
+/// Isolated frames that stood once by which it is known that the capture shows frames once.
+const REFUTED: u32 = 4;
 /// Isolated frames that stood once after which nobody looks any more.
 const SETTLED: u32 = 256;
 /// The most frames by which it must be known whether they stand twice.
@@ -105,7 +107,7 @@ impl Duplicates {
 
     /// Whether it is known to show them once.
     pub fn are_refuted(&self) -> bool {
-        self.once >= PROOF && !self.proven
+        self.once >= REFUTED && !self.proven
     }
 
     /// The number of the first frame of which it is not known yet whether it is a duplicate.
@@ -145,7 +147,8 @@ impl Duplicates {
         self.count += 1;
         let key = key(frame);
         let isolated = self.is_isolated(key, frame) && !in_burst;
-        let now = Seen { key, id: frame.id, number: frame.no, t_ns: frame.t_ns, count: self.count, isolated, again: false };
+        let now =
+            Seen { key, id: frame.id, number: frame.no, t_ns: frame.t_ns, count: self.count, isolated, again: false };
         self.forget_old(&now);
         if self.proven {
             let sighting = if self.pair(&now) { Sighting::Duplicate } else { Sighting::Original };

@@ -146,7 +146,8 @@ impl Recording {
             self.last_ns = Some(now);
             self.latest_ns = Some(self.latest_ns.map_or(now, |latest| latest.max(now)));
         }
-        happened.sighting = self.duplicates.step(frame, self.running);
+        let in_burst = self.running && self.bursts.last().is_some_and(|burst| burst.verdict == Verdict::Confirmed);
+        happened.sighting = self.duplicates.step(frame, in_burst);
         (When { silent_ns, epoch: self.steps, ..self.at(frame.reference()) }, happened)
     }
 
