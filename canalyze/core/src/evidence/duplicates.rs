@@ -138,15 +138,16 @@ impl Duplicates {
         }
     }
 
-    /// Takes the next frame. `in_burst`: it was kept in a buffer with others, so its time shows nothing.
-    pub fn step(&mut self, frame: &Frame, in_burst: bool) -> Sighting {
+    /// Takes the next frame. `squeezed`: it stands closer to the one before than it can
+    /// be on a bus, so its time shows nothing.
+    pub fn step(&mut self, frame: &Frame, squeezed: bool) -> Sighting {
         if self.once >= SETTLED && self.twice < self.once {
             self.suspect = None;
             return Sighting::Original;
         }
         self.count += 1;
         let key = key(frame);
-        let isolated = self.is_isolated(key, frame) && !in_burst;
+        let isolated = self.is_isolated(key, frame) && !squeezed;
         let now =
             Seen { key, id: frame.id, number: frame.no, t_ns: frame.t_ns, count: self.count, isolated, again: false };
         self.forget_old(&now);
@@ -163,7 +164,7 @@ impl Duplicates {
             self.suspect.get_or_insert(now);
         }
         self.judge(&now);
-        if again { Sighting::Suspect } else { Sighting::Original }
+        if again && !self.are_refuted() { Sighting::Suspect } else { Sighting::Original }
     }
 
     /// Whether an equal frame stood shortly before, of which none was seen yet.

@@ -41,8 +41,16 @@ const UNUSUAL_TENTHS: i64 = 13;
 /// A step back of the stamps by at least this much is a clock that was set, in ns. Below, two buses or the host's own
 /// frames are listed out of order.
 const CLOCK_STEP_NS: i64 = 10_000_000;
+/// The bit rate of the fastest bus, in ns a bit: no frame follows another in less than it takes itself.
+const BIT_NS: i64 = 1_000;
+/// The bits of a frame without data, and the most by which stamps of a driver may be too close.
+const FRAME_BITS: i64 = 44;
+/// Frames that were due at times further apart than this, and come at once, waited for the recorder, in ns.
+const APART_NS: i64 = 3_000_000;
 /// Frames of a burst by which it has shown that it is one; where it has not, it is ordinary traffic.
 const SHOWN: u32 = 256;
+/// Frames in which little is known of a bus yet.
+const FIRST: u64 = 64;
 /// Bursts remembered.
 const BURSTS: usize = 8;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
@@ -73,6 +81,10 @@ struct Burst {
     to_ns: i64,
     /// Frames in it.
     frames: u32,
+    /// By how much its frames came later than they were due, at least and at most, in ns.
+    late_ns: Option<(i64, i64)>,
+    /// A CAN-ID that came again in it, in the shortest time, and this time in ns.
+    again: Option<(usize, i64)>,
     verdict: Verdict,
 }
 
@@ -81,6 +93,18 @@ struct Burst {
 struct Usual {
     last_ns: i64,
     gap_ns: i64,
+    /// By how much its gaps differ, in ns.
+    off_ns: i64,
+    /// Gaps seen, up to a few.
+    gaps: u8,
+}
+
+impl Usual {
+    /// When the next frame is due, of a CAN-ID whose gaps are even, in ns.
+    fn due_ns(&self) -> Option<i64> {
+        let even = self.gaps > 2 && self.off_ns < self.gap_ns / 8;
+        even.then(|| self.last_ns.saturating_add(self.gap_ns))
+    }
 }
 
 /// What happened to the recording with a frame.
@@ -114,6 +138,12 @@ pub struct Recording {
     running: bool,
     /// By CAN-ID; empty until the first stamp.
     usual: Vec<Usual>,
+    /// CAN-IDs that were seen.
+    active: Vec<usize>,
+    /// Frames, and those that stand closer to the one before than they can be on a bus.
+    frames: u64,
+    gaps: u64,
+    close: u64,
     echo: Echo,
     duplicates: Duplicates,
     /// By option (`--jitter`), in ns.
@@ -136,18 +166,19 @@ impl Recording {
     /// Takes the next frame of the bus: its place, and what happened to the recording with it.
     pub fn observe(&mut self, frame: &Frame) -> (When, Happened) {
         let mut happened = Happened::default();
+        let gap_ns = frame.t_ns.zip(self.last_ns).map_or(i64::MAX, |(now, last)| now.saturating_sub(last));
+        happened.sighting = self.duplicates.step(frame, gap_ns < wire_ns(frame));
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
             self.narrow_grain(frame, now);
             happened.step_ns = self.step_of_clock(now);
             silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
             happened.paused = if silent_ns > SHORTEST_STALL_NS { self.missing(now) } else { 0 };
-            self.follow_burst(frame, now);
+            self.frames += 1;
+            self.follow_burst(frame, now, happened.sighting == Sighting::Original);
             self.last_ns = Some(now);
             self.latest_ns = Some(self.latest_ns.map_or(now, |latest| latest.max(now)));
         }
-        let in_burst = self.running && self.bursts.last().is_some_and(|burst| burst.verdict == Verdict::Confirmed);
-        happened.sighting = self.duplicates.step(frame, in_burst);
         (When { silent_ns, epoch: self.steps, ..self.at(frame.reference()) }, happened)
     }
 
@@ -178,6 +209,7 @@ impl Recording {
     /// No further frame tells what the recording did: what is open is decided by what was seen.
     pub fn settle(&mut self) {
         self.end_burst();
+        self.refute();
         self.duplicates.settle();
     }
 
@@ -328,8 +360,8 @@ impl Recording {
         Some(-back)
     }
 
-    /// Takes a frame's time.
-    fn follow_burst(&mut self, frame: &Frame, now: i64) {
+    /// Takes a frame's time. One that may be a duplicate shows nothing.
+    fn follow_burst(&mut self, frame: &Frame, now: i64, original: bool) {
         let Some(last) = self.last_ns else {
             self.see(frame, now);
             return;
@@ -338,10 +370,14 @@ impl Recording {
         if gap > DRAIN_NS || self.has_caught_up(now) {
             self.end_burst();
         }
-        if gap > SHORTEST_STALL_NS && gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10 {
+        if gap > SHORTEST_STALL_NS && (self.is_unusual(gap) || self.overdue(last, now) > 1) {
             self.begin_burst(last, now, frame.no);
         }
+        let late_ns = self.lateness(frame, now);
+        let before_ns = self.came_before(frame, now);
         let compressed = self.see(frame, now);
+        self.compare_later(before_ns);
+        let too_close = self.is_too_close(frame, gap);
         if !self.running {
             return self.know_gap(gap);
         }
@@ -351,16 +387,81 @@ impl Recording {
         if burst.verdict != Verdict::Open {
             return;
         }
+        if let Some(late_ns) = late_ns {
+            let (least, most) = burst.late_ns.unwrap_or((late_ns, late_ns));
+            burst.late_ns = Some((least.min(late_ns), most.max(late_ns)));
+        }
+        if let Some((id, gap_ns)) = before_ns.filter(|(_, gap_ns)| *gap_ns < now.saturating_sub(burst.to_ns) + 1)
+            && burst.again.is_none_or(|(_, least)| gap_ns < least)
+        {
+            burst.again = Some((id, gap_ns));
+        }
+        let at_once = burst.late_ns.is_some_and(|(least, most)| most - least > APART_NS);
         let expected = now.saturating_sub(burst.from_ns) / mean.max(1);
         let many = burst.frames > 2 && i64::from(burst.frames) * 10 >= expected.saturating_mul(6);
-        if burst.frames > 1 && (compressed || many) {
+        if original && burst.frames > 1 && (compressed || many || at_once || too_close) {
             burst.verdict = Verdict::Confirmed;
         } else if burst.frames > SHOWN {
             self.end_burst();
         }
     }
 
+    /// Whether a silence is longer than those of late.
+    fn is_unusual(&self, gap: i64) -> bool {
+        gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10
+    }
+
+    /// How many CAN-IDs came evenly and had been due during a silence.
+    fn overdue(&self, from: i64, to: i64) -> usize {
+        let due =
+            |id: &&usize| self.usual.get(**id).and_then(Usual::due_ns).is_some_and(|due| (from..to).contains(&due));
+        self.active.iter().filter(due).count()
+    }
+
+    /// By how much a frame of a burst comes later than it was due, in ns; `None` where it was not due since the silence
+    /// began, or comes unevenly.
+    fn lateness(&self, frame: &Frame, now: i64) -> Option<i64> {
+        let from = self.bursts.last().filter(|_| self.running)?.from_ns;
+        let usual = self.usual.get(frame.id.raw() as usize).filter(|_| !frame.id.is_extended())?;
+        let due = usual.due_ns().filter(|due| *due > from)?;
+        (due < now.saturating_add(usual.gap_ns / 4)).then(|| now.saturating_sub(due))
+    }
+
+    /// Whether a frame follows the one before in less time than it takes on the fastest bus, where that is rare: it was
+    /// kept in a buffer.
+    fn is_too_close(&mut self, frame: &Frame, gap: i64) -> bool {
+        let close = gap < wire_ns(frame);
+        if !self.running {
+            self.gaps += 1;
+            self.close += u64::from(close);
+        }
+        close && self.close * 16 <= self.gaps && self.grain_ns < wire_ns(frame)
+    }
+
+    /// How long ago the CAN-ID of a frame came before, in ns.
+    fn came_before(&self, frame: &Frame, now: i64) -> Option<(usize, i64)> {
+        let id = frame.id.raw() as usize;
+        let usual = self.usual.get(id).filter(|usual| usual.last_ns != 0 && !frame.id.is_extended())?;
+        Some((id, now.saturating_sub(usual.last_ns)))
+    }
+
+    /// At the beginning of a capture nothing is known of its CAN-IDs: a burst in which one came again is decided by how
+    /// often that one comes behind it.
+    fn compare_later(&mut self, before_ns: Option<(usize, i64)>) {
+        let Some(burst) = self.bursts.last_mut().filter(|burst| burst.verdict == Verdict::Open) else { return };
+        let Some((id, in_burst_ns)) = burst.again.filter(|_| !self.running) else { return };
+        burst.frames += 1;
+        if burst.frames > SHOWN {
+            burst.verdict = Verdict::Refuted;
+        }
+        if let Some((_, gap_ns)) = before_ns.filter(|(again, _)| *again == id) {
+            let longer = gap_ns > 4 * in_burst_ns.max(DRAIN_NS);
+            burst.verdict = if longer { Verdict::Confirmed } else { Verdict::Refuted };
+        }
+    }
+
     fn begin_burst(&mut self, from_ns: i64, to_ns: i64, first: u64) {
+        self.refute();
         let number = self.bursts.last().map_or(0, |burst| burst.number) + 1;
         if self.bursts.len() == BURSTS {
             self.bursts.remove(0);
@@ -380,10 +481,21 @@ impl Recording {
         if !std::mem::take(&mut self.running) {
             return;
         }
+        let first = self.frames <= FIRST;
         let Some(burst) = self.bursts.last_mut().filter(|burst| burst.verdict == Verdict::Open) else { return };
+        if first && burst.again.is_some() {
+            return;
+        }
         burst.verdict = Verdict::Refuted;
         let silence = burst.to_ns.saturating_sub(burst.from_ns);
         self.know_gap(silence);
+    }
+
+    /// A burst that is still open was ordinary traffic.
+    fn refute(&mut self) {
+        if let Some(burst) = self.bursts.last_mut().filter(|burst| burst.verdict == Verdict::Open) {
+            burst.verdict = Verdict::Refuted;
+        }
     }
 
     /// Takes an ordinary gap between frames.
@@ -403,12 +515,20 @@ impl Recording {
         let gap = now.saturating_sub(usual.last_ns);
         let known = usual.last_ns != 0;
         usual.last_ns = now;
+        if !known {
+            self.active.push(index);
+        }
         if !known || gap < 0 {
             return false;
         }
         let compressed = usual.gap_ns > 4 * DRAIN_NS && gap < usual.gap_ns / 4;
         if !compressed {
-            usual.gap_ns = if usual.gap_ns == 0 { gap } else { usual.gap_ns + (gap - usual.gap_ns) / 4 };
+            usual.gaps = usual.gaps.saturating_add(1);
+            if usual.gap_ns == 0 {
+                usual.gap_ns = gap;
+            }
+            usual.off_ns += ((gap - usual.gap_ns).abs() - usual.off_ns) / 4;
+            usual.gap_ns += (gap - usual.gap_ns) / 4;
         }
         compressed
     }
@@ -417,7 +537,7 @@ impl Recording {
     /// fell silent before does not count.
     fn missing(&self, now: i64) -> u128 {
         let Some(from) = self.last_ns else { return 0 };
-        if now.saturating_sub(from) / UNUSUAL_TENTHS <= self.usual_gap_ns / 10 {
+        if !self.is_unusual(now.saturating_sub(from)) {
             return 0;
         }
         let due = |usual: &Usual| {
@@ -426,7 +546,7 @@ impl Recording {
         };
         let mut nodes = 0_u128;
         let periodic = |id: &usize| !APERIODIC.iter().any(|range| range.contains(id));
-        for (id, _) in self.usual.iter().enumerate().filter(|(id, usual)| periodic(id) && due(usual)) {
+        for id in self.active.iter().filter(|id| periodic(id) && self.usual.get(**id).is_some_and(due)) {
             nodes |= 1 << (id % 0x80);
         }
         nodes
@@ -435,5 +555,13 @@ impl Recording {
     /// The last frame of the bus.
     pub fn last_ns(&self) -> Option<i64> {
         self.last_ns
+    }
+}
+
+/// How long a frame takes at least, in ns: on the fastest bus, without stuff bits.
+fn wire_ns(frame: &Frame) -> i64 {
+    match frame.kind {
+        Kind::Data => (FRAME_BITS + 8 * i64::from(frame.len)) * BIT_NS,
+        _ => FRAME_BITS * BIT_NS,
     }
 }
