@@ -55,8 +55,9 @@ const FIRST: u64 = 64;
 const BURSTS: usize = 8;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
 const IDENTIFIERS: usize = 0x800;
-/// Those that tell nothing of a pause: SDO is sent when somebody asks, and the two frames of an SRDO are one node's.
-const APERIODIC: [std::ops::RangeInclusive<usize>; 2] = [0x580..=0x67F, 0x101..=0x180];
+/// Those that tell nothing of a pause: SDO is sent when somebody asks, EMCY when something happens, and the two frames of
+/// an SRDO are one node's.
+const APERIODIC: [std::ops::RangeInclusive<usize>; 3] = [0x581..=0x67F, 0x101..=0x180, 0x81..=0xFF];
 
 /// What became of a burst.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,8 +84,10 @@ struct Burst {
     frames: u32,
     /// By how much its frames came later than they were due, at least and at most, in ns.
     late_ns: Option<(i64, i64)>,
-    /// A CAN-ID that came again in it, in the shortest time, and this time in ns.
-    again: Option<(usize, i64)>,
+    /// A CAN-ID came again in it.
+    again: bool,
+    /// It has shown that it is one, unless the capture shows frames twice.
+    shown: bool,
     verdict: Verdict,
 }
 
@@ -97,6 +100,8 @@ struct Usual {
     off_ns: i64,
     /// Gaps seen, up to a few.
     gaps: u8,
+    /// In how short a time it came again in the first burst, in ns; 0: it did not.
+    squeezed_ns: i64,
 }
 
 impl Usual {
@@ -179,6 +184,7 @@ impl Recording {
             self.last_ns = Some(now);
             self.latest_ns = Some(self.latest_ns.map_or(now, |latest| latest.max(now)));
         }
+        self.decide_shown();
         (When { silent_ns, epoch: self.steps, ..self.at(frame.reference()) }, happened)
     }
 
@@ -208,9 +214,10 @@ impl Recording {
 
     /// No further frame tells what the recording did: what is open is decided by what was seen.
     pub fn settle(&mut self) {
-        self.end_burst();
-        self.refute();
         self.duplicates.settle();
+        self.end_burst();
+        self.decide_shown();
+        self.refute();
     }
 
     /// Whether a frame is the first after a time for which the recorder stood still.
@@ -360,7 +367,7 @@ impl Recording {
         Some(-back)
     }
 
-    /// Takes a frame's time. One that may be a duplicate shows nothing.
+    /// Takes a frame's time. One that may be a duplicate shows nothing until that is decided.
     fn follow_burst(&mut self, frame: &Frame, now: i64, original: bool) {
         let Some(last) = self.last_ns else {
             self.see(frame, now);
@@ -391,16 +398,20 @@ impl Recording {
             let (least, most) = burst.late_ns.unwrap_or((late_ns, late_ns));
             burst.late_ns = Some((least.min(late_ns), most.max(late_ns)));
         }
-        if let Some((id, gap_ns)) = before_ns.filter(|(_, gap_ns)| *gap_ns < now.saturating_sub(burst.to_ns) + 1)
-            && burst.again.is_none_or(|(_, least)| gap_ns < least)
+        if let Some((id, gap_ns)) = before_ns.filter(|(_, gap_ns)| *gap_ns <= now.saturating_sub(burst.to_ns))
+            && let Some(usual) = self.usual.get_mut(id)
         {
-            burst.again = Some((id, gap_ns));
+            burst.again = true;
+            usual.squeezed_ns = gap_ns;
         }
         let at_once = burst.late_ns.is_some_and(|(least, most)| most - least > APART_NS);
         let expected = now.saturating_sub(burst.from_ns) / mean.max(1);
         let many = burst.frames > 2 && i64::from(burst.frames) * 10 >= expected.saturating_mul(6);
-        if original && burst.frames > 1 && (compressed || many || at_once || too_close) {
-            burst.verdict = Verdict::Confirmed;
+        if burst.frames > 1 && (compressed || many || at_once || too_close) {
+            burst.shown = true;
+            if original {
+                burst.verdict = Verdict::Confirmed;
+            }
         } else if burst.frames > SHOWN {
             self.end_burst();
         }
@@ -411,11 +422,13 @@ impl Recording {
         gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10
     }
 
-    /// How many CAN-IDs came evenly and had been due during a silence.
+    /// How many CAN-IDs came evenly and were overdue when a silence ended, and not when it began.
     fn overdue(&self, from: i64, to: i64) -> usize {
-        let due =
-            |id: &&usize| self.usual.get(**id).and_then(Usual::due_ns).is_some_and(|due| (from..to).contains(&due));
-        self.active.iter().filter(due).count()
+        let overdue = |usual: &Usual| {
+            let room = APART_NS + usual.gap_ns / 16 + 2 * usual.off_ns;
+            usual.due_ns().is_some_and(|due| due >= from && due.saturating_add(room) < to)
+        };
+        self.active.iter().filter(|id| self.usual.get(**id).is_some_and(overdue)).count()
     }
 
     /// By how much a frame of a burst comes later than it was due, in ns; `None` where it was not due since the silence
@@ -438,25 +451,29 @@ impl Recording {
         close && self.close * 16 <= self.gaps && self.grain_ns < wire_ns(frame)
     }
 
-    /// How long ago the CAN-ID of a frame came before, in ns.
+    /// How long ago the CAN-ID of a frame came before, in ns, if it comes by itself.
     fn came_before(&self, frame: &Frame, now: i64) -> Option<(usize, i64)> {
         let id = frame.id.raw() as usize;
         let usual = self.usual.get(id).filter(|usual| usual.last_ns != 0 && !frame.id.is_extended())?;
-        Some((id, now.saturating_sub(usual.last_ns)))
+        let periodic = !APERIODIC.iter().any(|range| range.contains(&id));
+        periodic.then(|| (id, now.saturating_sub(usual.last_ns)))
     }
 
     /// At the beginning of a capture nothing is known of its CAN-IDs: a burst in which one came again is decided by how
     /// often that one comes behind it.
     fn compare_later(&mut self, before_ns: Option<(usize, i64)>) {
         let Some(burst) = self.bursts.last_mut().filter(|burst| burst.verdict == Verdict::Open) else { return };
-        let Some((id, in_burst_ns)) = burst.again.filter(|_| !self.running) else { return };
+        if self.running {
+            return;
+        }
         burst.frames += 1;
         if burst.frames > SHOWN {
             burst.verdict = Verdict::Refuted;
         }
-        if let Some((_, gap_ns)) = before_ns.filter(|(again, _)| *again == id) {
-            let longer = gap_ns > 4 * in_burst_ns.max(DRAIN_NS);
-            burst.verdict = if longer { Verdict::Confirmed } else { Verdict::Refuted };
+        let Some((id, gap_ns)) = before_ns else { return };
+        let squeezed_ns = self.usual.get(id).map_or(0, |usual| usual.squeezed_ns);
+        if squeezed_ns > 0 && gap_ns > 4 * squeezed_ns.max(DRAIN_NS) {
+            burst.verdict = Verdict::Confirmed;
         }
     }
 
@@ -483,12 +500,23 @@ impl Recording {
         }
         let first = self.frames <= FIRST;
         let Some(burst) = self.bursts.last_mut().filter(|burst| burst.verdict == Verdict::Open) else { return };
-        if first && burst.again.is_some() {
+        if burst.shown || first && burst.again {
             return;
         }
         burst.verdict = Verdict::Refuted;
         let silence = burst.to_ns.saturating_sub(burst.from_ns);
         self.know_gap(silence);
+    }
+
+    /// Whether the capture shows frames twice is decided: so is what frames have shown that might have been duplicates.
+    fn decide_shown(&mut self) {
+        if self.duplicates.undecided_since().is_some() {
+            return;
+        }
+        let twice = self.duplicates.are_proven();
+        if let Some(burst) = self.bursts.last_mut().filter(|burst| burst.verdict == Verdict::Open && burst.shown) {
+            burst.verdict = if twice { Verdict::Refuted } else { Verdict::Confirmed };
+        }
     }
 
     /// A burst that is still open was ordinary traffic.

@@ -510,7 +510,10 @@ impl Stream {
         }
         self.decoding.pass(now_ns);
         self.release(buses, out);
-        self.decoding.advance(now_ns, self.capture.last, buses);
+        // What frames that wait have to say comes first.
+        if self.ahead.is_empty() {
+            self.decoding.advance(now_ns, self.capture.last, buses);
+        }
         self.output.advance(self.capture.view(buses), now_ns);
         self.aside(buses, out);
     }
