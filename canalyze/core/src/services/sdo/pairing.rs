@@ -443,7 +443,9 @@ impl Channel {
     /// A client frame while its last request was not answered. Returns whether the frame needs nothing more.
     fn supersede(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
         let Some(pending) = self.pairing.pending else { return false };
-        if half.command.is_initiate() && self.pairing.may_be_answered(&pending) {
+        let refused = self.pairing.abort_may_answer
+            && self.pairing.last_abort.is_some_and(|(object, _)| pending.command.mux() == Some(object));
+        if half.command.is_initiate() && !refused && self.pairing.may_be_answered(&pending) {
             self.leave_answered(cx);
             return false;
         }
