@@ -302,7 +302,15 @@ PDO = [
         Fault("synchronous PDO missing", f"{n} cycles", "SYN PDO", pdo_missing(n), n * SYNC_PERIOD, TOLD)
         for n in (1, 3, 10)
     ),
-    Fault("synchronous PDO missing", "3 cycles after a refused write", "SYN PDO", pdo_missing(3, True), 0.3, TOLD),
+    Fault(
+        "synchronous PDO missing",
+        "3 cycles after a refused write",
+        "SYN PDO",
+        pdo_missing(3, True),
+        0.3,
+        TOLD,
+        beside="SDO018",
+    ),
     Fault("synchronous PDO", "twice in a cycle", "SYN PDO", pdo_twice, known=TOLD),
     Fault("synchronous PDO", "in a wrong cycle", "SYN PDO", pdo_wrong_cycle, 0.2, TOLD),
     *(

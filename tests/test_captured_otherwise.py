@@ -223,7 +223,8 @@ def test_who_scans_the_bus_expects_no_answers() -> None:
             net.send(0x580 + node, b"\x43\x00\x10\x00\x92\x01\0\0")
     said = analyze(log_text(net.frames()))
     assert not codes(said), said.findings
-    silent = [frame for frame in net.frames() if frame.can_id in (0x601, 0x602, 0x605, 0x585)]
+    net.wait(2).send(0x705, b"\x05")
+    silent = [frame for frame in net.frames() if frame.can_id in (0x601, 0x602, 0x605, 0x585, 0x705)]
     assert codes(analyze(log_text(silent))) == {"SDO031"}
 
 

@@ -217,7 +217,6 @@ FAULTS = [
     ),
     Fault("new initiate in an open transfer", UPLOAD, 4, insert(*READ), "008"),
     Fault("new initiate in an open block transfer", BLOCK_DOWNLOAD, 15, break_off(*READ), "008 007 012"),
-    Fault("the same request again, unanswered before", READ, 0, insert(READ[0]), "015", severity="info"),
     Fault("a second answer", READ, 1, insert(READ[1]), "002 020", severity="info"),
 ]
 

@@ -33,6 +33,8 @@ pub enum Rules {
     EventPdo,
     /// Safety-relevant data objects.
     Srdo,
+    /// How long SDO answers take.
+    SdoTime,
 }
 
 /// Whom something that happened concerns.
@@ -44,14 +46,14 @@ enum Scope {
     Others,
 }
 
-use Rules::{EventPdo, Srdo, SynchronousPdo};
+use Rules::{EventPdo, SdoTime, Srdo, SynchronousPdo};
 
 /// What excuses what: what happened, whom it concerns, which rules. A kind or a family stands here once somebody notes
 /// or asks for it.
 const EXCUSES: &[(Kind, Scope, &[Rules])] = &[
-    (Kind::Gap, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo]),
-    (Kind::Stall, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo]),
-    (Kind::Pause, Scope::Others, &[EventPdo, Srdo]),
+    (Kind::Gap, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
+    (Kind::Stall, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
+    (Kind::Pause, Scope::Others, &[EventPdo, Srdo, SdoTime]),
     (Kind::SyncBroken, Scope::Bus, &[SynchronousPdo]),
 ];
 

@@ -12,7 +12,7 @@ use std::ops::RangeInclusive;
 use crate::frame::{CanId, Frame, Kind};
 
 /// The longest that a duplicate follows its original, in ns.
-const APART_NS: i64 = 10_000_000;
+pub(super) const APART_NS: i64 = 10_000_000;
 /// The same in frames, where there are no stamps.
 const APART_FRAMES: u64 = 8;
 /// Nobody sends a frame again this soon, in ns.

@@ -322,6 +322,11 @@ impl Recording {
         earliest <= latest
     }
 
+    /// Whether an equal frame was sent again: it is no duplicate that the capture shows of the one before.
+    pub fn is_sent_again(&self, before: FrameRef, now: FrameRef) -> bool {
+        before.t_ns.zip(now.t_ns).is_some_and(|(before, now)| now.saturating_sub(before) > super::duplicates::APART_NS)
+    }
+
     /// The time from one frame to another by their stamps, in ns; `None` without stamps or across a gap.
     pub fn between(&self, since: When, now: When) -> Option<i64> {
         if since.epoch != now.epoch {

@@ -1,6 +1,6 @@
 //! Rules about SDO (CiA 301, 7.2.4): protocol, and what a description says of its objects.
 
-use super::quantity::{Abort, Bit, Count, Crc, Hex2, Hex4, Object, Side, Size, State, Type};
+use super::quantity::{Abort, Bit, Count, Crc, Hex2, Hex4, Ns, Object, Side, Size, State, Type};
 use super::{Verdict, rules};
 
 rules! {
@@ -38,6 +38,9 @@ rules! {
         NotAcknowledged [missing = "acknowledgement"]
             "子块没有得到确认"
             "sub-block not acknowledged";
+        TimedOut [missing = "response"]
+            "客户端等待超时而中止传输(0504 0000h)"
+            "the client waited in vain and ended the transfer (0504 0000h)";
         Duplicate [missing = "request", duplicate = true]
             "重复的响应"
             "duplicate response";
@@ -242,14 +245,28 @@ rules! {
     }
 
     /// The same request twice without a response in between.
-    Sdo015 "SDO015" "repeated-request" Info "CiA 301 7.2.4.1" [Sdo] {
+    Sdo015 "SDO015" "repeated-request" Warning "CiA 301 7.2.4.1" [Sdo] {
         message "重复的请求" "repeated request";
         meaning
-            "同一个请求在没有响应的情况下又发了一次。"
-            "The same request was sent again without a response in between.";
+            "上一个请求还没有得到响应, 客户端就把它又发了一次。标准中没有重发: 超时后应先中止传输。"
+            "The client sent its request again before it was answered. The standard has no repetition: after a time-out a client aborts the transfer first.";
         cause
-            "客户端超时重发, 或者记录中同一帧出现两次。"
-            "The client repeats after a time-out, or the capture shows one frame twice.";
+            "客户端的超时短于服务器的响应时间, 或者第一个请求没有到达服务器。"
+            "The client's time-out is shorter than the server's response time, or the first request did not reach the server.";
+    }
+
+    /// An abort names another object than the transfer that it ends.
+    Sdo016 "SDO016" "abort-of-another-object" Warning "CiA 301 7.2.4.3.17" [Sdo] {
+        message "中止帧的索引或子索引与传输不符" "abort names another object than the transfer";
+        meaning
+            "中止帧必须带有它所结束的传输的索引和子索引。"
+            "An abort carries the index and sub-index of the transfer that it ends.";
+        cause
+            "服务器用了上一次传输的索引, 或者两个客户端同时使用了同一个SDO通道。"
+            "The server took the object of the transfer before, or two clients used the same SDO channel at once.";
+        Objects { expected: Object, found: Object, by: Side }
+            "传输的对象是{expected}, {by}中止的是{found}"
+            "the transfer is about {expected}, the {by} aborted {found}";
     }
 
     /// A transfer was aborted.
@@ -266,6 +283,20 @@ rules! {
             "aborted by the {by}: {abort}";
     }
 
+    /// The server refused a write, and the object was not written later either.
+    Sdo018 "SDO018" "write-refused" Warning "CiA 301 7.2.4.3.17" [Sdo] {
+        message "写入被拒绝, 之后也没有成功" "write refused, and not made good later";
+        meaning
+            "服务器中止了写入, 到记录结束为止该对象也没有再被成功写入: 节点没有按主站的意图配置。"
+            "The server aborted the write, and the object was not written with success before the capture's end: the node is not configured as its master wants.";
+        cause
+            "对象不存在或只读, 数值超出范围, 顺序不对 (例如PDO有效时修改映射); 见中止码。"
+            "An object that does not exist or is read-only, a value out of range, a wrong order (such as a mapping written while the PDO is valid): see the abort code.";
+        Refused { abort: Abort }
+            "写入被拒绝, 之后也没有成功: {abort}"
+            "write refused, and not made good later: {abort}";
+    }
+
     /// Block transfer: the CRC does not match the data.
     Sdo019 "SDO019" "block-crc" Error "CiA 301 7.2.4.3.16" [Sdo] {
         message "块传输的CRC错误" "CRC of a block transfer is wrong";
@@ -280,15 +311,21 @@ rules! {
             "CRC {found}, the data give {computed}{matches}";
     }
 
-    /// An answer to a request that was given up.
-    Sdo020 "SDO020" "late-answer" Info "CiA 301 7.2.4.1" [Sdo] {
+    /// An answer after longer than clients usually wait, or to a request that was given up.
+    Sdo020 "SDO020" "late-answer" Warning "CiA 301 7.2.4.1" [Sdo] {
         message "迟到的应答" "late answer";
         meaning
-            "客户端已经放弃了请求, 服务器的应答才到。"
-            "The server answered a request that its client had given up.";
+            "服务器的应答来得太晚: 客户端一般最多等待1秒, 之后放弃请求。保存参数和擦除程序存储器不在此列。"
+            "The answer came late: clients usually wait for 1 s at most and then give up. Storing parameters and erasing program memory may take longer.";
         cause
             "服务器太慢, 或者客户端超时设得太短。"
             "The server is slow, or the client's time-out too short.";
+        GivenUp
+            "客户端放弃请求之后应答才到"
+            "the answer came after the client had given up its request";
+        Slow { delay: Ns }
+            "请求发出{delay}后才应答"
+            "answered {delay} after the request";
     }
 
     /// Initiate download with e = s = 0 whose data are meant as expedited (Roboteq's manual).
@@ -348,7 +385,7 @@ rules! {
     }
 
     /// Requests of which none was answered in the capture.
-    Sdo031 "SDO031" "no-server" Info "-" [Sdo] {
+    Sdo031 "SDO031" "no-server" Warning "-" [Sdo] {
         message "请求从未得到应答" "requests never answered";
         meaning
             "记录中该节点没有任何SDO响应。"

@@ -8,8 +8,8 @@
 //! This file judges sequence numbers only. It knows nothing of channels, findings or time.
 
 use super::transfer::Transfer;
-use crate::finding::Facts;
 use crate::frame::FrameRef;
+use crate::rules::sdo::Sdo012;
 
 /// Most segments of a sub-block.
 pub const MOST: u8 = 127;
@@ -48,7 +48,7 @@ struct Wrong {
     at: FrameRef,
     /// The number that was due when it came: an acknowledgement of it accepts what is wrong.
     expected: u8,
-    facts: Facts,
+    what: Sdo012,
 }
 
 /// The end frame of the transfer.
@@ -79,7 +79,7 @@ pub struct Acked {
     /// Part of the sub-block will be sent again.
     pub retransmission: bool,
     /// A violation, and the earlier frame it is about.
-    pub fault: Option<(Facts, Option<FrameRef>)>,
+    pub fault: Option<(Sdo012, Option<FrameRef>)>,
 }
 
 /// A sub-block: segments in sequence since the last acknowledgement.
@@ -122,7 +122,7 @@ impl SubBlock {
             self.segments.push(segment);
             return Taken::InSequence;
         }
-        self.wrong.get_or_insert(Wrong { at, expected, facts: Facts::Sequence { expected, found: seqno } });
+        self.wrong.get_or_insert(Wrong { at, expected, what: sequence(expected, seqno) });
         Taken::OutOfSequence(expected)
     }
 }
@@ -243,6 +243,11 @@ impl Block {
         if self.owes_ack() { 1 } else { self.current.expected() }
     }
 
+    /// Whether a sequence number begins the next sub-block, or counts on in this one.
+    pub fn goes_on(&self, seqno: u8) -> bool {
+        seqno == 1 || seqno == self.current.expected()
+    }
+
     /// Number in the transfer of the next segment, from 1.
     pub fn ordinal(&self) -> u32 {
         let current = self.current.segments.len() as u32;
@@ -325,8 +330,7 @@ impl Block {
         match self.current.last_at {
             None if seqno == self.current.expected() => {
                 // The sender does not know where the sub-block ends.
-                let facts = Facts::Sequence { expected: 1, found: seqno };
-                self.current.wrong.get_or_insert(Wrong { at, expected: 1, facts });
+                self.current.wrong.get_or_insert(Wrong { at, expected: 1, what: sequence(1, seqno) });
                 self.current.segments.push(segment);
                 self.current.sent = self.current.sent.max(seqno);
                 self.current.count = self.current.count.saturating_add(1);
@@ -335,14 +339,13 @@ impl Block {
             }
             Some((marked, _)) if goes_on => {
                 let marked_at = self.due_since.unwrap_or(at);
-                self.current.wrong.get_or_insert(Wrong { at: marked_at, expected: marked, facts: Facts::Outside });
+                self.current.wrong.get_or_insert(Wrong { at: marked_at, expected: marked, what: Sdo012::Outside });
                 self.current.last_at = None;
                 self.current.take(self.blksize, at, segment)
             }
             _ => {
                 self.current.sent = self.current.sent.max(seqno);
-                let facts = Facts::Sequence { expected: 1, found: seqno };
-                self.current.wrong.get_or_insert(Wrong { at, expected: 1, facts });
+                self.current.wrong.get_or_insert(Wrong { at, expected: 1, what: sequence(1, seqno) });
                 Taken::OutOfSequence(1)
             }
         }
@@ -360,7 +363,7 @@ impl Block {
             // The receiver took what came for what was due: then its number is what was wrong.
             let numbered = current.wrong.is_some() && ackseq <= current.count;
             if transfer.mux.is_some() && !numbered {
-                acked.fault = Some((Facts::Acknowledged { ackseq, sent: current.sent }, None));
+                acked.fault = Some((Sdo012::Acknowledged { ackseq: ackseq.into(), sent: current.sent.into() }, None));
             }
             transfer.hole = true;
         } else if ackseq > in_sequence {
@@ -370,7 +373,7 @@ impl Block {
             && ackseq >= wrong.expected
             && acked.fault.is_none()
         {
-            acked.fault = Some((wrong.facts.clone(), Some(wrong.at)));
+            acked.fault = Some((wrong.what.clone(), Some(wrong.at)));
         }
         acked.retransmission = ackseq < current.sent || !whole;
         self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
@@ -387,7 +390,7 @@ impl Block {
         if (1..=MOST).contains(&blksize) {
             self.blksize = blksize;
         } else if acked.fault.is_none() {
-            acked.fault = Some((Facts::BlockSize(blksize), None));
+            acked.fault = Some((Sdo012::BlockSize { blksize: blksize.into() }, None));
         }
         acked
     }
@@ -455,9 +458,13 @@ impl Block {
     }
 
     /// The first segment out of sequence since the last acknowledgement.
-    pub fn wrong(&self) -> Option<(Facts, FrameRef)> {
-        self.current.wrong.as_ref().map(|wrong| (wrong.facts.clone(), wrong.at))
+    pub fn wrong(&self) -> Option<(Sdo012, FrameRef)> {
+        self.current.wrong.as_ref().map(|wrong| (wrong.what.clone(), wrong.at))
     }
+}
+
+fn sequence(expected: u8, found: u8) -> Sdo012 {
+    Sdo012::Sequence { expected: expected.into(), found: found.into() }
 }
 
 /// Adds so many bytes of a segment to the transfer's data, as far as its frame had them.

@@ -6,14 +6,16 @@
 //! `pairing`.
 
 use super::block::{Block, End, Segment, Taken};
-use super::channel::{Channel, Half, Phase};
+use super::channel::{Channel, Half, Phase, strict_initiate};
+use super::exchange::wrong_size;
 use super::sequence::FRAMES;
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::Place;
-use crate::finding::{Code, Facts};
+use crate::finding::Code;
 use crate::frame::FrameRef;
+use crate::rules::sdo::{Sdo002, Sdo012, Sdo019};
 
 /// A segment takes at least so long on the bus, in ns: eight bytes at 1 Mbit/s.
 const SEGMENT_NS: i64 = 100_000;
@@ -22,13 +24,13 @@ impl Channel {
     /// The command of a frame by the sender of the data.
     pub(super) fn decode_in_block(&self, block: &Block, side: Side, bytes: [u8; 8]) -> Command {
         let plain = wire::decode(side, bytes);
+        let [command, ..] = bytes;
         if self.pairing.pending.is_some_and(|pending| matches!(pending.command, Command::EndBlock { .. })) {
             // All segments were sent.
             return plain;
         }
         if let Command::EndBlock { .. } = plain {
             let [_, _, _, rest @ ..] = bytes;
-            let [command, ..] = bytes;
             // An end that comes too early follows an acknowledgement; within a sub-block it is rather a segment
             // after a lost one.
             let known = block.last_was_sent() || !block.may_be_in_flight();
@@ -38,6 +40,11 @@ impl Channel {
             if (block.may_end() && !due) || early || missed {
                 return plain;
             }
+        }
+        // The sub-block is complete, and what comes is neither the next one nor a segment too many.
+        let restarts = block.owes_ack() && !block.goes_on(command & 0x7F);
+        if side == Side::Client && restarts && strict_initiate(&Half { command: plain, ..Half::of(bytes) }) {
+            return plain;
         }
         // The server's answer once more, before any segment.
         if matches!(plain, Command::BlockUploadInitiated { .. })
@@ -148,7 +155,10 @@ impl Channel {
         match half.command {
             Command::StartBlockUpload if block.started => {
                 self.step.place = Place::Repeated;
-                self.find(Code::Sdo015, half.at, Facts::None, cx);
+                let before = self.transfer.as_ref().map_or(half.at, |transfer| transfer.last);
+                if cx.evidence.recording.is_sent_again(before, half.at) {
+                    self.find(Code::Sdo015, before, cx);
+                }
             }
             Command::StartBlockUpload => {
                 block.started = true;
@@ -159,7 +169,7 @@ impl Channel {
             Command::BlockAck { .. } => {
                 if !std::mem::replace(&mut block.started, true) {
                     let first = block.first_at.unwrap_or(half.at);
-                    self.find(Code::Sdo002, first, Facts::Missing { by: Side::Client }, cx);
+                    self.find(Sdo002::NoRequest, first, cx);
                 }
                 self.acknowledge(half, cx);
             }
@@ -172,7 +182,7 @@ impl Channel {
                     self.confirm_end(cx);
                 } else if block.is_finished() {
                     let asked = self.transfer.as_ref().map_or(half.at, |transfer| transfer.last);
-                    self.find(Code::Sdo002, asked, Facts::Missing { by: Side::Server }, cx);
+                    self.find(Sdo002::NoResponse, asked, cx);
                     self.complete(Status::Incomplete, cx);
                 } else {
                     self.violation_outside(half, cx);
@@ -200,7 +210,7 @@ impl Channel {
             Command::Truncated(_) if self.pairing.pending.is_none() => self.ack_unread(cx),
             Command::BlockUploadInitiated { .. } => {
                 self.step.place = Place::Outside;
-                self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
+                self.find(Sdo002::Duplicate, half.at, cx);
                 true
             }
             Command::BlockAck { .. } if !self.is_upload() => {
@@ -234,14 +244,14 @@ impl Channel {
         if block.is_finished() {
             if seqno != 1 || block.end.is_some() {
                 self.step.place = Place::Outside;
-                self.find(Code::Sdo012, half.at, Facts::Outside, cx);
+                self.find(Sdo012::Outside, half.at, cx);
                 self.instead_of_end(half);
                 return;
             }
             let guessed = block.guessed;
             let marked = block.reopen().unwrap_or(half.at);
             if !guessed {
-                self.find(Code::Sdo012, marked, Facts::Outside, cx);
+                self.find(Sdo012::Outside, marked, cx);
             }
         }
         let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
@@ -259,10 +269,10 @@ impl Channel {
             self.step.ordinal = 0;
         }
         if let Some(due_since) = ack_missing {
-            self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
+            self.find(Sdo002::NotAcknowledged, due_since, cx);
         }
         if let Some((ack, ackseq)) = not_resent {
-            self.find(Code::Sdo012, ack, Facts::NotResent { ackseq }, cx);
+            self.find(Sdo012::NotResent { ackseq: ackseq.into() }, ack, cx);
         }
     }
 
@@ -276,7 +286,7 @@ impl Channel {
             let hole = self.transfer.as_ref().is_some_and(|transfer| transfer.hole);
             if block.last_was_sent() && !hole {
                 let goes_on = self.transfer.as_mut().is_some_and(|transfer| block.finish_unacknowledged(transfer));
-                self.find(Code::Sdo012, half.at, Facts::EarlyEnd, cx);
+                self.find(Sdo012::EarlyEnd, half.at, cx);
                 if !goes_on {
                     self.step.place = Place::Outside;
                     return true;
@@ -288,7 +298,7 @@ impl Channel {
                 }
                 // Where segments are missing, the last one is among them, and it was said.
                 if !hole && !unsure {
-                    self.find(Code::Sdo012, newest, Facts::NoLast, cx);
+                    self.find(Sdo012::NoLast, newest, cx);
                     if !upload {
                         // What the server makes of it only follows.
                         self.unanswerable(half);
@@ -299,12 +309,12 @@ impl Channel {
         let Phase::Block(block) = &mut self.phase else { return false };
         if upload && block.end.is_some() {
             self.step.place = Place::Outside;
-            self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
+            self.find(Sdo002::Duplicate, half.at, cx);
             return true;
         }
         if block.owes_ack() || (!upload && !block.is_finished()) {
             let due_since = block.due_since().unwrap_or(half.at);
-            self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx);
+            self.find(Sdo002::NotAcknowledged, due_since, cx);
             self.settle_without_ack();
         }
         let Phase::Block(block) = &mut self.phase else { return upload };
@@ -354,21 +364,21 @@ impl Channel {
         }
         let acked = block.ack(transfer, half.at, ackseq, blksize);
         transfer.last = half.at;
-        transfer.bad |= matches!(acked.fault, Some((Facts::Sequence { .. } | Facts::Acknowledged { .. }, _)));
+        transfer.bad |= matches!(acked.fault, Some((Sdo012::Sequence { .. } | Sdo012::Acknowledged { .. }, _)));
         if acked.retransmission {
             transfer.retransmissions = transfer.retransmissions.saturating_add(1);
         }
         let (finished, end, not_resent) = (block.is_finished(), block.end, block.take_not_resent());
         if let Some((ack, ackseq)) = not_resent {
-            self.find(Code::Sdo012, ack, Facts::NotResent { ackseq }, cx);
+            self.find(Sdo012::NotResent { ackseq: ackseq.into() }, ack, cx);
         }
-        if let Some((facts, cause)) = acked.fault {
-            self.find(Code::Sdo012, cause.unwrap_or(half.at), facts, cx);
+        if let Some((what, cause)) = acked.fault {
+            self.find(what, cause.unwrap_or(half.at), cx);
         }
         match end {
             Some(_) if finished => self.judge_end(cx),
             Some(end) => {
-                self.find(Code::Sdo012, end.at, Facts::EarlyEnd, cx);
+                self.find(Sdo012::EarlyEnd, end.at, cx);
                 if let Phase::Block(block) = &mut self.phase {
                     block.end = None;
                 }
@@ -392,10 +402,9 @@ impl Channel {
         }
         if !right {
             block.bad = true;
-            let facts =
-                Facts::Size { indicated: transfer.size_indicated.map_or(0, u64::from), transferred: transfer.size };
             let cause = transfer.initiated.unwrap_or(end.at);
-            self.find(Code::Sdo006, if end.at.no == cx.at.no { cause } else { end.at }, facts, cx);
+            let size = wrong_size(transfer);
+            self.find(size, if end.at.no == cx.at.no { cause } else { end.at }, cx);
             return;
         }
         if let (Some(true), Some(found)) = (transfer.crc_negotiated, end.crc) {
@@ -403,7 +412,7 @@ impl Channel {
             let (computed, matches) = transfer.check_crc(found, padding);
             if computed != found {
                 block.bad = true;
-                self.find(Code::Sdo019, end.at, Facts::Crc { computed, found, matches }, cx);
+                self.find(Sdo019::Crc { computed, found, matches }, end.at, cx);
             }
         }
     }
@@ -463,7 +472,7 @@ impl Channel {
     pub(super) fn leave_ended_block(&mut self, cx: &mut Context<'_>) -> bool {
         let Phase::Block(block) = &self.phase else { return false };
         let (Some(end), true) = (block.end, block.is_finished()) else { return false };
-        self.find(Code::Sdo012, end.at, Facts::EndNotConfirmed, cx);
+        self.find(Sdo012::EndNotConfirmed, end.at, cx);
         let own = std::mem::replace(&mut self.own, false);
         self.confirm_end(cx);
         self.own = own;
@@ -475,7 +484,7 @@ impl Channel {
         if let Phase::Block(block) = &self.phase
             && let Some(end) = block.end
         {
-            self.find(Code::Sdo012, end.at, Facts::EndNotConfirmed, cx);
+            self.find(Sdo012::EndNotConfirmed, end.at, cx);
         }
     }
 
@@ -490,9 +499,9 @@ impl Channel {
         }
         let asked = transfer.last;
         match block.due_since().filter(|_| block.owes_ack()) {
-            Some(due_since) if !self.is_upload() => self.find(Code::Sdo002, due_since, Facts::NotAcknowledged, cx),
+            Some(due_since) if !self.is_upload() => self.find(Sdo002::NotAcknowledged, due_since, cx),
             None if self.is_upload() && block.started => {
-                self.find(Code::Sdo002, asked, Facts::Missing { by: Side::Server }, cx);
+                self.find(Sdo002::NoResponse, asked, cx);
             }
             _ => {}
         }
@@ -501,9 +510,9 @@ impl Channel {
     /// A block transfer is aborted: was a segment out of sequence before?
     pub(super) fn judge_aborted_block(&mut self, cx: &mut Context<'_>) {
         if let Phase::Block(block) = &self.phase
-            && let Some((facts, at)) = block.wrong()
+            && let Some((what, at)) = block.wrong()
         {
-            self.find(Code::Sdo012, at, facts, cx);
+            self.find(what, at, cx);
         }
     }
 

@@ -5,6 +5,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use super::abort::Refused;
 use super::block::Block;
 use super::judgement::OddExchange;
 use super::pairing::Pairing;
@@ -14,9 +15,11 @@ use super::wire::{self, Command, Initiate, Mux, Side};
 use crate::context::{Chunk, Context};
 use crate::dictionary::{Dictionary, Object};
 use crate::event::{Event, Note, Place, Step, What};
+use crate::evidence::When;
 use crate::evidence::duplicates::Sighting;
-use crate::finding::{Code, Facts, Finding};
+use crate::finding::Finding;
 use crate::frame::{BusId, CanId, Frame, FrameRef};
+use crate::rules::sdo::{Sdo002, Sdo007};
 
 /// Bytes of a running transfer that are gathered before they are handed out.
 const CHUNK: usize = 4096;
@@ -32,9 +35,17 @@ const ONCE: usize = 128;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Half {
     pub(super) at: FrameRef,
+    pub(super) when: When,
     pub(super) command: Command,
     pub(super) bytes: [u8; 8],
     pub(super) len: u8,
+}
+
+impl Half {
+    /// Eight bytes without a place in the capture.
+    pub(super) fn of(bytes: [u8; 8]) -> Self {
+        Self { at: FrameRef::default(), when: When::default(), command: Command::Unknown(0), bytes, len: 8 }
+    }
 }
 
 /// Where the transfer stands.
@@ -97,6 +108,10 @@ pub struct Channel {
     pub(super) begun: bool,
     pub(super) withheld: Vec<Finding>,
     pub(super) odd_exchange: OddExchange,
+    /// The first finding above info since the channel was last idle: what else is wrong follows from it.
+    pub(super) fault: Option<FrameRef>,
+    /// Writes that were refused and not made good.
+    pub(super) refused: Vec<Refused>,
     pub(super) requests: u64,
     pub(super) responses: u64,
     /// Frames among them that no stack would send: undefined commands, reserved bits.
@@ -152,6 +167,8 @@ impl Channel {
             begun: false,
             withheld: Vec::new(),
             odd_exchange: OddExchange::default(),
+            fault: None,
+            refused: Vec::new(),
             requests: 0,
             responses: 0,
             odd: 0,
@@ -212,6 +229,7 @@ impl Channel {
     pub fn step(&mut self, side: Side, frame: &Frame, cx: &mut Context<'_>) {
         let half = Half {
             at: frame.reference(),
+            when: cx.when,
             command: self.decode(side, frame.head(), frame.len),
             bytes: frame.head(),
             len: frame.len,
@@ -382,6 +400,9 @@ impl Channel {
             self.step.result = None;
             return;
         }
+        if transfer.status == Status::Ok && transfer.direction == Direction::Download {
+            self.refused.retain(|refused| Some(refused.object) != transfer.mux);
+        }
         if !transfer.fresh.is_empty() {
             cx.chunks.push(chunk(&transfer, transfer.fresh.clone()));
         }
@@ -406,7 +427,7 @@ impl Channel {
             && !self.is_edge(&pending)
             && !self.pairing.may_be_answered(&pending)
         {
-            self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
+            self.find(Sdo002::NoResponse, pending.at, cx);
         }
         if self.transfer.is_some() {
             if let Some(about) = self.transfer.as_ref().map(|transfer| transfer.first)
@@ -421,6 +442,7 @@ impl Channel {
         (self.left, self.confirmed) = (None, None);
         self.sequence = Sequence::default();
         self.odd_exchange = OddExchange::default();
+        self.fault = None;
         self.phase = Phase::Idle;
         self.outside = if reset { Outside::Said } else { Outside::Uncaptured };
         if !reset {
@@ -441,19 +463,18 @@ impl Channel {
         self.own = false;
         self.excuse_answer();
         self.order_rest(cx);
-        self.repeated_at_end(cx);
         let aged = |from: FrameRef| match (from.t_ns, cx.at.t_ns) {
             (Some(from), Some(to)) => to.saturating_sub(from) > UNANSWERED_NS,
             _ => false,
         };
-        let pending_is_old = self.pairing.pending.is_some_and(|pending| aged(pending.at));
+        let pending_is_old = self.pairing.pending.is_some_and(|pending| self.is_overdue(&pending, cx));
         let idle_is_old = self.transfer.as_ref().is_some_and(|transfer| aged(transfer.last));
         if let Some(pending) = self.pairing.pending
             && pending_is_old
             && !self.pairing.abort_may_answer
             && !self.pairing.may_be_answered(&pending)
         {
-            self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
+            self.find(Sdo002::NoResponse, pending.at, cx);
         }
         if let Some((_, i)) = self.unmarked
             && self.is_meant_as_data()
@@ -467,7 +488,7 @@ impl Channel {
         }
         if idle_is_old && self.all_bytes_without_last() {
             let last = self.transfer.as_ref().map_or(cx.at, |transfer| transfer.last);
-            self.find(Code::Sdo007, last, Facts::NoLast, cx);
+            self.find(Sdo007::NoLast, last, cx);
         }
         let nameless = !self.trusted && !self.pairing.pending.is_some_and(|pending| strict_initiate(&pending));
         if nameless {
@@ -477,6 +498,7 @@ impl Channel {
         } else {
             self.complete(Status::Incomplete, cx);
         }
+        self.find_refused(cx);
         self.say_distrust(cx);
     }
 }

@@ -10,9 +10,9 @@ use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::context::Context;
 use crate::event::Place;
-use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;
 use crate::od::{self, DataType};
+use crate::rules::sdo::{Sdo001, Sdo003, Sdo004, Sdo006, Sdo020, Sdo021, Sdo022};
 
 impl Channel {
     /// A request and the response that answers it, in causal order.
@@ -25,6 +25,7 @@ impl Channel {
             let late = if response.at.no < request.at.no { asked.saturating_sub(answered) } else { 0 };
             cx.evidence.recording.exchanged(late);
         }
+        self.judge_time(&request, &response, cx);
         self.pairing.last_request = Some(request.command);
         self.pairing.last_response = Some(response.bytes);
         self.pairing.answered = (request.at.no < response.at.no).then_some(response);
@@ -49,7 +50,7 @@ impl Channel {
                 // Only the object differs: the rest is a request and its response.
                 self.trust(cx);
             }
-            self.find(Code::Sdo003, response.at, Facts::Objects { expected, found }, cx);
+            self.find(Sdo003::Objects { expected, found }, response.at, cx);
             if let Some(transfer) = &mut self.transfer {
                 transfer.bad = true;
             }
@@ -127,7 +128,7 @@ impl Channel {
             self.confirm_late(&request);
         }
         self.find_about = half.command.mux();
-        self.find(Code::Sdo020, self.step.answered_by.unwrap_or(half.at), Facts::None, cx);
+        self.find(Sdo020::GivenUp, self.step.answered_by.unwrap_or(half.at), cx);
     }
 
     /// The late answer to a request that was given up: what it should write is written. The server answers in order, so
@@ -162,7 +163,7 @@ impl Channel {
             None
         };
         if let Some(((at, found), by)) = wrong {
-            self.find(Code::Sdo001, at, Facts::Toggle { expected: due, found, by }, cx);
+            self.find(Sdo001::Toggle { expected: due, found, by }, at, cx);
         }
     }
 
@@ -173,7 +174,7 @@ impl Channel {
                 self.segments_unmarked = Some(self.segments_unmarked.unwrap_or(false) | has_data(&i));
             }
             if i.unused != 0 {
-                self.find(Code::Sdo004, initiate.at, Facts::Unused(i.unused), cx);
+                self.find(Sdo004::Unused { unused: i.unused.into() }, initiate.at, cx);
             }
         }
         let Some(transfer) = &mut self.transfer else { return };
@@ -193,10 +194,9 @@ impl Channel {
         let Some(transfer) = &self.transfer else { return };
         let mut status = if transfer.hole || transfer.midway { Status::Incomplete } else { Status::Ok };
         if !transfer.size_is_right() {
-            let facts =
-                Facts::Size { indicated: transfer.size_indicated.map_or(0, u64::from), transferred: transfer.size };
             let cause = transfer.initiated.unwrap_or(end);
-            self.find(Code::Sdo006, if end.no == cx.at.no { cause } else { end }, facts, cx);
+            let size = wrong_size(transfer);
+            self.find(size, if end.no == cx.at.no { cause } else { end }, cx);
             status = Status::Failed;
         }
         self.complete(status, cx);
@@ -228,11 +228,11 @@ impl Channel {
     /// An initiate with e = s = 0 that no segment followed: its four bytes were meant as data.
     pub(super) fn recognise_unmarked(&mut self, cx: &mut Context<'_>) {
         let Some((initiate, i)) = self.unmarked.take() else { return };
-        let code = match self.transfer.as_ref().map(|transfer| transfer.direction) {
-            Some(Direction::Upload) => Code::Sdo022,
-            _ => Code::Sdo021,
-        };
-        self.find(code, initiate.at, Facts::Unused(i.unused), cx);
+        let unused = i.unused.into();
+        match self.transfer.as_ref().map(|transfer| transfer.direction) {
+            Some(Direction::Upload) => self.find(Sdo022::Unused { unused }, initiate.at, cx),
+            _ => self.find(Sdo021::Unused { unused }, initiate.at, cx),
+        }
         if let Some(transfer) = &mut self.transfer {
             transfer.mode = Mode::Expedited;
             let carried = 4 - usize::from(i.unused & 3);
@@ -250,6 +250,11 @@ impl Channel {
         self.phase = Phase::Idle;
         self.own = own;
     }
+}
+
+/// That a transfer has moved another number of bytes than was indicated.
+pub(super) fn wrong_size(transfer: &Transfer) -> Sdo006 {
+    Sdo006::Size { indicated: transfer.size_indicated.map_or(0, u64::from), transferred: transfer.size }
 }
 
 /// Whether an initiate that announces segments has something in the place of data.

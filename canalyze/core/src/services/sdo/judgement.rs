@@ -3,12 +3,14 @@
 //! Nothing is judged before the first request that can be one; findings are withheld until the channel has shown
 //! one valid request with its response. A channel that never does says so once.
 
-use super::channel::{Channel, Half};
-use super::wire::{self, Command, Segment, Side};
+use super::channel::{Channel, Half, UNANSWERED_NS};
+use super::wire::{self, Command, Mux, Segment, Side};
 use crate::context::Context;
 use crate::event::{Event, Note, Place, What};
-use crate::finding::{Code, Facts, Finding, Severity};
+use crate::evidence::Rules;
+use crate::finding::{Code, Finding, Severity, Verdict};
 use crate::frame::FrameRef;
+use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo007, Sdo010, Sdo012, Sdo018, Sdo020, Sdo023, Sdo030, Sdo031};
 
 /// Odd frames on a channel that has shown no valid exchange, from which on it is not taken for SDO.
 const FOREIGN: u64 = 16;
@@ -27,6 +29,13 @@ pub(super) struct OddExchange {
     pub(super) astray: bool,
 }
 
+/// Clients wait for an answer for 1 s or less; one that comes when less than a tenth of that is left was luck.
+const LATE_NS: i64 = 900_000_000;
+/// No client in use gives up sooner, in ns.
+const SHORTEST_TIMEOUT_NS: i64 = 300_000_000;
+/// So many times the longest that a server has taken so far it does not take.
+const PROMPT: i64 = 10;
+
 /// Findings withheld at most; more of the same say nothing new.
 const WITHHELD: usize = 32;
 
@@ -34,30 +43,30 @@ impl Channel {
     /// Flaws of the frame itself, whatever its place.
     pub(super) fn judge_frame(&mut self, half: &Half, cx: &mut Context<'_>) {
         if half.len != 8 {
-            self.find(Code::Sdo010, half.at, Facts::Length(half.len), cx);
+            self.find(Sdo010::Length { length: half.len.into() }, half.at, cx);
         }
         if matches!(self.step.place, Place::Uncaptured | Place::InFlight) {
             return;
         }
         match half.command {
-            Command::Unknown(command) => self.find(Code::Sdo023, half.at, Facts::Command(command), cx),
+            Command::Unknown(command) => self.find(Sdo023::Command { command }, half.at, cx),
             Command::Segment(Segment { last: false, unused, .. }) if unused != 0 => {
-                self.find(Code::Sdo005, half.at, Facts::Unused(unused), cx);
+                self.find(Sdo005::Unused { unused: unused.into() }, half.at, cx);
             }
             Command::InitiateDownload(_, i) | Command::UploadInitiated(_, i)
                 if half.command.has_invalid_unused() && (i.expedited || i.size_indicated) =>
             {
-                self.find(Code::Sdo004, half.at, Facts::Unused(i.unused), cx);
+                self.find(Sdo004::Unused { unused: i.unused.into() }, half.at, cx);
             }
             Command::InitiateBlockUpload { blksize, .. } | Command::BlockDownloadInitiated { blksize, .. }
                 if half.command.has_invalid_block_size() && half.len > 4 && self.is_asked_for(half) =>
             {
-                self.find(Code::Sdo012, half.at, Facts::BlockSize(blksize), cx);
+                self.find(Sdo012::BlockSize { blksize: blksize.into() }, half.at, cx);
             }
             _ => {}
         }
         if half.command.has_reserved_bits(half.bytes) {
-            self.find(Code::Sdo009, half.at, Facts::None, cx);
+            self.find(Code::Sdo009, half.at, cx);
         }
     }
 
@@ -84,7 +93,9 @@ impl Channel {
 
     /// A finding about `offender`: at that frame where it is the wrong one, at the frame at hand where something is
     /// missing after it.
-    pub(super) fn find(&mut self, code: Code, offender: FrameRef, facts: Facts, cx: &mut Context<'_>) {
+    pub(super) fn find(&mut self, verdict: impl Into<Verdict>, offender: FrameRef, cx: &mut Context<'_>) {
+        let verdict = verdict.into();
+        let code = verdict.code;
         // What is wrong with the channel's first frame itself, or with what answers it, counts if it can only be a
         // request.
         let first = self.plausible > 0 && self.requests <= 1 && self.responses <= 1;
@@ -92,7 +103,7 @@ impl Channel {
         if !self.begun && !first && !matches!(code, Code::Sdo017 | Code::Sdo010) {
             return;
         }
-        if self.is_consequence(code, offender, &facts) {
+        if self.is_consequence(&verdict, offender) {
             return;
         }
         let object = match &mut self.transfer {
@@ -105,7 +116,8 @@ impl Channel {
         let object = self.find_about.take().or(object);
         let initiated = self.transfer.as_ref().is_some_and(|transfer| transfer.initiated == Some(offender));
         let last = code == Code::Sdo006 && !initiated;
-        let at = if last || is_wrong(code, &facts) { offender } else { cx.at };
+        let at = if last || is_wrong(&verdict) { offender } else { cx.at };
+        let because_of = self.explain(&verdict, at, offender);
         let finding = Finding {
             code,
             at,
@@ -113,10 +125,71 @@ impl Channel {
             bus: self.bus,
             node: Some(self.node),
             object,
-            facts,
-            because_of: None,
+            facts: verdict.facts,
+            because_of,
         };
         self.say(finding, cx);
+    }
+
+    /// What explains a finding at `at`: the first one since the channel was idle. It is the first itself where there is none.
+    fn explain(&mut self, verdict: &Verdict, at: FrameRef, offender: FrameRef) -> Option<FrameRef> {
+        if *verdict == Sdo020::GivenUp.into() {
+            return Some(self.fault.unwrap_or(offender));
+        }
+        if verdict.code.rule().severity == Severity::Info {
+            return None;
+        }
+        let before = self.fault;
+        self.fault = before.or(Some(at));
+        before
+    }
+
+    /// Whether an answer came later than clients wait for one.
+    pub(super) fn judge_time(&mut self, request: &Half, response: &Half, cx: &mut Context<'_>) {
+        let (Some(asked), Some(answered)) = (request.at.t_ns, response.at.t_ns) else { return };
+        let delay = answered.saturating_sub(asked);
+        self.pairing.slowest_ns = self.pairing.slowest_ns.max(delay);
+        let object = self.transfer.as_ref().and_then(|transfer| transfer.mux);
+        let recording = &cx.evidence.recording;
+        // Where the whole bus was silent in the meantime, the recorder may have stood still.
+        let heard = recording.lateness_ns(response.when) < delay / 2;
+        let late = heard && recording.certainly_later(response.when, request.when, LATE_NS);
+        if late && self.trusted && !self.is_edge(request) && !object.is_some_and(takes_time) {
+            let Verdict { code, facts } = Sdo020::Slow { delay }.into();
+            let evidence = &cx.evidence;
+            let because_of =
+                evidence.circumstances.excuse(Rules::SdoTime, Some(self.node), request.when, &evidence.recording);
+            let found = cx.finding(code, Some(self.node), object, Some(request.at), facts);
+            cx.report_timed(Finding { because_of, ..found });
+        }
+    }
+
+    /// Whether a request has waited so long for its answer at the capture's end that none will come: a read for a shorter
+    /// time, where the server has always answered much sooner.
+    pub(super) fn is_overdue(&self, request: &Half, cx: &Context<'_>) -> bool {
+        let (Some(asked), Some(now)) = (request.at.t_ns, cx.at.t_ns) else { return false };
+        let waited = now.saturating_sub(asked);
+        let reads = matches!(request.command, Command::InitiateUpload(_) | Command::SegmentRequest { .. });
+        let prompt = self.trusted && waited / PROMPT > self.pairing.slowest_ns;
+        waited > if reads && prompt { SHORTEST_TIMEOUT_NS } else { UNANSWERED_NS }
+    }
+
+    /// The capture is over: writes that were refused stay so, unless the client may have been about to make them
+    /// good. Without stamps nobody knows.
+    pub(super) fn find_refused(&mut self, cx: &mut Context<'_>) {
+        let now = cx.at;
+        let older =
+            |from: FrameRef, ns| from.t_ns.zip(now.t_ns).is_some_and(|(from, now)| now.saturating_sub(from) > ns);
+        let rests = self.pairing.heard.is_some_and(|heard| older(heard.at, SHORTEST_TIMEOUT_NS));
+        for refused in std::mem::take(&mut self.refused) {
+            if !rests && !older(refused.at, UNANSWERED_NS) {
+                continue;
+            }
+            let Verdict { code, facts } = Sdo018::Refused { abort: refused.code }.into();
+            let (at, because_of) = (refused.at, refused.because_of);
+            let found = cx.finding(code, Some(self.node), Some(refused.object), None, facts);
+            self.say(Finding { at, because_of, ..found }, cx);
+        }
     }
 
     /// Says a finding, or withholds it until the channel has shown that it is one.
@@ -131,38 +204,34 @@ impl Channel {
     /// Whether another finding has said this already. One wrong frame leaves two gaps: what it should have been is
     /// missing, and what it is belongs to nothing. And once it is not known what the two sides are talking about,
     /// that they do not fit is said once, until they do.
-    fn is_consequence(&mut self, code: Code, offender: FrameRef, facts: &Facts) -> bool {
+    fn is_consequence(&mut self, verdict: &Verdict, offender: FrameRef) -> bool {
+        let code = verdict.code;
+        let is = |other: Verdict| *verdict == other;
         let in_transfer = |no: u64| self.transfer.as_ref().is_some_and(|transfer| transfer.first.no <= no);
         let broken = self.odd_exchange.broken.is_some_and(in_transfer);
         if code == Code::Sdo008 && (broken || self.has_finding(Code::Sdo004)) {
             return true;
         }
-        if matches!(facts, Facts::NotAcknowledged) && self.odd_exchange.broken.is_some_and(|no| no >= offender.no) {
+        if is(Sdo002::NotAcknowledged.into()) && self.odd_exchange.broken.is_some_and(|no| no >= offender.no) {
             return true;
         }
-        if matches!(facts, Facts::Duplicate) && self.odd_exchange.asked == Some(offender.no) {
+        if is(Sdo002::Duplicate.into()) && self.odd_exchange.asked == Some(offender.no) {
             return true;
         }
         if matches!(code, Code::Sdo002 | Code::Sdo023) {
             self.odd_exchange.broken = Some(self.odd_exchange.broken.unwrap_or_default().max(offender.no));
         }
-        let missing = match (code, facts) {
-            (Code::Sdo002, Facts::Missing { by }) => Some(*by),
-            (Code::Sdo012, Facts::EndNotConfirmed) => Some(Side::Server),
-            _ => None,
-        };
-        match missing {
-            Some(Side::Server) => self.odd_exchange.answered == Some(offender.no),
-            Some(Side::Client) if self.odd_exchange.asked == Some(offender.no) => true,
-            Some(Side::Client) => {
-                self.answered_oddly();
-                std::mem::replace(&mut self.odd_exchange.astray, true)
-            }
-            None if code == Code::Sdo007 && matches!(facts, Facts::Outside) => {
-                std::mem::replace(&mut self.odd_exchange.astray, true)
-            }
-            None => false,
+        if is(Sdo002::NoResponse.into()) || is(Sdo012::EndNotConfirmed.into()) {
+            return self.odd_exchange.answered == Some(offender.no);
         }
+        if is(Sdo002::NoRequest.into()) {
+            if self.odd_exchange.asked == Some(offender.no) {
+                return true;
+            }
+            self.answered_oddly();
+            return std::mem::replace(&mut self.odd_exchange.astray, true);
+        }
+        is(Sdo007::Outside.into()) && std::mem::replace(&mut self.odd_exchange.astray, true)
     }
 
     fn has_finding(&self, code: Code) -> bool {
@@ -238,13 +307,10 @@ impl Channel {
         self.trusted
     }
 
+    /// The capture is over: what was withheld is no SDO, or nobody has answered.
     pub(super) fn say_distrust(&mut self, cx: &mut Context<'_>) {
         let Some(first) = self.first else { return };
-        if self.proven || self.scanned {
-            return;
-        }
-        let unanswered = self.requests > 0 && self.responses == 0 && self.plausible > 0;
-        if self.paired {
+        if self.proven || self.scanned || self.paired {
             return;
         }
         if self.plausible > 0 && self.responses > 0 && self.withheld.len() == 1 && self.odd <= 1 {
@@ -252,31 +318,33 @@ impl Channel {
             self.trust(cx);
             return;
         }
-        let nothing_odd = self.withheld.iter().all(|finding| finding.severity() == Severity::Info);
-        let code = if unanswered { Code::Sdo031 } else { Code::Sdo030 };
-        let few = self.requests.saturating_add(self.responses) < 2;
-        if (!unanswered && few) || (unanswered && !nothing_odd && self.requests < 2) {
+        let unanswered = self.requests > 0 && self.responses == 0 && self.plausible > 0;
+        let nothing_odd = self.withheld.iter().all(|finding| finding.severity() < Severity::Error);
+        let frames = self.requests.saturating_add(self.responses);
+        // A request at the capture's end may still be answered, and its answer may have been before the capture.
+        let waited = first.t_ns.zip(cx.at.t_ns).map_or(0, |(first, now)| now.saturating_sub(first)) > UNANSWERED_NS;
+        if frames < 2 && !(unanswered && nothing_odd && waited) {
             return;
         }
-        let finding = Finding {
-            code,
-            at: first,
-            cause: None,
-            bus: self.bus,
-            node: Some(self.node),
-            object: None,
-            facts: Facts::Frames { count: self.requests.saturating_add(self.responses) },
-            because_of: None,
-        };
-        push_finding(finding, cx);
+        let Verdict { code, facts } =
+            if unanswered { Sdo031::Frames { frames }.into() } else { Sdo030::Frames { frames }.into() };
+        let found = cx.finding(code, Some(self.node), None, None, facts);
+        push_finding(Finding { at: first, ..found }, cx);
     }
 }
 
+/// Whether a server may take its time over an object: it stores, or erases, memory that keeps its contents without power
+/// (CiA 301, 7.5.2.13 and 7.5.2.14; CiA 302-3).
+fn takes_time(object: Mux) -> bool {
+    matches!(object.index, 0x1010 | 0x1011 | 0x1F50 | 0x1F51)
+}
+
 /// Whether a finding is about a frame that is wrong, and not about one after which something is missing.
-fn is_wrong(code: Code, facts: &Facts) -> bool {
-    match code {
-        Code::Sdo002 => matches!(facts, Facts::Missing { by: Side::Client } | Facts::Duplicate),
-        Code::Sdo012 => !matches!(facts, Facts::EndNotConfirmed | Facts::NoLast),
+fn is_wrong(verdict: &Verdict) -> bool {
+    let one_of = |verdicts: [Verdict; 2]| verdicts.contains(verdict);
+    match verdict.code {
+        Code::Sdo002 => one_of([Sdo002::NoRequest.into(), Sdo002::Duplicate.into()]),
+        Code::Sdo012 => !one_of([Sdo012::EndNotConfirmed.into(), Sdo012::NoLast.into()]),
         Code::Sdo001 | Code::Sdo003 | Code::Sdo004 | Code::Sdo019 | Code::Sdo021 | Code::Sdo022 => true,
         _ => false,
     }

@@ -6,7 +6,6 @@
 //! | `channel` | owns the state, takes a frame, begins and ends transfers |
 //! | `sequence` | puts the frames in the order in which they were on the bus |
 //! | `pairing` | puts requests and responses together |
-//! | `repeated` | requests that are sent again |
 //! | `exchange` | moves the transfer with each pair |
 //! | `block_phase`, `block` | do so while sub-blocks run; which segments count |
 //! | `midway` | takes up transfers that began before the capture |
@@ -26,7 +25,6 @@ pub mod exchange;
 mod judgement;
 mod midway;
 mod pairing;
-mod repeated;
 mod sequence;
 #[cfg(test)]
 mod tests;

@@ -6,14 +6,17 @@
 
 use super::block::MOST;
 use super::channel::{Channel, Half, Outside, Phase, UNANSWERED_NS, strict_initiate};
-use super::repeated::Repeated;
 use super::sequence::{Sequence, within};
-use super::transfer::{Direction, Mode, Status};
+use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Mux, Side};
 use crate::context::Context;
 use crate::event::Place;
-use crate::finding::{Code, Facts};
+use crate::finding::Code;
 use crate::frame::FrameRef;
+use crate::rules::sdo::{Sdo002, Sdo007, Sdo012};
+
+/// A client that goes on later than this, in ns, has given up what it waited for.
+pub(super) const GIVEN_UP_NS: i64 = 20_000_000;
 
 /// After an abort: frames of the other side may still be under way.
 #[derive(Clone, Copy, Debug)]
@@ -44,8 +47,6 @@ pub(super) struct Pairing {
     pub(super) pending: Option<Half>,
     /// The last request that was aborted by its client or overtaken by the next one.
     pub(super) given_up: Option<Half>,
-    /// Requests that came again before they were answered.
-    pub(super) repeated: Option<Repeated>,
     /// The server's newest frame.
     pub(super) heard: Option<Half>,
     /// The response that was released last, at this frame.
@@ -67,6 +68,8 @@ pub(super) struct Pairing {
     /// It is known which responses belong to which requests: where a capture begins with requests of one object that
     /// are late, each may stand before the answer to the next.
     pub(super) certain: bool,
+    /// The longest that the server has taken for an answer, in ns.
+    pub(super) slowest_ns: i64,
 }
 
 impl Pairing {
@@ -104,9 +107,8 @@ impl Channel {
     pub(super) fn client(&mut self, half: Half, cx: &mut Context<'_>) {
         self.pairing.first.get_or_insert(half.at.no);
         self.pairing.ascertain(&half, &self.sequence);
-        self.repeated_by_client(&half, cx);
-        if let Command::Abort(_, code) = half.command {
-            self.client_abort(&half, code, cx);
+        if let Command::Abort(mux, code) = half.command {
+            self.client_abort(&half, mux, code, cx);
             return;
         }
         if self.is_under_way(&half) {
@@ -169,7 +171,9 @@ impl Channel {
     /// A request with nothing before it that could answer it.
     fn request(&mut self, half: Half, cx: &mut Context<'_>) {
         if half.command.is_initiate() {
-            self.leave_open_transfer(&half, cx);
+            if !self.leave_open_transfer(&half, cx) {
+                self.fault = None;
+            }
             self.begin(&half, cx);
             let under_way = self.pairing.under_way.take();
             self.pairing.abort_may_answer =
@@ -208,7 +212,7 @@ impl Channel {
         if half.command.is_unreadable() || self.outside == Outside::Said {
             return;
         }
-        self.find(Code::Sdo007, half.at, Facts::Outside, cx);
+        self.find(Sdo007::Outside, half.at, cx);
         if self.transfer.is_none() {
             self.outside = Outside::Said;
         }
@@ -245,6 +249,7 @@ impl Channel {
             || again
             || (wire::kind_fits(&pending.command, &half.command)
                 && !self.is_edge(&pending)
+                && !self.pairing.abort_may_answer
                 && !self.pairing.may_be_answered(&pending))
             || (is_block_initiate(&pending)
                 && self.is_edge(&pending)
@@ -254,7 +259,6 @@ impl Channel {
     /// A frame by the server, in its turn: does it abort, is it still under way, does it belong to sub-blocks; else it
     /// answers the pending request.
     pub(super) fn server(&mut self, half: Half, cx: &mut Context<'_>) {
-        self.repeated_by_server(&half, cx);
         self.pairing.heard = Some(half);
         if let Command::Abort(mux, code) = half.command {
             self.server_abort(&half, mux, code, cx);
@@ -319,7 +323,7 @@ impl Channel {
         }
         if matches!(half.command, Command::Segment(_)) && self.pairing.last_response == Some(half.bytes) {
             self.step.place = Place::Outside;
-            self.find(Code::Sdo002, half.at, Facts::Duplicate, cx);
+            self.find(Sdo002::Duplicate, half.at, cx);
             return;
         }
         if self.is_edge(&pending) && !(strict_initiate(&pending) && wire::kind_fits(&pending.command, &half.command)) {
@@ -338,7 +342,7 @@ impl Channel {
         }
         self.step.place = Place::Outside;
         if !half.command.is_unreadable() {
-            self.find(Code::Sdo002, half.at, Facts::Missing { by: Side::Client }, cx);
+            self.find(Sdo002::NoRequest, half.at, cx);
         }
     }
 
@@ -375,7 +379,6 @@ impl Channel {
             self.server(*half, cx);
             return;
         }
-        self.repeated_by_server(half, cx);
         self.pairing.heard = Some(*half);
         self.without_request(half, first, cx);
     }
@@ -383,8 +386,7 @@ impl Channel {
     fn without_request(&mut self, half: &Half, first: bool, cx: &mut Context<'_>) {
         if !first {
             let duplicate = self.pairing.last_response == Some(half.bytes);
-            let facts = if duplicate { Facts::Duplicate } else { Facts::Missing { by: Side::Client } };
-            self.find(Code::Sdo002, half.at, facts, cx);
+            self.find(if duplicate { Sdo002::Duplicate } else { Sdo002::NoRequest }, half.at, cx);
         }
         self.continue_without_request(half, cx);
         self.pairing.released = Some(*half);
@@ -441,7 +443,9 @@ impl Channel {
     /// A client frame while its last request was not answered. Returns whether the frame needs nothing more.
     fn supersede(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
         let Some(pending) = self.pairing.pending else { return false };
-        if half.command.is_initiate() && self.pairing.may_be_answered(&pending) {
+        let refused = self.pairing.abort_may_answer
+            && self.pairing.last_abort.is_some_and(|(object, _)| pending.command.mux() == Some(object));
+        if half.command.is_initiate() && !refused && self.pairing.may_be_answered(&pending) {
             self.leave_answered(cx);
             return false;
         }
@@ -449,8 +453,9 @@ impl Channel {
             self.step.place = Place::Repeated;
             // Both may still be answered.
             self.pairing.given_up = Some(pending);
-            self.repeat(&pending, half);
-            self.find(Code::Sdo015, pending.at, Facts::None, cx);
+            if self.is_sent_again(&pending, half, cx) {
+                self.find(Code::Sdo015, pending.at, cx);
+            }
             self.step.ordinal = self.segment_ordinal(&half.command);
             self.pairing.pending = Some(*half);
             return true;
@@ -478,7 +483,7 @@ impl Channel {
         if half.command.is_initiate() {
             self.pairing.given_up = (!edge).then_some(pending);
             if matches!(pending.command, Command::EndBlock { .. }) {
-                self.find(Code::Sdo012, pending.at, Facts::EndNotConfirmed, cx);
+                self.find(Sdo012::EndNotConfirmed, pending.at, cx);
                 self.end_unconfirmed(pending, cx);
             } else {
                 self.unanswered(&pending, edge, cx);
@@ -538,9 +543,23 @@ impl Channel {
         false
     }
 
+    /// Whether a request was sent again, and not captured twice, though no answer to the first can be meant by anything that
+    /// came.
+    fn is_sent_again(&self, before: &Half, half: &Half, cx: &Context<'_>) -> bool {
+        let known = self.trusted || self.is_idle_from_start();
+        let edge = self.is_edge(before) || self.outside == Outside::Uncaptured;
+        // Something else came in the answer's place, or it may be listed before its request.
+        let answered = self.is_unanswerable(before)
+            || self.pairing.heard.is_some_and(|heard| {
+                let ahead = self.sequence.within_lag(heard.at, before.at);
+                heard.at.no > before.at.no || (ahead && may_answer(&before.command, &heard.command))
+            });
+        known && !edge && !answered && cx.evidence.recording.is_sent_again(before.at, half.at)
+    }
+
     fn unanswered(&mut self, pending: &Half, edge: bool, cx: &mut Context<'_>) {
         if !edge {
-            self.find(Code::Sdo002, pending.at, Facts::Missing { by: Side::Server }, cx);
+            self.find(Sdo002::NoResponse, pending.at, cx);
         }
     }
 
@@ -558,24 +577,38 @@ impl Channel {
     }
 
     /// A new initiate request comes: what becomes of a transfer that is still open?
-    fn leave_open_transfer(&mut self, half: &Half, cx: &mut Context<'_>) {
-        let Some(transfer) = &self.transfer else { return };
-        let (last, uncaptured) = (transfer.last, transfer.mux.is_none());
+    /// Returns whether it was left in its midst.
+    fn leave_open_transfer(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+        let Some(transfer) = &self.transfer else { return false };
+        let (last, newest, uncaptured) = (transfer.last, self.newest(transfer), transfer.mux.is_none());
         if self.is_meant_as_data() && matches!(self.phase, Phase::Segments { .. }) {
             self.recognise_unmarked(cx);
-            return;
+            return false;
         }
         if self.leave_ended_block(cx) {
-            return;
+            return false;
         }
         if self.all_bytes_without_last() {
-            self.find(Code::Sdo007, last, Facts::NoLast, cx);
+            self.find(Sdo007::NoLast, last, cx);
         } else if !uncaptured && !matches!(self.phase, Phase::Initiated) {
-            self.find(Code::Sdo008, half.at, Facts::None, cx);
+            let stalled = !within(newest, half.at, GIVEN_UP_NS);
+            if stalled {
+                self.judge_stalled_block(cx);
+            }
+            self.find(Code::Sdo008, if stalled { newest } else { half.at }, cx);
         }
         let own = std::mem::replace(&mut self.own, false);
         self.complete(if uncaptured { Status::Incomplete } else { Status::Failed }, cx);
         self.own = own;
+        true
+    }
+
+    /// The newest frame of a transfer.
+    pub(super) fn newest(&self, transfer: &Transfer) -> FrameRef {
+        match &self.phase {
+            Phase::Block(block) => block.newest_at.filter(|at| at.no > transfer.last.no).unwrap_or(transfer.last),
+            _ => transfer.last,
+        }
     }
 
     pub(super) fn segment_ordinal(&self, command: &Command) -> u32 {

@@ -13,8 +13,8 @@ use super::channel::{Channel, Half, Phase};
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::{Note, Place};
-use crate::finding::{Code, Facts};
 use crate::frame::FrameRef;
+use crate::rules::sdo::Sdo017;
 
 /// A request of the object that was read before, listed later than this after a response to it, may be the next one.
 const ECHO_NS: i64 = 1_000_000;
@@ -103,7 +103,7 @@ impl Channel {
                 self.leave_answered(cx);
             }
             if let Command::Abort(_, code) = half.command {
-                self.find(Code::Sdo017, half.at, Facts::Abort { code, by: Side::Server }, cx);
+                self.find(Sdo017::Abort { abort: code, by: Side::Server }, half.at, cx);
             }
             self.hold(half, fresh);
             return;

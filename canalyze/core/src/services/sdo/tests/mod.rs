@@ -45,7 +45,7 @@ impl Outcome {
     }
 
     fn loud(&self) -> Vec<&Finding> {
-        self.findings.iter().filter(|finding| finding.code.rule().severity > Severity::Info).collect()
+        self.findings.iter().filter(|finding| finding.severity() > Severity::Info).collect()
     }
 
     fn only(&self) -> &Transfer {
@@ -286,7 +286,8 @@ fn unknown_size_is_no_quirk() {
 fn e33_new_initiate_in_mid_transfer() {
     let text = "c 40 08 10 00/s 41 08 10 00 17/c 40 00 20 00/s 80 08 10 00 01 00 04 05";
     let outcome = run(&frames(text));
-    assert_eq!(outcome.codes(), [Code::Sdo008, Code::Sdo017]);
+    assert_eq!(outcome.codes(), [Code::Sdo008, Code::Sdo016, Code::Sdo017]);
+    assert_eq!(outcome.loud().len(), 1);
     let statuses: Vec<Status> = outcome.transfers.iter().map(|transfer| transfer.status).collect();
     assert_eq!(statuses, [Status::Failed, Status::Aborted]);
 }
@@ -304,7 +305,11 @@ fn faults_are_named() {
     check_codes("c 40 08 10 00/s 43 09 10 00 01", &[Code::Sdo003]);
     check_codes("c 40 08 10 00/c 40 09 10 00/s 4F 09 10 00 01", &[Code::Sdo002]);
     check_codes("s 4F 08 10 00 01/c 40 09 10 00/s 4F 09 10 00 01", &[Code::Sdo002]);
-    check_codes("c 40 08 10 00/c 40 08 10 00/s 4F 08 10 00 01", &[Code::Sdo015]);
+    let again = frames(&format!("{GOOD}c 40 08 10 00/c 40 08 10 00/s 4F 08 10 00 01"));
+    for (apart_ns, codes) in [(1_000_000, vec![]), (100_000_000, vec![Code::Sdo015])] {
+        let outcome = run_timed(&again, |no| Some(no as i64 * apart_ns));
+        assert_eq!(outcome.codes(), codes, "{outcome:?}");
+    }
     check_codes("c E0/c 40 08 10 00/s 4F 08 10 00 01", &[Code::Sdo023]);
     check_codes(
         "c 40 08 10 00/s 41 08 10 00 07/c 60/s 01 31 32 33 34 35 36 37/c 70/s 80 08 10 00 01 00 04 05",
