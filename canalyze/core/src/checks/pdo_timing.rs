@@ -11,8 +11,9 @@ use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::evidence::obligation::Owed;
 use crate::evidence::{Obligations, Rules, When};
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::{Finding, Verdict};
 use crate::node::Pdo;
+use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::Mux;
 
@@ -125,10 +126,11 @@ impl PdoTiming {
         if excused || !recording.certainly_later(cx.when, owed.since, limit) {
             return false;
         }
-        let code = if transmit { Code::Pdo005 } else { Code::Pdo013 };
         let object = Mux { index: communication_parameter(transmit, number), sub: 5 };
-        let measured = [("found", Quantity::Ns(gap)), ("limit", Quantity::Ns(sent.timer_ns))];
-        let finding = cx.finding(code, Some(node), Some(object), Some(sent.when.at), Facts::told(0, &measured));
+        let (found, limit) = (gap, sent.timer_ns);
+        let deadline = || Pdo013::Overdue { found, limit }.into();
+        let what: Verdict = if transmit { Pdo005::Overdue { found, limit }.into() } else { deadline() };
+        let finding = cx.verdict(what, Some(node), Some(object), Some(sent.when.at));
         cx.report_timed(Finding { because_of: sent.overdue.fault(cx.at), ..finding });
         true
     }
@@ -189,9 +191,8 @@ impl Sent {
             return self.early.keep();
         }
         let object = Mux { index: communication_parameter(transmit, number), sub: 3 };
-        let measured =
-            [("found", Quantity::Ns(gap)), ("limit", Quantity::Ns(inhibit)), ("tolerance", Quantity::Ns(tolerance))];
-        let finding = cx.finding(Code::Pdo004, Some(node), Some(object), Some(before.at), Facts::told(0, &measured));
+        let what = Pdo004::TooClose { found: gap, limit: inhibit, tolerance };
+        let finding = cx.verdict(what, Some(node), Some(object), Some(before.at));
         cx.report_timed(Finding { because_of: self.early.fault(cx.at), ..finding });
     }
 }
