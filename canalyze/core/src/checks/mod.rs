@@ -27,6 +27,7 @@ pub mod srdo;
 mod standing;
 pub mod sync;
 pub mod sync_counter;
+mod sync_follower;
 pub mod sync_period;
 pub mod sync_settings;
 pub mod sync_window;
@@ -272,7 +273,7 @@ impl Checks {
     ) {
         let PdoName { transmit, number, node } = name;
         self.nodes.pdo(transmit, number, node, cx);
-        self.sync.process_data(transmit, node, known, cx);
+        self.sync.process_data(name, known, cx);
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= configuration::Provenance::Eds);
         if let Some(misfit) = fit.misfit.filter(|_| used) {
             self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);

@@ -4,7 +4,9 @@
 //! what is configured `sync_settings`'; here frames are handed on to them, and what they show is reported. Two producers
 //! explain what is irregular then: it is reported as their consequence. It must not change what a frame means.
 
+use crate::checks::PdoName;
 use crate::checks::sync_counter::{Counter, Miscount};
+use crate::checks::sync_follower::Follower;
 use crate::checks::sync_period::{Irregular, Restart, SyncPeriod};
 use crate::checks::sync_settings::{Settings, ns};
 use crate::checks::sync_window::{SyncWindow, synchronous};
@@ -42,6 +44,7 @@ const LAST_NODE: u8 = 127;
 pub struct Sync {
     settings: Settings,
     period: SyncPeriod,
+    follower: Follower,
     counter: Counter,
     window: SyncWindow,
     /// The identifier of the SYNCs that are followed: the first one seen.
@@ -108,7 +111,11 @@ impl Sync {
     }
 
     /// Takes a PDO of a node, known to be configured as `pdo`.
-    pub fn process_data(&mut self, transmit: bool, node: u8, pdo: Option<&Pdo>, cx: &mut Context<'_>) {
+    pub fn process_data(&mut self, name: PdoName, pdo: Option<&Pdo>, cx: &mut Context<'_>) {
+        let PdoName { transmit, number, node } = name;
+        if transmit && let Some(delay) = self.period.delay_ns(cx.at) {
+            self.follower.follow((node, number), self.cycle(), delay);
+        }
         let followed = |pdo: &&Pdo| pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind));
         if let Some(pdo) = pdo.filter(followed) {
             let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
@@ -148,7 +155,7 @@ impl Sync {
                 self.window.alive(node, &self.period, cx);
                 self.judge_end(node, cx);
             }
-            Message::Heartbeat { node, .. } => self.window.restart(Some(node)),
+            Message::Heartbeat { node, .. } => self.window.pause(Some(node)),
             Message::PdoRequest { transmit: true, number, node } => self.window.asked(node, number),
             _ => {}
         }
@@ -194,7 +201,7 @@ impl Sync {
         self.period.broken();
         self.ended = true;
         self.counter.forget();
-        self.window.restart(None);
+        self.window.pause(None);
     }
 
     /// The capture is over.
@@ -210,7 +217,11 @@ impl Sync {
 
     /// A node, or all, got an NMT command or has booted.
     fn restart(&mut self, node: Option<u8>, stops: Restart) {
-        self.window.restart(node);
+        if matches!(stops, Restart::Perhaps | Restart::Likely) {
+            self.window.restart(node);
+        } else {
+            self.window.pause(node);
+        }
         let producer = node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
         self.restarted |= producer;
         if producer && stops != Restart::None {
@@ -233,10 +244,11 @@ impl Sync {
         let wrong = self.judge_length(frame.len, restarted, cx);
         let period = self.period.period_ns();
         let long = period.zip(self.period.delay_ns(at)).is_some_and(|(period, gap)| gap > period + period / 2);
-        let irregular = self.period.step(cx.when, stopped, silent, &cx.evidence.recording);
+        let spread_ns = self.follower.spread_ns(self.cycle());
+        let irregular = self.period.step(cx.when, (stopped, silent, spread_ns), &cx.evidence.recording);
         match counter {
             // What a SYNC of the wrong length carries is no counter.
-            Some(value) if !wrong => self.count(value, at, restarted || long || silent, cx),
+            Some(value) if !wrong => self.count(value, at, restarted || long || (silent && period.is_none()), cx),
             _ => self.counter.forget(),
         }
         for one in irregular {
@@ -245,7 +257,7 @@ impl Sync {
         if self.cycle() == 1 {
             self.window.first_sync(cx);
         }
-        if self.period.is_single() {
+        if self.period.is_single() && !self.counter.are_two() {
             self.window.because_of = None;
         }
         if self.window.stood_still() && at.t_ns.is_none() {

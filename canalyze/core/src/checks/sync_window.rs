@@ -195,12 +195,19 @@ impl SyncWindow {
         }
     }
 
-    /// A node (or all) was started, stopped or reset, or frames were lost: what it sends is learnt anew.
+    /// A node (or all) was reset: what it sends is learnt anew.
     pub fn restart(&mut self, node: Option<u8>) {
-        for (id, tracks) in self.nodes.iter_mut() {
-            if node.is_none_or(|node| node == id) {
-                tracks.list.iter_mut().for_each(Track::restart);
-            }
+        self.each(node, Track::restart);
+    }
+
+    /// A node (or all) was started or stopped, or frames were lost: when it sends begins anew.
+    pub fn pause(&mut self, node: Option<u8>) {
+        self.each(node, Track::pause);
+    }
+
+    fn each(&mut self, node: Option<u8>, act: impl Fn(&mut Track)) {
+        for (_, tracks) in self.nodes.iter_mut().filter(|(id, _)| node.is_none_or(|node| node == *id)) {
+            tracks.list.iter_mut().for_each(&act);
         }
     }
 
@@ -309,7 +316,13 @@ impl Track {
 
     /// What it does is learnt anew; its figures stay.
     fn restart(&mut self) {
-        (self.last, self.absent, self.steady) = (None, None, 0);
+        self.pause();
+        self.steady = 0;
+    }
+
+    /// It begins anew to do what it did.
+    fn pause(&mut self) {
+        (self.last, self.absent) = (None, None);
         (self.doubled, self.reported, self.asked) = (false, false, false);
     }
 
@@ -424,7 +437,7 @@ impl Track {
             self.phase = now.cycle;
         } else if passed.more_than(n) || passed.less_than(n) {
             let what = Syn010::TransmissionType { found: passed.syncs, expected: n };
-            self.report(what, last.when, None, known, cx);
+            self.report(what, last.when, Some(last.when.at), known, cx);
         } else {
             self.phase = now.cycle;
         }
