@@ -97,6 +97,8 @@ pub struct Recording {
     /// The last frame's time, and the latest so far.
     last_ns: Option<i64>,
     latest_ns: Option<i64>,
+    /// The last silence of the bus after which frames came in a row, in ns.
+    silence_ns: i64,
     /// Mean gap between frames, in 64ths of ns.
     mean_gap_64: i64,
     /// The longest gap of late, in ns.
@@ -143,7 +145,10 @@ impl Recording {
             Some(direction) => direction == Direction::Tx,
             None => commands || frame.kind == Kind::Remote,
         };
-        (When { own, silent_ns, ..self.at(frame.reference()) }, happened)
+        if silent_ns > DRAIN_NS {
+            self.silence_ns = silent_ns;
+        }
+        (When { own, silent_ns: self.silence_ns, ..self.at(frame.reference()) }, happened)
     }
 
     /// The place of what has no frame of its own: the end of the capture, or a time at which no frame came.
