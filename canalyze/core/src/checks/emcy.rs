@@ -9,7 +9,8 @@ use std::collections::VecDeque;
 
 use crate::configuration::Provenance;
 use crate::context::Context;
-use crate::finding::{Finding, Verdict};
+use crate::evidence::When;
+use crate::finding::{Finding, Severity, Verdict};
 use crate::frame::FrameRef;
 use crate::message::{ERRORS, Errors};
 use crate::node::{Node, PerNode};
@@ -19,6 +20,8 @@ use crate::rules::emcy::{Emc001, Emc002, Emc003, Emc005, Emc007, Emc008, Emc009,
 const RESERVED: u8 = 1 << 6;
 /// What an inhibit time may be undercut by, in ns.
 const SLACK_NS: i64 = 1_000_000;
+/// Errors that a node reports within this time of each other, in ns, have one cause.
+const TOGETHER_NS: i64 = 200_000_000;
 /// An error that comes again within this time after it was taken back is the same trouble, in ns.
 const AGAIN_NS: i64 = 10_000_000_000;
 /// So many emergencies of one node within [`FLOOD_NS`] are a flood: an emergency is sent once for each error.
@@ -36,6 +39,7 @@ struct Standing {
     bits: [u8; BITS],
     /// The emergency that reported it first.
     at: FrameRef,
+    when: When,
     /// How often it was sent.
     count: u64,
 }
@@ -176,7 +180,8 @@ impl Reported {
             if let Some(slot) = bits.first_mut() {
                 *slot = bit;
             }
-            self.standing.push(Standing { code, bits, at, count: 1 });
+            let when = When { at, ..When::default() };
+            self.standing.push(Standing { code, bits, at, when, count: 1 });
         }
     }
 
@@ -213,10 +218,16 @@ impl Reported {
                     *known == code
                         && then.zip(cx.at.t_ns).is_some_and(|(then, now)| now.saturating_sub(then) < AGAIN_NS)
                 });
-                let because_of = again.map(|(_, at, _)| *at);
-                // The trouble goes on: its next time is a consequence of the first one, too.
-                if let (Some(first), Some(one)) = (because_of, self.standing.iter_mut().find(|one| one.code == code)) {
-                    one.at = first;
+                let with = self.standing.iter().find(|one| {
+                    let gap = cx.evidence.recording.between(one.when, cx.when);
+                    let near = gap.is_some_and(|gap| (0..TOGETHER_NS).contains(&gap));
+                    one.code != code && (near || one.when.epoch != cx.when.epoch)
+                });
+                let with = with.filter(|one| severity(one.code) >= severity(code));
+                let because_of = again.map(|(_, at, _)| *at).or(with.map(|one| one.at));
+                if let Some(one) = self.standing.iter_mut().find(|one| one.code == code) {
+                    // The trouble goes on: its next time is a consequence of the first one, too.
+                    (one.at, one.when) = (because_of.unwrap_or(one.at), cx.when);
                 }
                 find(reported(code, register), node, cx.at, None, because_of, cx);
                 self.found = because_of.or(Some(cx.at));
@@ -290,6 +301,10 @@ fn reported(code: u16, register: u8) -> Verdict {
         ..0x2000 | 0x8000..=0x82FF | 0xF000.. => Emc008::Reported { code, register }.into(),
         _ => Emc007::Reported { code, register }.into(),
     }
+}
+
+fn severity(code: u16) -> Severity {
+    reported(code, 0).code.rule().severity
 }
 
 fn find(
