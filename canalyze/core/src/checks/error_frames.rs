@@ -28,6 +28,8 @@ pub struct ErrorFrames {
     overflow: Option<Disturbance>,
     /// The last state of the controller that was raised and not left: warning level or error passive.
     state: Option<(Condition, FrameRef)>,
+    /// The last time it went off the bus, until it is back.
+    off: Option<FrameRef>,
     /// A command that switches the bit timing, and until when it explains error frames, in ns.
     switched: Option<(FrameRef, i64)>,
 }
@@ -95,8 +97,12 @@ impl ErrorFrames {
         if let Some(event) = &mut self.bus {
             (event.recovery, event.last) = (Some((recovery, cx.at)), cx.at);
         } else {
-            let state = self.state.take();
-            raise_recovery(recovery, cx.at, state.map(|(_, at)| at), cx);
+            let (off, state) = (self.off.take(), self.state.take());
+            if recovery == Recovery::Restarted && off.is_none() {
+                // Only bus-off is left by a restart.
+                return cx.emit(cx.verdict(Bus001::Unseen, None, None, None));
+            }
+            raise_recovery(recovery, cx.at, off.or(state.map(|(_, at)| at)), cx);
         }
     }
 
@@ -132,6 +138,9 @@ impl ErrorFrames {
             raise_condition(*condition, *count, *first, Some(at), cx);
         }
         event.raised = Some((worst, at, event.frames));
+        if worst == Condition::BusOff {
+            self.off = Some(at);
+        }
         if matches!(worst, Condition::WarningLevel | Condition::ErrorPassive) && again.is_none() {
             self.state = Some((worst, at));
         }
@@ -148,7 +157,7 @@ impl ErrorFrames {
             cx.emit(Finding { at: event.last, because_of: Some(at), ..finding });
         }
         if let Some((recovery, back)) = event.recovery {
-            self.state = None;
+            (self.state, self.off) = (None, None);
             raise_recovery(recovery, back, Some(at), cx);
         }
     }
