@@ -104,6 +104,8 @@ struct Axis {
     unannounced: Option<Unannounced>,
     /// What explains that it is in fault: the EMCY, or the statusword that showed it.
     fault: Option<FrameRef>,
+    /// The first fault reset since then that had no effect.
+    vain: Option<FrameRef>,
     request: Option<Request>,
     /// Steps upward that controlwords explain.
     climbed: u8,
@@ -424,7 +426,7 @@ impl Drive {
         let Some(before) = axis.sample.replace(sample).filter(|before| before.state != state) else { return };
         let judged = axis.is_drive(place);
         if !is_fault(state) {
-            axis.fault = None;
+            (axis.fault, axis.vain) = (None, None);
         } else if !is_fault(before.state) && judged {
             match announced(place, before, sample, emcy) {
                 Announced::By(emcy) => {
@@ -531,8 +533,11 @@ impl Axis {
         }
         let what = Drv002::StillIn { controlword: order.word, statusword: sample.word, after };
         let finding = cx.verdict(what, Some(place.node.id()), Some(controlword(place.axis)), Some(order.at));
-        // What causes the fault is still there.
-        let because_of = self.fault.filter(|_| order.command == Command::FaultReset);
+        // What causes the fault is still there: resets that are tried again follow from that.
+        let because_of = self.vain.filter(|_| order.command == Command::FaultReset);
+        if order.command == Command::FaultReset {
+            self.vain = because_of.or(Some(order.at));
+        }
         cx.emit(Finding { because_of, ..finding });
     }
 
