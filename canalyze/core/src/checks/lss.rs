@@ -13,6 +13,7 @@ use crate::cob_id::Role;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::{Event, Note, What};
+use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Verdict;
 use crate::finding::Code;
 use crate::frame::{Frame, FrameRef};
@@ -29,8 +30,6 @@ const PATIENCE_NS: i64 = 5_000_000_000;
 const ACTIVATION_NS: i64 = 500_000_000;
 /// So many frames as LSS has them, for each that is not, are LSS.
 const PLAIN: usize = 3;
-/// The longest that a frame captured twice follows itself.
-const COPIED_NS: i64 = 250_000;
 
 /// Which slaves are in the configuration state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -101,8 +100,6 @@ pub struct Lss {
     odd_request: Option<FrameRef>,
     /// The last frame of the master.
     last: Option<FrameRef>,
-    /// The last frame of a slave.
-    said: Option<(Command, FrameRef)>,
     /// Frames that LSS knows, with their unused bytes 0.
     plain: usize,
     /// A slave's is among them.
@@ -130,7 +127,6 @@ impl Default for Lss {
             node_ids: NodeIds::default(),
             odd_request: None,
             last: None,
-            said: None,
             plain: 0,
             answered: false,
             due_ns: i64::MAX,
@@ -239,6 +235,8 @@ impl Lss {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        let left = self.exchanges.left();
+        self.all_unexplained(left, cx);
         let over = self.scan.give_up();
         self.scanned(over, cx);
         if self.answered && self.plain >= PLAIN && self.findings.waiting() * PLAIN <= self.plain {
@@ -392,9 +390,7 @@ impl Lss {
             self.unreadable(false, cx.at);
             return self.findings.raise(Lss001::BySlave { command: found }, None, None, cx);
         }
-        let before = self.said.replace((command, cx.at)).filter(|(before, _)| *before == command);
-        let gap = before.and_then(|(_, before)| cx.at.t_ns?.checked_sub(before.t_ns?));
-        let repeats = gap.is_some_and(|gap| (0..=COPIED_NS).contains(&gap));
+        let repeats = cx.sighting == Sighting::Suspect;
         let Some(exchange) = Exchange::answered_by(command) else { return };
         if let Some(early) = self.exchanges.take_early(exchange) {
             // The request has an answer of its own: the one captured before it was the one before, twice.
@@ -403,7 +399,7 @@ impl Lss {
         if self.exchanges.explains(exchange) {
             self.answered(exchange, command, plain, cx.at, nodes, cx);
         } else {
-            self.exchanges.hold(Early { at: cx.at, exchange, command, plain, repeats });
+            self.exchanges.hold(Early { at: cx.at, exchange, command, plain, repeats, passed: false });
         }
     }
 
