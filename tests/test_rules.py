@@ -236,7 +236,7 @@ RAISED: dict[str, list[Raised]] = {
     "SYN008-stopped": [("SYN008", 18, 14)],
     "SYN009": [("SYN009", 15, 14)],
     "SYN010": [("SYN010", 12, 10)],
-    "SYN010-late": [("SYN010", 16, 15)],
+    "SYN010-late": [("SYN010", 15, None)],
     "SYN011": [("SYN011", 38, None)],
     "SYN011-no-stamps": [("SYN011", 6, None)],
     "SYN012": [("SYN012", 10, None)],

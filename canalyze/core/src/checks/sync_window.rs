@@ -14,7 +14,7 @@ use crate::event::Placement;
 use crate::evidence::circumstance::Rules;
 use crate::evidence::recording::Recording;
 use crate::evidence::when::When;
-use crate::finding::{Code, Finding, Verdict};
+use crate::finding::{Code, Finding};
 use crate::frame::{CanId, FrameRef};
 use crate::node::{Pdo, PerNode};
 use crate::rules::sync::{Syn004, Syn008, Syn009, Syn010, Syn011};
@@ -398,7 +398,8 @@ impl Track {
             return;
         }
         let since = last.map_or(sync, |last| last.when);
-        self.report(Syn004::Late { delay, window, tolerance, cycle: now.cycle }, since, None, known, cx);
+        let what = Syn004::Late { delay, window, tolerance, cycle: now.cycle };
+        self.report(cx.verdict(what, Some(known.node), Some(self.object()), None), since, known, cx);
     }
 
     /// Whether it came in the cycle in which it was due.
@@ -431,13 +432,15 @@ impl Track {
             self.phase = now.cycle;
             self.absent = Some(due);
             let what = Syn008::Missing { cycle: due, count: count.max(2) - 1 };
-            self.report(what, last.when, known.period.frame(due), known, cx);
+            let finding = cx.verdict(what, Some(known.node), Some(self.object()), known.period.frame(due));
+            self.report(finding, last.when, known, cx);
         } else if passed.periods.is_none() {
             // One cycle to either side may be a late echo, or a machine that stood still.
             self.phase = now.cycle;
         } else if passed.more_than(n) || passed.less_than(n) {
             let what = Syn010::TransmissionType { found: passed.syncs, expected: n };
-            self.report(what, last.when, Some(last.when.at), known, cx);
+            let finding = cx.verdict(what, Some(known.node), Some(self.object()), Some(last.when.at));
+            self.report(finding, last.when, known, cx);
         } else {
             self.phase = now.cycle;
         }
@@ -470,7 +473,9 @@ impl Track {
                 return;
             }
             let what = Syn010::OtherCycle { expected: missing, found: now.cycle };
-            return self.report(what, last.when, Some(last.when.at), known, cx);
+            // It is the earlier one that is late.
+            let finding = cx.verdict(what, Some(node), Some(object), None);
+            return self.report(Finding { at: last.when.at, ..finding }, last.when, known, cx);
         }
         if !(self.established() || (self.kind == 0 && self.needed == ESTABLISHED)) {
             return;
@@ -482,24 +487,18 @@ impl Track {
             return;
         }
         self.reported = true;
-        self.report(Syn009::Twice { cycle: now.cycle }, last.when, Some(last.when.at), known, cx);
+        let finding = cx.verdict(Syn009::Twice { cycle: now.cycle }, Some(node), Some(object), Some(last.when.at));
+        self.report(finding, last.when, known, cx);
         // It is counted from the one that was due.
         self.last = Some(last);
     }
 
     /// Reports what was not as it should be since a frame; as a consequence, where SYNC was irregular since then.
-    fn report(
-        &self,
-        what: impl Into<Verdict>,
-        since: When,
-        cause: Option<FrameRef>,
-        known: &Judged<'_>,
-        cx: &mut Context<'_>,
-    ) {
-        let node = Some(known.node);
-        let excuse = || cx.evidence.circumstances.excuse(Rules::SynchronousPdo, node, since, &cx.evidence.recording);
+    fn report(&self, finding: Finding, since: When, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let recording = &cx.evidence.recording;
+        let excuse = || cx.evidence.circumstances.excuse(Rules::SynchronousPdo, finding.node, since, recording);
         let because_of = known.because_of.or_else(excuse);
-        let finding = Finding { because_of, ..cx.verdict(what, node, Some(self.object()), cause) };
+        let finding = Finding { because_of, ..finding };
         if cx.evidence.recording.is_open() {
             return cx.report_timed(finding);
         }

@@ -66,7 +66,7 @@ rules! {
     }
 
     /// An event-driven TPDO within its inhibit time.
-    Pdo004 "PDO004" "inhibit-time" Warning "CiA 301 7.5.2.37" one [Pdo] {
+    Pdo004 "PDO004" "inhibit-time" Warning "CiA 301 7.5.2.37" one here [Pdo] {
         message "抑制时间未到就再次发送" "sent again within the inhibit time";
         meaning
             "事件驱动的TPDO两次发送之间至少相隔抑制时间(通信参数子索引03h, 单位100µs); 对远程请求的应答不算。"
