@@ -60,23 +60,27 @@ class Finding:
     """The annotated lines of its context, oldest first, its own frame's among them; none where nobody asked."""
     because_of: int | None = None
     """The frame of the event or finding that explains it: it is a consequence of that, and its severity is info."""
+    about: int | None = None
+    """The frame that it is about, as the rule says; None: `cause_frame`, or else `frame`."""
 
     @classmethod
     def from_json(cls, row: Mapping[str, Any]) -> "Finding":
         """Take one object of the core (`"kind": "finding"`); keys that are not known here are passed over."""
         known = {name: row[name] for name in _SIMPLE}
         lines = tuple(Line(line["frame"], line["text"]) for line in row.get("lines", ()))
-        return cls(**known, facts=row.get("facts") or {}, lines=lines)
+        return cls(**known, facts=row.get("facts") or {}, lines=lines, about=row.get("about_frame"))
 
     @property
     def about_frame(self) -> int | None:
         """The frame that it is about: an earlier one than the one that shows it, or that one."""
+        if self.about is not None:
+            return self.about
         return self.frame if self.cause_frame is None else self.cause_frame
 
     @property
     def about_line(self) -> int | None:
         """The line of that frame."""
-        return self.line if self.cause_frame is None else self.cause_line
+        return self.line if self.about_frame == self.frame else self.cause_line
 
     @property
     def object(self) -> str | None:

@@ -119,7 +119,9 @@ def described(rows: dict[int, list[Row]]) -> _core.Network:
                 device="",
                 rows=[
                     (index, sub, f"{index:04X}:{sub:02X}", types[size], "rw", value, False, True, False, "", 1.0)
-                    for index, sub, value, size in sorted([(0x1000, 0, 0x191, 4), *objects])
+                    for (index, sub), (value, size) in sorted(
+                        {(0x1000, 0): (0x191, 4), **{(row[0], row[1]): (row[2], row[3]) for row in objects}}.items()
+                    )
                 ],
             ),
         )
@@ -293,6 +295,7 @@ def drive(known: Known = "written", device_type: int = 0x0002_0192) -> Session:
     net.now = 0.0
     net.heartbeat(DRIVE, period=0.5, count=int(SECONDS / 0.5) - 1, state=OPERATIONAL)
     rows: list[Row] = [
+        (0x1000, 0, device_type, 4),
         (0x1017, 0, 500, 2),
         (0x1400, 1, 0x205, 4),
         (0x1400, 2, 255, 1),

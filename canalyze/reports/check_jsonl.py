@@ -61,6 +61,7 @@ def _finding(one: Counted, fails: bool) -> dict[str, Any]:
         "t": finding.t,
         "cause_frame": finding.cause_frame,
         "cause_line": finding.cause_line,
+        "about_frame": finding.about_frame,
         "because_of": finding.because_of,
         "bus": finding.bus,
         "node": finding.node,

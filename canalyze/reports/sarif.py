@@ -139,7 +139,7 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
         "partialFingerprints": _fingerprints(finding),
         "occurrenceCount": one.count,
     }
-    if finding.cause_frame is not None and finding.frame is not None:
+    if finding.about_frame != finding.frame and finding.frame is not None:
         text = text.replace(_LINK, f"[{words('reports.frame', frame=finding.frame)}]({_SHOWN})")
         shown = _location(artifact, finding.line, _line_of(finding, finding.frame))
         shown |= {"id": _SHOWN, "message": {"text": words("reports.shown_here")}}

@@ -60,7 +60,7 @@ def where(finding: "Finding", words: Words, *, shown: str | None = None) -> list
         said.append(words("reports.frame", frame=finding.about_frame))
     if finding.about_line is not None and finding.about_line != finding.about_frame:
         said.append(words("reports.line", line=finding.about_line))
-    if finding.cause_frame is not None and finding.frame is not None:
+    if finding.about_frame != finding.frame and finding.frame is not None:
         said.append(words("reports.shown", frame=shown or words("reports.frame", frame=finding.frame)))
     if finding.t is not None:
         said.append(f"{printable(finding.t)} s")

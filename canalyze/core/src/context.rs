@@ -4,9 +4,9 @@
 
 use crate::event::{Event, What};
 use crate::evidence::duplicates::Sighting;
-use crate::evidence::recording::Verdict;
+use crate::evidence::recording;
 use crate::evidence::{Evidence, When};
-use crate::finding::{Code, Facts, Finding};
+use crate::finding::{Code, Facts, Finding, Verdict};
 use crate::frame::{BusId, FrameRef};
 use crate::services::sdo::transfer::TransferId;
 use crate::services::sdo::wire::Mux;
@@ -49,6 +49,24 @@ pub struct Chunk {
 }
 
 impl Context<'_> {
+    /// Reports what a rule says at the frame at hand. `cause` is the earlier frame it is about, if another.
+    pub fn raise(&mut self, what: impl Into<Verdict>, node: Option<u8>, object: Option<Mux>, cause: Option<FrameRef>) {
+        let finding = self.verdict(what, node, object, cause);
+        self.report(finding);
+    }
+
+    /// A finding at the frame at hand that is not reported yet. `cause` as in [`Self::raise`].
+    pub fn verdict(
+        &self,
+        what: impl Into<Verdict>,
+        node: Option<u8>,
+        object: Option<Mux>,
+        cause: Option<FrameRef>,
+    ) -> Finding {
+        let Verdict { code, facts } = what.into();
+        Finding { code, at: self.at, cause, bus: self.bus, node, object, facts, because_of: None }
+    }
+
     /// Raises a finding at the frame at hand. `cause` is the earlier frame it is about, if another.
     pub fn find(&mut self, code: Code, node: Option<u8>, object: Option<Mux>, cause: Option<FrameRef>, facts: Facts) {
         let finding = self.finding(code, node, object, cause, facts);
@@ -89,7 +107,7 @@ impl Context<'_> {
     /// Reports a finding that rests on the time of the frame at hand, or on a deadline that has passed by it: none where
     /// the recorder had stood still.
     pub fn report_timed(&mut self, finding: Finding) {
-        if self.evidence.recording.verdict(self.when.burst) != Some(Verdict::Confirmed) {
+        if self.evidence.recording.verdict(self.when.burst) != Some(recording::Verdict::Confirmed) {
             self.emit(finding);
         }
     }
@@ -124,7 +142,8 @@ impl Context<'_> {
         self.events.push(Event { at: self.at, about, bus: self.bus, node, transfer: None, what });
     }
 
-    fn emit(&mut self, finding: Finding) {
+    /// Puts a finding out as it is, where it stands.
+    pub fn emit(&mut self, finding: Finding) {
         let Finding { at, cause, bus, node, .. } = finding;
         let what = What::Finding(Box::new(finding));
         self.events.push(Event { at, about: cause, bus, node, transfer: None, what });

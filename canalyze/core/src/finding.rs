@@ -33,7 +33,8 @@ pub struct Finding {
 impl Finding {
     /// The frame that it is about: the one that shows it, or an earlier one.
     pub fn about(&self) -> Option<FrameRef> {
-        Some(self.cause.unwrap_or(self.at)).filter(|about| about.no > 0)
+        let earlier = self.cause.filter(|_| !self.code.rule().about_here);
+        Some(earlier.unwrap_or(self.at)).filter(|about| about.no > 0)
     }
 
     /// How bad it is: as its rule says, but a consequence is only worth knowing.

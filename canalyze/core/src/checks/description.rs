@@ -9,9 +9,11 @@ use std::collections::BTreeSet;
 use crate::configuration::{Provenance, number};
 use crate::context::Context;
 use crate::dictionary::Object;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::{Quantity, Verdict};
 use crate::node::{Node, PerNode};
 use crate::od::{self, DataType};
+use crate::rules::description::{Eds001, Eds002, Eds003, Eds004};
+use crate::rules::sdo::{Sdo013, Sdo014};
 use crate::services::sdo::transfer::{Direction, Mode, Transfer};
 use crate::services::sdo::wire::Mux;
 
@@ -52,8 +54,8 @@ impl Descriptions {
                 access(object, transfer, mux, cx);
             }
             None if mux.index >= OBJECTS && mux.sub != STRUCTURE && self.first(node.id(), mux) => {
-                let face = u8::from(description.has(mux.index));
-                cx.find(Code::Eds003, Some(node.id()), Some(mux), None, Facts::told(face, &[]));
+                let what = if description.has(mux.index) { Eds003::SubIndex } else { Eds003::Index };
+                cx.raise(what, Some(node.id()), Some(mux), None);
             }
             None => {}
         }
@@ -70,14 +72,14 @@ impl Descriptions {
             && (configuration || preset.value != 0)
             && self.first(node.id(), mux)
         {
-            let code = match preset.from {
-                _ if !configuration => Code::Eds004,
-                Provenance::Dcf => Code::Eds002,
-                _ => Code::Eds001,
-            };
             let quantity = |value| if word(mux) { Quantity::Hex8(value as u32) } else { Quantity::Count(value) };
-            let measured = [("found", quantity(found)), ("described", quantity(preset.value))];
-            cx.find(code, Some(node.id()), Some(mux), None, Facts::told(0, &measured));
+            let (found, described) = (quantity(found), quantity(preset.value));
+            let what: Verdict = match preset.from {
+                _ if !configuration => Eds004::Value { found, described }.into(),
+                Provenance::Dcf => Eds002::Value { found, described }.into(),
+                _ => Eds001::Value { found, described }.into(),
+            };
+            cx.raise(what, Some(node.id()), Some(mux), None);
         }
     }
 
@@ -128,15 +130,13 @@ fn length(data_type: u16, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
     let size = DataType::from_code(data_type).and_then(DataType::size);
     let Some(size) = size.map(|size| size as u64).filter(|_| !unsized_value) else { return };
     if transfer.size != size {
-        let measured = [
-            ("found", Quantity::Count(transfer.size)),
-            ("type", Quantity::Type(data_type)),
-            ("length", Quantity::Count(size)),
-        ];
         let upload = transfer.direction == Direction::Upload;
+        let (found, r#type, length) = (transfer.size, data_type, size);
+        let read = Sdo013::Read { found, r#type, length };
+        let what = if upload { read } else { Sdo013::Written { found, r#type, length } };
         let cause = if upload { transfer.initiated } else { Some(transfer.first) };
         let cause = cause.filter(|cause| cause.no != cx.at.no);
-        cx.find(Code::Sdo013, Some(transfer.node), Some(mux), cause, Facts::told(u8::from(upload), &measured));
+        cx.raise(what, Some(transfer.node), Some(mux), cause);
     }
 }
 
@@ -145,6 +145,7 @@ fn access(object: &Object, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) 
     let allowed = if upload { object.access.is_readable() } else { object.access.is_writable() };
     if !allowed {
         let cause = (transfer.first.no != cx.at.no).then_some(transfer.first);
-        cx.find(Code::Sdo014, Some(transfer.node), Some(mux), cause, Facts::told(u8::from(upload), &[]));
+        let what = if upload { Sdo014::Read } else { Sdo014::Written };
+        cx.raise(what, Some(transfer.node), Some(mux), cause);
     }
 }

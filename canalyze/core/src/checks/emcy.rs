@@ -7,18 +7,21 @@
 
 use std::collections::VecDeque;
 
-use super::withheld::raise;
 use crate::configuration::Provenance;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::evidence::When;
+use crate::finding::{Finding, Severity, Verdict};
 use crate::frame::FrameRef;
 use crate::message::{ERRORS, Errors};
 use crate::node::{Node, PerNode};
+use crate::rules::emcy::{Emc001, Emc002, Emc003, Emc005, Emc007, Emc008, Emc009, Emc010};
 
 /// Bit of the error register that is reserved.
 const RESERVED: u8 = 1 << 6;
 /// What an inhibit time may be undercut by, in ns.
 const SLACK_NS: i64 = 1_000_000;
+/// Errors that a node reports within this time of each other, in ns, have one cause.
+const TOGETHER_NS: i64 = 200_000_000;
 /// An error that comes again within this time after it was taken back is the same trouble, in ns.
 const AGAIN_NS: i64 = 10_000_000_000;
 /// So many emergencies of one node within [`FLOOD_NS`] are a flood: an emergency is sent once for each error.
@@ -36,6 +39,7 @@ struct Standing {
     bits: [u8; BITS],
     /// The emergency that reported it first.
     at: FrameRef,
+    when: When,
     /// How often it was sent.
     count: u64,
 }
@@ -125,13 +129,12 @@ impl Emergencies {
 
     /// What an emergency says, and what is wrong with it.
     pub fn judge(&mut self, (code, register): (u16, u8), node: u8, configured: Option<&Node>, cx: &mut Context<'_>) {
-        let found = [("code", Quantity::Emcy(code)), ("register", Quantity::Hex2(register))];
         self.nodes.entry(node).report(node, code, register, cx);
         if code > 0xFF && register == 0 {
-            cx.find(Code::Emc001, Some(node), None, None, Facts::told(0, &found));
+            cx.raise(Emc001::NoRegister { code, register }, Some(node), None, None);
         }
         if register & RESERVED != 0 {
-            cx.find(Code::Emc003, Some(node), None, None, Facts::told(0, &found));
+            cx.raise(Emc003::Bit6 { code, register }, Some(node), None, None);
         }
         let last = self.nodes.entry(node).last.replace(cx.at);
         let Some(gap) = super::nmt::since(last, cx.at).filter(|gap| *gap >= 0) else { return };
@@ -139,9 +142,8 @@ impl Emergencies {
         let Some((inhibit, _)) = inhibit.filter(|(_, from)| *from > Provenance::Eds) else { return };
         let inhibit_ns = (inhibit & 0xFFFF) as i64 * 100_000;
         if gap < inhibit_ns - SLACK_NS.max(inhibit_ns / 10).max(self.slack_ns) {
-            let facts = [("found", Quantity::Ns(gap)), ("expected", Quantity::Ns(inhibit_ns))];
-            let finding = cx.finding(Code::Emc005, Some(node), None, None, Facts::told(0, &facts));
-            cx.report_timed(finding);
+            let what = Emc005::TooClose { found: gap, expected: inhibit_ns };
+            cx.report_timed(cx.verdict(what, Some(node), None, None));
         }
     }
 
@@ -150,12 +152,11 @@ impl Emergencies {
         for (node, reported) in self.nodes.iter_mut() {
             reported.end_flood(node, cx);
             for one in std::mem::take(&mut reported.standing) {
-                let age = super::nmt::since(Some(one.at), cx.at);
-                let mut facts = vec![("code", Quantity::Emcy(one.code)), ("count", Quantity::Count(one.count))];
-                facts.extend(age.map(|age| ("age", Quantity::Ns(age))));
-                let face = u8::from(one.count > 1);
-                let because_of = Some(one.at);
-                find(Code::Emc009, node, cx.at, because_of, because_of, Facts::told(face, &facts), cx);
+                let Standing { code, at, count, .. } = one;
+                let age = super::nmt::since(Some(at), cx.at);
+                let repeated = Emc009::StandsAndRepeats { code, count, age };
+                let what = if count > 1 { repeated } else { Emc009::Stands { code, count, age } };
+                find(what, node, cx.at, Some(at), Some(at), cx);
             }
         }
     }
@@ -179,7 +180,8 @@ impl Reported {
             if let Some(slot) = bits.first_mut() {
                 *slot = bit;
             }
-            self.standing.push(Standing { code, bits, at, count: 1 });
+            let when = When { at, ..When::default() };
+            self.standing.push(Standing { code, bits, at, when, count: 1 });
         }
     }
 
@@ -216,13 +218,18 @@ impl Reported {
                     *known == code
                         && then.zip(cx.at.t_ns).is_some_and(|(then, now)| now.saturating_sub(then) < AGAIN_NS)
                 });
-                let because_of = again.map(|(_, at, _)| *at);
-                // The trouble goes on: its next time is a consequence of the first one, too.
-                if let (Some(first), Some(one)) = (because_of, self.standing.iter_mut().find(|one| one.code == code)) {
-                    one.at = first;
+                let with = self.standing.iter().find(|one| {
+                    let gap = cx.evidence.recording.between(one.when, cx.when);
+                    let near = gap.is_some_and(|gap| (0..TOGETHER_NS).contains(&gap));
+                    one.code != code && (near || one.when.epoch != cx.when.epoch)
+                });
+                let with = with.filter(|one| severity(one.code) >= severity(code));
+                let because_of = again.map(|(_, at, _)| *at).or(with.map(|one| one.at));
+                if let Some(one) = self.standing.iter_mut().find(|one| one.code == code) {
+                    // The trouble goes on: its next time is a consequence of the first one, too.
+                    (one.at, one.when) = (because_of.unwrap_or(one.at), cx.when);
                 }
-                let facts = [("code", Quantity::Emcy(code)), ("register", Quantity::Hex2(register))];
-                find(rule(code), node, cx.at, None, because_of, Facts::told(0, &facts), cx);
+                find(reported(code, register), node, cx.at, None, because_of, cx);
                 self.found = because_of.or(Some(cx.at));
             }
             Change::Again => {
@@ -232,30 +239,24 @@ impl Reported {
             _ => {}
         }
         for one in self.ended.drain(..).filter(|one| one.count > 1) {
-            let facts = [("code", Quantity::Emcy(one.code)), ("count", Quantity::Count(one.count))];
-            find(Code::Emc009, node, cx.at, Some(one.at), Some(one.at), Facts::told(2, &facts), cx);
+            let what = Emc009::Repeated { code: one.code, count: one.count };
+            find(what, node, cx.at, Some(one.at), Some(one.at), cx);
         }
         self.count(node, cx);
     }
 
     /// A reset that leaves errors: which one is gone, and which ones are left, as far as that is known.
     fn partial(&self, node: u8, register: u8, cx: &mut Context<'_>) {
-        let register = ("register", Quantity::Hex2(register));
-        let count = ("count", Quantity::Count(self.standing.len() as u64));
-        let left = self.standing.first().map(|one| ("left", Quantity::Emcy(one.code)));
-        let facts = match (self.change, left) {
-            (Change::Gone(code), left) => {
-                let cleared = ("cleared", Quantity::Emcy(code));
-                match left {
-                    None => Facts::told(3, &[register, cleared]),
-                    Some(left) if self.standing.len() == 1 => Facts::told(1, &[register, cleared, left]),
-                    Some(left) => Facts::told(2, &[register, cleared, left, count]),
-                }
-            }
-            (_, Some(_)) if self.standing.len() > 1 => Facts::told(4, &[register, count]),
-            _ => Facts::told(0, &[("code", Quantity::Emcy(0)), register]),
+        let count = self.standing.len() as u64;
+        let left = self.standing.first().map(|one| one.code);
+        let what = match (self.change, left) {
+            (Change::Gone(cleared), None) => Emc002::UnknownLeft { register, cleared },
+            (Change::Gone(cleared), Some(left)) if count == 1 => Emc002::OneLeft { register, cleared, left },
+            (Change::Gone(cleared), Some(left)) => Emc002::SeveralLeft { register, cleared, left, count },
+            _ if count > 1 => Emc002::OneOf { register, count },
+            _ => Emc002::StillSet { code: 0, register },
         };
-        find(Code::Emc002, node, cx.at, None, None, facts, cx);
+        find(what, node, cx.at, None, None, cx);
     }
 
     /// Counts an emergency; many in a short time are a finding.
@@ -280,8 +281,7 @@ impl Reported {
             let count = FLOOD as u64;
             self.flood = Some(Flood { first, last: cx.at, count });
             let because_of = self.found.filter(|found| found.no >= first.no);
-            let facts = [("count", Quantity::Count(count)), ("duration", Quantity::Ns(since(&first)))];
-            find(Code::Emc010, node, first, None, because_of, Facts::told(0, &facts), cx);
+            find(Emc010::Flood { count, duration: since(&first) }, node, first, None, because_of, cx);
         }
     }
 
@@ -290,28 +290,30 @@ impl Reported {
         let Some(Flood { first, last, count }) = self.flood.take() else { return };
         if count > FLOOD as u64 {
             let duration = super::nmt::since(Some(first), last).unwrap_or(0);
-            let facts = [("count", Quantity::Count(count)), ("duration", Quantity::Ns(duration))];
-            find(Code::Emc010, node, last, Some(first), Some(first), Facts::told(1, &facts), cx);
+            find(Emc010::InAll { count, duration }, node, last, Some(first), Some(first), cx);
         }
     }
 }
 
-/// The rule of an error: generic, communication and device-specific codes may be harmless to the device.
-const fn rule(code: u16) -> Code {
+/// What is said of an error: generic, communication and device-specific codes may be harmless to the device.
+fn reported(code: u16, register: u8) -> Verdict {
     match code {
-        ..0x2000 | 0x8000..=0x82FF | 0xF000.. => Code::Emc008,
-        _ => Code::Emc007,
+        ..0x2000 | 0x8000..=0x82FF | 0xF000.. => Emc008::Reported { code, register }.into(),
+        _ => Emc007::Reported { code, register }.into(),
     }
 }
 
+fn severity(code: u16) -> Severity {
+    reported(code, 0).code.rule().severity
+}
+
 fn find(
-    code: Code,
+    what: impl Into<Verdict>,
     node: u8,
     at: FrameRef,
     cause: Option<FrameRef>,
     because_of: Option<FrameRef>,
-    facts: Facts,
     cx: &mut Context<'_>,
 ) {
-    raise(Finding { code, at, cause, bus: cx.bus, node: Some(node), object: None, facts, because_of }, cx);
+    cx.emit(Finding { at, because_of, ..cx.verdict(what, Some(node), None, cause) });
 }

@@ -8,10 +8,10 @@
 
 use std::collections::BTreeMap;
 
-use super::withheld::raise;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::{Finding, Verdict};
 use crate::frame::{Frame, FrameRef};
+use crate::rules::bus::{Bus001, Bus002, Bus003, Bus004, Bus005, Bus006, Bus007, Bus008};
 use crate::services::error_frame::{self, Condition, Recovery};
 
 /// Time without an error frame after which an event is over, and after which one that goes on is raised, in ns.
@@ -28,6 +28,8 @@ pub struct ErrorFrames {
     overflow: Option<Disturbance>,
     /// The last state of the controller that was raised and not left: warning level or error passive.
     state: Option<(Condition, FrameRef)>,
+    /// The last time it went off the bus, until it is back.
+    off: Option<FrameRef>,
     /// A command that switches the bit timing, and until when it explains error frames, in ns.
     switched: Option<(FrameRef, i64)>,
 }
@@ -95,8 +97,12 @@ impl ErrorFrames {
         if let Some(event) = &mut self.bus {
             (event.recovery, event.last) = (Some((recovery, cx.at)), cx.at);
         } else {
-            let state = self.state.take();
-            raise_recovery(recovery, cx.at, state.map(|(_, at)| at), cx);
+            let (off, state) = (self.off.take(), self.state.take());
+            if recovery == Recovery::Restarted && off.is_none() {
+                // Only bus-off is left by a restart.
+                return cx.emit(cx.verdict(Bus001::Unseen, None, None, None));
+            }
+            raise_recovery(recovery, cx.at, off.or(state.map(|(_, at)| at)), cx);
         }
     }
 
@@ -132,6 +138,9 @@ impl ErrorFrames {
             raise_condition(*condition, *count, *first, Some(at), cx);
         }
         event.raised = Some((worst, at, event.frames));
+        if worst == Condition::BusOff {
+            self.off = Some(at);
+        }
         if matches!(worst, Condition::WarningLevel | Condition::ErrorPassive) && again.is_none() {
             self.state = Some((worst, at));
         }
@@ -143,18 +152,12 @@ impl ErrorFrames {
         }
         let Some((condition, at, counted)) = event.raised else { return };
         if event.frames > counted {
-            let (code, _, all) = words(condition);
-            let mut facts = vec![("count", Quantity::Count(event.frames))];
-            facts.extend(elapsed(event.first, event.last).map(|ns| ("duration", Quantity::Ns(ns))));
-            let facts = Facts::told(all, &facts);
-            let (bus, because_of) = (cx.bus, Some(at));
-            raise(
-                Finding { code, at: event.last, cause: Some(at), bus, node: None, object: None, facts, because_of },
-                cx,
-            );
+            let what = in_all(condition, event.frames, elapsed(event.first, event.last));
+            let finding = cx.verdict(what, None, None, Some(at));
+            cx.emit(Finding { at: event.last, because_of: Some(at), ..finding });
         }
         if let Some((recovery, back)) = event.recovery {
-            self.state = None;
+            (self.state, self.off) = (None, None);
             raise_recovery(recovery, back, Some(at), cx);
         }
     }
@@ -174,7 +177,8 @@ fn take(event: &mut Option<Disturbance>, condition: Condition, cx: &mut Context<
     }
     if let Some((raised, root, _)) = event.raised {
         // It has become worse since.
-        let worse = words(condition).0.rule().severity > words(raised).0.rule().severity && condition > raised;
+        let severity = |condition| said(condition, 1).code.rule().severity;
+        let worse = severity(condition) > severity(raised) && condition > raised;
         raise_condition(condition, 1, at, (!worse).then_some(root), cx);
         if worse {
             event.raised = Some((condition, at, event.frames));
@@ -183,35 +187,56 @@ fn take(event: &mut Option<Disturbance>, condition: Condition, cx: &mut Context<
 }
 
 fn raise_condition(condition: Condition, count: u64, at: FrameRef, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
-    let (code, face, _) = words(condition);
-    let facts = Facts::told(face + u8::from(count > 1), &[("count", Quantity::Count(count))]);
-    raise(Finding { code, at, cause: None, bus: cx.bus, node: None, object: None, facts, because_of }, cx);
+    cx.emit(Finding { at, because_of, ..cx.verdict(said(condition, count), None, None, None) });
 }
 
 fn raise_recovery(recovery: Recovery, at: FrameRef, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
-    let face = u8::from(recovery == Recovery::Restarted);
     let after = because_of.and_then(|since| elapsed(since, at)).filter(|after| *after > 0);
-    let (code, cause) = (Code::Bus006, because_of);
-    let facts = match after {
-        Some(after) => Facts::told(face + 2, &[("after", Quantity::Ns(after))]),
-        None => Facts::told(face, &[]),
+    let what = match (recovery == Recovery::Restarted, after) {
+        (false, None) => Bus006::ErrorActive,
+        (false, Some(after)) => Bus006::ErrorActiveAfter { after },
+        (true, None) => Bus006::Restarted,
+        (true, Some(after)) => Bus006::RestartedAfter { after },
     };
-    raise(Finding { code, at, cause, bus: cx.bus, node: None, object: None, facts, because_of }, cx);
+    cx.emit(Finding { at, because_of, ..cx.verdict(what, None, None, because_of) });
 }
 
-/// The rule of a condition, its sentence for one frame (the next one is for several), and that for all of an event.
-fn words(condition: Condition) -> (Code, u8, u8) {
+/// What is said of a condition that so many frames have shown.
+fn said(condition: Condition, count: u64) -> Verdict {
+    match (condition, count) {
+        (Condition::BusOff, ..=1) => Bus001::BusOff { count }.into(),
+        (Condition::BusOff, _) => Bus001::BusOffAfter { count }.into(),
+        (Condition::ErrorPassive, ..=1) => Bus002::ErrorPassive { count }.into(),
+        (Condition::ErrorPassive, _) => Bus002::ErrorPassiveAfter { count }.into(),
+        (Condition::WarningLevel, ..=1) => Bus003::WarningLevel { count }.into(),
+        (Condition::WarningLevel, _) => Bus003::WarningLevelAfter { count }.into(),
+        (Condition::NotAcknowledged, ..=1) => Bus004::NotAcknowledged { count }.into(),
+        (Condition::NotAcknowledged, _) => Bus004::NotAcknowledgedOften { count }.into(),
+        (Condition::TransmitTimeout, ..=1) => Bus004::TransmitTimeout { count }.into(),
+        (Condition::TransmitTimeout, _) => Bus004::TransmitTimeouts { count }.into(),
+        (Condition::ReceiveOverflow, ..=1) => Bus005::Receive { count }.into(),
+        (Condition::ReceiveOverflow, _) => Bus005::ReceiveOften { count }.into(),
+        (Condition::TransmitOverflow, ..=1) => Bus005::Transmit { count }.into(),
+        (Condition::TransmitOverflow, _) => Bus005::TransmitOften { count }.into(),
+        (Condition::BusError, ..=1) => Bus007::BusError { count }.into(),
+        (Condition::BusError, _) => Bus007::BusErrors { count }.into(),
+        (Condition::Unspecified, ..=1) => Bus007::Unspecified { count }.into(),
+        (Condition::Unspecified, _) => Bus007::UnspecifiedOften { count }.into(),
+        (Condition::Transceiver, ..=1) => Bus008::FaultyWire { count }.into(),
+        (Condition::Transceiver, _) => Bus008::FaultyWireOften { count }.into(),
+    }
+}
+
+/// How many frames have shown a condition in all, in how many ns.
+fn in_all(condition: Condition, count: u64, duration: Option<i64>) -> Verdict {
     match condition {
-        Condition::BusOff => (Code::Bus001, 0, 2),
-        Condition::ErrorPassive => (Code::Bus002, 0, 2),
-        Condition::WarningLevel => (Code::Bus003, 0, 2),
-        Condition::NotAcknowledged => (Code::Bus004, 0, 4),
-        Condition::TransmitTimeout => (Code::Bus004, 2, 4),
-        Condition::ReceiveOverflow => (Code::Bus005, 0, 4),
-        Condition::TransmitOverflow => (Code::Bus005, 2, 4),
-        Condition::BusError => (Code::Bus007, 0, 4),
-        Condition::Unspecified => (Code::Bus007, 2, 4),
-        Condition::Transceiver => (Code::Bus008, 0, 2),
+        Condition::BusOff => Bus001::InAll { count, duration }.into(),
+        Condition::ErrorPassive => Bus002::InAll { count, duration }.into(),
+        Condition::WarningLevel => Bus003::InAll { count, duration }.into(),
+        Condition::NotAcknowledged | Condition::TransmitTimeout => Bus004::InAll { count, duration }.into(),
+        Condition::ReceiveOverflow | Condition::TransmitOverflow => Bus005::InAll { count, duration }.into(),
+        Condition::BusError | Condition::Unspecified => Bus007::InAll { count, duration }.into(),
+        Condition::Transceiver => Bus008::InAll { count, duration }.into(),
     }
 }
 

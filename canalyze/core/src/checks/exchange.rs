@@ -166,8 +166,10 @@ pub struct Early {
     pub command: Command,
     /// Its unused bytes are 0.
     pub plain: bool,
-    /// It repeats the slave's frame before at once.
+    /// It may be the slave's frame before, captured twice.
     pub repeats: bool,
+    /// The master has gone on since, with something else.
+    pub passed: bool,
 }
 
 /// The requests of a master.
@@ -183,11 +185,28 @@ pub struct Exchanges {
 
 impl Exchanges {
     /// A frame of the master at `at`, which opens a request of the kind `next`. Early answers are settled: those to
-    /// it, and those to nothing.
+    /// it, and those to nothing. Others wait for the frames of the master that are listed late as well.
     pub fn settle(&mut self, next: Option<Exchange>, at: FrameRef) -> (Vec<Early>, Vec<Early>) {
         self.seen = self.seen.saturating_add(1);
-        let own = |early: &Early| Some(early.exchange) == next && close(early.at, at, self.lag_ns);
-        std::mem::take(&mut self.early).into_iter().partition(own)
+        let (mut own, mut others) = (Vec::new(), Vec::new());
+        for early in std::mem::take(&mut self.early) {
+            let near = close(early.at, at, self.lag_ns);
+            // One slave answers a request, and the next answer is that to the next one.
+            let further = own.iter().any(|one: &Early| !one.repeats) && !early.repeats && !early.exchange.is_shared();
+            if near && Some(early.exchange) == next && !further {
+                own.push(early);
+            } else if near && at.t_ns.is_some() {
+                self.early.push(Early { passed: true, ..early });
+            } else {
+                others.push(early);
+            }
+        }
+        (own, others)
+    }
+
+    /// The capture is over: early answers after which the master has gone on.
+    pub fn left(&mut self) -> Vec<Early> {
+        std::mem::take(&mut self.early).into_iter().filter(|early| early.passed).collect()
     }
 
     /// A request.

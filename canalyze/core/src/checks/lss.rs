@@ -13,11 +13,13 @@ use crate::cob_id::Role;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::{Event, Note, What};
+use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Verdict;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::Code;
 use crate::frame::{Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::node::{Node, PerNode};
+use crate::rules::lss::{Lss001, Lss002, Lss003, Lss004, Lss007, Lss008, Lss009, Lss010, Lss011, Lss012};
 use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, bit_rate, is_plain};
 
 /// NMT commands that reset nodes.
@@ -28,8 +30,6 @@ const PATIENCE_NS: i64 = 5_000_000_000;
 const ACTIVATION_NS: i64 = 500_000_000;
 /// So many frames as LSS has them, for each that is not, are LSS.
 const PLAIN: usize = 3;
-/// The longest that a frame captured twice follows itself.
-const COPIED_NS: i64 = 250_000;
 
 /// Which slaves are in the configuration state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -100,8 +100,6 @@ pub struct Lss {
     odd_request: Option<FrameRef>,
     /// The last frame of the master.
     last: Option<FrameRef>,
-    /// The last frame of a slave.
-    said: Option<(Command, FrameRef)>,
     /// Frames that LSS knows, with their unused bytes 0.
     plain: usize,
     /// A slave's is among them.
@@ -129,7 +127,6 @@ impl Default for Lss {
             node_ids: NodeIds::default(),
             odd_request: None,
             last: None,
-            said: None,
             plain: 0,
             answered: false,
             due_ns: i64::MAX,
@@ -161,8 +158,7 @@ impl Lss {
             Message::Malformed { role: role @ (Role::LssRequest | Role::LssResponse), flaw: Flaw::Length { .. } } => {
                 self.first.get_or_insert(cx.at);
                 self.unreadable(matches!(role, Role::LssRequest), cx.at);
-                let facts = Facts::told(2, &[("length", Quantity::Count(frame.len.into()))]);
-                self.findings.find(Code::Lss001, None, None, facts, cx);
+                self.findings.raise(Lss001::Length { length: frame.len.into() }, None, None, cx);
             }
             Message::Nmt { command, node } if RESETS.contains(&command) => {
                 self.settle_early(nodes, cx);
@@ -217,7 +213,7 @@ impl Lss {
         if let Some(timing) = self.timing.take_if(|timing| timing.until_ns.is_some_and(|until| until <= now_ns))
             && !timing.stored
         {
-            self.findings.find_timed(Code::Lss006, None, Some(timing.at), Facts::None, cx);
+            self.findings.raise_timed(Code::Lss006, None, Some(timing.at), cx);
         }
         self.node_ids.advance(now_ns, &mut self.findings, cx);
         self.schedule();
@@ -239,6 +235,8 @@ impl Lss {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        let left = self.exchanges.left();
+        self.all_unexplained(left, cx);
         let over = self.scan.give_up();
         self.scanned(over, cx);
         if self.answered && self.plain >= PLAIN && self.findings.waiting() * PLAIN <= self.plain {
@@ -263,8 +261,7 @@ impl Lss {
         }
         let unselected = configures && self.selected == Selected::Nobody && own.is_empty() && !proving;
         if unselected {
-            let facts = Facts::told(0, &[("command", Quantity::Lss(specifier(command)))]);
-            self.findings.find(Code::Lss003, None, None, facts, cx);
+            self.findings.raise(Lss003::NotSelected { command: specifier(command) }, None, None, cx);
         }
         self.told(command, cx);
         if let Some(exchange) = exchange {
@@ -285,8 +282,7 @@ impl Lss {
         match command {
             Command::Unknown(found) => {
                 self.unreadable(true, cx.at);
-                let facts = Facts::told(0, &[("command", Quantity::Hex2(found))]);
-                self.findings.find(Code::Lss001, None, None, facts, cx);
+                self.findings.raise(Lss001::ByMaster { command: found }, None, None, cx);
             }
             Command::SwitchGlobal { mode } => self.switch(mode, cx),
             Command::SwitchSelective { part, value } => self.selective(part, value, cx),
@@ -328,9 +324,9 @@ impl Lss {
             self.address = [None; 4];
         }
         if let Some(due) = self.due_part.filter(|due| *due != number && number != 0) {
-            let measured = [("found", Quantity::Lss(0x40 + number)), ("expected", Quantity::Lss(0x40 + due))];
             if !std::mem::replace(&mut self.misordered, true) {
-                self.findings.find(Code::Lss011, None, None, Facts::told(0, &measured), cx);
+                let what = Lss011::Order { found: 0x40 + number, expected: 0x40 + due };
+                self.findings.raise(what, None, None, cx);
             }
             // Which one is wrong, this one or the one before, shows with the next address.
             self.due_part = None;
@@ -347,12 +343,11 @@ impl Lss {
     fn step(&mut self, step: Step, cx: &mut Context<'_>) {
         let bad_bit = step.bit_check >= 32 && step.bit_check != BIT_CHECK_ANY;
         if bad_bit {
-            let facts = Facts::told(0, &[("found", Quantity::Hex2(step.bit_check))]);
-            return self.findings.find(Code::Lss010, None, None, facts, cx);
+            return self.findings.raise(Lss010::BitCheck { found: step.bit_check }, None, None, cx);
         }
         if step.sub > 3 || step.next > 3 {
-            let measured = [("sub", Quantity::Count(step.sub.into())), ("next", Quantity::Count(step.next.into()))];
-            return self.findings.find(Code::Lss010, None, None, Facts::told(1, &measured), cx);
+            let what = Lss010::SubOrNext { sub: step.sub.into(), next: step.next.into() };
+            return self.findings.raise(what, None, None, cx);
         }
         let over = self.scan.step(step, cx.at, cx.evidence.recording.lag_ns());
         self.scanned(over, cx);
@@ -384,9 +379,8 @@ impl Lss {
             None | Some(What::Message(Message::ErrorFrame)) => self.silence = Some(silence),
             Some(_) => {
                 let elapsed = now_ns.saturating_sub(silence.at.t_ns.unwrap_or(now_ns));
-                let measured =
-                    [("elapsed", Quantity::Ns(elapsed)), ("silence", Quantity::Ns(silence.delay_ns.saturating_mul(2)))];
-                self.findings.find(Code::Lss008, None, Some(silence.at), Facts::told(0, &measured), cx);
+                let what = Lss008::Frame { elapsed, silence: silence.delay_ns.saturating_mul(2) };
+                self.findings.raise(what, None, Some(silence.at), cx);
             }
         }
     }
@@ -394,12 +388,9 @@ impl Lss {
     fn slave(&mut self, command: Command, plain: bool, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if let Command::Unknown(found) = command {
             self.unreadable(false, cx.at);
-            let facts = Facts::told(1, &[("command", Quantity::Hex2(found))]);
-            return self.findings.find(Code::Lss001, None, None, facts, cx);
+            return self.findings.raise(Lss001::BySlave { command: found }, None, None, cx);
         }
-        let before = self.said.replace((command, cx.at)).filter(|(before, _)| *before == command);
-        let gap = before.and_then(|(_, before)| cx.at.t_ns?.checked_sub(before.t_ns?));
-        let repeats = gap.is_some_and(|gap| (0..=COPIED_NS).contains(&gap));
+        let repeats = cx.sighting == Sighting::Suspect;
         let Some(exchange) = Exchange::answered_by(command) else { return };
         if let Some(early) = self.exchanges.take_early(exchange) {
             // The request has an answer of its own: the one captured before it was the one before, twice.
@@ -408,7 +399,7 @@ impl Lss {
         if self.exchanges.explains(exchange) {
             self.answered(exchange, command, plain, cx.at, nodes, cx);
         } else {
-            self.exchanges.hold(Early { at: cx.at, exchange, command, plain, repeats });
+            self.exchanges.hold(Early { at: cx.at, exchange, command, plain, repeats, passed: false });
         }
     }
 
@@ -466,15 +457,13 @@ impl Lss {
             }
             Command::Confirmation { of, error: 0, .. } => self.accepted(of, at),
             Command::Confirmation { error, specific, .. } => {
-                let request = exchange.specifier();
-                let told = [
-                    ("command", Quantity::Lss(request)),
-                    ("error", Quantity::LssError(request, error)),
-                    ("specific", Quantity::Hex2(specific)),
-                ];
-                let face = u8::from(error == 0xFF);
-                let shown = told.get(..2 + usize::from(face)).unwrap_or(&told);
-                self.findings.find(Code::Lss004, None, Some(asked.at), Facts::told(face, shown), cx);
+                let command = exchange.specifier();
+                let error = (command, error);
+                let what = match error {
+                    (_, 0xFF) => Lss004::RefusedSpecific { command, error, specific },
+                    _ => Lss004::Refused { command, error },
+                };
+                self.findings.raise(what, None, Some(asked.at), cx);
             }
             Command::InquireNodeIdResponse { node } => {
                 self.slave.before = match node {
@@ -570,47 +559,45 @@ impl Lss {
             return;
         }
         let cause = (early.at.no != cx.at.no).then_some(early.at);
-        let command = [("command", Quantity::Lss(early.exchange.answer()))];
+        let command = early.exchange.answer();
         if !self.exchanges.is_recent(early.exchange, early.at) {
             self.selected = Selected::Unknown;
             // It stands for the answer that is owed, or its request for the one that is.
             self.exchanges.excuse();
-            self.findings.find(Code::Lss002, None, cause, Facts::told(0, &command), cx);
+            self.findings.raise(Lss002::Unrequested { command }, None, cause, cx);
             return;
         }
         if early.exchange == Exchange::InquireNodeId {
             self.slave.before = Before::Unknown;
         }
-        let face = u8::from(early.exchange == Exchange::Selective);
-        self.findings.find(Code::Lss007, None, cause, Facts::told(face, &command), cx);
+        let what = match early.exchange {
+            Exchange::Selective => Lss007::SameAddress { command },
+            _ => Lss007::InConfiguration { command },
+        };
+        self.findings.raise(what, None, cause, cx);
     }
 
     /// A request that nobody has answered.
     fn unanswered(&mut self, exchange: Exchange, asked: Asked, cx: &mut Context<'_>) {
         let cause = (asked.at.no != cx.at.no).then_some(asked.at);
         if exchange == Exchange::Selective {
-            let number = |part: Option<u32>| part.map_or(Quantity::Nothing, Quantity::Hex8);
-            let [vendor, product, revision, serial] = self.address.map(number);
-            let whole = self.address.iter().all(Option::is_some);
-            let measured = [("vendor", vendor), ("product", product), ("revision", revision), ("serial", serial)];
-            let facts = if whole { Facts::told(0, &measured) } else { Facts::None };
-            return self.findings.find_timed(Code::Lss012, None, cause, facts, cx);
+            let [Some(vendor), Some(product), Some(revision), Some(serial)] = self.address else {
+                return self.findings.raise_timed(Code::Lss012, None, cause, cx);
+            };
+            let what = Lss012::Address { vendor, product, revision, serial };
+            return self.findings.raise_timed(what, None, cause, cx);
         }
-        let limit = Quantity::Ns(exchange.limit_ns());
-        let command = Quantity::Lss(exchange.specifier());
+        let (command, limit) = (exchange.specifier(), exchange.limit_ns());
         if asked.certain {
-            let facts = Facts::told(0, &[("command", command), ("limit", limit)]);
-            self.findings.find_timed(Code::Lss009, None, cause, facts, cx);
+            self.findings.raise_timed(Lss009::NoResponseWithin { command, limit }, None, cause, cx);
         } else {
-            let facts = Facts::told(1, &[("command", command), ("limit", limit)]);
-            self.findings.find_timed(Code::Lss012, None, cause, facts, cx);
+            self.findings.raise_timed(Lss012::Command { command, limit }, None, cause, cx);
         }
     }
 
     /// A selected slave has not answered before the master went on.
     fn silent(&mut self, exchange: Exchange, asked: Asked, cx: &mut Context<'_>) {
-        let facts = Facts::told(1, &[("command", Quantity::Lss(exchange.specifier()))]);
-        self.findings.find(Code::Lss009, None, Some(asked.at), facts, cx);
+        self.findings.raise(Lss009::NoResponse { command: exchange.specifier() }, None, Some(asked.at), cx);
     }
 
     fn schedule(&mut self) {

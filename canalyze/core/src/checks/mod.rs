@@ -19,6 +19,7 @@ pub mod nmt;
 pub mod node_id;
 pub mod nodes;
 pub mod pdo_configuration;
+pub mod pdo_identifier;
 pub mod pdo_length;
 pub mod pdo_timing;
 pub mod permitted;
@@ -27,6 +28,7 @@ pub mod srdo;
 mod standing;
 pub mod sync;
 pub mod sync_counter;
+mod sync_follower;
 pub mod sync_period;
 pub mod sync_settings;
 pub mod sync_window;
@@ -41,11 +43,11 @@ use std::sync::Arc;
 use crate::configuration;
 use crate::context::Context;
 use crate::event::{Placement, Signals, Unmapped};
-use crate::finding::{Code, Facts, Quantity};
 use crate::frame::{Frame, FrameRef};
 use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
+use crate::rules::pdo::Mpd001;
 use crate::services::lss::Command;
 use crate::services::pdo;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
@@ -57,6 +59,7 @@ use error_frames::ErrorFrames;
 use lss::Lss;
 use nodes::{ErrorControl, Nodes};
 use pdo_configuration::PdoConfiguration;
+use pdo_identifier::PdoIdentifiers;
 use pdo_length::{Misfit, PdoLength, misfit};
 use pdo_timing::PdoTiming;
 use srdo::{Seen, Srdos};
@@ -114,6 +117,7 @@ pub struct Checks {
     sync: Sync,
     descriptions: Descriptions,
     pdo_configuration: PdoConfiguration,
+    pdo_identifiers: PdoIdentifiers,
     pdo_length: PdoLength,
     pdo_timing: PdoTiming,
     lss: Lss,
@@ -133,6 +137,7 @@ impl Checks {
             sync: Sync::new(network, nodes),
             descriptions: Descriptions::default(),
             pdo_configuration: PdoConfiguration::default(),
+            pdo_identifiers: PdoIdentifiers::default(),
             pdo_length: PdoLength::default(),
             pdo_timing: PdoTiming::default(),
             lss: Lss::default(),
@@ -272,7 +277,8 @@ impl Checks {
     ) {
         let PdoName { transmit, number, node } = name;
         self.nodes.pdo(transmit, number, node, cx);
-        self.sync.process_data(transmit, node, known, cx);
+        self.pdo_identifiers.used(frame.id, nodes, cx);
+        self.sync.process_data(name, known, cx);
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= configuration::Provenance::Eds);
         if let Some(misfit) = fit.misfit.filter(|_| used) {
             self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
@@ -304,8 +310,7 @@ impl Checks {
         self.drives.blind(node);
         if matches!(message, Message::Malformed { .. }) {
             let object = Mux { index: pdo::communication_parameter(transmit, number), sub: 0 };
-            let facts = Facts::told(0, &[("found", Quantity::Count(u64::from(frame.len)))]);
-            cx.find(Code::Mpd001, Some(node), Some(object), None, facts);
+            cx.raise(Mpd001::Length { found: frame.len.into() }, Some(node), Some(object), None);
         }
         if let Some(pdo) = name.of(nodes) {
             self.pdo_timing.sent(node, pdo, cx);
@@ -382,7 +387,10 @@ impl Checks {
         {
             let state = self.nodes.state(transfer.node);
             self.pdo_configuration.written((node, state), transfer, mux, value, cx);
-            if let Some((_, transmit, number)) = pdo_configuration::pdo_parameter(mux.index) {
+            if let Some((mapping, transmit, number)) = pdo_configuration::pdo_parameter(mux.index) {
+                if transmit && !mapping && mux.sub == 1 {
+                    self.pdo_identifiers.written(transfer.node, number, transfer.first);
+                }
                 self.pdo_timing.reconfigured(transfer.node, transmit, number);
             }
         }
@@ -394,6 +402,7 @@ impl Checks {
             self.nodes.configure(nodes);
         }
         self.drives.reconfigured();
+        self.pdo_identifiers.reconfigured();
         self.srdos.reconfigured();
         self.sync.configured(node, mux, &self.network, nodes, cx.at);
     }
@@ -402,6 +411,7 @@ impl Checks {
     pub fn reconfigured(&mut self, nodes: &PerNode<Node>) {
         self.nodes.configure(nodes);
         self.drives.reconfigured();
+        self.pdo_identifiers.reconfigured();
         self.srdos.reconfigured();
         self.sync.reconfigure(&self.network, nodes);
     }
@@ -409,6 +419,7 @@ impl Checks {
     /// One node (or all) was reset.
     pub fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.pdo_configuration.reset(node);
+        self.pdo_identifiers.reconfigured();
         self.pdo_length.reset(node, cx);
         self.pdo_timing.forget(node);
         self.drives.forget(node, cx);

@@ -8,9 +8,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::configuration::Provenance;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::{Code, Verdict};
 use crate::frame::{CanId, Frame, FrameRef, Kind};
 use crate::node::{CobId, Content, Node, Pdo, PerNode};
+use crate::rules::pdo::{Pdo008, Pdo009, Pdo010, Pdo011, Pdo014, Pdo015, Pdo016, Pdo018, Pdo019};
 use crate::services::pdo::communication_parameter;
 use crate::services::pdo::mapping::decode_entry;
 use crate::services::sdo::transfer::Transfer;
@@ -112,8 +113,7 @@ impl PdoConfiguration {
                 } else if let Some(old) = valid
                     && old != cob.id
                 {
-                    let measured = [("old", Quantity::Id(old)), ("found", Quantity::Id(cob.id))];
-                    write.find(Code::Pdo010, 0, &measured, cx);
+                    write.raise(Pdo010::Changed { old, found: cob.id }, cx);
                 }
             }
             (false, 2) => write.transmission(transmit, cx),
@@ -123,7 +123,8 @@ impl PdoConfiguration {
                 let idle = state.map_or(seen.booted, |state| state != OPERATIONAL) && !seen.sends(transmit, number);
                 let judged = valid.is_some() && (active || !idle) && write.changes_live(node);
                 if judged && seen.live.insert((transmit, number)) {
-                    write.find(Code::Pdo009, u8::from(!active), &[("pdo", Quantity::Pdo(transmit, number))], cx);
+                    let pdo = (transmit, number);
+                    write.raise(if active { Pdo009::InUse { pdo } } else { Pdo009::Disabled { pdo } }, cx);
                 }
                 if sub == 0 && value != 0 {
                     seen.live.remove(&(transmit, number));
@@ -140,30 +141,30 @@ impl PdoConfiguration {
     pub fn used(&mut self, node: u8, pdo: &Pdo, frame: &Frame, cx: &mut Context<'_>) {
         self.fd |= matches!(frame.kind, Kind::Fd { .. });
         let (cob, from) = pdo.cob;
-        let (code, face) = match (cob.valid, from, &pdo.content) {
+        let (name, id) = ((pdo.transmit, pdo.number), frame.id);
+        let what: Verdict = match (cob.valid, from, &pdo.content) {
             (false, Provenance::Observed(known), _) if pdo.transmit => {
                 let acknowledged = self.nodes.get(node).and_then(|seen| seen.acknowledged.get(&(true, pdo.number)));
                 let superseded = acknowledged.is_some_and(|acknowledged| *acknowledged > known);
                 if cx.at.no > known.saturating_add(UNDER_WAY) && !superseded {
                     let object = Mux { index: pdo.communication(), sub: 1 };
-                    let measured = [("pdo", Quantity::Pdo(true, pdo.number)), ("id", Quantity::Id(frame.id))];
-                    cx.find(Code::Pdo018, Some(node), Some(object), None, Facts::told(0, &measured));
+                    cx.raise(Pdo018::Sent { pdo: name, id }, Some(node), Some(object), None);
                 }
                 return;
             }
-            (false, Provenance::Observed(_), _) => (Code::Pdo019, 1),
-            (false, Provenance::Eds | Provenance::Dcf, _) => (Code::Pdo019, 0),
-            (true, _, Content::Disabled(from)) if frame.len > 0 && !from.is_doubted() => {
-                (Code::Pdo015, u8::from(!matches!(from, Provenance::Observed(_))))
-            }
+            (false, Provenance::Observed(_), _) => Pdo019::Disabled { pdo: name, id }.into(),
+            (false, Provenance::Eds | Provenance::Dcf, _) => Pdo019::DisabledInDescription { pdo: name, id }.into(),
+            (true, _, Content::Disabled(from)) if frame.len > 0 && !from.is_doubted() => match from {
+                Provenance::Observed(_) => Pdo015::Empty { pdo: name, id }.into(),
+                _ => Pdo015::EmptyInDescription { pdo: name, id }.into(),
+            },
             _ => return self.sent(node, pdo.transmit, pdo.number, frame.id),
         };
         let seen = self.nodes.entry(node);
         seen.sent(pdo.transmit, pdo.number, Some(frame.id));
-        if seen.told.insert((code, pdo.transmit, pdo.number)) {
-            let object = Mux { index: pdo.communication(), sub: u8::from(code == Code::Pdo019) };
-            let measured = [("pdo", Quantity::Pdo(pdo.transmit, pdo.number)), ("id", Quantity::Id(frame.id))];
-            cx.find(code, Some(node), Some(object), None, Facts::told(face, &measured));
+        if seen.told.insert((what.code, pdo.transmit, pdo.number)) {
+            let object = Mux { index: pdo.communication(), sub: u8::from(what.code == Code::Pdo019) };
+            cx.raise(what, Some(node), Some(object), None);
         }
     }
 
@@ -179,8 +180,7 @@ impl PdoConfiguration {
         let (cob, from) = pdo.cob;
         if pdo.transmit && cob.valid && !cob.rtr_allowed && from > Provenance::Eds {
             let object = Mux { index: pdo.communication(), sub: 1 };
-            let measured = [("pdo", Quantity::Pdo(true, pdo.number)), ("id", Quantity::Id(frame.id))];
-            cx.find(Code::Pdo011, Some(node), Some(object), None, Facts::told(0, &measured));
+            cx.raise(Pdo011::Remote { pdo: (true, pdo.number), id: frame.id }, Some(node), Some(object), None);
         }
     }
 
@@ -235,8 +235,8 @@ struct Write {
 }
 
 impl Write {
-    fn find(&self, code: Code, face: u8, measured: &[(&'static str, Quantity)], cx: &mut Context<'_>) {
-        cx.find(code, Some(self.id), Some(self.mux), self.cause, Facts::told(face, measured));
+    fn raise(&self, what: impl Into<Verdict>, cx: &mut Context<'_>) {
+        cx.raise(what, Some(self.id), Some(self.mux), self.cause);
     }
 
     /// A COB-ID of any service.
@@ -253,15 +253,15 @@ impl Write {
         // A client's channel to a server's default channel has the identifiers of that.
         let default_channel = default_channel && matches!(cob.id.raw(), 0x581..=0x5FF | 0x601..=0x67F);
         if used && restricted(cob.id) && !default_channel {
-            self.find(Code::Pdo014, 0, &[("id", Quantity::Id(cob.id))], cx);
+            self.raise(Pdo014::Restricted { id: cob.id }, cx);
         }
     }
 
     fn transmission(&self, transmit: bool, cx: &mut Context<'_>) {
         let reserved = if transmit { 241..=251 } else { 241..=253 };
         if reserved.contains(&self.value) {
-            let measured = [("found", Quantity::Count(self.value))];
-            self.find(Code::Pdo008, u8::from(!transmit), &measured, cx);
+            let found = self.value;
+            self.raise(if transmit { Pdo008::Tpdo { found } } else { Pdo008::Rpdo { found } }, cx);
         }
     }
 
@@ -284,7 +284,7 @@ impl Write {
             bits += u32::from(decode_entry(word as u32).2);
         }
         if bits > CLASSIC_BITS {
-            self.find(Code::Pdo016, 0, &[("found", Quantity::Count(u64::from(bits)))], cx);
+            self.raise(Pdo016::Bits { found: bits.into() }, cx);
         }
     }
 }

@@ -10,9 +10,11 @@ use super::series::Series;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::Signals;
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::{Code, Finding, Verdict};
 use crate::frame::{Frame, Kind};
 use crate::node::{Node, PerNode};
+use crate::rules::description::Eds001;
+use crate::rules::pdo::{Pdo001, Pdo006, Pdo012};
 use crate::services::pdo::{communication_parameter, mapping_parameter};
 use crate::services::sdo::wire::Mux;
 
@@ -100,21 +102,18 @@ impl PdoLength {
         if !trusted && (consumer.is_some() || known.is_none_or(|known| mixed(known, transmit, number))) {
             return;
         }
-        let code = match (trusted, found < mapped) {
-            (false, _) if kept => Code::Pdo012,
-            (false, _) => Code::Eds001,
-            (true, true) => Code::Pdo001,
-            (true, false) => Code::Pdo006,
+        let consumer = consumer.map(|(consumer, number)| (u64::from(consumer), (false, number)));
+        let what: Verdict = match (trusted, found < mapped, consumer) {
+            (false, ..) if kept => Pdo012::Length { found, mapped }.into(),
+            (false, ..) => Eds001::PdoLength { found, mapped }.into(),
+            (true, true, None) => Pdo001::Length { found, mapped }.into(),
+            (true, true, Some((consumer, pdo))) => Pdo001::OfConsumer { found, mapped, consumer, pdo }.into(),
+            (true, false, None) => Pdo006::Length { found, mapped }.into(),
+            (true, false, Some((consumer, pdo))) => Pdo006::OfConsumer { found, mapped, consumer, pdo }.into(),
         };
         let object = Mux { index: communication_parameter(transmit, number), sub: 0 };
-        let (consumer, pdo) = consumer.unwrap_or_default();
-        let mut facts = vec![("found", Quantity::Count(found)), ("mapped", Quantity::Count(mapped))];
-        if consumer != 0 {
-            facts.extend([("consumer", Quantity::Count(u64::from(consumer))), ("pdo", Quantity::Pdo(false, pdo))]);
-        }
-        let facts = Facts::told(u8::from(consumer != 0 || code == Code::Eds001), &facts);
-        let because_of = self.nodes.entry(node).wrong.entry((transmit, number, code)).or_default().fault(cx.at);
-        let finding = cx.finding(code, Some(node), Some(object), None, facts);
+        let because_of = self.nodes.entry(node).wrong.entry((transmit, number, what.code)).or_default().fault(cx.at);
+        let finding = cx.verdict(what, Some(node), Some(object), None);
         cx.report(Finding { because_of, ..finding });
     }
 

@@ -11,8 +11,9 @@ use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::evidence::obligation::Owed;
 use crate::evidence::{Obligations, Rules, When};
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::{Finding, Verdict};
 use crate::node::Pdo;
+use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::Mux;
 
@@ -22,6 +23,11 @@ const TICK_NS: i64 = 1_000_000;
 const CLOCK_PART: i64 = 100;
 /// How late a node on a PC is, whose programs wait for their turn, in ns: less is no missing PDO.
 const HELD_UP_NS: i64 = 10_000_000;
+/// Gaps after which it is known how punctual a sender is. Until then it may be late by half its period under load.
+const KNOWN: u32 = 5;
+/// The part of its period that a punctual sender may be late by, and how many times its usual lateness.
+const PUNCTUAL_PART: i64 = 6;
+const USUAL: i64 = 3;
 /// The part of the inhibit time, and the least time in ns, by which the stamp of the frame before may have been late,
 /// where the bus was silent for that long before it.
 const LATE_PART: i64 = 3;
@@ -49,13 +55,17 @@ pub struct PdoTiming {
 /// The last frame of a PDO.
 #[derive(Debug)]
 struct Sent {
-    when: When,
+    /// `None`: it was stopped since.
+    when: Option<When>,
     /// By how much it may have been stamped late, in ns.
     late_ns: i64,
     /// A remote frame has asked for the next one.
     requested: bool,
     /// Its event timer or deadline in ns; 0: none.
     timer_ns: i64,
+    /// By how much it usually exceeds that, in ns, and in how many gaps that was seen.
+    usual_ns: i64,
+    gaps: u32,
     /// Frames within the inhibit time, and frames that came late.
     early: Series,
     overdue: Series,
@@ -77,9 +87,6 @@ impl PdoTiming {
         {
             sent.overdue.keep();
         }
-        if timer > 0 && !self.halted.contains(&node) {
-            self.due.open(name, Owed { since: cx.when, limit_ns: patience(pdo.transmit, timer), why: None });
-        }
         let late_ns = cx.evidence.recording.lateness_ns(cx.when).min(LATE_NS.max(inhibit / LATE_PART));
         match self.sent.get_mut(&name) {
             Some(sent) => {
@@ -88,9 +95,17 @@ impl PdoTiming {
             }
             None => {
                 let (early, overdue) = (Series::default(), Series::default());
-                let sent = Sent { when: cx.when, late_ns, requested: false, timer_ns: timer, early, overdue };
+                let (requested, usual_ns, gaps) = (false, 0, 0);
+                let sent =
+                    Sent { when: Some(cx.when), late_ns, requested, timer_ns: timer, usual_ns, gaps, early, overdue };
                 self.sent.insert(name, sent);
             }
+        }
+        if timer > 0
+            && !self.halted.contains(&node)
+            && let Some(sent) = self.sent.get(&name)
+        {
+            self.due.open(name, Owed { since: cx.when, limit_ns: sent.patience(pdo.transmit), why: None });
         }
     }
 
@@ -116,7 +131,8 @@ impl PdoTiming {
         let (node, transmit, number) = name;
         let recording = &cx.evidence.recording;
         let Some(sent) = self.sent.get_mut(&name) else { return false };
-        let Some(gap) = recording.between(sent.when, cx.when) else { return false };
+        let Some(last) = sent.when else { return false };
+        let Some(gap) = recording.between(last, cx.when) else { return false };
         // While the bus is silent one frame may wait with the recorder, but not two.
         let silent = cx.when.silent_ns >= gap - sent.timer_ns;
         let limit =
@@ -125,10 +141,11 @@ impl PdoTiming {
         if excused || !recording.certainly_later(cx.when, owed.since, limit) {
             return false;
         }
-        let code = if transmit { Code::Pdo005 } else { Code::Pdo013 };
         let object = Mux { index: communication_parameter(transmit, number), sub: 5 };
-        let measured = [("found", Quantity::Ns(gap)), ("limit", Quantity::Ns(sent.timer_ns))];
-        let finding = cx.finding(code, Some(node), Some(object), Some(sent.when.at), Facts::told(0, &measured));
+        let (found, limit) = (gap, sent.timer_ns);
+        let deadline = || Pdo013::Overdue { found, limit }.into();
+        let what: Verdict = if transmit { Pdo005::Overdue { found, limit }.into() } else { deadline() };
+        let finding = cx.verdict(what, Some(node), Some(object), Some(last.at));
         cx.report_timed(Finding { because_of: sent.overdue.fault(cx.at), ..finding });
         true
     }
@@ -140,7 +157,7 @@ impl PdoTiming {
             self.halted.retain(|halted| !nodes.contains(halted));
         } else {
             self.halted.extend(nodes);
-            self.forget(node);
+            self.pause(node);
         }
     }
 
@@ -152,8 +169,15 @@ impl PdoTiming {
             self.halted.insert(node);
         }
         if state != OPERATIONAL {
-            self.forget(Some(node));
+            self.pause(Some(node));
         }
+    }
+
+    /// One node, or all, were stopped: when they send next is not known, but how punctually.
+    fn pause(&mut self, node: Option<u8>) {
+        let concerned = |name: &Name| node.is_none_or(|node| node == name.0);
+        self.sent.iter_mut().filter(|(name, _)| concerned(name)).for_each(|(_, sent)| sent.when = None);
+        self.due.void(concerned);
     }
 
     /// What was seen so far of one node, or of all, does not count: it was reset, or frames were lost.
@@ -171,11 +195,31 @@ impl PdoTiming {
 }
 
 impl Sent {
+    /// How long the next frame may take by its event timer, or by an RPDO's deadline, in ns.
+    fn patience(&self, transmit: bool) -> i64 {
+        let timer_ns = self.timer_ns;
+        let late_ns = match (transmit, self.gaps) {
+            (false, _) => timer_ns / 10,
+            (true, ..KNOWN) => timer_ns / 2,
+            (true, _) => (timer_ns / PUNCTUAL_PART).max(USUAL * self.usual_ns).min(timer_ns / 2),
+        };
+        timer_ns + HELD_UP_NS.max(late_ns)
+    }
+
     /// The PDO comes again, with the frame at hand.
     fn follow(&mut self, (node, transmit, number): Name, inhibit: i64, late_ns: i64, cx: &mut Context<'_>) {
-        let before = std::mem::replace(&mut self.when, cx.when);
         let requested = std::mem::take(&mut self.requested);
-        let gap = cx.evidence.recording.between(before, cx.when).filter(|gap| *gap >= 0);
+        let Some(before) = self.when.replace(cx.when) else {
+            self.late_ns = late_ns;
+            return;
+        };
+        let recording = &cx.evidence.recording;
+        let gap = recording.between(before, cx.when).filter(|gap| *gap >= 0);
+        if let Some(gap) = gap.filter(|_| recording.teaches(before) && recording.teaches(cx.when)) {
+            let late = (gap - self.timer_ns).clamp(0, self.timer_ns / 2);
+            self.usual_ns = late.max(self.usual_ns - self.usual_ns / 16);
+            self.gaps = self.gaps.saturating_add(1);
+        }
         let Some(gap) = gap.filter(|_| inhibit > 0 && !requested) else {
             self.late_ns = late_ns;
             return;
@@ -189,9 +233,8 @@ impl Sent {
             return self.early.keep();
         }
         let object = Mux { index: communication_parameter(transmit, number), sub: 3 };
-        let measured =
-            [("found", Quantity::Ns(gap)), ("limit", Quantity::Ns(inhibit)), ("tolerance", Quantity::Ns(tolerance))];
-        let finding = cx.finding(Code::Pdo004, Some(node), Some(object), Some(before.at), Facts::told(0, &measured));
+        let what = Pdo004::TooClose { found: gap, limit: inhibit, tolerance };
+        let finding = cx.verdict(what, Some(node), Some(object), Some(before.at));
         cx.report_timed(Finding { because_of: self.early.fault(cx.at), ..finding });
     }
 }
@@ -199,13 +242,6 @@ impl Sent {
 /// By how much a node's timer may be off, in ns.
 pub(super) fn tolerance(time_ns: i64) -> i64 {
     TICK_NS + time_ns / CLOCK_PART
-}
-
-/// How long the next frame may take by an event timer, or by an RPDO's deadline, in ns. A node whose event timer runs
-/// may send half a period late under load.
-fn patience(transmit: bool, timer_ns: i64) -> i64 {
-    let part = if transmit { 2 } else { 10 };
-    timer_ns + HELD_UP_NS.max(timer_ns / part)
 }
 
 /// A time that is in use and is more than an EDS's preset; 0: none.

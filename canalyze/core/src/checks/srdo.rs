@@ -9,9 +9,10 @@ use super::pdo_timing::tolerance;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::evidence::{Recording, Rules, When};
-use crate::finding::{Code, Facts, Finding, Quantity};
-use crate::frame::{CanId, Frame, FrameRef};
+use crate::finding::{Finding, Verdict};
+use crate::frame::{CanId, Frame};
 use crate::node::{CobId, Node, PerNode};
+use crate::rules::srdo::{Srd001, Srd002, Srd003, Srd004, Srd005};
 use crate::services::sdo::wire::Mux;
 
 /// Within this time, in ns, one frame of a pair may be listed before the other that was sent first: both are of one
@@ -208,44 +209,40 @@ impl Srdos {
             None => (number, None),
         };
         let object = |sub| record.map(|index| Mux { index, sub });
-        let pair = ("srdo", Quantity::Count(u64::from(number)));
         let (normal, inverse) = limits.identifiers.unwrap_or_else(|| identifiers(number));
-        let mut find = |code, node, object, cause: Option<FrameRef>, face, measured: &[_]| {
-            let cause = cause.filter(|cause| cause.no != cx.at.no);
-            let finding = cx.finding(code, Some(node), object, cause, Facts::told(face, measured));
-            let (Report::Late(Half { when: since, .. }, ..) | Report::Slow(since, ..)) = report else {
-                return cx.report(finding);
-            };
-            let evidence = &cx.evidence;
-            let because_of = evidence.circumstances.excuse(Rules::Srdo, Some(node), since, &evidence.recording);
-            cx.report_timed(Finding { because_of, ..finding });
-        };
-        match report {
-            Report::NotInverse(half, len) if half.len != len => {
-                let length = |len| Quantity::Count(u64::from(len));
-                let measured = [pair, ("normal", length(half.len)), ("inverted", length(len))];
-                find(Code::Srd001, node, object(6), Some(half.when.at), 1, &measured);
+        let srdo = u64::from(number);
+        let (what, object, node, cause): (Verdict, _, _, _) = match report {
+            Report::NotInverse(half, len) => {
+                let (normal, inverted) = (half.len.into(), len.into());
+                let lengths = Srd001::Lengths { srdo, normal, inverted };
+                let what = if half.len == len { Srd001::NotInverse { srdo } } else { lengths };
+                (what.into(), object(6), node, Some(half.when))
             }
-            Report::NotInverse(half, _) => find(Code::Srd001, node, object(6), Some(half.when.at), 0, &[pair]),
-            Report::Swapped(half) => find(Code::Srd004, node, object(5), Some(half.when.at), 0, &[pair]),
+            Report::Swapped(half) => (Srd004::Swapped { srdo }.into(), object(5), node, Some(half.when)),
             Report::InverseMissing(half) => {
-                find(Code::Srd004, node, object(6), Some(half.when.at), 1, &[pair, ("id", Quantity::Id(inverse))]);
+                (Srd004::NoInverted { srdo, id: inverse }.into(), object(6), node, Some(half.when))
             }
             Report::NormalMissing(half) => {
-                find(Code::Srd004, node, object(5), Some(half.when.at), 2, &[pair, ("id", Quantity::Id(normal))]);
+                (Srd004::NoNormal { srdo, id: normal }.into(), object(5), node, Some(half.when))
             }
-            Report::Late(half, delay, allowance, (node, index, ms)) => {
-                let measured = timing(pair, ("delay", delay), ms, allowance);
-                find(Code::Srd002, node, Some(Mux { index, sub: 3 }), Some(half.when.at), 0, &measured);
+            Report::Late(half, delay, tolerance, (node, index, ms)) => {
+                let what = Srd002::Late { srdo, delay, limit: ms * MS, tolerance };
+                (what.into(), Some(Mux { index, sub: 3 }), node, Some(half.when))
             }
-            Report::Slow(_, gap, allowance, (node, index, ms)) => {
-                let measured = timing(pair, ("gap", gap), ms, allowance);
-                find(Code::Srd003, node, Some(Mux { index, sub: 2 }), None, 0, &measured);
+            Report::Slow(_, gap, tolerance, (node, index, ms)) => {
+                let what = Srd003::Late { srdo, gap, limit: ms * MS, tolerance };
+                (what.into(), Some(Mux { index, sub: 2 }), node, None)
             }
-            Report::Idle(state) => {
-                find(Code::Srd005, node, object(1), None, 0, &[pair, ("state", Quantity::State(state))])
-            }
-        }
+            Report::Idle(state) => (Srd005::InState { srdo, state }.into(), object(1), node, None),
+        };
+        let cause = cause.map(|when| when.at).filter(|cause| cause.no != cx.at.no);
+        let finding = cx.verdict(what, Some(node), object, cause);
+        let (Report::Late(Half { when: since, .. }, ..) | Report::Slow(since, ..)) = report else {
+            return cx.report(finding);
+        };
+        let evidence = &cx.evidence;
+        let because_of = evidence.circumstances.excuse(Rules::Srdo, Some(node), since, &evidence.recording);
+        cx.report_timed(Finding { because_of, ..finding });
     }
 
     /// A node says that it is not Operational. Only what it sends before and after that is its fault: it may have
@@ -375,20 +372,6 @@ impl Pair {
 fn identifiers(number: u8) -> (CanId, CanId) {
     let normal = 0xFF + 2 * u16::from(number);
     (CanId::standard(normal), CanId::standard(normal + 1))
-}
-
-fn timing(
-    pair: (&'static str, Quantity),
-    measured: (&'static str, i64),
-    limit_ms: i64,
-    allowance: i64,
-) -> [(&'static str, Quantity); 4] {
-    [
-        pair,
-        (measured.0, Quantity::Ns(measured.1)),
-        ("limit", Quantity::Ns(limit_ms * MS)),
-        ("tolerance", Quantity::Ns(allowance)),
-    ]
 }
 
 /// What is configured, by the number of the pair.

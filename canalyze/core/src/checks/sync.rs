@@ -4,7 +4,9 @@
 //! what is configured `sync_settings`'; here frames are handed on to them, and what they show is reported. Two producers
 //! explain what is irregular then: it is reported as their consequence. It must not change what a frame means.
 
+use crate::checks::PdoName;
 use crate::checks::sync_counter::{Counter, Miscount};
+use crate::checks::sync_follower::Follower;
 use crate::checks::sync_period::{Irregular, Restart, SyncPeriod};
 use crate::checks::sync_settings::{Settings, ns};
 use crate::checks::sync_window::{SyncWindow, synchronous};
@@ -13,11 +15,12 @@ use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::Placement;
 use crate::evidence::circumstance::Kind;
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::{Code, Finding, Verdict};
 use crate::frame::{CanId, Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
+use crate::rules::sync::{Syn001, Syn002, Syn003, Syn006, Syn007, Syn011, Syn012, Syn013};
 use crate::services::heartbeat::OPERATIONAL;
 use crate::services::nmt::{PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP};
 use crate::services::sdo::wire::Mux;
@@ -41,6 +44,7 @@ const LAST_NODE: u8 = 127;
 pub struct Sync {
     settings: Settings,
     period: SyncPeriod,
+    follower: Follower,
     counter: Counter,
     window: SyncWindow,
     /// The identifier of the SYNCs that are followed: the first one seen.
@@ -107,7 +111,11 @@ impl Sync {
     }
 
     /// Takes a PDO of a node, known to be configured as `pdo`.
-    pub fn process_data(&mut self, transmit: bool, node: u8, pdo: Option<&Pdo>, cx: &mut Context<'_>) {
+    pub fn process_data(&mut self, name: PdoName, pdo: Option<&Pdo>, cx: &mut Context<'_>) {
+        let PdoName { transmit, number, node } = name;
+        if transmit && let Some(delay) = self.period.delay_ns(cx.at) {
+            self.follower.follow((node, number), self.cycle(), delay);
+        }
         let followed = |pdo: &&Pdo| pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind));
         if let Some(pdo) = pdo.filter(followed) {
             let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
@@ -123,8 +131,7 @@ impl Sync {
         match *message {
             Message::Sync { counter } => self.sync(counter, frame, nodes, cx),
             Message::Malformed { role: Role::Sync, flaw: Flaw::Length { .. } } => {
-                let facts = Facts::told(2, &[("found", Quantity::Count(frame.len.into()))]);
-                cx.find(Code::Syn001, None, None, None, facts);
+                cx.raise(Syn001::Length { found: frame.len.into() }, None, None, None);
                 self.sync(None, frame, nodes, cx);
             }
             Message::Nmt { command, node } if node <= LAST_NODE => {
@@ -148,7 +155,7 @@ impl Sync {
                 self.window.alive(node, &self.period, cx);
                 self.judge_end(node, cx);
             }
-            Message::Heartbeat { node, .. } => self.window.restart(Some(node)),
+            Message::Heartbeat { node, .. } => self.window.pause(Some(node)),
             Message::PdoRequest { transmit: true, number, node } => self.window.asked(node, number),
             _ => {}
         }
@@ -194,7 +201,7 @@ impl Sync {
         self.period.broken();
         self.ended = true;
         self.counter.forget();
-        self.window.restart(None);
+        self.window.pause(None);
     }
 
     /// The capture is over.
@@ -210,7 +217,11 @@ impl Sync {
 
     /// A node, or all, got an NMT command or has booted.
     fn restart(&mut self, node: Option<u8>, stops: Restart) {
-        self.window.restart(node);
+        if matches!(stops, Restart::Perhaps | Restart::Likely) {
+            self.window.restart(node);
+        } else {
+            self.window.pause(node);
+        }
         let producer = node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
         self.restarted |= producer;
         if producer && stops != Restart::None {
@@ -233,10 +244,11 @@ impl Sync {
         let wrong = self.judge_length(frame.len, restarted, cx);
         let period = self.period.period_ns();
         let long = period.zip(self.period.delay_ns(at)).is_some_and(|(period, gap)| gap > period + period / 2);
-        let irregular = self.period.step(cx.when, stopped, silent, &cx.evidence.recording);
+        let spread_ns = self.follower.spread_ns(self.cycle());
+        let irregular = self.period.step(cx.when, (stopped, silent, spread_ns), &cx.evidence.recording);
         match counter {
             // What a SYNC of the wrong length carries is no counter.
-            Some(value) if !wrong => self.count(value, at, restarted || long || silent, cx),
+            Some(value) if !wrong => self.count(value, at, restarted || long || (silent && period.is_none()), cx),
             _ => self.counter.forget(),
         }
         for one in irregular {
@@ -245,7 +257,7 @@ impl Sync {
         if self.cycle() == 1 {
             self.window.first_sync(cx);
         }
-        if self.period.is_single() {
+        if self.period.is_single() && !self.counter.are_two() {
             self.window.because_of = None;
         }
         if self.window.stood_still() && at.t_ns.is_none() {
@@ -253,7 +265,7 @@ impl Sync {
         }
         self.compare_periods(cx);
         if at.t_ns.is_none() && self.settings.period_ns.is_some() && !self.window.set_told() {
-            cx.find(Code::Syn011, None, None, None, Facts::told(0, &[]));
+            cx.raise(Syn011::NoStamps, None, None, None);
         }
         self.judge_settings(self.period.cycle(), nodes, cx);
     }
@@ -270,23 +282,22 @@ impl Sync {
     }
 
     fn tell_miscount(&mut self, miscount: Miscount, cx: &mut Context<'_>) {
-        let count = |value: u8| Quantity::Count(value.into());
-        let (code, at, facts) = match miscount {
+        let (at, what) = match miscount {
             Miscount::Gap { found, expected, at } => {
-                (Code::Syn002, at, Facts::told(0, &[("found", count(found)), ("expected", count(expected))]))
+                (at, Syn002::Skipped { found: found.into(), expected: expected.into() })
             }
             Miscount::Outside { found, limit } => {
-                (Code::Syn002, cx.at, Facts::told(1, &[("found", count(found)), ("limit", count(limit))]))
+                (cx.at, Syn002::OutOfRange { found: found.into(), limit: limit.into() })
             }
             Miscount::Two { found, expected, at } => {
                 if self.window.because_of.is_none() {
-                    let facts = Facts::told(0, &[("found", count(found)), ("expected", count(expected))]);
-                    self.two_producers(Finding { at, ..cx.finding(Code::Syn006, None, None, None, facts) }, cx);
+                    let what = Syn006::Counters { found: found.into(), expected: expected.into() };
+                    self.two_producers(Finding { at, ..cx.verdict(what, None, None, None) }, cx);
                 }
                 return;
             }
         };
-        self.report(Finding { at, ..cx.finding(code, None, None, None, facts) }, cx);
+        self.report(Finding { at, ..cx.verdict(what, None, None, None) }, cx);
     }
 
     /// Two producers: what waits and what comes is their doing.
@@ -309,7 +320,6 @@ impl Sync {
         if found > 1 {
             return true;
         }
-        let measured = Quantity::Count(found.into());
         let said = std::mem::take(&mut self.against_1019);
         if let Some((overflow, node)) = self.settings.any_overflow
             && (overflow > 0) != (found == 1)
@@ -318,9 +328,8 @@ impl Sync {
             if said {
                 return true;
             }
-            let facts = [("found", measured), ("overflow", Quantity::Count(overflow.into()))];
-            let object = Some(Mux { index: 0x1019, sub: 0 });
-            cx.find(Code::Syn001, Some(node), object, None, Facts::told(0, &facts));
+            let what = Syn001::Overflow { found: found.into(), overflow: overflow.into() };
+            cx.raise(what, Some(node), Some(Mux { index: 0x1019, sub: 0 }), None);
             return true;
         }
         let fresh = Length { bytes: found, had: 1, others: 0 };
@@ -336,8 +345,7 @@ impl Sync {
         self.length = Some(if gives_way { fresh } else { Length { others: known.others + 1, ..known } });
         let wrong = known.had >= LENGTHS && known.others == 0;
         if wrong {
-            let facts = [("found", measured), ("expected", Quantity::Count(known.bytes.into()))];
-            cx.find(Code::Syn001, None, None, None, Facts::told(1, &facts));
+            cx.raise(Syn001::Before { found: found.into(), expected: known.bytes.into() }, None, None, None);
         }
         wrong
     }
@@ -354,56 +362,50 @@ impl Sync {
             return;
         }
         self.ended = true;
-        let facts = [("silence", Quantity::Ns(silence)), ("period", Quantity::Ns(period))];
         cx.evidence.circumstances.note(Kind::SyncBroken, None, cx.when);
-        cx.find(Code::Syn013, Some(node), None, Some(last.at), Facts::told(0, &facts));
+        cx.raise(Syn013::Stopped { silence, period }, Some(node), None, Some(last.at));
     }
 
     /// Reports what gaps between SYNCs have turned out to be.
     fn tell(&mut self, irregular: Irregular, cx: &mut Context<'_>) {
-        let period = ("period", Quantity::Ns(self.period.period_ns().unwrap_or(0)));
+        let period = self.period.period_ns().unwrap_or(0);
         let tolerance = self.period.tolerance_ns(&cx.evidence.recording).unwrap_or(0);
-        let tolerance = ("tolerance", Quantity::Ns(tolerance));
-        let gap = |gap_ns| ("gap", Quantity::Ns(gap_ns));
         let before = |cycle: u64| self.period.frame(cycle.saturating_sub(1));
-        let (code, cycle, cause, facts) = match irregular {
-            Irregular::Late { gap_ns, cycle, missing } => {
+        let (cycle, cause, what): (_, _, Verdict) = match irregular {
+            Irregular::Late { gap_ns: gap, cycle, missing } => {
                 let at = self.period.frame(cycle);
                 if missing > 0 && at.is_some_and(|at| self.miscounted == Some(at.no)) {
                     // The counter has shown it.
                     return;
                 }
-                let missed = ("missing", Quantity::Count(missing.max(1).unsigned_abs()));
-                let facts = Facts::told(u8::from(missing == 0), &[gap(gap_ns), period, tolerance, missed]);
-                (Code::Syn003, cycle, before(cycle), facts)
+                let what = match missing {
+                    ..=0 => Syn003::Late { gap, period, tolerance, missing: 1 },
+                    _ => Syn003::Missing { gap, period, tolerance, missing: missing.unsigned_abs() },
+                };
+                (cycle, before(cycle), what.into())
             }
-            Irregular::CaughtUp { gap_ns, cycle } => {
-                (Code::Syn012, cycle, None, Facts::told(0, &[gap(gap_ns), period]))
+            Irregular::CaughtUp { gap_ns: gap, cycle } => (cycle, None, Syn012::Late { gap, period }.into()),
+            Irregular::Extra { gap_ns: gap, cycle } => {
+                (cycle, before(cycle), Syn003::Early { gap, period, tolerance }.into())
             }
-            Irregular::Extra { gap_ns, cycle } => {
-                (Code::Syn003, cycle, before(cycle), Facts::told(2, &[gap(gap_ns), period, tolerance]))
-            }
-            Irregular::Two { short_ns, long_ns, cycle } => {
+            Irregular::Two { short_ns: short, long_ns: long, cycle } => {
                 if self.window.because_of.is_none() {
-                    let facts = [("short", Quantity::Ns(short_ns)), ("long", Quantity::Ns(long_ns)), period];
-                    let finding = cx.finding(Code::Syn006, None, None, before(cycle), Facts::told(1, &facts));
+                    let what = Syn006::Interleaved { short, long, period };
+                    let finding = cx.verdict(what, None, None, before(cycle));
                     let at = self.period.frame(cycle).unwrap_or(cx.at);
                     self.two_producers(Finding { at, ..finding }, cx);
                 }
                 return;
             }
             Irregular::Changed { from_ns, to_ns, since } => return self.tell_change(from_ns, to_ns, since, cx),
-            Irregular::Unsteady { off_ns, cycle } => {
-                let facts = Facts::told(5, &[("jitter", Quantity::Ns(off_ns)), period]);
-                (Code::Syn003, cycle, None, facts)
-            }
+            Irregular::Unsteady { off_ns, cycle } => (cycle, None, Syn003::Unsteady { jitter: off_ns, period }.into()),
         };
         let at = self.period.frame(cycle).unwrap_or(cx.at);
-        if let Some(sync) = self.period.sync(cycle).filter(|_| code == Code::Syn003) {
+        if let Some(sync) = self.period.sync(cycle).filter(|_| what.code == Code::Syn003) {
             cx.evidence.circumstances.note(Kind::SyncBroken, None, sync);
             cx.evidence.pending.explain(at, |finding| is_of_sync(finding) && is_of_pdo(finding));
         }
-        self.report(Finding { at, ..cx.finding(code, None, None, cause, facts) }, cx);
+        self.report(Finding { at, ..cx.verdict(what, None, None, cause) }, cx);
     }
 
     /// The period is another one, and nothing was written that explains it. The way back follows from the change.
@@ -413,8 +415,7 @@ impl Sync {
             self.changed = Some((from_ns, since));
         }
         cx.evidence.pending.explain(since, is_of_sync);
-        let facts = [("period", Quantity::Ns(to_ns)), ("expected", Quantity::Ns(from_ns))];
-        let finding = cx.finding(Code::Syn003, None, None, None, Facts::told(4, &facts));
+        let finding = cx.verdict(Syn003::Changed { period: to_ns, expected: from_ns }, None, None, None);
         let because_of = back.map(|(_, at)| at).or(self.window.because_of);
         self.compared = true;
         self.window.restart(None);
@@ -429,10 +430,9 @@ impl Sync {
         let Some((period, uncertain)) = self.period.mean_ns(&cx.evidence.recording) else { return };
         for (node, configured) in &self.settings.periods {
             if configured.abs_diff(period) > (configured / DIFFERS).saturating_add(uncertain).unsigned_abs() {
-                let facts = [("period", Quantity::Ns(period)), ("expected", Quantity::Ns(*configured))];
                 let object = node.map(|_| Mux { index: 0x1006, sub: 0 });
                 self.compared = true;
-                cx.find(Code::Syn003, *node, object, None, Facts::told(3, &facts));
+                cx.raise(Syn003::NotConfigured { period, expected: *configured }, *node, object, None);
             }
         }
     }
@@ -457,9 +457,8 @@ impl Sync {
             if let (Some(window), Some(period)) = (observed(0x1007), period)
                 && window >= period
             {
-                let facts = [("window", Quantity::Ns(window)), ("period", Quantity::Ns(period))];
                 let object = Some(Mux { index: 0x1007, sub: 0 });
-                cx.find(Code::Syn007, Some(*node), object, cause, Facts::told(0, &facts));
+                cx.raise(Syn007::Window { window, period }, Some(*node), object, cause);
             }
             let producers = &self.settings.producers;
             let other = producers.iter().find(|other| *other != node && active(nodes, **other));
@@ -472,8 +471,8 @@ impl Sync {
         self.written = written;
         if let Some((at, node, other)) = two {
             let object = Some(Mux { index: 0x1005, sub: 0 });
-            let facts = Facts::told(2, &[("other", Quantity::Count(other.into()))]);
-            cx.find(Code::Syn006, Some(node), object, Some(at).filter(|at| at.no != cx.at.no), facts);
+            let cause = Some(at).filter(|at| at.no != cx.at.no);
+            cx.raise(Syn006::Configured { other: other.into() }, Some(node), object, cause);
         }
     }
 }

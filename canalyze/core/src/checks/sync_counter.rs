@@ -6,6 +6,8 @@
 
 use crate::frame::FrameRef;
 
+/// SYNCs that fit in a row, after which one beside them is not of a producer that was seen before.
+const ALONE: u8 = 3;
 /// The highest counter value.
 const HIGHEST: u8 = 240;
 
@@ -59,6 +61,9 @@ pub struct Counter {
     run_over: Option<Held>,
     /// The value with which a second sequence would go on.
     second: Option<u8>,
+    /// SYNCs that fitted in a row since one came beside the sequence; `None`: none did.
+    fitted: Option<u8>,
+    /// Two producers were reported.
     two: bool,
 }
 
@@ -71,6 +76,11 @@ impl Counter {
     /// The overflow value is another one by configuration.
     pub fn reconfigured(&mut self) {
         *self = Self::default();
+    }
+
+    /// Whether a second producer has counted beside the first one lately.
+    pub fn are_two(&self) -> bool {
+        self.two
     }
 
     /// Takes a value. `exact`: the overflow value of the producer. `restarted`: the producer may begin anew with 1.
@@ -96,13 +106,12 @@ impl Counter {
             return [self.settle(held, value, overflow), None];
         }
         if let Some(doubt) = self.run_over.take()
-            && value == next(doubt.expected, None)
+            && (value == doubt.expected || value == next(doubt.expected, None))
             && value != 2
         {
-            // It was one wrong byte that read 1.
+            // It was one wrong byte that read 1, or a 1 beside the sequence.
             self.learnt = None;
-            self.accept(value, exact);
-            return [Some(gap(doubt)), None];
+            return [self.settle(doubt, value, exact), None];
         }
         if value == expected {
             self.accept(value, overflow);
@@ -116,6 +125,7 @@ impl Counter {
             self.accept(value, None);
         } else if self.two && self.second == Some(value) {
             self.second = Some(next(value, overflow));
+            self.fitted = Some(0);
         } else {
             self.held = Some(Held { value, expected, at });
         }
@@ -130,15 +140,16 @@ impl Counter {
     fn settle(&mut self, held: Held, value: u8, overflow: Option<u8>) -> Option<Miscount> {
         // The sequence goes on where it was: `held` came beside it.
         if value == held.expected {
-            let second = self.second == Some(held.value);
+            let alone = if self.two { 2 * ALONE } else { ALONE };
+            let again = self.fitted.is_some_and(|fitted| fitted < alone);
             self.second = Some(next(held.value, overflow));
             self.accept(value, overflow);
-            if second && self.two {
+            self.fitted = Some(1);
+            if std::mem::replace(&mut self.two, again) && again {
                 return None;
             }
-            self.two = second;
             let Held { value: found, expected, at } = held;
-            return Some(if second { Miscount::Two { found, expected, at } } else { gap(held) });
+            return Some(if again { Miscount::Two { found, expected, at } } else { gap(held) });
         }
         self.accept(value, overflow);
         Some(gap(held))
@@ -147,6 +158,8 @@ impl Counter {
     fn accept(&mut self, value: u8, overflow: Option<u8>) {
         self.last = value;
         self.expected = Some(next(value, overflow));
+        self.fitted = self.fitted.map(|fitted| fitted.saturating_add(1));
+        self.two &= self.fitted.is_some_and(|fitted| fitted <= 2 * ALONE);
     }
 }
 
@@ -203,6 +216,8 @@ mod tests {
             (&[1, 2, 3, 7], None, vec![(4, 'g', 3)]),
             (&[5, 12, 6, 13, 7, 14, 8, 15], None, vec![(2, 'g', 1), (4, '2', 3)]),
             (&[3, 9, 40, 41], None, vec![(2, 'g', 1)]),
+            // Another producer whose counter stands still.
+            (&[1, 7, 2, 7, 3, 7, 4, 7, 5], None, vec![(2, 'g', 1), (4, '2', 3)]),
         ] {
             assert_eq!(shown(values, exact), want, "{values:?}");
         }

@@ -25,8 +25,9 @@ const CALM: u8 = 2;
 /// SYNCs beyond the period, each within so many SYNCs of the one before, that show a second producer.
 const EXTRA: u8 = 3;
 const EXTRA_WITHIN: u64 = 6;
-/// Gaps out of [`GAPS`] that differ from the period before that is a finding.
-const UNSTEADY: u32 = 8;
+/// Gaps out of [`GAPS`] that are off the period by more than a sixth, before that is a finding: a loaded host is late now
+/// and then.
+const UNSTEADY: u32 = 11;
 /// Regular gaps in a row that a mean is taken of.
 const MEANT: u32 = 8;
 /// No producer is this fast, in ns.
@@ -112,6 +113,8 @@ struct Gap {
     restart: Restart,
     /// The whole bus was silent for most of it.
     silent: bool,
+    /// By how much the listings of the SYNCs before were put off at most, in ns, where a PDO tells.
+    spread_ns: Option<i64>,
 }
 
 /// The SYNCs of a bus.
@@ -218,14 +221,14 @@ impl SyncPeriod {
     /// The mean of the last gaps in ns, and how far it may be off, where all of them were regular.
     pub fn mean_ns(&self, recording: &Recording) -> Option<(i64, i64)> {
         let count = self.agree.trailing_ones();
-        if count < MEANT || self.late.is_some() || !self.regular {
+        if count < MEANT || self.late.is_some() || !self.regular || self.period.is_contested() {
             return None;
         }
         let first = self.cycle.checked_sub(u64::from(count))?;
         let (since, now) = (self.sync(first)?, self.sync(self.cycle)?);
         let uncertain = recording.grain_ns().saturating_add(lag(now, recording));
         let mean = recording.between(since, now)? / i64::from(count);
-        // While the period changes the mean is neither the old one nor the new one.
+        // While the period changes the mean is neither the old one nor the new one; a pause is not in the period.
         let settled = |period: &i64| mean.abs_diff(*period) <= (period / 32).unsigned_abs();
         self.period.learnt_ns().filter(settled).map(|_| (mean, uncertain / i64::from(count)))
     }
@@ -257,8 +260,14 @@ impl SyncPeriod {
         (self.off_ns, self.calm, self.late) = (0, 0, None);
     }
 
-    /// Takes a SYNC. `silent`: the bus was silent for most of the time since the one before.
-    pub fn step(&mut self, now: When, restart: Restart, silent: bool, recording: &Recording) -> Vec<Irregular> {
+    /// Takes a SYNC. `silent`: the bus was silent for most of the time since the one before; `spread_ns`: by how much
+    /// the listings of those before were put off, where that shows.
+    pub fn step(
+        &mut self,
+        now: When,
+        (restart, silent, spread_ns): (Restart, bool, Option<i64>),
+        recording: &Recording,
+    ) -> Vec<Irregular> {
         let since = self.sync(self.cycle);
         let place = self.cycle as usize % SYNCS;
         match self.syncs.get_mut(place) {
@@ -272,7 +281,7 @@ impl SyncPeriod {
             if self.waiting.len() == GAPS {
                 self.waiting.pop_front();
             }
-            self.waiting.push_back(Gap { since, now, ns, cycle: self.cycle, restart, silent });
+            self.waiting.push_back(Gap { since, now, ns, cycle: self.cycle, restart, silent, spread_ns });
         }
         self.settle(recording)
     }
@@ -373,7 +382,7 @@ impl SyncPeriod {
                 self.period.take(gap.ns, (room / 2).min(period / 16), gap.now.at)
         {
             self.in_phase();
-            (self.extra, self.agree, self.unsteady) = (0, u16::MAX, 0);
+            (self.extra, self.agree, self.unsteady) = (0, 0, 0);
             out.push(Irregular::Changed { from_ns, to_ns, since });
             return;
         }
@@ -434,7 +443,8 @@ impl SyncPeriod {
 
     fn judge_steadiness(&mut self, gap: Gap, period: i64, recording: &Recording, out: &mut Vec<Irregular>) {
         let off_ns = (gap.ns - period).abs();
-        let far = off_ns > (period / 16).saturating_add(lag(gap.now, recording)) && off_ns < period / 2;
+        let put_off = lag(gap.now, recording).min(gap.spread_ns.unwrap_or(i64::MAX));
+        let far = off_ns > (period / 6).saturating_add(put_off) && off_ns < period / 2;
         self.unsteady = self.unsteady << 1 | u16::from(far);
         if far && !self.two && self.unsteady.count_ones() == UNSTEADY && self.unsteady >> 1 & 1 == 1 {
             out.push(Irregular::Unsteady { off_ns, cycle: gap.cycle });

@@ -14,9 +14,10 @@ use crate::event::Placement;
 use crate::evidence::circumstance::Rules;
 use crate::evidence::recording::Recording;
 use crate::evidence::when::When;
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::{Code, Finding};
 use crate::frame::{CanId, FrameRef};
 use crate::node::{Pdo, PerNode};
+use crate::rules::sync::{Syn004, Syn008, Syn009, Syn010, Syn011};
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::Mux;
 
@@ -164,9 +165,8 @@ impl SyncWindow {
             if judged && late {
                 track.reported = true;
                 let due = track.phase + n;
-                let facts = [("cycle", Quantity::Count(due)), ("since", Quantity::Count(period.cycle() - due))];
-                let facts = Facts::told(1, &facts);
-                let finding = cx.finding(Code::Syn008, Some(node), Some(track.object()), period.frame(due), facts);
+                let what = Syn008::Since { cycle: due, since: period.cycle() - due };
+                let finding = cx.verdict(what, Some(node), Some(track.object()), period.frame(due));
                 cx.report_timed(Finding { because_of, ..finding });
             }
         }
@@ -189,18 +189,25 @@ impl SyncWindow {
                 let Some(last) = track.last else { continue };
                 if last.when.at.t_ns.is_some() {
                     track.before = 2;
-                    cx.find(Code::Syn005, Some(node), Some(track.object()), Some(last.when.at), Facts::None);
+                    cx.raise(Code::Syn005, Some(node), Some(track.object()), Some(last.when.at));
                 }
             }
         }
     }
 
-    /// A node (or all) was started, stopped or reset, or frames were lost: what it sends is learnt anew.
+    /// A node (or all) was reset: what it sends is learnt anew.
     pub fn restart(&mut self, node: Option<u8>) {
-        for (id, tracks) in self.nodes.iter_mut() {
-            if node.is_none_or(|node| node == id) {
-                tracks.list.iter_mut().for_each(Track::restart);
-            }
+        self.each(node, Track::restart);
+    }
+
+    /// A node (or all) was started or stopped, or frames were lost: when it sends begins anew.
+    pub fn pause(&mut self, node: Option<u8>) {
+        self.each(node, Track::pause);
+    }
+
+    fn each(&mut self, node: Option<u8>, act: impl Fn(&mut Track)) {
+        for (_, tracks) in self.nodes.iter_mut().filter(|(id, _)| node.is_none_or(|node| node == *id)) {
+            tracks.list.iter_mut().for_each(&act);
         }
     }
 
@@ -231,15 +238,15 @@ impl SyncWindow {
     /// Says once that windows cannot be judged: without stamps, or because the tolerance is larger than they are.
     fn tell_unjudged(&mut self, period: &SyncPeriod, window_ns: Option<i64>, cx: &mut Context<'_>) {
         let Some(window) = window_ns.filter(|_| !self.told && period.cycle() > 0) else { return };
-        let facts = match period.tolerance_ns(&cx.evidence.recording) {
-            _ if cx.at.t_ns.is_none() => Facts::told(0, &[]),
+        let what = match period.tolerance_ns(&cx.evidence.recording) {
+            _ if cx.at.t_ns.is_none() => Syn011::NoStamps,
             Some(tolerance) if tolerance >= window && period.measured() >= MEASURED => {
-                Facts::told(1, &[("tolerance", Quantity::Ns(tolerance)), ("window", Quantity::Ns(window))])
+                Syn011::Tolerance { tolerance, window }
             }
             _ => return,
         };
         self.told = true;
-        cx.find(Code::Syn011, None, None, None, facts);
+        cx.raise(what, None, None, None);
     }
 
     /// It was said elsewhere that times cannot be judged.
@@ -309,7 +316,13 @@ impl Track {
 
     /// What it does is learnt anew; its figures stay.
     fn restart(&mut self) {
-        (self.last, self.absent, self.steady) = (None, None, 0);
+        self.pause();
+        self.steady = 0;
+    }
+
+    /// It begins anew to do what it did.
+    fn pause(&mut self) {
+        (self.last, self.absent) = (None, None);
         (self.doubled, self.reported, self.asked) = (false, false, false);
     }
 
@@ -337,7 +350,7 @@ impl Track {
             self.last = Some(now);
             self.before = self.before.saturating_add(1);
             if self.before == 2 {
-                cx.find(Code::Syn005, Some(known.node), Some(self.object()), None, Facts::None);
+                cx.raise(Code::Syn005, Some(known.node), Some(self.object()), None);
             }
             return;
         }
@@ -384,14 +397,9 @@ impl Track {
         {
             return;
         }
-        let facts = [
-            ("delay", Quantity::Ns(delay)),
-            ("window", Quantity::Ns(window)),
-            ("tolerance", Quantity::Ns(tolerance)),
-            ("cycle", Quantity::Count(now.cycle)),
-        ];
         let since = last.map_or(sync, |last| last.when);
-        self.report((Code::Syn004, since), None, Facts::told(0, &facts), known, cx);
+        let what = Syn004::Late { delay, window, tolerance, cycle: now.cycle };
+        self.report(cx.verdict(what, Some(known.node), Some(self.object()), None), since, known, cx);
     }
 
     /// Whether it came in the cycle in which it was due.
@@ -423,14 +431,16 @@ impl Track {
             let due = last.cycle + n;
             self.phase = now.cycle;
             self.absent = Some(due);
-            let facts = [("cycle", Quantity::Count(due)), ("count", Quantity::Count(count.max(2) - 1))];
-            self.report((Code::Syn008, last.when), known.period.frame(due), Facts::told(0, &facts), known, cx);
+            let what = Syn008::Missing { cycle: due, count: count.max(2) - 1 };
+            let finding = cx.verdict(what, Some(known.node), Some(self.object()), known.period.frame(due));
+            self.report(finding, last.when, known, cx);
         } else if passed.periods.is_none() {
             // One cycle to either side may be a late echo, or a machine that stood still.
             self.phase = now.cycle;
         } else if passed.more_than(n) || passed.less_than(n) {
-            let facts = [("found", Quantity::Count(passed.syncs)), ("expected", Quantity::Count(n))];
-            self.report((Code::Syn010, last.when), None, Facts::told(0, &facts), known, cx);
+            let what = Syn010::TransmissionType { found: passed.syncs, expected: n };
+            let finding = cx.verdict(what, Some(known.node), Some(self.object()), Some(last.when.at));
+            self.report(finding, last.when, known, cx);
         } else {
             self.phase = now.cycle;
         }
@@ -462,8 +472,10 @@ impl Track {
             if now.when.at.t_ns.is_none() || known.period.period_ns().is_some_and(near) {
                 return;
             }
-            let facts = [("expected", Quantity::Count(missing)), ("found", Quantity::Count(now.cycle))];
-            return self.report((Code::Syn010, last.when), Some(last.when.at), Facts::told(1, &facts), known, cx);
+            let what = Syn010::OtherCycle { expected: missing, found: now.cycle };
+            // It is the earlier one that is late.
+            let finding = cx.verdict(what, Some(node), Some(object), None);
+            return self.report(Finding { at: last.when.at, ..finding }, last.when, known, cx);
         }
         if !(self.established() || (self.kind == 0 && self.needed == ESTABLISHED)) {
             return;
@@ -475,26 +487,18 @@ impl Track {
             return;
         }
         self.reported = true;
-        let facts = Facts::told(0, &[("cycle", Quantity::Count(now.cycle))]);
-        self.report((Code::Syn009, last.when), Some(last.when.at), facts, known, cx);
+        let finding = cx.verdict(Syn009::Twice { cycle: now.cycle }, Some(node), Some(object), Some(last.when.at));
+        self.report(finding, last.when, known, cx);
         // It is counted from the one that was due.
         self.last = Some(last);
     }
 
     /// Reports what was not as it should be since a frame; as a consequence, where SYNC was irregular since then.
-    fn report(
-        &self,
-        (code, since): (Code, When),
-        cause: Option<FrameRef>,
-        facts: Facts,
-        known: &Judged<'_>,
-        cx: &mut Context<'_>,
-    ) {
-        let (node, between) = (Some(known.node), (since, cx.when));
-        let excuse =
-            || cx.evidence.circumstances.excuse(Rules::SynchronousPdo, node, between.0, &cx.evidence.recording);
+    fn report(&self, finding: Finding, since: When, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let recording = &cx.evidence.recording;
+        let excuse = || cx.evidence.circumstances.excuse(Rules::SynchronousPdo, finding.node, since, recording);
         let because_of = known.because_of.or_else(excuse);
-        let finding = Finding { because_of, ..cx.finding(code, node, Some(self.object()), cause, facts) };
+        let finding = Finding { because_of, ..finding };
         if cx.evidence.recording.is_open() {
             return cx.report_timed(finding);
         }

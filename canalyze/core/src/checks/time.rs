@@ -2,7 +2,7 @@
 
 use crate::context::Context;
 use crate::evidence::{Recording, When};
-use crate::finding::{Code, Facts, Quantity};
+use crate::rules::time::{Tim001, Tim002};
 use crate::services::time::DAY_MS;
 
 /// What two TIMEs may differ by from the time between them: in ns, and as a part of it, by which clocks differ.
@@ -27,11 +27,10 @@ impl Times {
     /// A TIME.
     pub fn judge(&mut self, ms: u32, days: u16, reserved: u8, cx: &mut Context<'_>) {
         if reserved != 0 {
-            let facts = Facts::told(1, &[("found", Quantity::Hex2(reserved))]);
-            cx.find(Code::Tim001, None, None, None, facts);
+            cx.raise(Tim001::ReservedBits { found: reserved }, None, None, None);
         }
         if ms >= DAY_MS {
-            cx.find(Code::Tim001, None, None, None, Facts::told(0, &[("found", Quantity::Count(u64::from(ms)))]));
+            cx.raise(Tim001::TimeOfDay { found: ms.into() }, None, None, None);
             return;
         }
         let told = (i64::from(days) * i64::from(DAY_MS) + i64::from(ms)) * 1_000_000;
@@ -47,8 +46,7 @@ impl Times {
             return;
         }
         self.before_jump = Some((last, before));
-        let facts = Facts::told(0, &[("passed", Quantity::Ns(passed)), ("elapsed", Quantity::Ns(elapsed))]);
-        cx.report_timed(cx.finding(Code::Tim002, None, None, Some(last.at), facts));
+        cx.report_timed(cx.verdict(Tim002::Jump { passed, elapsed }, None, None, Some(last.at)));
     }
 }
 

@@ -4,8 +4,7 @@
 //! not know what shows that: the check says so.
 
 use crate::context::Context;
-use crate::event::{Event, What};
-use crate::finding::{Code, Facts, Finding};
+use crate::finding::{Code, Facts, Finding, Verdict};
 use crate::frame::FrameRef;
 
 /// Findings kept while they wait.
@@ -20,25 +19,38 @@ pub struct Withheld {
 }
 
 impl Withheld {
-    /// Raises a finding at the frame at hand, or keeps it.
-    pub fn find(&mut self, code: Code, node: Option<u8>, cause: Option<FrameRef>, facts: Facts, cx: &mut Context<'_>) {
+    /// Reports a finding at the frame at hand, or keeps it.
+    pub fn raise(&mut self, what: impl Into<Verdict>, node: Option<u8>, cause: Option<FrameRef>, cx: &mut Context<'_>) {
+        let finding = cx.verdict(what, node, None, cause);
         if self.shown {
-            cx.find(code, node, None, cause, facts);
-        } else if self.waiting.len() < KEPT {
-            self.waiting.push(Finding {
-                code,
-                at: cx.at,
-                cause,
-                bus: cx.bus,
-                node,
-                object: None,
-                facts,
-                because_of: None,
-            });
+            cx.report(finding);
+        } else {
+            self.keep(finding);
         }
     }
 
     /// The same of what rests on a deadline (see [`Context::report_timed`]).
+    pub fn raise_timed(
+        &mut self,
+        what: impl Into<Verdict>,
+        node: Option<u8>,
+        cause: Option<FrameRef>,
+        cx: &mut Context<'_>,
+    ) {
+        let finding = cx.verdict(what, node, None, cause);
+        if self.shown {
+            cx.report_timed(finding);
+        } else {
+            self.keep(finding);
+        }
+    }
+
+    /// As [`Self::raise`], with facts by their names.
+    pub fn find(&mut self, code: Code, node: Option<u8>, cause: Option<FrameRef>, facts: Facts, cx: &mut Context<'_>) {
+        self.raise(Verdict { code, facts }, node, cause, cx);
+    }
+
+    /// As [`Self::raise_timed`], with facts by their names.
     pub fn find_timed(
         &mut self,
         code: Code,
@@ -47,10 +59,12 @@ impl Withheld {
         facts: Facts,
         cx: &mut Context<'_>,
     ) {
-        if self.shown {
-            cx.report_timed(cx.finding(code, node, None, cause, facts));
-        } else {
-            self.find(code, node, cause, facts, cx);
+        self.raise_timed(Verdict { code, facts }, node, cause, cx);
+    }
+
+    fn keep(&mut self, finding: Finding) {
+        if self.waiting.len() < KEPT {
+            self.waiting.push(finding);
         }
     }
 
@@ -63,7 +77,7 @@ impl Withheld {
     pub fn show(&mut self, cx: &mut Context<'_>) {
         self.shown = true;
         for finding in std::mem::take(&mut self.waiting) {
-            raise(finding, cx);
+            cx.emit(finding);
         }
     }
 
@@ -72,29 +86,14 @@ impl Withheld {
     pub fn finish(&mut self, harmless: Code, foreign: Code, first: FrameRef, cx: &mut Context<'_>) {
         let waiting = std::mem::take(&mut self.waiting);
         if waiting.iter().all(|finding| finding.code == harmless) {
-            waiting.into_iter().for_each(|finding| raise(finding, cx));
+            waiting.into_iter().for_each(|finding| cx.emit(finding));
         } else {
-            let facts = Facts::None;
-            let bus = cx.bus;
-            raise(
-                Finding {
-                    code: foreign,
-                    at: first,
-                    cause: None,
-                    bus,
-                    node: None,
-                    object: None,
-                    facts,
-                    because_of: None,
-                },
-                cx,
-            );
+            cx.emit(Finding { at: first, ..cx.verdict(foreign, None, None, None) });
         }
     }
 }
 
 /// Raises a finding where it stands.
 pub(super) fn raise(finding: Finding, cx: &mut Context<'_>) {
-    let Finding { at, cause, bus, node, .. } = finding;
-    cx.events.push(Event { at, about: cause, bus, node, transfer: None, what: What::Finding(Box::new(finding)) });
+    cx.emit(finding);
 }

@@ -109,6 +109,11 @@ impl Period {
         self.learnt_ns
     }
 
+    /// Whether the last gaps agree on another length: the period may be changing.
+    pub fn is_contested(&self) -> bool {
+        self.rival.count > 0
+    }
+
     /// Nothing is known any more but what is configured.
     pub fn forget(&mut self) {
         *self = Self { configured_ns: self.configured_ns, ..Self::default() };

@@ -134,6 +134,8 @@ pub struct Recording {
     /// The last frame's time, and the latest so far.
     last_ns: Option<i64>,
     latest_ns: Option<i64>,
+    /// The last silence of the bus after which frames came in a row, in ns.
+    silence_ns: i64,
     /// Mean gap between frames, in 64ths of ns.
     mean_gap_64: i64,
     /// The longest gap of late, in ns.
@@ -185,7 +187,10 @@ impl Recording {
             self.latest_ns = Some(self.latest_ns.map_or(now, |latest| latest.max(now)));
         }
         self.decide_shown();
-        (When { silent_ns, epoch: self.steps, ..self.at(frame.reference()) }, happened)
+        if silent_ns > DRAIN_NS {
+            self.silence_ns = silent_ns;
+        }
+        (When { silent_ns: self.silence_ns, epoch: self.steps, ..self.at(frame.reference()) }, happened)
     }
 
     /// The place of a frame that was observed, once it is taken. `commands`: it is of a kind that a master sends (an SDO

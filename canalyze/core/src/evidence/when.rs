@@ -18,6 +18,7 @@ pub struct When {
     pub burst: u32,
     /// It may be the recording host's own, and be listed late.
     pub own: bool,
-    /// How long the whole bus was silent before it, in ns.
+    /// How long the whole bus was silent before the run of frames that it is in, in ns: those that followed without a
+    /// pause.
     pub silent_ns: i64,
 }

@@ -1,6 +1,7 @@
 //! How busy a bus may be at most.
 //!
-//! Bits are counted as in `summary`. A limit that is passed is said once, until the load falls below it.
+//! Bits are counted as in `summary`. A limit that is passed is said once, until the load has
+//! been below it for a whole window.
 
 use serde::Deserialize;
 
@@ -44,7 +45,8 @@ struct Measured {
     /// Where its time begins, and the greatest stamp, in ns.
     start_ns: i64,
     high_ns: i64,
-    above: bool,
+    /// When the load was above the limit last, in ns, unless it has been below it for a whole window since.
+    above_ns: Option<i64>,
 }
 
 /// An expectation and what was measured.
@@ -107,7 +109,7 @@ impl Watched {
             window: Window::new(window_ns),
             start_ns: now_ns,
             high_ns: now_ns,
-            above: false,
+            above_ns: None,
         };
         let known = self.buses.iter().position(|one| one.bus == scene.bus);
         let place = known.unwrap_or_else(|| {
@@ -122,14 +124,15 @@ impl Watched {
         measured.window.add(measured.high_ns.saturating_sub(measured.start_ns), bits, scene.at);
         let room = f64::from(bit_rate) * self.window_ns as f64 / 1e9;
         let percent = measured.window.bits_now() as f64 / room * 100.0;
-        let above = percent > self.max_percent;
-        if above && !std::mem::replace(&mut measured.above, above) {
+        if percent <= self.max_percent {
+            measured.above_ns =
+                measured.above_ns.filter(|since| measured.high_ns.saturating_sub(*since) < self.window_ns);
+        } else if measured.above_ns.replace(measured.high_ns).is_none() {
             // With as many digits as tell it from the limit.
             let found = [1e2, 1e4, 1e6].map(|scale| (percent * scale).round() / scale);
             let found = found.into_iter().find(|found| *found > self.max_percent).unwrap_or(percent);
             let breach = scene.breach(Exp014::Above { window: self.window_ns, expected: self.max_percent, found });
             scene.raise(&self.place, breach);
         }
-        measured.above = above;
     }
 }

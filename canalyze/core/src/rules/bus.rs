@@ -25,6 +25,9 @@ rules! {
         InAll { count: Count, duration: Option<Ns> }
             "{duration}内共{count}个错误帧"
             "{count} error frames in all within {duration}";
+        Unseen
+            "控制器重新启动: 此前曾进入总线关闭状态, 但不在记录中"
+            "the controller was restarted: it had been off the bus before, which is not in the capture";
     }
 
     /// The recording controller is error passive.
@@ -48,7 +51,7 @@ rules! {
     }
 
     /// An error counter of the recording controller is at its warning level.
-    Bus003 "BUS003" "error-warning-level" Info "ISO 11898-1" [Error] {
+    Bus003 "BUS003" "error-warning-level" Warning "ISO 11898-1" [Error] {
         message "错误计数达到警告水平" "error warning level";
         meaning
             "记录所用的CAN控制器的错误计数达到96; 总线正常时应接近0。"

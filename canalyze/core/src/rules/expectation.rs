@@ -265,7 +265,7 @@ rules! {
     }
 
     /// Something took longer than expected.
-    Exp013 "EXP013" "latency" Error "-" [Sdo, Sync, Pdo, Nmt] {
+    Exp013 "EXP013" "latency" Error "-" here [Sdo, Sync, Pdo, Nmt] {
         message "用时超过期望" "took longer than expected";
         meaning
             "测量的是: SDO请求到其响应, 同步报文到同步TPDO, 或者NMT命令到第一个显示相应状态的错误控制帧。记录次序颠倒的帧对不计。"

@@ -100,6 +100,8 @@ pub struct Rule {
     pub context: &'static [Family],
     /// Of all PDOs it is about one: that at which a finding stands, or its cause.
     pub one_pdo: bool,
+    /// Its findings are about the frame at which they stand, and not about the earlier one, where they name one.
+    pub about_here: bool,
     /// In one line.
     pub message: Words,
     /// What it means.
@@ -112,11 +114,12 @@ pub struct Rule {
 
 /// The rules of a family. Each becomes a type by its code, with a variant for each of its sentences, that turns into a
 /// verdict (or, for expectations, a deviation). A name in braces that is no fact of the variant does not compile, nor
-/// does a fact that no sentence uses, nor a missing language.
+/// does a fact that no sentence uses, nor a missing language. Before its context a rule may be marked `one` (see
+/// [`Rule::one_pdo`]) and `here` (see [`Rule::about_here`]).
 macro_rules! rules {
     ($target:ident: $(
         $(#[$doc:meta])*
-        $code:ident $id:literal $name:literal $severity:ident $clause:literal $($one:ident)? [$($family:ident),*] {
+        $code:ident $id:literal $name:literal $severity:ident $clause:literal $($mark:ident)* [$($family:ident),*] {
             message $message_zh:literal $message_en:literal;
             meaning $meaning_zh:literal $meaning_en:literal;
             cause $cause_zh:literal $cause_en:literal;
@@ -143,7 +146,8 @@ macro_rules! rules {
                 severity: $crate::rules::Severity::$severity,
                 clause: $clause,
                 context: &[$($crate::rules::Family::$family),*],
-                one_pdo: $crate::rules::rules!(@one $($one)?),
+                one_pdo: $crate::rules::rules!(@one $($mark)*),
+                about_here: $crate::rules::rules!(@here $($mark)*),
                 message: $crate::rules::Words { zh: $message_zh, en: $message_en },
                 meaning: $crate::rules::Words { zh: $meaning_zh, en: $meaning_en },
                 cause: $crate::rules::Words { zh: $cause_zh, en: $cause_en },
@@ -172,7 +176,11 @@ macro_rules! rules {
         }
     )*};
     (@one one) => { true };
-    (@one) => { false };
+    (@one one here) => { true };
+    (@one $($here:ident)?) => { false };
+    (@here here) => { true };
+    (@here one here) => { true };
+    (@here $($one:ident)?) => { false };
     (@variant $zh:literal, $en:literal, [$($word:ident = $constant:literal),*], [$($fact:ident: $kind:ty),*]) => {
         $crate::rules::Variant {
             constants: &[$((stringify!($word), stringify!($constant))),*],
@@ -226,7 +234,7 @@ codes! {
     pdo: Mpd001;
     nmt: Nmt001 Nmt002 Nmt003 Nmt004 Nmt005;
     pdo: Pdo001 Pdo002 Pdo003 Pdo004 Pdo005 Pdo006 Pdo008 Pdo009 Pdo010 Pdo011 Pdo012 Pdo013 Pdo014 Pdo015 Pdo016
-        Pdo018 Pdo019;
+        Pdo018 Pdo019 Pdo020;
     sdo: Sdo001 Sdo002 Sdo003 Sdo004 Sdo005 Sdo006 Sdo007 Sdo008 Sdo009 Sdo010 Sdo011 Sdo012 Sdo013 Sdo014 Sdo015
         Sdo016 Sdo017 Sdo018 Sdo019 Sdo020 Sdo021 Sdo022 Sdo023 Sdo030 Sdo031;
     srdo: Srd001 Srd002 Srd003 Srd004 Srd005;

@@ -66,7 +66,7 @@ rules! {
     }
 
     /// An event-driven TPDO within its inhibit time.
-    Pdo004 "PDO004" "inhibit-time" Warning "CiA 301 7.5.2.37" one [Pdo] {
+    Pdo004 "PDO004" "inhibit-time" Warning "CiA 301 7.5.2.37" one here [Pdo] {
         message "抑制时间未到就再次发送" "sent again within the inhibit time";
         meaning
             "事件驱动的TPDO两次发送之间至少相隔抑制时间(通信参数子索引03h, 单位100µs); 对远程请求的应答不算。"
@@ -274,5 +274,19 @@ rules! {
         Disabled { pdo: Pdo, id: Id }
             "{pdo}已被设为无效, 标识符{id}上的数据不起作用"
             "{pdo} was made invalid: the data on {id} have no effect";
+    }
+
+    /// Two TPDOs are configured to one CAN-ID.
+    Pdo020 "PDO020" "shared-cob-id" Warning "CiA 301 7.3.5, 7.5.2.37" one [Pdo, Sdo] {
+        message "两个TPDO使用同一CAN-ID" "two TPDOs with one CAN-ID";
+        meaning
+            "每个CAN-ID只能有一个发送者。两个TPDO配置为同一CAN-ID时, 接收方无法区分其数据, 两个节点同时发送还会产生错误帧。"
+            "A CAN-ID has one sender. Where two TPDOs are configured to the same one, receivers cannot tell their data apart, and two nodes that send at the same time cause error frames.";
+        cause
+            "COB-ID写错, 两个节点用了同一份配置, 或者设备描述中的COB-ID没有按节点ID计算。"
+            "A mistyped COB-ID, two nodes with the same configuration, or a device description whose COB-IDs do not follow the node-ID.";
+        Shared { pdo: Pdo, id: Id, other: Pdo, of: Count }
+            "{pdo}的CAN-ID {id}也是节点{of}的{other}的CAN-ID"
+            "{pdo} has CAN-ID {id}, which is that of {other} of node {of}, too";
     }
 }

@@ -7,7 +7,7 @@ rules! {
     Verdict:
 
     /// The two frames of an SRDO are not each other's inverse.
-    Srd001 "SRD001" "not-inverse" Error "CiA 304, EN 50325-5" [Srdo] {
+    Srd001 "SRD001" "not-inverse" Error "CiA 304, EN 50325-5" here [Srdo] {
         message "SRDO的两帧不是互为取反" "the two frames of an SRDO are not each other's inverse";
         meaning
             "SRDO由正常数据和取反数据两帧组成: 长度相同, 第二帧是第一帧的逐位取反。不符时接收方必须进入安全状态。"
@@ -24,7 +24,7 @@ rules! {
     }
 
     /// The inverted frame of an SRDO comes later than the validation time allows.
-    Srd002 "SRD002" "validation-time" Error "CiA 304, 1301h:03" [Srdo] {
+    Srd002 "SRD002" "validation-time" Error "CiA 304, 1301h:03" here [Srdo] {
         message "SRDO的验证时间超时" "the validation time of an SRDO is exceeded";
         meaning
             "取反数据必须在正常数据之后的验证时间(SRVT, 子索引3)内到达。"

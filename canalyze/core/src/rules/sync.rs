@@ -149,7 +149,7 @@ rules! {
     }
 
     /// A synchronous TPDO came more than once in a cycle.
-    Syn009 "SYN009" "twice-in-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37" one [Sync, Pdo] {
+    Syn009 "SYN009" "twice-in-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37" one here [Sync, Pdo] {
         message "同一周期内同步PDO出现多次" "synchronous PDO more than once in a cycle";
         meaning
             "同步TPDO在一个同步周期内最多发送一次。"
@@ -163,7 +163,7 @@ rules! {
     }
 
     /// A cyclic synchronous TPDO came in another cycle than it should.
-    Syn010 "SYN010" "wrong-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37" one [Sync, Pdo] {
+    Syn010 "SYN010" "wrong-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37" one here [Sync, Pdo] {
         message "同步PDO在错误的周期" "synchronous PDO in the wrong cycle";
         meaning
             "传输类型为n (1到240)的TPDO应每n个同步报文发送一次; 它在别的周期到来。"

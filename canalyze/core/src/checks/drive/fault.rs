@@ -3,10 +3,10 @@
 //! The fault and its EMCY come in either order. It must not say what a state is, or follow commands.
 
 use super::{Axis, Place, Sample, statusword};
-use crate::checks::withheld::raise;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::Finding;
 use crate::frame::FrameRef;
+use crate::rules::drive::Drv005;
 
 /// How far an EMCY may be from the fault it announces, in ns.
 const EMCY: i64 = 500_000_000;
@@ -79,7 +79,7 @@ impl Axis {
 
 /// Raises a fault where its statusword stands.
 pub(super) fn raise_fault(node: u8, axis: u8, fault: Sample, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
-    let facts = Facts::told(0, &[("statusword", Quantity::Statusword(fault.word))]);
-    let (node, object) = (Some(node), Some(statusword(axis)));
-    raise(Finding { code: Code::Drv005, at: fault.at, cause: None, bus: cx.bus, node, object, facts, because_of }, cx);
+    let what = Drv005::Entered { statusword: fault.word };
+    let finding = cx.verdict(what, Some(node), Some(statusword(axis)), None);
+    cx.emit(Finding { at: fault.at, because_of, ..finding });
 }

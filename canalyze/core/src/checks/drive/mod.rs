@@ -13,12 +13,12 @@ mod watch;
 use self::fault::{Announced, Unannounced, announced, raise_fault};
 use self::watch::{Watch, Watched};
 use super::PdoName;
-use super::withheld::raise;
 use crate::context::Context;
 use crate::drive::{self, Command, Object, Reach, State};
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::Finding;
 use crate::frame::{Frame, FrameRef};
 use crate::node::{Node, PerNode};
+use crate::rules::drive::{Drv001, Drv002, Drv003, Drv004};
 use crate::services::pdo::mapping::extract;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
@@ -99,11 +99,13 @@ struct Axis {
     sample: Option<Sample>,
     jump: Option<Jump>,
     /// A jump of a node that was not yet known to be a drive: its frame and what was measured.
-    suspect: Option<(FrameRef, Facts)>,
+    suspect: Option<(FrameRef, Drv001)>,
     order: Option<Order>,
     unannounced: Option<Unannounced>,
     /// What explains that it is in fault: the EMCY, or the statusword that showed it.
     fault: Option<FrameRef>,
+    /// The first fault reset since then that had no effect.
+    vain: Option<FrameRef>,
     request: Option<Request>,
     /// Steps upward that controlwords explain.
     climbed: u8,
@@ -399,13 +401,8 @@ impl Drive {
         let after = elapsed(request.since_ns, place.at.t_ns).filter(|after| *after > PROMPT);
         let Some(after) = after.filter(|_| judged && !request.raised && request.reports >= 2) else { return };
         request.raised = true;
-        let measured = [
-            ("requested", Quantity::Mode(request.mode)),
-            ("displayed", Quantity::Mode(mode)),
-            ("after", Quantity::Ns(after)),
-        ];
-        let facts = Facts::told(0, &measured);
-        cx.find(Code::Drv004, Some(place.node.id()), Some(display(place.axis)), Some(request.at), facts);
+        let what = Drv004::StillDisplayed { requested: request.mode, displayed: mode, after };
+        cx.raise(what, Some(place.node.id()), Some(display(place.axis)), Some(request.at));
     }
 
     /// A statusword is reported.
@@ -429,7 +426,7 @@ impl Drive {
         let Some(before) = axis.sample.replace(sample).filter(|before| before.state != state) else { return };
         let judged = axis.is_drive(place);
         if !is_fault(state) {
-            axis.fault = None;
+            (axis.fault, axis.vain) = (None, None);
         } else if !is_fault(before.state) && judged {
             match announced(place, before, sample, emcy) {
                 Announced::By(emcy) => {
@@ -441,8 +438,8 @@ impl Drive {
             }
         }
         axis.follow(place, before, sample, judged);
-        if judged && let Some((at, facts)) = axis.suspect.take() {
-            cx.find(Code::Drv001, Some(place.node.id()), Some(statusword(place.axis)), Some(at), facts);
+        if judged && let Some((at, what)) = axis.suspect.take() {
+            cx.raise(what, Some(place.node.id()), Some(statusword(place.axis)), Some(at));
         }
         let open = [axis.jump.map(|jump| jump.due_ns), axis.unannounced.map(|fault| fault.due_ns)];
         *due_ns = open.into_iter().flatten().fold(*due_ns, i64::min);
@@ -534,17 +531,14 @@ impl Axis {
         if !self.is_drive(place) || !self.by_pdo {
             return;
         }
-        let measured = [
-            ("controlword", Quantity::Controlword(order.word)),
-            ("statusword", Quantity::Statusword(sample.word)),
-            ("after", Quantity::Ns(after)),
-        ];
-        let facts = Facts::told(0, &measured);
-        let (node, object, cause) = (Some(place.node.id()), Some(controlword(place.axis)), Some(order.at));
-        // What causes the fault is still there.
-        let because_of = self.fault.filter(|_| order.command == Command::FaultReset);
-        let (at, bus) = (cx.at, cx.bus);
-        raise(Finding { code: Code::Drv002, at, cause, bus, node, object, facts, because_of }, cx);
+        let what = Drv002::StillIn { controlword: order.word, statusword: sample.word, after };
+        let finding = cx.verdict(what, Some(place.node.id()), Some(controlword(place.axis)), Some(order.at));
+        // What causes the fault is still there: resets that are tried again follow from that.
+        let because_of = self.vain.filter(|_| order.command == Command::FaultReset);
+        if order.command == Command::FaultReset {
+            self.vain = because_of.or(Some(order.at));
+        }
+        cx.emit(Finding { because_of, ..finding });
     }
 
     /// What has waited long enough.
@@ -554,10 +548,9 @@ impl Axis {
         }
         if let Some(Unannounced { fault, .. }) = self.unannounced.take_if(|fault| now_ns >= fault.due_ns) {
             self.unexplained((node, axis), fault, first, cx);
-            let facts = Facts::told(0, &[("statusword", Quantity::Statusword(fault.word))]);
-            let (at, cause, because_of) = (cx.at, Some(fault.at), self.fault);
-            let (bus, node, object) = (cx.bus, Some(node), Some(statusword(axis)));
-            raise(Finding { code: Code::Drv003, at, cause, bus, node, object, facts, because_of }, cx);
+            let what = Drv003::Unannounced { statusword: fault.word };
+            let finding = cx.verdict(what, Some(node), Some(statusword(axis)), Some(fault.at));
+            cx.emit(Finding { because_of: self.fault, ..finding });
         }
     }
 
@@ -566,16 +559,12 @@ impl Axis {
             return;
         }
         let in_force = self.words.iter().rfind(|(_, at)| at.no < jump.to.at.no);
-        let measured = [
-            ("from", Quantity::Statusword(jump.from.word)),
-            ("to", Quantity::Statusword(jump.to.word)),
-            ("controlword", in_force.map_or(Quantity::Nothing, |(word, _)| Quantity::Controlword(*word))),
-        ];
-        let facts = Facts::told(0, &measured);
+        let controlword = in_force.map(|(word, _)| *word);
+        let what = Drv001::Unexplained { from: jump.from.word, to: jump.to.word, controlword };
         if jump.judged {
-            cx.find(Code::Drv001, Some(node), Some(statusword(axis)), Some(jump.to.at), facts);
+            cx.raise(what, Some(node), Some(statusword(axis)), Some(jump.to.at));
         } else {
-            self.suspect = Some((jump.to.at, facts));
+            self.suspect = Some((jump.to.at, what));
         }
     }
 }

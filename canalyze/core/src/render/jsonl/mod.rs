@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `frame` | `frame line file t bus dir id ext rtr fd err len data service node text findings`, then an object named after the service with its fields |
 //! | `note` | `note frame line about_frame about_line bus node transfer text facts` |
-//! | `finding` | `code name severity file frame line t cause_frame cause_line because_of bus node index sub message facts`, in `check` also `lines` |
+//! | `finding` | `code name severity file frame line t cause_frame cause_line about_frame because_of bus node index sub message facts`, in `check` also `lines` |
 //! | `transfer` | see [`transfer`] |
 //! | `line` | `frame text`: what [`super::text`] writes of a frame, without the last line end |
 //! | `summary_...` | see [`summary`] |
@@ -192,6 +192,8 @@ fn found(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
     number_or_null(out, finding.cause.map(|cause| cause.no));
     put!(out; ",\"cause_line\":");
     number_or_null(out, finding.cause.and_then(|cause| cause.line));
+    put!(out; ",\"about_frame\":");
+    number_or_null(out, finding.about().map(|about| about.no));
     put!(out; ",\"because_of\":");
     number_or_null(out, finding.because_of.map(|cause| cause.no));
     put!(out; ",\"bus\":");
