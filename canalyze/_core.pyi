@@ -168,6 +168,8 @@ class Session:
         """
     def feed(self, data: bytes, input: int = 0) -> bytes:
         """More bytes of a file, in any chunking; what is known by now, ready for standard output."""
+    def rest(self) -> bytes:
+        """Nothing more comes at the moment, as in a pipe: what was held back is known by now, as from feed()."""
     def damaged(self, kind: str, offset: int, bytes: int | None = None, input: int = 0) -> None:
         """A file's bytes go on no further, since it cannot be unpacked; told by end(), which comes next.
 
@@ -269,6 +271,9 @@ class Session:
     @property
     def done(self) -> bool:
         """As many frames were shown as `count` says: whatever is fed is not taken any more."""
+    @property
+    def holds(self) -> bool:
+        """Frames are held back until the next ones show what the recording did with them."""
     @property
     def frames(self) -> int:
         """Frames read so far, over all files."""

@@ -157,6 +157,8 @@ class Reading:
                 self._remarks(one.capture)
                 self._reader.step(one.capture.taken - one.taken, session.frames)
                 one.taken = one.capture.taken
+                if session.holds and self._reader.during(one.capture.rests):
+                    yield from self._results(session.rest(), hold=hold)
                 continue
             self._remarks(one.capture)
             del open_[number]

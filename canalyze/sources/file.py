@@ -7,6 +7,7 @@ neither formats nor frames.
 import errno
 import os
 import re
+import select
 import stat
 from pathlib import Path
 from types import TracebackType
@@ -18,6 +19,7 @@ CHUNK: Final = 1 << 18
 _AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
 """Where the system would else translate line ends."""
 STDIN: Final = "-"
+_REST_S: Final = 0.1
 
 
 def _is_channel(name: str) -> bool:
@@ -70,6 +72,15 @@ class Source:
             return data
         except OSError as error:
             raise SourceError("source.read", name=self.name, error=error) from error
+
+    def rests(self) -> bool:
+        """Tell whether nothing more comes at the moment: of a pipe, a terminal or a device, for a tenth of a second."""
+        if self.regular:
+            return False
+        try:
+            return not select.select([self._fd], [], [], _REST_S)[0]
+        except (OSError, ValueError):  # not every system can tell
+            return True
 
     def close(self) -> None:
         """Close the file; standard input stays open."""

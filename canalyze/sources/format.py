@@ -80,6 +80,10 @@ class Opened:
         """Give what comes after the head, b"" at the end; SourceError if the system refuses."""
         return self._layer.read()
 
+    def rests(self) -> bool:
+        """Tell whether nothing more comes at the moment, though it is not over."""
+        return self._source.rests()
+
     def close(self) -> None:
         """Close the source."""
         self._source.close()
@@ -144,6 +148,10 @@ class Capture:
         """Give the next bytes, b"" at the end; SourceError if the system refuses."""
         head, self._head = self._head, b""
         return head or self._source.read()
+
+    def rests(self) -> bool:
+        """Tell whether nothing more comes at the moment, though it is not over."""
+        return not self._head and self._source.rests()
 
     def remarks(self) -> list[CanalyzeError]:
         """Give what is to be told of the file since the last call: of bytes there is nothing."""

@@ -235,6 +235,10 @@ class Live:
         for thread in self._threads:
             thread.start()
 
+    def rests(self) -> bool:
+        """Tell whether nothing more comes at the moment: a bus says the time itself."""
+        return False
+
     def read(self) -> bytes:
         """Give what came, soon also if nothing came; b"" at the end. SourceError, once, if a source has failed."""
         self.start()

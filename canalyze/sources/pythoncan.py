@@ -112,6 +112,10 @@ class PythonCanCapture:
             self._remarks.append(SourceError("bridge.said", name=self.name, problem=line))
         return batch
 
+    def rests(self) -> bool:
+        """Tell whether nothing more comes at the moment: python-can reads what is there at once."""
+        return False
+
     def remarks(self) -> list[CanalyzeError]:
         """Give what is to be told of the file since the last call, for standard error."""
         remarks, self._remarks = self._remarks, []

@@ -95,6 +95,8 @@ pub struct Duplicates {
     /// The first frame that may be a duplicate, since nothing was decided.
     suspect: Option<Seen>,
     proven: bool,
+    /// Nobody waits any more until it is decided.
+    given_up: bool,
     /// The numbers of the duplicates among the frames that had come by the proof.
     found: Vec<u64>,
 }
@@ -127,6 +129,7 @@ impl Duplicates {
         if self.suspect.is_some() {
             let at_once = self.pairs > 0 && self.count <= 2 * self.pairs + 1;
             self.decide(self.proven || at_once);
+            self.given_up = true;
         }
     }
 
@@ -160,11 +163,11 @@ impl Duplicates {
         }
         let again = self.resembles(&now);
         self.recent.push_back(Seen { isolated: isolated && !again, ..now });
-        if again && !self.are_refuted() {
+        if again && !self.are_refuted() && !self.given_up {
             self.suspect.get_or_insert(now);
         }
         self.judge(&now);
-        if again && !self.are_refuted() { Sighting::Suspect } else { Sighting::Original }
+        if self.suspect.is_some() && again { Sighting::Suspect } else { Sighting::Original }
     }
 
     /// Whether an equal frame stood shortly before, of which none was seen yet.

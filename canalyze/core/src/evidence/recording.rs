@@ -422,7 +422,7 @@ impl Recording {
             if original {
                 burst.verdict = Verdict::Confirmed;
             }
-        } else if burst.frames > SHOWN {
+        } else if burst.frames > SHOWN && !burst.shown {
             self.end_burst();
         }
     }

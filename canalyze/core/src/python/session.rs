@@ -162,6 +162,10 @@ impl Session {
         self.output(py, |core, out| core.feed_one(input, data, out))
     }
 
+    fn rest<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        self.output(py, |core, out| core.rest(out))
+    }
+
     #[pyo3(signature = (kind, offset, bytes = None, input = 0))]
     fn damaged(&self, py: Python<'_>, kind: &str, offset: u64, bytes: Option<u64>, input: usize) -> PyResult<()> {
         let kind = choose("kind", kind, render::jsonl::DAMAGES)?;
@@ -250,6 +254,11 @@ impl Session {
     #[getter]
     fn done(&self, py: Python<'_>) -> bool {
         self.run(py, |core| core.is_done())
+    }
+
+    #[getter]
+    fn holds(&self, py: Python<'_>) -> bool {
+        self.run(py, |core| core.holds())
     }
 
     #[getter]

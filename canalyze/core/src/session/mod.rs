@@ -285,6 +285,11 @@ impl Session {
         self.stream.item(Item::Frame(frame), &self.buses, out);
     }
 
+    /// Whether frames are held back until the next ones have shown what the recording did with them.
+    pub fn holds(&self) -> bool {
+        !self.stream.ahead.is_empty()
+    }
+
     /// No more is there to be read at the moment: what was read is not held back any longer. For a pipe that has come to
     /// a rest; a file goes on at once.
     pub fn rest(&mut self, out: &mut Vec<u8>) {
