@@ -24,7 +24,7 @@ const OBJECTS: u16 = 0x1000;
 /// The structure of an object, which a server may offer at this sub-index of any.
 const STRUCTURE: u8 = 0xFF;
 
-/// What is settled of each node: addresses that were written, or of which it was said.
+/// What is settled of each node: addresses that were written, or reported.
 #[derive(Debug, Default)]
 pub struct Descriptions {
     nodes: PerNode<BTreeSet<(u16, u8)>>,

@@ -295,7 +295,7 @@ impl Reported {
     }
 }
 
-/// What is said of an error: generic, communication and device-specific codes may be harmless to the device.
+/// The finding of an error: generic, communication and device-specific codes may be harmless to the device.
 fn reported(code: u16, register: u8) -> Verdict {
     match code {
         ..0x2000 | 0x8000..=0x82FF | 0xF000.. => Emc008::Reported { code, register }.into(),

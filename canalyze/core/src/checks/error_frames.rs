@@ -4,7 +4,7 @@
 //! controller becomes error passive and goes off the bus. Error frames that follow each other within [`QUIET_NS`] are
 //! one such disturbance. It is one finding, the worst of what it showed, at the first frame that showed it; what led to it or
 //! went with it are its consequences. It is raised when the event is over, or after [`QUIET_NS`]; how long it has gone
-//! on since is told when it is over. It must not name a node: an error frame is the view of the controller that recorded.
+//! on since is reported when it is over. It must not name a node: an error frame is the view of the controller that recorded.
 
 use std::collections::BTreeMap;
 
@@ -201,7 +201,7 @@ fn raise_recovery(recovery: Recovery, at: FrameRef, because_of: Option<FrameRef>
     cx.emit(Finding { at, because_of, ..cx.verdict(what, None, None, because_of) });
 }
 
-/// What is said of a condition that so many frames have shown.
+/// The finding of a condition that `count` frames have shown.
 fn said(condition: Condition, count: u64) -> Verdict {
     match (condition, count) {
         (Condition::BusOff, ..=1) => Bus001::BusOff { count }.into(),

@@ -1,4 +1,4 @@
-//! LSS Fastscan as one action (CiA 305): which identity a scan has found, told by its confirmations.
+//! LSS Fastscan as one action (CiA 305): which identity a scan has found, by its confirmations.
 //!
 //! A slave is found bit by bit; which bits are known at last stands in four confirmations (BitCheck 0, LSSNext other
 //! than LSSSub), so that the unanswered steps between them, the normal way to find a bit that is 1, need no timing. A
@@ -98,7 +98,7 @@ impl Fastscan {
         Some(scan.over(true, end))
     }
 
-    /// The master does something else. Nothing is said of a question that no slave answered.
+    /// The master does something else. Nothing is reported of a question that no slave answered.
     pub fn give_up(&mut self) -> Option<Over> {
         let scan = self.scan.take()?;
         let end = scan.last;
@@ -111,7 +111,7 @@ impl Fastscan {
         self.scan.as_ref().map(|scan| scan.last)
     }
 
-    /// Frames were lost: what was under way cannot be told any more.
+    /// Frames were lost: what was under way is not known any more.
     pub fn lost(&mut self) {
         self.scan = None;
     }

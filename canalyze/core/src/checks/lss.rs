@@ -28,7 +28,7 @@ const RESETS: [u8; 2] = [0x81, 0x82];
 const PATIENCE_NS: i64 = 5_000_000_000;
 /// How long after the return to waiting a bit timing may still be activated, in ns: masters do it at once.
 const ACTIVATION_NS: i64 = 500_000_000;
-/// So many frames as LSS has them, for each that is not, are LSS.
+/// Valid LSS frames for each finding, before the traffic counts as LSS.
 const PLAIN: usize = 3;
 
 /// Which slaves are in the configuration state.
@@ -52,7 +52,7 @@ struct Slave {
     selection: u64,
     /// Its address, as it was selected by.
     address: Option<[u32; 4]>,
-    /// Its node-ID, as it has said or as follows from how it was found.
+    /// Its node-ID, as it has reported or as follows from how it was found.
     before: Before,
 }
 
@@ -84,7 +84,7 @@ pub struct Lss {
     selected: Selected,
     slave: Slave,
     exchanges: Exchanges,
-    /// The address that the master is sending, and the part that is due; `None` where that is not known.
+    /// The address that the master is sending, and the part that comes next; `None` where that is not known.
     address: [Option<u32>; 4],
     due_part: Option<u8>,
     /// That the parts of this address come out of turn has been said.
@@ -435,7 +435,7 @@ impl Lss {
                 self.selected = Selected::Unknown;
                 let asked = self.exchanges.give_up(Exchange::Selective);
                 if let Some(asked) = asked.filter(|asked| unknown && !asked.answered) {
-                    // There is one that does what selected slaves do: it was selected, and did not say so.
+                    // There is one that does what selected slaves do: it was selected, and did not answer.
                     self.silent(Exchange::Selective, asked, cx);
                 }
             }

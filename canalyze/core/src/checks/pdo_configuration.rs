@@ -39,7 +39,7 @@ pub struct PdoConfiguration {
 struct Seen {
     /// The identifiers on which TPDOs 1 to 8 were seen since the last reset.
     sent: [Option<CanId>; 8],
-    /// What is said once of a PDO.
+    /// What is reported once of a PDO.
     told: BTreeSet<(Code, bool, u16)>,
     /// When a server last acknowledged a write of a COB-ID, whether or not its request is in the capture.
     acknowledged: BTreeMap<(bool, u16), u64>,

@@ -1,7 +1,7 @@
 //! When event-driven PDOs come: the inhibit time, the event timer, and the deadline of an RPDO (CiA 301, 7.5.2.35
 //! and .37).
 //!
-//! Nothing is judged by what an EDS presets, nor of a node that was told not to send. What is not recorded is no
+//! Nothing is judged by what an EDS presets, nor of a node that was commanded not to send. What is not recorded is no
 //! breach: where the whole bus was silent, a timer runs on from the end of the silence. It must not know the mapping.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,10 +28,6 @@ const KNOWN: u32 = 5;
 /// The part of its period that a punctual sender may be late by, and how many times its usual lateness.
 const PUNCTUAL_PART: i64 = 6;
 const USUAL: i64 = 3;
-/// The part of the inhibit time, and the least time in ns, by which the stamp of the frame before may have been late,
-/// where the bus was silent for that long before it.
-const LATE_PART: i64 = 3;
-const LATE_NS: i64 = 2_000_000;
 /// NMT command: start remote node.
 const START: u8 = 1;
 /// NMT state: Operational.
@@ -48,7 +44,7 @@ pub struct PdoTiming {
     sent: BTreeMap<Name, Sent>,
     /// The next frame of each, by its event timer or deadline.
     due: Obligations<Name>,
-    /// Nodes that were told not to send, or say themselves that they do not.
+    /// Nodes that were commanded not to send, or report themselves that they do not.
     halted: BTreeSet<u8>,
 }
 
@@ -87,7 +83,7 @@ impl PdoTiming {
         {
             sent.overdue.keep();
         }
-        let late_ns = cx.evidence.recording.lateness_ns(cx.when).min(LATE_NS.max(inhibit / LATE_PART));
+        let late_ns = cx.evidence.recording.lateness_ns(cx.when, inhibit);
         match self.sent.get_mut(&name) {
             Some(sent) => {
                 sent.timer_ns = timer;

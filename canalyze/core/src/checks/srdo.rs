@@ -15,9 +15,6 @@ use crate::node::{CobId, Node, PerNode};
 use crate::rules::srdo::{Srd001, Srd002, Srd003, Srd004, Srd005};
 use crate::services::sdo::wire::Mux;
 
-/// Within this time, in ns, one frame of a pair may be listed before the other that was sent first: both are of one
-/// sender, so it happens once, and no lag of the host explains it twice.
-const OVERTAKEN_NS: i64 = 5_000_000;
 /// Pairs: 101h and 102h to 17Fh and 180h.
 const PAIRS: usize = 64;
 /// Pairs of frames that show that identifiers carry an SRDO, and after which no half is cut off by the capture's edge.
@@ -94,7 +91,7 @@ struct Pair {
     began: Option<When>,
     /// A pair came though the producer is known not to be Operational.
     idle: bool,
-    /// And the producer has said since that it is not.
+    /// And the producer has reported since that it is not.
     confirmed: bool,
 }
 
@@ -246,7 +243,7 @@ impl Srdos {
     }
 
     /// A node says that it is not Operational. Only what it sends before and after that is its fault: it may have
-    /// changed its state by itself since it said so last, or have been told to while a pair was under way.
+    /// changed its state by itself since it reported it last, or have been commanded to while a pair was under way.
     pub fn not_operational(&mut self, node: u8) {
         for (pair, limits) in self.pairs.iter_mut().zip(&self.limits) {
             if pair.idle && limits.producer.is_some_and(|(producer, _)| producer == node) {
@@ -342,7 +339,8 @@ impl Pair {
         self.swaps = self.swaps.saturating_add(1);
         self.lone = None;
         self.began = None;
-        if self.swaps >= 2 || apart > OVERTAKEN_NS {
+        // Both are of one sender: the host's lag explains it once, and not again and again.
+        if self.swaps >= 2 || apart > recording.lag_ns() {
             seen.reports.push(Report::Swapped(normal));
         }
     }

@@ -14,11 +14,11 @@ const HIGHEST: u8 = 240;
 /// What a counter shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Miscount {
-    /// Another value than the one that was due. The frame, where it is not the one at hand.
+    /// Another value than the expected one. The frame, where it is not the one at hand.
     Gap {
         /// The value.
         found: u8,
-        /// What was due.
+        /// The expected value.
         expected: u8,
         /// Its frame.
         at: FrameRef,
@@ -34,7 +34,7 @@ pub enum Miscount {
     Two {
         /// Of the SYNC that is not in the first sequence.
         found: u8,
-        /// What was due in the first sequence.
+        /// The value expected in the first sequence.
         expected: u8,
         /// The frame of `found`.
         at: FrameRef,
@@ -51,7 +51,7 @@ struct Held {
 /// What is known of the counter.
 #[derive(Debug, Default)]
 pub struct Counter {
-    /// The value that is due.
+    /// The value that comes next.
     expected: Option<u8>,
     last: u8,
     /// The overflow value as traffic shows it.

@@ -20,7 +20,7 @@ pub(super) struct Follower {
 }
 
 impl Follower {
-    /// A TPDO has come in a cycle, so many ns after its SYNC.
+    /// A TPDO has come in a cycle, `delay_ns` after its SYNC.
     pub(super) fn follow(&mut self, pdo: (u8, u16), cycle: u64, delay_ns: i64) {
         let same = self.pdo == Some(pdo);
         if cycle == self.cycle || (!same && cycle == self.cycle + 1) {

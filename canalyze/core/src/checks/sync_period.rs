@@ -2,7 +2,7 @@
 //!
 //! A gap is judged against the phase: a SYNC that was only listed late is followed by one at the old time, a missing
 //! one moves nothing after it. The judgement therefore waits for the SYNCs that follow. Gaps that a burst of the
-//! recording begins or ends are not judged. It raises nothing: what a gap was is told by `sync`.
+//! recording begins or ends are not judged. It raises nothing: `sync` reports what a gap was.
 
 use std::collections::VecDeque;
 
@@ -17,12 +17,12 @@ const SYNCS: usize = 256;
 /// Gaps that are looked back on, and how many of them must agree, at least and in quarters, before gaps are judged.
 const GAPS: usize = 16;
 const ENOUGH: usize = 4;
-/// A silence of the bus longer than so many periods is a pause of the network, not a fault of the producer.
+/// A silence of the bus of more periods than this is a pause of the network, not a fault of the producer.
 const PAUSE: i64 = 10;
 /// Regular gaps in a row after which what was late is not caught up any more; twice as many where all SYNCs after it
 /// are late as well.
 const CALM: u8 = 2;
-/// SYNCs beyond the period, each within so many SYNCs of the one before, that show a second producer.
+/// SYNCs beyond the period, each within this many SYNCs of the one before, that show a second producer.
 const EXTRA: u8 = 3;
 const EXTRA_WITHIN: u64 = 6;
 /// Gaps out of [`GAPS`] that are off the period by more than a sixth, before that is a finding: a loaded host is late now
@@ -125,28 +125,58 @@ pub struct SyncPeriod {
     period: Period,
     /// The last gaps, judged or not; and which of them agree with the period, the last one in bit 0.
     recent: VecDeque<Gap>,
-    agree: u16,
-    unsteady: u16,
-    /// Gaps are judged: enough of them agree.
-    regular: bool,
     /// Gaps that wait until a burst is settled.
     waiting: VecDeque<Gap>,
-    /// How far the last SYNC is behind the phase of those before the disturbance, in ns; below 0: ahead.
-    off_ns: i64,
-    /// The first SYNC that was late since, and the regular gaps in a row.
-    late: Option<Gap>,
-    calm: u8,
+    steadiness: Steadiness,
+    behind: Behind,
+    second: Second,
+    deviation: Deviation,
     /// The SYNC before the next gap may have been late: no gap before it was judged.
     joined: bool,
     /// The last SYNC came after a pause.
     resumed: bool,
-    extra: u8,
-    extra_cycle: u64,
-    before_ns: i64,
-    two: bool,
-    deviation: Spread,
-    p99_ns: i64,
     calm_from: u64,
+}
+
+/// How the last gaps stand to the period: one bit for each, the last one in bit 0.
+#[derive(Debug, Default)]
+struct Steadiness {
+    /// Those that agree with it.
+    agree: u16,
+    /// Those that are far off.
+    unsteady: u16,
+    /// Gaps are judged: enough of them agree.
+    regular: bool,
+}
+
+/// A SYNC that was late, until those after it show what it was.
+#[derive(Debug, Default)]
+struct Behind {
+    /// How far the last SYNC is behind the phase of those before the disturbance, in ns; below 0: ahead.
+    off_ns: i64,
+    /// The gap before the first SYNC that was late.
+    late: Option<Gap>,
+    /// The regular gaps in a row since then.
+    calm: u8,
+}
+
+/// Signs of a second producer.
+#[derive(Debug, Default)]
+struct Second {
+    /// SYNCs beyond the period, each soon after the one before, and the cycle of the last.
+    extra: u8,
+    cycle: u64,
+    /// The gap before the last one, in ns.
+    before_ns: i64,
+    /// It was reported.
+    two: bool,
+}
+
+/// How far SYNCs are off the period: measured, or given by option.
+#[derive(Debug, Default)]
+struct Deviation {
+    spread: Spread,
+    p99_ns: i64,
     /// By option, in ns.
     jitter_ns: Option<i64>,
 }
@@ -154,7 +184,7 @@ pub struct SyncPeriod {
 impl SyncPeriod {
     /// A period whose tolerance is given, or measured.
     pub fn new(jitter_ns: Option<i64>) -> Self {
-        Self { jitter_ns, joined: true, ..Self::default() }
+        Self { deviation: Deviation { jitter_ns, ..Deviation::default() }, joined: true, ..Self::default() }
     }
 
     /// Number of SYNCs seen.
@@ -182,7 +212,7 @@ impl SyncPeriod {
 
     /// The period that traffic shows, where it is regular.
     pub fn period_ns(&self) -> Option<i64> {
-        self.period.learnt_ns().filter(|_| self.regular)
+        self.period.learnt_ns().filter(|_| self.steadiness.regular)
     }
 
     /// The least and the most that the period may be, in ns: before it is known, of the gaps between the last SYNCs.
@@ -204,24 +234,24 @@ impl SyncPeriod {
     /// What a verdict on times has to allow for: as given, or the larger of the stamps' resolution and the 99th
     /// percentile of the period's deviation. `None` before that can be said.
     pub fn tolerance_ns(&self, recording: &Recording) -> Option<i64> {
-        let measured = || (self.deviation.count() >= 2).then(|| self.p99_ns.max(recording.grain_ns()));
-        self.jitter_ns.or_else(measured)
+        let measured = || (self.deviation.spread.count() >= 2).then(|| self.deviation.p99_ns.max(recording.grain_ns()));
+        self.deviation.jitter_ns.or_else(measured)
     }
 
     /// Whether SYNCs come as of one producer for some time.
     pub fn is_single(&self) -> bool {
-        self.regular && self.cycle > self.extra_cycle + 2 * EXTRA_WITHIN
+        self.steadiness.regular && self.cycle > self.second.cycle + 2 * EXTRA_WITHIN
     }
 
     /// How many gaps the tolerance is measured from.
     pub fn measured(&self) -> u64 {
-        self.deviation.count()
+        self.deviation.spread.count()
     }
 
     /// The mean of the last gaps in ns, and how far it may be off, where all of them were regular.
     pub fn mean_ns(&self, recording: &Recording) -> Option<(i64, i64)> {
-        let count = self.agree.trailing_ones();
-        if count < MEANT || self.late.is_some() || !self.regular || self.period.is_contested() {
+        let count = self.steadiness.agree.trailing_ones();
+        if count < MEANT || self.behind.late.is_some() || !self.steadiness.regular || self.period.is_contested() {
             return None;
         }
         let first = self.cycle.checked_sub(u64::from(count))?;
@@ -250,14 +280,14 @@ impl SyncPeriod {
     pub fn forget(&mut self) {
         self.period.forget();
         self.recent.clear();
-        (self.agree, self.unsteady, self.regular) = (0, 0, false);
-        (self.extra, self.two, self.joined) = (0, false, true);
+        (self.steadiness.agree, self.steadiness.unsteady, self.steadiness.regular) = (0, 0, false);
+        (self.second.extra, self.second.two, self.joined) = (0, false, true);
         self.in_phase();
     }
 
     /// What was late is over, or nothing can be said of it.
     fn in_phase(&mut self) {
-        (self.off_ns, self.calm, self.late) = (0, 0, None);
+        self.behind = Behind::default();
     }
 
     /// Takes a SYNC. `silent`: the bus was silent for most of the time since the one before; `spread_ns`: by how much
@@ -310,10 +340,10 @@ impl SyncPeriod {
     pub fn finish(&mut self, now: FrameRef, recording: &Recording) -> Vec<Irregular> {
         let mut out = self.settle(recording);
         if let Some(period) = self.period_ns() {
-            let whole = self.off_ns.saturating_add(period / 2).div_euclid(period.max(1));
-            let in_phase = self.off_ns.abs_diff(whole * period) <= (period / 50).unsigned_abs();
+            let whole = self.behind.off_ns.saturating_add(period / 2).div_euclid(period.max(1));
+            let in_phase = self.behind.off_ns.abs_diff(whole * period) <= (period / 50).unsigned_abs();
             let silent = self.delay_ns(now).is_some_and(|delay| delay > period);
-            if self.calm > 0 || silent || (in_phase && whole > 0) {
+            if self.behind.calm > 0 || silent || (in_phase && whole > 0) {
                 out.extend(self.lateness(period, recording));
             }
         }
@@ -325,7 +355,7 @@ impl SyncPeriod {
             self.recent.pop_front();
         }
         self.recent.push_back(gap);
-        if self.regular {
+        if self.steadiness.regular {
             return self.judge(gap, true, recording, out);
         }
         if gap.ns > 0 {
@@ -351,7 +381,7 @@ impl SyncPeriod {
             let ns = if uneven { mean } else { gap.ns };
             let _ = self.period.take(ns, recording.grain_ns(), gap.now.at);
         }
-        self.regular = true;
+        self.steadiness.regular = true;
         // What the first gaps were is known only now.
         for gap in self.recent.clone() {
             self.judge(gap, false, recording, out);
@@ -361,14 +391,14 @@ impl SyncPeriod {
     fn judge(&mut self, gap: Gap, new: bool, recording: &Recording, out: &mut Vec<Irregular>) {
         let Some(period) = self.period.learnt_ns() else { return };
         let steady = close(gap.ns, period);
-        let before_ns = std::mem::replace(&mut self.before_ns, gap.ns);
+        let before_ns = std::mem::replace(&mut self.second.before_ns, gap.ns);
         if std::mem::take(&mut self.resumed) && !steady && new {
             self.forget();
             return;
         }
         let room = self.tolerance_ns(recording).unwrap_or(0).max(recording.grain_ns()).min(period);
         if self.is_pause(gap, period, room) {
-            if self.late.is_some() {
+            if self.behind.late.is_some() {
                 out.extend(self.lateness(period, recording));
             }
             self.in_phase();
@@ -377,39 +407,40 @@ impl SyncPeriod {
             return;
         }
         if new
-            && !self.two
+            && !self.second.two
             && let Learnt::Changed { from_ns, to_ns, since } =
                 self.period.take(gap.ns, (room / 2).min(period / 16), gap.now.at)
         {
             self.in_phase();
-            (self.extra, self.agree, self.unsteady) = (0, 0, 0);
+            (self.second.extra, self.steadiness.agree, self.steadiness.unsteady) = (0, 0, 0);
             out.push(Irregular::Changed { from_ns, to_ns, since });
             return;
         }
-        self.agree = self.agree << 1 | u16::from(steady);
+        self.steadiness.agree = self.steadiness.agree << 1 | u16::from(steady);
         self.judge_steadiness(gap, period, recording, out);
-        self.off_ns = self.off_ns.saturating_add(gap.ns - period);
+        self.behind.off_ns = self.behind.off_ns.saturating_add(gap.ns - period);
         if std::mem::take(&mut self.joined) && gap.ns < period {
-            self.off_ns = 0;
+            self.behind.off_ns = 0;
         }
-        if gap.ns > period + period / 2 && self.late.is_none() {
-            self.late = Some(gap);
+        if gap.ns > period + period / 2 && self.behind.late.is_none() {
+            self.behind.late = Some(gap);
         }
         if !steady {
             self.calm_from = self.calm_from.max(gap.cycle);
         }
-        if gap.ns < period / 4 * 3 && self.off_ns < -(period / 2 + room) {
+        if gap.ns < period / 4 * 3 && self.behind.off_ns < -(period / 2 + room) {
             return self.one_too_many(gap, before_ns, period, out);
         }
-        if gap.cycle > self.extra_cycle + 2 * EXTRA_WITHIN && std::mem::take(&mut self.two) {
+        if gap.cycle > self.second.cycle + 2 * EXTRA_WITHIN && std::mem::take(&mut self.second.two) {
             self.in_phase();
         }
         let exact = if self.is_explainable(gap, recording) { period / 16 + recording.grain_ns() } else { period / 4 };
         let calm = gap.ns.abs_diff(period) <= exact.unsigned_abs();
-        self.calm = if calm { self.calm.saturating_add(1) } else { 0 };
-        let whole = self.off_ns.saturating_add(period / 2).div_euclid(period.max(1));
-        let moved = self.late.is_some() && self.off_ns.abs_diff(whole * period) > (period / 4).unsigned_abs();
-        if self.calm >= if moved { 2 * CALM } else { CALM } {
+        self.behind.calm = if calm { self.behind.calm.saturating_add(1) } else { 0 };
+        let whole = self.behind.off_ns.saturating_add(period / 2).div_euclid(period.max(1));
+        let moved =
+            self.behind.late.is_some() && self.behind.off_ns.abs_diff(whole * period) > (period / 4).unsigned_abs();
+        if self.behind.calm >= if moved { 2 * CALM } else { CALM } {
             out.extend(self.lateness(period, recording));
         }
         if gap.ns >= period / 2 && gap.ns <= period + period / 2 {
@@ -438,29 +469,33 @@ impl SyncPeriod {
 
     /// Whether the host's late listing alone may have put the SYNCs off as far as they are.
     fn is_explainable(&self, gap: Gap, recording: &Recording) -> bool {
-        self.off_ns <= lag(gap.now, recording)
+        self.behind.off_ns <= lag(gap.now, recording)
     }
 
     fn judge_steadiness(&mut self, gap: Gap, period: i64, recording: &Recording, out: &mut Vec<Irregular>) {
         let off_ns = (gap.ns - period).abs();
         let put_off = lag(gap.now, recording).min(gap.spread_ns.unwrap_or(i64::MAX));
         let far = off_ns > (period / 6).saturating_add(put_off) && off_ns < period / 2;
-        self.unsteady = self.unsteady << 1 | u16::from(far);
-        if far && !self.two && self.unsteady.count_ones() == UNSTEADY && self.unsteady >> 1 & 1 == 1 {
+        self.steadiness.unsteady = self.steadiness.unsteady << 1 | u16::from(far);
+        if far
+            && !self.second.two
+            && self.steadiness.unsteady.count_ones() == UNSTEADY
+            && self.steadiness.unsteady >> 1 & 1 == 1
+        {
             out.push(Irregular::Unsteady { off_ns, cycle: gap.cycle });
         }
     }
 
     fn one_too_many(&mut self, gap: Gap, before_ns: i64, period: i64, out: &mut Vec<Irregular>) {
-        self.off_ns = self.off_ns.saturating_add(period);
-        self.calm = 0;
-        let again = gap.cycle <= self.extra_cycle + EXTRA_WITHIN;
-        self.extra = if again { self.extra.saturating_add(1) } else { 1 };
-        self.extra_cycle = gap.cycle;
+        self.behind.off_ns = self.behind.off_ns.saturating_add(period);
+        self.behind.calm = 0;
+        let again = gap.cycle <= self.second.cycle + EXTRA_WITHIN;
+        self.second.extra = if again { self.second.extra.saturating_add(1) } else { 1 };
+        self.second.cycle = gap.cycle;
         let (short_ns, long_ns) = (gap.ns.min(before_ns), gap.ns.max(before_ns));
         // Even gaps are another period, not two producers.
-        if self.extra >= EXTRA && long_ns - short_ns > period / 16 {
-            if !std::mem::replace(&mut self.two, true) {
+        if self.second.extra >= EXTRA && long_ns - short_ns > period / 16 {
+            if !std::mem::replace(&mut self.second.two, true) {
                 out.push(Irregular::Two { short_ns, long_ns, cycle: gap.cycle });
             }
         } else {
@@ -470,8 +505,8 @@ impl SyncPeriod {
 
     /// What the SYNC that was late has turned out to be, now that others came in the same phase.
     fn lateness(&mut self, period: i64, recording: &Recording) -> Option<Irregular> {
-        let off = self.off_ns;
-        let late = self.late.take();
+        let off = self.behind.off_ns;
+        let late = self.behind.late.take();
         self.in_phase();
         let gap = late?;
         let missing = off.saturating_add(period / 2).div_euclid(period.max(1));
@@ -491,10 +526,10 @@ impl SyncPeriod {
     }
 
     fn deviate(&mut self, by_ns: i64) {
-        self.deviation.record(by_ns);
-        let count = self.deviation.count();
+        self.deviation.spread.record(by_ns);
+        let count = self.deviation.spread.count();
         if count < 128 || count.is_multiple_of(16) {
-            self.p99_ns = self.deviation.p99_ns();
+            self.deviation.p99_ns = self.deviation.spread.p99_ns();
         }
     }
 }

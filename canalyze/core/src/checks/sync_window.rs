@@ -27,7 +27,7 @@ const TRACKS: usize = 512;
 /// type is only preset by an EDS, which the device need not have kept to.
 const ESTABLISHED: u8 = 1;
 const ESTABLISHED_BY_EDS: u8 = 8;
-/// Gaps measured before the tolerance is said to be too large.
+/// Gaps measured before it is reported that the tolerance is too large.
 const MEASURED: u64 = 9;
 /// Cycles for which a finding waits for the SYNC that explains it.
 const EXPLAINED: i64 = 8;
@@ -42,7 +42,7 @@ pub fn synchronous(kind: u8) -> bool {
 pub struct SyncWindow {
     nodes: PerNode<Tracks>,
     count: usize,
-    /// It was said that times cannot be judged.
+    /// It was reported that times cannot be judged.
     told: bool,
     /// Cycles in a row, up to the running one, in which no synchronous TPDO of any node came.
     empty: u8,
@@ -68,23 +68,13 @@ struct Arrival {
 #[derive(Debug)]
 struct Track {
     number: u16,
-    kind: u8,
-    id: CanId,
-    /// Times it must have come before it is judged.
-    needed: u8,
-    /// Its type was shown by the capture, whose beginning is no cut then.
-    shown: bool,
+    configured: Configured,
     last: Option<Arrival>,
     /// A cycle in which it was due and came.
     phase: u64,
     /// Times that it came as it should, in a row.
     steady: u8,
-    /// The cycle in which it is missing, while it may come late.
-    absent: Option<u64>,
-    /// It came again in its cycle, and no time tells whether before the next SYNC.
-    doubled: bool,
-    /// Its absence was reported.
-    reported: bool,
+    open: Open,
     /// Its configuration was touched since it came last: that it does not come may be meant.
     touched: bool,
     /// A remote frame asked for it.
@@ -92,6 +82,28 @@ struct Track {
     /// It came before any SYNC.
     before: u8,
     delays: Spread,
+}
+
+/// What a PDO is configured to.
+#[derive(Clone, Copy, Debug)]
+struct Configured {
+    kind: u8,
+    id: CanId,
+    /// Times it must have come before it is judged.
+    needed: u8,
+    /// Its type was shown by the capture, whose beginning is no cut then.
+    shown: bool,
+}
+
+/// What the next frame of a PDO decides.
+#[derive(Clone, Copy, Debug, Default)]
+struct Open {
+    /// The cycle in which it is missing, while it may come late.
+    absent: Option<u64>,
+    /// It came again in its cycle, and no time tells whether before the next SYNC.
+    doubled: bool,
+    /// Its absence was reported.
+    reported: bool,
 }
 
 /// What is known when a PDO is judged.
@@ -135,12 +147,12 @@ impl SyncWindow {
             }
         };
         let Some(track) = tracks.list.get_mut(place) else { return };
-        if (track.kind, track.id) != (kind, pdo.cob.0.id) {
+        if (track.configured.kind, track.configured.id) != (kind, pdo.cob.0.id) {
             track.restart();
-            (track.kind, track.id) = (kind, pdo.cob.0.id);
+            (track.configured.kind, track.configured.id) = (kind, pdo.cob.0.id);
         }
-        track.needed = if from > Provenance::Eds { ESTABLISHED } else { ESTABLISHED_BY_EDS };
-        track.shown = matches!(from, Provenance::Observed(_));
+        track.configured.needed = if from > Provenance::Eds { ESTABLISHED } else { ESTABLISHED_BY_EDS };
+        track.configured.shown = matches!(from, Provenance::Observed(_));
         track.take(&Judged { period, window_ns, node, because_of: self.because_of }, cx);
         self.alive(node, period, cx);
     }
@@ -150,9 +162,9 @@ impl SyncWindow {
         let because_of = self.because_of;
         let Some(tracks) = self.nodes.get_mut(node) else { return };
         for track in &mut tracks.list {
-            let n = u64::from(track.kind);
+            let n = u64::from(track.configured.kind);
             let Some(last) =
-                track.last.filter(|_| track.cyclic() && track.established() && !(track.reported || track.touched))
+                track.last.filter(|_| track.cyclic() && track.established() && !(track.open.reported || track.touched))
             else {
                 continue;
             };
@@ -163,7 +175,7 @@ impl SyncWindow {
                 cx.evidence.recording.certainly_later(cx.when, last.when, limit)
             });
             if judged && late {
-                track.reported = true;
+                track.open.reported = true;
                 let due = track.phase + n;
                 let what = Syn008::Since { cycle: due, since: period.cycle() - due };
                 let finding = cx.verdict(what, Some(node), Some(track.object()), period.frame(due));
@@ -175,7 +187,7 @@ impl SyncWindow {
     /// A SYNC came, and nothing since the one before, though several TPDOs were due, or nothing for longer: without
     /// stamps the only sign that the machine stood still.
     pub fn stood_still(&mut self) -> bool {
-        let due = |track: &&Track| track.kind == 1 && track.established();
+        let due = |track: &&Track| track.configured.kind == 1 && track.established();
         let tracks = || self.nodes.iter().flat_map(|(_, tracks)| &tracks.list);
         let still = self.empty > 1 || (self.empty == 1 && tracks().filter(due).count() >= 2);
         self.empty = self.empty.saturating_add(1);
@@ -185,7 +197,7 @@ impl SyncWindow {
     /// The first SYNC came: a TPDO came before it whose type the capture has shown.
     pub fn first_sync(&mut self, cx: &mut Context<'_>) {
         for (node, tracks) in self.nodes.iter_mut() {
-            for track in tracks.list.iter_mut().filter(|track| track.before == 1 && track.shown) {
+            for track in tracks.list.iter_mut().filter(|track| track.before == 1 && track.configured.shown) {
                 let Some(last) = track.last else { continue };
                 if last.when.at.t_ns.is_some() {
                     track.before = 2;
@@ -216,7 +228,9 @@ impl SyncWindow {
         let Some(track) = self.nodes.get_mut(node).and_then(|tracks| tracks.find(number)) else { return };
         let same = pdo.is_some_and(|pdo| {
             let kind = pdo.transmission.map(|(kind, _)| kind);
-            pdo.cob.0.valid && pdo.cob.0.id == track.id && kind.is_none_or(|kind| kind == track.kind)
+            pdo.cob.0.valid
+                && pdo.cob.0.id == track.configured.id
+                && kind.is_none_or(|kind| kind == track.configured.kind)
         });
         track.touched = true;
         if !same {
@@ -249,7 +263,7 @@ impl SyncWindow {
         cx.raise(what, None, None, None);
     }
 
-    /// It was said elsewhere that times cannot be judged.
+    /// It was reported elsewhere that times cannot be judged.
     pub fn set_told(&mut self) -> bool {
         std::mem::replace(&mut self.told, true)
     }
@@ -297,16 +311,11 @@ impl Track {
     fn new(number: u16) -> Self {
         Self {
             number,
-            kind: u8::MAX,
-            id: CanId::standard(0),
-            needed: ESTABLISHED,
-            shown: false,
+            configured: Configured { kind: u8::MAX, id: CanId::standard(0), needed: ESTABLISHED, shown: false },
             last: None,
             phase: 0,
             steady: 0,
-            absent: None,
-            doubled: false,
-            reported: false,
+            open: Open::default(),
             touched: false,
             asked: false,
             before: 0,
@@ -322,8 +331,7 @@ impl Track {
 
     /// It begins anew to do what it did.
     fn pause(&mut self) {
-        (self.last, self.absent) = (None, None);
-        (self.doubled, self.reported, self.asked) = (false, false, false);
+        (self.last, self.open, self.asked) = (None, Open::default(), false);
     }
 
     fn object(&self) -> Mux {
@@ -331,11 +339,11 @@ impl Track {
     }
 
     fn cyclic(&self) -> bool {
-        (1..=240).contains(&self.kind)
+        (1..=240).contains(&self.configured.kind)
     }
 
     fn established(&self) -> bool {
-        self.steady >= self.needed
+        self.steady >= self.configured.needed
     }
 
     fn came(&self, cycle: u64) -> bool {
@@ -354,12 +362,12 @@ impl Track {
             }
             return;
         }
-        if self.kind == 252 || asked {
+        if self.configured.kind == 252 || asked {
             return;
         }
         let last = self.last.replace(now).filter(|last| last.cycle > 0);
         let Some(last) = last.filter(|last| comparable(*last, now, known.period, &cx.evidence.recording)) else {
-            (self.phase, self.absent, self.doubled, self.reported) = (now.cycle, None, false, false);
+            (self.phase, self.open.absent, self.open.doubled, self.open.reported) = (now.cycle, None, false, false);
             return self.judge_delay(now, None, known, cx);
         };
         let passed = Passed::between(last, now, known.period, &cx.evidence.recording);
@@ -388,7 +396,8 @@ impl Track {
             cycles > 0 && before_next && recording.certainly_later(now.when, last.when, limit)
         });
         let lag_ns = if sync.own && !late { recording.lag_ns() } else { 0 };
-        let judged = (self.needed == ESTABLISHED || self.established()) && now.cycle >= known.period.calm_from();
+        let judged =
+            (self.configured.needed == ESTABLISHED || self.established()) && now.cycle >= known.period.calm_from();
         if !judged
             || tolerance >= window
             || delay >= period - lag_ns
@@ -404,14 +413,14 @@ impl Track {
 
     /// Whether it came in the cycle in which it was due.
     fn judge_cycle(&mut self, last: Arrival, now: Arrival, passed: Passed, known: &Judged<'_>, cx: &mut Context<'_>) {
-        let n = u64::from(self.kind.max(1));
-        let absent = self.absent.take();
-        let doubled = std::mem::take(&mut self.doubled);
-        let reported = std::mem::take(&mut self.reported);
+        let n = u64::from(self.configured.kind.max(1));
+        let absent = self.open.absent.take();
+        let doubled = std::mem::take(&mut self.open.doubled);
+        let reported = std::mem::take(&mut self.open.reported);
         if passed.less_than(1) {
             return self.second(last, now, (absent, doubled), known, cx);
         }
-        if self.kind == 0 {
+        if self.configured.kind == 0 {
             return;
         }
         let judged = self.established() && !reported;
@@ -430,7 +439,7 @@ impl Track {
             let count = passed.periods.map_or(passed.syncs, |(least, _)| least).min(passed.syncs) / n;
             let due = last.cycle + n;
             self.phase = now.cycle;
-            self.absent = Some(due);
+            self.open.absent = Some(due);
             let what = Syn008::Missing { cycle: due, count: count.max(2) - 1 };
             let finding = cx.verdict(what, Some(known.node), Some(self.object()), known.period.frame(due));
             self.report(finding, last.when, known, cx);
@@ -477,16 +486,16 @@ impl Track {
             let finding = cx.verdict(what, Some(node), Some(object), None);
             return self.report(Finding { at: last.when.at, ..finding }, last.when, known, cx);
         }
-        if !(self.established() || (self.kind == 0 && self.needed == ESTABLISHED)) {
+        if !(self.established() || (self.configured.kind == 0 && self.configured.needed == ESTABLISHED)) {
             return;
         }
         if now.when.at.t_ns.is_none() && !doubled {
             // It may be the next cycle's, whose SYNC is listed late: then none comes there.
-            self.doubled = true;
+            self.open.doubled = true;
             self.last = Some(Arrival { cycle: now.cycle + 1, ..now });
             return;
         }
-        self.reported = true;
+        self.open.reported = true;
         let finding = cx.verdict(Syn009::Twice { cycle: now.cycle }, Some(node), Some(object), Some(last.when.at));
         self.report(finding, last.when, known, cx);
         // It is counted from the one that was due.

@@ -82,7 +82,7 @@ impl Withheld {
     }
 
     /// The capture is over. Where the service never showed itself, findings of which all are `harmless` are raised;
-    /// otherwise it is said once that the traffic is `foreign`, at its first frame.
+    /// otherwise it is reported once that the traffic is `foreign`, at its first frame.
     pub fn finish(&mut self, harmless: Code, foreign: Code, first: FrameRef, cx: &mut Context<'_>) {
         let waiting = std::mem::take(&mut self.waiting);
         if waiting.iter().all(|finding| finding.code == harmless) {

@@ -51,6 +51,10 @@ const APART_NS: i64 = 3_000_000;
 const SHOWN: u32 = 256;
 /// Frames in which little is known of a bus yet.
 const FIRST: u64 = 64;
+/// The part of a time between two frames, and the least in ns, by which the stamp of the first is taken to be late, where
+/// the bus was silent that long before it.
+const LATE_PART: i64 = 3;
+const LATE_NS: i64 = 2_000_000;
 /// Bursts remembered.
 const BURSTS: usize = 8;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
@@ -288,10 +292,11 @@ impl Recording {
         self.duplicates.are_refuted()
     }
 
-    /// By how much a frame may have been stamped late, in ns: no longer than the bus was silent before it, as what waits
-    /// is stamped in a row. Nothing, where a person says how exact the stamps are.
-    pub fn lateness_ns(&self, when: When) -> i64 {
-        if self.jitter_ns.is_some() { 0 } else { when.silent_ns }
+    /// By how much a frame may have been stamped late, in ns, where the next one is due `apart_ns` after it: no longer
+    /// than the bus was silent before it, as what waits is stamped in a row. Nothing, where a person says how exact the
+    /// stamps are.
+    pub fn lateness_ns(&self, when: When, apart_ns: i64) -> i64 {
+        if self.jitter_ns.is_some() { 0 } else { when.silent_ns.min(LATE_NS.max(apart_ns / LATE_PART)) }
     }
 
     /// When a frame was on the bus: the earliest and the latest time, in ns.

@@ -208,7 +208,7 @@ pub enum Facts {
     None,
     /// Toggle bit.
     Toggle {
-        /// What was due.
+        /// The expected one.
         expected: bool,
         /// What came.
         found: bool,
@@ -248,7 +248,7 @@ pub enum Facts {
     Length(u8),
     /// Sequence numbers of block segments.
     Sequence {
-        /// The number that was due.
+        /// The expected number.
         expected: u8,
         /// The number that came.
         found: u8,

@@ -7,9 +7,11 @@
 //!
 //! It must not read a configuration but the mappings of PDOs, and must not say what a state is (`drive` does).
 
+mod effect;
 mod fault;
 mod watch;
 
+use self::effect::{Order, leads_out};
 use self::fault::{Announced, Unannounced, announced, raise_fault};
 use self::watch::{Watch, Watched};
 use super::PdoName;
@@ -18,7 +20,7 @@ use crate::drive::{self, Command, Object, Reach, State};
 use crate::finding::Finding;
 use crate::frame::{Frame, FrameRef};
 use crate::node::{Node, PerNode};
-use crate::rules::drive::{Drv001, Drv002, Drv003, Drv004};
+use crate::rules::drive::{Drv001, Drv003, Drv004};
 use crate::services::pdo::mapping::extract;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
@@ -36,10 +38,6 @@ const SETTLED: i64 = 50_000_000;
 const SETTLED_FRAMES: u64 = 64;
 /// Time for a command that takes away, and for a mode.
 const PROMPT: i64 = 1_000_000_000;
-/// Time for a command that leads nearer to operation enabled: capacitors are charged, phases found, brakes released.
-const UPWARD: i64 = 5_000_000_000;
-/// The same for switching on: only the power stage is charged.
-const SWITCH_ON: i64 = 1_500_000_000;
 /// Steps upward that show a node of unknown type to be a drive.
 const PROOF: u8 = 2;
 const OPERATIONAL: u8 = 0x05;
@@ -60,17 +58,6 @@ struct Jump {
     due_ns: i64,
     /// The node is known to be a drive.
     judged: bool,
-}
-
-/// A command that should lead out of a state.
-#[derive(Clone, Copy, Debug)]
-struct Order {
-    word: u16,
-    command: Command,
-    from: State,
-    at: FrameRef,
-    /// Reports of that state since then.
-    reports: u8,
 }
 
 /// A mode of operation that was asked for.
@@ -503,44 +490,6 @@ impl Axis {
         }
     }
 
-    /// What a command has led to by now.
-    fn effect(&mut self, place: Place<'_>, sample: Sample, cx: &mut Context<'_>) {
-        let Some(order) = &mut self.order else { return };
-        order.reports = order.reports.saturating_add(1);
-        let order = *order;
-        let upward = matches!(order.command, Command::SwitchOn | Command::EnableOperation)
-            || (order.command == Command::Shutdown && order.from == State::SwitchOnDisabled);
-        // Operated locally; the supply is not there; PDOs are not listened to.
-        let excused = !drive::remote(sample.word)
-            || (upward && !voltage_enabled(sample.word))
-            || place.state.is_some_and(|state| state != OPERATIONAL);
-        if sample.state != order.from || excused {
-            self.order = None;
-            return;
-        }
-        let least = match order.command {
-            Command::SwitchOn => SWITCH_ON,
-            _ if upward => UPWARD,
-            _ => PROMPT,
-        };
-        let Some(after) = elapsed(order.at.t_ns, sample.at.t_ns).filter(|after| *after > least) else { return };
-        if order.reports < 2 {
-            return;
-        }
-        self.order = None;
-        if !self.is_drive(place) || !self.by_pdo {
-            return;
-        }
-        let what = Drv002::StillIn { controlword: order.word, statusword: sample.word, after };
-        let finding = cx.verdict(what, Some(place.node.id()), Some(controlword(place.axis)), Some(order.at));
-        // What causes the fault is still there: resets that are tried again follow from that.
-        let because_of = self.vain.filter(|_| order.command == Command::FaultReset);
-        if order.command == Command::FaultReset {
-            self.vain = because_of.or(Some(order.at));
-        }
-        cx.emit(Finding { because_of, ..finding });
-    }
-
     /// What has waited long enough.
     fn settle(&mut self, (node, axis): (u8, u8), now_ns: i64, first: &mut Option<FrameRef>, cx: &mut Context<'_>) {
         if let Some(jump) = self.jump.take_if(|jump| now_ns >= jump.due_ns) {
@@ -602,26 +551,6 @@ fn display(axis: u8) -> Mux {
 
 fn is_fault(state: State) -> bool {
     matches!(state, State::Fault | State::FaultReactionActive)
-}
-
-/// Bit 4 of the statusword.
-const fn voltage_enabled(statusword: u16) -> bool {
-    statusword & 1 << 4 != 0
-}
-
-/// Whether a drive that is fine must leave a state by a command. A fault whose cause lasts must not be left, and is
-/// worth knowing. Not here: what brakes first (shutdown and disable operation by 605Bh and 605Ch), what not every drive
-/// does (enable operation out of quick stop or ready to switch on, quick stop where nothing moves).
-const fn leads_out(state: State, command: Command) -> bool {
-    matches!(
-        (state, command),
-        (State::Fault, Command::FaultReset)
-            | (State::SwitchOnDisabled | State::SwitchedOn, Command::Shutdown)
-            | (State::ReadyToSwitchOn, Command::SwitchOn)
-            | (State::SwitchedOn, Command::EnableOperation)
-            | (State::OperationEnabled, Command::QuickStop)
-            | (State::ReadyToSwitchOn | State::SwitchedOn | State::OperationEnabled, Command::DisableVoltage)
-    )
 }
 
 fn elapsed(from: Option<i64>, to: Option<i64>) -> Option<i64> {

@@ -1,0 +1,86 @@
+//! Commands of a drive (CiA 402) that should lead out of a state, and whether they did.
+//!
+//! It must not say what a state is, or judge how a state came about.
+
+use super::{Axis, OPERATIONAL, PROMPT, Place, Sample, controlword, elapsed};
+use crate::context::Context;
+use crate::drive::{self, Command, State};
+use crate::finding::Finding;
+use crate::frame::FrameRef;
+use crate::rules::drive::Drv002;
+
+/// Time for a command that leads nearer to operation enabled: capacitors are charged, phases found, brakes released.
+const UPWARD: i64 = 5_000_000_000;
+/// The same for switching on: only the power stage is charged.
+const SWITCH_ON: i64 = 1_500_000_000;
+
+/// A command that should lead out of a state.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Order {
+    pub(super) word: u16,
+    pub(super) command: Command,
+    pub(super) from: State,
+    pub(super) at: FrameRef,
+    /// Reports of that state since then.
+    pub(super) reports: u8,
+}
+
+impl Axis {
+    /// What a command has led to by now.
+    pub(super) fn effect(&mut self, place: Place<'_>, sample: Sample, cx: &mut Context<'_>) {
+        let Some(order) = &mut self.order else { return };
+        order.reports = order.reports.saturating_add(1);
+        let order = *order;
+        let upward = matches!(order.command, Command::SwitchOn | Command::EnableOperation)
+            || (order.command == Command::Shutdown && order.from == State::SwitchOnDisabled);
+        // Operated locally; the supply is not there; PDOs are not listened to.
+        let excused = !drive::remote(sample.word)
+            || (upward && !voltage_enabled(sample.word))
+            || place.state.is_some_and(|state| state != OPERATIONAL);
+        if sample.state != order.from || excused {
+            self.order = None;
+            return;
+        }
+        let least = match order.command {
+            Command::SwitchOn => SWITCH_ON,
+            _ if upward => UPWARD,
+            _ => PROMPT,
+        };
+        let Some(after) = elapsed(order.at.t_ns, sample.at.t_ns).filter(|after| *after > least) else { return };
+        if order.reports < 2 {
+            return;
+        }
+        self.order = None;
+        if !self.is_drive(place) || !self.by_pdo {
+            return;
+        }
+        let what = Drv002::StillIn { controlword: order.word, statusword: sample.word, after };
+        let finding = cx.verdict(what, Some(place.node.id()), Some(controlword(place.axis)), Some(order.at));
+        // What causes the fault is still there: resets that are tried again follow from that.
+        let because_of = self.vain.filter(|_| order.command == Command::FaultReset);
+        if order.command == Command::FaultReset {
+            self.vain = because_of.or(Some(order.at));
+        }
+        cx.emit(Finding { because_of, ..finding });
+    }
+}
+
+/// Bit 4 of the statusword.
+const fn voltage_enabled(statusword: u16) -> bool {
+    statusword & 1 << 4 != 0
+}
+
+/// Whether a drive that is fine must leave a state by a command. A fault whose cause lasts must not be left, and is
+/// worth knowing. Not here: what brakes first (shutdown and disable operation by 605Bh and 605Ch), what not every drive
+/// does (enable operation out of quick stop or ready to switch on, quick stop where nothing moves).
+pub(super) const fn leads_out(state: State, command: Command) -> bool {
+    matches!(
+        (state, command),
+        (State::Fault, Command::FaultReset)
+            | (State::SwitchOnDisabled | State::SwitchedOn, Command::Shutdown)
+            | (State::ReadyToSwitchOn, Command::SwitchOn)
+            | (State::SwitchedOn, Command::EnableOperation)
+            | (State::OperationEnabled, Command::QuickStop)
+            | (State::ReadyToSwitchOn | State::SwitchedOn | State::OperationEnabled, Command::DisableVoltage)
+    )
+}
