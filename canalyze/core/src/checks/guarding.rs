@@ -7,10 +7,15 @@
 
 use super::heartbeat::Heartbeats;
 use super::nmt::{Nmt, since};
+use crate::configuration::Provenance;
 use crate::context::Context;
+use crate::evidence::Obligations;
+use crate::evidence::circumstance::Kind;
+use crate::evidence::obligation::Owed;
+use crate::evidence::recording::Silence;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
-use crate::node::PerNode;
+use crate::node::{Node, PerNode};
 
 /// An answer comes within this time of its request, in ns.
 const ANSWER_NS: i64 = 500_000_000;
@@ -52,6 +57,8 @@ struct Guarded {
     /// A frame that nobody had asked for, its toggle bit, and whether it counts as an answer already.
     ahead: Option<(FrameRef, bool, bool)>,
     unasked: u8,
+    /// The node life time in ns (100Ch times 100Dh); 0: none, or not known.
+    life_ns: i64,
     /// It was said that requests stay unanswered, or that the node sends heartbeats as well.
     silent: bool,
     both: bool,
@@ -61,13 +68,15 @@ struct Guarded {
 #[derive(Debug)]
 pub struct Guarding {
     nodes: PerNode<Guarded>,
+    /// The next request that the master owes a node.
+    life: Obligations<u8>,
     /// When the first open request is too old, or earlier.
     next: i64,
 }
 
 impl Default for Guarding {
     fn default() -> Self {
-        Self { nodes: PerNode::default(), next: i64::MAX }
+        Self { nodes: PerNode::default(), life: Obligations::default(), next: i64::MAX }
     }
 }
 
@@ -96,8 +105,50 @@ impl Guarding {
         asked.is_some_and(|asked| since(Some(asked), at).is_none_or(|age| age <= ROUND_NS))
     }
 
+    /// What is known of 100Ch and 100Dh of the bus's nodes, after a change.
+    pub fn configure(&mut self, nodes: &PerNode<Node>) {
+        for (id, node) in nodes.iter() {
+            let known = |index| node.value(index, 0).filter(|(_, from)| *from > Provenance::Eds);
+            let life_ns = known(0x100C).zip(known(0x100D)).map_or(0, |((guard_ms, _), (factor, _))| {
+                (guard_ms & 0xFFFF) as i64 * (factor & 0xFF) as i64 * 1_000_000
+            });
+            if life_ns > 0 || self.nodes.get(id).is_some() {
+                self.nodes.entry(id).life_ns = life_ns;
+            }
+        }
+    }
+
+    /// The master has asked a node: it asks again within the node's life time.
+    fn await_request(&mut self, node: u8, heartbeats: &Heartbeats, cx: &Context<'_>) {
+        let life_ns = self.nodes.get(node).map_or(0, |guarded| guarded.life_ns);
+        if life_ns > 0 && !heartbeats.is_configured(node) {
+            self.life.open(node, Owed { since: cx.when, limit_ns: life_ns, why: Some(cx.at) });
+        }
+    }
+
+    /// Reports which nodes the master has not asked within their life time. A silence of the whole bus tells nothing.
+    fn overdue(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        for (node, owed) in self.life.due(cx.when, &cx.evidence.recording) {
+            let fell = owed.since.at.t_ns.unwrap_or(0).saturating_add(owed.limit_ns);
+            let within = |silence: &Silence| (silence.from_ns..=silence.to_ns).contains(&fell);
+            if cx
+                .evidence
+                .recording
+                .silence(now_ns)
+                .filter(within)
+                .is_some_and(|silence| silence.long || silence.stalled)
+            {
+                continue;
+            }
+            let age = cx.evidence.recording.between(owed.since, cx.when).unwrap_or(0);
+            let facts = [("age", Quantity::Ns(age)), ("limit", Quantity::Ns(owed.limit_ns))];
+            cx.find(Code::Grd005, Some(node), None, Some(owed.since.at), Facts::told(0, &facts));
+        }
+    }
+
     /// A request of the master.
     pub fn request(&mut self, node: u8, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
+        self.await_request(node, heartbeats, cx);
         let guarded = self.nodes.entry(node);
         if since(guarded.request, cx.at).is_some_and(|gap| (0..TWICE_NS).contains(&gap)) {
             return;
@@ -159,7 +210,9 @@ impl Guarding {
         }
         if guarded.is_asked(cx.at) && answer {
             guarded.request = None;
-            guarded.silent = false;
+            if std::mem::take(&mut guarded.silent) {
+                cx.evidence.circumstances.over(Kind::NodeLost, node);
+            }
             guarded.expire(node, cx);
             return guarded.answered(node, toggle, cx);
         }
@@ -180,6 +233,7 @@ impl Guarding {
 
     /// The node is reset, or has booted: its toggle bit starts anew.
     pub fn restart(&mut self, node: u8, nmt: &Nmt, cx: &mut Context<'_>) {
+        self.life.void(|id| node == 0 || node == *id);
         for (id, guarded) in self.nodes.iter_mut() {
             if node == 0 || node == id {
                 let request = guarded.request.filter(|request| {
@@ -197,6 +251,7 @@ impl Guarding {
 
     /// Frames were lost, requests and answers among them.
     pub fn forget(&mut self) {
+        self.life.void(|_| true);
         for (_, guarded) in self.nodes.iter_mut() {
             (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
             // By now it may send heartbeats instead.
@@ -208,6 +263,7 @@ impl Guarding {
     /// It is `now_ns`: which request should have been answered.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
+        self.overdue(now_ns, cx);
         if now_ns < self.next {
             return;
         }
@@ -283,6 +339,7 @@ impl Guarded {
             None => Facts::told(1, &[]),
         };
         cx.find(Code::Grd002, Some(node), None, Some(request), facts);
+        cx.evidence.circumstances.note(Kind::NodeLost, Some(node), cx.when);
     }
 
     /// A frame that nobody had asked for, and no request came just after it.

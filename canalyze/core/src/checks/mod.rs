@@ -7,6 +7,7 @@
 pub mod commandless;
 pub mod description;
 pub mod drive;
+mod duplicate_id;
 pub mod emcy;
 pub mod error_frames;
 pub mod exchange;
@@ -147,11 +148,6 @@ impl Checks {
         self.sync.cycle()
     }
 
-    /// Whether the capture shows most of its frames twice, as of two adapters on one bus.
-    pub fn every_frame_twice(&self) -> bool {
-        self.nodes.every_frame_twice()
-    }
-
     /// The least synchronous window in force, in ns; `None` where there is none or none is known.
     pub fn sync_window_ns(&self) -> Option<i64> {
         self.sync.least_window_ns()
@@ -197,7 +193,7 @@ impl Checks {
             self.pdo_timing.advance(cx);
             self.sync.heard(now_ns);
         }
-        self.nodes.heard(frame);
+        self.nodes.heard(cx);
         if self.nodes.paused() {
             self.srdos.interrupt(cx.at.no, false);
         }
@@ -218,6 +214,7 @@ impl Checks {
 
     /// A write request of SDO whose data are in it: its server may obey before it answers.
     pub fn requested(&mut self, node: u8, mux: Mux, bytes: &[u8], cx: &Context<'_>) {
+        self.nodes.requested(node, mux.index, bytes, cx);
         self.drives.request(node, mux, bytes, cx.at);
     }
 
@@ -347,9 +344,6 @@ impl Checks {
             self.pdo_timing.forget(None);
             self.sync.lost();
         }
-        if self.nodes.is_twin() {
-            return None;
-        }
         self.lss.follow(message, frame, nodes, cx)
     }
 
@@ -390,7 +384,7 @@ impl Checks {
 
     /// An object that decoding depends on holds another value now.
     pub fn learnt(&mut self, node: u8, mux: Mux, nodes: &PerNode<Node>, cx: &Context<'_>) {
-        if matches!(mux.index, 0x1016 | 0x1017) {
+        if matches!(mux.index, 0x100C | 0x100D | 0x1016 | 0x1017) {
             self.nodes.configure(nodes);
         }
         self.drives.reconfigured();

@@ -6,8 +6,12 @@
 //! the master's own frames may be captured late. It must not judge other services: that is `permitted`.
 
 use super::commandless::Commandless;
-use super::standing::{Spontaneous, Standing, Suspect, bit};
+use super::standing::{Spontaneous, Standing, Suspect, bit, bits_of};
 use crate::context::Context;
+use crate::evidence::circumstance::Kind as Circumstance;
+use crate::evidence::duplicates::Sighting;
+use crate::evidence::obligation::Owed;
+use crate::evidence::{Obligations, When};
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
 use crate::node::PerNode;
@@ -24,7 +28,7 @@ const EMERGENCY_NS: i64 = 1_000_000_000;
 /// After a bus was silent for this long, boot-ups are those of a network that was switched on, in ns.
 pub(super) const SWITCHED_ON_NS: i64 = 2_000_000_000;
 /// Nodes that are switched on together boot within this time, in ns.
-pub(super) const POWER_UP_NS: i64 = 5_000_000_000;
+const POWER_UP_NS: i64 = 5_000_000_000;
 /// Nodes that boot within so many frames, where there are no stamps, boot together.
 const TOGETHER: u64 = 10;
 /// Several resets in a row may yield as many boot-ups within this time, in ns.
@@ -33,12 +37,16 @@ pub(super) const RESETS_NS: i64 = 1_000_000_000;
 const ACTIVATED_NS: i64 = 5_000_000_000;
 /// Two boot-ups of one node-ID closer than this come from two nodes, in ns.
 const TWO_BOOT_UPS_NS: i64 = 20_000_000;
-/// So many frames after two boot-ups show whether the capture has every frame twice.
-const TWINS: u64 = 6;
 /// A boot-up this soon after a reset was sent before the node saw it, in ns.
 const SENT_NS: i64 = 1_000_000;
 /// A node whose boot-up follows its last heartbeat within this time did not lose its power, in ns.
 const RESTART_NS: i64 = 1_000_000_000;
+/// How long a node may take to boot after a reset, in ns: CiA 301 gives no limit, real nodes take well below 2 s.
+const BOOT_NS: i64 = 3_000_000_000;
+/// The same at a capture's end, of a node that has sent nothing since.
+const LEAST_BOOT_NS: i64 = 1_000_000_000;
+/// A node may show its old state for so long after a command that it was not seen before, in ns.
+const FIRST_SEEN_NS: i64 = 1_000_000_000;
 /// So many shown states mean that a node was running, and not just about to obey a reset before the capture.
 const RUNNING: u8 = 3;
 /// A node boots within this time after a frame that it has taken for a reset, in ns.
@@ -86,6 +94,10 @@ pub struct Nmt {
     nodes: PerNode<Standing>,
     suspects: u32,
     commandless: Commandless,
+    /// Boot-ups that are due after a reset.
+    boot_ups: Obligations<u8>,
+    /// The last command to all: the state that it asks for, and the frame.
+    broadcast: Option<(u8, FrameRef)>,
     activated: Option<i64>,
     /// The first boot-up after a silence: the network was switched on.
     switched_on: Option<i64>,
@@ -181,10 +193,15 @@ impl Nmt {
             return cx.find(Code::Nmt001, None, None, None, Facts::told(0, &[("found", Quantity::Hex2(specifier))]));
         };
         self.commandless.command(cx);
+        note(state, node, cx);
         match node {
             0 => {
+                self.broadcast = Some((state, cx.at));
                 // Who was only asked for is none of those who are meant.
                 for (id, standing) in self.nodes.iter_mut().filter(|(_, standing)| standing.present) {
+                    if standing.managed || standing.boot_up.is_some() {
+                        await_boot_up(&mut self.boot_ups, id, state, cx.when);
+                    }
                     let explained = standing.commanded(id, (state, specifier, false), cx);
                     self.late |= explained;
                     self.suspects = self.suspects.saturating_sub(u32::from(explained));
@@ -192,6 +209,9 @@ impl Nmt {
             }
             1..=127 => {
                 let standing = self.nodes.entry(node);
+                if standing.present {
+                    await_boot_up(&mut self.boot_ups, node, state, cx.when);
+                }
                 let explained = standing.commanded(node, (state, specifier, true), cx);
                 self.late |= explained;
                 self.suspects = self.suspects.saturating_sub(u32::from(explained));
@@ -215,6 +235,15 @@ impl Nmt {
         let activated =
             self.activated.zip(cx.at.t_ns).is_some_and(|(then, now)| now.saturating_sub(then) < ACTIVATED_NS);
         let standing = self.nodes.entry(node);
+        self.boot_ups.met(node);
+        if standing.given {
+            // A slave has another node-ID: which it had before is not certain.
+            self.boot_ups.void(|_| true);
+        }
+        cx.evidence.circumstances.note(Circumstance::Reset, Some(node), cx.when);
+        if silence_ns >= SWITCHED_ON_NS {
+            cx.evidence.circumstances.note(Circumstance::PowerUp, None, cx.when);
+        }
         let answered = standing.boot_up.zip(standing.reset).is_some_and(|(boot_up, reset)| boot_up.no > reset.no);
         if answered && since(standing.reset, cx.at).is_some_and(|age| age > RESETS_NS) {
             standing.resets = 0;
@@ -248,8 +277,8 @@ impl Nmt {
         let what = match (last, beat) {
             _ if explained => return,
             (Some(last), _) if since(Some(last), cx.at).is_some_and(|gap| (0..TWO_BOOT_UPS_NS).contains(&gap)) => {
-                if last.no + 1 == cx.at.no && standing.suspect.is_some() {
-                    // What is suspected already may stand here twice.
+                if cx.sighting == Sighting::Suspect && standing.suspect.is_some() {
+                    // What is suspected already may stand here a second time.
                     return;
                 }
                 Spontaneous::TwoBootUps { last }
@@ -262,7 +291,7 @@ impl Nmt {
         };
         self.suspects += u32::from(standing.suspect.is_none());
         standing.again = Some(cx.at);
-        standing.suspect = Some(Suspect { at: cx.at, what });
+        standing.suspect = Some(Suspect { at: cx.at, what, duplicate: cx.sighting == Sighting::Suspect });
     }
 
     /// A node shows its state. `period_ns`: how often it does so, where that is known.
@@ -271,6 +300,11 @@ impl Nmt {
             return self.unreadable(node);
         }
         let standing = self.nodes.entry(node);
+        if let Some((command, at)) = self.broadcast.filter(|_| !standing.present)
+            && since(Some(at), cx.at).is_none_or(|age| age < FIRST_SEEN_NS)
+        {
+            standing.allowed |= bits_of(command);
+        }
         (standing.present, standing.heard) = (true, cx.at.no);
         let beat = standing.beat.replace(cx.at);
         standing.beats = standing.beats.saturating_add(1);
@@ -281,6 +315,9 @@ impl Nmt {
         self.causal |= before.is_some_and(|before| before != state) && allowed;
         let starts_itself = before.is_some_and(|before| standing.starts_itself(before, state, cx.at));
         standing.obeys(node, state, period_ns, cx);
+        if !standing.resetting {
+            self.boot_ups.met(node);
+        }
         if before == Some(state) {
             standing.unsettled = false;
             return;
@@ -299,7 +336,8 @@ impl Nmt {
             return;
         }
         self.suspects += u32::from(standing.suspect.is_none());
-        standing.suspect = Some(Suspect { at: cx.at, what: Spontaneous::Change { from: before, to: state } });
+        standing.suspect =
+            Some(Suspect { at: cx.at, what: Spontaneous::Change { from: before, to: state }, duplicate: false });
     }
 
     /// A node's error control frame that cannot be read: it may be the boot-up that is due after a reset.
@@ -308,6 +346,7 @@ impl Nmt {
             standing.command = standing.command.filter(|command| command.state != 0);
             standing.heard_since_reset = true;
         }
+        self.boot_ups.met(node);
     }
 
     /// A node has sent an emergency; `code` 0: an error is over.
@@ -333,30 +372,47 @@ impl Nmt {
         self.nodes.entry(node).given = true;
     }
 
-    /// Says what stayed unexplained. Called with each frame before it is followed. `twice`: the capture shows most
-    /// of its frames twice.
+    /// Reports what stayed unexplained, and which boot-ups are missing. Called with each frame before it is followed.
     #[inline]
-    pub fn settle(&mut self, twice: bool, cx: &mut Context<'_>) {
+    pub fn settle(&mut self, cx: &mut Context<'_>) {
         if self.suspects > 0 {
-            self.resolve(false, twice, cx);
+            self.resolve(false, cx);
         }
+        self.missing_boot_ups(false, cx);
         self.commandless.settle(cx);
     }
 
     /// The capture is over: no command can follow any more, where commands have come before their effects.
-    pub fn finish(&mut self, twice: bool, cx: &mut Context<'_>) {
+    pub fn finish(&mut self, cx: &mut Context<'_>) {
         if self.suspects > 0 && self.causal && !self.late {
-            self.resolve(true, twice, cx);
+            self.resolve(true, cx);
         }
+        self.missing_boot_ups(true, cx);
         self.commandless.finish(cx);
     }
 
-    fn resolve(&mut self, over: bool, twice: bool, cx: &mut Context<'_>) {
+    /// Reports nodes that have not booted after a reset.
+    fn missing_boot_ups(&mut self, over: bool, cx: &mut Context<'_>) {
+        let least_ns = if over { LEAST_BOOT_NS } else { BOOT_NS };
+        for (node, owed) in self.boot_ups.overdue(cx.when, &cx.evidence.recording, least_ns) {
+            let Some(standing) = self.nodes.get(node) else { continue };
+            if standing.heard <= owed.since.at.no {
+                cx.evidence.circumstances.note(Circumstance::NodeLost, Some(node), cx.when);
+            }
+            let specifier = standing.command.map_or(nmt::RESET_NODE, |command| command.specifier);
+            let age = cx.evidence.recording.between(owed.since, cx.when).unwrap_or(0);
+            let facts = [("command", Quantity::Command(specifier)), ("age", Quantity::Ns(age))];
+            cx.find(Code::Nmt006, Some(node), None, owed.why, Facts::told(0, &facts));
+        }
+    }
+
+    fn resolve(&mut self, over: bool, cx: &mut Context<'_>) {
+        let (twice, once) = (cx.evidence.recording.shows_twice(), cx.evidence.recording.shows_once());
         let power = self.power(cx.at);
         for (node, standing) in self.nodes.iter_mut() {
             let Some(suspect) = standing.suspect else { continue };
             let settled = match since(Some(suspect.at), cx.at) {
-                _ if suspect.adjacent() && cx.at.no <= suspect.at.no + TWINS => false,
+                _ if suspect.duplicate && !twice && !once => false,
                 Some(age) => !(0..SETTLED_NS).contains(&age) && cx.at.no > suspect.at.no,
                 None => cx.at.no > suspect.at.no + LATE,
             };
@@ -369,7 +425,7 @@ impl Nmt {
             }
             standing.suspect = None;
             self.suspects = self.suspects.saturating_sub(1);
-            if twice && suspect.adjacent() {
+            if twice && suspect.duplicate {
                 continue;
             }
             if booted && power.all {
@@ -435,7 +491,28 @@ impl Nmt {
             *standing = Standing { present: standing.present, managed: standing.managed, ..Standing::default() };
         }
         self.suspects = 0;
+        self.boot_ups.void(|_| true);
+        self.broadcast = None;
         self.commandless.forget();
+    }
+}
+
+/// Notes what a command does to a node, or to all (0).
+fn note(state: u8, node: u8, cx: &mut Context<'_>) {
+    let kind = match state {
+        0 => Circumstance::Reset,
+        STOPPED | PRE_OPERATIONAL => Circumstance::Stopped,
+        _ => return,
+    };
+    if node <= 127 {
+        cx.evidence.circumstances.note(kind, Some(node).filter(|node| *node > 0), cx.when);
+    }
+}
+
+/// A node that is reset owes a boot-up.
+fn await_boot_up(boot_ups: &mut Obligations<u8>, node: u8, state: u8, when: When) {
+    if state == 0 {
+        boot_ups.open(node, Owed { since: when, limit_ns: LEAST_BOOT_NS, why: Some(when.at) });
     }
 }
 

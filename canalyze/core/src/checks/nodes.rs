@@ -3,19 +3,19 @@
 //!
 //! It completes a message by what was known before it, and passes each frame on. It judges nothing itself.
 
-use std::collections::VecDeque;
-
 use super::emcy::Emergencies;
 use super::guarding::Guarding;
-use super::heartbeat::{Heartbeats, PAUSE_NS, Pulse, TWICE_NS};
-use super::nmt::{Nmt, POWER_UP_NS, SWITCHED_ON_NS, commanded_state};
+use super::heartbeat::Heartbeats;
+use super::nmt::{Nmt, SWITCHED_ON_NS, commanded_state};
 use super::permitted::Permitted;
 use super::time::Times;
 use super::withheld::raise;
 use crate::cob_id::Role;
 use crate::context::Context;
+use crate::evidence::duplicates::Sighting;
+use crate::evidence::recording::Silence;
 use crate::finding::{Code, Facts, Finding, Quantity};
-use crate::frame::{CanId, Frame, FrameRef};
+use crate::frame::{Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, PerNode};
@@ -24,6 +24,8 @@ use crate::services::lss::Command as Lss;
 use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::services::sdo::wire::Side;
 
+/// A bus silent for this long was not recorded, whoever else might have spoken.
+pub(super) const PAUSE_NS: i64 = 10_000_000_000;
 /// Frames of a wrong length that are kept at most.
 const MISSHAPEN: usize = 16;
 
@@ -46,13 +48,6 @@ impl ErrorControl {
     }
 }
 
-/// So many frames that stood twice show that it is the capture that has them twice.
-const PROVEN: u32 = 4;
-/// And so many frames at most that are not their twins yet may stand between.
-const BETWEEN: usize = 8;
-/// From so many senders they must come at least.
-const IDS: usize = 3;
-
 /// The checks of a bus's nodes.
 #[derive(Debug)]
 pub struct Nodes {
@@ -62,10 +57,6 @@ pub struct Nodes {
     emergencies: Emergencies,
     times: Times,
     permitted: Permitted,
-    pulse: Pulse,
-    twins: Twins,
-    /// The pulse before the frame at hand.
-    before: Pulse,
     /// How long the bus was silent before the frame at hand, in ns.
     silence_ns: i64,
     /// Until when no node sends anything, since the bit rate is switched (CiA 305); what one sends all the same begins
@@ -80,14 +71,11 @@ impl Nodes {
     pub fn new(network: &Network) -> Self {
         Self {
             nmt: Nmt::default(),
-            heartbeats: Heartbeats::new(network.jitter_ns),
+            heartbeats: Heartbeats::default(),
             guarding: Guarding::default(),
             emergencies: Emergencies::new(network.jitter_ns),
             times: Times::default(),
             permitted: Permitted::default(),
-            pulse: Pulse::default(),
-            twins: Twins::default(),
-            before: Pulse::default(),
             silence_ns: 0,
             quiet_until_ns: i64::MIN,
             misshapen: Vec::new(),
@@ -116,9 +104,10 @@ impl Nodes {
         }
     }
 
-    /// What is known of heartbeat times after a change.
+    /// What is known of the times of heartbeats and guarding after a change.
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
         self.heartbeats.configure(nodes);
+        self.guarding.configure(nodes);
     }
 
     /// A message with what the frames before it add to its meaning.
@@ -147,45 +136,33 @@ impl Nodes {
         if !self.misshapen.is_empty() {
             self.release_misshapen(cx);
         }
-        self.nmt.settle(self.twins.common(), cx);
+        self.nmt.settle(cx);
         self.permitted.settle(cx);
     }
 
     /// With each frame, before it is followed and after `advance`: the bus is alive.
     #[inline]
-    pub fn heard(&mut self, frame: &Frame) {
-        self.twins.count(frame);
-        let Some(now_ns) = frame.t_ns else { return };
-        self.silence_ns = self.pulse.silence(now_ns);
+    pub fn heard(&mut self, cx: &Context<'_>) {
+        let ended = |now: i64| cx.evidence.recording.silence(now).filter(|silence| silence.to_ns == now);
+        self.silence_ns = cx.at.t_ns.and_then(ended).map_or(0, Silence::ns);
         if self.paused() {
             self.times.paused();
         }
-        if let Some(last) = self.pulse.last_ns
-            && self.heartbeats.stalled(last, now_ns, self.pulse)
-        {
-            self.pulse.stall = Some((last, now_ns));
-        }
-        self.heartbeats.resume(now_ns, self.pulse);
-        self.before = self.pulse;
-        self.pulse.beat(now_ns);
     }
 
     /// It is `now_ns`: what should have happened by now. `heard`: a frame says so, and not only the clock.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
-        self.heartbeats.advance(now_ns, heard, self.pulse, cx);
+        self.heartbeats.advance(now_ns, heard, cx);
         self.guarding.advance(now_ns, &self.nmt, &self.heartbeats, cx);
     }
 
     /// A frame of a service other than SDO and PDO.
     pub fn follow(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
-        if self.is_twin() {
-            return;
-        }
         match *message {
             Message::Nmt { command, node } => {
                 if matches!(command, RESET_NODE | RESET_COMMUNICATION) && node <= 127 {
-                    self.heartbeats.pause(node);
+                    self.heartbeats.pause(node, cx.at);
                     self.guarding.restart(node, &self.nmt, cx);
                 }
                 self.nmt.command(command, node, cx);
@@ -201,17 +178,16 @@ impl Nodes {
                 self.permitted.boot_up(node, cx);
                 self.guarding.restart(node, &self.nmt, cx);
                 self.nmt.boot_up(node, self.silence_ns, cx);
-                if self.silence_ns >= SWITCHED_ON_NS
-                    && let Some(now) = frame.t_ns
-                {
-                    self.heartbeats.grant(now.saturating_add(POWER_UP_NS));
+                if self.silence_ns >= SWITCHED_ON_NS {
+                    self.heartbeats.power_up(cx);
                 }
-                self.heartbeats.pause(node);
+                self.heartbeats.booted(node, cx);
                 self.emergencies.boot_up(node, cx);
             }
             Message::Heartbeat { node, state, toggle, guarding, .. } => {
                 self.error_control(node, state, toggle, guarding, cx);
             }
+            Message::GuardingRequest { .. } if is_suspect(cx) => {}
             Message::GuardingRequest { node } => self.guarding.request(node, &self.nmt, &self.heartbeats, cx),
             Message::Emcy { node, code, register, .. } => {
                 self.permitted.emergency(&self.nmt, node, cx);
@@ -222,7 +198,7 @@ impl Nodes {
             Message::Lss { from_master: true, command } => {
                 self.nmt.lss(command, cx.at);
                 if let Lss::ActivateBitTiming { delay } = command {
-                    self.heartbeats.pause(0);
+                    self.heartbeats.pause(0, cx.at);
                     let silence = 2_000_000 * i64::from(delay);
                     self.quiet_until_ns = frame.t_ns.map_or(i64::MIN, |now| now.saturating_add(silence));
                 }
@@ -270,7 +246,7 @@ impl Nodes {
             Some(0) => {
                 self.permitted.boot_up(node, cx);
                 self.nmt.boot_up(node, self.silence_ns, cx);
-                self.heartbeats.pause(node);
+                self.heartbeats.booted(node, cx);
             }
             Some(byte) if matches!(byte & 0x7F, STOPPED | OPERATIONAL | PRE_OPERATIONAL) => {
                 let toggle = byte & 0x80 != 0;
@@ -280,7 +256,7 @@ impl Nodes {
             _ => {
                 self.nmt.unreadable(node);
                 self.guarding.excuse(node);
-                self.heartbeats.alive(node, self.before, cx);
+                self.heartbeats.alive(node, cx);
             }
         }
     }
@@ -300,19 +276,22 @@ impl Nodes {
     }
 
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
+        if is_suspect(cx) && (guarding || self.guarding.toggles(node)) {
+            return;
+        }
         if toggle && !self.guarding.toggles(node) {
             let producer = self.heartbeats.is_producer(node) || self.heartbeats.is_configured(node);
             if producer && !self.guarding.is_guarded(node, cx.at) {
                 self.nmt.unreadable(node);
-                return self.heartbeats.bit_7(state | 0x80, node, self.before, cx);
+                return self.heartbeats.bit_7(state | 0x80, node, cx);
             }
             if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
                 // No guarding answer either.
                 self.nmt.unreadable(node);
                 self.heartbeats.known_state(node, state, cx);
-                return self.heartbeats.alive(node, self.before, cx);
+                return self.heartbeats.alive(node, cx);
             }
-            self.heartbeats.pause(node);
+            self.heartbeats.pause(node, cx.at);
         }
         self.guarding.frame(node, (state, toggle), guarding, cx);
         let period = self.heartbeats.period(node);
@@ -321,26 +300,16 @@ impl Nodes {
         if guarding || self.guarding.toggles(node) {
             self.heartbeats.known_state(node, state, cx);
         } else {
-            self.heartbeats.beat(node, state, self.before, cx);
+            self.heartbeats.heartbeat(node, state, cx);
             if cx.at.t_ns.is_some_and(|now| now < self.quiet_until_ns) {
-                self.heartbeats.pause(node);
+                self.heartbeats.pause(node, cx.at);
             }
         }
-    }
-
-    /// Whether the capture shows most of its frames twice, as far as it goes.
-    pub fn every_frame_twice(&self) -> bool {
-        self.twins.are_all()
     }
 
     /// Whether the bus was silent before the frame at hand for so long that it was not recorded.
     pub fn paused(&self) -> bool {
         self.silence_ns >= PAUSE_NS
-    }
-
-    /// Whether the frame at hand is one of those that every capture of two adapters on one bus has.
-    pub fn is_twin(&self) -> bool {
-        self.twins.twin && self.twins.are_proven()
     }
 
     /// A PDO.
@@ -354,6 +323,14 @@ impl Nodes {
         self.permitted.asked_in_vain(node)
     }
 
+    /// A write request whose data are in it.
+    pub fn requested(&mut self, node: u8, index: u16, bytes: &[u8], cx: &Context<'_>) {
+        if let (0x1017, [low, high, ..]) = (index, bytes) {
+            let ms = i64::from(u16::from_le_bytes([*low, *high]));
+            self.heartbeats.written(node, ms * 1_000_000, cx);
+        }
+    }
+
     /// A frame of a node's default SDO channel, and the object whose transfer it belongs to.
     pub fn sdo(&mut self, side: Side, node: u8, index: Option<u16>, cx: &Context<'_>) {
         self.permitted.sdo(&self.nmt, side, node, cx);
@@ -362,7 +339,6 @@ impl Nodes {
             Side::Server => self.nmt.present(node, cx.at),
         }
         match index {
-            Some(0x1017) => self.heartbeats.unsettle(node),
             Some(0x1F51) => self.nmt.program_controlled(node),
             _ => {}
         }
@@ -379,69 +355,13 @@ impl Nodes {
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.release_misshapen(cx);
-        self.nmt.finish(self.twins.common(), cx);
+        self.nmt.finish(cx);
         self.guarding.finish(&self.nmt, cx);
         self.emergencies.finish(cx);
     }
 }
 
-/// Whether a capture shows its frames twice, as of two adapters on one bus: how many frames equal the one before. Once
-/// that is common, others may stand between.
-#[derive(Debug, Default)]
-struct Twins {
-    /// The last frames that may be captured again.
-    once: VecDeque<Once>,
-    /// The last frame was the twin of one before.
-    twin: bool,
-    equal: u32,
-    other: u32,
-    /// Identifiers of frames that stood twice. Heartbeats without stamps follow each other for other reasons.
-    ids: Vec<CanId>,
-}
-
-/// A frame, as far as it is compared, and its time.
-type Once = (CanId, u8, [u8; 8], i64);
-
-impl Twins {
-    #[inline]
-    fn count(&mut self, frame: &Frame) {
-        let data = frame.data.first_chunk().copied().unwrap_or_default();
-        let now = frame.t_ns.unwrap_or(0);
-        let most = if self.are_proven() { BETWEEN } else { 1 };
-        while self.once.len() > most {
-            self.once.pop_front();
-        }
-        let same = |(id, len, before, then): &Once| {
-            *id == frame.id && *len == frame.len && *before == data && now.saturating_sub(*then) < TWICE_NS
-        };
-        let place = self.once.iter().position(same);
-        self.twin = place.is_some();
-        match place {
-            Some(place) => {
-                self.once.remove(place);
-                self.equal = self.equal.saturating_add(1);
-                if self.ids.len() < IDS && !self.ids.contains(&frame.id) {
-                    self.ids.push(frame.id);
-                }
-            }
-            None => {
-                self.once.push_back((frame.id, frame.len, data, now));
-                self.other = self.other.saturating_add(1);
-            }
-        }
-    }
-
-    fn common(&self) -> bool {
-        self.equal >= self.other / 2
-    }
-
-    /// Frames of several senders stand twice, and few do not.
-    fn are_proven(&self) -> bool {
-        self.ids.len() >= IDS && self.equal >= PROVEN && self.equal >= self.other / 4 * 3
-    }
-
-    /// So is it, or every frame up to the last one was seen twice.
-    fn are_all(&self) -> bool {
-        self.are_proven() || self.other <= self.equal + 1
-    }
+/// Whether the frame at hand may be one that stands in the capture a second time.
+fn is_suspect(cx: &Context<'_>) -> bool {
+    cx.sighting == Sighting::Suspect && cx.at.t_ns.is_some()
 }

@@ -6,6 +6,8 @@
 
 use super::nmt::{Known, Nmt, since};
 use crate::context::Context;
+use crate::evidence::duplicates::Sighting;
+use crate::evidence::recording::Verdict;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
 use crate::node::PerNode;
@@ -13,9 +15,9 @@ use crate::services::heartbeat::{OPERATIONAL, STOPPED};
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::{Mux, Side};
 
-/// What a node had queued when it showed a new state, in ns.
+/// What a node had queued when it showed a new state or, of TPDOs, received a command, in ns.
 const QUEUED_NS: i64 = 5_000_000;
-/// What a node had queued, or does before it looks at a command, in ns.
+/// What else a node does before it obeys a command, and what others send it meanwhile, in ns.
 const OBEYED_NS: i64 = 50_000_000;
 /// How long the command that permits something may be captured after it, in ns.
 const SETTLED_NS: i64 = 10_000_000;
@@ -31,6 +33,8 @@ struct Held {
     code: Code,
     object: Option<Mux>,
     facts: Facts,
+    /// The burst that it is in, or 0.
+    burst: u32,
 }
 
 #[derive(Debug, Default)]
@@ -75,7 +79,8 @@ impl Permitted {
         let Some(known) = nmt.known(node) else { return };
         let stay = self.stay(node, known);
         let told = if transmit { &mut stay.tpdos } else { &mut stay.rpdos };
-        if *told || under_way(known, cx.at) {
+        let queued = if transmit { queued(known, cx) } else { under_way(known, cx.at) };
+        if *told || queued || cx.sighting == Sighting::Suspect {
             return;
         }
         *told = true;
@@ -83,7 +88,7 @@ impl Permitted {
             Facts::told(0, &[("pdo", Quantity::Pdo(transmit, number)), ("state", Quantity::State(known.state))]);
         let object = Some(Mux { index: communication_parameter(transmit, number), sub: 1 });
         let code = if transmit { Code::Pdo002 } else { Code::Pdo003 };
-        let held = Held { at: cx.at, code, object, facts };
+        let held = Held { at: cx.at, code, object, facts, burst: cx.when.burst };
         if known.doubtful || transmit && (known.may_start_itself || !nmt.commanded()) {
             stay.decide_later(known.state, held);
         } else {
@@ -101,7 +106,13 @@ impl Permitted {
             let asked_after = stay.request.is_some_and(|request| request.no > reset.no);
             if asked_after && since(Some(reset), cx.at).is_some_and(|age| age > OBEYED_NS) {
                 let facts = Facts::told(2, &[]);
-                stay.early = stay.early.take().or(Some(Held { at: cx.at, code: Code::Sdo011, object: None, facts }));
+                stay.early = stay.early.take().or(Some(Held {
+                    at: cx.at,
+                    code: Code::Sdo011,
+                    object: None,
+                    facts,
+                    burst: cx.when.burst,
+                }));
             }
         }
         let request = self.nodes.get(node).and_then(|stay| stay.request);
@@ -119,7 +130,7 @@ impl Permitted {
         }
         stay.sdo = true;
         let facts = Facts::told(u8::from(answered), &[("state", Quantity::State(known.state))]);
-        self.judge(nmt, node, known, Held { at: cx.at, code: Code::Sdo011, object: None, facts });
+        self.judge(nmt, node, known, Held { at: cx.at, code: Code::Sdo011, object: None, facts, burst: cx.when.burst });
     }
 
     /// The last SDO request to a node, where it is a fault by itself: that nobody answers it only follows from that.
@@ -133,7 +144,13 @@ impl Permitted {
             let stay = self.nodes.entry(node);
             if since(Some(reset), cx.at).is_some_and(|age| age > OBEYED_NS) {
                 let facts = Facts::told(1, &[]);
-                stay.early = stay.early.take().or(Some(Held { at: cx.at, code: Code::Emc004, object: None, facts }));
+                stay.early = stay.early.take().or(Some(Held {
+                    at: cx.at,
+                    code: Code::Emc004,
+                    object: None,
+                    facts,
+                    burst: cx.when.burst,
+                }));
             }
         }
         let Some(known) = nmt.known(node).filter(|known| known.state == STOPPED) else { return };
@@ -143,7 +160,7 @@ impl Permitted {
         }
         stay.emcy = true;
         let facts = Facts::told(0, &[("state", Quantity::State(known.state))]);
-        self.judge(nmt, node, known, Held { at: cx.at, code: Code::Emc004, object: None, facts });
+        self.judge(nmt, node, known, Held { at: cx.at, code: Code::Emc004, object: None, facts, burst: cx.when.burst });
     }
 
     /// A command to go to a state, 0 where it is none: what came just before it may have been permitted by it.
@@ -194,9 +211,14 @@ impl Permitted {
     fn resolve(&mut self, cx: &mut Context<'_>) {
         for (node, stay) in self.nodes.iter_mut() {
             let at = cx.at;
-            while stay.held.first().is_some_and(|held| is_settled(held.at, at)) {
+            while stay.held.first().is_some_and(|held| is_settled(held.at, at) && !is_open(held, cx)) {
                 let held = stay.held.remove(0);
                 self.held = self.held.saturating_sub(1);
+                // A burst has no times of its own.
+                if cx.evidence.recording.verdict(held.burst) == Some(Verdict::Confirmed) {
+                    (stay.tpdos, stay.rpdos, stay.sdo, stay.emcy) = (false, false, false, false);
+                    continue;
+                }
                 cx.find_at(held.at, held.code, Some(node), held.object, None, held.facts);
             }
         }
@@ -257,9 +279,23 @@ fn is_settled(from: FrameRef, at: FrameRef) -> bool {
     }
 }
 
+/// Whether it is not known yet whether a frame's time is its own.
+fn is_open(held: &Held, cx: &Context<'_>) -> bool {
+    cx.evidence.recording.verdict(held.burst) == Some(Verdict::Open)
+}
+
 /// Whether a request alone is a fault: only where the node has shown that it is stopped.
 fn is_asked_in_vain(known: Known, at: FrameRef) -> bool {
     known.state == STOPPED && known.shown && !under_way(known, at)
+}
+
+/// Whether a TPDO may have been in the node's queue when the state changed.
+fn queued(known: Known, cx: &Context<'_>) -> bool {
+    let recording = &cx.evidence.recording;
+    match since(Some(known.at), cx.at) {
+        Some(age) => age - recording.grain_ns() < QUEUED_NS,
+        None => !known.shown,
+    }
 }
 
 /// Whether a frame may have been under way when the state changed. Without stamps only what a node has shown counts.

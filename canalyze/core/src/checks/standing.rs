@@ -70,17 +70,8 @@ pub(super) struct Command {
 pub(super) struct Suspect {
     pub(super) at: FrameRef,
     pub(super) what: Spontaneous,
-}
-
-impl Suspect {
-    /// Two boot-ups right after one another, which may be one.
-    pub(super) fn adjacent(self) -> bool {
-        match self.what {
-            Spontaneous::TwoBootUps { last } => last.no + 1 == self.at.no,
-            Spontaneous::BootUp { last } => last.no + 1 == self.at.no && self.at.t_ns.is_none(),
-            _ => false,
-        }
-    }
+    /// The frame may be one that stands in the capture a second time.
+    pub(super) duplicate: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -134,7 +125,7 @@ impl Standing {
             self.resets = (self.resets + 1).min(3);
             self.reset = Some(at);
             (self.resetting, self.heard_since_reset) = (true, false);
-            self.allowed = bit(STOPPED) | bit(OPERATIONAL) | bit(PRE_OPERATIONAL);
+            self.allowed = bits_of(0);
             self.command = Some(command);
             return false;
         }
@@ -215,5 +206,13 @@ pub(super) const fn bit(state: u8) -> u8 {
         OPERATIONAL => 2,
         PRE_OPERATIONAL => 4,
         _ => 0,
+    }
+}
+
+/// The states that a command may lead to; 0: a reset.
+pub(super) const fn bits_of(commanded: u8) -> u8 {
+    match commanded {
+        0 => bit(STOPPED) | bit(OPERATIONAL) | bit(PRE_OPERATIONAL),
+        state => bit(state),
     }
 }

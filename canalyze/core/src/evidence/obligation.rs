@@ -66,6 +66,19 @@ impl<K: Ord + Copy> Obligations<K> {
         self.open.retain(|key, _| !fits(key));
     }
 
+    /// What has certainly been owed for `least_ns` at `now`, whatever its limit; it is not owed any more.
+    pub fn overdue(&mut self, now: When, recording: &Recording, least_ns: i64) -> Vec<(K, Owed)> {
+        if self.open.is_empty() || recording.is_open() {
+            return Vec::new();
+        }
+        let late = |owed: &Owed| recording.certainly_later(now, owed.since, least_ns);
+        let due: Vec<(K, Owed)> = self.open.iter().filter(|(_, owed)| late(owed)).map(|(k, o)| (*k, *o)).collect();
+        for (key, _) in &due {
+            self.open.remove(key);
+        }
+        due
+    }
+
     /// What is certainly overdue at `now`, in the order of the keys; it is not owed any more.
     pub fn due(&mut self, now: When, recording: &Recording) -> Vec<(K, Owed)> {
         let Some(now_ns) = now.at.t_ns.filter(|now_ns| *now_ns > self.next_ns) else { return Vec::new() };

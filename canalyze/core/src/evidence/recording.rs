@@ -38,6 +38,8 @@ const UNUSUAL_TENTHS: i64 = 13;
 const CLOCK_STEP_NS: i64 = 10_000_000;
 /// Bursts remembered.
 const BURSTS: usize = 8;
+/// By how many times the longest of late a silence must exceed it before it can be no single sender's.
+const LONG: i64 = 10;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
 const IDENTIFIERS: usize = 0x800;
 /// Those that tell nothing of a pause: SDO is sent when somebody asks, and the two frames of an SRDO are one node's.
@@ -63,9 +65,31 @@ struct Burst {
     /// When the silence before it began, and when it ended, in ns.
     from_ns: i64,
     to_ns: i64,
+    /// The silence was long, as in [`Silence::long`].
+    long: bool,
     /// Frames in it.
     frames: u32,
     verdict: Verdict,
+}
+
+/// A silence of the whole bus that was longer than any of late.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Silence {
+    /// When it began, in ns.
+    pub from_ns: i64,
+    /// When it ended, or until when it has lasted, in ns.
+    pub to_ns: i64,
+    /// It was so long that more than one sender must have kept silent.
+    pub long: bool,
+    /// It was the recorder that stood still.
+    pub stalled: bool,
+}
+
+impl Silence {
+    /// How long it was, in ns.
+    pub fn ns(self) -> i64 {
+        self.to_ns.saturating_sub(self.from_ns)
+    }
 }
 
 /// How often a CAN-ID comes.
@@ -255,6 +279,24 @@ impl Recording {
         Some((burst.to_ns, burst.to_ns.saturating_sub(burst.from_ns)))
     }
 
+    /// The last silence of the whole bus that was longer than any of late, which may last at `now_ns`.
+    pub fn silence(&self, now_ns: i64) -> Option<Silence> {
+        if let Some(from_ns) = self.last_ns.filter(|last| *last < now_ns && self.is_unusual(now_ns - last)) {
+            let long = self.is_long(now_ns - from_ns);
+            return Some(Silence { from_ns, to_ns: now_ns, long, stalled: false });
+        }
+        let Burst { from_ns, to_ns, long, verdict, .. } = *self.bursts.last()?;
+        Some(Silence { from_ns, to_ns, long, stalled: verdict == Verdict::Confirmed })
+    }
+
+    fn is_unusual(&self, gap: i64) -> bool {
+        gap > SHORTEST_STALL_NS && gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10
+    }
+
+    fn is_long(&self, gap: i64) -> bool {
+        gap / LONG > self.usual_gap_ns
+    }
+
     /// What became of a burst; `None` where it is none, or forgotten: then it was settled long ago.
     pub fn verdict(&self, burst: u32) -> Option<Verdict> {
         self.burst(burst).map(|burst| burst.verdict)
@@ -296,7 +338,7 @@ impl Recording {
         if gap > DRAIN_NS || self.has_caught_up(now) {
             self.end_burst();
         }
-        if gap > SHORTEST_STALL_NS && gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10 {
+        if self.is_unusual(gap) {
             self.begin_burst(last, now);
         }
         let compressed = self.see(frame, now);
@@ -324,7 +366,8 @@ impl Recording {
         if self.bursts.len() == BURSTS {
             self.bursts.remove(0);
         }
-        self.bursts.push(Burst { number, from_ns, to_ns, ..Burst::default() });
+        let long = self.is_long(to_ns.saturating_sub(from_ns));
+        self.bursts.push(Burst { number, from_ns, to_ns, long, ..Burst::default() });
         self.running = true;
     }
 
