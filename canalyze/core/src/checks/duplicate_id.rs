@@ -126,6 +126,11 @@ impl DuplicateId {
         Place::Additional
     }
 
+    /// Heartbeats come twice as often as before, and nothing has changed their period.
+    pub(super) fn halved(&mut self, node: u8, period: i64, last: FrameRef, cx: &mut Context<'_>) {
+        self.find(node, 4, &[("one", Quantity::Ns(period)), ("other", Quantity::Ns(period))], last, cx);
+    }
+
     /// Reports additional heartbeats that are a series. The time to the first of them is no gap of theirs.
     fn series(&mut self, node: u8, period: i64, last: FrameRef, cx: &mut Context<'_>) {
         if self.additional.len() < ADDITIONAL {

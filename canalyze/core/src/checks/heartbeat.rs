@@ -440,6 +440,9 @@ impl Producer {
         if explained || alike(from_ns, to_ns) || self.duplicate.is_found() {
             return;
         }
+        if alike(from_ns, 2 * to_ns) {
+            return self.duplicate.halved(node, from_ns, last.at, cx);
+        }
         let facts = [("from", Quantity::Ns(from_ns)), ("to", Quantity::Ns(to_ns))];
         let finding = cx.finding(Code::Hbt007, Some(node), None, None, Facts::told(0, &facts));
         // Its first gap was late already.
@@ -472,8 +475,8 @@ impl Producer {
 
 /// What a gap may exceed its period by, in ns.
 fn slack(period: i64, confidence: Confidence) -> i64 {
-    let tenths = if confidence == Confidence::Certain { 3 } else { 6 };
-    (period * tenths / 10).max(LEAST_SLACK_NS)
+    let percent = if confidence == Confidence::Certain { 30 } else { 45 };
+    (period * percent / 100).max(LEAST_SLACK_NS)
 }
 
 /// Whether two times differ by no more than an eighth.

@@ -338,9 +338,8 @@ impl Nodes {
             Side::Client => self.nmt.managed(node),
             Side::Server => self.nmt.present(node, cx.at),
         }
-        match index {
-            Some(0x1F51) => self.nmt.program_controlled(node),
-            _ => {}
+        if index == Some(0x1F51) {
+            self.nmt.program_controlled(node);
         }
     }
 
