@@ -264,16 +264,17 @@ impl Guarding {
     #[inline]
     pub fn advance(&mut self, now_ns: i64, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
         self.overdue(now_ns, cx);
-        if now_ns < self.next {
+        if now_ns < self.next || cx.evidence.recording.is_open() {
             return;
         }
+        let silence = cx.evidence.recording.silence(now_ns);
         self.next = i64::MAX;
         for (node, guarded) in self.nodes.iter_mut() {
             let Some(request) = guarded.request else { continue };
             let due = request.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
             if due > now_ns {
                 self.next = self.next.min(due);
-            } else if guarded.doubtful {
+            } else if guarded.doubtful || silence.is_some_and(|one| (one.from_ns..=one.to_ns).contains(&due)) {
                 guarded.request = None;
             } else if guarded.toggles || !heartbeats.is_producer(node) {
                 guarded.request = None;

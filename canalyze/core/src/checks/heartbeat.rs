@@ -22,6 +22,8 @@ use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
 /// How late a producer may always be, in ns: what hosts and small controllers are by now and then.
 const LEAST_SLACK_NS: i64 = 20_000_000;
+/// Heartbeats closer than this come out of a buffer, in ns.
+const BUFFERED_NS: i64 = 5_000_000;
 /// Nodes that are switched on together are back within this time, in ns.
 const POWER_UP_NS: i64 = 5_000_000_000;
 /// Sub-indices of 1016h.
@@ -139,11 +141,11 @@ impl Heartbeats {
         let Some(producer) = self.producers.get_mut(node) else { return };
         (producer.reconfigured, producer.start) = (Some(cx.at), Start::Over);
         let before = producer.expected().unwrap_or(0);
-        if alike(before, ns) {
-            return;
-        }
-        producer.period.forget();
+        // The write starts the period anew.
         (producer.last, producer.held) = (None, None);
+        if !alike(before, ns) {
+            producer.period.forget();
+        }
         // Where the server refuses it, the old period goes on.
         if self.owed.met(node).is_some() && ns > 0 {
             let limit_ns = 3 * before.max(ns) + slack(before.max(ns), Confidence::Configured);
@@ -385,10 +387,7 @@ impl Producer {
         let Some(gap) = recording.between(since, cx.when).filter(|gap| *gap > 0 && !stalled(cx.when)) else {
             return self.duplicate.interrupt();
         };
-        let across = silence.filter(|silence| {
-            let (from, to) = (since.at.t_ns.unwrap_or(i64::MAX), cx.at.t_ns.unwrap_or(i64::MIN));
-            from <= silence.from_ns && silence.to_ns <= to && !(silence.stalled && count > 1)
-        });
+        let across = self.across(since, silence, cx).filter(|silence| !(silence.stalled && count > 1));
         if let Some(period) = self.expected() {
             let due = count * (period + if count > 1 { period / 32 } else { 0 });
             let limit = due + self.slack() + across.map_or(0, Silence::ns);
@@ -399,6 +398,7 @@ impl Producer {
         let suspect = cx.sighting == Sighting::Suspect;
         let suspect = std::mem::replace(&mut self.suspect, suspect) || suspect;
         if count == 1
+            && gap > BUFFERED_NS
             && !suspect
             && !changed
             && across.is_none()
@@ -409,6 +409,17 @@ impl Producer {
         } else {
             self.duplicate.interrupt();
         }
+    }
+
+    /// The silence of the whole bus in which a heartbeat was due: one that others missed theirs in as well, that was
+    /// longer than the period, or that has ended with this heartbeat.
+    fn across(&self, since: When, known: Option<Silence>, cx: &Context<'_>) -> Option<Silence> {
+        let (from, to) = (since.at.t_ns?, cx.at.t_ns?);
+        let fits = |silence: &Silence| from <= silence.from_ns && silence.to_ns <= to;
+        let period = self.expected().unwrap_or(i64::MAX);
+        let its_own = |silence: &Silence| silence.ns() > period || to - silence.to_ns <= LEAST_SLACK_NS;
+        let last = cx.evidence.recording.silence(to).filter(|silence| fits(silence) && its_own(silence));
+        known.filter(fits).or(last)
     }
 
     fn judge(&mut self, node: u8, (gap, period, count): (i64, i64, i64), late: bool, cx: &mut Context<'_>) {

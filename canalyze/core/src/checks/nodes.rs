@@ -12,7 +12,6 @@ use super::time::Times;
 use super::withheld::raise;
 use crate::cob_id::Role;
 use crate::context::Context;
-use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Silence;
 use crate::finding::{Code, Facts, Finding, Quantity};
 use crate::frame::{Frame, FrameRef};
@@ -187,13 +186,14 @@ impl Nodes {
             Message::Heartbeat { node, state, toggle, guarding, .. } => {
                 self.error_control(node, state, toggle, guarding, cx);
             }
-            Message::GuardingRequest { .. } if is_suspect(cx) => {}
             Message::GuardingRequest { node } => self.guarding.request(node, &self.nmt, &self.heartbeats, cx),
             Message::Emcy { node, code, register, .. } => {
                 self.permitted.emergency(&self.nmt, node, cx);
                 self.nmt.emergency(node, code, cx.at);
                 self.emergencies.judge((code, register), node, nodes.get(node), cx);
             }
+            // Its own clock went on while the recorder stood still.
+            Message::Time { .. } if !cx.evidence.recording.teaches(cx.when) => self.times.paused(),
             Message::Time { ms, days, reserved } => self.times.judge(ms, days, reserved, cx),
             Message::Lss { from_master: true, command } => {
                 self.nmt.lss(command, cx.at);
@@ -276,9 +276,6 @@ impl Nodes {
     }
 
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
-        if is_suspect(cx) && (guarding || self.guarding.toggles(node)) {
-            return;
-        }
         if toggle && !self.guarding.toggles(node) {
             let producer = self.heartbeats.is_producer(node) || self.heartbeats.is_configured(node);
             if producer && !self.guarding.is_guarded(node, cx.at) {
@@ -358,9 +355,4 @@ impl Nodes {
         self.guarding.finish(&self.nmt, cx);
         self.emergencies.finish(cx);
     }
-}
-
-/// Whether the frame at hand may be one that stands in the capture a second time.
-fn is_suspect(cx: &Context<'_>) -> bool {
-    cx.sighting == Sighting::Suspect && cx.at.t_ns.is_some()
 }

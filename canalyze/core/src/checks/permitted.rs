@@ -79,7 +79,7 @@ impl Permitted {
         let Some(known) = nmt.known(node) else { return };
         let stay = self.stay(node, known);
         let told = if transmit { &mut stay.tpdos } else { &mut stay.rpdos };
-        let queued = if transmit { queued(known, cx) } else { under_way(known, cx.at) };
+        let queued = if transmit { queued(known, cx) } else { under_way(known, cx) };
         if *told || queued || cx.sighting == Sighting::Suspect {
             return;
         }
@@ -117,7 +117,7 @@ impl Permitted {
         }
         let request = self.nodes.get(node).and_then(|stay| stay.request);
         if side == Side::Client {
-            let vain = nmt.known(node).is_some_and(|known| is_asked_in_vain(known, cx.at));
+            let vain = nmt.known(node).is_some_and(|known| is_asked_in_vain(known, cx));
             let stay = self.nodes.entry(node);
             (stay.request, stay.vain) = (Some(cx.at), vain.then_some(cx.at));
         }
@@ -125,7 +125,7 @@ impl Permitted {
         let answered = side == Side::Server;
         let asked = !answered || request.is_some_and(|request| request.no > known.at.no);
         let stay = self.stay(node, known);
-        if stay.sdo || !asked || under_way(known, cx.at) || !(answered || is_asked_in_vain(known, cx.at)) {
+        if stay.sdo || !asked || under_way(known, cx) || !(answered || is_asked_in_vain(known, cx)) {
             return;
         }
         stay.sdo = true;
@@ -155,7 +155,7 @@ impl Permitted {
         }
         let Some(known) = nmt.known(node).filter(|known| known.state == STOPPED) else { return };
         let stay = self.stay(node, known);
-        if stay.emcy || under_way(known, cx.at) {
+        if stay.emcy || under_way(known, cx) {
             return;
         }
         stay.emcy = true;
@@ -285,8 +285,8 @@ fn is_open(held: &Held, cx: &Context<'_>) -> bool {
 }
 
 /// Whether a request alone is a fault: only where the node has shown that it is stopped.
-fn is_asked_in_vain(known: Known, at: FrameRef) -> bool {
-    known.state == STOPPED && known.shown && !under_way(known, at)
+fn is_asked_in_vain(known: Known, cx: &Context<'_>) -> bool {
+    known.state == STOPPED && known.shown && !under_way(known, cx)
 }
 
 /// Whether a TPDO may have been in the node's queue when the state changed.
@@ -299,7 +299,8 @@ fn queued(known: Known, cx: &Context<'_>) -> bool {
 }
 
 /// Whether a frame may have been under way when the state changed. Without stamps only what a node has shown counts.
-fn under_way(known: Known, at: FrameRef) -> bool {
+fn under_way(known: Known, cx: &Context<'_>) -> bool {
     let limit = if known.shown { QUEUED_NS } else { OBEYED_NS };
-    since(Some(known.at), at).map_or(!known.shown, |age| age < limit)
+    let (earliest, _) = cx.evidence.recording.interval(cx.when);
+    known.at.t_ns.filter(|_| cx.at.t_ns.is_some()).map_or(!known.shown, |known| earliest.saturating_sub(known) < limit)
 }
