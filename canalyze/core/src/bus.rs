@@ -463,6 +463,7 @@ impl Bus {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        cx.evidence.recording.finish();
         // Who asks for all node-IDs does not expect that all answer.
         let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
         for ((node, id), channel) in &mut self.channels {

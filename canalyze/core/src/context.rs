@@ -5,9 +5,9 @@
 use crate::event::{Event, What};
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::pending::Until;
-use crate::evidence::recording::Verdict;
+use crate::evidence::recording;
 use crate::evidence::{Evidence, When};
-use crate::finding::{Code, Facts, Finding};
+use crate::finding::{Code, Facts, Finding, Verdict};
 use crate::frame::{BusId, FrameRef};
 use crate::services::sdo::transfer::TransferId;
 use crate::services::sdo::wire::Mux;
@@ -50,6 +50,24 @@ pub struct Chunk {
 }
 
 impl Context<'_> {
+    /// Reports what a rule says at the frame at hand. `cause` is the earlier frame it is about, if another.
+    pub fn raise(&mut self, what: impl Into<Verdict>, node: Option<u8>, object: Option<Mux>, cause: Option<FrameRef>) {
+        let finding = self.verdict(what, node, object, cause);
+        self.report(finding);
+    }
+
+    /// A finding at the frame at hand that is not reported yet. `cause` as in [`Self::raise`].
+    pub fn verdict(
+        &self,
+        what: impl Into<Verdict>,
+        node: Option<u8>,
+        object: Option<Mux>,
+        cause: Option<FrameRef>,
+    ) -> Finding {
+        let Verdict { code, facts } = what.into();
+        Finding { code, at: self.at, cause, bus: self.bus, node, object, facts, because_of: None }
+    }
+
     /// Raises a finding at the frame at hand. `cause` is the earlier frame it is about, if another.
     pub fn find(&mut self, code: Code, node: Option<u8>, object: Option<Mux>, cause: Option<FrameRef>, facts: Facts) {
         let finding = self.finding(code, node, object, cause, facts);
@@ -98,9 +116,9 @@ impl Context<'_> {
     pub fn report_timed(&mut self, finding: Finding) {
         let burst = self.when.burst;
         let kept = match self.evidence.recording.verdict(burst) {
-            Some(Verdict::Open) => self.evidence.pending.keep(finding, Until::Burst(burst), self.when),
-            Some(Verdict::Confirmed) => None,
-            Some(Verdict::Refuted) | None => Some(finding),
+            Some(recording::Verdict::Open) => self.evidence.pending.keep(finding, Until::Burst(burst), self.when),
+            Some(recording::Verdict::Confirmed) => None,
+            Some(recording::Verdict::Refuted) | None => Some(finding),
         };
         if let Some(finding) = kept {
             self.report(finding);
@@ -132,12 +150,21 @@ impl Context<'_> {
         }
     }
 
+    /// The time `now_ns`: that of the frame at hand, or a later one at which none came.
+    pub fn clock(&self, now_ns: i64) -> When {
+        if self.at.t_ns == Some(now_ns) {
+            return self.when;
+        }
+        self.evidence.recording.at(FrameRef { t_ns: Some(now_ns), ..self.at })
+    }
+
     /// Appends an event at the frame at hand.
     pub fn push(&mut self, about: Option<FrameRef>, node: Option<u8>, what: What) {
         self.events.push(Event { at: self.at, about, bus: self.bus, node, transfer: None, what });
     }
 
-    fn emit(&mut self, finding: Finding) {
+    /// Puts a finding out as it is, where it stands.
+    pub fn emit(&mut self, finding: Finding) {
         let Finding { at, cause, bus, node, .. } = finding;
         let what = What::Finding(Box::new(finding));
         self.events.push(Event { at, about: cause, bus, node, transfer: None, what });

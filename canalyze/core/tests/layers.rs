@@ -54,6 +54,7 @@ const MAY_USE: &[Row] = &[
             "cob_id",
             "message",
             "finding",
+            "rules",
             "event",
             "evidence",
             "context",

@@ -16,6 +16,7 @@ use crate::evidence::recording::Silence;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
 use crate::node::{Node, PerNode};
+use crate::rules::guarding::Grd005;
 
 /// An answer comes within this time of its request, in ns.
 const ANSWER_NS: i64 = 500_000_000;
@@ -128,21 +129,13 @@ impl Guarding {
 
     /// Reports which nodes the master has not asked within their life time. A silence of the whole bus tells nothing.
     fn overdue(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        for (node, owed) in self.life.due(cx.when, &cx.evidence.recording) {
-            let fell = owed.since.at.t_ns.unwrap_or(0).saturating_add(owed.limit_ns);
-            let within = |silence: &Silence| (silence.from_ns..=silence.to_ns).contains(&fell);
-            if cx
-                .evidence
-                .recording
-                .silence(now_ns)
-                .filter(within)
-                .is_some_and(|silence| silence.long || silence.stalled)
-            {
-                continue;
+        let now = cx.clock(now_ns);
+        for (node, Owed { since, limit_ns: limit, .. }) in self.life.due(now, &cx.evidence.recording) {
+            let age = cx.evidence.recording.between(since, now).unwrap_or(0);
+            let fell = since.at.t_ns.map_or(0, |since| since.saturating_add(limit));
+            if !is_of_all(node, fell, limit, cx.evidence.recording.silence(now_ns)) {
+                cx.raise(Grd005::Expired { age, limit }, Some(node), None, Some(since.at));
             }
-            let age = cx.evidence.recording.between(owed.since, cx.when).unwrap_or(0);
-            let facts = [("age", Quantity::Ns(age)), ("limit", Quantity::Ns(owed.limit_ns))];
-            cx.find(Code::Grd005, Some(node), None, Some(owed.since.at), Facts::told(0, &facts));
         }
     }
 
@@ -274,7 +267,7 @@ impl Guarding {
             let due = request.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
             if due > now_ns {
                 self.next = self.next.min(due);
-            } else if guarded.doubtful || silence.is_some_and(|one| (one.from_ns..=one.to_ns).contains(&due)) {
+            } else if guarded.doubtful || is_of_all(node, due, UNANSWERED_NS, silence) {
                 guarded.request = None;
             } else if guarded.toggles || !heartbeats.is_producer(node) {
                 guarded.request = None;
@@ -365,6 +358,11 @@ impl Guarded {
 fn tell(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
     let facts = [("found", Quantity::Count(u64::from(toggle))), ("expected", Quantity::Count(u64::from(!toggle)))];
     cx.find_at(at, Code::Grd001, Some(node), None, None, Facts::told(0, &facts));
+}
+
+/// Whether a time fell into a silence of the whole bus.
+fn is_of_all(node: u8, fell_ns: i64, period_ns: i64, silence: Option<Silence>) -> bool {
+    silence.is_some_and(|one| (one.from_ns..=one.to_ns).contains(&fell_ns) && one.is_of_all(node, period_ns))
 }
 
 /// Whether a request may be that of the frame captured before it.

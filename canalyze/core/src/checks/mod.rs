@@ -42,11 +42,11 @@ use std::sync::Arc;
 use crate::configuration;
 use crate::context::Context;
 use crate::event::{Placement, Signals, Unmapped};
-use crate::finding::{Code, Facts, Quantity};
 use crate::frame::{Frame, FrameRef};
 use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
+use crate::rules::pdo::Mpd001;
 use crate::services::lss::Command;
 use crate::services::pdo;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
@@ -301,8 +301,7 @@ impl Checks {
         self.drives.blind(node);
         if matches!(message, Message::Malformed { .. }) {
             let object = Mux { index: pdo::communication_parameter(transmit, number), sub: 0 };
-            let facts = Facts::told(0, &[("found", Quantity::Count(u64::from(frame.len)))]);
-            cx.find(Code::Mpd001, Some(node), Some(object), None, facts);
+            cx.raise(Mpd001::Length { found: frame.len.into() }, Some(node), Some(object), None);
         }
         if let Some(pdo) = name.of(nodes) {
             self.pdo_timing.sent(node, pdo, cx);

@@ -193,7 +193,6 @@ impl Nmt {
             return cx.find(Code::Nmt001, None, None, None, Facts::told(0, &[("found", Quantity::Hex2(specifier))]));
         };
         self.commandless.command(cx);
-        note(state, node, cx);
         match node {
             0 => {
                 self.broadcast = Some((state, cx.at));
@@ -239,10 +238,6 @@ impl Nmt {
         if standing.given {
             // A slave has another node-ID: which it had before is not certain.
             self.boot_ups.void(|_| true);
-        }
-        cx.evidence.circumstances.note(Circumstance::Reset, Some(node), cx.when);
-        if silence_ns >= SWITCHED_ON_NS {
-            cx.evidence.circumstances.note(Circumstance::PowerUp, None, cx.when);
         }
         let answered = standing.boot_up.zip(standing.reset).is_some_and(|(boot_up, reset)| boot_up.no > reset.no);
         if answered && since(standing.reset, cx.at).is_some_and(|age| age > RESETS_NS) {
@@ -494,18 +489,6 @@ impl Nmt {
         self.boot_ups.void(|_| true);
         self.broadcast = None;
         self.commandless.forget();
-    }
-}
-
-/// Notes what a command does to a node, or to all (0).
-fn note(state: u8, node: u8, cx: &mut Context<'_>) {
-    let kind = match state {
-        0 => Circumstance::Reset,
-        STOPPED | PRE_OPERATIONAL => Circumstance::Stopped,
-        _ => return,
-    };
-    if node <= 127 {
-        cx.evidence.circumstances.note(kind, Some(node).filter(|node| *node > 0), cx.when);
     }
 }
 

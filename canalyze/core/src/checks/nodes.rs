@@ -161,7 +161,7 @@ impl Nodes {
         match *message {
             Message::Nmt { command, node } => {
                 if matches!(command, RESET_NODE | RESET_COMMUNICATION) && node <= 127 {
-                    self.heartbeats.pause(node, cx.at);
+                    self.heartbeats.pause(node);
                     self.guarding.restart(node, &self.nmt, cx);
                 }
                 self.nmt.command(command, node, cx);
@@ -198,7 +198,7 @@ impl Nodes {
             Message::Lss { from_master: true, command } => {
                 self.nmt.lss(command, cx.at);
                 if let Lss::ActivateBitTiming { delay } = command {
-                    self.heartbeats.pause(0, cx.at);
+                    self.heartbeats.pause(0);
                     let silence = 2_000_000 * i64::from(delay);
                     self.quiet_until_ns = frame.t_ns.map_or(i64::MIN, |now| now.saturating_add(silence));
                 }
@@ -288,7 +288,7 @@ impl Nodes {
                 self.heartbeats.known_state(node, state, cx);
                 return self.heartbeats.alive(node, cx);
             }
-            self.heartbeats.pause(node, cx.at);
+            self.heartbeats.pause(node);
         }
         self.guarding.frame(node, (state, toggle), guarding, cx);
         let period = self.heartbeats.period(node);
@@ -299,7 +299,7 @@ impl Nodes {
         } else {
             self.heartbeats.heartbeat(node, state, cx);
             if cx.at.t_ns.is_some_and(|now| now < self.quiet_until_ns) {
-                self.heartbeats.pause(node, cx.at);
+                self.heartbeats.pause(node);
             }
         }
     }
@@ -351,6 +351,7 @@ impl Nodes {
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.release_misshapen(cx);
+        self.heartbeats.finish(cx);
         self.nmt.finish(cx);
         self.guarding.finish(&self.nmt, cx);
         self.emergencies.finish(cx);

@@ -22,6 +22,8 @@ pub enum Kind {
     Pause,
     /// Two SYNC producers, or none any more, were reported.
     SyncBroken,
+    /// A node was reported lost, or that it has not come back from a reset. It holds until the node is heard.
+    NodeLost,
 }
 
 /// What rules are about.
@@ -42,6 +44,8 @@ enum Scope {
     Bus,
     /// Everybody but the node: what was missing of itself does not excuse it.
     Others,
+    /// The node that it happened to.
+    Node,
 }
 
 use Rules::{EventPdo, Srdo, SynchronousPdo};
@@ -53,6 +57,7 @@ const EXCUSES: &[(Kind, Scope, &[Rules])] = &[
     (Kind::Stall, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo]),
     (Kind::Pause, Scope::Others, &[EventPdo, Srdo]),
     (Kind::SyncBroken, Scope::Bus, &[SynchronousPdo]),
+    (Kind::NodeLost, Scope::Node, &[SynchronousPdo, EventPdo, Srdo]),
 ];
 
 /// Circumstances remembered.
@@ -82,12 +87,17 @@ impl Circumstances {
         self.past.push_back(Circumstance { kind, node, when });
     }
 
+    /// It is over: what it would excuse from here on is not excused.
+    pub fn over(&mut self, kind: Kind, node: u8) {
+        self.past.retain(|one| one.kind != kind || one.node != Some(node));
+    }
+
     /// The frame of the latest circumstance that excuses a breach of such rules by a node (`None`: of the bus), by what
     /// was owed since `since`.
     pub fn excuse(&self, rules: Rules, node: Option<u8>, since: When, recording: &Recording) -> Option<FrameRef> {
         let mut past = self.past.iter().rev();
         let found = past.find(|one| {
-            let after = recording.may_precede(since, one.when);
+            let after = one.kind == Kind::NodeLost || recording.may_precede(since, one.when);
             after && EXCUSES.iter().any(|row| one.fits(row, rules, node))
         });
         found.map(|one| one.when.at)
@@ -98,6 +108,7 @@ impl Circumstance {
     fn fits(&self, (kind, scope, families): &(Kind, Scope, &[Rules]), rules: Rules, node: Option<u8>) -> bool {
         let concerned = match scope {
             Scope::Bus => true,
+            Scope::Node => self.node == node,
             Scope::Others => self.node.is_none() || self.node != node,
         };
         *kind == self.kind && concerned && families.contains(&rules)

@@ -20,7 +20,7 @@ const AGREE_PART: i64 = 32;
 /// How much is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Confidence {
-    /// It is configured, and nothing has been seen.
+    /// It is configured, or was seen before something that may have changed it.
     Configured,
     /// Few gaps agree.
     Likely,
@@ -78,6 +78,8 @@ pub struct Period {
     learnt_ns: Option<i64>,
     deviation_ns: i64,
     configured_ns: Option<i64>,
+    /// What traffic had shown before it was doubted.
+    former_ns: Option<i64>,
     rival: Rival,
     /// The first certain period was told.
     told: bool,
@@ -100,13 +102,19 @@ impl Period {
             let confidence = if self.count >= CERTAIN { Confidence::Certain } else { Confidence::Likely };
             return Some(Expected { ns, deviation_ns: self.deviation_ns, confidence });
         }
-        let ns = self.configured_ns?;
+        let ns = self.configured_ns.max(self.former_ns)?;
         Some(Expected { ns, deviation_ns: 0, confidence: Confidence::Configured })
     }
 
     /// What traffic has shown, in ns.
     pub fn learnt_ns(&self) -> Option<i64> {
         self.learnt_ns
+    }
+
+    /// A reset, or another configuration: it may be another one. Until gaps show which, it may be as long as before.
+    pub fn doubt(&mut self) {
+        let former_ns = self.learnt_ns.or(self.former_ns);
+        *self = Self { former_ns, configured_ns: self.configured_ns, ..Self::default() };
     }
 
     /// Nothing is known any more but what is configured.

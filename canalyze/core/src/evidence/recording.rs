@@ -33,12 +33,14 @@ const SHORTEST_STALL_NS: i64 = 10_000_000;
 const DRAIN_NS: i64 = 1_500_000;
 /// By how much a silence must exceed the longest of late, in tenths, to be unusual.
 const UNUSUAL_TENTHS: i64 = 13;
+/// What [`Happened::paused`] counts: frames that were expected for two periods.
+const TWO_PERIODS_TENTHS: i64 = 20;
 /// A step back of the stamps by at least this much is a clock that was set, in ns. Below, two buses or the host's own
 /// frames are listed out of order.
 const CLOCK_STEP_NS: i64 = 10_000_000;
 /// Bursts remembered.
 const BURSTS: usize = 8;
-/// By how many times the longest of late a silence must exceed it before it can be no single sender's.
+/// A silence of so many periods of a single sender, while nobody else was expected, is the recording's.
 const LONG: i64 = 10;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
 const IDENTIFIERS: usize = 0x800;
@@ -65,30 +67,31 @@ struct Burst {
     /// When the silence before it began, and when it ended, in ns.
     from_ns: i64,
     to_ns: i64,
-    /// The silence was long, as in [`Silence::long`].
-    long: bool,
     /// Frames in it.
     frames: u32,
     verdict: Verdict,
 }
 
 /// A silence of the whole bus that was longer than any of late.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Silence {
     /// When it began, in ns.
     pub from_ns: i64,
     /// When it ended, or until when it has lasted, in ns.
     pub to_ns: i64,
-    /// It was so long that more than one sender must have kept silent.
-    pub long: bool,
-    /// It was the recorder that stood still.
-    pub stalled: bool,
+    /// Nodes, one bit each, of which a frame was expected in it and did not come; bit 0: of no node.
+    pub missing: u128,
 }
 
 impl Silence {
     /// How long it was, in ns.
     pub fn ns(self) -> i64 {
         self.to_ns.saturating_sub(self.from_ns)
+    }
+
+    /// Whether it is no node's own: others had been expected as well, or it was far longer than the node's period.
+    pub fn is_of_all(self, node: u8, period_ns: i64) -> bool {
+        self.missing & !(1 << (node & 0x7F)) != 0 || self.ns() / LONG > period_ns
     }
 }
 
@@ -130,6 +133,8 @@ pub struct Recording {
     running: bool,
     /// By CAN-ID; empty until the first stamp.
     usual: Vec<Usual>,
+    /// The last unusual silence.
+    silence: Option<Silence>,
     echo: Echo,
     duplicates: Duplicates,
     /// By option (`--jitter`), in ns.
@@ -158,7 +163,10 @@ impl Recording {
             self.narrow_grain(frame, now);
             happened.step_ns = self.step_of_clock(now);
             silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
-            happened.paused = if silent_ns > SHORTEST_STALL_NS { self.missing(now) } else { 0 };
+            if self.is_unusual(silent_ns) {
+                self.silence = self.silence(now);
+                happened.paused = self.missing(now, TWO_PERIODS_TENTHS);
+            }
             happened.confirmed = self.follow_burst(frame, now);
             self.last_ns = Some(now);
             self.latest_ns = Some(self.latest_ns.map_or(now, |latest| latest.max(now)));
@@ -186,7 +194,12 @@ impl Recording {
     /// Frames are missing here.
     pub fn lost(&mut self) {
         self.epoch += 1;
-        self.last_ns = None;
+        (self.last_ns, self.silence) = (None, None);
+        self.end_burst();
+    }
+
+    /// No frame follows: what came last was no burst if it has not shown by now that it was one.
+    pub fn finish(&mut self) {
         self.end_burst();
     }
 
@@ -281,20 +294,16 @@ impl Recording {
 
     /// The last silence of the whole bus that was longer than any of late, which may last at `now_ns`.
     pub fn silence(&self, now_ns: i64) -> Option<Silence> {
-        if let Some(from_ns) = self.last_ns.filter(|last| *last < now_ns && self.is_unusual(now_ns - last)) {
-            let long = self.is_long(now_ns - from_ns);
-            return Some(Silence { from_ns, to_ns: now_ns, long, stalled: false });
+        match self.last_ns {
+            Some(from_ns) if from_ns < now_ns && self.is_unusual(now_ns - from_ns) => {
+                Some(Silence { from_ns, to_ns: now_ns, missing: self.missing(now_ns, UNUSUAL_TENTHS) })
+            }
+            _ => self.silence,
         }
-        let Burst { from_ns, to_ns, long, verdict, .. } = *self.bursts.last()?;
-        Some(Silence { from_ns, to_ns, long, stalled: verdict == Verdict::Confirmed })
     }
 
     fn is_unusual(&self, gap: i64) -> bool {
         gap > SHORTEST_STALL_NS && gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10
-    }
-
-    fn is_long(&self, gap: i64) -> bool {
-        gap / LONG > self.usual_gap_ns
     }
 
     /// What became of a burst; `None` where it is none, or forgotten: then it was settled long ago.
@@ -366,8 +375,7 @@ impl Recording {
         if self.bursts.len() == BURSTS {
             self.bursts.remove(0);
         }
-        let long = self.is_long(to_ns.saturating_sub(from_ns));
-        self.bursts.push(Burst { number, from_ns, to_ns, long, ..Burst::default() });
+        self.bursts.push(Burst { number, from_ns, to_ns, ..Burst::default() });
         self.running = true;
     }
 
@@ -415,15 +423,12 @@ impl Recording {
         compressed
     }
 
-    /// The nodes of which a frame had been due for two periods during the silence that ends at `now`. A sender that
-    /// fell silent before does not count.
-    fn missing(&self, now: i64) -> u128 {
+    /// The nodes of which a frame had been expected, by so many tenths of its usual gap, during the silence that ends at
+    /// `now`. A sender that fell silent before does not count.
+    fn missing(&self, now: i64, tenths: i64) -> u128 {
         let Some(from) = self.last_ns else { return 0 };
-        if now.saturating_sub(from) / UNUSUAL_TENTHS <= self.usual_gap_ns / 10 {
-            return 0;
-        }
         let due = |usual: &Usual| {
-            let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(2));
+            let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(tenths) / 10);
             usual.gap_ns > 0 && (from..now).contains(&due)
         };
         let mut nodes = 0_u128;
