@@ -299,7 +299,7 @@ impl Bus {
             let message = services::decode(role, frame);
             return cx.push(None, message.node(), What::Message(message));
         }
-        let message = self.checks.complete(services::decode(role, frame), frame);
+        let message = self.checks.complete(services::decode(role, frame), cx);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
         if let Some((from, to)) = self.checks.message(&message, &self.nodes, frame, cx) {

@@ -133,6 +133,25 @@ impl Context<'_> {
         }
     }
 
+    /// Reports a finding that rests on a deadline of a node. Where the node owes a sign of life it waits for that: if
+    /// none comes, it is a consequence of the node's loss.
+    pub fn report_of_node(&mut self, finding: Finding) {
+        if !self.evidence.pending.is_watched(finding.node) || !self.evidence.recording.teaches(self.when) {
+            return self.report_timed(finding);
+        }
+        if let Some(finding) = self.evidence.pending.keep(finding, Until::Alive, self.when) {
+            self.report(finding);
+        }
+    }
+
+    /// Reports a finding unless a command, listed late, permits it after all (see
+    /// [`Pending::withdraw`](crate::evidence::Pending::withdraw)).
+    pub fn report_listed(&mut self, finding: Finding) {
+        if let Some(finding) = self.evidence.pending.keep(finding, Until::Listed, self.when) {
+            self.emit(finding);
+        }
+    }
+
     /// Reports what has waited long enough by the frame at hand.
     pub fn release(&mut self) {
         if self.evidence.pending.is_empty() {

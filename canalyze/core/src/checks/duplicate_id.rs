@@ -6,6 +6,7 @@
 
 use crate::context::Context;
 use crate::evidence::Period;
+use crate::evidence::circumstance::Kind;
 use crate::evidence::period::Confidence;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
@@ -163,6 +164,8 @@ impl DuplicateId {
 
     fn find(&mut self, node: u8, face: u8, facts: &[(&'static str, Quantity)], last: FrameRef, cx: &mut Context<'_>) {
         if !std::mem::replace(&mut self.found, true) {
+            cx.evidence.circumstances.note(Kind::SharedId, Some(node), cx.when);
+            cx.evidence.pending.explain(cx.at, |one| one.code == Code::Nmt004 && one.node == Some(node));
             let finding = cx.finding(Code::Hbt004, Some(node), None, Some(last), Facts::told(face, facts));
             cx.report_timed(finding);
         }

@@ -9,10 +9,11 @@ use super::heartbeat::Heartbeats;
 use super::nmt::{Nmt, since};
 use crate::configuration::Provenance;
 use crate::context::Context;
-use crate::evidence::Obligations;
 use crate::evidence::circumstance::Kind;
+use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
 use crate::evidence::recording::Silence;
+use crate::evidence::{Obligations, When};
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
 use crate::node::{Node, PerNode};
@@ -20,16 +21,12 @@ use crate::rules::guarding::Grd005;
 
 /// An answer comes within this time of its request, in ns.
 const ANSWER_NS: i64 = 500_000_000;
-/// A request may be captured this much later than its answer, in ns.
-const ECHO_NS: i64 = 10_000_000;
 /// A request this old was not answered, in ns.
 const UNANSWERED_NS: i64 = 1_000_000_000;
 /// A master that guards a node asks again within this time, in ns: nearly always.
 const ROUND_NS: i64 = 10_000_000_000;
 /// A request this old before a reset was not answered, in ns.
 const SLOW_NS: i64 = 50_000_000;
-/// Two frames closer than this may be one that was captured twice, in ns.
-const TWICE_NS: i64 = 5_000_000;
 /// So many frames in a row with the same toggle bit are no answers, but for those before them.
 const SAME: u8 = 3;
 /// So many frames that nobody asked for are heartbeats of a guarded node.
@@ -46,7 +43,7 @@ struct Guarded {
     /// The last request.
     asked: Option<FrameRef>,
     /// The same, until its answer.
-    request: Option<FrameRef>,
+    request: Option<When>,
     /// An answer came just before it, which may have been its own.
     doubtful: bool,
     /// The toggle bit of the last answer, where it tells what the next one must be.
@@ -83,9 +80,9 @@ impl Default for Guarding {
 
 impl Guarding {
     /// Whether a frame on a node's error-control identifier is a guarding answer.
-    pub fn is_answer(&self, node: u8, toggle: bool, heartbeats: &Heartbeats, at: FrameRef) -> bool {
+    pub fn is_answer(&self, node: u8, toggle: bool, heartbeats: &Heartbeats, cx: &Context<'_>) -> bool {
         let Some(guarded) = self.nodes.get(node) else { return toggle };
-        let asked = guarded.is_asked(at) && (guarded.toggles || !heartbeats.is_producer(node));
+        let asked = guarded.is_asked(cx) && (guarded.toggles || !heartbeats.is_producer(node));
         toggle || asked || guarded.toggles && guarded.requests == 0
     }
 
@@ -141,14 +138,16 @@ impl Guarding {
 
     /// A request of the master.
     pub fn request(&mut self, node: u8, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
-        self.await_request(node, heartbeats, cx);
-        let guarded = self.nodes.entry(node);
-        if since(guarded.request, cx.at).is_some_and(|gap| (0..TWICE_NS).contains(&gap)) {
+        if cx.sighting == Sighting::Suspect {
             return;
         }
+        self.await_request(node, heartbeats, cx);
+        let guarded = self.nodes.entry(node);
         guarded.requests += 1;
         guarded.asked = Some(cx.at);
-        if let Some((frame, toggle, counted)) = guarded.ahead.filter(|(frame, ..)| close(*frame, cx.at)) {
+        let recording = &cx.evidence.recording;
+        if let Some((frame, toggle, counted)) = guarded.ahead.filter(|(frame, ..)| !recording.is_settled(*frame, cx.at))
+        {
             // Its answer was captured before it.
             guarded.ahead = None;
             if !counted {
@@ -162,9 +161,9 @@ impl Guarding {
             guarded.toggle = None;
         }
         guarded.expire(node, cx);
-        let just_answered = guarded.answer.is_some_and(|answer| close(answer, cx.at));
+        let just_answered = guarded.answer.is_some_and(|answer| !cx.evidence.recording.is_settled(answer, cx.at));
         let doubtful = std::mem::replace(&mut guarded.doubtful, just_answered);
-        if let Some(before) = guarded.request.replace(cx.at).filter(|_| !doubtful) {
+        if let Some(before) = guarded.request.replace(cx.when).map(|when| when.at).filter(|_| !doubtful) {
             if heartbeats.is_producer(node) && !guarded.toggles {
                 if !guarded.both {
                     guarded.both = true;
@@ -182,13 +181,16 @@ impl Guarding {
     /// A node's answer, or a heartbeat of a node that may be guarded.
     pub fn frame(&mut self, node: u8, (state, toggle): (u8, bool), answer: bool, cx: &mut Context<'_>) {
         let guarded = self.nodes.entry(node);
+        if cx.sighting == Sighting::Suspect {
+            return;
+        }
         if toggle {
             guarded.lone = Some((cx.at, state | 0x80)).filter(|_| !guarded.toggles);
             if let Some((_, first)) = guarded.same.take() {
                 tell(node, false, first, cx);
                 guarded.toggle = None;
             }
-        } else if guarded.is_no_answer(cx.at) {
+        } else if guarded.is_no_answer() {
             let (count, first) = guarded.same.map_or((1, cx.at), |(count, first)| (count + 1, first));
             guarded.same = Some((count, first));
             if count >= SAME {
@@ -197,11 +199,7 @@ impl Guarding {
             return;
         }
         guarded.toggles |= toggle;
-        let twice = since(guarded.answer, cx.at).is_some_and(|gap| (0..TWICE_NS).contains(&gap));
-        if twice && guarded.request.is_none() && guarded.toggle == Some(toggle) {
-            return;
-        }
-        if guarded.is_asked(cx.at) && answer {
+        if guarded.is_asked(cx) && answer {
             guarded.request = None;
             if std::mem::take(&mut guarded.silent) {
                 cx.evidence.circumstances.over(Kind::NodeLost, node);
@@ -230,10 +228,10 @@ impl Guarding {
         for (id, guarded) in self.nodes.iter_mut() {
             if node == 0 || node == id {
                 let request = guarded.request.filter(|request| {
-                    since(Some(*request), cx.at).is_some_and(|age| age > SLOW_NS) && !guarded.doubtful
+                    cx.evidence.recording.certainly_later(cx.when, *request, SLOW_NS) && !guarded.doubtful
                 });
                 if let Some(request) = request {
-                    guarded.unanswered(id, request, nmt, cx);
+                    guarded.unanswered(id, request.at, nmt, cx);
                 }
                 // What only one frame says of a toggle bit stays open: the frames from here on decide.
                 (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
@@ -264,14 +262,14 @@ impl Guarding {
         self.next = i64::MAX;
         for (node, guarded) in self.nodes.iter_mut() {
             let Some(request) = guarded.request else { continue };
-            let due = request.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
+            let due = request.at.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
             if due > now_ns {
                 self.next = self.next.min(due);
             } else if guarded.doubtful || is_of_all(node, due, UNANSWERED_NS, silence) {
                 guarded.request = None;
             } else if guarded.toggles || !heartbeats.is_producer(node) {
                 guarded.request = None;
-                guarded.unanswered(node, request, nmt, cx);
+                guarded.unanswered(node, request.at, nmt, cx);
             }
         }
     }
@@ -288,14 +286,18 @@ impl Guarding {
 }
 
 impl Guarded {
-    fn is_asked(&self, at: FrameRef) -> bool {
-        self.request.is_some_and(|asked| since(Some(asked), at).is_none_or(|age| age <= ANSWER_NS))
+    /// Whether a frame may be the answer to a request. In a burst of the recorder it is, however late it is.
+    fn is_asked(&self, cx: &Context<'_>) -> bool {
+        let recording = &cx.evidence.recording;
+        let late = |asked: When| {
+            cx.at.t_ns.is_some() && recording.teaches(cx.when) && recording.certainly_later(cx.when, asked, ANSWER_NS)
+        };
+        self.request.is_some_and(|asked| !late(asked))
     }
 
     /// Whether nobody asks, and after one frame with toggle bit 1 two or more come without.
-    fn is_no_answer(&self, at: FrameRef) -> bool {
-        let twice = since(self.answer, at).is_some_and(|gap| gap < TWICE_NS);
-        self.requests == 0 && self.lone.is_some() && self.toggle == Some(false) && !twice
+    fn is_no_answer(&self) -> bool {
+        self.requests == 0 && self.lone.is_some() && self.toggle == Some(false)
     }
 
     /// The frame with bit 7 was a heartbeat after all.
@@ -312,9 +314,8 @@ impl Guarded {
     }
 
     fn answer_at(&mut self, node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
-        let twice = since(self.answer, at).is_some_and(|gap| gap < TWICE_NS);
         self.answer = Some(at);
-        if self.toggle == Some(toggle) && !twice {
+        if self.toggle == Some(toggle) {
             // The node may go on either way: the next answer is free.
             self.toggle = None;
             return tell(node, toggle, at, cx);
@@ -363,9 +364,4 @@ fn tell(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
 /// Whether a time fell into a silence of the whole bus.
 fn is_of_all(node: u8, fell_ns: i64, period_ns: i64, silence: Option<Silence>) -> bool {
     silence.is_some_and(|one| (one.from_ns..=one.to_ns).contains(&fell_ns) && one.is_of_all(node, period_ns))
-}
-
-/// Whether a request may be that of the frame captured before it.
-fn close(frame: FrameRef, at: FrameRef) -> bool {
-    since(Some(frame), at).map_or(frame.no + 2 >= at.no, |age| age <= ECHO_NS)
 }

@@ -142,14 +142,17 @@ impl Heartbeats {
     }
 
     /// A node (or all, 0) is reset or goes silent by command: it is watched again from its next heartbeat on.
-    pub fn pause(&mut self, node: u8) {
-        self.producers.iter_mut().filter(|(id, _)| node == 0 || node == *id).for_each(|(_, one)| one.pause());
+    pub fn pause(&mut self, node: u8, cx: &mut Context<'_>) {
+        for (id, producer) in self.producers.iter_mut().filter(|(id, _)| node == 0 || node == *id) {
+            producer.pause();
+            cx.evidence.pending.alive(id, false);
+        }
         self.owed.void(|id| node == 0 || node == *id);
     }
 
     /// A node has booted.
     pub fn booted(&mut self, node: u8, cx: &mut Context<'_>) {
-        self.pause(node);
+        self.pause(node, cx);
         cx.evidence.circumstances.over(Kind::NodeLost, node);
         if let Some(producer) = self.producers.get_mut(node).filter(|producer| producer.expected().is_some()) {
             producer.start = Start::Booted(cx.when);
@@ -218,7 +221,9 @@ impl Heartbeats {
         }
         producer.paused_ns = 0;
         producer.begin(node, cx);
-        match producer.limit() {
+        let limit = producer.limit();
+        cx.evidence.pending.alive(node, limit.is_some());
+        match limit {
             Some(limit_ns) => self.owed.open(node, Owed { since: cx.when, limit_ns, why: None }),
             None => drop(self.owed.met(node)),
         }
@@ -228,6 +233,7 @@ impl Heartbeats {
     #[inline]
     pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
         let silence = cx.evidence.recording.silence(now_ns).filter(|silence| silence.to_ns == now_ns);
+        let silence = silence.map(|silence| self.with_producers(silence));
         let now = cx.clock(now_ns);
         if let Some(silence) = silence.filter(|_| heard && self.looked_ns != now_ns) {
             self.looked_ns = now_ns;
@@ -240,6 +246,14 @@ impl Heartbeats {
                 self.owed.open(node, owed);
             }
         }
+    }
+
+    /// A silence, with the producers of which a heartbeat was expected in it, as far as is known here.
+    fn with_producers(&self, silence: Silence) -> Silence {
+        let due = |one: &Producer| Some(one.last?.at.t_ns?.saturating_add(one.expected()? + LEAST_SLACK_NS));
+        let within = |due: i64| silence.from_ns < due && due < silence.to_ns;
+        let missing = self.producers.iter().filter(|(_, one)| due(one).is_some_and(within));
+        missing.fold(silence, |silence, (id, _)| Silence { missing: silence.missing | 1 << (id & 0x7F), ..silence })
     }
 
     /// The bus is heard again: who was expected in its silence, as others were, has as long as anew.
@@ -287,11 +301,12 @@ impl Heartbeats {
         };
         cx.raise(what, Some(node), None, Some(last.at));
         cx.evidence.circumstances.note(Kind::NodeLost, Some(node), cx.when);
+        cx.evidence.pending.lost(node, cx.at);
     }
 
     /// Frames were lost: heartbeats may be among them.
-    pub fn forget(&mut self) {
-        self.pause(0);
+    pub fn forget(&mut self, cx: &mut Context<'_>) {
+        self.pause(0, cx);
     }
 
     /// The capture is over: who should have been heard by its last frame.
@@ -360,7 +375,7 @@ impl Producer {
             return self.duplicate.interrupt();
         };
         let teaches = recording.teaches(cx.when) && recording.teaches(last) && self.paused_ns == 0;
-        if let Some(period) = self.expected().filter(|_| !self.lost) {
+        if let Some(period) = self.expected().filter(|_| !self.lost && self.period.is_known()) {
             let late = recording.certainly_later(cx.when, last, period + self.slack() + self.paused_ns);
             self.judge(node, (gap, period), late, cx);
         }

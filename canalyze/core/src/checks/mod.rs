@@ -179,8 +179,8 @@ impl Checks {
     }
 
     /// What history adds to a message: a guarding answer, the state before.
-    pub fn complete(&mut self, message: Message, frame: &Frame) -> Message {
-        self.nodes.complete(message, frame)
+    pub fn complete(&mut self, message: Message, cx: &Context<'_>) -> Message {
+        self.nodes.complete(message, cx)
     }
 
     /// A frame has come, and its own event is there: what became due before it.
@@ -410,7 +410,7 @@ impl Checks {
 
     /// Frames of the bus were lost: nothing that was open can be judged.
     pub fn lost(&mut self, cx: &mut Context<'_>) {
-        self.nodes.lost();
+        self.nodes.lost(cx);
         self.pdo_timing.forget(None);
         self.drives.forget(None, cx);
         self.srdos.interrupt(cx.at.no, true);

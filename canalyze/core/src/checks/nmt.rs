@@ -2,16 +2,17 @@
 //!
 //! A state is unknown until the node shows it: by a heartbeat or a guarding answer. A boot-up shows that the node
 //! is there, not where it went from Initialisation (1F80h lets it start itself). A command says what is expected; it
-//! proves nothing, since nobody confirms it. Changes that no command explains are held back for [`SETTLED_NS`], since
+//! proves nothing, since nobody confirms it. Changes that no command explains are held back, since
 //! the master's own frames may be captured late. It must not judge other services: that is `permitted`.
 
 use super::commandless::Commandless;
-use super::standing::{Spontaneous, Standing, Suspect, bit, bits_of};
+use super::standing::{Command, Spontaneous, Standing, Suspect, bit, bits_of};
 use crate::context::Context;
+use crate::evidence::Obligations;
 use crate::evidence::circumstance::Kind as Circumstance;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
-use crate::evidence::{Obligations, When};
+use crate::evidence::recording::{Silence, Verdict};
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
 use crate::node::PerNode;
@@ -19,10 +20,6 @@ use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::services::lss::Command as Lss;
 use crate::services::nmt;
 
-/// How long what looks spontaneous may still be explained by a command whose echo is captured late, in ns.
-pub(super) const SETTLED_NS: i64 = 10_000_000;
-/// The same in frames, where there are no stamps.
-pub(super) const LATE: u64 = 2;
 /// An emergency within this time before a change of state explains it (1029h), in ns.
 const EMERGENCY_NS: i64 = 1_000_000_000;
 /// After a bus was silent for this long, boot-ups are those of a network that was switched on, in ns.
@@ -96,9 +93,11 @@ pub struct Nmt {
     commandless: Commandless,
     /// Boot-ups that are due after a reset.
     boot_ups: Obligations<u8>,
-    /// The last command to all: the state that it asks for, and the frame.
-    broadcast: Option<(u8, FrameRef)>,
+    /// The last command to all, as it concerns a node that was not seen by then.
+    broadcast: Option<Command>,
     activated: Option<i64>,
+    /// The last boot-up with a node-ID that was given.
+    moved: Option<FrameRef>,
     /// The first boot-up after a silence: the network was switched on.
     switched_on: Option<i64>,
     /// The last frame on NMT's identifier that is no command: what it was meant as, nodes may have obeyed.
@@ -174,8 +173,19 @@ impl Nmt {
 
     /// A node has sent something.
     pub fn present(&mut self, node: u8, at: FrameRef) {
-        let standing = self.nodes.entry(node);
+        Self::meet(&mut self.nodes, self.broadcast, node, at);
+    }
+
+    /// The node that has sent a frame. One that is seen for the first time may be obeying a command to all.
+    fn meet(nodes: &mut PerNode<Standing>, broadcast: Option<Command>, node: u8, at: FrameRef) -> &mut Standing {
+        let broadcast = broadcast.filter(|command| since(Some(command.at), at).is_none_or(|age| age < FIRST_SEEN_NS));
+        let standing = nodes.entry(node);
+        if let Some(command) = broadcast.filter(|_| !standing.present) {
+            standing.command = Some(command);
+            standing.allowed |= bits_of(command.state);
+        }
         (standing.present, standing.heard) = (true, at.no);
+        standing
     }
 
     /// An SDO request was sent to a node.
@@ -193,25 +203,26 @@ impl Nmt {
             return cx.find(Code::Nmt001, None, None, None, Facts::told(0, &[("found", Quantity::Hex2(specifier))]));
         };
         self.commandless.command(cx);
+        let crossed = self.moved.is_some_and(|boot_up| !cx.evidence.recording.is_settled(boot_up, cx.at));
         match node {
             0 => {
-                self.broadcast = Some((state, cx.at));
+                self.broadcast = Some(Command::new(state, specifier, cx.at, false));
                 // Who was only asked for is none of those who are meant.
                 for (id, standing) in self.nodes.iter_mut().filter(|(_, standing)| standing.present) {
-                    if standing.managed || standing.boot_up.is_some() {
-                        await_boot_up(&mut self.boot_ups, id, state, cx.when);
-                    }
                     let explained = standing.commanded(id, (state, specifier, false), cx);
+                    if state == 0 && !crossed && standing.owes_boot_up(false, cx) {
+                        self.boot_ups.open(id, Owed { since: cx.when, limit_ns: LEAST_BOOT_NS, why: Some(cx.at) });
+                    }
                     self.late |= explained;
                     self.suspects = self.suspects.saturating_sub(u32::from(explained));
                 }
             }
             1..=127 => {
                 let standing = self.nodes.entry(node);
-                if standing.present {
-                    await_boot_up(&mut self.boot_ups, node, state, cx.when);
-                }
                 let explained = standing.commanded(node, (state, specifier, true), cx);
+                if state == 0 && !crossed && standing.owes_boot_up(true, cx) {
+                    self.boot_ups.open(node, Owed { since: cx.when, limit_ns: LEAST_BOOT_NS, why: Some(cx.at) });
+                }
                 self.late |= explained;
                 self.suspects = self.suspects.saturating_sub(u32::from(explained));
             }
@@ -238,6 +249,7 @@ impl Nmt {
         if standing.given {
             // A slave has another node-ID: which it had before is not certain.
             self.boot_ups.void(|_| true);
+            self.moved = Some(cx.at);
         }
         let answered = standing.boot_up.zip(standing.reset).is_some_and(|(boot_up, reset)| boot_up.no > reset.no);
         if answered && since(standing.reset, cx.at).is_some_and(|age| age > RESETS_NS) {
@@ -286,7 +298,8 @@ impl Nmt {
         };
         self.suspects += u32::from(standing.suspect.is_none());
         standing.again = Some(cx.at);
-        standing.suspect = Some(Suspect { at: cx.at, what, duplicate: cx.sighting == Sighting::Suspect });
+        standing.suspect =
+            Some(Suspect { at: cx.at, what, duplicate: cx.sighting == Sighting::Suspect, burst: cx.when.burst });
     }
 
     /// A node shows its state. `period_ns`: how often it does so, where that is known.
@@ -294,13 +307,7 @@ impl Nmt {
         if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
             return self.unreadable(node);
         }
-        let standing = self.nodes.entry(node);
-        if let Some((command, at)) = self.broadcast.filter(|_| !standing.present)
-            && since(Some(at), cx.at).is_none_or(|age| age < FIRST_SEEN_NS)
-        {
-            standing.allowed |= bits_of(command);
-        }
-        (standing.present, standing.heard) = (true, cx.at.no);
+        let standing = Self::meet(&mut self.nodes, self.broadcast, node, cx.at);
         let beat = standing.beat.replace(cx.at);
         standing.beats = standing.beats.saturating_add(1);
         let garbled = beat.zip(self.garbled).is_some_and(|(beat, garbled)| beat.no < garbled.no);
@@ -331,8 +338,12 @@ impl Nmt {
             return;
         }
         self.suspects += u32::from(standing.suspect.is_none());
-        standing.suspect =
-            Some(Suspect { at: cx.at, what: Spontaneous::Change { from: before, to: state }, duplicate: false });
+        standing.suspect = Some(Suspect {
+            at: cx.at,
+            what: Spontaneous::Change { from: before, to: state },
+            duplicate: false,
+            burst: cx.when.burst,
+        });
     }
 
     /// A node's error control frame that cannot be read: it may be the boot-up that is due after a reset.
@@ -346,8 +357,7 @@ impl Nmt {
 
     /// A node has sent an emergency; `code` 0: an error is over.
     pub fn emergency(&mut self, node: u8, code: u16, at: FrameRef) {
-        let standing = self.nodes.entry(node);
-        (standing.present, standing.heard) = (true, at.no);
+        let standing = Self::meet(&mut self.nodes, self.broadcast, node, at);
         if code != 0 {
             standing.emergency = Some(at);
         }
@@ -391,6 +401,15 @@ impl Nmt {
         let least_ns = if over { LEAST_BOOT_NS } else { BOOT_NS };
         for (node, owed) in self.boot_ups.overdue(cx.when, &cx.evidence.recording, least_ns) {
             let Some(standing) = self.nodes.get(node) else { continue };
+            let recording = &cx.evidence.recording;
+            let silence = cx.at.t_ns.and_then(|now_ns| recording.silence(now_ns));
+            let silent_ns =
+                silence.filter(|one| owed.since.at.t_ns.is_some_and(|since| since < one.to_ns)).map_or(0, Silence::ns);
+            if !recording.certainly_later(cx.when, owed.since, least_ns + silent_ns) {
+                // The network, or its recorder, paused meanwhile.
+                self.boot_ups.open(node, owed);
+                continue;
+            }
             if standing.heard <= owed.since.at.no {
                 cx.evidence.circumstances.note(Circumstance::NodeLost, Some(node), cx.when);
             }
@@ -406,11 +425,9 @@ impl Nmt {
         let power = self.power(cx.at);
         for (node, standing) in self.nodes.iter_mut() {
             let Some(suspect) = standing.suspect else { continue };
-            let settled = match since(Some(suspect.at), cx.at) {
-                _ if suspect.duplicate && !twice && !once => false,
-                Some(age) => !(0..SETTLED_NS).contains(&age) && cx.at.no > suspect.at.no,
-                None => cx.at.no > suspect.at.no + LATE,
-            };
+            let settled = cx.evidence.recording.is_settled(suspect.at, cx.at)
+                && !(suspect.duplicate && !twice && !once)
+                && cx.evidence.recording.verdict(suspect.burst) != Some(Verdict::Open);
             if !settled && !over {
                 continue;
             }
@@ -483,19 +500,13 @@ impl Nmt {
     /// Frames were lost: commands and boot-ups may be among them.
     pub fn forget(&mut self) {
         for (_, standing) in self.nodes.iter_mut() {
-            *standing = Standing { present: standing.present, managed: standing.managed, ..Standing::default() };
+            let Standing { present, managed, given, .. } = *standing;
+            *standing = Standing { present, managed, given, ..Standing::default() };
         }
         self.suspects = 0;
         self.boot_ups.void(|_| true);
         self.broadcast = None;
         self.commandless.forget();
-    }
-}
-
-/// A node that is reset owes a boot-up.
-fn await_boot_up(boot_ups: &mut Obligations<u8>, node: u8, state: u8, when: When) {
-    if state == 0 {
-        boot_ups.open(node, Owed { since: when, limit_ns: LEAST_BOOT_NS, why: Some(when.at) });
     }
 }
 

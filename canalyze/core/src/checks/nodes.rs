@@ -110,19 +110,18 @@ impl Nodes {
     }
 
     /// A message with what the frames before it add to its meaning.
-    pub fn complete(&mut self, message: Message, frame: &Frame) -> Message {
+    pub fn complete(&mut self, message: Message, cx: &Context<'_>) -> Message {
         match message {
             Message::Heartbeat { node, state, toggle, .. } => Message::Heartbeat {
                 node,
                 state,
                 toggle,
-                guarding: self.guarding.is_answer(node, toggle, &self.heartbeats, frame.reference()),
+                guarding: self.guarding.is_answer(node, toggle, &self.heartbeats, cx),
                 previous: self.nmt.shown_last(node),
             },
             Message::Emcy { node, code, register, manufacturer, .. } => {
                 let [bit, ..] = manufacturer;
-                let at = frame.reference();
-                let (active, cleared) = self.emergencies.follow(node, code, register, bit, at);
+                let (active, cleared) = self.emergencies.follow(node, code, register, bit, cx.at);
                 Message::Emcy { node, code, register, manufacturer, active, cleared }
             }
             other => other,
@@ -161,7 +160,7 @@ impl Nodes {
         match *message {
             Message::Nmt { command, node } => {
                 if matches!(command, RESET_NODE | RESET_COMMUNICATION) && node <= 127 {
-                    self.heartbeats.pause(node);
+                    self.heartbeats.pause(node, cx);
                     self.guarding.restart(node, &self.nmt, cx);
                 }
                 self.nmt.command(command, node, cx);
@@ -198,7 +197,7 @@ impl Nodes {
             Message::Lss { from_master: true, command } => {
                 self.nmt.lss(command, cx.at);
                 if let Lss::ActivateBitTiming { delay } = command {
-                    self.heartbeats.pause(0);
+                    self.heartbeats.pause(0, cx);
                     let silence = 2_000_000 * i64::from(delay);
                     self.quiet_until_ns = frame.t_ns.map_or(i64::MIN, |now| now.saturating_add(silence));
                 }
@@ -250,7 +249,7 @@ impl Nodes {
             }
             Some(byte) if matches!(byte & 0x7F, STOPPED | OPERATIONAL | PRE_OPERATIONAL) => {
                 let toggle = byte & 0x80 != 0;
-                let answer = self.guarding.is_answer(node, toggle, &self.heartbeats, frame.reference());
+                let answer = self.guarding.is_answer(node, toggle, &self.heartbeats, cx);
                 self.error_control(node, byte & 0x7F, toggle, answer, cx);
             }
             _ => {
@@ -288,7 +287,7 @@ impl Nodes {
                 self.heartbeats.known_state(node, state, cx);
                 return self.heartbeats.alive(node, cx);
             }
-            self.heartbeats.pause(node);
+            self.heartbeats.pause(node, cx);
         }
         self.guarding.frame(node, (state, toggle), guarding, cx);
         let period = self.heartbeats.period(node);
@@ -299,7 +298,7 @@ impl Nodes {
         } else {
             self.heartbeats.heartbeat(node, state, cx);
             if cx.at.t_ns.is_some_and(|now| now < self.quiet_until_ns) {
-                self.heartbeats.pause(node);
+                self.heartbeats.pause(node, cx);
             }
         }
     }
@@ -341,10 +340,10 @@ impl Nodes {
     }
 
     /// Frames of the bus were lost.
-    pub fn lost(&mut self) {
+    pub fn lost(&mut self, cx: &mut Context<'_>) {
         self.nmt.forget();
         self.permitted.forget();
-        self.heartbeats.forget();
+        self.heartbeats.forget(cx);
         self.guarding.forget();
     }
 

@@ -129,7 +129,7 @@ impl PdoTiming {
         let object = Mux { index: communication_parameter(transmit, number), sub: 5 };
         let measured = [("found", Quantity::Ns(gap)), ("limit", Quantity::Ns(sent.timer_ns))];
         let finding = cx.finding(code, Some(node), Some(object), Some(sent.when.at), Facts::told(0, &measured));
-        cx.report_timed(Finding { because_of: sent.overdue.fault(cx.at), ..finding });
+        cx.report_of_node(Finding { because_of: sent.overdue.fault(cx.at), ..finding });
         true
     }
 

@@ -293,7 +293,7 @@ fn is_asked_in_vain(known: Known, cx: &Context<'_>) -> bool {
 fn queued(known: Known, cx: &Context<'_>) -> bool {
     let recording = &cx.evidence.recording;
     match since(Some(known.at), cx.at) {
-        Some(age) => age - recording.grain_ns() < QUEUED_NS,
+        Some(age) => age.saturating_sub(recording.grain_ns()) < QUEUED_NS,
         None => !known.shown,
     }
 }

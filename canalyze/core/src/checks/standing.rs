@@ -2,7 +2,7 @@
 //!
 //! It must not look at other nodes, or at the bus: that is `nmt`.
 
-use super::nmt::{LATE, RESETS_NS, SETTLED_NS, since};
+use super::nmt::{RESETS_NS, since};
 use crate::context::Context;
 use crate::finding::{Code, Facts, Quantity};
 use crate::frame::FrameRef;
@@ -65,6 +65,12 @@ pub(super) struct Command {
     pub(super) judged: bool,
 }
 
+impl Command {
+    pub(super) const fn new(state: u8, specifier: u8, at: FrameRef, sure: bool) -> Self {
+        Self { state, specifier, at, sure, wrong: 0, first: None, judged: false }
+    }
+}
+
 /// What looks spontaneous and may still be explained.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Suspect {
@@ -72,6 +78,8 @@ pub(super) struct Suspect {
     pub(super) what: Spontaneous,
     /// The frame may be one that stands in the capture a second time.
     pub(super) duplicate: bool,
+    /// The burst that it is in, or 0.
+    pub(super) burst: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -112,12 +120,9 @@ impl Standing {
             self.suspect = None;
         }
         // A reset just after a boot-up may have been sent before it, to a node that was not there yet.
-        let crossed = state == 0
-            && self
-                .boot_up
-                .is_some_and(|boot| since(Some(boot), at).map_or(boot.no + LATE >= at.no, |age| age < SETTLED_NS));
+        let crossed = state == 0 && self.boot_up.is_some_and(|boot| !cx.evidence.recording.is_settled(boot, at));
         let sure = (explicit || self.managed) && !crossed;
-        let command = Command { state, specifier, at, sure, wrong: 0, first: None, judged: false };
+        let command = Command::new(state, specifier, at, sure);
         if state == 0 {
             if explains {
                 return true;
@@ -136,6 +141,12 @@ impl Standing {
             self.allowed = 0;
         }
         explains
+    }
+
+    /// Whether a reset must be followed by a boot-up: not where one came just before it, which may be its answer.
+    pub(super) fn owes_boot_up(&self, explicit: bool, cx: &Context<'_>) -> bool {
+        let answered = self.boot_up.is_some_and(|boot_up| !cx.evidence.recording.is_settled(boot_up, cx.at));
+        self.heard > 0 && self.resetting && !answered && (explicit || self.managed || self.boot_up.is_some())
     }
 
     /// The next command comes. A node that was in another state and is Pre-operational since the reset was reset, and its

@@ -24,6 +24,8 @@ pub enum Kind {
     SyncBroken,
     /// A node was reported lost, or that it has not come back from a reset. It holds until the node is heard.
     NodeLost,
+    /// Two nodes with one node-ID were reported.
+    SharedId,
 }
 
 /// What rules are about.
@@ -35,6 +37,8 @@ pub enum Rules {
     EventPdo,
     /// Safety-relevant data objects.
     Srdo,
+    /// NMT states.
+    Nmt,
 }
 
 /// Whom something that happened concerns.
@@ -48,7 +52,7 @@ enum Scope {
     Node,
 }
 
-use Rules::{EventPdo, Srdo, SynchronousPdo};
+use Rules::{EventPdo, Nmt, Srdo, SynchronousPdo};
 
 /// What excuses what: what happened, whom it concerns, which rules. A kind or a family stands here once somebody notes
 /// or asks for it.
@@ -58,6 +62,7 @@ const EXCUSES: &[(Kind, Scope, &[Rules])] = &[
     (Kind::Pause, Scope::Others, &[EventPdo, Srdo]),
     (Kind::SyncBroken, Scope::Bus, &[SynchronousPdo]),
     (Kind::NodeLost, Scope::Node, &[SynchronousPdo, EventPdo, Srdo]),
+    (Kind::SharedId, Scope::Node, &[Nmt]),
 ];
 
 /// Circumstances remembered.
@@ -97,7 +102,7 @@ impl Circumstances {
     pub fn excuse(&self, rules: Rules, node: Option<u8>, since: When, recording: &Recording) -> Option<FrameRef> {
         let mut past = self.past.iter().rev();
         let found = past.find(|one| {
-            let after = one.kind == Kind::NodeLost || recording.may_precede(since, one.when);
+            let after = matches!(one.kind, Kind::NodeLost | Kind::SharedId) || recording.may_precede(since, one.when);
             after && EXCUSES.iter().any(|row| one.fits(row, rules, node))
         });
         found.map(|one| one.when.at)

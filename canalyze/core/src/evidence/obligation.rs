@@ -85,6 +85,8 @@ impl<K: Ord + Copy> Obligations<K> {
         if recording.is_open() {
             return Vec::new();
         }
+        // Where frames may be missing, or the clock was set, it is owed anew.
+        self.open.values_mut().filter(|owed| owed.since.epoch != now.epoch).for_each(|owed| owed.since = now);
         let late = |owed: &Owed| recording.certainly_later(now, owed.since, owed.limit_ns);
         let due: Vec<(K, Owed)> = self.open.iter().filter(|(_, owed)| late(owed)).map(|(k, o)| (*k, *o)).collect();
         for (key, _) in &due {

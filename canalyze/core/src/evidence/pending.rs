@@ -23,6 +23,10 @@ pub enum Until {
     Duplicates,
     /// Something that explains it, for so many ns (or, without stamps, frames).
     Explained(i64),
+    /// The node's next sign of life: without it, the loss of the node explains it.
+    Alive,
+    /// An own frame that was on the bus before it and is listed late; and the verdict on its burst.
+    Listed,
 }
 
 /// A finding that waits.
@@ -37,6 +41,8 @@ struct Waiting {
 #[derive(Debug, Default)]
 pub struct Pending {
     waiting: Vec<Waiting>,
+    /// Nodes, one bit each, that owe a sign of life.
+    watched: u128,
 }
 
 /// Frames without stamps for which a finding waits to be explained.
@@ -66,9 +72,37 @@ impl Pending {
         }
     }
 
-    /// What fits is no finding after all: takes it out.
-    pub fn withdraw(&mut self, mut fits: impl FnMut(&Finding) -> bool) {
+    /// What fits is no finding after all: takes it out, and says whether there was any.
+    pub fn withdraw(&mut self, mut fits: impl FnMut(&Finding) -> bool) -> bool {
+        let before = self.waiting.len();
         self.waiting.retain(|waiting| !fits(&waiting.finding));
+        self.waiting.len() < before
+    }
+
+    /// A node has given a sign of life, and owes the next one, or (`watched` is false) none.
+    pub fn alive(&mut self, node: u8, watched: bool) {
+        let bit = 1 << (node & 0x7F);
+        self.watched = if watched { self.watched | bit } else { self.watched & !bit };
+        for waiting in self.waiting.iter_mut().filter(|one| one.finding.node == Some(node)) {
+            if waiting.until == Until::Alive {
+                waiting.until = Until::Explained(0);
+            }
+        }
+    }
+
+    /// A node is lost, as a finding at the frame `at` says: this explains what waits for its next sign of life.
+    pub fn lost(&mut self, node: u8, at: FrameRef) {
+        for waiting in self.waiting.iter_mut().filter(|one| one.finding.node == Some(node)) {
+            if waiting.until == Until::Alive {
+                waiting.finding.because_of = Some(at);
+            }
+        }
+        self.alive(node, false);
+    }
+
+    /// Whether a node owes a sign of life.
+    pub fn is_watched(&self, node: Option<u8>) -> bool {
+        node.is_some_and(|node| self.watched & 1 << (node & 0x7F) != 0)
     }
 
     /// Whether a finding of a rule waits for a node.
@@ -98,7 +132,8 @@ impl Pending {
         let stands = |one: &Waiting| match one.until {
             Until::Burst(number) => recording.verdict(number) != Some(Verdict::Confirmed),
             Until::Duplicates => !recording.shows_twice(),
-            Until::Explained(_) => true,
+            Until::Explained(_) | Until::Alive => true,
+            Until::Listed => false,
         };
         waiting.filter(stands).map(|one| one.finding).collect()
     }
@@ -112,6 +147,12 @@ impl Waiting {
                 Some(Verdict::Open) => None,
                 Some(Verdict::Confirmed) => Some(false),
                 Some(Verdict::Refuted) | None => Some(true),
+            },
+            Until::Alive => None,
+            Until::Listed => match recording.verdict(self.since.burst) {
+                Some(Verdict::Open) => None,
+                Some(Verdict::Confirmed) => Some(false),
+                Some(Verdict::Refuted) | None => recording.is_settled(self.since.at, now.at).then_some(true),
             },
             Until::Duplicates if recording.shows_twice() => Some(false),
             Until::Duplicates => recording.shows_once().then_some(true),

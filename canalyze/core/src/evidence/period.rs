@@ -91,6 +91,11 @@ impl Period {
         self.configured_ns = ns.filter(|ns| *ns > 0);
     }
 
+    /// Whether it is more than what was before something that may have changed it.
+    pub fn is_known(&self) -> bool {
+        self.learnt_ns.or(self.configured_ns).is_some()
+    }
+
     /// What configuration says, in ns.
     pub fn configured_ns(&self) -> Option<i64> {
         self.configured_ns

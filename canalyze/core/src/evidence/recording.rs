@@ -23,6 +23,8 @@ use super::when::When;
 const COARSEST_NS: i64 = 10_000_000;
 /// The latest that a host lists its own frames, in ns.
 const LATEST_ECHO_NS: i64 = 10_000_000;
+/// The same in frames, where there are no stamps.
+const LATEST_ECHO_FRAMES: u64 = 2;
 /// The least that is allowed for late own frames, whatever was seen so far, in ns.
 const LEAST_ECHO_NS: i64 = 2_500_000;
 /// Exchanges whose order was seen before the lag is taken from them.
@@ -72,14 +74,15 @@ struct Burst {
     verdict: Verdict,
 }
 
-/// A silence of the whole bus that was longer than any of late.
+/// A silence of the whole bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Silence {
     /// When it began, in ns.
     pub from_ns: i64,
     /// When it ended, or until when it has lasted, in ns.
     pub to_ns: i64,
-    /// Nodes, one bit each, of which a frame was expected in it and did not come; bit 0: of no node.
+    /// Nodes, one bit each, of which a frame was expected in it and did not come, where it was longer than any of late;
+    /// bit 0: of no node.
     pub missing: u128,
 }
 
@@ -133,7 +136,7 @@ pub struct Recording {
     running: bool,
     /// By CAN-ID; empty until the first stamp.
     usual: Vec<Usual>,
-    /// The last unusual silence.
+    /// The last silence.
     silence: Option<Silence>,
     echo: Echo,
     duplicates: Duplicates,
@@ -163,7 +166,7 @@ impl Recording {
             self.narrow_grain(frame, now);
             happened.step_ns = self.step_of_clock(now);
             silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
-            if self.is_unusual(silent_ns) {
+            if silent_ns > SHORTEST_STALL_NS {
                 self.silence = self.silence(now);
                 happened.paused = self.missing(now, TWO_PERIODS_TENTHS);
             }
@@ -257,6 +260,16 @@ impl Recording {
         }
     }
 
+    /// Whether an own frame that was on the bus before `since` must have been listed by `now`.
+    pub fn is_settled(&self, since: FrameRef, now: FrameRef) -> bool {
+        match since.t_ns.zip(now.t_ns) {
+            Some((since_ns, now_ns)) => {
+                now.no > since.no && !(0..LATEST_ECHO_NS).contains(&now_ns.saturating_sub(since_ns))
+            }
+            None => now.no > since.no + LATEST_ECHO_FRAMES,
+        }
+    }
+
     /// Whether more than `limit_ns` lies between two frames, whatever the recording did.
     pub fn certainly_later(&self, now: When, since: When, limit_ns: i64) -> bool {
         let ((earliest, _), (_, latest)) = (self.interval(now), self.interval(since));
@@ -292,11 +305,12 @@ impl Recording {
         Some((burst.to_ns, burst.to_ns.saturating_sub(burst.from_ns)))
     }
 
-    /// The last silence of the whole bus that was longer than any of late, which may last at `now_ns`.
+    /// The last silence of the whole bus that concerns a verdict, which may last at `now_ns`.
     pub fn silence(&self, now_ns: i64) -> Option<Silence> {
         match self.last_ns {
-            Some(from_ns) if from_ns < now_ns && self.is_unusual(now_ns - from_ns) => {
-                Some(Silence { from_ns, to_ns: now_ns, missing: self.missing(now_ns, UNUSUAL_TENTHS) })
+            Some(from_ns) if now_ns.saturating_sub(from_ns) > SHORTEST_STALL_NS => {
+                let missing = self.missing(now_ns, UNUSUAL_TENTHS);
+                Some(Silence { from_ns, to_ns: now_ns, missing })
             }
             _ => self.silence,
         }
@@ -424,9 +438,9 @@ impl Recording {
     }
 
     /// The nodes of which a frame had been expected, by so many tenths of its usual gap, during the silence that ends at
-    /// `now`. A sender that fell silent before does not count.
+    /// `now`, if it is longer than any of late. A sender that fell silent before does not count.
     fn missing(&self, now: i64, tenths: i64) -> u128 {
-        let Some(from) = self.last_ns else { return 0 };
+        let Some(from) = self.last_ns.filter(|from| self.is_unusual(now.saturating_sub(*from))) else { return 0 };
         let due = |usual: &Usual| {
             let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(tenths) / 10);
             usual.gap_ns > 0 && (from..now).contains(&due)
