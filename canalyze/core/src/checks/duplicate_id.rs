@@ -8,8 +8,9 @@ use crate::context::Context;
 use crate::evidence::Period;
 use crate::evidence::circumstance::Kind;
 use crate::evidence::period::Confidence;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::Code;
 use crate::frame::FrameRef;
+use crate::rules::heartbeat::Hbt004;
 
 /// Gaps between heartbeats that are kept.
 const GAPS: usize = 8;
@@ -70,8 +71,7 @@ impl DuplicateId {
             self.before = before;
         }
         if self.alternations >= ALTERNATIONS {
-            let facts = [("one", Quantity::State(before.unwrap_or(0))), ("other", Quantity::State(state))];
-            self.find(node, 0, &facts, last, cx);
+            self.find(node, Hbt004::States { one: before.unwrap_or(0), other: state }, last, cx);
         }
     }
 
@@ -105,8 +105,7 @@ impl DuplicateId {
         let configured =
             period.configured_ns().filter(|configured| (configured * 2 / 5..=configured * 3 / 5).contains(&known.ns));
         if let Some(configured) = configured {
-            let facts = [("found", Quantity::Ns(known.ns)), ("expected", Quantity::Ns(configured))];
-            self.find(node, 2, &facts, last, cx);
+            self.find(node, Hbt004::HalfPeriod { found: known.ns, expected: configured }, last, cx);
         }
         self.alternating(node, last, cx);
         let room = (known.ns / 16).max(2 * known.deviation_ns).max(2 * uncertain).min(known.ns / 4);
@@ -129,7 +128,7 @@ impl DuplicateId {
 
     /// Heartbeats come twice as often as before, and nothing has changed their period.
     pub(super) fn halved(&mut self, node: u8, period: i64, last: FrameRef, cx: &mut Context<'_>) {
-        self.find(node, 4, &[("one", Quantity::Ns(period)), ("other", Quantity::Ns(period))], last, cx);
+        self.find(node, Hbt004::Series { one: period, other: period }, last, cx);
     }
 
     /// Reports additional heartbeats that are a series. The time to the first of them is no gap of theirs.
@@ -143,7 +142,7 @@ impl DuplicateId {
             return;
         }
         let other = recent.sum::<i64>() / (ADDITIONAL as i64 - 1);
-        self.find(node, 4, &[("one", Quantity::Ns(period)), ("other", Quantity::Ns(other))], last, cx);
+        self.find(node, Hbt004::Series { one: period, other }, last, cx);
     }
 
     /// Reports gaps that alternate.
@@ -158,16 +157,15 @@ impl DuplicateId {
         let (whole, apart) = (one + two, (one - two).abs());
         let steady = spread(odd()).max(spread(other())) <= (whole / 40).max(2_000_000);
         if steady && apart > APART_NS && apart * 4 > whole {
-            self.find(node, 1, &[("one", Quantity::Ns(one)), ("other", Quantity::Ns(two))], last, cx);
+            self.find(node, Hbt004::Gaps { one, other: two }, last, cx);
         }
     }
 
-    fn find(&mut self, node: u8, face: u8, facts: &[(&'static str, Quantity)], last: FrameRef, cx: &mut Context<'_>) {
+    fn find(&mut self, node: u8, what: Hbt004, last: FrameRef, cx: &mut Context<'_>) {
         if !std::mem::replace(&mut self.found, true) {
             cx.evidence.circumstances.note(Kind::SharedId, Some(node), cx.when);
             cx.evidence.pending.explain(cx.at, |one| one.code == Code::Nmt004 && one.node == Some(node));
-            let finding = cx.finding(Code::Hbt004, Some(node), None, Some(last), Facts::told(face, facts));
-            cx.report_timed(finding);
+            cx.report_timed(cx.verdict(what, Some(node), None, Some(last)));
         }
     }
 }

@@ -14,10 +14,11 @@ use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
 use crate::evidence::recording::Silence;
 use crate::evidence::{Obligations, When};
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::node::{Node, PerNode};
-use crate::rules::guarding::Grd005;
+use crate::rules::guarding::{Grd001, Grd002, Grd003, Grd004, Grd005};
+use crate::rules::heartbeat::Hbt003;
 
 /// An answer comes within this time of its request, in ns.
 const ANSWER_NS: i64 = 500_000_000;
@@ -32,14 +33,20 @@ const SAME: u8 = 3;
 /// So many frames that nobody asked for are heartbeats of a guarded node.
 const UNASKED: u8 = 3;
 
+/// The only frame with toggle bit 1, until there is a second.
+#[derive(Clone, Copy, Debug)]
+struct Lone {
+    at: FrameRef,
+    byte: u8,
+    /// Frames without it in a row after that one and the next, and the first of them.
+    same: Option<(u8, FrameRef)>,
+}
+
 #[derive(Debug, Default)]
 struct Guarded {
     /// Requests in the capture.
     requests: u64,
-    /// The only frame with toggle bit 1, and its byte, until there is a second.
-    lone: Option<(FrameRef, u8)>,
-    /// Frames without it in a row after that one and the next, and the first of them.
-    same: Option<(u8, FrameRef)>,
+    lone: Option<Lone>,
     /// The last request.
     asked: Option<FrameRef>,
     /// The same, until its answer.
@@ -55,9 +62,7 @@ struct Guarded {
     /// A frame that nobody had asked for, its toggle bit, and whether it counts as an answer already.
     ahead: Option<(FrameRef, bool, bool)>,
     unasked: u8,
-    /// The node life time in ns (100Ch times 100Dh); 0: none, or not known.
-    life_ns: i64,
-    /// It was said that requests stay unanswered, or that the node sends heartbeats as well.
+    /// It was reported that requests stay unanswered, or that the node sends heartbeats as well.
     silent: bool,
     both: bool,
 }
@@ -66,6 +71,8 @@ struct Guarded {
 #[derive(Debug)]
 pub struct Guarding {
     nodes: PerNode<Guarded>,
+    /// The node life times in ns (100Ch times 100Dh); 0: none, or not known.
+    life_ns: PerNode<i64>,
     /// The next request that the master owes a node.
     life: Obligations<u8>,
     /// When the first open request is too old, or earlier.
@@ -74,7 +81,7 @@ pub struct Guarding {
 
 impl Default for Guarding {
     fn default() -> Self {
-        Self { nodes: PerNode::default(), life: Obligations::default(), next: i64::MAX }
+        Self { nodes: PerNode::default(), life_ns: PerNode::default(), life: Obligations::default(), next: i64::MAX }
     }
 }
 
@@ -91,7 +98,7 @@ impl Guarding {
         self.nodes.get(node).is_some_and(|guarded| guarded.toggles)
     }
 
-    /// Whether it was said that a node leaves the master's requests unanswered, and it still does.
+    /// Whether it was reported that a node leaves the master's requests unanswered, and it still does.
     pub fn is_unanswered(&self, node: u8) -> bool {
         self.nodes.get(node).is_some_and(|guarded| guarded.silent)
     }
@@ -110,15 +117,15 @@ impl Guarding {
             let life_ns = known(0x100C).zip(known(0x100D)).map_or(0, |((guard_ms, _), (factor, _))| {
                 (guard_ms & 0xFFFF) as i64 * (factor & 0xFF) as i64 * 1_000_000
             });
-            if life_ns > 0 || self.nodes.get(id).is_some() {
-                self.nodes.entry(id).life_ns = life_ns;
+            if life_ns > 0 || self.life_ns.get(id).is_some() {
+                *self.life_ns.entry(id) = life_ns;
             }
         }
     }
 
     /// The master has asked a node: it asks again within the node's life time.
     fn await_request(&mut self, node: u8, heartbeats: &Heartbeats, cx: &Context<'_>) {
-        let life_ns = self.nodes.get(node).map_or(0, |guarded| guarded.life_ns);
+        let life_ns = self.life_ns.get(node).copied().unwrap_or(0);
         if life_ns > 0 && !heartbeats.is_configured(node) {
             self.life.open(node, Owed { since: cx.when, limit_ns: life_ns, why: Some(cx.at) });
         }
@@ -138,7 +145,7 @@ impl Guarding {
 
     /// A request of the master.
     pub fn request(&mut self, node: u8, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
-        if cx.sighting == Sighting::Suspect {
+        if is_duplicate(cx) {
             return;
         }
         self.await_request(node, heartbeats, cx);
@@ -167,7 +174,7 @@ impl Guarding {
             if heartbeats.is_producer(node) && !guarded.toggles {
                 if !guarded.both {
                     guarded.both = true;
-                    cx.find(Code::Grd003, Some(node), None, Some(before), Facts::told(1, &[]));
+                    cx.raise(Grd003::Requests, Some(node), None, Some(before));
                 }
             } else {
                 guarded.unanswered(node, before, nmt, cx);
@@ -181,18 +188,22 @@ impl Guarding {
     /// A node's answer, or a heartbeat of a node that may be guarded.
     pub fn frame(&mut self, node: u8, (state, toggle): (u8, bool), answer: bool, cx: &mut Context<'_>) {
         let guarded = self.nodes.entry(node);
-        if cx.sighting == Sighting::Suspect {
+        if is_duplicate(cx) {
             return;
         }
         if toggle {
-            guarded.lone = Some((cx.at, state | 0x80)).filter(|_| !guarded.toggles);
-            if let Some((_, first)) = guarded.same.take() {
-                tell(node, false, first, cx);
+            let lone = Lone { at: cx.at, byte: state | 0x80, same: None };
+            let before = std::mem::replace(&mut guarded.lone, Some(lone).filter(|_| !guarded.toggles));
+            if let Some((_, first)) = before.and_then(|lone| lone.same) {
+                report_toggle(node, false, first, cx);
                 guarded.toggle = None;
             }
-        } else if guarded.is_no_answer() {
-            let (count, first) = guarded.same.map_or((1, cx.at), |(count, first)| (count + 1, first));
-            guarded.same = Some((count, first));
+        } else if let Some(lone) =
+            guarded.lone.as_mut().filter(|_| guarded.requests == 0 && guarded.toggle == Some(false))
+        {
+            // Nobody asks, and after one frame with toggle bit 1 two or more come without: no answers.
+            let (count, first) = lone.same.map_or((1, cx.at), |(count, first)| (count + 1, first));
+            lone.same = Some((count, first));
             if count >= SAME {
                 guarded.was_heartbeat(node, cx);
             }
@@ -205,13 +216,13 @@ impl Guarding {
                 cx.evidence.circumstances.over(Kind::NodeLost, node);
             }
             guarded.expire(node, cx);
-            return guarded.answered(node, toggle, cx);
+            return guarded.answer_at(node, toggle, cx.at, cx);
         }
         guarded.expire(node, cx);
         let counts = toggle || guarded.toggles && guarded.requests == 0;
         guarded.ahead = Some((cx.at, toggle, counts));
         if counts {
-            guarded.answered(node, toggle, cx);
+            guarded.answer_at(node, toggle, cx.at, cx);
         }
     }
 
@@ -247,7 +258,7 @@ impl Guarding {
             (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
             // By now it may send heartbeats instead.
             (guarded.toggles, guarded.requests, guarded.unasked) = (false, 0, 0);
-            (guarded.lone, guarded.same) = (None, None);
+            guarded.lone = None;
         }
     }
 
@@ -278,8 +289,7 @@ impl Guarding {
     pub fn finish(&mut self, nmt: &Nmt, cx: &mut Context<'_>) {
         for (node, guarded) in self.nodes.iter() {
             if guarded.requests > 1 && !nmt.is_present(node) {
-                let facts = Facts::told(0, &[("requests", Quantity::Count(guarded.requests))]);
-                cx.find(Code::Grd004, Some(node), None, None, facts);
+                cx.raise(Grd004::Absent { requests: guarded.requests }, Some(node), None, None);
             }
         }
     }
@@ -295,22 +305,13 @@ impl Guarded {
         self.request.is_some_and(|asked| !late(asked))
     }
 
-    /// Whether nobody asks, and after one frame with toggle bit 1 two or more come without.
-    fn is_no_answer(&self) -> bool {
-        self.requests == 0 && self.lone.is_some() && self.toggle == Some(false)
-    }
-
     /// The frame with bit 7 was a heartbeat after all.
     fn was_heartbeat(&mut self, node: u8, cx: &mut Context<'_>) {
-        if let Some((at, byte)) = self.lone.take() {
-            let facts = Facts::told(1, &[("found", Quantity::Hex2(byte))]);
-            cx.find_at(at, Code::Hbt003, Some(node), None, None, facts);
+        if let Some(Lone { at, byte: found, .. }) = self.lone.take() {
+            let finding = cx.verdict(Hbt003::ToggleBit { found }, Some(node), None, None);
+            cx.report(Finding { at, ..finding });
         }
-        (self.toggles, self.toggle, self.ahead, self.answer, self.same) = (false, None, None, None, None);
-    }
-
-    fn answered(&mut self, node: u8, toggle: bool, cx: &mut Context<'_>) {
-        self.answer_at(node, toggle, cx.at, cx);
+        (self.toggles, self.toggle, self.ahead, self.answer) = (false, None, None, None);
     }
 
     fn answer_at(&mut self, node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
@@ -318,7 +319,7 @@ impl Guarded {
         if self.toggle == Some(toggle) {
             // The node may go on either way: the next answer is free.
             self.toggle = None;
-            return tell(node, toggle, at, cx);
+            return report_toggle(node, toggle, at, cx);
         }
         self.toggle = Some(toggle);
     }
@@ -329,11 +330,11 @@ impl Guarded {
             return;
         }
         self.silent = true;
-        let facts = match since(Some(request), cx.at) {
-            Some(age) => Facts::told(0, &[("age", Quantity::Ns(age))]),
-            None => Facts::told(1, &[]),
+        let what = match since(Some(request), cx.at) {
+            Some(age) => Grd002::NoResponseWithin { age },
+            None => Grd002::NoResponse,
         };
-        cx.find(Code::Grd002, Some(node), None, Some(request), facts);
+        cx.raise(what, Some(node), None, Some(request));
         cx.evidence.circumstances.note(Kind::NodeLost, Some(node), cx.when);
     }
 
@@ -350,15 +351,20 @@ impl Guarded {
         self.unasked = self.unasked.saturating_add(1);
         if self.unasked >= UNASKED && !self.both {
             self.both = true;
-            cx.find(Code::Grd003, Some(node), None, Some(frame), Facts::told(0, &[]));
+            cx.raise(Grd003::Heartbeats, Some(node), None, Some(frame));
         }
     }
 }
 
 /// A toggle bit that did not alternate.
-fn tell(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
-    let facts = [("found", Quantity::Count(u64::from(toggle))), ("expected", Quantity::Count(u64::from(!toggle)))];
-    cx.find_at(at, Code::Grd001, Some(node), None, None, Facts::told(0, &facts));
+fn report_toggle(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
+    let finding = cx.verdict(Grd001::Toggle { found: toggle, expected: !toggle }, Some(node), None, None);
+    cx.report(Finding { at, ..finding });
+}
+
+/// Whether the frame at hand is likely a duplicate. In a burst of the recorder requests and answers are that close, too.
+fn is_duplicate(cx: &Context<'_>) -> bool {
+    cx.sighting == Sighting::Suspect && cx.evidence.recording.teaches(cx.when)
 }
 
 /// Whether a time fell into a silence of the whole bus.

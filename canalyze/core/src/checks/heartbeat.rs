@@ -47,6 +47,8 @@ struct Producer {
     lost: bool,
     /// For how long the whole bus was silent since the last heartbeat while the next was expected, in ns.
     paused_ns: i64,
+    /// The last heartbeat may be a duplicate.
+    suspect: bool,
     duplicate: DuplicateId,
 }
 
@@ -202,12 +204,9 @@ impl Heartbeats {
         known
     }
 
-    /// A heartbeat of a node. One that may be a duplicate tells nothing.
+    /// A heartbeat of a node. One that may be a duplicate teaches nothing.
     pub fn heartbeat(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
         let known = self.known_state(node, state, cx);
-        if cx.sighting == Sighting::Suspect {
-            return;
-        }
         let producer = self.producers.entry(node);
         let before = producer.state.replace(state);
         let changed = before.is_some_and(|before| before != state);
@@ -219,8 +218,8 @@ impl Heartbeats {
         if std::mem::take(&mut producer.lost) {
             cx.evidence.circumstances.over(Kind::NodeLost, node);
         }
-        producer.paused_ns = 0;
         producer.begin(node, cx);
+        producer.paused_ns = 0;
         let limit = producer.limit();
         cx.evidence.pending.alive(node, limit.is_some());
         match limit {
@@ -260,10 +259,13 @@ impl Heartbeats {
     fn resume(&mut self, silence: Silence, cx: &mut Context<'_>) {
         let (mut missing, mut overdue) = (0, false);
         for (node, producer) in self.producers.iter_mut() {
-            let Some(owed) = self.owed.get(node).copied().filter(|_| producer.misses(node, silence)) else { continue };
+            if !producer.misses(node, silence) {
+                continue;
+            }
+            producer.paused_ns = producer.paused_ns.saturating_add(silence.ns());
+            let Some(owed) = self.owed.get(node).copied() else { continue };
             missing += 1;
             overdue |= owed.since.at.t_ns.is_some_and(|since| since.saturating_add(owed.limit_ns) < silence.to_ns);
-            producer.paused_ns = producer.paused_ns.saturating_add(silence.ns());
             self.owed.open(node, Owed { since: cx.when, ..owed });
         }
         if overdue {
@@ -362,8 +364,9 @@ impl Producer {
 
     /// Whether a heartbeat was expected in a silence, and it is not the node's own fault that it did not come.
     fn misses(&self, node: u8, silence: Silence) -> bool {
-        let Some(last) = self.last.and_then(|last| last.at.t_ns) else { return false };
-        let wait = self.expected().or(self.consumer).unwrap_or(0);
+        let booted = if let Start::Booted(boot) = self.start { Some(boot) } else { None };
+        let Some(last) = self.last.or(booted).and_then(|last| last.at.t_ns) else { return false };
+        let Some(wait) = self.expected().or(self.consumer) else { return false };
         let due = last.saturating_add(wait);
         silence.is_of_all(node, wait) && due < silence.to_ns && due.saturating_add(self.slack()) > silence.from_ns
     }
@@ -374,7 +377,8 @@ impl Producer {
         let Some(gap) = recording.between(last, cx.when).filter(|gap| *gap > 0) else {
             return self.duplicate.interrupt();
         };
-        let teaches = recording.teaches(cx.when) && recording.teaches(last) && self.paused_ns == 0;
+        let suspect = std::mem::replace(&mut self.suspect, cx.sighting == Sighting::Suspect) || self.suspect;
+        let teaches = recording.teaches(cx.when) && recording.teaches(last) && self.paused_ns == 0 && !suspect;
         if let Some(period) = self.expected().filter(|_| !self.lost && self.period.is_known()) {
             let late = recording.certainly_later(cx.when, last, period + self.slack() + self.paused_ns);
             self.judge(node, (gap, period), late, cx);
@@ -424,7 +428,9 @@ impl Producer {
         let recording = &cx.evidence.recording;
         match std::mem::take(&mut self.start) {
             Start::Booted(boot) if recording.teaches(boot) && recording.teaches(cx.when) => {
-                self.start = recording.between(boot, cx.when).map_or(Start::Over, |gap| Start::First(gap, cx.when));
+                self.start = recording
+                    .between(boot, cx.when)
+                    .map_or(Start::Over, |gap| Start::First(gap - self.paused_ns, cx.when));
             }
             Start::First(found, first) if recording.teaches(cx.when) => {
                 let second = recording.between(first, cx.when);

@@ -17,15 +17,15 @@ pub mod heartbeat;
 pub mod jitter;
 pub mod lss;
 pub mod nmt;
+pub mod nmt_permissions;
 pub mod node_id;
+mod node_state;
 pub mod nodes;
 pub mod pdo_configuration;
 pub mod pdo_length;
 pub mod pdo_timing;
-pub mod permitted;
 pub mod series;
 pub mod srdo;
-mod standing;
 pub mod sync;
 pub mod sync_counter;
 pub mod sync_period;
@@ -253,7 +253,7 @@ impl Checks {
     }
 
     /// An SDO frame of a default channel, with the object it is about.
-    pub fn sdo(&mut self, side: Side, node: u8, object: Option<Mux>, cx: &Context<'_>) {
+    pub fn sdo(&mut self, side: Side, node: u8, object: Option<Mux>, cx: &mut Context<'_>) {
         self.nodes.sdo(side, node, object.map(|mux| mux.index), cx);
     }
 

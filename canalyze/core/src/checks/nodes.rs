@@ -7,17 +7,19 @@ use super::emcy::Emergencies;
 use super::guarding::Guarding;
 use super::heartbeat::Heartbeats;
 use super::nmt::{Nmt, SWITCHED_ON_NS, commanded_state};
-use super::permitted::Permitted;
+use super::nmt_permissions::NmtPermissions;
 use super::time::Times;
-use super::withheld::raise;
 use crate::cob_id::Role;
 use crate::context::Context;
 use crate::evidence::recording::Silence;
-use crate::finding::{Code, Facts, Finding, Quantity};
+use crate::finding::{Finding, Verdict};
 use crate::frame::{Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, PerNode};
+use crate::rules::emcy::Emc006;
+use crate::rules::heartbeat::Hbt006;
+use crate::rules::time::Tim001;
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::services::lss::Command as Lss;
 use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
@@ -55,7 +57,7 @@ pub struct Nodes {
     guarding: Guarding,
     emergencies: Emergencies,
     times: Times,
-    permitted: Permitted,
+    permissions: NmtPermissions,
     /// How long the bus was silent before the frame at hand, in ns.
     silence_ns: i64,
     /// Until when no node sends anything, since the bit rate is switched (CiA 305); what one sends all the same begins
@@ -74,7 +76,7 @@ impl Nodes {
             guarding: Guarding::default(),
             emergencies: Emergencies::new(network.jitter_ns),
             times: Times::default(),
-            permitted: Permitted::default(),
+            permissions: NmtPermissions::default(),
             silence_ns: 0,
             quiet_until_ns: i64::MIN,
             misshapen: Vec::new(),
@@ -135,7 +137,6 @@ impl Nodes {
             self.release_misshapen(cx);
         }
         self.nmt.settle(cx);
-        self.permitted.settle(cx);
     }
 
     /// With each frame, before it is followed and after `advance`: the bus is alive.
@@ -167,13 +168,13 @@ impl Nodes {
                 if node > 127 {
                     return;
                 }
-                self.permitted.command(node, commanded_state(command).unwrap_or(0), cx.at);
+                self.permissions.command(node, commanded_state(command).unwrap_or(0), cx);
                 self.heartbeats.commanded(node);
             }
             Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),
             Message::Malformed { role, flaw: Flaw::Length { .. } } => self.wrong_length(role, frame, cx),
             Message::BootUp { node } => {
-                self.permitted.boot_up(node, cx);
+                self.permissions.boot_up(node, cx);
                 self.guarding.restart(node, &self.nmt, cx);
                 self.nmt.boot_up(node, self.silence_ns, cx);
                 if self.silence_ns >= SWITCHED_ON_NS {
@@ -187,7 +188,7 @@ impl Nodes {
             }
             Message::GuardingRequest { node } => self.guarding.request(node, &self.nmt, &self.heartbeats, cx),
             Message::Emcy { node, code, register, .. } => {
-                self.permitted.emergency(&self.nmt, node, cx);
+                self.permissions.emergency(&self.nmt, node, cx);
                 self.nmt.emergency(node, code, cx.at);
                 self.emergencies.judge((code, register), node, nodes.get(node), cx);
             }
@@ -209,30 +210,21 @@ impl Nodes {
     /// A frame of a service with another length than the service has. It is said once the node or, for TIME, any node
     /// of the bus has shown that it is one: on other networks these identifiers carry other things.
     fn wrong_length(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
-        let (code, face, node) = match role {
-            Role::Emcy(node) => (Code::Emc006, 0, Some(node)),
-            Role::ErrorControl(node) => (Code::Hbt006, 0, Some(node)),
-            Role::Time => (Code::Tim001, 2, None),
+        let found = frame.len.into();
+        let (what, node): (Verdict, _) = match role {
+            Role::Emcy(node) => (Emc006::Length { found }.into(), Some(node)),
+            Role::ErrorControl(node) => (Hbt006::Length { found }.into(), Some(node)),
+            Role::Time => (Tim001::Length { found }.into(), None),
             _ => return,
         };
-        let facts = Facts::told(face, &[("found", Quantity::Count(u64::from(frame.len)))]);
+        let finding = cx.verdict(what, node, None, None);
         if !self.is_present(node) {
             if self.misshapen.len() < MISSHAPEN {
-                let (at, bus) = (cx.at, cx.bus);
-                self.misshapen.push(Finding {
-                    code,
-                    at,
-                    cause: None,
-                    bus,
-                    node,
-                    object: None,
-                    facts,
-                    because_of: None,
-                });
+                self.misshapen.push(finding);
             }
             return;
         }
-        cx.find(code, node, None, None, facts);
+        cx.report(finding);
         if let Role::ErrorControl(node) = role {
             self.misshapen_error_control(node, frame, cx);
         }
@@ -243,7 +235,7 @@ impl Nodes {
     fn misshapen_error_control(&mut self, node: u8, frame: &Frame, cx: &mut Context<'_>) {
         match frame.payload().first() {
             Some(0) => {
-                self.permitted.boot_up(node, cx);
+                self.permissions.boot_up(node, cx);
                 self.nmt.boot_up(node, self.silence_ns, cx);
                 self.heartbeats.booted(node, cx);
             }
@@ -271,7 +263,7 @@ impl Nodes {
         let (shown, waiting) =
             std::mem::take(&mut self.misshapen).into_iter().partition(|finding| self.is_present(finding.node));
         self.misshapen = waiting;
-        shown.into_iter().for_each(|finding| raise(finding, cx));
+        shown.into_iter().for_each(|finding: Finding| cx.emit(finding));
     }
 
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
@@ -291,7 +283,7 @@ impl Nodes {
         }
         self.guarding.frame(node, (state, toggle), guarding, cx);
         let period = self.heartbeats.period(node);
-        self.permitted.shown(node, state, cx);
+        self.permissions.shown(node, state, cx);
         self.nmt.shown(node, state, period, cx);
         if guarding || self.guarding.toggles(node) {
             self.heartbeats.known_state(node, state, cx);
@@ -310,13 +302,13 @@ impl Nodes {
 
     /// A PDO.
     #[inline]
-    pub fn pdo(&mut self, transmit: bool, number: u16, node: u8, cx: &Context<'_>) {
-        self.permitted.pdo(&self.nmt, transmit, number, node, cx);
+    pub fn pdo(&mut self, transmit: bool, number: u16, node: u8, cx: &mut Context<'_>) {
+        self.permissions.pdo(&self.nmt, transmit, number, node, cx);
     }
 
     /// The last SDO request to a node, where it is a fault by itself.
     pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
-        self.permitted.asked_in_vain(node)
+        self.permissions.asked_in_vain(node)
     }
 
     /// A write request whose data are in it.
@@ -328,8 +320,8 @@ impl Nodes {
     }
 
     /// A frame of a node's default SDO channel, and the object whose transfer it belongs to.
-    pub fn sdo(&mut self, side: Side, node: u8, index: Option<u16>, cx: &Context<'_>) {
-        self.permitted.sdo(&self.nmt, side, node, cx);
+    pub fn sdo(&mut self, side: Side, node: u8, index: Option<u16>, cx: &mut Context<'_>) {
+        self.permissions.sdo(&self.nmt, side, node, cx);
         match side {
             Side::Client => self.nmt.managed(node),
             Side::Server => self.nmt.present(node, cx.at),
@@ -342,7 +334,7 @@ impl Nodes {
     /// Frames of the bus were lost.
     pub fn lost(&mut self, cx: &mut Context<'_>) {
         self.nmt.forget();
-        self.permitted.forget();
+        self.permissions.forget();
         self.heartbeats.forget(cx);
         self.guarding.forget();
     }

@@ -61,6 +61,11 @@ impl<K: Ord + Copy> Obligations<K> {
         self.open.remove(&key)
     }
 
+    /// All is owed anew from `now` on.
+    pub fn renew(&mut self, now: When) {
+        self.open.values_mut().for_each(|owed| owed.since = now);
+    }
+
     /// What fits is not owed any more.
     pub fn void(&mut self, mut fits: impl FnMut(&K) -> bool) {
         self.open.retain(|key, _| !fits(key));

@@ -18,9 +18,6 @@ rules! {
         Late { found: Ns, expected: Ns }
             "与上次心跳间隔{found}, 周期为{expected}"
             "{found} after the last heartbeat, the period is {expected}";
-        Stalled { found: Ns, expected: Ns, heartbeats: Count }
-            "记录停顿期间{found}内有{heartbeats}个心跳, 周期为{expected}"
-            "{heartbeats} heartbeats in {found} while the recorder stood still, the period is {expected}";
     }
 
     /// No heartbeat for longer than a consumer waits, or than three periods.
