@@ -164,7 +164,9 @@ impl DuplicateId {
     fn find(&mut self, node: u8, what: Hbt004, last: FrameRef, cx: &mut Context<'_>) {
         if !std::mem::replace(&mut self.found, true) {
             cx.evidence.circumstances.note(Kind::SharedId, Some(node), cx.when);
-            cx.evidence.pending.explain(cx.at, |one| one.code == Code::Nmt004 && one.node == Some(node));
+            cx.evidence
+                .pending
+                .explain(cx.at, |one| one.node == Some(node) && matches!(one.code, Code::Nmt004 | Code::Hbt001));
             cx.report_timed(cx.verdict(what, Some(node), None, Some(last)));
         }
     }

@@ -23,6 +23,8 @@ use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
 /// How late a producer may always be, in ns: what hosts and small controllers are by now and then.
 const LEAST_SLACK_NS: i64 = 20_000_000;
+/// For so many periods a late heartbeat waits where the period is not certain: two nodes with one node-ID show by then.
+const TURNS: i64 = 20;
 /// Nodes that are switched on together are back within this time, in ns.
 const POWER_UP_NS: i64 = 5_000_000_000;
 /// Sub-indices of 1016h.
@@ -42,8 +44,8 @@ struct Producer {
     /// The time of the consumer that waits shortest, in ns.
     consumer: Option<i64>,
     start: Start,
-    /// The last gap where it was late, in ns, and the heartbeat that ended it.
-    late: Option<(i64, FrameRef)>,
+    /// The last gap that was late, in ns, the heartbeat that ended the first like it, and gaps in time since.
+    late: Option<(i64, FrameRef, u8)>,
     lost: bool,
     /// For how long the whole bus was silent since the last heartbeat while the next was expected, in ns.
     paused_ns: i64,
@@ -380,7 +382,10 @@ impl Producer {
         let suspect = std::mem::replace(&mut self.suspect, cx.sighting == Sighting::Suspect) || self.suspect;
         let teaches = recording.teaches(cx.when) && recording.teaches(last) && self.paused_ns == 0 && !suspect;
         if let Some(period) = self.expected().filter(|_| !self.lost && self.period.is_known()) {
-            let late = recording.certainly_later(cx.when, last, period + self.slack() + self.paused_ns);
+            // After a pause it may come a whole period later: its clock went on meanwhile.
+            let paused_ns = if self.paused_ns > 0 { self.paused_ns.saturating_add(period) } else { 0 };
+            let limit = period.saturating_add(self.slack()).saturating_add(paused_ns);
+            let late = recording.certainly_later(cx.when, last, limit);
             self.judge(node, (gap, period), late, cx);
         }
         // One that was lost teaches only where nothing is known.
@@ -392,11 +397,23 @@ impl Producer {
     }
 
     fn judge(&mut self, node: u8, (found, expected): (i64, i64), late: bool, cx: &mut Context<'_>) {
-        // Gaps that stay as long are one fault.
-        let again = self.late.filter(|(before, _)| alike(*before, found));
-        self.late = late.then_some((found, again.map_or(cx.at, |(_, first)| first)));
-        if late && again.is_none() && !self.duplicate.is_found() {
-            cx.report_timed(cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None));
+        if !late {
+            self.late = self.late.filter(|(.., since)| *since == 0).map(|(gap, first, _)| (gap, first, 1));
+            return;
+        }
+        // Gaps that stay as long, or alternate, are one fault.
+        let again = self.late.filter(|(before, ..)| alike(*before, found));
+        self.late = Some((found, again.map_or(cx.at, |(_, first, _)| first), 0));
+        if again.is_some() || self.duplicate.is_found() {
+            return;
+        }
+        let finding = cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None);
+        let confidence = self.period.expected().map(|known| known.confidence);
+        if confidence == Some(Confidence::Likely) && cx.evidence.recording.teaches(cx.when) {
+            // It may yet turn out that two nodes are heard in turns.
+            cx.report_later(finding, expected.saturating_mul(TURNS));
+        } else {
+            cx.report_timed(finding);
         }
     }
 
@@ -417,7 +434,7 @@ impl Producer {
             return self.duplicate.halved(node, from, last.at, cx);
         }
         // Its first gap was late already.
-        let because_of = self.late.map(|(_, first)| first);
+        let because_of = self.late.map(|(_, first, _)| first);
         let finding = cx.verdict(Hbt007::Changed { from, to }, Some(node), None, None);
         cx.report_timed(Finding { at: since, because_of, ..finding });
     }

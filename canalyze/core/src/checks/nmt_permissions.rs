@@ -19,6 +19,9 @@ use crate::services::sdo::wire::{Mux, Side};
 
 /// What a node had queued when it showed a new state or, of TPDOs, received a command, in ns.
 const QUEUED_NS: i64 = 5_000_000;
+/// The same where the bus was idle just before: what is queued is sent at once.
+const PROCESSED_NS: i64 = 2_000_000;
+const IDLE_NS: i64 = 1_500_000;
 /// What else a node does before it obeys a command, and what others send it meanwhile, in ns.
 const OBEYED_NS: i64 = 50_000_000;
 /// Faults of one node whose state is not certain that are kept at most.
@@ -65,7 +68,8 @@ impl NmtPermissions {
         let object = Some(Mux { index: communication_parameter(transmit, number), sub: 1 });
         let (queued, finding) = if transmit {
             let finding = cx.verdict(Pdo002::InState { pdo, state }, Some(node), object, None);
-            (is_within(known, QUEUED_NS, cx), finding)
+            let limit = if cx.when.silent_ns < IDLE_NS { QUEUED_NS } else { PROCESSED_NS };
+            (is_within(known, limit, cx), finding)
         } else {
             (is_under_way(known, cx), cx.verdict(Pdo003::InState { pdo, state }, Some(node), object, None))
         };

@@ -192,8 +192,6 @@ impl Nodes {
                 self.nmt.emergency(node, code, cx.at);
                 self.emergencies.judge((code, register), node, nodes.get(node), cx);
             }
-            // Its own clock went on while the recorder stood still.
-            Message::Time { .. } if !cx.evidence.recording.teaches(cx.when) => self.times.paused(),
             Message::Time { ms, days, reserved } => self.times.judge(ms, days, reserved, cx),
             Message::Lss { from_master: true, command } => {
                 self.nmt.lss(command, cx.at);
