@@ -23,8 +23,6 @@ use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
 /// How late a producer may always be, in ns: what hosts and small controllers are by now and then.
 const LEAST_SLACK_NS: i64 = 20_000_000;
-/// For so many periods a late heartbeat waits where the period is not certain: two nodes with one node-ID show by then.
-const TURNS: i64 = 20;
 /// Nodes that are switched on together are back within this time, in ns.
 const POWER_UP_NS: i64 = 5_000_000_000;
 /// Sub-indices of 1016h.
@@ -46,7 +44,8 @@ struct Producer {
     start: Start,
     /// The last gap that was late, in ns, the heartbeat that ended the first like it, and gaps in time since.
     late: Option<(i64, FrameRef, u8)>,
-    lost: bool,
+    /// The frame that showed that it is lost, and how many heartbeats have come since. Two in time, and it is back.
+    lost: Option<(FrameRef, u8)>,
     /// For how long the whole bus was silent since the last heartbeat while the next was expected, in ns.
     paused_ns: i64,
     /// The last heartbeat may be a duplicate.
@@ -87,7 +86,7 @@ impl Heartbeats {
         let Some(producer) = self.producers.get(node) else { return false };
         let last = producer.last.and_then(|last| last.at.t_ns);
         let late = |limit: i64| last.is_some_and(|last| now_ns.saturating_sub(last) > limit);
-        producer.lost || producer.limit().is_some_and(late)
+        producer.is_lost() || producer.limit().is_some_and(late)
     }
 
     /// Whether a node's heartbeats are even: it is a producer, not one that answers guarding.
@@ -142,6 +141,16 @@ impl Heartbeats {
         if self.owed.met(node).is_some() && ns > 0 {
             let limit_ns = 3 * before.max(ns) + slack(before.max(ns), Confidence::Configured);
             self.owed.open(node, Owed { since: cx.when, limit_ns, why: Some(cx.at) });
+        }
+    }
+
+    /// A write of 1017h was acknowledged. Where its request was not seen the period may be any.
+    pub fn acknowledged(&mut self, node: u8) {
+        let Some(producer) = self.producers.get_mut(node) else { return };
+        if self.owed.get(node).is_some_and(|owed| owed.why.is_none()) {
+            producer.period.forget();
+            producer.last = None;
+            self.owed.met(node);
         }
     }
 
@@ -217,9 +226,10 @@ impl Heartbeats {
             producer.duplicate.state(node, changed && known, (before, state), last.at, cx);
             producer.gap(node, last, changed, cx);
         }
-        if std::mem::take(&mut producer.lost) {
+        if producer.is_lost() {
             cx.evidence.circumstances.over(Kind::NodeLost, node);
         }
+        producer.lost = producer.lost.filter(|(_, since)| *since == 0).map(|(at, _)| (at, 1));
         producer.begin(node, cx);
         producer.paused_ns = 0;
         let limit = producer.limit();
@@ -296,14 +306,17 @@ impl Heartbeats {
 
     fn lose(&mut self, node: u8, now: When, owed: Owed, cx: &mut Context<'_>) {
         let Some(producer) = self.producers.get_mut(node) else { return };
-        producer.lost = true;
+        // One that comes back for a single heartbeat is lost still.
+        let because_of = producer.lost.map(|(at, _)| at);
+        producer.lost = Some((because_of.unwrap_or(cx.at), 0));
         let last = producer.last.unwrap_or(owed.since);
         let (silence, limit) = (cx.evidence.recording.between(last, now).unwrap_or(0), owed.limit_ns);
         let what = match producer.consumer {
             Some(time) if time >= limit => Hbt002::ConsumerTime { silence, limit },
             _ => Hbt002::Limit { silence, limit },
         };
-        cx.raise(what, Some(node), None, Some(last.at));
+        let finding = cx.verdict(what, Some(node), None, Some(last.at));
+        cx.report(Finding { because_of, ..finding });
         cx.evidence.circumstances.note(Kind::NodeLost, Some(node), cx.when);
         cx.evidence.pending.lost(node, cx.at);
     }
@@ -338,9 +351,13 @@ impl Producer {
     /// It is not watched until its next heartbeat.
     fn pause(&mut self) {
         self.period.doubt();
-        (self.last, self.state, self.late, self.lost) = (None, None, None, false);
+        (self.last, self.state, self.late, self.lost) = (None, None, None, None);
         (self.start, self.paused_ns) = (Start::Over, 0);
         self.duplicate = DuplicateId::default();
+    }
+
+    fn is_lost(&self) -> bool {
+        self.lost.is_some_and(|(_, since)| since == 0)
     }
 
     fn expected(&self) -> Option<i64> {
@@ -370,7 +387,7 @@ impl Producer {
         let Some(last) = self.last.or(booted).and_then(|last| last.at.t_ns) else { return false };
         let Some(wait) = self.expected().or(self.consumer) else { return false };
         let due = last.saturating_add(wait);
-        silence.is_of_all(node, wait) && due < silence.to_ns && due.saturating_add(self.slack()) > silence.from_ns
+        silence.is_of_all(node) && due < silence.to_ns && due.saturating_add(self.slack()) > silence.from_ns
     }
 
     /// Judges the gap between two heartbeats, and learns from it.
@@ -381,18 +398,21 @@ impl Producer {
         };
         let suspect = std::mem::replace(&mut self.suspect, cx.sighting == Sighting::Suspect) || self.suspect;
         let teaches = recording.teaches(cx.when) && recording.teaches(last) && self.paused_ns == 0 && !suspect;
-        if let Some(period) = self.expected().filter(|_| !self.lost && self.period.is_known()) {
+        let mut verdict = None;
+        if let Some(period) = self.expected().filter(|_| !self.is_lost() && self.period.is_known()) {
             // After a pause it may come a whole period later: its clock went on meanwhile.
             let paused_ns = if self.paused_ns > 0 { self.paused_ns.saturating_add(period) } else { 0 };
             let limit = period.saturating_add(self.slack()).saturating_add(paused_ns);
             let late = recording.certainly_later(cx.when, last, limit);
-            self.judge(node, (gap, period), late, cx);
+            verdict = Some((period, late));
         }
-        // One that was lost teaches only where nothing is known.
-        if teaches && !changed && !(self.lost && self.period.learnt_ns().is_some()) {
+        if teaches && !changed {
             self.learn(node, gap, last, cx);
         } else {
             self.duplicate.interrupt();
+        }
+        if let Some((period, late)) = verdict {
+            self.judge(node, (gap, period), late, cx);
         }
     }
 
@@ -404,17 +424,10 @@ impl Producer {
         // Gaps that stay as long, or alternate, are one fault.
         let again = self.late.filter(|(before, ..)| alike(*before, found));
         self.late = Some((found, again.map_or(cx.at, |(_, first, _)| first), 0));
-        if again.is_some() || self.duplicate.is_found() {
+        if again.is_some() || !self.period.is_even() || self.duplicate.is_found() {
             return;
         }
-        let finding = cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None);
-        let confidence = self.period.expected().map(|known| known.confidence);
-        if confidence == Some(Confidence::Likely) && cx.evidence.recording.teaches(cx.when) {
-            // It may yet turn out that two nodes are heard in turns.
-            cx.report_later(finding, expected.saturating_mul(TURNS));
-        } else {
-            cx.report_timed(finding);
-        }
+        cx.report_timed(cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None));
     }
 
     /// Takes the gap between two heartbeats in the same state.
@@ -434,7 +447,7 @@ impl Producer {
             return self.duplicate.halved(node, from, last.at, cx);
         }
         // Its first gap was late already.
-        let because_of = self.late.map(|(_, first, _)| first);
+        let because_of = self.late.map(|(_, first, _)| first).or(self.lost.map(|(at, _)| at));
         let finding = cx.verdict(Hbt007::Changed { from, to }, Some(node), None, None);
         cx.report_timed(Finding { at: since, because_of, ..finding });
     }

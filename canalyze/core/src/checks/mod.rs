@@ -364,6 +364,7 @@ impl Checks {
     /// A server has acknowledged a write, whether or not its request was captured.
     pub fn acknowledged(&mut self, node: u8, mux: Mux, frame: &Frame) {
         self.pdo_configuration.acknowledged(node, mux, frame);
+        self.nodes.acknowledged(node, mux.index);
     }
 
     /// A successful transfer, before what it shows is learnt.

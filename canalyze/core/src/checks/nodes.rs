@@ -317,6 +317,13 @@ impl Nodes {
         }
     }
 
+    /// A server has acknowledged a write.
+    pub fn acknowledged(&mut self, node: u8, index: u16) {
+        if index == 0x1017 {
+            self.heartbeats.acknowledged(node);
+        }
+    }
+
     /// A frame of a node's default SDO channel, and the object whose transfer it belongs to.
     pub fn sdo(&mut self, side: Side, node: u8, index: Option<u16>, cx: &mut Context<'_>) {
         self.permissions.sdo(&self.nmt, side, node, cx);

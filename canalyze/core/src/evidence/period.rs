@@ -96,6 +96,13 @@ impl Period {
         self.learnt_ns.or(self.configured_ns).is_some()
     }
 
+    /// Whether it is certain, or no gap has contradicted it yet.
+    pub fn is_even(&self) -> bool {
+        let Some(known) = self.learnt_ns else { return true };
+        let near = |gap: &i64| gap.abs_diff(known) <= (known / 4).unsigned_abs();
+        self.count >= CERTAIN || self.gaps.iter().take(self.count).all(near)
+    }
+
     /// What configuration says, in ns.
     pub fn configured_ns(&self) -> Option<i64> {
         self.configured_ns

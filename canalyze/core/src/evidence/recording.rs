@@ -42,12 +42,14 @@ const TWO_PERIODS_TENTHS: i64 = 20;
 const CLOCK_STEP_NS: i64 = 10_000_000;
 /// Bursts remembered.
 const BURSTS: usize = 8;
-/// A silence of so many periods of a single sender, while nobody else was expected, is the recording's.
+/// A silence of so many mean gaps that is longer than any of late is no single sender's.
 const LONG: i64 = 10;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
 const IDENTIFIERS: usize = 0x800;
-/// Those that tell nothing of a pause: SDO is sent when somebody asks, and the two frames of an SRDO are one node's.
-const APERIODIC: [std::ops::RangeInclusive<usize>; 2] = [0x580..=0x67F, 0x101..=0x180];
+/// Those that tell nothing of a pause: commands, emergencies, SDO and LSS are sent when there is a reason, and the two
+/// frames of an SRDO are one node's.
+const APERIODIC: [std::ops::RangeInclusive<usize>; 5] =
+    [0x000..=0x07F, 0x081..=0x0FF, 0x101..=0x180, 0x580..=0x67F, 0x7E4..=0x7E5];
 
 /// What became of a burst.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -84,6 +86,8 @@ pub struct Silence {
     /// Nodes, one bit each, of which a frame was expected in it and did not come, where it was longer than any of late;
     /// bit 0: of no node.
     pub missing: u128,
+    /// It was so long that more than one sender must have kept silent.
+    pub long: bool,
 }
 
 impl Silence {
@@ -92,9 +96,9 @@ impl Silence {
         self.to_ns.saturating_sub(self.from_ns)
     }
 
-    /// Whether it is no node's own: others had been expected as well, or it was far longer than the node's period.
-    pub fn is_of_all(self, node: u8, period_ns: i64) -> bool {
-        self.missing & !(1 << (node & 0x7F)) != 0 || self.ns() / LONG > period_ns
+    /// Whether it is not a node's own: others had been expected as well, or it was too long.
+    pub fn is_of_all(self, node: u8) -> bool {
+        self.long || self.missing & !(1 << (node & 0x7F)) != 0
     }
 }
 
@@ -309,8 +313,9 @@ impl Recording {
     pub fn silence(&self, now_ns: i64) -> Option<Silence> {
         match self.last_ns {
             Some(from_ns) if now_ns.saturating_sub(from_ns) > SHORTEST_STALL_NS => {
-                let missing = self.missing(now_ns, UNUSUAL_TENTHS);
-                Some(Silence { from_ns, to_ns: now_ns, missing })
+                let (ns, mean) = (now_ns.saturating_sub(from_ns), self.mean_gap_64 / 64);
+                let long = mean > 0 && self.is_unusual(ns) && ns / LONG > mean;
+                Some(Silence { from_ns, to_ns: now_ns, missing: self.missing(now_ns, UNUSUAL_TENTHS), long })
             }
             _ => self.silence,
         }
