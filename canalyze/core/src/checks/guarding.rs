@@ -137,7 +137,7 @@ impl Guarding {
         for (node, Owed { since, limit_ns: limit, .. }) in self.life.due(now, &cx.evidence.recording) {
             let age = cx.evidence.recording.between(since, now).unwrap_or(0);
             let fell = since.at.t_ns.map_or(0, |since| since.saturating_add(limit));
-            if !is_of_all(node, fell, cx.evidence.recording.silence(now_ns)) {
+            if !is_of_all(node, fell, limit, cx.evidence.recording.silence(now_ns)) {
                 cx.raise(Grd005::Expired { age, limit }, Some(node), None, Some(since.at));
             }
         }
@@ -277,7 +277,7 @@ impl Guarding {
             let due = request.at.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
             if due > now_ns {
                 self.next = self.next.min(due);
-            } else if guarded.doubtful || is_of_all(node, due, silence) {
+            } else if guarded.doubtful || is_of_all(node, due, UNANSWERED_NS, silence) {
                 guarded.request = None;
             } else if guarded.toggles || !heartbeats.is_producer(node) {
                 guarded.request = None;
@@ -369,6 +369,6 @@ fn is_duplicate(cx: &Context<'_>) -> bool {
 }
 
 /// Whether a time fell into a silence of the whole bus.
-fn is_of_all(node: u8, fell_ns: i64, silence: Option<Silence>) -> bool {
-    silence.is_some_and(|one| (one.from_ns..=one.to_ns).contains(&fell_ns) && one.is_of_all(node))
+fn is_of_all(node: u8, fell_ns: i64, period_ns: i64, silence: Option<Silence>) -> bool {
+    silence.is_some_and(|one| (one.from_ns..=one.to_ns).contains(&fell_ns) && one.is_of_all(node, period_ns))
 }

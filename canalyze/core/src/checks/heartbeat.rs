@@ -387,7 +387,7 @@ impl Producer {
         let Some(last) = self.last.or(booted).and_then(|last| last.at.t_ns) else { return false };
         let Some(wait) = self.expected().or(self.consumer) else { return false };
         let due = last.saturating_add(wait);
-        silence.is_of_all(node) && due < silence.to_ns && due.saturating_add(self.slack()) > silence.from_ns
+        silence.is_of_all(node, wait) && due < silence.to_ns && due.saturating_add(self.slack()) > silence.from_ns
     }
 
     /// Judges the gap between two heartbeats, and learns from it.
@@ -398,15 +398,17 @@ impl Producer {
         };
         let suspect = std::mem::replace(&mut self.suspect, cx.sighting == Sighting::Suspect) || self.suspect;
         let teaches = recording.teaches(cx.when) && recording.teaches(last) && self.paused_ns == 0 && !suspect;
+        let ended = cx.at.t_ns.and_then(|now| recording.silence(now).filter(|silence| silence.to_ns == now));
+        let held_back = ended.is_some_and(|silence| silence.odd);
         let mut verdict = None;
         if let Some(period) = self.expected().filter(|_| !self.is_lost() && self.period.is_known()) {
             // After a pause it may come a whole period later: its clock went on meanwhile.
             let paused_ns = if self.paused_ns > 0 { self.paused_ns.saturating_add(period) } else { 0 };
             let limit = period.saturating_add(self.slack()).saturating_add(paused_ns);
-            let late = recording.certainly_later(cx.when, last, limit);
+            let late = recording.certainly_later(cx.when, last, limit) && !held_back;
             verdict = Some((period, late));
         }
-        if teaches && !changed {
+        if teaches && !changed && !held_back {
             self.learn(node, gap, last, cx);
         } else {
             self.duplicate.interrupt();

@@ -42,8 +42,10 @@ const TWO_PERIODS_TENTHS: i64 = 20;
 const CLOCK_STEP_NS: i64 = 10_000_000;
 /// Bursts remembered.
 const BURSTS: usize = 8;
-/// A silence of so many mean gaps that is longer than any of late is no single sender's.
+/// A silence of so many periods of a single sender, while nobody else was expected, is the recording's.
 const LONG: i64 = 10;
+/// A silence that exceeds the longest of late so many times may be the recorder's, whoever ends it.
+const ODD: i64 = 4;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
 const IDENTIFIERS: usize = 0x800;
 /// Those that tell nothing of a pause: commands, emergencies, SDO and LSS are sent when there is a reason, and the two
@@ -86,8 +88,8 @@ pub struct Silence {
     /// Nodes, one bit each, of which a frame was expected in it and did not come, where it was longer than any of late;
     /// bit 0: of no node.
     pub missing: u128,
-    /// It was so long that more than one sender must have kept silent.
-    pub long: bool,
+    /// It exceeded the longest of late several times: what ends it may have waited with the recorder.
+    pub odd: bool,
 }
 
 impl Silence {
@@ -96,9 +98,9 @@ impl Silence {
         self.to_ns.saturating_sub(self.from_ns)
     }
 
-    /// Whether it is not a node's own: others had been expected as well, or it was too long.
-    pub fn is_of_all(self, node: u8) -> bool {
-        self.long || self.missing & !(1 << (node & 0x7F)) != 0
+    /// Whether it is no node's own: others had been expected as well, or it was far longer than the node's period.
+    pub fn is_of_all(self, node: u8, period_ns: i64) -> bool {
+        self.missing & !(1 << (node & 0x7F)) != 0 || self.ns() / LONG > period_ns
     }
 }
 
@@ -313,9 +315,8 @@ impl Recording {
     pub fn silence(&self, now_ns: i64) -> Option<Silence> {
         match self.last_ns {
             Some(from_ns) if now_ns.saturating_sub(from_ns) > SHORTEST_STALL_NS => {
-                let (ns, mean) = (now_ns.saturating_sub(from_ns), self.mean_gap_64 / 64);
-                let long = mean > 0 && self.is_unusual(ns) && ns / LONG > mean;
-                Some(Silence { from_ns, to_ns: now_ns, missing: self.missing(now_ns, UNUSUAL_TENTHS), long })
+                let odd = self.usual_gap_ns > 0 && now_ns.saturating_sub(from_ns) / ODD > self.usual_gap_ns;
+                Some(Silence { from_ns, to_ns: now_ns, missing: self.missing(now_ns, UNUSUAL_TENTHS), odd })
             }
             _ => self.silence,
         }
