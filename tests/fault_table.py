@@ -116,7 +116,12 @@ NODES = [
     ),
     *(
         Fault(
-            "heartbeat gap after a late one", f"{n} periods", "HBT", heartbeat_gap(n, late_before=True), n * HEARTBEAT
+            "heartbeat gap after a late one",
+            f"{n} periods",
+            "HBT",
+            heartbeat_gap(n, late_before=True),
+            n * HEARTBEAT,
+            beside="HBT001",
         )
         for n in (3, 10)
     ),

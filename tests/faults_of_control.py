@@ -109,7 +109,8 @@ def heartbeat_gap(periods: float, *, burst: bool = False, late_before: bool = Fa
             reads = [f for k in range(400) for f in expedited_upload(Channel(DRIVE), 0x2100, 1, bytes([k % 256]))]
             capture.drop(before - 0.27, before + 0.03, 0x600 + DRIVE, 0x580 + DRIVE)
             capture.place(before - 0.24, reads, 0.0003)
-        return capture.faulty(before, before + (periods + 1.1) * HEARTBEAT)
+        since = before + 0.5 * HEARTBEAT + 0.0001 if late_before else before
+        return capture.faulty(since, before + (periods + 1.1) * HEARTBEAT)
 
     return make
 

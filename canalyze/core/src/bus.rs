@@ -127,7 +127,7 @@ impl Bus {
     pub fn step(&mut self, frame: &Frame, when: When, happened: Happened, cx: &mut Context<'_>) {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
-        let when = cx.evidence.recording.resolve(when, frame, role.is_command());
+        let when = cx.evidence.recording.take(when, happened, frame, role.is_command());
         (cx.when, cx.sighting) = (when, cx.evidence.recording.sighting(frame.no, happened.sighting));
         if cx.evidence.recording.is_first_of_stall(when) {
             cx.evidence.circumstances.note(circumstance::Kind::Stall, None, when);
@@ -300,7 +300,7 @@ impl Bus {
             let message = services::decode(role, frame);
             return cx.push(None, message.node(), What::Message(message));
         }
-        let message = self.checks.complete(services::decode(role, frame), frame);
+        let message = self.checks.complete(services::decode(role, frame), cx);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
         if let Some((from, to)) = self.checks.message(&message, &self.nodes, frame, cx) {

@@ -4,6 +4,7 @@
 
 use crate::event::{Event, What};
 use crate::evidence::duplicates::Sighting;
+use crate::evidence::pending::Until;
 use crate::evidence::recording;
 use crate::evidence::{Evidence, When};
 use crate::finding::{Code, Facts, Finding, Verdict};
@@ -115,7 +116,26 @@ impl Context<'_> {
     /// Reports a finding after `wait_ns`, unless something explains it by then (see
     /// [`Pending::explain`](crate::evidence::Pending::explain)): then it is that one's consequence.
     pub fn report_later(&mut self, finding: Finding, wait_ns: i64) {
-        if let Some(finding) = self.evidence.pending.keep(finding, wait_ns, self.when) {
+        if let Some(finding) = self.evidence.pending.keep(finding, Until::Explained(wait_ns), self.when) {
+            self.emit(finding);
+        }
+    }
+
+    /// Reports a finding that rests on a deadline of a node. Where the node owes a sign of life it waits for that: if
+    /// none comes, it is a consequence of the node's loss.
+    pub fn report_of_node(&mut self, finding: Finding) {
+        if !self.evidence.pending.is_watched(finding.node) || !self.evidence.recording.teaches(self.when) {
+            return self.report_timed(finding);
+        }
+        if let Some(finding) = self.evidence.pending.keep(finding, Until::Alive, self.when) {
+            self.report(finding);
+        }
+    }
+
+    /// Reports a finding unless a command, listed late, permits it after all (see
+    /// [`Pending::withdraw`](crate::evidence::Pending::withdraw)).
+    pub fn report_listed(&mut self, finding: Finding) {
+        if let Some(finding) = self.evidence.pending.keep(finding, Until::Listed, self.when) {
             self.emit(finding);
         }
     }
@@ -135,6 +155,14 @@ impl Context<'_> {
         for finding in self.evidence.pending.finish() {
             self.emit(finding);
         }
+    }
+
+    /// The time `now_ns`: that of the frame at hand, or a later one at which none came.
+    pub fn clock(&self, now_ns: i64) -> When {
+        if self.at.t_ns == Some(now_ns) {
+            return self.when;
+        }
+        self.evidence.recording.at(FrameRef { t_ns: Some(now_ns), ..self.at })
     }
 
     /// Appends an event at the frame at hand.

@@ -6,8 +6,7 @@
 
 use super::nmt::since;
 use crate::context::Context;
-use crate::finding::{Code, Facts};
-use crate::frame::FrameRef;
+use crate::finding::{Code, Finding};
 use crate::services::heartbeat::PRE_OPERATIONAL;
 
 /// How long findings are kept while no command was seen, in ns, and how many.
@@ -16,15 +15,6 @@ const KEPT: usize = 64;
 /// Nodes change their states together within this time, in ns: their heartbeats show it one after the other.
 const TOGETHER_NS: i64 = 1_000_000_000;
 
-/// A finding about a node's frame.
-#[derive(Debug)]
-struct Waiting {
-    code: Code,
-    node: u8,
-    at: FrameRef,
-    facts: Facts,
-}
-
 /// The findings of a bus that wait.
 #[derive(Debug, Default)]
 pub struct Commandless {
@@ -32,14 +22,14 @@ pub struct Commandless {
     commanded: bool,
     /// States have changed as only commands can explain: the capture lacks them.
     filtered: bool,
-    waiting: Vec<Waiting>,
+    waiting: Vec<Finding>,
 }
 
 impl Commandless {
     /// A command.
     pub fn command(&mut self, cx: &mut Context<'_>) {
         self.commanded = true;
-        self.tell(cx);
+        self.report(cx);
     }
 
     /// Whether any command was seen.
@@ -50,16 +40,16 @@ impl Commandless {
     /// With each frame, before it is followed.
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {
-        let old = |first: &Waiting| since(Some(first.at), cx.at).is_some_and(|age| age > WAIT_NS);
+        let old = |first: &Finding| since(Some(first.at), cx.at).is_some_and(|age| age > WAIT_NS);
         if !self.filtered && self.waiting.first().is_some_and(old) {
-            self.tell(cx);
+            self.report(cx);
         }
     }
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         if !self.filtered {
-            self.tell(cx);
+            self.report(cx);
         }
     }
 
@@ -70,28 +60,28 @@ impl Commandless {
 
     /// A node has gone to the state `to` unasked. What nodes do by themselves is to leave Operational for
     /// Pre-operational, each for its own reasons.
-    pub fn changed(&mut self, node: u8, at: FrameRef, to: u8, facts: &Facts) {
-        let alike = |other: &Waiting| {
+    pub fn changed(&mut self, node: u8, to: u8, finding: &Finding) {
+        let alike = |other: &Finding| {
             other.code == Code::Nmt004
-                && other.node != node
-                && other.facts == *facts
-                && since(Some(other.at), at).is_none_or(|age| age < TOGETHER_NS)
+                && other.node != Some(node)
+                && other.facts == finding.facts
+                && since(Some(other.at), finding.at).is_none_or(|age| age < TOGETHER_NS)
         };
         self.filtered |= !self.commanded && (to != PRE_OPERATIONAL || self.waiting.iter().any(alike));
     }
 
-    /// A node's frame that no command explains.
-    pub fn find(&mut self, code: Code, node: u8, at: FrameRef, facts: Facts, cx: &mut Context<'_>) {
-        if self.commanded {
-            cx.find_at(at, code, Some(node), None, None, facts);
+    /// A node's frame that no command explains. `wait_ns`: how long something else may explain it.
+    pub fn find(&mut self, finding: Finding, wait_ns: i64, cx: &mut Context<'_>) {
+        if self.commanded && wait_ns > 0 && finding.because_of.is_none() {
+            cx.report_later(finding, wait_ns);
+        } else if self.commanded {
+            cx.report(finding);
         } else if self.waiting.len() < KEPT {
-            self.waiting.push(Waiting { code, node, at, facts });
+            self.waiting.push(finding);
         }
     }
 
-    fn tell(&mut self, cx: &mut Context<'_>) {
-        for Waiting { code, node, at, facts } in std::mem::take(&mut self.waiting) {
-            cx.find_at(at, code, Some(node), None, None, facts);
-        }
+    fn report(&mut self, cx: &mut Context<'_>) {
+        std::mem::take(&mut self.waiting).into_iter().for_each(|finding| cx.report(finding));
     }
 }

@@ -7,40 +7,50 @@
 
 use super::heartbeat::Heartbeats;
 use super::nmt::{Nmt, since};
+use crate::configuration::Provenance;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Quantity};
+use crate::evidence::circumstance::Kind;
+use crate::evidence::duplicates::Sighting;
+use crate::evidence::obligation::Owed;
+use crate::evidence::recording::Silence;
+use crate::evidence::{Obligations, When};
+use crate::finding::Finding;
 use crate::frame::FrameRef;
-use crate::node::PerNode;
+use crate::node::{Node, PerNode};
+use crate::rules::guarding::{Grd001, Grd002, Grd003, Grd004, Grd005};
+use crate::rules::heartbeat::Hbt003;
 
 /// An answer comes within this time of its request, in ns.
 const ANSWER_NS: i64 = 500_000_000;
-/// A request may be captured this much later than its answer, in ns.
-const ECHO_NS: i64 = 10_000_000;
 /// A request this old was not answered, in ns.
 const UNANSWERED_NS: i64 = 1_000_000_000;
 /// A master that guards a node asks again within this time, in ns: nearly always.
 const ROUND_NS: i64 = 10_000_000_000;
 /// A request this old before a reset was not answered, in ns.
 const SLOW_NS: i64 = 50_000_000;
-/// Two frames closer than this may be one that was captured twice, in ns.
-const TWICE_NS: i64 = 5_000_000;
 /// So many frames in a row with the same toggle bit are no answers, but for those before them.
 const SAME: u8 = 3;
 /// So many frames that nobody asked for are heartbeats of a guarded node.
 const UNASKED: u8 = 3;
 
+/// The only frame with toggle bit 1, until there is a second.
+#[derive(Clone, Copy, Debug)]
+struct Lone {
+    at: FrameRef,
+    byte: u8,
+    /// Frames without it in a row after that one and the next, and the first of them.
+    same: Option<(u8, FrameRef)>,
+}
+
 #[derive(Debug, Default)]
 struct Guarded {
     /// Requests in the capture.
     requests: u64,
-    /// The only frame with toggle bit 1, and its byte, until there is a second.
-    lone: Option<(FrameRef, u8)>,
-    /// Frames without it in a row after that one and the next, and the first of them.
-    same: Option<(u8, FrameRef)>,
+    lone: Option<Lone>,
     /// The last request.
     asked: Option<FrameRef>,
     /// The same, until its answer.
-    request: Option<FrameRef>,
+    request: Option<When>,
     /// An answer came just before it, which may have been its own.
     doubtful: bool,
     /// The toggle bit of the last answer, where it tells what the next one must be.
@@ -52,7 +62,7 @@ struct Guarded {
     /// A frame that nobody had asked for, its toggle bit, and whether it counts as an answer already.
     ahead: Option<(FrameRef, bool, bool)>,
     unasked: u8,
-    /// It was said that requests stay unanswered, or that the node sends heartbeats as well.
+    /// It was reported that requests stay unanswered, or that the node sends heartbeats as well.
     silent: bool,
     both: bool,
 }
@@ -61,21 +71,25 @@ struct Guarded {
 #[derive(Debug)]
 pub struct Guarding {
     nodes: PerNode<Guarded>,
+    /// The node life times in ns (100Ch times 100Dh); 0: none, or not known.
+    life_ns: PerNode<i64>,
+    /// The next request that the master owes a node.
+    life: Obligations<u8>,
     /// When the first open request is too old, or earlier.
     next: i64,
 }
 
 impl Default for Guarding {
     fn default() -> Self {
-        Self { nodes: PerNode::default(), next: i64::MAX }
+        Self { nodes: PerNode::default(), life_ns: PerNode::default(), life: Obligations::default(), next: i64::MAX }
     }
 }
 
 impl Guarding {
     /// Whether a frame on a node's error-control identifier is a guarding answer.
-    pub fn is_answer(&self, node: u8, toggle: bool, heartbeats: &Heartbeats, at: FrameRef) -> bool {
+    pub fn is_answer(&self, node: u8, toggle: bool, heartbeats: &Heartbeats, cx: &Context<'_>) -> bool {
         let Some(guarded) = self.nodes.get(node) else { return toggle };
-        let asked = guarded.is_asked(at) && (guarded.toggles || !heartbeats.is_producer(node));
+        let asked = guarded.is_asked(cx) && (guarded.toggles || !heartbeats.is_producer(node));
         toggle || asked || guarded.toggles && guarded.requests == 0
     }
 
@@ -84,7 +98,7 @@ impl Guarding {
         self.nodes.get(node).is_some_and(|guarded| guarded.toggles)
     }
 
-    /// Whether it was said that a node leaves the master's requests unanswered, and it still does.
+    /// Whether it was reported that a node leaves the master's requests unanswered, and it still does.
     pub fn is_unanswered(&self, node: u8) -> bool {
         self.nodes.get(node).is_some_and(|guarded| guarded.silent)
     }
@@ -96,15 +110,52 @@ impl Guarding {
         asked.is_some_and(|asked| since(Some(asked), at).is_none_or(|age| age <= ROUND_NS))
     }
 
+    /// What is known of 100Ch and 100Dh of the bus's nodes, after a change.
+    pub fn configure(&mut self, nodes: &PerNode<Node>) {
+        for (id, node) in nodes.iter() {
+            let known = |index| node.value(index, 0).filter(|(_, from)| *from > Provenance::Eds);
+            let life_ns = known(0x100C).zip(known(0x100D)).map_or(0, |((guard_ms, _), (factor, _))| {
+                (guard_ms & 0xFFFF) as i64 * (factor & 0xFF) as i64 * 1_000_000
+            });
+            if life_ns > 0 || self.life_ns.get(id).is_some() {
+                *self.life_ns.entry(id) = life_ns;
+            }
+        }
+    }
+
+    /// The master has asked a node: it asks again within the node's life time.
+    fn await_request(&mut self, node: u8, heartbeats: &Heartbeats, cx: &Context<'_>) {
+        let life_ns = self.life_ns.get(node).copied().unwrap_or(0);
+        if life_ns > 0 && !heartbeats.is_configured(node) {
+            self.life.open(node, Owed { since: cx.when, limit_ns: life_ns, why: Some(cx.at) });
+        }
+    }
+
+    /// Reports which nodes the master has not asked within their life time. A silence of the whole bus tells nothing.
+    fn overdue(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        let now = cx.clock(now_ns);
+        for (node, Owed { since, limit_ns: limit, .. }) in self.life.due(now, &cx.evidence.recording) {
+            let age = cx.evidence.recording.between(since, now).unwrap_or(0);
+            let fell = since.at.t_ns.map_or(0, |since| since.saturating_add(limit));
+            if !is_of_all(node, fell, limit, cx.evidence.recording.silence(now_ns)) {
+                cx.raise(Grd005::Expired { age, limit }, Some(node), None, Some(since.at));
+            }
+        }
+    }
+
     /// A request of the master.
     pub fn request(&mut self, node: u8, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
-        let guarded = self.nodes.entry(node);
-        if since(guarded.request, cx.at).is_some_and(|gap| (0..TWICE_NS).contains(&gap)) {
+        let pending = self.nodes.get(node).is_some_and(|guarded| guarded.request.is_some());
+        if is_duplicate(cx) || pending && cx.sighting == Sighting::Suspect {
             return;
         }
+        self.await_request(node, heartbeats, cx);
+        let guarded = self.nodes.entry(node);
         guarded.requests += 1;
         guarded.asked = Some(cx.at);
-        if let Some((frame, toggle, counted)) = guarded.ahead.filter(|(frame, ..)| close(*frame, cx.at)) {
+        let recording = &cx.evidence.recording;
+        if let Some((frame, toggle, counted)) = guarded.ahead.filter(|(frame, ..)| !recording.is_settled(*frame, cx.at))
+        {
             // Its answer was captured before it.
             guarded.ahead = None;
             if !counted {
@@ -118,13 +169,13 @@ impl Guarding {
             guarded.toggle = None;
         }
         guarded.expire(node, cx);
-        let just_answered = guarded.answer.is_some_and(|answer| close(answer, cx.at));
+        let just_answered = guarded.answer.is_some_and(|answer| !cx.evidence.recording.is_settled(answer, cx.at));
         let doubtful = std::mem::replace(&mut guarded.doubtful, just_answered);
-        if let Some(before) = guarded.request.replace(cx.at).filter(|_| !doubtful) {
+        if let Some(before) = guarded.request.replace(cx.when).map(|when| when.at).filter(|_| !doubtful) {
             if heartbeats.is_producer(node) && !guarded.toggles {
                 if !guarded.both {
                     guarded.both = true;
-                    cx.find(Code::Grd003, Some(node), None, Some(before), Facts::told(1, &[]));
+                    cx.raise(Grd003::Requests, Some(node), None, Some(before));
                 }
             } else {
                 guarded.unanswered(node, before, nmt, cx);
@@ -138,36 +189,41 @@ impl Guarding {
     /// A node's answer, or a heartbeat of a node that may be guarded.
     pub fn frame(&mut self, node: u8, (state, toggle): (u8, bool), answer: bool, cx: &mut Context<'_>) {
         let guarded = self.nodes.entry(node);
+        if is_duplicate(cx) {
+            return;
+        }
         if toggle {
-            guarded.lone = Some((cx.at, state | 0x80)).filter(|_| !guarded.toggles);
-            if let Some((_, first)) = guarded.same.take() {
-                tell(node, false, first, cx);
+            let lone = Lone { at: cx.at, byte: state | 0x80, same: None };
+            let before = std::mem::replace(&mut guarded.lone, Some(lone).filter(|_| !guarded.toggles));
+            if let Some((_, first)) = before.and_then(|lone| lone.same) {
+                report_toggle(node, false, first, cx);
                 guarded.toggle = None;
             }
-        } else if guarded.is_no_answer(cx.at) {
-            let (count, first) = guarded.same.map_or((1, cx.at), |(count, first)| (count + 1, first));
-            guarded.same = Some((count, first));
+        } else if let Some(lone) =
+            guarded.lone.as_mut().filter(|_| guarded.requests == 0 && guarded.toggle == Some(false))
+        {
+            // Nobody asks, and after one frame with toggle bit 1 two or more come without: no answers.
+            let (count, first) = lone.same.map_or((1, cx.at), |(count, first)| (count + 1, first));
+            lone.same = Some((count, first));
             if count >= SAME {
                 guarded.was_heartbeat(node, cx);
             }
             return;
         }
         guarded.toggles |= toggle;
-        let twice = since(guarded.answer, cx.at).is_some_and(|gap| (0..TWICE_NS).contains(&gap));
-        if twice && guarded.request.is_none() && guarded.toggle == Some(toggle) {
-            return;
-        }
-        if guarded.is_asked(cx.at) && answer {
+        if guarded.is_asked(cx) && answer {
             guarded.request = None;
-            guarded.silent = false;
+            if std::mem::take(&mut guarded.silent) {
+                cx.evidence.circumstances.over(Kind::NodeLost, node);
+            }
             guarded.expire(node, cx);
-            return guarded.answered(node, toggle, cx);
+            return guarded.answer_at(node, toggle, cx.at, cx);
         }
         guarded.expire(node, cx);
         let counts = toggle || guarded.toggles && guarded.requests == 0;
         guarded.ahead = Some((cx.at, toggle, counts));
         if counts {
-            guarded.answered(node, toggle, cx);
+            guarded.answer_at(node, toggle, cx.at, cx);
         }
     }
 
@@ -180,13 +236,14 @@ impl Guarding {
 
     /// The node is reset, or has booted: its toggle bit starts anew.
     pub fn restart(&mut self, node: u8, nmt: &Nmt, cx: &mut Context<'_>) {
+        self.life.void(|id| node == 0 || node == *id);
         for (id, guarded) in self.nodes.iter_mut() {
             if node == 0 || node == id {
                 let request = guarded.request.filter(|request| {
-                    since(Some(*request), cx.at).is_some_and(|age| age > SLOW_NS) && !guarded.doubtful
+                    cx.evidence.recording.certainly_later(cx.when, *request, SLOW_NS) && !guarded.doubtful
                 });
                 if let Some(request) = request {
-                    guarded.unanswered(id, request, nmt, cx);
+                    guarded.unanswered(id, request.at, nmt, cx);
                 }
                 // What only one frame says of a toggle bit stays open: the frames from here on decide.
                 (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
@@ -197,31 +254,34 @@ impl Guarding {
 
     /// Frames were lost, requests and answers among them.
     pub fn forget(&mut self) {
+        self.life.void(|_| true);
         for (_, guarded) in self.nodes.iter_mut() {
             (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
             // By now it may send heartbeats instead.
             (guarded.toggles, guarded.requests, guarded.unasked) = (false, 0, 0);
-            (guarded.lone, guarded.same) = (None, None);
+            guarded.lone = None;
         }
     }
 
     /// It is `now_ns`: which request should have been answered.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
-        if now_ns < self.next {
+        self.overdue(now_ns, cx);
+        if now_ns < self.next || cx.evidence.recording.is_open() {
             return;
         }
+        let silence = cx.evidence.recording.silence(now_ns);
         self.next = i64::MAX;
         for (node, guarded) in self.nodes.iter_mut() {
             let Some(request) = guarded.request else { continue };
-            let due = request.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
+            let due = request.at.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
             if due > now_ns {
                 self.next = self.next.min(due);
-            } else if guarded.doubtful {
+            } else if guarded.doubtful || is_of_all(node, due, UNANSWERED_NS, silence) {
                 guarded.request = None;
             } else if guarded.toggles || !heartbeats.is_producer(node) {
                 guarded.request = None;
-                guarded.unanswered(node, request, nmt, cx);
+                guarded.unanswered(node, request.at, nmt, cx);
             }
         }
     }
@@ -230,44 +290,37 @@ impl Guarding {
     pub fn finish(&mut self, nmt: &Nmt, cx: &mut Context<'_>) {
         for (node, guarded) in self.nodes.iter() {
             if guarded.requests > 1 && !nmt.is_present(node) {
-                let facts = Facts::told(0, &[("requests", Quantity::Count(guarded.requests))]);
-                cx.find(Code::Grd004, Some(node), None, None, facts);
+                cx.raise(Grd004::Absent { requests: guarded.requests }, Some(node), None, None);
             }
         }
     }
 }
 
 impl Guarded {
-    fn is_asked(&self, at: FrameRef) -> bool {
-        self.request.is_some_and(|asked| since(Some(asked), at).is_none_or(|age| age <= ANSWER_NS))
-    }
-
-    /// Whether nobody asks, and after one frame with toggle bit 1 two or more come without.
-    fn is_no_answer(&self, at: FrameRef) -> bool {
-        let twice = since(self.answer, at).is_some_and(|gap| gap < TWICE_NS);
-        self.requests == 0 && self.lone.is_some() && self.toggle == Some(false) && !twice
+    /// Whether a frame may be the answer to a request. In a burst of the recorder it is, however late it is.
+    fn is_asked(&self, cx: &Context<'_>) -> bool {
+        let recording = &cx.evidence.recording;
+        let late = |asked: When| {
+            cx.at.t_ns.is_some() && recording.teaches(cx.when) && recording.certainly_later(cx.when, asked, ANSWER_NS)
+        };
+        self.request.is_some_and(|asked| !late(asked))
     }
 
     /// The frame with bit 7 was a heartbeat after all.
     fn was_heartbeat(&mut self, node: u8, cx: &mut Context<'_>) {
-        if let Some((at, byte)) = self.lone.take() {
-            let facts = Facts::told(1, &[("found", Quantity::Hex2(byte))]);
-            cx.find_at(at, Code::Hbt003, Some(node), None, None, facts);
+        if let Some(Lone { at, byte: found, .. }) = self.lone.take() {
+            let finding = cx.verdict(Hbt003::ToggleBit { found }, Some(node), None, None);
+            cx.report(Finding { at, ..finding });
         }
-        (self.toggles, self.toggle, self.ahead, self.answer, self.same) = (false, None, None, None, None);
-    }
-
-    fn answered(&mut self, node: u8, toggle: bool, cx: &mut Context<'_>) {
-        self.answer_at(node, toggle, cx.at, cx);
+        (self.toggles, self.toggle, self.ahead, self.answer) = (false, None, None, None);
     }
 
     fn answer_at(&mut self, node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
-        let twice = since(self.answer, at).is_some_and(|gap| gap < TWICE_NS);
         self.answer = Some(at);
-        if self.toggle == Some(toggle) && !twice {
+        if self.toggle == Some(toggle) {
             // The node may go on either way: the next answer is free.
             self.toggle = None;
-            return tell(node, toggle, at, cx);
+            return report_toggle(node, toggle, at, cx);
         }
         self.toggle = Some(toggle);
     }
@@ -278,11 +331,12 @@ impl Guarded {
             return;
         }
         self.silent = true;
-        let facts = match since(Some(request), cx.at) {
-            Some(age) => Facts::told(0, &[("age", Quantity::Ns(age))]),
-            None => Facts::told(1, &[]),
+        let what = match since(Some(request), cx.at) {
+            Some(age) => Grd002::NoResponseWithin { age },
+            None => Grd002::NoResponse,
         };
-        cx.find(Code::Grd002, Some(node), None, Some(request), facts);
+        cx.raise(what, Some(node), None, Some(request));
+        cx.evidence.circumstances.note(Kind::NodeLost, Some(node), cx.when);
     }
 
     /// A frame that nobody had asked for, and no request came just after it.
@@ -298,18 +352,23 @@ impl Guarded {
         self.unasked = self.unasked.saturating_add(1);
         if self.unasked >= UNASKED && !self.both {
             self.both = true;
-            cx.find(Code::Grd003, Some(node), None, Some(frame), Facts::told(0, &[]));
+            cx.raise(Grd003::Heartbeats, Some(node), None, Some(frame));
         }
     }
 }
 
 /// A toggle bit that did not alternate.
-fn tell(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
-    let facts = [("found", Quantity::Count(u64::from(toggle))), ("expected", Quantity::Count(u64::from(!toggle)))];
-    cx.find_at(at, Code::Grd001, Some(node), None, None, Facts::told(0, &facts));
+fn report_toggle(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
+    let finding = cx.verdict(Grd001::Toggle { found: toggle, expected: !toggle }, Some(node), None, None);
+    cx.report(Finding { at, ..finding });
 }
 
-/// Whether a request may be that of the frame captured before it.
-fn close(frame: FrameRef, at: FrameRef) -> bool {
-    since(Some(frame), at).map_or(frame.no + 2 >= at.no, |age| age <= ECHO_NS)
+/// Whether the frame at hand is likely a duplicate. In a burst of the recorder requests and answers are that close, too.
+fn is_duplicate(cx: &Context<'_>) -> bool {
+    cx.sighting == Sighting::Suspect && cx.evidence.recording.teaches(cx.when)
+}
+
+/// Whether a time fell into a silence of the whole bus.
+fn is_of_all(node: u8, fell_ns: i64, period_ns: i64, silence: Option<Silence>) -> bool {
+    silence.is_some_and(|one| (one.from_ns..=one.to_ns).contains(&fell_ns) && one.is_of_all(node, period_ns))
 }

@@ -1,178 +1,102 @@
-//! Heartbeats (CiA 301, 7.2.8.3.2): late, lost, in an unknown state, or of two nodes with one node-ID.
+//! Heartbeats (CiA 301, 7.2.8.3.2): late, lost, in an unknown state, or with another period than before.
 //!
-//! A producer is watched from its first heartbeat on, as consumers do. How often it sends is what the capture shows of
-//! 1017h (or a DCF says), else what its heartbeats themselves show once they are even; where both disagree the
-//! heartbeats are right. It counts as lost when a consumer's time (1016h) is over, or after three periods. More
-//! heartbeats than due are legal. Where the whole bus falls silent nobody is lost yet: a recording may have stalled.
-//! Verdicts need stamps, but for states.
+//! A producer is watched from its first heartbeat on, as consumers do. How often it sends is what its heartbeats show,
+//! and until they do, what the capture or a DCF says of 1017h. It owes the next one, and counts as lost when a consumer's
+//! time (1016h) is over, or after three periods. Additional heartbeats are legal. A silence of the whole bus is nobody's
+//! fault: who was expected in it has as long as anew. Verdicts need stamps, but for states. Two nodes with one node-ID
+//! are found in `duplicate_id`.
 
+use super::duplicate_id::{DuplicateId, Place};
 use crate::configuration::Provenance;
 use crate::context::Context;
-use crate::evidence::recording::Verdict;
-use crate::finding::{Code, Facts, Quantity};
+use crate::evidence::circumstance::Kind;
+use crate::evidence::duplicates::Sighting;
+use crate::evidence::obligation::Owed;
+use crate::evidence::period::{Confidence, Learnt};
+use crate::evidence::recording::Silence;
+use crate::evidence::{Obligations, Period, When};
+use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::node::{Node, PerNode};
+use crate::rules::heartbeat::{Hbt001, Hbt002, Hbt003, Hbt005, Hbt007};
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
-/// No heartbeat has a longer period: 1017h holds 65.535 s at most. Longer gaps say nothing more.
-const LONGEST_NS: i64 = 600_000_000_000;
-/// Gaps between heartbeats that are kept.
-const GAPS: usize = 8;
-/// Even gaps that make a period.
-const EVEN: usize = 3;
-/// Even gaps that tell a rate.
-const RATE: usize = 6;
-/// Least tolerance of a period in ns: what hosts and small controllers are late by now and then.
+/// How late a producer may always be, in ns: what hosts and small controllers are by now and then.
 const LEAST_SLACK_NS: i64 = 20_000_000;
-/// A bus silent for this long was not recorded, whoever else might have spoken.
-pub(super) const PAUSE_NS: i64 = 10_000_000_000;
-/// A silence of so many mean gaps between frames concerns the whole bus.
-const UNUSUAL: i64 = 10;
-/// Gaps that alternate differ by more than this: below, a loaded host's stamps do the same.
-const APART_NS: i64 = 10_000_000;
-/// Two heartbeats closer than this may be one that was captured twice, in ns.
-pub(super) const TWICE_NS: i64 = 5_000_000;
+/// Nodes that are switched on together are back within this time, in ns.
+const POWER_UP_NS: i64 = 5_000_000_000;
 /// Sub-indices of 1016h.
 const CONSUMED: std::ops::RangeInclusive<u8> = 1..=127;
 
 /// One producer.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Producer {
-    last: FrameRef,
-    /// Time of the last heartbeat; `None` while the node is not watched.
-    last_ns: Option<i64>,
+    /// The last heartbeat; `None` while the node is not watched.
+    last: Option<When>,
     state: Option<u8>,
     /// The last state, where CiA 301 does not know it.
     unknown: Option<u8>,
-    /// Gaps between heartbeats without change of state, latest last.
-    gaps: Vec<i64>,
-    /// What the gaps have shown.
-    learnt: Option<i64>,
-    /// What 1017h holds, by the capture or a DCF; 0 = off.
-    configured: Option<i64>,
+    period: Period,
+    /// 1017h holds 0.
+    off: bool,
     /// The time of the consumer that waits shortest, in ns.
     consumer: Option<i64>,
-    /// When it is lost.
-    deadline: i64,
-    lost: bool,
-    /// By how much gaps have lately differed from the period, in ns: what the stamps are worth.
-    wobble: i64,
-    /// Nothing was judged yet since it is watched anew.
-    fresh: bool,
-    /// The next gap is not judged: it was lost, the bus was silent, or it has just been late.
-    excused: bool,
-    /// Changes of state in a row, each to the state before.
-    alternations: u8,
-    before: Option<u8>,
-    /// It was said that two nodes share the node-ID.
-    doubled: bool,
+    start: Start,
+    /// The last gap that was late, in ns, the heartbeat that ended the first like it, and gaps in time since.
+    late: Option<(i64, FrameRef, u8)>,
+    /// The frame that showed that it is lost, and how many heartbeats have come since. Two in time, and it is back.
+    lost: Option<(FrameRef, u8)>,
+    /// For how long the whole bus was silent since the last heartbeat while the next was expected, in ns.
+    paused_ns: i64,
+    /// The last heartbeat may be a duplicate.
+    suspect: bool,
+    duplicate: DuplicateId,
 }
 
-impl Default for Producer {
-    fn default() -> Self {
-        Self {
-            last: FrameRef::default(),
-            last_ns: None,
-            state: None,
-            unknown: None,
-            gaps: Vec::new(),
-            learnt: None,
-            configured: None,
-            consumer: None,
-            deadline: i64::MAX,
-            lost: false,
-            wobble: 0,
-            fresh: false,
-            excused: false,
-            alternations: 0,
-            before: None,
-            doubled: false,
-        }
-    }
-}
-
-/// How lively the bus is: what a silence is measured by.
+/// The beginning of a producer: a boot-up, after which the period may be another one. The second heartbeat tells.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Pulse {
-    /// Time of the last frame.
-    pub last_ns: Option<i64>,
-    /// Mean gap between frames in ns.
-    pub gap_ns: i64,
-    /// How many gaps it is the mean of.
-    gaps: u8,
-    /// From when to when the recording stood still last: what was sent meanwhile comes in a burst after it.
-    pub stall: Option<(i64, i64)>,
-}
-
-impl Pulse {
-    /// Takes the time of a frame.
-    #[inline]
-    pub fn beat(&mut self, now_ns: i64) {
-        if let Some(last) = self.last_ns {
-            let gap = now_ns.saturating_sub(last).clamp(0, PAUSE_NS);
-            // At first of all gaps so far, then of the latest.
-            self.gap_ns += if self.gaps < 16 {
-                self.gaps += 1;
-                (gap - self.gap_ns) / i64::from(self.gaps)
-            } else {
-                (gap - self.gap_ns) / 16
-            };
-        }
-        self.last_ns = Some(now_ns);
-    }
-
-    /// For how long the bus was silent, in ns.
-    pub fn silence(&self, now_ns: i64) -> i64 {
-        self.last_ns.map_or(0, |last| now_ns.saturating_sub(last).max(0))
-    }
+enum Start {
+    #[default]
+    Over,
+    Booted(When),
+    /// The gap from the boot-up to the first heartbeat, in ns, and that.
+    First(i64, When),
 }
 
 /// The heartbeat producers of a bus.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Heartbeats {
     producers: PerNode<Producer>,
-    /// The earliest deadline, or earlier.
-    next: i64,
-    /// The silence that was said: the time of the frame before it.
-    silence: Option<i64>,
-    jitter_ns: i64,
-}
-
-impl Default for Heartbeats {
-    fn default() -> Self {
-        Self { producers: PerNode::default(), next: i64::MAX, silence: None, jitter_ns: 0 }
-    }
+    owed: Obligations<u8>,
+    /// When the last silence of the whole bus that was looked at ended, and when the last one that was reported began,
+    /// in ns.
+    looked_ns: i64,
+    reported_ns: Option<i64>,
 }
 
 impl Heartbeats {
-    /// Producers that are judged with at least this tolerance (`--jitter`).
-    pub fn new(jitter_ns: Option<i64>) -> Self {
-        Self { jitter_ns: jitter_ns.unwrap_or(0), ..Self::default() }
-    }
-
     /// How often a node sends heartbeats, in ns.
     pub fn period(&self, node: u8) -> Option<i64> {
-        self.producers.get(node)?.period()
+        self.producers.get(node)?.expected()
     }
 
     /// Whether no heartbeat of a node has come within its time, at `now_ns`: it counts as lost, or would if it were not
     /// the whole bus that is silent. Not of a node that was reset, or is not watched for another reason.
     pub fn is_overdue(&self, node: u8, now_ns: i64) -> bool {
         let Some(producer) = self.producers.get(node) else { return false };
-        let off = producer.configured == Some(0) && producer.learnt.is_none();
-        let limit = producer.limit(self.jitter_ns.max(LEAST_SLACK_NS) + producer.wobble);
-        let late = |last: i64| !off && now_ns.saturating_sub(last) > limit;
-        producer.lost || producer.last_ns.is_some_and(late)
+        let last = producer.last.and_then(|last| last.at.t_ns);
+        let late = |limit: i64| last.is_some_and(|last| now_ns.saturating_sub(last) > limit);
+        producer.is_lost() || producer.limit().is_some_and(late)
     }
 
     /// Whether a node's heartbeats are even: it is a producer, not one that answers guarding.
     pub fn is_producer(&self, node: u8) -> bool {
-        self.producers.get(node).is_some_and(|producer| producer.learnt.is_some())
+        self.producers.get(node).is_some_and(|producer| producer.period.learnt_ns().is_some())
     }
 
     /// Whether 1017h is known to be other than 0: the node sends heartbeats.
     pub fn is_configured(&self, node: u8) -> bool {
-        self.producers.get(node).is_some_and(|producer| producer.configured.is_some_and(|period| period > 0))
+        self.producers.get(node).is_some_and(|producer| producer.period.configured_ns().is_some())
     }
 
     /// What is known of 1016h and 1017h of the bus's nodes, after a change.
@@ -200,58 +124,81 @@ impl Heartbeats {
             }
             let producer = self.producers.entry(id);
             producer.consumer = consumer;
-            if producer.configured != configured {
-                producer.configured = configured;
-                producer.restart();
+            producer.configure(configured);
+            if producer.off && producer.period.learnt_ns().is_none() {
+                self.owed.met(id);
             }
         }
     }
 
-    /// A node's 1017h is being written: what its heartbeats have shown holds no more.
-    pub fn unsettle(&mut self, node: u8) {
-        if let Some(producer) = self.producers.get_mut(node) {
-            producer.restart();
+    /// 1017h of a node is being written; `ns`: the new period.
+    pub fn written(&mut self, node: u8, ns: i64, cx: &Context<'_>) {
+        let Some(producer) = self.producers.get_mut(node) else { return };
+        let before = producer.expected().unwrap_or(0);
+        producer.period.doubt();
+        (producer.last, producer.start, producer.late) = (None, Start::Over, None);
+        // The write starts the period anew. Where the server refuses it, the old one goes on.
+        if self.owed.met(node).is_some() && ns > 0 {
+            let limit_ns = 3 * before.max(ns) + slack(before.max(ns), Confidence::Configured);
+            self.owed.open(node, Owed { since: cx.when, limit_ns, why: Some(cx.at) });
+        }
+    }
+
+    /// A write of 1017h was acknowledged. Where its request was not seen the period may be any.
+    pub fn acknowledged(&mut self, node: u8) {
+        let Some(producer) = self.producers.get_mut(node) else { return };
+        if self.owed.get(node).is_some_and(|owed| owed.why.is_none()) {
+            producer.period.forget();
+            producer.last = None;
+            self.owed.met(node);
         }
     }
 
     /// A node (or all, 0) is reset or goes silent by command: it is watched again from its next heartbeat on.
-    pub fn pause(&mut self, node: u8) {
-        for (id, producer) in self.producers.iter_mut() {
-            if node == 0 || node == id {
-                producer.restart();
-                (producer.last_ns, producer.state, producer.before, producer.alternations) = (None, None, None, 0);
-            }
+    pub fn pause(&mut self, node: u8, cx: &mut Context<'_>) {
+        for (id, producer) in self.producers.iter_mut().filter(|(id, _)| node == 0 || node == *id) {
+            producer.pause();
+            cx.evidence.pending.alive(id, false);
+        }
+        self.owed.void(|id| node == 0 || node == *id);
+    }
+
+    /// A node has booted.
+    pub fn booted(&mut self, node: u8, cx: &mut Context<'_>) {
+        self.pause(node, cx);
+        cx.evidence.circumstances.over(Kind::NodeLost, node);
+        if let Some(producer) = self.producers.get_mut(node).filter(|producer| producer.expected().is_some()) {
+            producer.start = Start::Booted(cx.when);
         }
     }
 
     /// A frame with bit 7 from a node that sends heartbeats: no guarding answer where nobody asks.
     /// It is a heartbeat all the same, but its state counts for nothing.
-    pub fn bit_7(&mut self, byte: u8, node: u8, pulse: Pulse, cx: &mut Context<'_>) {
-        cx.find(Code::Hbt003, Some(node), None, None, Facts::told(1, &[("found", Quantity::Hex2(byte))]));
-        self.alive(node, pulse, cx);
+    pub fn bit_7(&mut self, found: u8, node: u8, cx: &mut Context<'_>) {
+        cx.raise(Hbt003::ToggleBit { found }, Some(node), None, None);
+        self.alive(node, cx);
     }
 
     /// A heartbeat whose state counts for nothing.
-    pub fn alive(&mut self, node: u8, pulse: Pulse, cx: &mut Context<'_>) {
+    pub fn alive(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some(state) = self.producers.get(node).and_then(|producer| producer.state) {
-            self.beat(node, state, pulse, cx);
+            self.heartbeat(node, state, cx);
         }
     }
 
-    /// The network was switched on: nobody is lost before `until`.
-    pub fn grant(&mut self, until: i64) {
-        for (_, producer) in self.producers.iter_mut().filter(|(_, producer)| producer.deadline < i64::MAX) {
-            producer.deadline = producer.deadline.max(until);
+    /// The network was switched on: all nodes have their time to boot.
+    pub fn power_up(&mut self, cx: &Context<'_>) {
+        for (id, _) in self.producers.iter() {
+            if let Some(owed) = self.owed.get(id).copied() {
+                self.owed.open(id, Owed { since: cx.when, limit_ns: owed.limit_ns.max(POWER_UP_NS), ..owed });
+            }
         }
     }
 
     /// A command: a change of state says nothing of a second node.
     pub fn commanded(&mut self, node: u8) {
-        for (id, producer) in self.producers.iter_mut() {
-            if node == 0 || node == id {
-                producer.alternations = 0;
-            }
-        }
+        let meant = |(id, _): &(u8, &mut Producer)| node == 0 || node == *id;
+        self.producers.iter_mut().filter(meant).for_each(|(_, producer)| producer.duplicate.commanded());
     }
 
     /// Says whether a state is one that CiA 301 knows; the first of several of another one is a finding.
@@ -259,290 +206,284 @@ impl Heartbeats {
         let known = matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL);
         let producer = self.producers.entry(node);
         let unknown = Some(state).filter(|_| !known);
-        if let Some(state) = unknown
+        if let Some(found) = unknown
             && producer.unknown != unknown
         {
-            cx.find(Code::Hbt003, Some(node), None, None, Facts::told(0, &[("found", Quantity::Hex2(state))]));
+            cx.raise(Hbt003::State { found }, Some(node), None, None);
         }
         producer.unknown = unknown;
         known
     }
 
-    /// A heartbeat of a node.
-    pub fn beat(&mut self, node: u8, state: u8, pulse: Pulse, cx: &mut Context<'_>) {
+    /// A heartbeat of a node. One that may be a duplicate teaches nothing.
+    pub fn heartbeat(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
         let known = self.known_state(node, state, cx);
         let producer = self.producers.entry(node);
-        let slack_ns = self.jitter_ns.max(LEAST_SLACK_NS) + producer.wobble;
-        let changed = producer.state.is_some_and(|before| before != state);
-        let (last, before) = (producer.last, producer.state.replace(state));
-        producer.alternate(node, changed && known, before, state, last, cx);
-        producer.last = cx.at;
-        let Some(now) = cx.at.t_ns else { return };
-        if !changed && producer.is_twice(now) {
-            return;
+        let before = producer.state.replace(state);
+        let changed = before.is_some_and(|before| before != state);
+        let last = producer.last.replace(cx.when);
+        if let Some(last) = last {
+            producer.duplicate.state(node, changed && known, (before, state), last.at, cx);
+            producer.gap(node, last, changed, cx);
         }
-        if cx.evidence.recording.verdict(cx.when.burst) == Some(Verdict::Confirmed) {
-            // The recorder stood still: the time tells nothing of the node but that it is there.
-            producer.gaps.clear();
-            producer.last_ns = Some(now);
-            (producer.excused, producer.lost) = (true, false);
-            return producer.await_next(slack_ns, &mut self.next);
+        if producer.is_lost() {
+            cx.evidence.circumstances.over(Kind::NodeLost, node);
         }
-        let Some(last_ns) = producer.last_ns.replace(now) else { return producer.await_next(slack_ns, &mut self.next) };
-        let gap = now.saturating_sub(last_ns);
-        let excused = std::mem::take(&mut producer.excused) | std::mem::take(&mut producer.lost);
-        let fresh = std::mem::take(&mut producer.fresh);
-        if gap <= 0 {
-            producer.gaps.clear();
-        } else if let Some(period) = producer.period()
-            && gap > period + slack(period, slack_ns)
-        {
-            // It was not the node but the recording that stood still.
-            let stalled = pulse.stall.is_some_and(|(from, to)| {
-                producer.missed(last_ns.saturating_add(period), from, to) && now.saturating_sub(to) <= LEAST_SLACK_NS
-            });
-            if !excused && !stalled && !producer.doubled {
-                let facts = [("found", Quantity::Ns(gap)), ("expected", Quantity::Ns(period))];
-                let finding = cx.finding(Code::Hbt001, Some(node), None, None, Facts::told(0, &facts));
-                cx.report_timed(finding);
-            }
-            // Gaps that stay long are another period, learnt in time.
-            if !excused {
-                producer.gaps.clear();
-            }
-            if !stalled {
-                producer.learn(node, gap, last, cx);
-            }
-            // The gap after a change is no excuse for the next.
-            producer.excused = !fresh;
-        } else if changed || excused {
-            producer.gaps.clear();
-        } else {
-            producer.waver(gap);
-            producer.learn(node, gap, last, cx);
+        producer.lost = producer.lost.filter(|(_, since)| *since == 0).map(|(at, _)| (at, 1));
+        producer.begin(node, cx);
+        producer.paused_ns = 0;
+        let limit = producer.limit();
+        cx.evidence.pending.alive(node, limit.is_some());
+        match limit {
+            Some(limit_ns) => self.owed.open(node, Owed { since: cx.when, limit_ns, why: None }),
+            None => drop(self.owed.met(node)),
         }
-        producer.await_next(slack_ns, &mut self.next);
     }
 
     /// It is `now_ns`: who should have been heard and was not. `heard`: a frame says so, and not only the clock.
     #[inline]
-    pub fn advance(&mut self, now_ns: i64, heard: bool, pulse: Pulse, cx: &mut Context<'_>) {
-        if now_ns >= self.next {
-            self.sweep(now_ns, heard, pulse, cx);
+    pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
+        let silence = cx.evidence.recording.silence(now_ns).filter(|silence| silence.to_ns == now_ns);
+        let silence = silence.map(|silence| self.with_producers(silence));
+        let now = cx.clock(now_ns);
+        if let Some(silence) = silence.filter(|_| heard && self.looked_ns != now_ns) {
+            self.looked_ns = now_ns;
+            self.resume(silence, cx);
         }
-    }
-
-    /// The bus is heard again at `now_ns`, of which it was said that it is silent: who was due meanwhile has as long as
-    /// anew.
-    pub fn resume(&mut self, now_ns: i64, pulse: Pulse) {
-        if self.silence.is_none() || self.silence != pulse.last_ns {
-            return;
-        }
-        let slack_ns = self.jitter_ns.max(LEAST_SLACK_NS);
-        for (_, producer) in self.producers.iter_mut().filter(|(_, producer)| producer.deadline < i64::MAX) {
-            let limit = producer.limit(slack_ns);
-            if producer.last_ns.is_some_and(|last| last.saturating_add(limit) <= now_ns) {
-                producer.deadline = now_ns.saturating_add(limit);
+        for (node, owed) in self.owed.due(now, &cx.evidence.recording) {
+            if heard || !self.waits(node, silence, cx) {
+                self.lose(node, now, owed, cx);
+            } else {
+                self.owed.open(node, owed);
             }
         }
     }
 
-    fn sweep(&mut self, now_ns: i64, frame: bool, pulse: Pulse, cx: &mut Context<'_>) {
-        let heard = pulse.last_ns.unwrap_or(now_ns);
-        let silence = pulse.silence(now_ns);
-        let overdue =
-            |producer: &Producer| producer.deadline <= now_ns && producer.missed(producer.due(), heard, now_ns);
-        let silent = self.missing(heard, now_ns);
-        let everybody =
-            silent > 1 || silent > 0 && (silence > PAUSE_NS || silence > pulse.gap_ns.saturating_mul(UNUSUAL));
-        let everybody = everybody && self.producers.iter().any(|(_, producer)| overdue(producer));
-        if everybody && self.silence != Some(heard) {
-            self.silence = Some(heard);
-            let facts = [("silence", Quantity::Ns(silence)), ("nodes", Quantity::Count(silent as u64))];
-            cx.find(Code::Hbt005, None, None, None, Facts::told(0, &facts));
-        }
-        // Where nobody else is heard either, it shows soon whether the others are silent as well.
-        let others = self.producers.iter().filter(|(_, producer)| producer.deadline < i64::MAX).count() > 1;
-        let open = !frame && others && !everybody;
-        let mut next = i64::MAX;
+    /// A silence, with the producers of which a heartbeat was expected in it, as far as is known here.
+    fn with_producers(&self, silence: Silence) -> Silence {
+        let due = |one: &Producer| Some(one.last?.at.t_ns?.saturating_add(one.expected()? + LEAST_SLACK_NS));
+        let within = |due: i64| silence.from_ns < due && due < silence.to_ns;
+        let missing = self.producers.iter().filter(|(_, one)| due(one).is_some_and(within));
+        missing.fold(silence, |silence, (id, _)| Silence { missing: silence.missing | 1 << (id & 0x7F), ..silence })
+    }
+
+    /// The bus is heard again: who was expected in its silence, as others were, has as long as anew.
+    fn resume(&mut self, silence: Silence, cx: &mut Context<'_>) {
+        let (mut missing, mut overdue) = (0, false);
         for (node, producer) in self.producers.iter_mut() {
-            if producer.deadline <= now_ns && !(open && overdue(producer)) {
-                if everybody && overdue(producer) {
-                    // Who does not come back now is lost.
-                    producer.excused = true;
-                    producer.deadline = now_ns.saturating_add(producer.limit(self.jitter_ns.max(LEAST_SLACK_NS)));
-                } else {
-                    producer.deadline = i64::MAX;
-                    producer.lost = true;
-                    let age = now_ns.saturating_sub(producer.last_ns.unwrap_or(now_ns));
-                    let limit = producer.limit(self.jitter_ns.max(LEAST_SLACK_NS));
-                    let facts = [("silence", Quantity::Ns(age)), ("limit", Quantity::Ns(limit))];
-                    let face = u8::from(producer.consumer.is_none_or(|time| time < limit));
-                    let finding =
-                        cx.finding(Code::Hbt002, Some(node), None, Some(producer.last), Facts::told(face, &facts));
-                    cx.report_timed(finding);
-                }
+            if !producer.misses(node, silence) {
+                continue;
             }
-            next = next.min(producer.deadline);
+            producer.paused_ns = producer.paused_ns.saturating_add(silence.ns());
+            let Some(owed) = self.owed.get(node).copied() else { continue };
+            missing += 1;
+            overdue |= owed.since.at.t_ns.is_some_and(|since| since.saturating_add(owed.limit_ns) < silence.to_ns);
+            self.owed.open(node, Owed { since: cx.when, ..owed });
         }
-        self.next = next;
-    }
-
-    /// Frames were lost.
-    pub fn forget(&mut self) {
-        self.pause(0);
-    }
-
-    /// Whether it was the recording that stood still, and not the bus, while nothing was heard from `from` to `to`:
-    /// several heartbeats were due, or one on a bus that else is lively.
-    pub fn stalled(&self, from: i64, to: i64, pulse: Pulse) -> bool {
-        let silence = to.saturating_sub(from);
-        silence > LEAST_SLACK_NS && {
-            let missing = self.missing(from, to);
-            missing > 1 || missing > 0 && silence > pulse.gap_ns.saturating_mul(UNUSUAL)
+        if overdue {
+            self.report_silence(silence, missing, cx);
         }
     }
 
-    /// How many heartbeats were due while nothing was heard from `from` to `to`.
-    fn missing(&self, from: i64, to: i64) -> usize {
-        let watched = self.producers.iter().filter(|(_, producer)| producer.deadline < i64::MAX);
-        watched.filter(|(_, producer)| producer.missed(producer.due(), from, to)).count()
+    /// Reports that the whole bus is silent, once for each silence.
+    fn report_silence(&mut self, silence: Silence, nodes: u64, cx: &mut Context<'_>) {
+        if self.reported_ns.replace(silence.from_ns) != Some(silence.from_ns) {
+            cx.report_timed(cx.verdict(Hbt005::Silent { silence: silence.ns(), nodes }, None, None, None));
+        }
+    }
+
+    /// Whether a heartbeat that is overdue while no frame comes may yet turn out to be missing as all others are.
+    fn waits(&mut self, node: u8, silence: Option<Silence>, cx: &mut Context<'_>) -> bool {
+        let others = self.producers.iter().any(|(id, _)| id != node && self.owed.get(id).is_some());
+        let Some(silence) = silence else { return others };
+        if self.producers.get(node).is_none_or(|one| !one.misses(node, silence)) {
+            return others;
+        }
+        let missing = self.producers.iter().filter(|(id, one)| one.misses(*id, silence)).count();
+        self.report_silence(silence, missing as u64, cx);
+        true
+    }
+
+    fn lose(&mut self, node: u8, now: When, owed: Owed, cx: &mut Context<'_>) {
+        let Some(producer) = self.producers.get_mut(node) else { return };
+        // One that comes back for a single heartbeat is lost still.
+        let because_of = producer.lost.map(|(at, _)| at);
+        producer.lost = Some((because_of.unwrap_or(cx.at), 0));
+        let last = producer.last.unwrap_or(owed.since);
+        let (silence, limit) = (cx.evidence.recording.between(last, now).unwrap_or(0), owed.limit_ns);
+        let what = match producer.consumer {
+            Some(time) if time >= limit => Hbt002::ConsumerTime { silence, limit },
+            _ => Hbt002::Limit { silence, limit },
+        };
+        let finding = cx.verdict(what, Some(node), None, Some(last.at));
+        cx.report(Finding { because_of, ..finding });
+        cx.evidence.circumstances.note(Kind::NodeLost, Some(node), cx.when);
+        cx.evidence.pending.lost(node, cx.at);
+    }
+
+    /// Frames were lost: heartbeats may be among them.
+    pub fn forget(&mut self, cx: &mut Context<'_>) {
+        self.pause(0, cx);
+    }
+
+    /// The capture is over: who should have been heard by its last frame.
+    pub fn finish(&mut self, cx: &mut Context<'_>) {
+        if let Some(now_ns) = cx.at.t_ns {
+            self.advance(now_ns, true, cx);
+        }
     }
 }
 
 impl Producer {
-    /// What was learnt holds no more.
-    fn restart(&mut self) {
-        self.gaps.clear();
-        (self.learnt, self.deadline) = (None, i64::MAX);
-        (self.lost, self.excused, self.doubled, self.fresh) = (false, true, false, true);
-    }
-
-    fn period(&self) -> Option<i64> {
-        self.learnt.or(self.configured.filter(|period| *period > 0))
-    }
-
-    /// Whether a heartbeat that was due at `due` is missing from a silence.
-    fn missed(&self, due: i64, from: i64, to: i64) -> bool {
-        let slack = slack(self.period().unwrap_or(0), LEAST_SLACK_NS);
-        due.saturating_add(slack) > from && due.saturating_add(LEAST_SLACK_NS) < to
-    }
-
-    /// Whether a heartbeat is the last one captured twice, or one of several that a recording kept back and gave at
-    /// once.
-    fn is_twice(&self, now: i64) -> bool {
-        let limit = self.period().map_or(TWICE_NS, |period| TWICE_NS.min(period / 2));
-        self.last_ns.is_some_and(|last| (0..limit).contains(&now.saturating_sub(last)))
-    }
-
-    /// Takes by how much a gap differs from the period.
-    fn waver(&mut self, gap: i64) {
-        if let Some(period) = self.period() {
-            let off = gap.saturating_sub(period).saturating_abs().min(LEAST_SLACK_NS);
-            self.wobble = off.max(self.wobble - self.wobble / 16);
+    fn configure(&mut self, configured: Option<i64>) {
+        let before = self.period.configured_ns();
+        self.off = configured == Some(0);
+        self.period.configure(configured);
+        let known = self.period.learnt_ns();
+        if configured != before && !configured.is_some_and(|ns| known.is_some_and(|known| alike(known, ns))) {
+            self.period.doubt();
+            self.late = None;
+            self.last = self.last.filter(|_| !self.off);
+            self.duplicate = DuplicateId::default();
         }
     }
 
-    /// When its next heartbeat should come.
-    fn due(&self) -> i64 {
-        let wait = self.period().or(self.consumer).unwrap_or(0);
-        self.last_ns.unwrap_or(i64::MAX).saturating_add(wait)
+    /// It is not watched until its next heartbeat.
+    fn pause(&mut self) {
+        self.period.doubt();
+        (self.last, self.state, self.late, self.lost) = (None, None, None, None);
+        (self.start, self.paused_ns) = (Start::Over, 0);
+        self.duplicate = DuplicateId::default();
     }
 
-    /// How long it may be silent.
-    fn limit(&self, slack_ns: i64) -> i64 {
-        match (self.consumer, self.period()) {
-            (Some(time), Some(period)) => time.max(period + slack(period, slack_ns)),
-            (Some(time), None) => time,
-            (None, Some(period)) => 3 * period + slack(period, slack_ns),
-            (None, None) => i64::MAX,
+    fn is_lost(&self) -> bool {
+        self.lost.is_some_and(|(_, since)| since == 0)
+    }
+
+    fn expected(&self) -> Option<i64> {
+        Some(self.period.expected()?.ns)
+    }
+
+    /// By how much a heartbeat may be late, in ns.
+    fn slack(&self) -> i64 {
+        self.period.expected().map_or(LEAST_SLACK_NS, |known| slack(known.ns, known.confidence) + known.deviation_ns)
+    }
+
+    /// How long it may be silent, in ns; `None`: for ever.
+    fn limit(&self) -> Option<i64> {
+        if self.off && self.period.learnt_ns().is_none() {
+            return None;
+        }
+        match (self.consumer, self.expected()) {
+            (Some(time), Some(period)) => Some(time.max(period + self.slack())),
+            (None, Some(period)) => Some(3 * period + self.slack()),
+            (time, None) => time,
         }
     }
 
-    fn await_next(&mut self, slack_ns: i64, next: &mut i64) {
-        let off = self.configured == Some(0) && self.learnt.is_none();
-        let limit = if off { i64::MAX } else { self.limit(slack_ns) };
-        self.deadline = self.last_ns.map_or(i64::MAX, |last| last.saturating_add(limit));
-        *next = (*next).min(self.deadline);
+    /// Whether a heartbeat was expected in a silence, and it is not the node's own fault that it did not come.
+    fn misses(&self, node: u8, silence: Silence) -> bool {
+        let booted = if let Start::Booted(boot) = self.start { Some(boot) } else { None };
+        let Some(last) = self.last.or(booted).and_then(|last| last.at.t_ns) else { return false };
+        let Some(wait) = self.expected().or(self.consumer) else { return false };
+        let due = last.saturating_add(wait);
+        silence.is_of_all(node, wait) && due < silence.to_ns && due.saturating_add(self.slack()) > silence.from_ns
     }
 
-    /// Takes a gap between two heartbeats in the same state.
-    fn learn(&mut self, node: u8, gap: i64, last: FrameRef, cx: &mut Context<'_>) {
-        if self.gaps.len() == GAPS {
-            self.gaps.remove(0);
+    /// Judges the gap between two heartbeats, and learns from it.
+    fn gap(&mut self, node: u8, last: When, changed: bool, cx: &mut Context<'_>) {
+        let recording = &cx.evidence.recording;
+        let Some(gap) = recording.between(last, cx.when).filter(|gap| *gap > 0) else {
+            return self.duplicate.interrupt();
+        };
+        let suspect = std::mem::replace(&mut self.suspect, cx.sighting == Sighting::Suspect) || self.suspect;
+        let teaches = recording.teaches(cx.when) && recording.teaches(last) && self.paused_ns == 0 && !suspect;
+        let ended = cx.at.t_ns.and_then(|now| recording.silence(now).filter(|silence| silence.to_ns == now));
+        let held_back = ended.is_some_and(|silence| silence.odd);
+        let mut verdict = None;
+        if let Some(period) = self.expected().filter(|_| !self.is_lost() && self.period.is_known()) {
+            // After a pause it may come a whole period later: its clock went on meanwhile.
+            let paused_ns = if self.paused_ns > 0 { self.paused_ns.saturating_add(period) } else { 0 };
+            let limit = period.saturating_add(self.slack()).saturating_add(paused_ns);
+            let late = recording.certainly_later(cx.when, last, limit) && !held_back;
+            verdict = Some((period, late));
         }
-        // So that sums of them stay small, whatever the stamps.
-        self.gaps.push(gap.min(LONGEST_NS));
-        let recent = self.gaps.iter().rev().take(EVEN);
-        if self.gaps.len() >= EVEN && even(recent.clone()) {
-            let mean = recent.sum::<i64>() / EVEN as i64;
-            // Stamps may waver; a period that has changed is another one at once.
-            let same = self.learnt.filter(|learnt| (mean - learnt).abs() * 4 < *learnt);
-            self.learnt = Some(same.map_or(mean, |learnt| learnt + (mean - learnt) / 4));
+        if teaches && !changed && !held_back {
+            self.learn(node, gap, last, cx);
+        } else {
+            self.duplicate.interrupt();
         }
-        if self.doubled {
+        if let Some((period, late)) = verdict {
+            self.judge(node, (gap, period), late, cx);
+        }
+    }
+
+    fn judge(&mut self, node: u8, (found, expected): (i64, i64), late: bool, cx: &mut Context<'_>) {
+        if !late {
+            self.late = self.late.filter(|(.., since)| *since == 0).map(|(gap, first, _)| (gap, first, 1));
             return;
         }
-        let odd = || self.gaps.iter().step_by(2);
-        let other = || self.gaps.iter().skip(1).step_by(2);
-        let half = (GAPS / 2) as i64;
-        let (one, two) = (odd().sum::<i64>() / half, other().sum::<i64>() / half);
-        let (whole, apart) = (one + two, (one - two).abs());
-        let steady = spread(odd()).max(spread(other())) <= (whole / 40).max(2_000_000);
-        let latest = || self.gaps.iter().rev().take(RATE);
-        let mean = latest().sum::<i64>() / RATE as i64;
-        if self.gaps.len() == GAPS && steady && one.min(two) > TWICE_NS && apart > APART_NS && apart * 4 > whole {
-            self.doubled = true;
-            let gaps = [("one", Quantity::Ns(one)), ("other", Quantity::Ns(two))];
-            cx.find(Code::Hbt004, Some(node), None, Some(last), Facts::told(1, &gaps));
-        } else if let Some(period) = self.configured.filter(|period| *period > 0)
-            && self.gaps.len() >= RATE
-            && even(latest())
-            && (period * 2 / 5..=period * 3 / 5).contains(&mean)
-        {
-            self.doubled = true;
-            let facts = [("found", Quantity::Ns(mean)), ("expected", Quantity::Ns(period))];
-            cx.find(Code::Hbt004, Some(node), None, Some(last), Facts::told(2, &facts));
-        }
-    }
-
-    /// Two nodes that share a node-ID show their states in turns.
-    fn alternate(
-        &mut self,
-        node: u8,
-        changed: bool,
-        before: Option<u8>,
-        state: u8,
-        last: FrameRef,
-        cx: &mut Context<'_>,
-    ) {
-        let back = changed && self.before.is_none_or(|earlier| earlier == state);
-        self.alternations = if back { self.alternations.saturating_add(1) } else { 0 };
-        if changed {
-            self.before = before;
-        }
-        if self.alternations < 4 || self.doubled {
+        // Gaps that stay as long, or alternate, are one fault.
+        let again = self.late.filter(|(before, ..)| alike(*before, found));
+        self.late = Some((found, again.map_or(cx.at, |(_, first, _)| first), 0));
+        if again.is_some() || !self.period.is_even() || self.duplicate.is_found() {
             return;
         }
-        self.doubled = true;
-        let facts = [("one", Quantity::State(before.unwrap_or(0))), ("other", Quantity::State(state))];
-        cx.find(Code::Hbt004, Some(node), None, Some(last), Facts::told(0, &facts));
+        cx.report_timed(cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None));
+    }
+
+    /// Takes the gap between two heartbeats in the same state.
+    fn learn(&mut self, node: u8, gap: i64, last: When, cx: &mut Context<'_>) {
+        let uncertain = cx.evidence.recording.grain_ns();
+        let gap = match self.duplicate.gap(node, gap, last.at, &self.period, uncertain, cx) {
+            Place::InTurn(gap) => gap,
+            Place::Additional => return,
+        };
+        let Learnt::Changed { from_ns: from, to_ns: to, since } = self.period.take(gap, uncertain, cx.at) else {
+            return;
+        };
+        if alike(from, to) || self.duplicate.is_found() {
+            return;
+        }
+        if alike(from, 2 * to) {
+            return self.duplicate.halved(node, from, last.at, cx);
+        }
+        // Its first gap was late already.
+        let because_of = self.late.map(|(_, first, _)| first).or(self.lost.map(|(at, _)| at));
+        let finding = cx.verdict(Hbt007::Changed { from, to }, Some(node), None, None);
+        cx.report_timed(Finding { at: since, because_of, ..finding });
+    }
+
+    /// The first heartbeats after a boot-up. Where the second shows that the period is the one before, the first was
+    /// due after that.
+    fn begin(&mut self, node: u8, cx: &mut Context<'_>) {
+        let recording = &cx.evidence.recording;
+        match std::mem::take(&mut self.start) {
+            Start::Booted(boot) if recording.teaches(boot) && recording.teaches(cx.when) => {
+                self.start = recording
+                    .between(boot, cx.when)
+                    .map_or(Start::Over, |gap| Start::First(gap - self.paused_ns, cx.when));
+            }
+            Start::First(found, first) if recording.teaches(cx.when) => {
+                let second = recording.between(first, cx.when);
+                let Some((expected, second)) = self.expected().zip(second) else { return };
+                if alike(expected, second) && found > expected + self.slack() {
+                    let finding = cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None);
+                    cx.report_timed(Finding { at: first.at, ..finding });
+                }
+            }
+            _ => {}
+        }
     }
 }
 
-/// What a gap may exceed its period by.
-fn slack(period: i64, least_ns: i64) -> i64 {
-    (period * 3 / 10).max(least_ns)
+/// What a gap may exceed its period by, in ns.
+fn slack(period: i64, confidence: Confidence) -> i64 {
+    let percent = if confidence == Confidence::Certain { 30 } else { 45 };
+    (period * percent / 100).max(LEAST_SLACK_NS)
 }
 
-/// Whether gaps differ by no more than an eighth, or 4 ms.
-fn even<'a>(gaps: impl Iterator<Item = &'a i64> + Clone) -> bool {
-    let most = gaps.clone().max().copied().unwrap_or(0);
-    spread(gaps) <= (most / 8).max(4_000_000)
-}
-
-/// By how much gaps differ.
-fn spread<'a>(gaps: impl Iterator<Item = &'a i64> + Clone) -> i64 {
-    let least = gaps.clone().min().copied().unwrap_or(0);
-    gaps.max().copied().unwrap_or(0) - least
+/// Whether two times differ by no more than an eighth.
+fn alike(one: i64, other: i64) -> bool {
+    one.abs_diff(other) <= (one.max(other) / 8).unsigned_abs()
 }

@@ -7,6 +7,7 @@
 pub mod commandless;
 pub mod description;
 pub mod drive;
+mod duplicate_id;
 pub mod emcy;
 pub mod error_frames;
 pub mod exchange;
@@ -16,16 +17,16 @@ pub mod heartbeat;
 pub mod jitter;
 pub mod lss;
 pub mod nmt;
+pub mod nmt_permissions;
 pub mod node_id;
+mod node_state;
 pub mod nodes;
 pub mod pdo_configuration;
 pub mod pdo_identifier;
 pub mod pdo_length;
 pub mod pdo_timing;
-pub mod permitted;
 pub mod series;
 pub mod srdo;
-mod standing;
 pub mod sync;
 pub mod sync_counter;
 mod sync_follower;
@@ -152,11 +153,6 @@ impl Checks {
         self.sync.cycle()
     }
 
-    /// Whether the capture shows most of its frames twice, as of two adapters on one bus.
-    pub fn every_frame_twice(&self) -> bool {
-        self.nodes.every_frame_twice()
-    }
-
     /// The least synchronous window in force, in ns; `None` where there is none or none is known.
     pub fn sync_window_ns(&self) -> Option<i64> {
         self.sync.least_window_ns()
@@ -188,8 +184,8 @@ impl Checks {
     }
 
     /// What history adds to a message: a guarding answer, the state before.
-    pub fn complete(&mut self, message: Message, frame: &Frame) -> Message {
-        self.nodes.complete(message, frame)
+    pub fn complete(&mut self, message: Message, cx: &Context<'_>) -> Message {
+        self.nodes.complete(message, cx)
     }
 
     /// A frame has come, and its own event is there: what became due before it.
@@ -202,7 +198,7 @@ impl Checks {
             self.pdo_timing.advance(cx);
             self.sync.heard(now_ns);
         }
-        self.nodes.heard(frame);
+        self.nodes.heard(cx);
         if self.nodes.paused() {
             self.srdos.interrupt(cx.at.no, false);
         }
@@ -223,6 +219,7 @@ impl Checks {
 
     /// A write request of SDO whose data are in it: its server may obey before it answers.
     pub fn requested(&mut self, node: u8, mux: Mux, bytes: &[u8], cx: &Context<'_>) {
+        self.nodes.requested(node, mux.index, bytes, cx);
         self.drives.request(node, mux, bytes, cx.at);
     }
 
@@ -261,7 +258,7 @@ impl Checks {
     }
 
     /// An SDO frame of a default channel, with the object it is about.
-    pub fn sdo(&mut self, side: Side, node: u8, object: Option<Mux>, cx: &Context<'_>) {
+    pub fn sdo(&mut self, side: Side, node: u8, object: Option<Mux>, cx: &mut Context<'_>) {
         self.nodes.sdo(side, node, object.map(|mux| mux.index), cx);
     }
 
@@ -352,9 +349,6 @@ impl Checks {
             self.pdo_timing.forget(None);
             self.sync.lost();
         }
-        if self.nodes.is_twin() {
-            return None;
-        }
         self.lss.follow(message, frame, nodes, cx)
     }
 
@@ -376,6 +370,7 @@ impl Checks {
     /// A server has acknowledged a write, whether or not its request was captured.
     pub fn acknowledged(&mut self, node: u8, mux: Mux, frame: &Frame) {
         self.pdo_configuration.acknowledged(node, mux, frame);
+        self.nodes.acknowledged(node, mux.index);
     }
 
     /// A successful transfer, before what it shows is learnt.
@@ -398,7 +393,7 @@ impl Checks {
 
     /// An object that decoding depends on holds another value now.
     pub fn learnt(&mut self, node: u8, mux: Mux, nodes: &PerNode<Node>, cx: &Context<'_>) {
-        if matches!(mux.index, 0x1016 | 0x1017) {
+        if matches!(mux.index, 0x100C | 0x100D | 0x1016 | 0x1017) {
             self.nodes.configure(nodes);
         }
         self.drives.reconfigured();
@@ -428,7 +423,7 @@ impl Checks {
 
     /// Frames of the bus were lost: nothing that was open can be judged.
     pub fn lost(&mut self, cx: &mut Context<'_>) {
-        self.nodes.lost();
+        self.nodes.lost(cx);
         self.pdo_timing.forget(None);
         self.drives.forget(None, cx);
         self.srdos.interrupt(cx.at.no, true);

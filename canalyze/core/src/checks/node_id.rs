@@ -6,8 +6,9 @@
 
 use super::withheld::Withheld;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Quantity};
+use crate::finding::Verdict;
 use crate::frame::FrameRef;
+use crate::rules::lss::Lss005;
 
 /// How long a node may take to boot up: 3 s. CiA 305 and CiA 301 give no limit; real nodes take well below 2 s.
 const BOOT_NS: i64 = 3_000_000_000;
@@ -116,8 +117,8 @@ impl NodeIds {
         if let Some((since, until)) = change.expected
             && at.t_ns.is_some_and(|now| now <= until)
         {
-            let measured = [("found", Quantity::Count(node.into())), ("expected", Quantity::Count(change.to.into()))];
-            findings.find(Code::Lss005, Some(node), Some(since), Facts::told(1, &measured), cx);
+            let Verdict { code, facts } = Lss005::OldNodeId { found: node.into(), expected: change.to.into() }.into();
+            findings.find(code, Some(node), Some(since), facts, cx);
         }
         None
     }
@@ -136,8 +137,8 @@ impl NodeIds {
                 && now_ns > until
             {
                 change.expected = None;
-                let measured = [("node", Quantity::Count(change.to.into())), ("limit", Quantity::Ns(BOOT_NS))];
-                findings.find_timed(Code::Lss005, Some(change.to), Some(since), Facts::told(0, &measured), cx);
+                let Verdict { code, facts } = Lss005::NoBootUp { node: change.to.into(), limit: BOOT_NS }.into();
+                findings.find_timed(code, Some(change.to), Some(since), facts, cx);
             }
         }
     }

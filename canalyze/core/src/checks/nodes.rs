@@ -3,27 +3,30 @@
 //!
 //! It completes a message by what was known before it, and passes each frame on. It judges nothing itself.
 
-use std::collections::VecDeque;
-
 use super::emcy::Emergencies;
 use super::guarding::Guarding;
-use super::heartbeat::{Heartbeats, PAUSE_NS, Pulse, TWICE_NS};
-use super::nmt::{Nmt, POWER_UP_NS, SWITCHED_ON_NS, commanded_state};
-use super::permitted::Permitted;
+use super::heartbeat::Heartbeats;
+use super::nmt::{Nmt, SWITCHED_ON_NS, commanded_state};
+use super::nmt_permissions::NmtPermissions;
 use super::time::Times;
-use super::withheld::raise;
 use crate::cob_id::Role;
 use crate::context::Context;
-use crate::finding::{Code, Facts, Finding, Quantity};
-use crate::frame::{CanId, Frame, FrameRef};
+use crate::evidence::recording::Silence;
+use crate::finding::{Finding, Verdict};
+use crate::frame::{Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, PerNode};
+use crate::rules::emcy::Emc006;
+use crate::rules::heartbeat::Hbt006;
+use crate::rules::time::Tim001;
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::services::lss::Command as Lss;
 use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::services::sdo::wire::Side;
 
+/// A bus silent for this long was not recorded, whoever else might have spoken.
+pub(super) const PAUSE_NS: i64 = 10_000_000_000;
 /// Frames of a wrong length that are kept at most.
 const MISSHAPEN: usize = 16;
 
@@ -46,13 +49,6 @@ impl ErrorControl {
     }
 }
 
-/// So many frames that stood twice show that it is the capture that has them twice.
-const PROVEN: u32 = 4;
-/// And so many frames at most that are not their twins yet may stand between.
-const BETWEEN: usize = 8;
-/// From so many senders they must come at least.
-const IDS: usize = 3;
-
 /// The checks of a bus's nodes.
 #[derive(Debug)]
 pub struct Nodes {
@@ -61,11 +57,7 @@ pub struct Nodes {
     guarding: Guarding,
     emergencies: Emergencies,
     times: Times,
-    permitted: Permitted,
-    pulse: Pulse,
-    twins: Twins,
-    /// The pulse before the frame at hand.
-    before: Pulse,
+    permissions: NmtPermissions,
     /// How long the bus was silent before the frame at hand, in ns.
     silence_ns: i64,
     /// Until when no node sends anything, since the bit rate is switched (CiA 305); what one sends all the same begins
@@ -80,14 +72,11 @@ impl Nodes {
     pub fn new(network: &Network) -> Self {
         Self {
             nmt: Nmt::default(),
-            heartbeats: Heartbeats::new(network.jitter_ns),
+            heartbeats: Heartbeats::default(),
             guarding: Guarding::default(),
             emergencies: Emergencies::new(network.jitter_ns),
             times: Times::default(),
-            permitted: Permitted::default(),
-            pulse: Pulse::default(),
-            twins: Twins::default(),
-            before: Pulse::default(),
+            permissions: NmtPermissions::default(),
             silence_ns: 0,
             quiet_until_ns: i64::MIN,
             misshapen: Vec::new(),
@@ -116,25 +105,25 @@ impl Nodes {
         }
     }
 
-    /// What is known of heartbeat times after a change.
+    /// What is known of the times of heartbeats and guarding after a change.
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
         self.heartbeats.configure(nodes);
+        self.guarding.configure(nodes);
     }
 
     /// A message with what the frames before it add to its meaning.
-    pub fn complete(&mut self, message: Message, frame: &Frame) -> Message {
+    pub fn complete(&mut self, message: Message, cx: &Context<'_>) -> Message {
         match message {
             Message::Heartbeat { node, state, toggle, .. } => Message::Heartbeat {
                 node,
                 state,
                 toggle,
-                guarding: self.guarding.is_answer(node, toggle, &self.heartbeats, frame.reference()),
+                guarding: self.guarding.is_answer(node, toggle, &self.heartbeats, cx),
                 previous: self.nmt.shown_last(node),
             },
             Message::Emcy { node, code, register, manufacturer, .. } => {
                 let [bit, ..] = manufacturer;
-                let at = frame.reference();
-                let (active, cleared) = self.emergencies.follow(node, code, register, bit, at);
+                let (active, cleared) = self.emergencies.follow(node, code, register, bit, cx.at);
                 Message::Emcy { node, code, register, manufacturer, active, cleared }
             }
             other => other,
@@ -147,66 +136,51 @@ impl Nodes {
         if !self.misshapen.is_empty() {
             self.release_misshapen(cx);
         }
-        self.nmt.settle(self.twins.common(), cx);
-        self.permitted.settle(cx);
+        self.nmt.settle(cx);
     }
 
     /// With each frame, before it is followed and after `advance`: the bus is alive.
     #[inline]
-    pub fn heard(&mut self, frame: &Frame) {
-        self.twins.count(frame);
-        let Some(now_ns) = frame.t_ns else { return };
-        self.silence_ns = self.pulse.silence(now_ns);
+    pub fn heard(&mut self, cx: &Context<'_>) {
+        let ended = |now: i64| cx.evidence.recording.silence(now).filter(|silence| silence.to_ns == now);
+        self.silence_ns = cx.at.t_ns.and_then(ended).map_or(0, Silence::ns);
         if self.paused() {
             self.times.paused();
         }
-        if let Some(last) = self.pulse.last_ns
-            && self.heartbeats.stalled(last, now_ns, self.pulse)
-        {
-            self.pulse.stall = Some((last, now_ns));
-        }
-        self.heartbeats.resume(now_ns, self.pulse);
-        self.before = self.pulse;
-        self.pulse.beat(now_ns);
     }
 
     /// It is `now_ns`: what should have happened by now. `heard`: a frame says so, and not only the clock.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
-        self.heartbeats.advance(now_ns, heard, self.pulse, cx);
+        self.heartbeats.advance(now_ns, heard, cx);
         self.guarding.advance(now_ns, &self.nmt, &self.heartbeats, cx);
     }
 
     /// A frame of a service other than SDO and PDO.
     pub fn follow(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
-        if self.is_twin() {
-            return;
-        }
         match *message {
             Message::Nmt { command, node } => {
                 if matches!(command, RESET_NODE | RESET_COMMUNICATION) && node <= 127 {
-                    self.heartbeats.pause(node);
+                    self.heartbeats.pause(node, cx);
                     self.guarding.restart(node, &self.nmt, cx);
                 }
                 self.nmt.command(command, node, cx);
                 if node > 127 {
                     return;
                 }
-                self.permitted.command(node, commanded_state(command).unwrap_or(0), cx.at);
+                self.permissions.command(node, commanded_state(command).unwrap_or(0), cx);
                 self.heartbeats.commanded(node);
             }
             Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),
             Message::Malformed { role, flaw: Flaw::Length { .. } } => self.wrong_length(role, frame, cx),
             Message::BootUp { node } => {
-                self.permitted.boot_up(node, cx);
+                self.permissions.boot_up(node, cx);
                 self.guarding.restart(node, &self.nmt, cx);
                 self.nmt.boot_up(node, self.silence_ns, cx);
-                if self.silence_ns >= SWITCHED_ON_NS
-                    && let Some(now) = frame.t_ns
-                {
-                    self.heartbeats.grant(now.saturating_add(POWER_UP_NS));
+                if self.silence_ns >= SWITCHED_ON_NS {
+                    self.heartbeats.power_up(cx);
                 }
-                self.heartbeats.pause(node);
+                self.heartbeats.booted(node, cx);
                 self.emergencies.boot_up(node, cx);
             }
             Message::Heartbeat { node, state, toggle, guarding, .. } => {
@@ -214,7 +188,7 @@ impl Nodes {
             }
             Message::GuardingRequest { node } => self.guarding.request(node, &self.nmt, &self.heartbeats, cx),
             Message::Emcy { node, code, register, .. } => {
-                self.permitted.emergency(&self.nmt, node, cx);
+                self.permissions.emergency(&self.nmt, node, cx);
                 self.nmt.emergency(node, code, cx.at);
                 self.emergencies.judge((code, register), node, nodes.get(node), cx);
             }
@@ -222,7 +196,7 @@ impl Nodes {
             Message::Lss { from_master: true, command } => {
                 self.nmt.lss(command, cx.at);
                 if let Lss::ActivateBitTiming { delay } = command {
-                    self.heartbeats.pause(0);
+                    self.heartbeats.pause(0, cx);
                     let silence = 2_000_000 * i64::from(delay);
                     self.quiet_until_ns = frame.t_ns.map_or(i64::MIN, |now| now.saturating_add(silence));
                 }
@@ -234,30 +208,21 @@ impl Nodes {
     /// A frame of a service with another length than the service has. It is said once the node or, for TIME, any node
     /// of the bus has shown that it is one: on other networks these identifiers carry other things.
     fn wrong_length(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
-        let (code, face, node) = match role {
-            Role::Emcy(node) => (Code::Emc006, 0, Some(node)),
-            Role::ErrorControl(node) => (Code::Hbt006, 0, Some(node)),
-            Role::Time => (Code::Tim001, 2, None),
+        let found = frame.len.into();
+        let (what, node): (Verdict, _) = match role {
+            Role::Emcy(node) => (Emc006::Length { found }.into(), Some(node)),
+            Role::ErrorControl(node) => (Hbt006::Length { found }.into(), Some(node)),
+            Role::Time => (Tim001::Length { found }.into(), None),
             _ => return,
         };
-        let facts = Facts::told(face, &[("found", Quantity::Count(u64::from(frame.len)))]);
+        let finding = cx.verdict(what, node, None, None);
         if !self.is_present(node) {
             if self.misshapen.len() < MISSHAPEN {
-                let (at, bus) = (cx.at, cx.bus);
-                self.misshapen.push(Finding {
-                    code,
-                    at,
-                    cause: None,
-                    bus,
-                    node,
-                    object: None,
-                    facts,
-                    because_of: None,
-                });
+                self.misshapen.push(finding);
             }
             return;
         }
-        cx.find(code, node, None, None, facts);
+        cx.report(finding);
         if let Role::ErrorControl(node) = role {
             self.misshapen_error_control(node, frame, cx);
         }
@@ -268,19 +233,19 @@ impl Nodes {
     fn misshapen_error_control(&mut self, node: u8, frame: &Frame, cx: &mut Context<'_>) {
         match frame.payload().first() {
             Some(0) => {
-                self.permitted.boot_up(node, cx);
+                self.permissions.boot_up(node, cx);
                 self.nmt.boot_up(node, self.silence_ns, cx);
-                self.heartbeats.pause(node);
+                self.heartbeats.booted(node, cx);
             }
             Some(byte) if matches!(byte & 0x7F, STOPPED | OPERATIONAL | PRE_OPERATIONAL) => {
                 let toggle = byte & 0x80 != 0;
-                let answer = self.guarding.is_answer(node, toggle, &self.heartbeats, frame.reference());
+                let answer = self.guarding.is_answer(node, toggle, &self.heartbeats, cx);
                 self.error_control(node, byte & 0x7F, toggle, answer, cx);
             }
             _ => {
                 self.nmt.unreadable(node);
                 self.guarding.excuse(node);
-                self.heartbeats.alive(node, self.before, cx);
+                self.heartbeats.alive(node, cx);
             }
         }
     }
@@ -296,7 +261,7 @@ impl Nodes {
         let (shown, waiting) =
             std::mem::take(&mut self.misshapen).into_iter().partition(|finding| self.is_present(finding.node));
         self.misshapen = waiting;
-        shown.into_iter().for_each(|finding| raise(finding, cx));
+        shown.into_iter().for_each(|finding: Finding| cx.emit(finding));
     }
 
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
@@ -304,33 +269,28 @@ impl Nodes {
             let producer = self.heartbeats.is_producer(node) || self.heartbeats.is_configured(node);
             if producer && !self.guarding.is_guarded(node, cx.at) {
                 self.nmt.unreadable(node);
-                return self.heartbeats.bit_7(state | 0x80, node, self.before, cx);
+                return self.heartbeats.bit_7(state | 0x80, node, cx);
             }
             if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
                 // No guarding answer either.
                 self.nmt.unreadable(node);
                 self.heartbeats.known_state(node, state, cx);
-                return self.heartbeats.alive(node, self.before, cx);
+                return self.heartbeats.alive(node, cx);
             }
-            self.heartbeats.pause(node);
+            self.heartbeats.pause(node, cx);
         }
         self.guarding.frame(node, (state, toggle), guarding, cx);
         let period = self.heartbeats.period(node);
-        self.permitted.shown(node, state, cx);
+        self.permissions.shown(node, state, cx);
         self.nmt.shown(node, state, period, cx);
         if guarding || self.guarding.toggles(node) {
             self.heartbeats.known_state(node, state, cx);
         } else {
-            self.heartbeats.beat(node, state, self.before, cx);
+            self.heartbeats.heartbeat(node, state, cx);
             if cx.at.t_ns.is_some_and(|now| now < self.quiet_until_ns) {
-                self.heartbeats.pause(node);
+                self.heartbeats.pause(node, cx);
             }
         }
-    }
-
-    /// Whether the capture shows most of its frames twice, as far as it goes.
-    pub fn every_frame_twice(&self) -> bool {
-        self.twins.are_all()
     }
 
     /// Whether the bus was silent before the frame at hand for so long that it was not recorded.
@@ -338,110 +298,58 @@ impl Nodes {
         self.silence_ns >= PAUSE_NS
     }
 
-    /// Whether the frame at hand is one of those that every capture of two adapters on one bus has.
-    pub fn is_twin(&self) -> bool {
-        self.twins.twin && self.twins.are_proven()
-    }
-
     /// A PDO.
     #[inline]
-    pub fn pdo(&mut self, transmit: bool, number: u16, node: u8, cx: &Context<'_>) {
-        self.permitted.pdo(&self.nmt, transmit, number, node, cx);
+    pub fn pdo(&mut self, transmit: bool, number: u16, node: u8, cx: &mut Context<'_>) {
+        self.permissions.pdo(&self.nmt, transmit, number, node, cx);
     }
 
     /// The last SDO request to a node, where it is a fault by itself.
     pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
-        self.permitted.asked_in_vain(node)
+        self.permissions.asked_in_vain(node)
+    }
+
+    /// A write request whose data are in it.
+    pub fn requested(&mut self, node: u8, index: u16, bytes: &[u8], cx: &Context<'_>) {
+        if let (0x1017, [low, high, ..]) = (index, bytes) {
+            let ms = i64::from(u16::from_le_bytes([*low, *high]));
+            self.heartbeats.written(node, ms * 1_000_000, cx);
+        }
+    }
+
+    /// A server has acknowledged a write.
+    pub fn acknowledged(&mut self, node: u8, index: u16) {
+        if index == 0x1017 {
+            self.heartbeats.acknowledged(node);
+        }
     }
 
     /// A frame of a node's default SDO channel, and the object whose transfer it belongs to.
-    pub fn sdo(&mut self, side: Side, node: u8, index: Option<u16>, cx: &Context<'_>) {
-        self.permitted.sdo(&self.nmt, side, node, cx);
+    pub fn sdo(&mut self, side: Side, node: u8, index: Option<u16>, cx: &mut Context<'_>) {
+        self.permissions.sdo(&self.nmt, side, node, cx);
         match side {
             Side::Client => self.nmt.managed(node),
             Side::Server => self.nmt.present(node, cx.at),
         }
-        match index {
-            Some(0x1017) => self.heartbeats.unsettle(node),
-            Some(0x1F51) => self.nmt.program_controlled(node),
-            _ => {}
+        if index == Some(0x1F51) {
+            self.nmt.program_controlled(node);
         }
     }
 
     /// Frames of the bus were lost.
-    pub fn lost(&mut self) {
+    pub fn lost(&mut self, cx: &mut Context<'_>) {
         self.nmt.forget();
-        self.permitted.forget();
-        self.heartbeats.forget();
+        self.permissions.forget();
+        self.heartbeats.forget(cx);
         self.guarding.forget();
     }
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.release_misshapen(cx);
-        self.nmt.finish(self.twins.common(), cx);
+        self.heartbeats.finish(cx);
+        self.nmt.finish(cx);
         self.guarding.finish(&self.nmt, cx);
         self.emergencies.finish(cx);
-    }
-}
-
-/// Whether a capture shows its frames twice, as of two adapters on one bus: how many frames equal the one before. Once
-/// that is common, others may stand between.
-#[derive(Debug, Default)]
-struct Twins {
-    /// The last frames that may be captured again.
-    once: VecDeque<Once>,
-    /// The last frame was the twin of one before.
-    twin: bool,
-    equal: u32,
-    other: u32,
-    /// Identifiers of frames that stood twice. Heartbeats without stamps follow each other for other reasons.
-    ids: Vec<CanId>,
-}
-
-/// A frame, as far as it is compared, and its time.
-type Once = (CanId, u8, [u8; 8], i64);
-
-impl Twins {
-    #[inline]
-    fn count(&mut self, frame: &Frame) {
-        let data = frame.data.first_chunk().copied().unwrap_or_default();
-        let now = frame.t_ns.unwrap_or(0);
-        let most = if self.are_proven() { BETWEEN } else { 1 };
-        while self.once.len() > most {
-            self.once.pop_front();
-        }
-        let same = |(id, len, before, then): &Once| {
-            *id == frame.id && *len == frame.len && *before == data && now.saturating_sub(*then) < TWICE_NS
-        };
-        let place = self.once.iter().position(same);
-        self.twin = place.is_some();
-        match place {
-            Some(place) => {
-                self.once.remove(place);
-                self.equal = self.equal.saturating_add(1);
-                if self.ids.len() < IDS && !self.ids.contains(&frame.id) {
-                    self.ids.push(frame.id);
-                }
-            }
-            None => {
-                self.once.push_back((frame.id, frame.len, data, now));
-                self.other = self.other.saturating_add(1);
-            }
-        }
-    }
-
-    fn common(&self) -> bool {
-        self.equal >= self.other / 2
-    }
-
-    /// Frames of several senders stand twice, and few do not.
-    fn are_proven(&self) -> bool {
-        self.ids.len() >= IDS && self.equal >= PROVEN && self.equal >= self.other / 4 * 3
-    }
-
-    /// So is it, or every frame up to the last one was seen twice.
-    fn are_all(&self) -> bool {
-        self.are_proven() || self.other <= self.equal + 1
     }
 }

@@ -83,7 +83,7 @@ impl PdoTiming {
         {
             sent.overdue.keep();
         }
-        let late_ns = cx.evidence.recording.lateness_ns(cx.when, inhibit);
+        let late_ns = cx.evidence.recording.shortens_ns(cx.when, inhibit);
         match self.sent.get_mut(&name) {
             Some(sent) => {
                 sent.timer_ns = timer;
@@ -142,7 +142,7 @@ impl PdoTiming {
         let deadline = || Pdo013::Overdue { found, limit }.into();
         let what: Verdict = if transmit { Pdo005::Overdue { found, limit }.into() } else { deadline() };
         let finding = cx.verdict(what, Some(node), Some(object), Some(last.at));
-        cx.report_timed(Finding { because_of: sent.overdue.fault(cx.at), ..finding });
+        cx.report_of_node(Finding { because_of: sent.overdue.fault(cx.at), ..finding });
         true
     }
 

@@ -22,6 +22,10 @@ pub enum Kind {
     Pause,
     /// Two SYNC producers, or none any more, were reported.
     SyncBroken,
+    /// A node was reported lost, or that it has not come back from a reset. It holds until the node is heard.
+    NodeLost,
+    /// Two nodes with one node-ID were reported.
+    SharedId,
 }
 
 /// What rules are about.
@@ -35,6 +39,8 @@ pub enum Rules {
     Srdo,
     /// How long SDO answers take.
     SdoTime,
+    /// NMT states.
+    Nmt,
 }
 
 /// Whom something that happened concerns.
@@ -44,9 +50,11 @@ enum Scope {
     Bus,
     /// Everybody but the node: what was missing of itself does not excuse it.
     Others,
+    /// The node that it happened to.
+    Node,
 }
 
-use Rules::{EventPdo, SdoTime, Srdo, SynchronousPdo};
+use Rules::{EventPdo, Nmt, SdoTime, Srdo, SynchronousPdo};
 
 /// What excuses what: what happened, whom it concerns, which rules. A kind or a family stands here once somebody notes
 /// or asks for it.
@@ -55,6 +63,8 @@ const EXCUSES: &[(Kind, Scope, &[Rules])] = &[
     (Kind::Stall, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
     (Kind::Pause, Scope::Others, &[EventPdo, Srdo, SdoTime]),
     (Kind::SyncBroken, Scope::Bus, &[SynchronousPdo]),
+    (Kind::NodeLost, Scope::Node, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
+    (Kind::SharedId, Scope::Node, &[Nmt]),
 ];
 
 /// Circumstances remembered.
@@ -84,12 +94,17 @@ impl Circumstances {
         self.past.push_back(Circumstance { kind, node, when });
     }
 
+    /// It is over: what it would excuse from here on is not excused.
+    pub fn over(&mut self, kind: Kind, node: u8) {
+        self.past.retain(|one| one.kind != kind || one.node != Some(node));
+    }
+
     /// The frame of the latest circumstance that excuses a breach of such rules by a node (`None`: of the bus), by what
     /// was owed since `since`.
     pub fn excuse(&self, rules: Rules, node: Option<u8>, since: When, recording: &Recording) -> Option<FrameRef> {
         let mut past = self.past.iter().rev();
         let found = past.find(|one| {
-            let after = recording.may_precede(since, one.when);
+            let after = matches!(one.kind, Kind::NodeLost | Kind::SharedId) || recording.may_precede(since, one.when);
             after && EXCUSES.iter().any(|row| one.fits(row, rules, node))
         });
         found.map(|one| one.when.at)
@@ -100,6 +115,7 @@ impl Circumstance {
     fn fits(&self, (kind, scope, families): &(Kind, Scope, &[Rules]), rules: Rules, node: Option<u8>) -> bool {
         let concerned = match scope {
             Scope::Bus => true,
+            Scope::Node => self.node == node,
             Scope::Others => self.node.is_none() || self.node != node,
         };
         *kind == self.kind && concerned && families.contains(&rules)

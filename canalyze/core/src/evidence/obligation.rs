@@ -61,9 +61,27 @@ impl<K: Ord + Copy> Obligations<K> {
         self.open.remove(&key)
     }
 
+    /// All is owed anew from `now` on.
+    pub fn renew(&mut self, now: When) {
+        self.open.values_mut().for_each(|owed| owed.since = now);
+    }
+
     /// What fits is not owed any more.
     pub fn void(&mut self, mut fits: impl FnMut(&K) -> bool) {
         self.open.retain(|key, _| !fits(key));
+    }
+
+    /// What has certainly been owed for `least_ns` at `now`, whatever its limit; it is not owed any more.
+    pub fn overdue(&mut self, now: When, recording: &Recording, least_ns: i64) -> Vec<(K, Owed)> {
+        if self.open.is_empty() || recording.is_open() {
+            return Vec::new();
+        }
+        let late = |owed: &Owed| recording.certainly_later(now, owed.since, least_ns);
+        let due: Vec<(K, Owed)> = self.open.iter().filter(|(_, owed)| late(owed)).map(|(k, o)| (*k, *o)).collect();
+        for (key, _) in &due {
+            self.open.remove(key);
+        }
+        due
     }
 
     /// What is certainly overdue at `now`, in the order of the keys; it is not owed any more.
@@ -72,6 +90,8 @@ impl<K: Ord + Copy> Obligations<K> {
         if recording.is_open() {
             return Vec::new();
         }
+        // Where frames may be missing, or the clock was set, it is owed anew.
+        self.open.values_mut().filter(|owed| owed.since.epoch != now.epoch).for_each(|owed| owed.since = now);
         let late = |owed: &Owed| recording.certainly_later(now, owed.since, owed.limit_ns);
         let due: Vec<(K, Owed)> = self.open.iter().filter(|(_, owed)| late(owed)).map(|(k, o)| (*k, *o)).collect();
         for (key, _) in &due {

@@ -20,7 +20,7 @@ const AGREE_PART: i64 = 32;
 /// How much is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Confidence {
-    /// It is configured, and nothing has been seen.
+    /// It is configured, or was seen before something that may have changed it.
     Configured,
     /// Few gaps agree.
     Likely,
@@ -78,6 +78,8 @@ pub struct Period {
     learnt_ns: Option<i64>,
     deviation_ns: i64,
     configured_ns: Option<i64>,
+    /// What traffic had shown before it was doubted.
+    former_ns: Option<i64>,
     rival: Rival,
     /// The first certain period was told.
     told: bool,
@@ -87,6 +89,18 @@ impl Period {
     /// What configuration says; `None`: nothing, or that it is off.
     pub fn configure(&mut self, ns: Option<i64>) {
         self.configured_ns = ns.filter(|ns| *ns > 0);
+    }
+
+    /// Whether it is more than what was before something that may have changed it.
+    pub fn is_known(&self) -> bool {
+        self.learnt_ns.or(self.configured_ns).is_some()
+    }
+
+    /// Whether it is certain, or no gap has contradicted it yet.
+    pub fn is_even(&self) -> bool {
+        let Some(known) = self.learnt_ns else { return true };
+        let near = |gap: &i64| gap.abs_diff(known) <= (known / 4).unsigned_abs();
+        self.count >= CERTAIN || self.gaps.iter().take(self.count).all(near)
     }
 
     /// What configuration says, in ns.
@@ -100,7 +114,7 @@ impl Period {
             let confidence = if self.count >= CERTAIN { Confidence::Certain } else { Confidence::Likely };
             return Some(Expected { ns, deviation_ns: self.deviation_ns, confidence });
         }
-        let ns = self.configured_ns?;
+        let ns = self.configured_ns.max(self.former_ns)?;
         Some(Expected { ns, deviation_ns: 0, confidence: Confidence::Configured })
     }
 
@@ -112,6 +126,12 @@ impl Period {
     /// Whether the last gaps agree on another length: the period may be changing.
     pub fn is_contested(&self) -> bool {
         self.rival.count > 0
+    }
+
+    /// A reset, or another configuration: it may be another one. Until gaps show which, it may be as long as before.
+    pub fn doubt(&mut self) {
+        let former_ns = self.learnt_ns.or(self.former_ns);
+        *self = Self { former_ns, configured_ns: self.configured_ns, ..Self::default() };
     }
 
     /// Nothing is known any more but what is configured.

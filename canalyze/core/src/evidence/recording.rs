@@ -28,6 +28,8 @@ use super::when::When;
 const COARSEST_NS: i64 = 10_000_000;
 /// The latest that a host lists its own frames, in ns.
 const LATEST_ECHO_NS: i64 = 10_000_000;
+/// The same in frames, where there are no stamps.
+const LATEST_ECHO_FRAMES: u64 = 2;
 /// The least that is allowed for late own frames, whatever was seen so far, in ns.
 const LEAST_ECHO_NS: i64 = 2_500_000;
 /// Exchanges whose order was seen before the lag is taken from them.
@@ -38,6 +40,8 @@ const SHORTEST_STALL_NS: i64 = 10_000_000;
 const DRAIN_NS: i64 = 1_500_000;
 /// By how much a silence must exceed the longest of late, in tenths, to be unusual.
 const UNUSUAL_TENTHS: i64 = 13;
+/// What [`Happened::paused`] counts: frames that were expected for two periods.
+const TWO_PERIODS_TENTHS: i64 = 20;
 /// A step back of the stamps by at least this much is a clock that was set, in ns. Below, two buses or the host's own
 /// frames are listed out of order.
 const CLOCK_STEP_NS: i64 = 10_000_000;
@@ -57,11 +61,16 @@ const LATE_PART: i64 = 3;
 const LATE_NS: i64 = 2_000_000;
 /// Bursts remembered.
 const BURSTS: usize = 8;
+/// A silence of so many periods of a single sender, while nobody else was expected, is the recording's.
+const LONG: i64 = 10;
+/// A silence that exceeds the longest of late so many times may be the recorder's, whoever ends it.
+const ODD: i64 = 4;
 /// CAN-IDs of which the usual gap is kept: all 11-bit ones.
 const IDENTIFIERS: usize = 0x800;
-/// Those that tell nothing of a pause: SDO is sent when somebody asks, EMCY when something happens, and the two frames of
-/// an SRDO are one node's.
-const APERIODIC: [std::ops::RangeInclusive<usize>; 3] = [0x581..=0x67F, 0x101..=0x180, 0x81..=0xFF];
+/// Those that tell nothing of a pause: commands, emergencies, SDO and LSS are sent when there is a reason, and the two
+/// frames of an SRDO are one node's.
+const APERIODIC: [std::ops::RangeInclusive<usize>; 5] =
+    [0x000..=0x07F, 0x081..=0x0FF, 0x101..=0x180, 0x580..=0x67F, 0x7E4..=0x7E5];
 
 /// What became of a burst.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -95,6 +104,32 @@ struct Burst {
     verdict: Verdict,
 }
 
+/// A silence of the whole bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Silence {
+    /// When it began, in ns.
+    pub from_ns: i64,
+    /// When it ended, or until when it has lasted, in ns.
+    pub to_ns: i64,
+    /// Nodes, one bit each, of which a frame was expected in it and did not come, where it was longer than any of late;
+    /// bit 0: of no node.
+    pub missing: u128,
+    /// It exceeded the longest of late several times: what ends it may have waited with the recorder.
+    pub odd: bool,
+}
+
+impl Silence {
+    /// How long it was, in ns.
+    pub fn ns(self) -> i64 {
+        self.to_ns.saturating_sub(self.from_ns)
+    }
+
+    /// Whether it is no node's own: others had been expected as well, or it was far longer than the node's period.
+    pub fn is_of_all(self, node: u8, period_ns: i64) -> bool {
+        self.missing & !(1 << (node & 0x7F)) != 0 || self.ns() / LONG > period_ns
+    }
+}
+
 /// How often a CAN-ID comes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Usual {
@@ -123,6 +158,8 @@ pub struct Happened {
     pub step_ns: Option<i64>,
     /// Nodes, one bit each, of which frames had been due during the silence of the whole bus before this frame.
     pub paused: u128,
+    /// The silence of the whole bus before this frame, where it concerns a verdict.
+    pub silence: Option<Silence>,
     /// The frame is one that stood shortly before already.
     pub sighting: Sighting,
 }
@@ -155,6 +192,9 @@ pub struct Recording {
     frames: u64,
     gaps: u64,
     close: u64,
+    /// The last silence, and the last frame's time, of the frames that were taken.
+    silence: Option<Silence>,
+    taken_ns: Option<i64>,
     echo: Echo,
     duplicates: Duplicates,
     /// By option (`--jitter`), in ns.
@@ -184,7 +224,10 @@ impl Recording {
             self.narrow_grain(frame, now);
             happened.step_ns = self.step_of_clock(now);
             silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
-            happened.paused = if silent_ns > SHORTEST_STALL_NS { self.missing(now) } else { 0 };
+            if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
+                happened.silence = Some(self.measure(last, now));
+                happened.paused = self.missing(last, now, TWO_PERIODS_TENTHS);
+            }
             self.frames += 1;
             self.follow_burst(frame, now, happened.sighting == Sighting::Original);
             self.last_ns = Some(now);
@@ -199,7 +242,9 @@ impl Recording {
 
     /// The place of a frame that was observed, once it is taken. `commands`: it is of a kind that a master sends (an SDO
     /// request, NMT, SYNC, TIME, an RPDO, a remote frame, LSS of the master), which may be the recording host itself.
-    pub fn resolve(&self, observed: When, frame: &Frame, commands: bool) -> When {
+    pub fn take(&mut self, observed: When, happened: Happened, frame: &Frame, commands: bool) -> When {
+        self.silence = happened.silence.or(self.silence);
+        self.taken_ns = frame.t_ns.or(self.taken_ns);
         let own = match frame.dir {
             Some(direction) => direction == Direction::Tx,
             None => commands || frame.kind == Kind::Remote,
@@ -252,7 +297,7 @@ impl Recording {
     /// Frames are missing here.
     pub fn lost(&mut self) {
         self.losses = self.losses.saturating_add(1);
-        self.last_ns = None;
+        (self.last_ns, self.taken_ns, self.silence) = (None, None, None);
         self.end_burst();
     }
 
@@ -292,11 +337,15 @@ impl Recording {
         self.duplicates.are_refuted()
     }
 
-    /// By how much a frame may have been stamped late, in ns, where the next one is due `apart_ns` after it: no longer
-    /// than the bus was silent before it, as what waits is stamped in a row. Nothing, where a person says how exact the
-    /// stamps are.
-    pub fn lateness_ns(&self, when: When, apart_ns: i64) -> i64 {
-        if self.jitter_ns.is_some() { 0 } else { when.silent_ns.min(LATE_NS.max(apart_ns / LATE_PART)) }
+    /// By how much a frame may have been stamped late, in ns: no longer than the bus was silent before it, as what waits
+    /// is stamped in a row. Nothing, where a person says how exact the stamps are.
+    pub fn lateness_ns(&self, when: When) -> i64 {
+        if self.jitter_ns.is_some() { 0 } else { when.silent_ns }
+    }
+
+    /// The same, as far as it may shorten a time of `apart_ns` to the next frame.
+    pub fn shortens_ns(&self, when: When, apart_ns: i64) -> i64 {
+        self.lateness_ns(when).min(LATE_NS.max(apart_ns / LATE_PART))
     }
 
     /// When a frame was on the bus: the earliest and the latest time, in ns.
@@ -308,6 +357,16 @@ impl Recording {
         match self.burst(when.burst).filter(|burst| burst.verdict == Verdict::Confirmed) {
             Some(burst) => (burst.from_ns.min(earliest), stamp),
             None => (earliest, stamp),
+        }
+    }
+
+    /// Whether an own frame that was on the bus before `since` must have been listed by `now`.
+    pub fn is_settled(&self, since: FrameRef, now: FrameRef) -> bool {
+        match since.t_ns.zip(now.t_ns) {
+            Some((since_ns, now_ns)) => {
+                now.no > since.no && !(0..LATEST_ECHO_NS).contains(&now_ns.saturating_sub(since_ns))
+            }
+            None => now.no > since.no + LATEST_ECHO_FRAMES,
         }
     }
 
@@ -351,6 +410,24 @@ impl Recording {
         Some((burst.to_ns, burst.to_ns.saturating_sub(burst.from_ns)))
     }
 
+    /// The last silence of the whole bus that concerns a verdict, which may last at `now_ns`.
+    pub fn silence(&self, now_ns: i64) -> Option<Silence> {
+        match self.taken_ns {
+            Some(from_ns) if now_ns.saturating_sub(from_ns) > SHORTEST_STALL_NS => Some(self.measure(from_ns, now_ns)),
+            _ => self.silence,
+        }
+    }
+
+    fn measure(&self, from_ns: i64, to_ns: i64) -> Silence {
+        let odd = self.usual_gap_ns > 0 && to_ns.saturating_sub(from_ns) / ODD > self.usual_gap_ns;
+        Silence { from_ns, to_ns, missing: self.missing(from_ns, to_ns, UNUSUAL_TENTHS), odd }
+    }
+
+    /// Whether a silence is longer than those of late.
+    fn is_unusual(&self, gap: i64) -> bool {
+        gap > SHORTEST_STALL_NS && gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10
+    }
+
     /// What became of a burst; `None` where it is none, or forgotten: then it was settled long ago.
     pub fn verdict(&self, burst: u32) -> Option<Verdict> {
         self.burst(burst).map(|burst| burst.verdict)
@@ -392,7 +469,7 @@ impl Recording {
         if gap > DRAIN_NS || self.has_caught_up(now) {
             self.end_burst();
         }
-        if gap > SHORTEST_STALL_NS && (self.is_unusual(gap) || self.overdue(last, now) > 1) {
+        if self.is_unusual(gap) || gap > SHORTEST_STALL_NS && self.overdue(last, now) > 1 {
             self.begin_burst(last, now, frame.no);
         }
         let late_ns = self.lateness(frame, now);
@@ -430,11 +507,6 @@ impl Recording {
         } else if burst.frames > SHOWN && !burst.shown {
             self.end_burst();
         }
-    }
-
-    /// Whether a silence is longer than those of late.
-    fn is_unusual(&self, gap: i64) -> bool {
-        gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10
     }
 
     /// How many CAN-IDs came evenly and were overdue when a silence ended, and not when it began.
@@ -576,15 +648,14 @@ impl Recording {
         compressed
     }
 
-    /// The nodes of which a frame had been due for two periods during the silence that ends at `now`. A sender that
-    /// fell silent before does not count.
-    fn missing(&self, now: i64) -> u128 {
-        let Some(from) = self.last_ns else { return 0 };
+    /// The nodes of which a frame had been expected, by so many tenths of its usual gap, during a silence, if it is longer
+    /// than any of late. A sender that fell silent before does not count.
+    fn missing(&self, from: i64, now: i64, tenths: i64) -> u128 {
         if !self.is_unusual(now.saturating_sub(from)) {
             return 0;
         }
         let due = |usual: &Usual| {
-            let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(2));
+            let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(tenths) / 10);
             usual.gap_ns > 0 && (from..now).contains(&due)
         };
         let mut nodes = 0_u128;

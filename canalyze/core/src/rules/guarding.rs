@@ -67,4 +67,18 @@ rules! {
             "{requests}个保护请求, 没有该节点的任何帧"
             "{requests} guarding requests and no frame of the node";
     }
+
+    /// The master has stopped guarding a node for longer than its life time.
+    Grd005 "GRD005" "life-guarding" Error "CiA 301 7.2.8.3.2.1" [ErrorControl, Nmt] {
+        message "寿命保护" "life guarding";
+        meaning
+            "NMT主站在节点寿命时间 (100Ch乘以100Dh) 内没有发送保护请求, 节点由此认为主站已丢失 (寿命保护事件)。"
+            "The NMT master has sent no guarding request within the node life time (100Ch times 100Dh). The node takes the master for lost (life guarding event).";
+        cause
+            "主站停止, 太忙, 或者询问的间隔比节点的配置长。"
+            "The master has stopped, is busy, or asks less often than the node is configured for.";
+        Expired { age: Ns, limit: Ns }
+            "此后{age}没有保护请求, 节点寿命时间为{limit}"
+            "no guarding request for {age} after it, the node life time is {limit}";
+    }
 }

@@ -75,6 +75,9 @@ rules! {
         BootUps { gap: Ns }
             "{gap}内有两个启动报文"
             "two boot-ups within {gap}";
+        Series { one: Ns, other: Ns }
+            "周期为{one}的心跳之间每隔{other}另有心跳: 两路心跳"
+            "between heartbeats of period {one} come others every {other}: two series";
     }
 
     /// The whole bus was silent: no heartbeat could be seen.
@@ -103,5 +106,19 @@ rules! {
         Length { found: Count }
             "错误控制报文有{found}字节, 应为1字节"
             "error control has {found} bytes and should have 1";
+    }
+
+    /// Heartbeats come with another period, and nothing has changed it.
+    Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.16" [ErrorControl, Nmt] {
+        message "心跳周期改变" "heartbeat period changed";
+        meaning
+            "心跳以另一个周期均匀出现, 而记录中没有能解释它的1017h写入或复位。"
+            "Heartbeats come evenly with another period than before, and neither a write to 1017h nor a reset is in the capture that explains it.";
+        cause
+            "固件中的任务过载或重新启动, 本地操作, 或者另一个节点使用了同一个节点ID。"
+            "A busy or restarted task of the firmware, local operation, or a second node with this node-ID.";
+        Changed { from: Ns, to: Ns }
+            "从这里起心跳周期为{to}, 此前为{from}"
+            "heartbeats come every {to} from here on, every {from} before";
     }
 }

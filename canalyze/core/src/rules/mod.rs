@@ -228,11 +228,11 @@ codes! {
     emcy: Emc001 Emc002 Emc003 Emc004 Emc005 Emc006 Emc007 Emc008 Emc009 Emc010;
     expectation: Exp001 Exp002 Exp003 Exp004 Exp005 Exp006 Exp007 Exp008 Exp009 Exp010 Exp011 Exp012 Exp013 Exp014
         Exp015 Exp016;
-    guarding: Grd001 Grd002 Grd003 Grd004;
-    heartbeat: Hbt001 Hbt002 Hbt003 Hbt004 Hbt005 Hbt006;
+    guarding: Grd001 Grd002 Grd003 Grd004 Grd005;
+    heartbeat: Hbt001 Hbt002 Hbt003 Hbt004 Hbt005 Hbt006 Hbt007;
     lss: Lss001 Lss002 Lss003 Lss004 Lss005 Lss006 Lss007 Lss008 Lss009 Lss010 Lss011 Lss012 Lss030;
     pdo: Mpd001;
-    nmt: Nmt001 Nmt002 Nmt003 Nmt004 Nmt005;
+    nmt: Nmt001 Nmt002 Nmt003 Nmt004 Nmt005 Nmt006;
     pdo: Pdo001 Pdo002 Pdo003 Pdo004 Pdo005 Pdo006 Pdo008 Pdo009 Pdo010 Pdo011 Pdo012 Pdo013 Pdo014 Pdo015 Pdo016
         Pdo018 Pdo019 Pdo020;
     sdo: Sdo001 Sdo002 Sdo003 Sdo004 Sdo005 Sdo006 Sdo007 Sdo008 Sdo009 Sdo010 Sdo011 Sdo012 Sdo013 Sdo014 Sdo015

@@ -90,4 +90,18 @@ rules! {
             "没有命令, 状态由{from}变为{to}, 与节点的紧急报文同时发生"
             "from {from} to {to} without a command, along with an emergency of the node";
     }
+
+    /// A node has not booted after a reset.
+    Nmt006 "NMT006" "boot-up-missing" Error "CiA 301 7.3.2.1" [Nmt, ErrorControl] {
+        message "复位后没有启动报文" "boot-up missing";
+        meaning
+            "节点复位并完成初始化后必须发送启动报文。该节点此前在线, 复位后却没有发送。"
+            "A node that is reset reports with a boot-up once it is initialised. None has come, though the node was there before.";
+        cause
+            "节点卡在初始化过程中, 掉电, 节点ID或位速率配置丢失, 或者没有收到命令。"
+            "The node hangs in its initialisation, has lost its power or its configuration of node-ID or bit rate, or did not receive the command.";
+        Missing { command: Command, age: Ns }
+            "命令“{command}”之后{age}没有启动报文"
+            "no boot-up for {age} after the command \"{command}\"";
+    }
 }

@@ -173,7 +173,8 @@ fn lost_frames_make_no_faults() {
 fn stamps_that_step_back_are_no_fault_of_a_node() {
     let log = sorted(&[ASKED, &beats("705", 1000, 1900, "05")]);
     let again = sorted(&[&beats("705", 100, 900, "05")]);
-    assert_eq!(raised(&[log, again].concat()), [("CAP006".into(), 13, Some(12))]);
+    // The step itself is the capture's.
+    assert_eq!(codes(&raised(&[log, again].concat())), ["CAP006"]);
 }
 
 #[test]
