@@ -179,7 +179,11 @@ impl Recording {
 
     /// How late an own frame may be listed at most, in ns.
     pub fn lag_ns(&self) -> i64 {
-        if self.echo.exchanges < EXCHANGES { LATEST_ECHO_NS } else { self.echo.latest_ns.max(LEAST_ECHO_NS) }
+        if self.echo.exchanges < EXCHANGES {
+            return LATEST_ECHO_NS;
+        }
+        // The latest so far is seldom the latest of all.
+        self.echo.latest_ns.saturating_mul(2).clamp(LEAST_ECHO_NS, LATEST_ECHO_NS)
     }
 
     /// Whether an unusual silence has just ended and it is not known yet whether the recorder stood still.

@@ -123,7 +123,9 @@ impl Channel {
     fn may_be_sent(&self, segments: u8, ack: &Half) -> bool {
         let since = self.transfer.as_ref().and_then(|transfer| transfer.last.t_ns).zip(ack.at.t_ns);
         let time = i64::from(segments) * SEGMENT_NS;
-        let enough = since.map_or(segments <= FRAMES, |(since, now)| now.saturating_sub(since) >= time);
+        // The client's frame before them may itself be listed late.
+        let lag = self.sequence.lag_ns();
+        let enough = since.map_or(segments <= FRAMES, |(since, now)| now.saturating_sub(since) + lag >= time);
         segments > 0 && enough
     }
 

@@ -291,8 +291,6 @@ impl Channel {
             }
             Side::Server => {
                 let fresh = *self.pairing.first.get_or_insert(half.at.no) == half.at.no;
-                // Before the transfer completes with this frame: the finding is the transfer's.
-                self.judge_frame(&half, cx);
                 self.order_server(half, fresh, cx);
             }
         }

@@ -345,6 +345,7 @@ fn is_wrong(verdict: &Verdict) -> bool {
     match verdict.code {
         Code::Sdo002 => one_of([Sdo002::NoRequest.into(), Sdo002::Duplicate.into()]),
         Code::Sdo012 => !one_of([Sdo012::EndNotConfirmed.into(), Sdo012::NoLast.into()]),
+        Code::Sdo005 | Code::Sdo009 | Code::Sdo010 | Code::Sdo023 => true,
         Code::Sdo001 | Code::Sdo003 | Code::Sdo004 | Code::Sdo019 | Code::Sdo021 | Code::Sdo022 => true,
         _ => false,
     }
