@@ -25,6 +25,9 @@ const COARSEST_NS: i64 = 10_000_000;
 const LATEST_ECHO_NS: i64 = 10_000_000;
 /// The least that is allowed for late own frames, whatever was seen so far, in ns.
 const LEAST_ECHO_NS: i64 = 2_500_000;
+/// Where a host lists its own frames late, most are late by no more than this, in ns: what is this close to the answer that
+/// stands before it is its request.
+pub const USUAL_ECHO_NS: i64 = 1_000_000;
 /// Exchanges whose order was seen before the lag is taken from them.
 const EXCHANGES: u32 = 64;
 /// A silence shorter than this is no stall, in ns: it moves no verdict.

@@ -13,6 +13,7 @@ use super::channel::{Channel, Half, Phase};
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::{Note, Place};
+use crate::evidence::recording::USUAL_ECHO_NS;
 use crate::frame::FrameRef;
 use crate::rules::sdo::Sdo017;
 
@@ -42,11 +43,6 @@ pub(super) struct Sequence {
 }
 
 impl Sequence {
-    /// How late the recording host lists its own frames at most, in ns.
-    pub(super) fn lag_ns(&self) -> i64 {
-        self.lag_ns
-    }
-
     /// Whether two frames are close enough for the second to be a late echo; without stamps, always.
     pub(super) fn within_lag(&self, from: FrameRef, to: FrameRef) -> bool {
         within(from, to, self.lag_ns)
@@ -272,7 +268,8 @@ impl Channel {
             return false;
         }
         let stamped = front.half.at.t_ns.is_some() && half.at.t_ns.is_some();
-        front.first || (stamped && self.pairing.last_request == Some(half.command))
+        let again = self.pairing.last_request == Some(half.command);
+        front.first || (stamped && again && !within(front.half.at, half.at, USUAL_ECHO_NS))
     }
 
     /// The frame behind an undecided request shows which response is its own: a second one that fits, soon after it and
