@@ -220,7 +220,7 @@ impl Channel {
                 if self.rejects_end() {
                     // It may do so again, whatever the client asks for next.
                     self.step.place = Place::Outside;
-                    self.odd_exchange.astray = true;
+                    self.verdicts.odd_exchange.astray = true;
                 } else if block.is_finished() {
                     self.violation_outside(half, cx);
                 } else {

@@ -155,8 +155,8 @@ impl Channel {
             self.step.place = Place::Uncaptured;
         }
         // Where nothing of the channel can lie before it, an answer without a request counts as the first request does.
-        self.begun |= self.is_idle_from_start() && super::pairing::is_strict_answer(&half);
-        self.sequence.held.push_back(Held { half, first: fresh || !self.begun, age: 0 });
+        self.proof.begun |= self.is_idle_from_start() && super::pairing::is_strict_answer(&half);
+        self.sequence.held.push_back(Held { half, first: fresh || !self.proof.begun, age: 0 });
     }
 
     /// Hands on what waited and is due now.
