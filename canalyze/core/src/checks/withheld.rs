@@ -92,8 +92,3 @@ impl Withheld {
         }
     }
 }
-
-/// Raises a finding where it stands.
-pub(super) fn raise(finding: Finding, cx: &mut Context<'_>) {
-    cx.emit(finding);
-}

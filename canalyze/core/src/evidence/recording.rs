@@ -32,6 +32,9 @@ const LATEST_ECHO_NS: i64 = 10_000_000;
 const LATEST_ECHO_FRAMES: u64 = 2;
 /// The least that is allowed for late own frames, whatever was seen so far, in ns.
 const LEAST_ECHO_NS: i64 = 2_500_000;
+/// Where a host lists its own frames late, most are late by no more than this, in ns: what is this close to the answer that
+/// stands before it is its request.
+pub const USUAL_ECHO_NS: i64 = 1_000_000;
 /// Exchanges whose order was seen before the lag is taken from them.
 const EXCHANGES: u32 = 64;
 /// A silence shorter than this is no stall, in ns: it moves no verdict.
@@ -314,7 +317,11 @@ impl Recording {
 
     /// How late an own frame may be listed at most, in ns.
     pub fn lag_ns(&self) -> i64 {
-        if self.echo.exchanges < EXCHANGES { LATEST_ECHO_NS } else { self.echo.latest_ns.max(LEAST_ECHO_NS) }
+        if self.echo.exchanges < EXCHANGES {
+            return LATEST_ECHO_NS;
+        }
+        // The latest so far is seldom the latest of all.
+        self.echo.latest_ns.saturating_mul(2).clamp(LEAST_ECHO_NS, LATEST_ECHO_NS)
     }
 
     /// Whether an unusual silence has just ended and it is not known yet whether the recorder stood still.

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Code, CrcMatch, Quantity, Said};
-use crate::services::sdo::wire::{Mux, Side};
+use super::{Code, Quantity, Said};
 
 /// The same in both languages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -206,94 +205,6 @@ impl Unmet {
 pub enum Facts {
     /// Nothing beyond the code.
     None,
-    /// Toggle bit.
-    Toggle {
-        /// The expected one.
-        expected: bool,
-        /// What came.
-        found: bool,
-        /// Who sent it.
-        by: Side,
-    },
-    /// The half of an exchange that is not there.
-    Missing {
-        /// Who should have sent it.
-        by: Side,
-    },
-    /// A sub-block of which no acknowledgement was captured.
-    NotAcknowledged,
-    /// The same response was seen before: a duplicate.
-    Duplicate,
-    /// Two objects.
-    Objects {
-        /// What was asked for.
-        expected: Mux,
-        /// What was answered.
-        found: Mux,
-    },
-    /// n of an initiate or a segment.
-    Unused(u8),
-    /// Bytes.
-    Size {
-        /// What was indicated.
-        indicated: u64,
-        /// What was transferred.
-        transferred: u64,
-    },
-    /// A segment after the last one, or outside any transfer.
-    Outside,
-    /// All bytes were transferred but no segment was marked as the last one.
-    NoLast,
-    /// A frame's length in bytes.
-    Length(u8),
-    /// Sequence numbers of block segments.
-    Sequence {
-        /// The expected number.
-        expected: u8,
-        /// The number that came.
-        found: u8,
-    },
-    /// An acknowledgement of more segments than were sent.
-    Acknowledged {
-        /// ackseq.
-        ackseq: u8,
-        /// The last segment sent.
-        sent: u8,
-    },
-    /// Segments after the acknowledged ones were not sent again.
-    NotResent {
-        /// ackseq.
-        ackseq: u8,
-    },
-    /// A block size out of 1..=127.
-    BlockSize(u8),
-    /// The end of a block transfer came before its last segment was acknowledged.
-    EarlyEnd,
-    /// The end of a block transfer was not confirmed.
-    EndNotConfirmed,
-    /// CRC of a block transfer.
-    Crc {
-        /// Over the data as transferred.
-        computed: u16,
-        /// In the frame.
-        found: u16,
-        /// What it would match.
-        matches: CrcMatch,
-    },
-    /// An abort.
-    Abort {
-        /// Abort code.
-        code: u32,
-        /// Who sent it.
-        by: Side,
-    },
-    /// A command byte.
-    Command(u8),
-    /// Frames on a channel.
-    Frames {
-        /// How many.
-        count: u64,
-    },
     /// One of the rule's sentences, filled with what was measured.
     Told {
         /// Which of the rule's sentences, from 0.

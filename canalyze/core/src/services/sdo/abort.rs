@@ -72,12 +72,12 @@ impl Channel {
             transfer.last = at;
         }
         self.complete(Status::Aborted, cx);
-        self.outside = if self.begun { Outside::Violation } else { Outside::Uncaptured };
+        self.outside = if self.proof.begun { Outside::Violation } else { Outside::Uncaptured };
     }
 
     /// The client says that it has waited in vain, though by the protocol nobody owed it anything.
     fn judge_timed_out(&mut self, cx: &mut Context<'_>) {
-        if self.fault.is_none()
+        if self.verdicts.fault.is_none()
             && let Some(transfer) = self.transfer.as_deref().filter(|it| it.mux.is_some() && !it.hole)
             && let newest = self.newest(transfer)
             && !within(newest, cx.at, GIVEN_UP_NS)
@@ -161,7 +161,7 @@ impl Channel {
         if let Some(pending) = self.pairing.pending {
             self.attempted(&pending);
         }
-        self.paired |= self.pairing.pending.is_some_and(|pending| pending.command.mux() == Some(mux));
+        self.proof.paired |= self.pairing.pending.is_some_and(|pending| pending.command.mux() == Some(mux));
         if self.pairing.pending.is_some_and(|pending| strict_initiate(&pending) && pending.command.mux() == Some(mux)) {
             // A refusal of what was asked for is as good an answer as any.
             self.trust(cx);
@@ -185,10 +185,10 @@ impl Channel {
 
     /// The server has refused a write of `object`: it stays refused until the same object is written after all.
     fn refuse(&mut self, object: Option<Mux>, at: FrameRef, code: u32) {
-        if let Some(object) = object.filter(|object| self.refused.iter().all(|it| it.object != *object))
-            && self.refused.len() < REFUSED
+        if let Some(object) = object.filter(|object| self.verdicts.refused.iter().all(|it| it.object != *object))
+            && self.verdicts.refused.len() < REFUSED
         {
-            self.refused.push(Refused { object, at, code, because_of: self.fault });
+            self.verdicts.refused.push(Refused { object, at, code, because_of: self.verdicts.fault });
         }
     }
 

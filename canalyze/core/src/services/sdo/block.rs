@@ -256,7 +256,8 @@ impl Block {
 
     /// How many segments that were not seen, and may be listed late, an acknowledgement of `ackseq` speaks of.
     pub fn not_seen(&self, ackseq: u8) -> u8 {
-        let settled = self.current.wrong.is_some() || self.owes_ack() || self.skipping || self.finished;
+        let resumes = self.skipping && self.acked_all;
+        let settled = self.current.wrong.is_some() || self.owes_ack() || resumes || self.finished;
         if settled || ackseq > self.blksize { 0 } else { ackseq.saturating_sub(self.current.segments.len() as u8) }
     }
 

@@ -121,10 +121,12 @@ impl Channel {
 
     /// Whether so many segments can have been sent before an acknowledgement, and be listed behind it.
     fn may_be_sent(&self, segments: u8, ack: &Half) -> bool {
-        let since = self.transfer.as_ref().and_then(|transfer| transfer.last.t_ns).zip(ack.at.t_ns);
+        // The server's frames are listed in time, while the client's last one may be late itself.
+        let heard = self.pairing.heard.map(|heard| heard.at);
+        let since = heard.or(self.transfer.as_ref().map(|transfer| transfer.last)).and_then(|at| at.t_ns);
         let time = i64::from(segments) * SEGMENT_NS;
-        let enough = since.map_or(segments <= FRAMES, |(since, now)| now.saturating_sub(since) >= time);
-        segments > 0 && enough
+        let fits = |(since, now): (i64, i64)| now.saturating_sub(since) >= time;
+        segments > 0 && since.zip(ack.at.t_ns).map_or(segments <= FRAMES, fits)
     }
 
     /// A client frame while sub-blocks run. Returns whether it was taken.
@@ -218,7 +220,7 @@ impl Channel {
                 if self.rejects_end() {
                     // It may do so again, whatever the client asks for next.
                     self.step.place = Place::Outside;
-                    self.odd_exchange.astray = true;
+                    self.verdicts.odd_exchange.astray = true;
                 } else if block.is_finished() {
                     self.violation_outside(half, cx);
                 } else {

@@ -5,9 +5,8 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use super::abort::Refused;
 use super::block::Block;
-use super::judgement::OddExchange;
+use super::judgement::{OddExchange, Proof, Verdicts};
 use super::pairing::Pairing;
 use super::sequence::{Sequence, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
@@ -17,7 +16,6 @@ use crate::dictionary::{Dictionary, Object};
 use crate::event::{Event, Note, Place, Step, What};
 use crate::evidence::When;
 use crate::evidence::duplicates::Sighting;
-use crate::finding::Finding;
 use crate::frame::{BusId, CanId, Frame, FrameRef};
 use crate::rules::sdo::{Sdo002, Sdo007};
 
@@ -89,38 +87,17 @@ pub struct Channel {
     /// The server has sent segments after one of those; whether that one had other bytes than 0 in the place of data.
     pub(super) segments_unmarked: Option<bool>,
     pub(super) sequence: Sequence,
+    pub(super) proof: Proof,
+    pub(super) verdicts: Verdicts,
     pub(super) outside: Outside,
     /// The step of the frame at hand.
     pub(super) step: Step,
     /// Whether completed transfers belong to the frame at hand.
     pub(super) own: bool,
-    /// The object of the next finding, where it is not the transfer's.
-    pub(super) find_about: Option<Mux>,
     /// The last expedited write, where it was given up and nothing was answered since.
     pub(super) left: Option<Arc<Transfer>>,
     /// The same, confirmed by the frame at hand after all.
     pub(super) confirmed: Option<Arc<Transfer>>,
-    /// A valid request with its response was seen, since frames were lost if they were.
-    pub(super) trusted: bool,
-    /// The same was seen at any time.
-    pub(super) proven: bool,
-    /// A request that can be one was seen: from here on there is something to judge.
-    pub(super) begun: bool,
-    pub(super) withheld: Vec<Finding>,
-    pub(super) odd_exchange: OddExchange,
-    /// The first finding above info since the channel was last idle: what else is wrong follows from it.
-    pub(super) fault: Option<FrameRef>,
-    /// Writes that were refused and not made good.
-    pub(super) refused: Vec<Refused>,
-    pub(super) requests: u64,
-    pub(super) responses: u64,
-    /// Frames among them that no stack would send: undefined commands, reserved bits.
-    pub(super) odd: u64,
-    /// Some request and response were seen that fit each other, whatever they are about.
-    pub(super) paired: bool,
-    /// Requests among them that can only be meant as such.
-    pub(super) plausible: u64,
-    pub(super) first: Option<FrameRef>,
     /// The last request was one to a server that must not answer.
     pub in_vain: Option<FrameRef>,
     /// Its server was only looked for, as all others were.
@@ -156,25 +133,13 @@ impl Channel {
             unmarked: None,
             segments_unmarked: None,
             sequence: Sequence::default(),
+            proof: Proof::default(),
+            verdicts: Verdicts::default(),
             outside: Outside::Uncaptured,
             step: empty_step(),
             own: true,
-            find_about: None,
             left: None,
             confirmed: None,
-            trusted: false,
-            proven: false,
-            begun: false,
-            withheld: Vec::new(),
-            odd_exchange: OddExchange::default(),
-            fault: None,
-            refused: Vec::new(),
-            requests: 0,
-            responses: 0,
-            odd: 0,
-            paired: false,
-            plausible: 0,
-            first: None,
             in_vain: None,
             scanned: false,
             once: VecDeque::new(),
@@ -201,7 +166,9 @@ impl Channel {
 
     /// Whether a server was looked for, and none has answered.
     pub fn is_probed(&self) -> bool {
-        self.responses == 0 && (1..=PROBES).contains(&self.requests) && self.plausible == self.requests
+        self.proof.responses == 0
+            && (1..=PROBES).contains(&self.proof.requests)
+            && self.proof.plausible == self.proof.requests
     }
 
     /// The completed transfer that the frame at hand confirms late.
@@ -248,11 +215,11 @@ impl Channel {
             });
             return;
         }
-        self.first.get_or_insert(half.at);
+        self.proof.first.get_or_insert(half.at);
         self.excuse_answer();
         match side {
-            Side::Client => self.requests = self.requests.saturating_add(1),
-            Side::Server => self.responses = self.responses.saturating_add(1),
+            Side::Client => self.proof.requests = self.proof.requests.saturating_add(1),
+            Side::Server => self.proof.responses = self.proof.responses.saturating_add(1),
         }
         self.step = Step { side, command: half.command, ..empty_step() };
         let slot = cx.events.len();
@@ -266,16 +233,16 @@ impl Channel {
         });
         let half = self.order_before(side, half, cx);
         self.step.command = half.command;
-        self.plausible = self.plausible.saturating_add(u64::from(strict_initiate(&half)));
+        self.proof.plausible = self.proof.plausible.saturating_add(u64::from(strict_initiate(&half)));
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
-        self.odd = self.odd.saturating_add(u64::from(odd));
+        self.proof.odd = self.proof.odd.saturating_add(u64::from(odd));
         if strict_initiate(&half) && !matches!(half.command, Command::InitiateDownload(..)) {
             // What was odd may have been block data of a transfer that began before the capture.
-            self.odd = 0;
+            self.proof.odd = 0;
         }
-        let later = self.first != Some(half.at) || self.pairing.first.is_some_and(|first| first != half.at.no);
+        let later = self.proof.first != Some(half.at) || self.pairing.first.is_some_and(|first| first != half.at.no);
         if half.command.is_initiate() && strict_initiate(&half) && later {
-            self.begun = true;
+            self.proof.begun = true;
         }
         let before = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
         self.note_unreadable(side, &half);
@@ -286,8 +253,6 @@ impl Channel {
             }
             Side::Server => {
                 let fresh = *self.pairing.first.get_or_insert(half.at.no) == half.at.no;
-                // Before the transfer completes with this frame: the finding is the transfer's.
-                self.judge_frame(&half, cx);
                 self.order_server(half, fresh, cx);
             }
         }
@@ -401,7 +366,7 @@ impl Channel {
             return;
         }
         if transfer.status == Status::Ok && transfer.direction == Direction::Download {
-            self.refused.retain(|refused| Some(refused.object) != transfer.mux);
+            self.verdicts.refused.retain(|refused| Some(refused.object) != transfer.mux);
         }
         if !transfer.fresh.is_empty() {
             cx.chunks.push(chunk(&transfer, transfer.fresh.clone()));
@@ -441,8 +406,8 @@ impl Channel {
         self.pairing = Pairing::default();
         (self.left, self.confirmed) = (None, None);
         self.sequence = Sequence::default();
-        self.odd_exchange = OddExchange::default();
-        self.fault = None;
+        self.verdicts.odd_exchange = OddExchange::default();
+        self.verdicts.fault = None;
         self.phase = Phase::Idle;
         self.outside = if reset { Outside::Said } else { Outside::Uncaptured };
         if !reset {
@@ -453,9 +418,8 @@ impl Channel {
     /// Behind a gap a transfer may be half-way, as at the capture's beginning: block data look like commands until an
     /// exchange shows where the channel stands.
     fn restart(&mut self) {
-        (self.trusted, self.begun, self.paired, self.first) = (false, false, false, None);
-        (self.requests, self.responses, self.odd, self.plausible) = (0, 0, 0, 0);
-        self.withheld.clear();
+        self.proof = Proof { proven: self.proof.proven, ..Proof::default() };
+        self.verdicts.withheld.clear();
     }
 
     /// The capture is over: what is still open is incomplete, and what was withheld is said once.
@@ -490,7 +454,7 @@ impl Channel {
             let last = self.transfer.as_ref().map_or(cx.at, |transfer| transfer.last);
             self.find(Sdo007::NoLast, last, cx);
         }
-        let nameless = !self.trusted && !self.pairing.pending.is_some_and(|pending| strict_initiate(&pending));
+        let nameless = !self.proof.trusted && !self.pairing.pending.is_some_and(|pending| strict_initiate(&pending));
         if nameless {
             self.transfer = None;
         } else if self.pairing.abort_may_answer {

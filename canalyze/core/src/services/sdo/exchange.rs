@@ -33,9 +33,9 @@ impl Channel {
             self.pairing.initiated();
         }
         if wire::fits(&request.command, &response.command) {
-            self.paired = true;
-            self.odd_exchange.astray = false;
-            if request.command.is_initiate() && !self.trusted {
+            self.proof.paired = true;
+            self.verdicts.odd_exchange.astray = false;
+            if request.command.is_initiate() && !self.proof.trusted {
                 self.trust(cx);
             }
         }
@@ -43,18 +43,7 @@ impl Channel {
             transfer.last = if response.at.no > request.at.no { response.at } else { request.at };
             transfer.reordered |= response.at.no < request.at.no;
         }
-        if let (Some(expected), Some(found)) = (request.command.mux(), response.command.mux())
-            && expected != found
-        {
-            if !self.trusted && strict_initiate(&request) && !response.command.has_reserved_bits(response.bytes) {
-                // Only the object differs: the rest is a request and its response.
-                self.trust(cx);
-            }
-            self.find(Sdo003::Objects { expected, found }, response.at, cx);
-            if let Some(transfer) = &mut self.transfer {
-                transfer.bad = true;
-            }
-        }
+        self.compare_objects(&request, &response, cx);
         match (request.command, response.command) {
             (Command::InitiateUpload(_) | Command::InitiateBlockUpload { .. }, Command::UploadInitiated(_, i)) => {
                 self.upload_initiated(response, i, cx);
@@ -78,6 +67,22 @@ impl Channel {
             ) => self.block_initiated(request.at, blksize, client && server, size.filter(|_| request.len == 8)),
             (Command::EndBlock { .. }, _) => self.end_block_download(request, cx),
             _ => {}
+        }
+    }
+
+    /// An initiate response names the object of its request.
+    fn compare_objects(&mut self, request: &Half, response: &Half, cx: &mut Context<'_>) {
+        if let (Some(expected), Some(found)) = (request.command.mux(), response.command.mux())
+            && expected != found
+        {
+            if !self.proof.trusted && strict_initiate(request) && !response.command.has_reserved_bits(response.bytes) {
+                // Only the object differs: the rest is a request and its response.
+                self.trust(cx);
+            }
+            self.find(Sdo003::Objects { expected, found }, response.at, cx);
+            if let Some(transfer) = &mut self.transfer {
+                transfer.bad = true;
+            }
         }
     }
 
@@ -127,7 +132,7 @@ impl Channel {
         if let Some(request) = request {
             self.confirm_late(&request);
         }
-        self.find_about = half.command.mux();
+        self.verdicts.about = half.command.mux();
         self.find(Sdo020::GivenUp, self.step.answered_by.unwrap_or(half.at), cx);
     }
 

@@ -3,6 +3,7 @@
 //! Nothing is judged before the first request that can be one; findings are withheld until the channel has shown
 //! one valid request with its response. A channel that never does says so once.
 
+use super::abort::Refused;
 use super::channel::{Channel, Half, UNANSWERED_NS};
 use super::wire::{self, Command, Mux, Segment, Side};
 use crate::context::Context;
@@ -35,6 +36,40 @@ const LATE_NS: i64 = 900_000_000;
 const SHORTEST_TIMEOUT_NS: i64 = 300_000_000;
 /// So many times the longest that a server has taken so far it does not take.
 const PROMPT: i64 = 10;
+
+/// How sure it is that a channel's frames are SDO.
+#[derive(Debug, Default)]
+pub(super) struct Proof {
+    /// A valid request with its response was seen, since frames were lost if they were.
+    pub(super) trusted: bool,
+    /// The same was seen at any time.
+    pub(super) proven: bool,
+    /// A request that can be one was seen: from here on there is something to judge.
+    pub(super) begun: bool,
+    /// Some request and response were seen that fit each other, whatever they are about.
+    pub(super) paired: bool,
+    pub(super) requests: u64,
+    pub(super) responses: u64,
+    /// Frames among them that no stack would send: undefined commands, reserved bits.
+    pub(super) odd: u64,
+    /// Requests among them that can only be meant as such.
+    pub(super) plausible: u64,
+    pub(super) first: Option<FrameRef>,
+}
+
+/// What was found on a channel, and what keeps findings back.
+#[derive(Debug, Default)]
+pub(super) struct Verdicts {
+    /// What waits until the channel has shown that it is one.
+    pub(super) withheld: Vec<Finding>,
+    pub(super) odd_exchange: OddExchange,
+    /// The first finding above info since the channel was last idle: what else is wrong follows from it.
+    pub(super) fault: Option<FrameRef>,
+    /// Writes that were refused and not made good.
+    pub(super) refused: Vec<Refused>,
+    /// The object of the next finding, where it is not the transfer's.
+    pub(super) about: Option<Mux>,
+}
 
 /// Findings withheld at most; more of the same say nothing new.
 const WITHHELD: usize = 32;
@@ -78,7 +113,7 @@ impl Channel {
     }
 
     pub(super) fn note(&mut self, note: Note, about: FrameRef, cx: &mut Context<'_>) {
-        if !self.trusted {
+        if !self.proof.trusted {
             return;
         }
         cx.events.push(Event {
@@ -98,9 +133,9 @@ impl Channel {
         let code = verdict.code;
         // What is wrong with the channel's first frame itself, or with what answers it, counts if it can only be a
         // request.
-        let first = self.plausible > 0 && self.requests <= 1 && self.responses <= 1;
+        let first = self.proof.plausible > 0 && self.proof.requests <= 1 && self.proof.responses <= 1;
         // No frame of a transfer, in whatever phase, has another length.
-        if !self.begun && !first && !matches!(code, Code::Sdo017 | Code::Sdo010) {
+        if !self.proof.begun && !first && !matches!(code, Code::Sdo017 | Code::Sdo010) {
             return;
         }
         if self.is_consequence(&verdict, offender) {
@@ -113,7 +148,7 @@ impl Channel {
             }
             None => self.step.result.as_ref().and_then(|transfer| transfer.mux),
         };
-        let object = self.find_about.take().or(object);
+        let object = self.verdicts.about.take().or(object);
         let initiated = self.transfer.as_ref().is_some_and(|transfer| transfer.initiated == Some(offender));
         let last = code == Code::Sdo006 && !initiated;
         let at = if last || is_wrong(&verdict) { offender } else { cx.at };
@@ -134,13 +169,13 @@ impl Channel {
     /// What explains a finding at `at`: the first one since the channel was idle. It is the first itself where there is none.
     fn explain(&mut self, verdict: &Verdict, at: FrameRef, offender: FrameRef) -> Option<FrameRef> {
         if *verdict == Sdo020::GivenUp.into() {
-            return Some(self.fault.unwrap_or(offender));
+            return Some(self.verdicts.fault.unwrap_or(offender));
         }
         if verdict.code.rule().severity == Severity::Info {
             return None;
         }
-        let before = self.fault;
-        self.fault = before.or(Some(at));
+        let before = self.verdicts.fault;
+        self.verdicts.fault = before.or(Some(at));
         before
     }
 
@@ -154,7 +189,7 @@ impl Channel {
         // Where the whole bus was silent in the meantime, the recorder may have stood still.
         let heard = recording.lateness_ns(response.when) < delay / 2;
         let late = heard && recording.certainly_later(response.when, request.when, LATE_NS);
-        if late && self.trusted && !self.is_edge(request) && !object.is_some_and(takes_time) {
+        if late && self.proof.trusted && !self.is_edge(request) && !object.is_some_and(takes_time) {
             let Verdict { code, facts } = Sdo020::Slow { delay }.into();
             let evidence = &cx.evidence;
             let because_of =
@@ -170,7 +205,7 @@ impl Channel {
         let (Some(asked), Some(now)) = (request.at.t_ns, cx.at.t_ns) else { return false };
         let waited = now.saturating_sub(asked);
         let reads = matches!(request.command, Command::InitiateUpload(_) | Command::SegmentRequest { .. });
-        let prompt = self.trusted && waited / PROMPT > self.pairing.slowest_ns;
+        let prompt = self.proof.trusted && waited / PROMPT > self.pairing.slowest_ns;
         waited > if reads && prompt { SHORTEST_TIMEOUT_NS } else { UNANSWERED_NS }
     }
 
@@ -181,7 +216,7 @@ impl Channel {
         let older =
             |from: FrameRef, ns| from.t_ns.zip(now.t_ns).is_some_and(|(from, now)| now.saturating_sub(from) > ns);
         let rests = self.pairing.heard.is_some_and(|heard| older(heard.at, SHORTEST_TIMEOUT_NS));
-        for refused in std::mem::take(&mut self.refused) {
+        for refused in std::mem::take(&mut self.verdicts.refused) {
             if !rests && !older(refused.at, UNANSWERED_NS) {
                 continue;
             }
@@ -194,10 +229,10 @@ impl Channel {
 
     /// Says a finding, or withholds it until the channel has shown that it is one.
     pub(super) fn say(&mut self, finding: Finding, cx: &mut Context<'_>) {
-        if self.trusted {
+        if self.proof.trusted {
             push_finding(finding, cx);
-        } else if self.withheld.len() < WITHHELD {
-            self.withheld.push(finding);
+        } else if self.verdicts.withheld.len() < WITHHELD {
+            self.verdicts.withheld.push(finding);
         }
     }
 
@@ -208,30 +243,31 @@ impl Channel {
         let code = verdict.code;
         let is = |other: Verdict| *verdict == other;
         let in_transfer = |no: u64| self.transfer.as_ref().is_some_and(|transfer| transfer.first.no <= no);
-        let broken = self.odd_exchange.broken.is_some_and(in_transfer);
+        let broken = self.verdicts.odd_exchange.broken.is_some_and(in_transfer);
         if code == Code::Sdo008 && (broken || self.has_finding(Code::Sdo004)) {
             return true;
         }
-        if is(Sdo002::NotAcknowledged.into()) && self.odd_exchange.broken.is_some_and(|no| no >= offender.no) {
+        if is(Sdo002::NotAcknowledged.into()) && self.verdicts.odd_exchange.broken.is_some_and(|no| no >= offender.no) {
             return true;
         }
-        if is(Sdo002::Duplicate.into()) && self.odd_exchange.asked == Some(offender.no) {
+        if is(Sdo002::Duplicate.into()) && self.verdicts.odd_exchange.asked == Some(offender.no) {
             return true;
         }
         if matches!(code, Code::Sdo002 | Code::Sdo023) {
-            self.odd_exchange.broken = Some(self.odd_exchange.broken.unwrap_or_default().max(offender.no));
+            self.verdicts.odd_exchange.broken =
+                Some(self.verdicts.odd_exchange.broken.unwrap_or_default().max(offender.no));
         }
         if is(Sdo002::NoResponse.into()) || is(Sdo012::EndNotConfirmed.into()) {
-            return self.odd_exchange.answered == Some(offender.no);
+            return self.verdicts.odd_exchange.answered == Some(offender.no);
         }
         if is(Sdo002::NoRequest.into()) {
-            if self.odd_exchange.asked == Some(offender.no) {
+            if self.verdicts.odd_exchange.asked == Some(offender.no) {
                 return true;
             }
             self.answered_oddly();
-            return std::mem::replace(&mut self.odd_exchange.astray, true);
+            return std::mem::replace(&mut self.verdicts.odd_exchange.astray, true);
         }
-        is(Sdo007::Outside.into()) && std::mem::replace(&mut self.odd_exchange.astray, true)
+        is(Sdo007::Outside.into()) && std::mem::replace(&mut self.verdicts.odd_exchange.astray, true)
     }
 
     fn has_finding(&self, code: Code) -> bool {
@@ -240,12 +276,13 @@ impl Channel {
 
     /// Something came in the place of the answer to the pending request, and a finding says so.
     fn answered_oddly(&mut self) {
-        self.odd_exchange.answered = self.pairing.pending.map(|pending| pending.at.no).or(self.odd_exchange.answered);
+        self.verdicts.odd_exchange.answered =
+            self.pairing.pending.map(|pending| pending.at.no).or(self.verdicts.odd_exchange.answered);
     }
 
     /// That a request may be left without an answer has been said, or need not be.
     pub(super) fn unanswerable(&mut self, request: &Half) {
-        self.odd_exchange.answered = Some(request.at.no);
+        self.verdicts.odd_exchange.answered = Some(request.at.no);
     }
 
     /// The pending request may be left without an answer if it should not have been sent.
@@ -259,15 +296,17 @@ impl Channel {
 
     /// Whether a request may be left without an answer.
     pub(super) fn is_unanswerable(&self, request: &Half) -> bool {
-        self.odd_exchange.answered == Some(request.at.no)
+        self.verdicts.odd_exchange.answered == Some(request.at.no)
     }
 
     /// In the place of a block transfer's end came what does not belong there, and a finding says so: what answers it
     /// answers the end.
     pub(super) fn instead_of_end(&mut self, half: &Half) {
         match self.step.side {
-            Side::Client => self.odd_exchange.request = Some(half.at.no),
-            Side::Server => self.odd_exchange.answered = self.transfer.as_ref().map(|transfer| transfer.last.no),
+            Side::Client => self.verdicts.odd_exchange.request = Some(half.at.no),
+            Side::Server => {
+                self.verdicts.odd_exchange.answered = self.transfer.as_ref().map(|transfer| transfer.last.no)
+            }
         }
     }
 
@@ -275,13 +314,13 @@ impl Channel {
     pub(super) fn note_unreadable(&mut self, side: Side, half: &Half) {
         let unreadable = half.command.is_unreadable();
         if unreadable {
-            self.odd_exchange.broken = Some(half.at.no);
+            self.verdicts.odd_exchange.broken = Some(half.at.no);
         }
         match side {
-            Side::Client => self.odd_exchange.request = unreadable.then_some(half.at.no),
+            Side::Client => self.verdicts.odd_exchange.request = unreadable.then_some(half.at.no),
             Side::Server => {
-                if self.odd_exchange.request.take().is_some() {
-                    self.odd_exchange.asked = Some(half.at.no);
+                if self.verdicts.odd_exchange.request.take().is_some() {
+                    self.verdicts.odd_exchange.asked = Some(half.at.no);
                 }
                 if unreadable {
                     self.answered_oddly();
@@ -291,36 +330,40 @@ impl Channel {
     }
 
     pub(super) fn trust(&mut self, cx: &mut Context<'_>) {
-        (self.trusted, self.proven, self.begun) = (true, true, true);
-        for finding in std::mem::take(&mut self.withheld) {
+        (self.proof.trusted, self.proof.proven, self.proof.begun) = (true, true, true);
+        for finding in std::mem::take(&mut self.verdicts.withheld) {
             push_finding(finding, cx);
         }
     }
 
     /// Whether the traffic looks so little like SDO that no transfer is made of it.
     pub(super) fn is_foreign(&self) -> bool {
-        let frames = self.requests.saturating_add(self.responses);
-        !self.proven && self.odd >= FOREIGN && self.odd > frames / 2
+        let frames = self.proof.requests.saturating_add(self.proof.responses);
+        !self.proof.proven && self.proof.odd >= FOREIGN && self.proof.odd > frames / 2
     }
 
     pub(super) fn is_trusted(&self) -> bool {
-        self.trusted
+        self.proof.trusted
     }
 
     /// The capture is over: what was withheld is no SDO, or nobody has answered.
     pub(super) fn say_distrust(&mut self, cx: &mut Context<'_>) {
-        let Some(first) = self.first else { return };
-        if self.proven || self.scanned || self.paired {
+        let Some(first) = self.proof.first else { return };
+        if self.proof.proven || self.scanned || self.proof.paired {
             return;
         }
-        if self.plausible > 0 && self.responses > 0 && self.withheld.len() == 1 && self.odd <= 1 {
+        if self.proof.plausible > 0
+            && self.proof.responses > 0
+            && self.verdicts.withheld.len() == 1
+            && self.proof.odd <= 1
+        {
             // One frame is wrong, and the others can only be SDO.
             self.trust(cx);
             return;
         }
-        let unanswered = self.requests > 0 && self.responses == 0 && self.plausible > 0;
-        let nothing_odd = self.withheld.iter().all(|finding| finding.severity() < Severity::Error);
-        let frames = self.requests.saturating_add(self.responses);
+        let unanswered = self.proof.requests > 0 && self.proof.responses == 0 && self.proof.plausible > 0;
+        let nothing_odd = self.verdicts.withheld.iter().all(|finding| finding.severity() < Severity::Error);
+        let frames = self.proof.requests.saturating_add(self.proof.responses);
         // A request at the capture's end may still be answered, and its answer may have been before the capture.
         let waited = first.t_ns.zip(cx.at.t_ns).map_or(0, |(first, now)| now.saturating_sub(first)) > UNANSWERED_NS;
         if frames < 2 && !(unanswered && nothing_odd && waited) {
@@ -345,6 +388,7 @@ fn is_wrong(verdict: &Verdict) -> bool {
     match verdict.code {
         Code::Sdo002 => one_of([Sdo002::NoRequest.into(), Sdo002::Duplicate.into()]),
         Code::Sdo012 => !one_of([Sdo012::EndNotConfirmed.into(), Sdo012::NoLast.into()]),
+        Code::Sdo005 | Code::Sdo009 | Code::Sdo010 | Code::Sdo023 => true,
         Code::Sdo001 | Code::Sdo003 | Code::Sdo004 | Code::Sdo019 | Code::Sdo021 | Code::Sdo022 => true,
         _ => false,
     }

@@ -28,9 +28,9 @@ impl Channel {
         self.phase = Phase::Idle;
         self.outside = Outside::Uncaptured;
         self.pairing.pending = None;
-        if !self.trusted {
-            self.withheld.clear();
-            self.begun = false;
+        if !self.proof.trusted {
+            self.verdicts.withheld.clear();
+            self.proof.begun = false;
         }
     }
 
@@ -114,7 +114,7 @@ impl Channel {
     pub(super) fn join_block(&mut self, half: &Half, direction: Direction, cx: &mut Context<'_>) {
         let Command::BlockAck { ackseq, blksize } = half.command else { return };
         if ackseq <= MOST && (1..=MOST).contains(&blksize) && !half.command.has_reserved_bits(half.bytes) {
-            self.paired = true;
+            self.proof.paired = true;
             self.begin_midway(half.at, direction, Phase::Block(Box::new(Block::midway())), cx);
         }
     }

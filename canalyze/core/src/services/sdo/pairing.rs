@@ -172,7 +172,7 @@ impl Channel {
     fn request(&mut self, half: Half, cx: &mut Context<'_>) {
         if half.command.is_initiate() {
             if !self.leave_open_transfer(&half, cx) {
-                self.fault = None;
+                self.verdicts.fault = None;
             }
             self.begin(&half, cx);
             let under_way = self.pairing.under_way.take();
@@ -321,6 +321,11 @@ impl Channel {
             self.respond_unasked(half, cx);
             return;
         }
+        self.respond_otherwise(pending, half, cx);
+    }
+
+    /// A response that is not the one the pending request asks for, nor one to another request.
+    fn respond_otherwise(&mut self, pending: Half, half: Half, cx: &mut Context<'_>) {
         if matches!(half.command, Command::Segment(_)) && self.pairing.last_response == Some(half.bytes) {
             self.step.place = Place::Outside;
             self.find(Sdo002::Duplicate, half.at, cx);
@@ -331,7 +336,7 @@ impl Channel {
             return;
         }
         if wire::kind_fits(&pending.command, &half.command) {
-            self.begun |= self.is_edge(&pending);
+            self.proof.begun |= self.is_edge(&pending);
             self.step.ordinal = self.segment_ordinal(&half.command);
             self.answer(pending, half, cx);
             return;
@@ -368,7 +373,7 @@ impl Channel {
             self.join_block(&half, Direction::Download, cx);
             return;
         }
-        self.without_request(&half, !self.begun, cx);
+        self.without_request(&half, !self.proof.begun, cx);
     }
 
     /// The client's frame before a frame of the server is not in the capture, or not on the bus.
@@ -491,10 +496,16 @@ impl Channel {
             }
             return false;
         }
+        self.go_on_unanswered(&pending, edge, half, cx)
+    }
+
+    /// The client goes on as if its last request had been answered: the answer is not in the capture. Returns whether the
+    /// frame needs nothing more.
+    fn go_on_unanswered(&mut self, pending: &Half, edge: bool, half: &Half, cx: &mut Context<'_>) -> bool {
         match (pending.command, half.command) {
             (Command::InitiateUpload(_), Command::SegmentRequest { .. })
             | (Command::InitiateDownload(..), Command::Segment(_)) => {
-                self.unanswered(&pending, edge, cx);
+                self.unanswered(pending, edge, cx);
                 if let Some(transfer) = &mut self.transfer
                     && transfer.mode == Mode::Expedited
                 {
@@ -503,31 +514,31 @@ impl Channel {
                 self.phase = Phase::Segments { toggle: false };
             }
             (Command::InitiateBlockUpload { blksize, .. }, Command::StartBlockUpload | Command::BlockAck { .. }) => {
-                self.unanswered(&pending, edge, cx);
+                self.unanswered(pending, edge, cx);
                 self.block_initiated(pending.at, blksize, false, None);
                 return self.block_client(half, cx);
             }
             (Command::SegmentRequest { toggle }, Command::SegmentRequest { toggle: next }) if toggle != next => {
-                self.unanswered(&pending, edge, cx);
+                self.unanswered(pending, edge, cx);
                 self.phase = Phase::Segments { toggle: next };
                 if let Some(transfer) = &mut self.transfer {
                     transfer.hole = true;
                 }
             }
             (Command::Segment(sent), Command::Segment(next)) if sent.toggle != next.toggle => {
-                self.unanswered(&pending, edge, cx);
+                self.unanswered(pending, edge, cx);
                 self.phase = Phase::Segments { toggle: next.toggle };
-                self.add_segment(pending, sent, cx);
+                self.add_segment(*pending, sent, cx);
             }
             (Command::InitiateBlockUpload { .. }, Command::SegmentRequest { .. }) => {
-                self.unanswered(&pending, edge, cx);
+                self.unanswered(pending, edge, cx);
                 if let Some(transfer) = &mut self.transfer {
                     transfer.mode = Mode::Segmented;
                 }
                 self.phase = Phase::Segments { toggle: false };
             }
             (Command::InitiateBlockDownload { .. }, _) if half.bytes[0] & 0x7F == 1 => {
-                self.unanswered(&pending, edge, cx);
+                self.unanswered(pending, edge, cx);
                 self.block_initiated(pending.at, MOST, false, None);
                 let segment = Half { command: wire::block_segment(half.bytes), ..*half };
                 self.step.command = segment.command;
@@ -535,7 +546,7 @@ impl Channel {
             }
             // Nothing that a client sends after its request: the request still awaits its answer.
             _ => {
-                self.pairing.pending = Some(pending);
+                self.pairing.pending = Some(*pending);
                 self.violation_outside(half, cx);
                 return true;
             }
@@ -546,7 +557,7 @@ impl Channel {
     /// Whether a request was sent again, and not captured twice, though no answer to the first can be meant by anything that
     /// came.
     fn is_sent_again(&self, before: &Half, half: &Half, cx: &Context<'_>) -> bool {
-        let known = self.trusted || self.is_idle_from_start();
+        let known = self.proof.trusted || self.is_idle_from_start();
         let edge = self.is_edge(before) || self.outside == Outside::Uncaptured;
         // Something else came in the answer's place, or it may be listed before its request.
         let answered = self.is_unanswerable(before)

@@ -13,11 +13,10 @@ use super::channel::{Channel, Half, Phase};
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::{Note, Place};
+use crate::evidence::recording::USUAL_ECHO_NS;
 use crate::frame::FrameRef;
 use crate::rules::sdo::Sdo017;
 
-/// A request of the object that was read before, listed later than this after a response to it, may be the next one.
-const ECHO_NS: i64 = 1_000_000;
 /// Without stamps, so many later frames of the channel may stand before the request.
 pub(super) const FRAMES: u8 = 2;
 /// Most frames that wait.
@@ -108,6 +107,8 @@ impl Channel {
             self.hold(half, fresh);
             return;
         }
+        // Before the transfer completes with this frame: the finding is the transfer's.
+        self.judge_frame(&half, cx);
         self.server(half, cx);
     }
 
@@ -154,8 +155,8 @@ impl Channel {
             self.step.place = Place::Uncaptured;
         }
         // Where nothing of the channel can lie before it, an answer without a request counts as the first request does.
-        self.begun |= self.is_idle_from_start() && super::pairing::is_strict_answer(&half);
-        self.sequence.held.push_back(Held { half, first: fresh || !self.begun, age: 0 });
+        self.proof.begun |= self.is_idle_from_start() && super::pairing::is_strict_answer(&half);
+        self.sequence.held.push_back(Held { half, first: fresh || !self.proof.begun, age: 0 });
     }
 
     /// Hands on what waited and is due now.
@@ -171,6 +172,8 @@ impl Channel {
             if let Some(transfer) = &mut self.transfer {
                 transfer.reordered = true;
             }
+            self.step.place = Place::Due;
+            self.judge_frame(&half, cx);
             self.server(half, cx);
             let result = self.step.result.take();
             self.step = step;
@@ -186,6 +189,8 @@ impl Channel {
         let Some(held) = self.sequence.held.pop_front() else { return };
         self.aside(|channel| {
             let half = channel.decoded(Side::Server, held.half);
+            channel.step.place = if held.first { Place::Uncaptured } else { Place::Due };
+            channel.judge_frame(&half, cx);
             channel.unrequested(&half, held.first, cx);
             channel.follow(cx);
         });
@@ -224,7 +229,7 @@ impl Channel {
     /// Whether the first frame that waits may come after this one of the client.
     fn may_precede(&self, half: &Half, front: &Held) -> bool {
         let half = self.decoded(Side::Client, *half);
-        let answer = front.half.command;
+        let answer = self.decoded(Side::Server, front.half).command;
         if let (Phase::Block(block), false) = (&self.phase, half.command.is_initiate()) {
             return match (half.command, answer) {
                 (Command::BlockSegment { seqno, .. }, Command::BlockAck { .. }) => seqno == block.expected(),
@@ -264,7 +269,7 @@ impl Channel {
         }
         let stamped = front.half.at.t_ns.is_some() && half.at.t_ns.is_some();
         let again = self.pairing.last_request == Some(half.command);
-        front.first || (stamped && again && !within(front.half.at, half.at, ECHO_NS))
+        front.first || (stamped && again && !within(front.half.at, half.at, USUAL_ECHO_NS))
     }
 
     /// The frame behind an undecided request shows which response is its own: a second one that fits, soon after it and
@@ -301,7 +306,7 @@ fn is_rather(request: &Half, front: &Held, next: &Half, lag_ns: i64) -> bool {
         return front.first;
     };
     let (late, taken) = (asked.saturating_sub(response), following.saturating_sub(asked));
-    if front.first { late > ECHO_NS || taken <= lag_ns } else { late > taken }
+    if front.first { late > lag_ns || taken <= lag_ns } else { late > taken }
 }
 
 /// Whether a frame follows another by no more than a time in ns; without stamps, always.
