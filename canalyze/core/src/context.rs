@@ -7,7 +7,7 @@ use crate::evidence::duplicates::Sighting;
 use crate::evidence::pending::Until;
 use crate::evidence::recording;
 use crate::evidence::{Evidence, When};
-use crate::finding::{Code, Facts, Finding, Verdict};
+use crate::finding::{Finding, Verdict};
 use crate::frame::{BusId, FrameRef};
 use crate::services::sdo::transfer::TransferId;
 use crate::services::sdo::wire::Mux;
@@ -65,38 +65,6 @@ impl Context<'_> {
         cause: Option<FrameRef>,
     ) -> Finding {
         let Verdict { code, facts } = what.into();
-        Finding { code, at: self.at, cause, bus: self.bus, node, object, facts, because_of: None }
-    }
-
-    /// Raises a finding at the frame at hand. `cause` is the earlier frame it is about, if another.
-    pub fn find(&mut self, code: Code, node: Option<u8>, object: Option<Mux>, cause: Option<FrameRef>, facts: Facts) {
-        let finding = self.finding(code, node, object, cause, facts);
-        self.report(finding);
-    }
-
-    /// Raises a finding at an earlier frame, which is wrong itself. `cause` as in [`Self::find`].
-    pub fn find_at(
-        &mut self,
-        at: FrameRef,
-        code: Code,
-        node: Option<u8>,
-        object: Option<Mux>,
-        cause: Option<FrameRef>,
-        facts: Facts,
-    ) {
-        let finding = Finding { at, ..self.finding(code, node, object, cause, facts) };
-        self.report(finding);
-    }
-
-    /// A finding at the frame at hand that is not reported yet.
-    pub fn finding(
-        &self,
-        code: Code,
-        node: Option<u8>,
-        object: Option<Mux>,
-        cause: Option<FrameRef>,
-        facts: Facts,
-    ) -> Finding {
         Finding { code, at: self.at, cause, bus: self.bus, node, object, facts, because_of: None }
     }
 

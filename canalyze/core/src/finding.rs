@@ -50,7 +50,7 @@ impl Finding {
     /// The variant of the rule that it is, with what was measured; none where it has no facts, is about an expectation, or
     /// only counts further ones.
     pub fn measured(&self) -> Option<Measured> {
-        self.facts.measured(self.code)
+        if let Facts::Measured(measured) = self.facts { Some(measured) } else { None }
     }
 }
 

@@ -6,7 +6,6 @@
 
 use super::withheld::Withheld;
 use crate::context::Context;
-use crate::finding::Verdict;
 use crate::frame::FrameRef;
 use crate::rules::lss::Lss005;
 
@@ -117,8 +116,8 @@ impl NodeIds {
         if let Some((since, until)) = change.expected
             && at.t_ns.is_some_and(|now| now <= until)
         {
-            let Verdict { code, facts } = Lss005::OldNodeId { found: node.into(), expected: change.to.into() }.into();
-            findings.find(code, Some(node), Some(since), facts, cx);
+            let what = Lss005::OldNodeId { found: node.into(), expected: change.to.into() };
+            findings.raise(what, Some(node), Some(since), cx);
         }
         None
     }
@@ -137,8 +136,8 @@ impl NodeIds {
                 && now_ns > until
             {
                 change.expected = None;
-                let Verdict { code, facts } = Lss005::NoBootUp { node: change.to.into(), limit: BOOT_NS }.into();
-                findings.find_timed(code, Some(change.to), Some(since), facts, cx);
+                let what = Lss005::NoBootUp { node: change.to.into(), limit: BOOT_NS };
+                findings.raise_timed(what, Some(change.to), Some(since), cx);
             }
         }
     }

@@ -4,7 +4,7 @@
 //! not know what shows that: the check says so.
 
 use crate::context::Context;
-use crate::finding::{Code, Facts, Finding, Verdict};
+use crate::finding::{Code, Finding, Verdict};
 use crate::frame::FrameRef;
 
 /// Findings kept while they wait.
@@ -43,23 +43,6 @@ impl Withheld {
         } else {
             self.keep(finding);
         }
-    }
-
-    /// As [`Self::raise`], with facts by their names.
-    pub fn find(&mut self, code: Code, node: Option<u8>, cause: Option<FrameRef>, facts: Facts, cx: &mut Context<'_>) {
-        self.raise(Verdict { code, facts }, node, cause, cx);
-    }
-
-    /// As [`Self::raise_timed`], with facts by their names.
-    pub fn find_timed(
-        &mut self,
-        code: Code,
-        node: Option<u8>,
-        cause: Option<FrameRef>,
-        facts: Facts,
-        cx: &mut Context<'_>,
-    ) {
-        self.raise_timed(Verdict { code, facts }, node, cause, cx);
     }
 
     fn keep(&mut self, finding: Finding) {

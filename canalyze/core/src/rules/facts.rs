@@ -110,7 +110,7 @@ pub(super) const fn plain(name: &'static str) -> &'static str {
 }
 
 /// Most facts of one variant, but for expectations.
-pub const MEASURED: usize = 4;
+const MEASURED: usize = 4;
 
 /// A variant with what was measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -205,13 +205,6 @@ impl Unmet {
 pub enum Facts {
     /// Nothing beyond the code.
     None,
-    /// One of the rule's sentences, filled with what was measured.
-    Told {
-        /// Which of the rule's sentences, from 0.
-        face: u8,
-        /// What was measured, by the names that stand in the sentence and in JSON. Unused places have no name.
-        measured: [(&'static str, Quantity); MEASURED],
-    },
     /// A variant of the rule with what was measured.
     Measured(Measured),
     /// An expectation does not hold, or cannot be checked. Rare, and large: apart, so that findings stay small.

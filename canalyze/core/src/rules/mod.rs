@@ -9,7 +9,6 @@
 //! the standard or the configuration; an info is worth knowing.
 
 mod facts;
-mod legacy;
 mod quantity;
 
 pub mod bus;
@@ -28,7 +27,7 @@ pub mod srdo;
 pub mod sync;
 pub mod time;
 
-pub use facts::{Deviation, Fact, Facts, MEASURED, Measured, Unmet, Variant, Verdict, Words};
+pub use facts::{Deviation, Fact, Facts, Measured, Unmet, Variant, Verdict, Words};
 pub use quantity::{CrcMatch, JsonOnly, Kind, Quantity, Said};
 
 use facts::plain;

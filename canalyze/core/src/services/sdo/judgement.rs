@@ -190,11 +190,10 @@ impl Channel {
         let heard = recording.lateness_ns(response.when) < delay / 2;
         let late = heard && recording.certainly_later(response.when, request.when, LATE_NS);
         if late && self.proof.trusted && !self.is_edge(request) && !object.is_some_and(takes_time) {
-            let Verdict { code, facts } = Sdo020::Slow { delay }.into();
             let evidence = &cx.evidence;
             let because_of =
                 evidence.circumstances.excuse(Rules::SdoTime, Some(self.node), request.when, &evidence.recording);
-            let found = cx.finding(code, Some(self.node), object, Some(request.at), facts);
+            let found = cx.verdict(Sdo020::Slow { delay }, Some(self.node), object, Some(request.at));
             cx.report_timed(Finding { because_of, ..found });
         }
     }
@@ -220,9 +219,9 @@ impl Channel {
             if !rests && !older(refused.at, UNANSWERED_NS) {
                 continue;
             }
-            let Verdict { code, facts } = Sdo018::Refused { abort: refused.code }.into();
+            let what = Sdo018::Refused { abort: refused.code };
             let (at, because_of) = (refused.at, refused.because_of);
-            let found = cx.finding(code, Some(self.node), Some(refused.object), None, facts);
+            let found = cx.verdict(what, Some(self.node), Some(refused.object), None);
             self.say(Finding { at, because_of, ..found }, cx);
         }
     }
@@ -369,9 +368,9 @@ impl Channel {
         if frames < 2 && !(unanswered && nothing_odd && waited) {
             return;
         }
-        let Verdict { code, facts } =
+        let what: Verdict =
             if unanswered { Sdo031::Frames { frames }.into() } else { Sdo030::Frames { frames }.into() };
-        let found = cx.finding(code, Some(self.node), None, None, facts);
+        let found = cx.verdict(what, Some(self.node), None, None);
         push_finding(Finding { at: first, ..found }, cx);
     }
 }
