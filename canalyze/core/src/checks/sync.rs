@@ -209,7 +209,7 @@ impl Sync {
         if let Some(miscount) = self.counter.finish() {
             self.tell_miscount(miscount, cx);
         }
-        for irregular in self.period.finish(cx.at, &cx.evidence.recording) {
+        if let Some(irregular) = self.period.finish(cx.at, &cx.evidence.recording) {
             self.tell(irregular, cx);
         }
         self.judge_settings(u64::MAX, nodes, cx);

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use crate::checks::jitter::Spread;
 use crate::evidence::period::{Learnt, Period};
-use crate::evidence::recording::{Recording, Verdict};
+use crate::evidence::recording::Recording;
 use crate::evidence::when::When;
 use crate::frame::FrameRef;
 
@@ -105,7 +105,6 @@ pub enum Irregular {
 /// The time between two SYNCs.
 #[derive(Clone, Copy, Debug)]
 struct Gap {
-    since: When,
     now: When,
     ns: i64,
     /// The cycle that its end began.
@@ -125,8 +124,6 @@ pub struct SyncPeriod {
     period: Period,
     /// The last gaps, judged or not; and which of them agree with the period, the last one in bit 0.
     recent: VecDeque<Gap>,
-    /// Gaps that wait until a burst is settled.
-    waiting: VecDeque<Gap>,
     steadiness: Steadiness,
     behind: Behind,
     second: Second,
@@ -265,7 +262,6 @@ impl SyncPeriod {
 
     /// Frames were lost, or SYNC was moved: the next gap says nothing.
     pub fn broken(&mut self) {
-        self.waiting.clear();
         self.in_phase();
         self.joined = true;
         self.calm_from = self.cycle + 2;
@@ -305,49 +301,30 @@ impl SyncPeriod {
             None => self.syncs.push(now),
         }
         self.cycle += 1;
+        let mut out = Vec::new();
         if let Some(since) = since
             && let Some(ns) = recording.between(since, now)
         {
-            if self.waiting.len() == GAPS {
-                self.waiting.pop_front();
-            }
-            self.waiting.push_back(Gap { since, now, ns, cycle: self.cycle, restart, silent, spread_ns });
-        }
-        self.settle(recording)
-    }
-
-    /// Judges the gaps of which it is known whether the recorder stood still.
-    fn settle(&mut self, recording: &Recording) -> Vec<Irregular> {
-        let mut out = Vec::new();
-        while let Some(gap) = self.waiting.front().copied() {
-            let open = |when: When| recording.verdict(when.burst) == Some(Verdict::Open);
-            if open(gap.since) || open(gap.now) {
-                break;
-            }
-            self.waiting.pop_front();
-            if recording.teaches(gap.since) && recording.teaches(gap.now) {
+            if recording.teaches(since) && recording.teaches(now) {
+                let gap = Gap { now, ns, cycle: self.cycle, restart, silent, spread_ns };
                 self.take(gap, recording, &mut out);
             } else {
                 self.in_phase();
                 self.joined = true;
-                self.calm_from = self.calm_from.max(gap.cycle + 1);
+                self.calm_from = self.calm_from.max(self.cycle + 1);
             }
         }
         out
     }
 
     /// The capture is over: what was late, where that is certain without the SYNCs that would follow.
-    pub fn finish(&mut self, now: FrameRef, recording: &Recording) -> Vec<Irregular> {
-        let mut out = self.settle(recording);
-        if let Some(period) = self.period_ns() {
-            let whole = self.behind.off_ns.saturating_add(period / 2).div_euclid(period.max(1));
-            let in_phase = self.behind.off_ns.abs_diff(whole * period) <= (period / 50).unsigned_abs();
-            let silent = self.delay_ns(now).is_some_and(|delay| delay > period);
-            if self.behind.calm > 0 || silent || (in_phase && whole > 0) {
-                out.extend(self.lateness(period, recording));
-            }
-        }
-        out
+    pub fn finish(&mut self, now: FrameRef, recording: &Recording) -> Option<Irregular> {
+        let period = self.period_ns()?;
+        let whole = self.behind.off_ns.saturating_add(period / 2).div_euclid(period.max(1));
+        let in_phase = self.behind.off_ns.abs_diff(whole * period) <= (period / 50).unsigned_abs();
+        let silent = self.delay_ns(now).is_some_and(|delay| delay > period);
+        let certain = self.behind.calm > 0 || silent || (in_phase && whole > 0);
+        if certain { self.lateness(period, recording) } else { None }
     }
 
     fn take(&mut self, gap: Gap, recording: &Recording, out: &mut Vec<Irregular>) {

@@ -508,9 +508,6 @@ impl Track {
         let excuse = || cx.evidence.circumstances.excuse(Rules::SynchronousPdo, finding.node, since, recording);
         let because_of = known.because_of.or_else(excuse);
         let finding = Finding { because_of, ..finding };
-        if cx.evidence.recording.is_open() {
-            return cx.report_timed(finding);
-        }
         let period_ns = known.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
         cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
     }

@@ -1,8 +1,7 @@
 //! What somebody owes by a time: a response, the next heartbeat, a boot-up after a reset.
 //!
 //! Every deadline is one of these. It is opened with the evidence for it, met by a frame, voided by what excuses it, or
-//! due. A deadline that passes while an open burst may still bring what is owed is not due yet. It must not report:
-//! whoever opened it does.
+//! due. It must not report: whoever opened it does.
 
 use std::collections::BTreeMap;
 
@@ -73,9 +72,6 @@ impl<K: Ord + Copy> Obligations<K> {
 
     /// What has certainly been owed for `least_ns` at `now`, whatever its limit; it is not owed any more.
     pub fn overdue(&mut self, now: When, recording: &Recording, least_ns: i64) -> Vec<(K, Owed)> {
-        if self.open.is_empty() || recording.is_open() {
-            return Vec::new();
-        }
         let late = |owed: &Owed| recording.certainly_later(now, owed.since, least_ns);
         let due: Vec<(K, Owed)> = self.open.iter().filter(|(_, owed)| late(owed)).map(|(k, o)| (*k, *o)).collect();
         for (key, _) in &due {
@@ -87,9 +83,6 @@ impl<K: Ord + Copy> Obligations<K> {
     /// What is certainly overdue at `now`, in the order of the keys; it is not owed any more.
     pub fn due(&mut self, now: When, recording: &Recording) -> Vec<(K, Owed)> {
         let Some(now_ns) = now.at.t_ns.filter(|now_ns| *now_ns > self.next_ns) else { return Vec::new() };
-        if recording.is_open() {
-            return Vec::new();
-        }
         // Where frames may be missing, or the clock was set, it is owed anew.
         self.open.values_mut().filter(|owed| owed.since.epoch != now.epoch).for_each(|owed| owed.since = now);
         let late = |owed: &Owed| recording.certainly_later(now, owed.since, owed.limit_ns);

@@ -324,11 +324,6 @@ impl Recording {
         self.echo.latest_ns.saturating_mul(2).clamp(LEAST_ECHO_NS, LATEST_ECHO_NS)
     }
 
-    /// Whether an unusual silence has just ended and it is not known yet whether the recorder stood still.
-    pub fn is_open(&self) -> bool {
-        self.bursts.last().is_some_and(|burst| burst.verdict == Verdict::Open)
-    }
-
     /// Whether a frame's time tells something of its sender: not that of a burst, which is any time.
     pub fn teaches(&self, when: When) -> bool {
         when.at.t_ns.is_some() && !matches!(self.verdict(when.burst), Some(Verdict::Open | Verdict::Confirmed))
