@@ -39,6 +39,8 @@ pub enum Rules {
     Srdo,
     /// How long SDO answers take.
     SdoTime,
+    /// Whether SDO requests are answered.
+    SdoAnswer,
     /// NMT states.
     Nmt,
 }
@@ -54,7 +56,7 @@ enum Scope {
     Node,
 }
 
-use Rules::{EventPdo, Nmt, SdoTime, Srdo, SynchronousPdo};
+use Rules::{EventPdo, Nmt, SdoAnswer, SdoTime, Srdo, SynchronousPdo};
 
 /// What excuses what: what happened, whom it concerns, which rules. A kind or a family stands here once somebody notes
 /// or asks for it.
@@ -63,7 +65,7 @@ const EXCUSES: &[(Kind, Scope, &[Rules])] = &[
     (Kind::Stall, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
     (Kind::Pause, Scope::Others, &[EventPdo, Srdo, SdoTime]),
     (Kind::SyncBroken, Scope::Bus, &[SynchronousPdo]),
-    (Kind::NodeLost, Scope::Node, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
+    (Kind::NodeLost, Scope::Node, &[SynchronousPdo, EventPdo, Srdo, SdoTime, SdoAnswer]),
     (Kind::SharedId, Scope::Node, &[Nmt]),
 ];
 

@@ -43,7 +43,7 @@ pub enum Sighting {
     /// It is a frame of its own.
     #[default]
     Original,
-    /// An equal frame stood shortly before, and it is not known yet whether the capture shows frames twice.
+    /// An equal frame stood shortly before, in a capture that does not show enough to tell whether it shows frames twice.
     Suspect,
     /// The capture shows it a second time: it was on the bus once.
     Duplicate,
@@ -119,8 +119,7 @@ impl Duplicates {
 
     /// What a frame is that was observed as such, once that is decided.
     pub fn decided(&self, number: u64, observed: Sighting) -> Sighting {
-        let found = observed == Sighting::Duplicate || self.found.binary_search(&number).is_ok();
-        if found { Sighting::Duplicate } else { Sighting::Original }
+        if self.found.binary_search(&number).is_ok() { Sighting::Duplicate } else { observed }
     }
 
     /// No further frame tells whether the capture shows frames twice. It does where every frame so far, but for the last

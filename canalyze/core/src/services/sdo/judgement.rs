@@ -152,7 +152,11 @@ impl Channel {
         let initiated = self.transfer.as_ref().is_some_and(|transfer| transfer.initiated == Some(offender));
         let last = code == Code::Sdo006 && !initiated;
         let at = if last || is_wrong(&verdict) { offender } else { cx.at };
-        let because_of = self.explain(&verdict, at, offender);
+        let unanswered = matches!(code, Code::Sdo002 | Code::Sdo015 | Code::Sdo020 | Code::Sdo031);
+        let evidence = &cx.evidence;
+        let lost = unanswered
+            .then(|| evidence.circumstances.excuse(Rules::SdoAnswer, Some(self.node), cx.when, &evidence.recording));
+        let because_of = self.explain(&verdict, at, offender).or(lost.flatten());
         let finding = Finding {
             code,
             at,
