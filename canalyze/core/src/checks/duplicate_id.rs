@@ -103,17 +103,17 @@ impl DuplicateId {
             return Place::InTurn(gap);
         };
         let configured =
-            period.configured_ns().filter(|configured| (configured * 2 / 5..=configured * 3 / 5).contains(&known.ns));
+            period.configured_ns().filter(|configured| (configured / 5 * 2..=configured / 5 * 3).contains(&known.ns));
         if let Some(configured) = configured {
             self.find(node, Hbt004::HalfPeriod { found: known.ns, expected: configured }, last, cx);
         }
         self.alternating(node, last, cx);
-        let room = (known.ns / 16).max(2 * known.deviation_ns).max(2 * uncertain).min(known.ns / 4);
+        let room = (known.ns / 16).max(known.deviation_ns.saturating_mul(2)).max(2 * uncertain).min(known.ns / 4);
         let turn = self.since_turn.saturating_add(gap);
         self.since_additional = self.since_additional.saturating_add(gap);
         if turn >= known.ns - room {
             self.since_turn = 0;
-            if turn <= known.ns + room {
+            if turn <= known.ns.saturating_add(room) {
                 return Place::InTurn(turn);
             }
             // The series itself has changed or is interrupted.
@@ -154,9 +154,9 @@ impl DuplicateId {
         let other = || self.gaps.iter().skip(1).step_by(2);
         let half = (GAPS / 2) as i64;
         let (one, two) = (odd().sum::<i64>() / half, other().sum::<i64>() / half);
-        let (whole, apart) = (one + two, (one - two).abs());
+        let (whole, apart) = (one.saturating_add(two), one.saturating_sub(two).saturating_abs());
         let steady = spread(odd()).max(spread(other())) <= (whole / 40).max(2_000_000);
-        if steady && apart > APART_NS && apart * 4 > whole {
+        if steady && apart > APART_NS && apart > whole / 4 {
             self.find(node, Hbt004::Gaps { one, other: two }, last, cx);
         }
     }

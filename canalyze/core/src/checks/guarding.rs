@@ -270,12 +270,13 @@ impl Guarding {
         if now_ns < self.next {
             return;
         }
-        let silence = cx.evidence.recording.silence(now_ns);
+        let (now, silence) = (cx.clock(now_ns), cx.evidence.recording.silence(now_ns));
         self.next = i64::MAX;
         for (node, guarded) in self.nodes.iter_mut() {
             let Some(request) = guarded.request else { continue };
             let due = request.at.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
-            if due > now_ns {
+            if due > now_ns || !cx.evidence.recording.certainly_later(now, request, UNANSWERED_NS) {
+                // In a burst of the recorder the answer may still come.
                 self.next = self.next.min(due);
             } else if guarded.doubtful || is_of_all(node, due, UNANSWERED_NS, silence) {
                 guarded.request = None;

@@ -139,7 +139,8 @@ impl Heartbeats {
         (producer.last, producer.start, producer.late) = (None, Start::Over, None);
         // The write starts the period anew. Where the server refuses it, the old one goes on.
         if self.owed.met(node).is_some() && ns > 0 {
-            let limit_ns = 3 * before.max(ns) + slack(before.max(ns), Confidence::Configured);
+            let period = before.max(ns);
+            let limit_ns = period.saturating_mul(3).saturating_add(slack(period, Confidence::Configured));
             self.owed.open(node, Owed { since: cx.when, limit_ns, why: Some(cx.at) });
         }
     }
@@ -261,7 +262,7 @@ impl Heartbeats {
 
     /// A silence, with the producers of which a heartbeat was expected in it, as far as is known here.
     fn with_producers(&self, silence: Silence) -> Silence {
-        let due = |one: &Producer| Some(one.last?.at.t_ns?.saturating_add(one.expected()? + LEAST_SLACK_NS));
+        let due = |one: &Producer| Some(one.last?.at.t_ns?.saturating_add(one.expected()?.saturating_add(LEAST_SLACK_NS)));
         let within = |due: i64| silence.from_ns < due && due < silence.to_ns;
         let missing = self.producers.iter().filter(|(_, one)| due(one).is_some_and(within));
         missing.fold(silence, |silence, (id, _)| Silence { missing: silence.missing | 1 << (id & 0x7F), ..silence })
@@ -366,7 +367,7 @@ impl Producer {
 
     /// By how much a heartbeat may be late, in ns.
     fn slack(&self) -> i64 {
-        self.period.expected().map_or(LEAST_SLACK_NS, |known| slack(known.ns, known.confidence) + known.deviation_ns)
+        self.period.expected().map_or(LEAST_SLACK_NS, |known| slack(known.ns, known.confidence).saturating_add(known.deviation_ns))
     }
 
     /// How long it may be silent, in ns; `None`: for ever.
@@ -375,8 +376,8 @@ impl Producer {
             return None;
         }
         match (self.consumer, self.expected()) {
-            (Some(time), Some(period)) => Some(time.max(period + self.slack())),
-            (None, Some(period)) => Some(3 * period + self.slack()),
+            (Some(time), Some(period)) => Some(time.max(period.saturating_add(self.slack()))),
+            (None, Some(period)) => Some(period.saturating_mul(3).saturating_add(self.slack())),
             (time, None) => time,
         }
     }
@@ -445,7 +446,7 @@ impl Producer {
         if alike(from, to) || self.duplicate.is_found() {
             return;
         }
-        if alike(from, 2 * to) {
+        if alike(from, to.saturating_mul(2)) {
             return self.duplicate.halved(node, from, last.at, cx);
         }
         // Its first gap was late already.
@@ -462,12 +463,12 @@ impl Producer {
             Start::Booted(boot) if recording.teaches(boot) && recording.teaches(cx.when) => {
                 self.start = recording
                     .between(boot, cx.when)
-                    .map_or(Start::Over, |gap| Start::First(gap - self.paused_ns, cx.when));
+                    .map_or(Start::Over, |gap| Start::First(gap.saturating_sub(self.paused_ns), cx.when));
             }
             Start::First(found, first) if recording.teaches(cx.when) => {
                 let second = recording.between(first, cx.when);
                 let Some((expected, second)) = self.expected().zip(second) else { return };
-                if alike(expected, second) && found > expected + self.slack() {
+                if alike(expected, second) && found > expected.saturating_add(self.slack()) {
                     let finding = cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None);
                     cx.report_timed(Finding { at: first.at, ..finding });
                 }
@@ -480,7 +481,7 @@ impl Producer {
 /// What a gap may exceed its period by, in ns.
 fn slack(period: i64, confidence: Confidence) -> i64 {
     let percent = if confidence == Confidence::Certain { 30 } else { 45 };
-    (period * percent / 100).max(LEAST_SLACK_NS)
+    (period.saturating_mul(percent) / 100).max(LEAST_SLACK_NS)
 }
 
 /// Whether two times differ by no more than an eighth.

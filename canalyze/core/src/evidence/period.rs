@@ -151,7 +151,7 @@ impl Period {
         let room = self.room(known, uncertain_ns);
         if gap_ns.abs_diff(known) <= room.unsigned_abs() {
             self.rival = Rival::default();
-            self.deviation_ns = gap_ns.saturating_sub(known).abs().max(self.deviation_ns - self.deviation_ns / 16);
+            self.deviation_ns = gap_ns.saturating_sub(known).saturating_abs().max(self.deviation_ns - self.deviation_ns / 16);
             self.remember(gap_ns);
             return self.settle();
         }
@@ -183,7 +183,7 @@ impl Period {
             return Learnt::Nothing;
         }
         if self.learnt_ns.is_none() {
-            let off = kept.iter().filter(near).map(|gap| (gap - median).abs()).max();
+            let off = kept.iter().filter(near).map(|gap| gap.saturating_sub(median).saturating_abs()).max();
             self.deviation_ns = off.unwrap_or(0);
         }
         self.learnt_ns = Some(median);

@@ -96,6 +96,9 @@ struct Burst {
     /// When the silence before it began, and when it ended, in ns.
     from_ns: i64,
     to_ns: i64,
+    /// The silence was longer than those of late, or several senders were overdue in it: else only frames that cannot
+    /// have been on the bus when they are stamped tell that it is one.
+    unusual: bool,
     /// Frames in it.
     frames: u32,
     /// By how much its frames came later than they were due, at least and at most, in ns.
@@ -471,8 +474,10 @@ impl Recording {
         if gap > DRAIN_NS || self.has_caught_up(now) {
             self.end_burst();
         }
-        if self.is_unusual(gap) || gap > SHORTEST_STALL_NS && self.overdue(last, now) > 1 {
-            self.begin_burst(last, now, frame.no);
+        let overdue = if gap > SHORTEST_STALL_NS { self.overdue(last, now) } else { 0 };
+        let unusual = overdue > 1 || self.is_unusual(gap);
+        if (unusual || overdue > 0) && !self.is_compared_later() {
+            self.begin_burst(Burst { from_ns: last, to_ns: now, first: frame.no, unusual, ..Burst::default() });
         }
         let late_ns = self.lateness(frame, now);
         let before_ns = self.came_before(frame, now);
@@ -501,7 +506,8 @@ impl Recording {
         let at_once = burst.late_ns.is_some_and(|(least, most)| most - least > APART_NS);
         let expected = now.saturating_sub(burst.from_ns) / mean.max(1);
         let many = burst.frames > 2 && i64::from(burst.frames) * 10 >= expected.saturating_mul(6);
-        if burst.frames > 1 && (compressed || many || at_once || too_close) {
+        let dense = burst.unusual && (compressed || many);
+        if burst.frames > 1 && (dense || at_once || too_close) {
             burst.shown = true;
             if original {
                 burst.verdict = Verdict::Confirmed;
@@ -566,13 +572,19 @@ impl Recording {
         }
     }
 
-    fn begin_burst(&mut self, from_ns: i64, to_ns: i64, first: u64) {
+    /// Whether a burst has ended of which the frames behind it tell what it was.
+    fn is_compared_later(&self) -> bool {
+        let open = self.bursts.last().filter(|burst| burst.verdict == Verdict::Open && !self.running);
+        open.is_some_and(|burst| burst.again && !burst.shown)
+    }
+
+    fn begin_burst(&mut self, burst: Burst) {
         self.refute();
         let number = self.bursts.last().map_or(0, |burst| burst.number) + 1;
         if self.bursts.len() == BURSTS {
             self.bursts.remove(0);
         }
-        self.bursts.push(Burst { number, first, from_ns, to_ns, ..Burst::default() });
+        self.bursts.push(Burst { number, ..burst });
         self.running = true;
     }
 

@@ -233,7 +233,7 @@ fn states_and_errors_of_nodes() {
 #[test]
 fn who_is_not_heard_is_lost() {
     for (name, expected) in [
-        ("rules/HBT002", "3 nmt/can0/node5 pre-operational Pre-operational\n9 nmt/can0/node5 lost heartbeat lost\n"),
+        ("rules/HBT002", "3 nmt/can0/node5 pre-operational Pre-operational\n8 nmt/can0/node5 lost heartbeat lost\n"),
         (
             "rules/GRD002",
             "4 nmt/can0/node5 pre-operational Pre-operational\n8 nmt/can0/node5 lost guarding unanswered\n\
