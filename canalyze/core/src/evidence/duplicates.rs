@@ -161,7 +161,7 @@ impl Duplicates {
             return sighting;
         }
         let again = self.resembles(&now);
-        self.recent.push_back(Seen { isolated: isolated && !again, ..now });
+        self.recent.push_back(Seen { isolated: isolated && !again, again, ..now });
         if again && !self.are_refuted() && !self.given_up {
             self.suspect.get_or_insert(now);
         }
