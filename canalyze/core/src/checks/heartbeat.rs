@@ -440,10 +440,14 @@ impl Producer {
             Place::InTurn(gap) => gap,
             Place::Additional => return,
         };
+        let before = self.period.expected();
         let Learnt::Changed { from_ns: from, to_ns: to, since } = self.period.take(gap, uncertain, cx.at) else {
             return;
         };
-        if alike(from, to) || self.duplicate.is_found() {
+        // Few heartbeats do not tell what the period was: the change may be older than what is recorded.
+        let configured = self.period.configured_ns().is_some_and(|ns| alike(ns, from));
+        let certain = configured || before.is_some_and(|known| known.confidence == Confidence::Certain);
+        if !certain || alike(from, to) || self.duplicate.is_found() {
             return;
         }
         if alike(from, to.saturating_mul(2)) {
