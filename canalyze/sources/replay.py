@@ -116,6 +116,10 @@ class Replay:
 
     # What the reading loop takes.
 
+    def rests(self) -> bool:
+        """Tell whether nothing more comes at the moment: a replay says the time itself."""
+        return False
+
     def read(self) -> bytes:
         """Give the blocks that are due, or the time alone after a while; b"" at the end; SourceError as a capture."""
         deadline = time.monotonic() + _WAIT_S

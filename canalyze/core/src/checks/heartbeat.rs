@@ -25,6 +25,8 @@ use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 const LEAST_SLACK_NS: i64 = 20_000_000;
 /// Nodes that are switched on together are back within this time, in ns.
 const POWER_UP_NS: i64 = 5_000_000_000;
+/// The shortest period, in ns: 1017h counts in ms. What comes sooner was kept in a buffer, and shows no period.
+const SHORTEST_NS: i64 = 1_000_000;
 /// Sub-indices of 1016h.
 const CONSUMED: std::ops::RangeInclusive<u8> = 1..=127;
 
@@ -262,7 +264,8 @@ impl Heartbeats {
 
     /// A silence, with the producers of which a heartbeat was expected in it, as far as is known here.
     fn with_producers(&self, silence: Silence) -> Silence {
-        let due = |one: &Producer| Some(one.last?.at.t_ns?.saturating_add(one.expected()?.saturating_add(LEAST_SLACK_NS)));
+        let due =
+            |one: &Producer| Some(one.last?.at.t_ns?.saturating_add(one.expected()?.saturating_add(LEAST_SLACK_NS)));
         let within = |due: i64| silence.from_ns < due && due < silence.to_ns;
         let missing = self.producers.iter().filter(|(_, one)| due(one).is_some_and(within));
         missing.fold(silence, |silence, (id, _)| Silence { missing: silence.missing | 1 << (id & 0x7F), ..silence })
@@ -367,7 +370,9 @@ impl Producer {
 
     /// By how much a heartbeat may be late, in ns.
     fn slack(&self) -> i64 {
-        self.period.expected().map_or(LEAST_SLACK_NS, |known| slack(known.ns, known.confidence).saturating_add(known.deviation_ns))
+        self.period
+            .expected()
+            .map_or(LEAST_SLACK_NS, |known| slack(known.ns, known.confidence).saturating_add(known.deviation_ns))
     }
 
     /// How long it may be silent, in ns; `None`: for ever.
@@ -398,7 +403,11 @@ impl Producer {
             return self.duplicate.interrupt();
         };
         let suspect = std::mem::replace(&mut self.suspect, cx.sighting == Sighting::Suspect) || self.suspect;
-        let teaches = recording.teaches(cx.when) && recording.teaches(last) && self.paused_ns == 0 && !suspect;
+        let teaches = gap >= SHORTEST_NS
+            && recording.teaches(cx.when)
+            && recording.teaches(last)
+            && self.paused_ns == 0
+            && !suspect;
         let ended = cx.at.t_ns.and_then(|now| recording.silence(now).filter(|silence| silence.to_ns == now));
         let held_back = ended.is_some_and(|silence| silence.odd);
         let mut verdict = None;
@@ -440,10 +449,14 @@ impl Producer {
             Place::InTurn(gap) => gap,
             Place::Additional => return,
         };
+        let before = self.period.expected();
         let Learnt::Changed { from_ns: from, to_ns: to, since } = self.period.take(gap, uncertain, cx.at) else {
             return;
         };
-        if alike(from, to) || self.duplicate.is_found() {
+        // Few heartbeats do not tell what the period was: the change may be older than what is recorded.
+        let configured = self.period.configured_ns().is_some_and(|ns| alike(ns, from));
+        let certain = configured || before.is_some_and(|known| known.confidence == Confidence::Certain);
+        if !certain || alike(from, to) || self.duplicate.is_found() {
             return;
         }
         if alike(from, to.saturating_mul(2)) {

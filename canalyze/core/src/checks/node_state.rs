@@ -238,7 +238,9 @@ impl NodeState {
         // A device may store something before it obeys a reset.
         let least = if command.state == 0 { RESETS_NS } else { 0 };
         let late = match (since(Some(command.at), cx.at), period_ns) {
-            (Some(age), Some(period)) => command.wrong > 1 && age > period.saturating_mul(2).saturating_add(period / 10).max(least),
+            (Some(age), Some(period)) => {
+                command.wrong > 1 && age > period.saturating_mul(2).saturating_add(period / 10).max(least)
+            }
             (Some(age), None) => command.wrong > 2 && age > least,
             (None, _) => command.wrong > 2,
         };

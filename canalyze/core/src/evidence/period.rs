@@ -151,7 +151,8 @@ impl Period {
         let room = self.room(known, uncertain_ns);
         if gap_ns.abs_diff(known) <= room.unsigned_abs() {
             self.rival = Rival::default();
-            self.deviation_ns = gap_ns.saturating_sub(known).saturating_abs().max(self.deviation_ns - self.deviation_ns / 16);
+            self.deviation_ns =
+                gap_ns.saturating_sub(known).saturating_abs().max(self.deviation_ns - self.deviation_ns / 16);
             self.remember(gap_ns);
             return self.settle();
         }

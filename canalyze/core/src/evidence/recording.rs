@@ -476,7 +476,7 @@ impl Recording {
         }
         let overdue = if gap > SHORTEST_STALL_NS { self.overdue(last, now) } else { 0 };
         let unusual = overdue > 1 || self.is_unusual(gap);
-        if (unusual || overdue > 0) && !self.is_compared_later() {
+        if unusual || overdue > 0 {
             self.begin_burst(Burst { from_ns: last, to_ns: now, first: frame.no, unusual, ..Burst::default() });
         }
         let late_ns = self.lateness(frame, now);
@@ -570,12 +570,6 @@ impl Recording {
         if squeezed_ns > 0 && gap_ns > 4 * squeezed_ns.max(DRAIN_NS) {
             burst.verdict = Verdict::Confirmed;
         }
-    }
-
-    /// Whether a burst has ended of which the frames behind it tell what it was.
-    fn is_compared_later(&self) -> bool {
-        let open = self.bursts.last().filter(|burst| burst.verdict == Verdict::Open && !self.running);
-        open.is_some_and(|burst| burst.again && !burst.shown)
     }
 
     fn begin_burst(&mut self, burst: Burst) {
