@@ -146,7 +146,7 @@ impl Guarding {
     /// A request of the master.
     pub fn request(&mut self, node: u8, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
         let pending = self.nodes.get(node).is_some_and(|guarded| guarded.request.is_some());
-        if is_duplicate(cx) || pending && cx.sighting == Sighting::Suspect {
+        if pending && cx.sighting == Sighting::Suspect {
             return;
         }
         self.await_request(node, heartbeats, cx);

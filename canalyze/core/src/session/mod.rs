@@ -397,6 +397,9 @@ impl Stream {
             Item::Frame(_) | Item::Unreadable { .. } | Item::Until { .. } => {}
             _ => self.settle(buses, out),
         }
+        if self.output.is_done() {
+            return;
+        }
         match item {
             Item::Frame(frame) => self.place(frame, buses, out),
             Item::Marker(marker) => self.marker(marker, buses, out),
@@ -516,7 +519,7 @@ impl Stream {
         self.decoding.pass(now_ns);
         self.release(buses, out);
         // What frames that wait have to say comes first.
-        if self.ahead.is_empty() {
+        if self.ahead.is_empty() && !self.output.is_done() {
             self.decoding.advance(now_ns, self.capture.last, buses);
         }
         self.output.advance(self.capture.view(buses), now_ns);
