@@ -18,7 +18,7 @@ KEYS = {
     },
     "finding": {
         *("kind", "code", "name", "severity", "file", "frame", "line", "t", "cause_frame", "cause_line", "bus", "node"),
-        *("because_of", "index", "sub", "message", "facts"),
+        *("about_frame", "because_of", "index", "sub", "message", "facts"),
     },
     "note": {"kind", "note", "frame", "line", "about_frame", "about_line", "bus", "node", "transfer", "text", "facts"},
     "transfer": {

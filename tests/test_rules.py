@@ -237,7 +237,7 @@ RAISED: dict[str, list[Raised]] = {
     "SYN005": [("SYN005", 4, 3)],
     "SYN006": [("SYN006", 10, 8)],
     "SYN006-counters": [("SYN006", 7, None), ("SYN002", 5, None)],
-    "SYN006-trains": [("SYN003", 8, 7), ("SYN003", 10, 9), ("SYN006", 12, 11)],
+    "SYN006-trains": [("SYN006", 12, 11), ("SYN003", 8, 7), ("SYN003", 10, 9)],
     "SYN007": [("SYN007", 6, 4)],
     "SYN008": [("SYN008", 15, 13)],
     "SYN008-stopped": [("SYN008", 18, 14)],
