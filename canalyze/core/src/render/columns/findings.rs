@@ -22,6 +22,7 @@ columns! {
         t_ns: Numbers<Int64Type>, or_null;
         cause_frame: Numbers<UInt64Type>, or_null;
         cause_line: Numbers<UInt64Type>, or_null;
+        about_frame: Numbers<UInt64Type>, or_null;
         because_of: Numbers<UInt64Type>, or_null;
         bus: Words, or_null;
         node: Numbers<UInt8Type>, or_null;
@@ -46,6 +47,7 @@ impl Table<Findings> {
         columns.t_ns.append_option(finding.at.t_ns);
         columns.cause_frame.append_option(finding.cause.map(|cause| cause.no));
         columns.cause_line.append_option(finding.cause.and_then(|cause| cause.line));
+        columns.about_frame.append_option(finding.about().map(|about| about.no));
         columns.because_of.append_option(finding.because_of.map(|cause| cause.no));
         columns.bus.name(setting.buses.name(finding.bus));
         columns.node.append_option(finding.node);

@@ -9,7 +9,7 @@
 //! | `transfers` | an SDO transfer | `transfer bus? node direction mode index? sub? object? name? type? size_indicated? size data string? boolean? integer? raw? value? text status abort_code? abort_by? abort_text? first_frame last_frame first_line? last_line? t_ns? duration_ns? reordered retransmissions crc_negotiated? findings` |
 //! | `states` | a change of an NMT state, or an NMT command | `t_ns? frame bus? node? state? name? source command?` |
 //! | `emcy` | an emergency | `t_ns? frame bus? node code name? register manufacturer active cleared` |
-//! | `findings` | a finding | `code name severity file frame? line? t_ns? cause_frame? cause_line? because_of? bus? node? index? sub? message facts` |
+//! | `findings` | a finding | `code name severity file frame? line? t_ns? cause_frame? cause_line? about_frame? because_of? bus? node? index? sub? message facts` |
 //! | `sync_cycles` | a SYNC cycle | `cycle frame t_ns? bus? period_ns? counter? pdos delay_min_ns? delay_max_ns? window_ns?` |
 //! | `signals` | a signal of a PDO | `t_ns? frame line? bus? node pdo signal object value? integer? raw? data? unit? text? provenance` |
 //! | `pdo` | a PDO; `pdo/can1/5.TPDO1/1` is a table for itself, see `pdo` | `t_ns? frame provenance cycle? delay_ns? running_cycle`, then its signals |

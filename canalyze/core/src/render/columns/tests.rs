@@ -38,7 +38,7 @@ states: t_ns i64?, frame u64, bus word?, node u8?, state u8?, name word?, source
 emcy: t_ns i64?, frame u64, bus word?, node u8, code u16, name word?, register u8, manufacturer binary, active [u16?], \
 cleared [u16?]
 findings: code word, name word, severity word, file word, frame u64?, line u64?, t_ns i64?, cause_frame u64?, \
-cause_line u64?, because_of u64?, bus word?, node u8?, index u16?, sub u8?, message utf8, facts utf8
+cause_line u64?, about_frame u64?, because_of u64?, bus word?, node u8?, index u16?, sub u8?, message utf8, facts utf8
 sync_cycles: cycle u64, frame u64, t_ns i64?, bus word?, period_ns i64?, counter u8?, pdos u32, delay_min_ns i64?, \
 delay_max_ns i64?, window_ns i64?
 signals: t_ns i64?, frame u64, line u64?, bus word?, node u8, pdo word, signal word, object word, value f64?, \
