@@ -220,7 +220,7 @@ def session_output(
 
 def placed(finding: Row) -> str:
     """The sentence in English for whoever sees it at its frame: another frame that it is about comes first."""
-    about = finding["cause_frame"]
+    about = finding["about_frame"]
     if about is None or about == finding["frame"]:
         return str(finding["message"])
     return f"frame {about}{'' if finding['node'] else ':'} {finding['message']}"
