@@ -30,6 +30,8 @@ const REFUTED: u32 = 4;
 const SETTLED: u32 = 256;
 /// The most frames by which it must be known whether they stand twice.
 const KEPT: u64 = 256;
+/// The most frames that are compared: more than a bus can carry in the time, and those that wait.
+const MOST: usize = 512;
 /// Distances that are kept.
 const AGES: usize = 16;
 /// Live, it must be known after this time, in ns.
@@ -281,8 +283,9 @@ impl Duplicates {
                 self.once = self.once.saturating_add(1);
             }
         }
-        while self.recent.front().is_some_and(|seen| self.suspect.is_none() && old(seen)) {
-            self.recent.pop_front();
+        while self.recent.len() > MOST || self.recent.front().is_some_and(|seen| self.suspect.is_none() && old(seen)) {
+            let seen = self.recent.pop_front();
+            self.once = self.once.saturating_add(u32::from(seen.is_some_and(|seen| seen.isolated && !seen.again)));
         }
     }
 
