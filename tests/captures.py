@@ -118,7 +118,9 @@ class Analysis:
         return [finding for finding in self.findings if finding["severity"] != "info" and not self.is_reported(finding)]
 
     def is_reported(self, finding: Row) -> bool:
-        """Whether a finding repeats an EMCY that is in the capture: the device has that error, and says so."""
+        """Whether a finding repeats what is in the capture: a device that has an error, or a controller, says so."""
+        if finding["code"] == "BUS003":
+            return True
         if finding["code"] not in {"EMC007", "EMC008"}:
             return False
         (frame,) = [row for row in self.frames if row["frame"] == finding["frame"]]

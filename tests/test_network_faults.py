@@ -144,7 +144,7 @@ LSS = [
         node=None,
         also=(LEFT, (SLAVE, 2)),
     ),
-    Case("bit timing not activated", "LSS006", "lss_bit_timing", drop(MASTER, 2), "info", node=None),
+    Case("bit timing not activated", "LSS006", "lss_bit_timing", drop(MASTER, 2), "info", node=None, beside="HBT002"),
     Case("two slaves answer", "LSS007", "lss_configured", duplicate(SLAVE, 2, 0.2), node=None),
     Case("a frame in the switch delay", "LSS008", "lss_bit_timing", add((0.25, 0x706, b"\x7f")), "info", node=None),
 ]
