@@ -66,6 +66,7 @@ def test_every_frame_twice_without_stamps(name: str) -> None:
     quiet(analyze(console_text(copy for frame in RECORDED[name] for copy in (frame, frame))))
 
 
+@pytest.mark.xfail(strict=True, reason="too few isolated frames before the first block show that frames stand twice")
 def test_every_frame_twice_with_frames_between() -> None:
     """The second adapter is late by more than the server takes to answer."""
     channel = Channel(5)

@@ -504,7 +504,9 @@ impl Stream {
         if let Some(info) = self.output.info() {
             return jsonl::info(out, self.capture.view(buses).jsonl, info, contents);
         }
-        self.settle(buses, out);
+        if self.capture.file.unreadable.count > 0 {
+            self.settle(buses, out);
+        }
         let (unreadable, finding) = self.capture.end();
         if self.capture.file.frames > 0 {
             self.output.end_of_file(unreadable.count);
