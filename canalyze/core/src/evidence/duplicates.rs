@@ -22,7 +22,7 @@ const ISOLATED_NS: i64 = 3 * APART_NS;
 const ISOLATED_FRAMES: u64 = 3 * APART_FRAMES;
 /// Isolated frames that must have stood twice for a proof, and how many times as many as stood once: a block that is sent
 /// again, or an object that is read again at once, is a row of equal frames as well.
-const PROOF: u32 = 6;
+const PROOF: u32 = 8;
 const RATIO: usize = 8;
 /// Isolated frames that stood once by which it is known that the capture shows frames once.
 const REFUTED: u32 = 4;
@@ -35,7 +35,7 @@ const MOST: usize = 512;
 /// Distances that are kept.
 const AGES: usize = 16;
 /// Live, it must be known after this time, in ns.
-const PATIENCE_NS: i64 = 250_000_000;
+pub(super) const PATIENCE_NS: i64 = 250_000_000;
 /// Payloads of which it is kept when they came last, by a part of their key.
 const PAYLOADS: usize = 4096;
 
@@ -142,8 +142,8 @@ impl Duplicates {
         }
     }
 
-    /// Takes the next frame. `squeezed`: it stands closer to the one before than it can
-    /// be on a bus, so its time shows nothing.
+    /// Takes the next frame. `squeezed`: it stands closer to the one before than it can be on a bus, so its time
+    /// shows nothing.
     pub fn step(&mut self, frame: &Frame, squeezed: bool) -> Sighting {
         if self.once >= SETTLED && self.twice < self.once {
             self.suspect = None;

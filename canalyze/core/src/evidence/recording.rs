@@ -21,7 +21,7 @@
 
 use crate::frame::{Direction, Frame, FrameRef, Kind};
 
-use super::duplicates::{Duplicates, Sighting};
+use super::duplicates::{Duplicates, PATIENCE_NS, Sighting};
 use super::when::When;
 
 /// The coarsest resolution of stamps that is taken for one, in ns: software that prints hundredths of a second.
@@ -50,7 +50,7 @@ const TWO_PERIODS_TENTHS: i64 = 20;
 const CLOCK_STEP_NS: i64 = 10_000_000;
 /// The bit rate of the fastest bus, in ns a bit: no frame follows another in less than it takes itself.
 const BIT_NS: i64 = 1_000;
-/// The bits of a frame without data, and the most by which stamps of a driver may be too close.
+/// The bits of a frame without data, without stuff bits.
 const FRAME_BITS: i64 = 44;
 /// Frames that were due at times further apart than this, and come at once, waited for the recorder, in ns.
 const APART_NS: i64 = 3_000_000;
@@ -298,6 +298,12 @@ impl Recording {
             self.end_burst();
         }
         self.duplicates.advance(now_ns);
+        self.decide_shown();
+        // Nobody who watches a live bus waits long for what comes behind a burst.
+        if self.bursts.last().is_some_and(|burst| now_ns.saturating_sub(burst.to_ns) > PATIENCE_NS) {
+            self.end_burst();
+            self.refute();
+        }
     }
 
     /// Frames are missing here.
@@ -503,7 +509,7 @@ impl Recording {
             burst.again = true;
             usual.squeezed_ns = gap_ns;
         }
-        let at_once = burst.late_ns.is_some_and(|(least, most)| most - least > APART_NS);
+        let at_once = burst.late_ns.is_some_and(|(least, most)| most.saturating_sub(least) > APART_NS);
         let expected = now.saturating_sub(burst.from_ns) / mean.max(1);
         let many = burst.frames > 2 && i64::from(burst.frames) * 10 >= expected.saturating_mul(6);
         let dense = burst.unusual && (compressed || many);
@@ -520,7 +526,7 @@ impl Recording {
     /// How many CAN-IDs came evenly and were overdue when a silence ended, and not when it began.
     fn overdue(&self, from: i64, to: i64) -> usize {
         let overdue = |usual: &Usual| {
-            let room = APART_NS + usual.gap_ns / 16 + 2 * usual.off_ns;
+            let room = (usual.gap_ns / 16).saturating_add(usual.off_ns.saturating_mul(2)).saturating_add(APART_NS);
             usual.due_ns().is_some_and(|due| due >= from && due.saturating_add(room) < to)
         };
         self.active.iter().filter(|id| self.usual.get(**id).is_some_and(overdue)).count()

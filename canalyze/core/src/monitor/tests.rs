@@ -27,6 +27,12 @@ fn feed(session: &mut Session, text: &str) {
     assert!(out.is_empty());
 }
 
+/// Nothing more comes: what waited for a whole line, or for the frames behind it, comes out.
+fn end(session: &mut Session) {
+    session.end(false, &mut Vec::new());
+    session.rest(&mut Vec::new());
+}
+
 fn shot(session: &Session) -> Value {
     serde_json::from_slice(&session.snapshot()).unwrap()
 }
@@ -36,11 +42,11 @@ fn log(frames: &[(u64, &str)]) -> String {
     frames.iter().map(|(ms, frame)| format!("({}.{:06}) can0 {frame}\n", 100 + ms / 1000, ms % 1000 * 1000)).collect()
 }
 
-/// What is shown once these frames were read; what waits for a whole line or a dialect comes out at the end.
+/// What is shown once these frames were read.
 fn seen(frames: &[(u64, &str)]) -> Value {
     let mut session = session(Some(500_000));
     feed(&mut session, &log(frames));
-    session.end(false, &mut Vec::new());
+    end(&mut session);
     shot(&session)
 }
 
@@ -85,7 +91,7 @@ fn time_goes_on_without_frames() {
     let mut session = session(Some(500_000));
     let beats: Vec<_> = (0..8).map(|no| (no * 100, "705#05")).collect();
     feed(&mut session, &log(&beats));
-    session.end(false, &mut Vec::new());
+    end(&mut session);
     let before = shot(&session);
     assert_eq!(before["nodes"][0]["heartbeat_age_ns"], 0);
     assert_eq!(before["nodes"][0]["heartbeat_period_ns"], 100_000_000);
@@ -118,7 +124,7 @@ fn a_node_that_is_no_longer_heard_is_silent() {
     // The whole bus is silent: no verdict, but the node has not been heard all the same.
     let mut session = session(None);
     feed(&mut session, &log(&beats));
-    session.end(false, &mut Vec::new());
+    end(&mut session);
     session.advance(105_000_000_000, &mut Vec::new());
     assert_eq!(shot(&session)["nodes"][0]["silent"], "heartbeat");
 
@@ -143,7 +149,7 @@ fn without_stamps_there_are_no_times() {
     let mut session = session(Some(500_000));
     feed(&mut session, "  can0  705   [1]  05\n  can0  185   [2]  01 02\n  can0  185   [2]  01 03\n");
     session.advance(5, &mut Vec::new());
-    session.end(false, &mut Vec::new());
+    end(&mut session);
     let shot = shot(&session);
     assert_eq!((&shot["now_ns"], &shot["start_ns"]), (&Value::Null, &Value::Null));
     let pdo = object(&shot, "185");
@@ -179,7 +185,7 @@ fn a_running_transfer_shows_how_far_it_is() {
             (10, "705#05"),
         ]),
     );
-    session.end(false, &mut Vec::new());
+    end(&mut session);
     let shot = shot(&session);
     let running = shot["transfers"]["running"].as_array().unwrap();
     assert_eq!(running.len(), 1, "{running:?}");
@@ -252,7 +258,7 @@ fn many_identifiers_take_no_more_room() {
     }
     text.push_str("(2.000000) can0 705#05\n(2.000001) can0 705#R\n");
     feed(&mut session, &text);
-    session.end(false, &mut Vec::new());
+    end(&mut session);
     let shot = shot(&session);
     let objects = shot["objects"].as_array().unwrap();
     assert_eq!((objects.len(), &shot["objects_more"]), (1_026, &json!(1_976)));
@@ -270,7 +276,7 @@ fn repeats_are_counted_in_the_last_row_of_their_kind() {
     let all: Vec<_> = frames.iter().map(|(ms, frame)| (*ms, frame.as_str())).collect();
     let mut session = session(None);
     feed(&mut session, &log(&all));
-    session.end(false, &mut Vec::new());
+    end(&mut session);
     let shot = shot(&session);
     let rows = shot["findings"].as_array().unwrap();
     let of_kind: Vec<_> = rows.iter().filter(|row| row["code"] == rows[0]["code"]).collect();
@@ -292,7 +298,7 @@ fn the_trace_is_read_in_both_directions() {
         (0..100u64).map(|no| (no, format!("{}#{no:02X}", if no % 2 == 0 { "185" } else { "705" }))).collect();
     let frames: Vec<_> = frames.iter().map(|(ms, frame)| (*ms, frame.as_str())).collect();
     feed(&mut session, &log(&frames));
-    session.end(false, &mut Vec::new());
+    end(&mut session);
     let plain = "service=pdo";
     assert_eq!(numbers(&lines(&session, plain, "", None, 3, true)), [95, 97, 99]);
     assert_eq!(numbers(&lines(&session, plain, "", Some(50), 3, true)), [45, 47, 49]);
@@ -316,7 +322,7 @@ fn the_trace_is_bounded() {
         text.push_str(&format!("({}.{:06}) can0 080#\n", 100 + no / 1000, no % 1000 * 1000));
     }
     feed(&mut session, &text);
-    session.end(false, &mut Vec::new());
+    end(&mut session);
     let kept = lines(&session, "", "", None, usize::MAX, true);
     assert!((50_000..51_100).contains(&kept.len()), "{}", kept.len());
     assert_eq!(kept.last().unwrap().frame, 60_000);
@@ -329,7 +335,7 @@ fn no_time_is_measured_across_lost_frames() {
     feed(&mut session, &log(&[(0, "705#05"), (100, "705#05")]));
     feed(&mut session, "DROPCOUNT: dropped 5 CAN frames on 'can0' socket (total drops 5)\n");
     feed(&mut session, &log(&[(9_000, "705#05"), (9_100, "705#05")]));
-    session.end(false, &mut Vec::new());
+    end(&mut session);
     let shot = shot(&session);
     let beat = object(&shot, "705");
     assert_eq!((&beat["count"], &beat["period_ns"]), (&json!(4), &json!(100_000_000)));
@@ -344,7 +350,7 @@ fn a_filter_leaves_the_state_alone() {
     let mut session = Session::new(Options { format: Format::Monitor, filter, ..Options::default() });
     session.begin(b"capture.log", Input::Candump, true);
     feed(&mut session, &log(&[(0, "705#05"), (1, "085#2081110000000000"), (2, "185#00")]));
-    session.end(false, &mut Vec::new());
+    end(&mut session);
     let shot = shot(&session);
     assert_eq!((&shot["tally"]["frames"], &shot["tally"]["shown"]), (&json!(3), &json!(1)));
     assert_eq!(shot["objects"].as_array().unwrap().len(), 3);
