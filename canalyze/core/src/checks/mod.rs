@@ -4,37 +4,19 @@
 //! findings. [`Checks`] owns them all, and is told by the bus of every frame and of what it means: where a check
 //! stands in the way of a frame is to be read here and nowhere else. None may change a node's configuration.
 
-pub mod commandless;
 pub mod description;
 pub mod drive;
-mod duplicate_id;
 pub mod emcy;
 pub mod error_frames;
-pub mod exchange;
-pub mod fastscan;
 pub mod guarding;
 pub mod heartbeat;
-pub mod jitter;
 pub mod lss;
 pub mod nmt;
-pub mod nmt_permissions;
-pub mod node_id;
-mod node_state;
 pub mod nodes;
-pub mod pdo_configuration;
-pub mod pdo_identifier;
-pub mod pdo_length;
-pub mod pdo_timing;
-pub mod series;
+pub mod pdo;
 pub mod srdo;
 pub mod sync;
-pub mod sync_counter;
-mod sync_follower;
-pub mod sync_period;
-pub mod sync_settings;
-pub mod sync_window;
 pub mod time;
-pub mod withheld;
 
 #[cfg(test)]
 mod tests;
@@ -50,7 +32,7 @@ use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
 use crate::rules::pdo::Mpd001;
 use crate::services::lss::Command;
-use crate::services::pdo;
+use crate::services::pdo::communication_parameter;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
 
@@ -59,10 +41,10 @@ use drive::Drives;
 use error_frames::ErrorFrames;
 use lss::Lss;
 use nodes::{ErrorControl, Nodes};
-use pdo_configuration::PdoConfiguration;
-use pdo_identifier::PdoIdentifiers;
-use pdo_length::{Misfit, PdoLength, misfit};
-use pdo_timing::PdoTiming;
+use pdo::configuration::{self as pdo_configuration, PdoConfiguration};
+use pdo::identifier::PdoIdentifiers;
+use pdo::length::{Misfit, PdoLength, misfit};
+use pdo::timing::PdoTiming;
 use srdo::{Seen, Srdos};
 use sync::Sync;
 
@@ -306,7 +288,7 @@ impl Checks {
         self.nodes.pdo(transmit, number, node, cx);
         self.drives.blind(node);
         if matches!(message, Message::Malformed { .. }) {
-            let object = Mux { index: pdo::communication_parameter(transmit, number), sub: 0 };
+            let object = Mux { index: communication_parameter(transmit, number), sub: 0 };
             cx.raise(Mpd001::Length { found: frame.len.into() }, Some(node), Some(object), None);
         }
         if let Some(pdo) = name.of(nodes) {

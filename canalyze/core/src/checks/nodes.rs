@@ -6,8 +6,8 @@
 use super::emcy::Emergencies;
 use super::guarding::Guarding;
 use super::heartbeat::Heartbeats;
+use super::nmt::permissions::NmtPermissions;
 use super::nmt::{Nmt, SWITCHED_ON_NS, commanded_state};
-use super::nmt_permissions::NmtPermissions;
 use super::time::Times;
 use crate::cob_id::Role;
 use crate::context::Context;

@@ -5,7 +5,7 @@
 //! shows wrongly by itself is no fault: its edges cut pairs, and a frame of the capturing host may stand one later.
 //! It must not decode; and no time is judged that is not configured.
 
-use super::pdo_timing::tolerance;
+use super::pdo::timing::tolerance;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::evidence::{Recording, Rules, When};

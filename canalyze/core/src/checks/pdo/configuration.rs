@@ -52,7 +52,7 @@ struct Seen {
 }
 
 /// A PDO parameter: communication or mapping, direction and number.
-pub(super) fn pdo_parameter(index: u16) -> Option<(bool, bool, u16)> {
+pub fn pdo_parameter(index: u16) -> Option<(bool, bool, u16)> {
     let (mapping, transmit) = match index {
         0x1400..=0x15FF => (false, false),
         0x1600..=0x17FF => (true, false),

@@ -6,8 +6,8 @@
 //! listed late or lost). Where no time tells, what came near a SYNC may belong to either cycle. RPDOs are placed and not
 //! judged: they are actuated with the next SYNC, whenever they come. It must not judge the SYNCs themselves.
 
-use crate::checks::jitter::Spread;
-use crate::checks::sync_period::SyncPeriod;
+use super::jitter::Spread;
+use super::period::SyncPeriod;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::Placement;

@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use crate::checks::jitter::Spread;
+use super::jitter::Spread;
 use crate::evidence::period::{Learnt, Period};
 use crate::evidence::recording::Recording;
 use crate::evidence::when::When;

@@ -3,10 +3,14 @@
 //! A state is unknown until the node shows it: by a heartbeat or a guarding answer. A boot-up shows that the node
 //! is there, not where it went from Initialisation (1F80h lets it start itself). A command says what is expected; it
 //! proves nothing, since nobody confirms it. Changes that no command explains are held back, since
-//! the master's own frames may be captured late. It must not judge other services: that is `permitted`.
+//! the master's own frames may be captured late. It must not judge other services: those are `permissions`'.
 
-use super::commandless::Commandless;
-use super::node_state::{Command, NodeState, Reports, Spontaneous, Suspect, bit, bits_of};
+pub mod commandless;
+mod node_state;
+pub mod permissions;
+
+use self::commandless::Commandless;
+use self::node_state::{Command, NodeState, Reports, Spontaneous, Suspect, bit, bits_of};
 use crate::context::Context;
 use crate::evidence::Obligations;
 use crate::evidence::circumstance::Kind as Circumstance;

@@ -4,7 +4,7 @@
 //! change as only a master makes them change, and no command was seen, commands are missing, and nothing is said. It
 //! must not decide what is spontaneous: that is `nmt`.
 
-use super::nmt::since;
+use super::since;
 use crate::context::Context;
 use crate::finding::{Code, Finding};
 use crate::services::heartbeat::PRE_OPERATIONAL;

@@ -6,7 +6,9 @@
 //! fault: who was expected in it has as long as anew. Verdicts need stamps, but for states. Two nodes with one node-ID
 //! are found in `duplicate_id`.
 
-use super::duplicate_id::{DuplicateId, Place};
+mod duplicate_id;
+
+use self::duplicate_id::{DuplicateId, Place};
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::evidence::circumstance::Kind;

@@ -4,7 +4,7 @@
 //! Only a state that is known judges (`nmt`), and what was under way when the state changed is no fault. Each fault is
 //! reported once as long as the node stays in a state. It must not move states.
 
-use super::nmt::{Known, Nmt};
+use super::{Known, Nmt};
 use crate::context::Context;
 use crate::evidence::duplicates::Sighting;
 use crate::finding::{Code, Finding};

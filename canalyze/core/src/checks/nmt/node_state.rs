@@ -2,7 +2,7 @@
 //!
 //! It must not look at other nodes, or at the bus: that is `nmt`.
 
-use super::nmt::{RESETS_NS, since};
+use super::{RESETS_NS, since};
 use crate::context::Context;
 use crate::finding::Finding;
 use crate::frame::FrameRef;

@@ -236,7 +236,7 @@ impl Sent {
 }
 
 /// By how much a node's timer may be off, in ns.
-pub(super) fn tolerance(time_ns: i64) -> i64 {
+pub fn tolerance(time_ns: i64) -> i64 {
     TICK_NS + time_ns / CLOCK_PART
 }
 

@@ -3,12 +3,17 @@
 //! An answer is explained by any earlier request of its kind, and by one that follows within the lag of the
 //! recording's own frames (`evidence::recording`). What happened before the capture, or in a gap, is unknown, and nothing
 //! rests on it. Whether a slave answers nothing because it is not there is no fault: only a slave that was selected owes
-//! an answer. It must not follow Fastscan's bits (`checks::fastscan`) or the fate of node-IDs (`checks::node_id`).
+//! an answer. It must not follow Fastscan's bits (`fastscan`) or the fate of node-IDs (`node_id`).
 
-use super::exchange::{Asked, Early, Exchange, Exchanges, configures, specifier};
-use super::fastscan::{Fastscan, Over, Step};
-use super::node_id::{Before, NodeIds};
-use super::withheld::Withheld;
+pub mod exchange;
+pub mod fastscan;
+pub mod node_id;
+pub mod withheld;
+
+use self::exchange::{Asked, Early, Exchange, Exchanges, configures, specifier};
+use self::fastscan::{Fastscan, Over, Step};
+use self::node_id::{Before, NodeIds};
+use self::withheld::Withheld;
 use crate::cob_id::Role;
 use crate::configuration::Provenance;
 use crate::context::Context;

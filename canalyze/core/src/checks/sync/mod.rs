@@ -1,15 +1,22 @@
 //! SYNC (CiA 301, 7.2.5): its length and counter, its period, and how many producers there are.
 //!
-//! The gaps between SYNCs are `sync_period`'s, the counter's values `sync_counter`'s, synchronous PDOs `sync_window`'s,
-//! what is configured `sync_settings`'; here frames are handed on to them, and what they show is reported. Two producers
+//! The gaps between SYNCs are `period`'s, the counter's values `counter`'s, synchronous PDOs `window`'s,
+//! what is configured `settings`'; here frames are handed on to them, and what they show is reported. Two producers
 //! explain what is irregular then: it is reported as their consequence. It must not change what a frame means.
 
-use crate::checks::PdoName;
-use crate::checks::sync_counter::{Counter, Miscount};
-use crate::checks::sync_follower::Follower;
-use crate::checks::sync_period::{Irregular, Restart, SyncPeriod};
-use crate::checks::sync_settings::{Settings, ns};
-use crate::checks::sync_window::{SyncWindow, synchronous};
+pub mod counter;
+mod follower;
+pub mod jitter;
+pub mod period;
+pub mod settings;
+pub mod window;
+
+use self::counter::{Counter, Miscount};
+use self::follower::Follower;
+use self::period::{Irregular, Restart, SyncPeriod};
+use self::settings::{Settings, ns};
+use self::window::{SyncWindow, synchronous};
+use super::PdoName;
 use crate::cob_id::Role;
 use crate::configuration::Provenance;
 use crate::context::Context;
