@@ -238,12 +238,6 @@ impl Line {
         let items = self.items.values().flatten().flat_map(|item| [item.since, item.at]);
         items.chain(self.trains.values().flat_map(|train| train.places.iter().copied()))
     }
-
-    /// The first place that both captures surely cover.
-    pub fn covered(&self, side: usize, span: &super::span::Span) -> Option<Place> {
-        let inside = |place: &Place| span.covers(side, place.on(span.by_time), place.on(span.by_time));
-        self.places().filter(inside).min_by_key(|place| place.on(false))
-    }
 }
 
 impl Course {

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use super::course::{Deed, Item, Kind, Place};
+use super::course::{Deed, Kind, Place};
 use super::difference::{Aspect, Difference, Shows, Side, What};
-use super::items;
+use super::likeness::symbol;
 use super::span::Span;
 use crate::frame::BusId;
 
@@ -125,10 +125,7 @@ impl<'a> Found<'a> {
                 Some(Shows::Deed(Deed::Transfer(moved))) => {
                     (1, moved.mux, moved.direction.name(), moved.status.name()).hash(&mut hasher);
                 }
-                Some(Shows::Deed(deed)) => {
-                    let item = Item { at: Place::default(), since: Place::default(), deed: deed.clone() };
-                    (2, items::symbol(&item, false, false)).hash(&mut hasher);
-                }
+                Some(Shows::Deed(deed)) => (2, symbol(deed, false, false)).hash(&mut hasher),
                 Some(Shows::Finding(finding)) => (3, finding.code, finding.object).hash(&mut hasher),
                 Some(_) => 4.hash(&mut hasher),
             }

@@ -13,13 +13,13 @@
 //! It must not know the order of buses, nor put anything into words.
 
 use std::collections::BTreeMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::align::align;
 use super::course::{Deed, Item, Kind, Moved, Place};
 use super::difference::{Aspect, Shows, Side, What};
 use super::found::Found;
-use super::span::{Anchor, Span};
+use super::likeness::{likeness, symbol};
+use super::span::{Anchor, Shared, Span};
 use super::trains;
 use crate::services::sdo::transfer::{Direction, Status};
 use crate::services::sdo::wire::Mux;
@@ -73,7 +73,7 @@ impl Habits {
 
     fn take(&mut self, side: usize, item: &Item) {
         let Deed::Transfer(moved) = &item.deed else {
-            if let Some(count) = self.others.entry(symbol(item, false, false)).or_default().get_mut(side) {
+            if let Some(count) = self.others.entry(symbol(&item.deed, false, false)).or_default().get_mut(side) {
                 *count += 1;
             }
             return;
@@ -122,57 +122,10 @@ impl Habits {
             }
             _ => self
                 .others
-                .get(&symbol(item, false, false))
+                .get(&symbol(&item.deed, false, false))
                 .is_some_and(|counts| most(counts) >= POLLED && least(counts) > 0),
         }
     }
-}
-
-/// A number for everything that is to be the same; without the value, or the size, where these vary.
-pub(super) fn symbol(item: &Item, varies: bool, resizes: bool) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    match &item.deed {
-        Deed::Transfer(moved) => {
-            (1, moved.direction == Direction::Upload, moved.mux).hash(&mut hasher);
-            (moved.mode.name(), moved.status.name()).hash(&mut hasher);
-            moved.abort.map(|abort| (abort.code, abort.by)).hash(&mut hasher);
-            // How far an aborted transfer came is no outcome.
-            if moved.status == Status::Ok {
-                (!varies).then_some(moved.digest).hash(&mut hasher);
-                (!resizes).then_some(moved.size).hash(&mut hasher);
-            }
-        }
-        Deed::Nmt(command) => (2, command).hash(&mut hasher),
-        Deed::BootUp => 3.hash(&mut hasher),
-        Deed::State(state) => (4, state).hash(&mut hasher),
-        Deed::Drive(state) => (5, state).hash(&mut hasher),
-        Deed::Emcy(code, register) => (6, code, register).hash(&mut hasher),
-        Deed::Lss(bytes) => (7, bytes).hash(&mut hasher),
-    }
-    hasher.finish()
-}
-
-/// A number for what may be the same thing with another content.
-fn likeness(item: &Item) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    match &item.deed {
-        Deed::Transfer(moved) => (1, moved.direction == Direction::Upload, moved.mux).hash(&mut hasher),
-        Deed::Nmt(_) => 2.hash(&mut hasher),
-        Deed::BootUp => 3.hash(&mut hasher),
-        Deed::State(_) => 4.hash(&mut hasher),
-        Deed::Drive(_) => 5.hash(&mut hasher),
-        Deed::Emcy(..) => 6.hash(&mut hasher),
-        Deed::Lss(bytes) => (7, bytes.first()).hash(&mut hasher),
-    }
-    hasher.finish()
-}
-
-/// An end of an item that each capture has exactly once.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Shared {
-    pub(super) anchor: Anchor,
-    /// Its value varies: the same one in both captures may be chance, many in step are not.
-    pub(super) varied: bool,
 }
 
 /// Items that each capture has exactly once. Gives how many values that vary could be the same.
@@ -182,7 +135,7 @@ pub(super) fn shared(a: &[Item], b: &[Item], into: &mut Vec<Shared>) -> usize {
         let mut symbols: Vec<(u64, bool, [Place; 2])> = items
             .iter()
             .filter(|item| !is_cut(item))
-            .map(|item| (symbol(item, false, false), habits.varies(item).0, [item.since, item.at]))
+            .map(|item| (symbol(&item.deed, false, false), habits.varies(item).0, [item.since, item.at]))
             .collect();
         symbols.sort_by_key(|(symbol, _, [since, _])| (*symbol, since.on(false)));
         let mut once: Vec<(u64, bool, [Place; 2])> = Vec::new();
@@ -210,7 +163,7 @@ pub(super) fn shared(a: &[Item], b: &[Item], into: &mut Vec<Shared>) -> usize {
 pub(super) fn matched(a: &[Item], b: &[Item], into: &mut Vec<Anchor>) {
     let habits = Habits::of([a.iter(), b.iter()]);
     let symbols = |items: &[Item]| -> Vec<u64> {
-        items.iter().map(|item| habits.varies(item)).zip(items).map(|((v, r), item)| symbol(item, v, r)).collect()
+        items.iter().map(|item| habits.varies(item)).zip(items).map(|((v, r), item)| symbol(&item.deed, v, r)).collect()
     };
     for (i, j) in align(&symbols(a), &symbols(b)) {
         if let (Some(one), Some(other)) = (a.get(i), b.get(j)) {
@@ -241,7 +194,12 @@ impl Streams<'_> {
         let [a, b] = &windows;
         let habits = Habits::of([a.iter().copied(), b.iter().copied()]);
         let symbols = |items: &[&Item]| -> Vec<u64> {
-            items.iter().map(|item| habits.varies(item)).zip(items).map(|((v, r), item)| symbol(item, v, r)).collect()
+            items
+                .iter()
+                .map(|item| habits.varies(item))
+                .zip(items)
+                .map(|((v, r), item)| symbol(&item.deed, v, r))
+                .collect()
         };
         let mut left: [Vec<&Item>; 2] = Default::default();
         let (mut x, mut y) = (0, 0);
@@ -279,7 +237,7 @@ impl Streams<'_> {
         if a.is_empty() && b.is_empty() {
             return;
         }
-        let alike = |items: &[&Item]| -> Vec<u64> { items.iter().map(|item| likeness(item)).collect() };
+        let alike = |items: &[&Item]| -> Vec<u64> { items.iter().map(|item| likeness(&item.deed)).collect() };
         let mut rest: [Vec<&'b Item>; 2] = Default::default();
         let (mut x, mut y) = (0, 0);
         for (i, j) in align(&alike(a), &alike(b)).into_iter().chain([(a.len(), b.len())]) {
@@ -395,7 +353,7 @@ impl Streams<'_> {
         let mut polls: BTreeMap<u64, [Vec<&Item>; 2]> = BTreeMap::new();
         for (side, items) in windows.iter().enumerate() {
             for item in items.iter().filter(|item| habits.is_poll(item)) {
-                if let Some(all) = polls.entry(likeness(item)).or_default().get_mut(side) {
+                if let Some(all) = polls.entry(likeness(&item.deed)).or_default().get_mut(side) {
                     all.push(item);
                 }
             }

@@ -10,6 +10,7 @@ pub mod course;
 pub mod difference;
 mod found;
 mod items;
+mod likeness;
 pub mod span;
 #[cfg(test)]
 mod tests;
@@ -255,7 +256,8 @@ fn absent(lines: [Option<&Line>; 2], found: &mut Found<'_>) {
     let mut sides = [None, None];
     for (side, (slot, line)) in sides.iter_mut().zip(lines).enumerate() {
         let Some(line) = line else { continue };
-        let at = line.covered(side, found.span).or(first(line).filter(|_| line.places().next().is_none()));
+        let at =
+            found.span.first_covered(side, line.places()).or(first(line).filter(|_| line.places().next().is_none()));
         *slot = at.map(|at| Side::new(at, at, Shows::Count(line.frames)));
     }
     match sides {

@@ -5,7 +5,6 @@
 //! missing, frames are counted instead. It must not judge what differs.
 
 use super::course::{Course, Place};
-use super::items::Shared;
 
 /// Stamps from here on (in ns: 1973) are those of a clock.
 const EPOCH_NS: i64 = 100_000_000_000_000_000;
@@ -45,6 +44,14 @@ pub enum Kin {
 
 /// A moment that both captures have: its place in one, and in the other.
 pub type Anchor = (Place, Place);
+
+/// An end of an item that each capture has exactly once.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shared {
+    pub(super) anchor: Anchor,
+    /// Its value varies: the same one in both captures may be chance, many in step are not.
+    pub(super) varied: bool,
+}
 
 /// How places in both captures are related.
 #[derive(Clone, Debug)]
@@ -211,6 +218,12 @@ impl Span {
         let Some((first, last)) = self.covered.get(side) else { return false };
         let (begins, ends) = self.slack;
         from >= first.saturating_add(begins) && to <= last.saturating_sub(ends)
+    }
+
+    /// The first of these places that both captures surely cover.
+    pub fn first_covered(&self, side: usize, places: impl Iterator<Item = Place>) -> Option<Place> {
+        let inside = |place: &Place| self.covers(side, place.on(self.by_time), place.on(self.by_time));
+        places.filter(inside).min_by_key(|place| place.on(false))
     }
 
     /// Whether it may cover it.

@@ -3,7 +3,7 @@
 //! The order of words is the same in both languages, so their words stand side by side. Must not: lay out a report.
 
 use super::digits::{Hex, put};
-use super::{Lang, escape, findings, terms, value};
+use super::{Lang, escape, findings, object, terms, value};
 use crate::diff::course::{Deed, Kind, Moved, Service};
 use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
 use crate::frame::{CanId, FrameRef};
@@ -160,9 +160,9 @@ fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &Moved) {
     });
     if let Some(mux) = moved.mux {
         put!(out; " ");
-        value::object(out, mux);
+        object::number(out, mux);
         value::name(out, lang, mux, moved.described.as_deref());
-        value::pdo_of(out, mux);
+        object::pdo_of(out, mux);
     }
 }
 
@@ -200,7 +200,7 @@ pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
             for (place, word) in words.iter().enumerate() {
                 put!(out; if place > 0 { ", " } else { "" });
                 let mux = Mux { index: (word >> 16) as u16, sub: (word >> 8) as u8 };
-                value::object(out, mux);
+                object::number(out, mux);
                 value::name(out, lang, mux, None);
                 put!(out; " (", word & 0xFF, lang.pick("位)", if word & 0xFF == 1 { " bit)" } else { " bits)" }));
             }

@@ -3,7 +3,7 @@
 //! The facts are the same as in the lines of the frames. It must not decide what a lane shows.
 
 use super::digits::{Hex, put};
-use super::{Lang, terms, value};
+use super::{Lang, object, terms, value};
 use crate::message::Errors;
 use crate::od::{self, Value};
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
@@ -89,7 +89,7 @@ pub fn errors(out: &mut Vec<u8>, lang: Lang, errors: Errors) {
 pub fn transfer(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer, valued: bool) {
     let said = |key| find(OUTCOMES, lang, key).unwrap_or_default();
     match transfer.mux {
-        Some(mux) => value::object(out, mux),
+        Some(mux) => object::number(out, mux),
         None => put!(out; said("object unknown")),
     }
     put!(out; " ", said(if transfer.direction == Direction::Upload { "read" } else { "write" }));

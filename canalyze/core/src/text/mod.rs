@@ -13,6 +13,7 @@ pub mod explain;
 pub mod findings;
 pub mod lane;
 pub mod notes;
+pub mod object;
 pub mod parameter;
 pub mod sentence;
 pub mod signal;

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::digits::{Hex, Spaced, put};
-use super::{Lang, en, escape, signal, terms, value, zh};
+use super::{Lang, en, escape, object, signal, terms, value, zh};
 use crate::finding::{Code, CrcMatch, Quantity, Said};
 use crate::services::sdo::wire::Side;
 
@@ -66,7 +66,7 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         Quantity::Hex2(number) => put!(out; Hex::<2>(u64::from(number)), "h"),
         Quantity::Hex4(number) => put!(out; Hex::<4>(u64::from(number)), "h"),
         Quantity::Hex8(number) => put!(out; Hex::<8>(u64::from(number)), "h"),
-        Quantity::Object(mux) => value::object(out, mux),
+        Quantity::Object(mux) => object::number(out, mux),
         Quantity::Id(id) if id.is_extended() => put!(out; Hex::<8>(u64::from(id.raw())), "h"),
         Quantity::Id(id) => put!(out; Hex::<3>(u64::from(id.raw())), "h"),
         Quantity::State(state) => match terms::nmt::state(lang, state) {
