@@ -18,7 +18,7 @@ use self::capture::Capture;
 use self::decoding::Decoding;
 use self::output::{Form, Output};
 use self::tally::Tally;
-use crate::diff::course::Course;
+use crate::diff::digest::Digest;
 use crate::expectation::Expectations;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
@@ -63,8 +63,8 @@ pub enum Format {
     Records,
     /// JSON lines of what each file is, one a file; nothing is decoded.
     Info,
-    /// Nothing: what is to be compared is kept for [`Session::take_course`].
-    Course,
+    /// Nothing: what is to be compared is kept for [`Session::take_digest`].
+    Digest,
     /// The frames themselves, in another capture format.
     Convert(writers::Format),
     /// JSON lines of findings only, each with the annotated lines of its context.
@@ -343,8 +343,8 @@ impl Session {
     }
 
     /// Hands out what is kept of the capture to be compared, after [`Self::finish`]; `None` in other formats.
-    pub fn take_course(&mut self) -> Option<Course> {
-        self.stream.output.take_course()
+    pub fn take_digest(&mut self) -> Option<Digest> {
+        self.stream.output.take_digest()
     }
 
     /// As many frames were shown as [`Options::count`] says: nothing further is taken.

@@ -6,7 +6,7 @@
 use super::capture::View;
 use super::records::Records;
 use super::{Format, Options};
-use crate::diff::course::Course;
+use crate::diff::digest::Digest;
 use crate::event::{Event, What};
 use crate::filter::Filter;
 use crate::finding::Finding;
@@ -46,7 +46,7 @@ pub(super) enum Form {
     /// Transfers, findings, figures, or several of them.
     Records(Records),
     Info(Box<Info>),
-    Course(Box<Course>),
+    Digest(Box<Digest>),
     Convert(Box<Writer>),
     /// Nothing.
     Columns,
@@ -67,7 +67,7 @@ impl Output {
                 Form::Records(Records::new(options.format, &options.network))
             }
             Format::Info => Form::Info(Box::default()),
-            Format::Course => Form::Course(Box::default()),
+            Format::Digest => Form::Digest(Box::default()),
             Format::Convert(format) => Form::Convert(Box::new(Writer::new(format, &options.writing))),
             Format::Monitor => Form::Monitor(Box::new(Monitor::new(options.lang, &options.network))),
             Format::Columns => Form::Columns,
@@ -111,15 +111,15 @@ impl Output {
     }
 
     /// What is kept to be compared.
-    pub(super) fn take_course(&mut self) -> Option<Course> {
-        if let Form::Course(course) = &mut self.form { Some(std::mem::take(course)) } else { None }
+    pub(super) fn take_digest(&mut self) -> Option<Digest> {
+        if let Form::Digest(digest) = &mut self.form { Some(std::mem::take(digest)) } else { None }
     }
 
     /// Repeats of one finding on one object are counted instead of shown; figures count by themselves.
     pub(super) fn folds(&self) -> bool {
         match &self.form {
             Form::Records(records) => !records.only_counts(),
-            Form::Course(_) | Form::Monitor(_) => false,
+            Form::Digest(_) | Form::Monitor(_) => false,
             _ => true,
         }
     }
@@ -169,8 +169,8 @@ impl Output {
         if self.is_transfers_only() {
             return;
         }
-        if let Form::Course(course) = &mut self.form {
-            course.extend(frame);
+        if let Form::Digest(digest) = &mut self.form {
+            digest.extend(frame);
         }
         let (service, node) = service(events);
         let shown =
@@ -196,7 +196,7 @@ impl Output {
             }
             Form::Jsonl => jsonl::frame(out, view.jsonl, frame, events),
             Form::Signals(signals) => signals.frame(out, view.jsonl, frame, events),
-            Form::Course(course) => course.frame(frame, events),
+            Form::Digest(digest) => digest.frame(frame, events),
             Form::Convert(writer) => {
                 writer.frame(out, view.writing, frame);
                 writer.events(out, view.writing, Some(frame), events);
@@ -250,12 +250,12 @@ impl Output {
         match &mut self.form {
             Form::Text(lines) => lines.end(out, events),
             Form::Jsonl => jsonl::asides(out, view.jsonl, events),
-            Form::Course(course) => {
+            Form::Digest(digest) => {
                 let shown = |event: &&Event| match &event.what {
                     What::Transfer(transfer) => self.filter.shows_transfer(transfer, view.buses, view.clock),
                     _ => self.filter.is_empty(),
                 };
-                course.asides(events.iter().filter(shown));
+                digest.asides(events.iter().filter(shown));
             }
             Form::Convert(writer) => writer.events(out, view.writing, None, events),
             Form::Records(records) => {
@@ -278,7 +278,7 @@ impl Output {
             Form::Records(records) => records.marker(marker),
             Form::Convert(writer) => writer.marker(out, view.writing, marker),
             Form::Monitor(monitor) => monitor.marker(marker),
-            Form::Lines(_) | Form::Jsonl | Form::Signals(_) | Form::Info(_) | Form::Columns | Form::Course(_) => {}
+            Form::Lines(_) | Form::Jsonl | Form::Signals(_) | Form::Info(_) | Form::Columns | Form::Digest(_) => {}
         }
     }
 
@@ -289,7 +289,7 @@ impl Output {
             Form::Records(records) => records.finding(out, view, finding),
             Form::Convert(writer) => writer.finding(out, view.writing, finding),
             Form::Monitor(monitor) => monitor.finding(view.jsonl, finding),
-            Form::Text(_) | Form::Lines(_) | Form::Signals(_) | Form::Info(_) | Form::Course(_) | Form::Columns => {}
+            Form::Text(_) | Form::Lines(_) | Form::Signals(_) | Form::Info(_) | Form::Digest(_) | Form::Columns => {}
         }
     }
 
@@ -314,7 +314,7 @@ impl Output {
         match &mut self.form {
             Form::Records(records) if self.shown > 0 => records.finish(out, view),
             Form::Convert(writer) => writer.finish(out, view.writing),
-            Form::Course(course) => course.finish(view.buses),
+            Form::Digest(digest) => digest.finish(view.buses),
             Form::Text(lines) => lines.finish(out),
             _ => {}
         }

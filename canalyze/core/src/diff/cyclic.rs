@@ -1,19 +1,19 @@
 //! What comes again and again, held against each other: whether it is there, how often and how evenly it comes, on
 //! which identifier, with which mapping and length.
 //!
-//! In two captures of one session ([`Span::rigid`]) frames are counted exactly within what both surely cover;
+//! In two captures of one session ([`Alignment::rigid`]) frames are counted exactly within what both surely cover;
 //! of two sessions only the pace is compared, for when each began is chance. It must not look at payload.
 
 use std::ops::RangeInclusive;
 
-use super::course::{Place, Service, Train, Version, alike};
+use super::alignment::Alignment;
 use super::difference::{Shows, Side, What};
+use super::digest::{CyclicStream, Place, Service, Version, alike};
 use super::found::Found;
-use super::span::Span;
 
-/// Intervals from which on a pace can be told.
+/// Intervals from which on there is a pace.
 const PACE: usize = 4;
-/// Intervals from which on it can be told how far they vary.
+/// Intervals from which on it is known how far they vary.
 const JITTER: usize = 50;
 /// Of the intervals, in percent, those that count: a few frames that the capturing machine delayed do not.
 const LEAST: usize = 5;
@@ -21,20 +21,20 @@ const MOST: usize = 95;
 /// By how much a machine delays frames, in ns: what varies less is no statement about a node.
 const DELAYED_NS: i64 = 1_000_000;
 
-/// One train in both captures.
-pub(super) struct Trains<'a> {
+/// One stream in both captures.
+pub(super) struct StreamPair<'a> {
     pub(super) node: Option<u8>,
     pub(super) service: Service,
-    pub(super) trains: [&'a Train; 2],
+    pub(super) cyclic: [&'a CyclicStream; 2],
     /// The node was not configured, or not reset, in the same way: identifiers and mappings may be others.
     pub(super) configured: bool,
-    pub(super) span: &'a Span,
+    pub(super) alignment: &'a Alignment,
 }
 
-impl Trains<'_> {
+impl StreamPair<'_> {
     /// Compares them.
     pub(super) fn compare(&self, tolerance: f64, found: &mut Found<'_>) {
-        let [a, b] = self.trains;
+        let [a, b] = self.cyclic;
         let counted = [self.counted(0), self.counted(1)];
         let paces = [self.pace(0), self.pace(1)];
         let presence = self.presence(&counted, &paces);
@@ -46,14 +46,14 @@ impl Trains<'_> {
             return;
         }
         self.versions([a, b], found);
-        if self.span.by_time
+        if self.alignment.by_time
             && let [Some(mine), Some(others)] = &paces
         {
-            if mine.parts(others, tolerance, self.span) {
+            if mine.parts(others, tolerance, self.alignment) {
                 let shown = [mine.median_ns, others.median_ns];
                 return self.say(What::Period(self.service), shown, [mine, others], found);
             }
-            if mine.varies(others, tolerance, self.span) {
+            if mine.varies(others, tolerance, self.alignment) {
                 let shown = [mine.spread_ns, others.spread_ns];
                 return self.say(What::Jitter(self.service), shown, [mine, others], found);
             }
@@ -62,29 +62,32 @@ impl Trains<'_> {
     }
 
     fn places(&self, side: usize) -> &[Place] {
-        self.trains.get(side).map_or(&[], |train| &train.places)
+        self.cyclic.get(side).map_or(&[], |stream| &stream.places)
     }
 
     /// Frames that the other capture surely covers, and those that it may cover.
     fn counted(&self, side: usize) -> (u64, u64) {
-        let by_time = self.span.by_time;
+        let by_time = self.alignment.by_time;
         let positions = self.places(side).iter().map(|place| place.on(by_time));
         positions.fold((0, 0), |(sure, most), at| {
-            (sure + u64::from(self.span.covers(side, at, at)), most + u64::from(self.span.may_cover(side, at)))
+            (
+                sure + u64::from(self.alignment.covers(side, at, at)),
+                most + u64::from(self.alignment.may_cover(side, at)),
+            )
         })
     }
 
     /// The first frame that the other capture covers.
     fn first(&self, side: usize) -> Option<Place> {
-        let by_time = self.span.by_time;
-        let covered = |place: &&Place| self.span.covers(side, place.on(by_time), place.on(by_time));
+        let by_time = self.alignment.by_time;
+        let covered = |place: &&Place| self.alignment.covers(side, place.on(by_time), place.on(by_time));
         self.places(side).iter().find(covered).copied()
     }
 
     fn pace(&self, side: usize) -> Option<Pace> {
-        let by_time = self.span.by_time;
+        let by_time = self.alignment.by_time;
         let inside =
-            self.places(side).iter().map(|place| place.on(by_time)).filter(|at| self.span.may_cover(side, *at));
+            self.places(side).iter().map(|place| place.on(by_time)).filter(|at| self.alignment.may_cover(side, *at));
         Pace::of(inside)
     }
 
@@ -95,9 +98,9 @@ impl Trains<'_> {
             if sure == 0 || other > 0 {
                 continue;
             }
-            // Of two sessions a slow train may just be between two frames.
+            // Of two sessions a slow stream may just be between two frames.
             let long = paces.get(side)?.is_some();
-            if !self.span.rigid && !long && sure < 2 && !self.places(1 - side).is_empty() {
+            if !self.alignment.rigid && !long && sure < 2 && !self.places(1 - side).is_empty() {
                 continue;
             }
             let at = self.first(side)?;
@@ -114,10 +117,10 @@ impl Trains<'_> {
     fn lost(&self, counted: &[(u64, u64); 2], paces: &[Option<Pace>; 2], tolerance: f64, found: &mut Found<'_>) {
         let [(sure_a, most_a), (sure_b, most_b)] = *counted;
         let regular = paces.iter().any(|pace| pace.as_ref().is_some_and(|pace| pace.regular));
-        if !self.span.rigid && !self.span.by_time {
+        if !self.alignment.rigid && !self.alignment.by_time {
             return;
         }
-        if !self.span.rigid {
+        if !self.alignment.rigid {
             let (less, more) = (sure_a.min(sure_b), most_a.max(most_b));
             let apart = more.saturating_sub(less) as f64;
             // A regular one was judged by its pace; how long each session took is not to be judged.
@@ -140,13 +143,13 @@ impl Trains<'_> {
 
     /// A place of the other capture, on the scale of this one.
     fn here(&self, side: usize, place: Place) -> i64 {
-        let position = place.on(self.span.by_time);
-        if side == 0 { self.span.to_a(position) } else { self.span.to_b(position) }
+        let position = place.on(self.alignment.by_time);
+        if side == 0 { self.alignment.to_a(position) } else { self.alignment.to_b(position) }
     }
 
     /// The frame of one capture that stands nearest to a frame of the other one, at or behind it where there is one.
     fn nearest(&self, side: usize, other: Place) -> Option<Place> {
-        let (by_time, at) = (self.span.by_time, self.here(side, other));
+        let (by_time, at) = (self.alignment.by_time, self.here(side, other));
         let places = self.places(side);
         let after = places.partition_point(|place| place.on(by_time) < at);
         places.get(after).or_else(|| places.last()).copied()
@@ -154,15 +157,15 @@ impl Trains<'_> {
 
     /// The first frame of a capture that the other one has not, where both show the same session.
     fn unmatched(&self, side: usize, within: i64) -> Option<Place> {
-        if !self.span.rigid {
+        if !self.alignment.rigid {
             return None;
         }
-        let by_time = self.span.by_time;
+        let by_time = self.alignment.by_time;
         let others = self.places(1 - side);
         let mut next = 0;
         for place in self.places(side) {
             let at = place.on(by_time);
-            if !self.span.covers(side, at, at) {
+            if !self.alignment.covers(side, at, at) {
                 continue;
             }
             let there = |at: usize| others.get(at).map(|other| self.here(side, *other));
@@ -182,13 +185,13 @@ impl Trains<'_> {
         let [mine, others] = paces;
         let side = usize::from(others.spread_ns > mine.spread_ns);
         let (own, other) = if side == 0 { (mine, others) } else { (others, mine) };
-        let by_time = self.span.by_time;
+        let by_time = self.alignment.by_time;
         let usual = own.median_ns.saturating_sub(other.median_ns).saturating_abs() / 2;
-        let most = usual.max(other.spread_ns.max(own.spread_ns / 2)).max(self.span.resolution);
+        let most = usual.max(other.spread_ns.max(own.spread_ns / 2)).max(self.alignment.resolution);
         let places = self.places(side);
         let odd = places.iter().zip(places.iter().skip(1)).find(|(one, next)| {
             let interval = next.on(by_time).saturating_sub(one.on(by_time));
-            self.span.covers(side, one.on(by_time), next.on(by_time))
+            self.alignment.covers(side, one.on(by_time), next.on(by_time))
                 && interval.saturating_sub(other.median_ns).saturating_abs() > most
         });
         let Some(at) = odd.map(|(_, next)| *next).or_else(|| self.first(side)) else { return };
@@ -200,12 +203,12 @@ impl Trains<'_> {
     }
 
     /// Identifiers, mappings and lengths, one after the other.
-    fn versions(&self, trains: [&Train; 2], found: &mut Found<'_>) {
-        let by_time = self.span.by_time;
+    fn versions(&self, cyclic: [&CyclicStream; 2], found: &mut Found<'_>) {
+        let by_time = self.alignment.by_time;
         let inside = |side: usize| -> Vec<&Version> {
-            let versions = trains.get(side).map_or(&[][..], |train| &train.versions);
+            let versions = cyclic.get(side).map_or(&[][..], |stream| &stream.versions);
             let meets = |version: &&Version| {
-                let covered: RangeInclusive<i64> = match self.span.covered.get(side) {
+                let covered: RangeInclusive<i64> = match self.alignment.covered.get(side) {
                     Some((first, last)) => *first..=*last,
                     None => return false,
                 };
@@ -229,7 +232,7 @@ impl Trains<'_> {
         };
         // What was configured before a capture began is not known there; what is configured later its SDO transfers say.
         let unknown = |versions: &Vec<&Version>| versions.iter().any(|version| version.mapping.is_none());
-        let judged = self.configured && !self.span.begins_apart() && !sides.iter().any(unknown);
+        let judged = self.configured && !self.alignment.begins_apart() && !sides.iter().any(unknown);
         let mappings = mappings.filter(|_| judged);
         let differ = mappings.is_some();
         say(
@@ -281,7 +284,7 @@ fn first_apart<'a, K>(
     None
 }
 
-/// How a train moves.
+/// How a stream moves.
 #[derive(Clone, Debug)]
 struct Pace {
     median_ns: i64,
@@ -309,30 +312,30 @@ impl Pace {
     }
 
     /// Whether two paces are not the same.
-    fn parts(&self, other: &Self, tolerance: f64, span: &Span) -> bool {
+    fn parts(&self, other: &Self, tolerance: f64, alignment: &Alignment) -> bool {
         let allowed = (tolerance * self.median_ns.min(other.median_ns) as f64) as i64;
         let apart = self.median_ns.saturating_sub(other.median_ns).saturating_abs();
-        self.regular && other.regular && apart > allowed.max(2 * span.resolution)
+        self.regular && other.regular && apart > allowed.max(2 * alignment.resolution)
     }
 
     /// Whether one varies much more than the other.
-    fn varies(&self, other: &Self, tolerance: f64, span: &Span) -> bool {
+    fn varies(&self, other: &Self, tolerance: f64, alignment: &Alignment) -> bool {
         let allowed = (tolerance * self.median_ns.min(other.median_ns) as f64) as i64;
         let apart = self.spread_ns.saturating_sub(other.spread_ns).saturating_abs();
         let enough = self.intervals.min(other.intervals) >= JITTER;
         enough
             && (self.regular || other.regular)
-            && apart > (2 * allowed).max(4 * span.resolution).max(DELAYED_NS)
+            && apart > (2 * allowed).max(4 * alignment.resolution).max(DELAYED_NS)
             && self.spread_ns.max(other.spread_ns) / 3 > self.spread_ns.min(other.spread_ns)
     }
 }
 
 /// The paces of two polls in ns, where they are not the same.
-pub(super) fn paces(a: &[Place], b: &[Place], span: &Span, tolerance: f64) -> Option<(i64, i64)> {
+pub(super) fn paces(a: &[Place], b: &[Place], alignment: &Alignment, tolerance: f64) -> Option<(i64, i64)> {
     let pace = |side: usize, places: &[Place]| {
-        Pace::of(places.iter().map(|place| place.on(true)).filter(|at| span.may_cover(side, *at)))
+        Pace::of(places.iter().map(|place| place.on(true)).filter(|at| alignment.may_cover(side, *at)))
     };
     let (mine, other) = (pace(0, a)?, pace(1, b)?);
     let enough = mine.intervals.min(other.intervals) >= 8;
-    (enough && mine.parts(&other, tolerance, span)).then_some((mine.median_ns, other.median_ns))
+    (enough && mine.parts(&other, tolerance, alignment)).then_some((mine.median_ns, other.median_ns))
 }

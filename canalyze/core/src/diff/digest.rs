@@ -2,8 +2,8 @@
 //! again came.
 //!
 //! Items (SDO transfers, NMT commands, states, emergencies, LSS) are kept by bus, node and kind, each with its frames;
-//! what is periodic (PDOs, heartbeats, SYNC, ...) as a train of places. Memory is bounded: beyond [`ITEMS`] and
-//! [`PLACES`] the capture counts as ended there, and that is said. It must not judge or compare.
+//! what is periodic (PDOs, heartbeats, SYNC, ...) as a stream of places. Memory is bounded: beyond [`ITEMS`] and
+//! [`PLACES`] the capture counts as ended there, which is reported. It must not judge or compare.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,9 +21,9 @@ use crate::services::sdo::wire::Mux;
 
 /// Most items of one capture: some 100 bytes each.
 pub const ITEMS: usize = 2_000_000;
-/// Most frames in trains of one capture: 16 bytes each.
+/// Most frames in cyclic streams of one capture: 16 bytes each.
 pub const PLACES: usize = 8_000_000;
-/// Bytes of a value that are kept to be shown; all of them are in its digest.
+/// Bytes of a value that are kept to be shown; all of them are in its hash.
 const SHOWN: usize = 64;
 /// What is not answered within this time is not answered at all.
 const WAITED_NS: i64 = 2_000_000_000;
@@ -33,7 +33,7 @@ const FINDINGS: usize = 256;
 const KINDS: usize = 4096;
 /// Identifiers of one bus that are kept.
 const IDENTIFIERS: usize = 8192;
-/// Versions of one train.
+/// Versions of one stream.
 const VERSIONS: usize = 256;
 
 /// Where something stands in its capture. Small, since there are many.
@@ -45,7 +45,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place of a frame. Beyond 4 billion frames or lines the number is not told.
+    /// The place of a frame. Beyond 4 billion frames or lines the number is not kept.
     pub fn of(at: FrameRef) -> Self {
         let line = at.line.and_then(|line| u32::try_from(line).ok()).unwrap_or(0);
         Self { no: u32::try_from(at.no).unwrap_or(u32::MAX), line, t_ns: at.t_ns.unwrap_or(i64::MIN) }
@@ -65,9 +65,9 @@ impl Place {
 
 /// What was done.
 #[derive(Clone, Debug)]
-pub enum Deed {
+pub enum Action {
     /// An SDO transfer.
-    Transfer(Box<Moved>),
+    Transfer(Box<TransferDigest>),
     /// An NMT command.
     Nmt(u8),
     /// The node has booted up.
@@ -84,7 +84,7 @@ pub enum Deed {
 
 /// What is kept of an SDO transfer.
 #[derive(Clone, Debug)]
-pub struct Moved {
+pub struct TransferDigest {
     /// The object.
     pub mux: Option<Mux>,
     /// Upload or download.
@@ -98,7 +98,7 @@ pub struct Moved {
     /// Bytes.
     pub size: u64,
     /// Over all of them.
-    pub digest: u64,
+    pub hash: u64,
     /// The first of them.
     pub kept: Box<[u8]>,
     /// What the server's description says of the object.
@@ -117,7 +117,7 @@ pub struct Item {
     /// The first frame of it.
     pub since: Place,
     /// What it is.
-    pub deed: Deed,
+    pub action: Action,
 }
 
 /// Which items follow one another. Those of different senders do not: an echo may come late.
@@ -154,7 +154,7 @@ pub enum Service {
     Srdo(u8, bool),
 }
 
-/// A time during which a train has kept to one form.
+/// A time during which a stream has kept to one form.
 #[derive(Clone, Debug)]
 pub struct Version {
     /// CAN-ID.
@@ -171,7 +171,7 @@ pub struct Version {
 
 /// The frames of one service of one node.
 #[derive(Clone, Debug, Default)]
-pub struct Train {
+pub struct CyclicStream {
     /// In order.
     pub places: Vec<Place>,
     /// The forms it had, in order.
@@ -180,7 +180,7 @@ pub struct Train {
 
 /// What one bus has of them.
 #[derive(Clone, Debug, Default)]
-pub struct Line {
+pub struct BusDigest {
     /// Frames.
     pub frames: u64,
     /// The first frame of each node, and how many there are, by node-ID.
@@ -192,7 +192,7 @@ pub struct Line {
     /// Since when the state of a node, or of an axis, is known.
     pub known: BTreeMap<(u8, Kind), Place>,
     /// By node and service.
-    pub trains: BTreeMap<(u8, Service), Train>,
+    pub cyclic: BTreeMap<(u8, Service), CyclicStream>,
     /// By rule, node and object.
     pub findings: BTreeMap<(Code, Option<u8>, Option<Mux>), Vec<Finding>>,
     states: BTreeMap<u8, u8>,
@@ -201,16 +201,16 @@ pub struct Line {
 
 /// What is kept of a capture.
 #[derive(Clone, Debug, Default)]
-pub struct Course {
+pub struct Digest {
     /// The names of its buses.
     pub buses: Buses,
     /// By bus.
-    pub lines: BTreeMap<BusId, Line>,
+    pub lines: BTreeMap<BusId, BusDigest>,
     /// Frames.
     pub frames: u64,
     /// Its first frame.
     pub first: Place,
-    /// Its last frame; that where the course was full.
+    /// Its last frame; that where the digest was full.
     pub last: Place,
     /// Every frame has a stamp.
     pub stamped: bool,
@@ -222,7 +222,7 @@ pub struct Course {
     places: usize,
 }
 
-impl Train {
+impl CyclicStream {
     /// Takes in another one.
     pub fn join(&mut self, other: &Self) {
         self.places.extend(&other.places);
@@ -232,15 +232,15 @@ impl Train {
     }
 }
 
-impl Line {
+impl BusDigest {
     /// Every place that is kept, in no order.
     pub fn places(&self) -> impl Iterator<Item = Place> {
         let items = self.items.values().flatten().flat_map(|item| [item.since, item.at]);
-        items.chain(self.trains.values().flat_map(|train| train.places.iter().copied()))
+        items.chain(self.cyclic.values().flat_map(|stream| stream.places.iter().copied()))
     }
 }
 
-impl Course {
+impl Digest {
     /// The capture goes on to this frame, whether it is to be compared or not.
     pub fn extend(&mut self, frame: &Frame) {
         if self.is_full() {
@@ -298,7 +298,7 @@ impl Course {
 
     /// Every place that is kept, in no order.
     pub fn places(&self) -> impl Iterator<Item = Place> {
-        self.lines.values().flat_map(Line::places)
+        self.lines.values().flat_map(BusDigest::places)
     }
 
     fn is_full(&mut self) -> bool {
@@ -324,14 +324,14 @@ impl Course {
     }
 
     fn transfer(&mut self, transfer: &Transfer, framed: bool) {
-        let moved = Moved {
+        let moved = TransferDigest {
             mux: transfer.mux,
             direction: transfer.direction,
             mode: transfer.mode,
             status: transfer.status,
             abort: transfer.abort,
             size: transfer.size,
-            digest: transfer.digest,
+            hash: transfer.digest,
             kept: transfer.kept.get(..SHOWN).unwrap_or(&transfer.kept).into(),
             described: transfer.described.clone(),
             holed: transfer.midway || transfer.hole,
@@ -341,7 +341,7 @@ impl Course {
         self.add(
             transfer.bus,
             (transfer.node, Kind::Sdo(transfer.channel)),
-            Item { at, since, deed: Deed::Transfer(Box::new(moved)) },
+            Item { at, since, action: Action::Transfer(Box::new(moved)) },
         );
     }
 
@@ -360,29 +360,29 @@ impl Course {
 
     fn message(&mut self, message: &Message, frame: &Frame, event: &Event) {
         let at = Place::of(event.at);
-        let one = |deed| Item { at, since: at, deed };
+        let one = |action| Item { at, since: at, action };
         match *message {
             Message::Nmt { command, node } => {
                 // Above 127 it is no node's.
                 let node = if node <= 127 { node } else { 0 };
-                self.add(frame.bus, (node, Kind::Nmt), one(Deed::Nmt(command)));
+                self.add(frame.bus, (node, Kind::Nmt), one(Action::Nmt(command)));
             }
             Message::BootUp { node } => {
                 self.state(frame.bus, node, 0, at);
-                self.add(frame.bus, (node, Kind::State), one(Deed::BootUp));
+                self.add(frame.bus, (node, Kind::State), one(Action::BootUp));
             }
             Message::Heartbeat { node, state, .. } => {
                 if self.state(frame.bus, node, state, at) {
-                    self.add(frame.bus, (node, Kind::State), one(Deed::State(state)));
+                    self.add(frame.bus, (node, Kind::State), one(Action::State(state)));
                 }
                 self.pass(frame, (node, Service::ErrorControl), at, None);
             }
             Message::Emcy { node, code, register, .. } => {
-                self.add(frame.bus, (node, Kind::Emcy), one(Deed::Emcy(code, register)));
+                self.add(frame.bus, (node, Kind::Emcy), one(Action::Emcy(code, register)));
             }
             Message::Lss { from_master, .. } => {
                 let kind = if from_master { Kind::LssMaster } else { Kind::LssSlave };
-                self.add(frame.bus, (0, kind), one(Deed::Lss(frame.head())));
+                self.add(frame.bus, (0, kind), one(Action::Lss(frame.head())));
             }
             Message::Sync { .. } => self.pass(frame, (0, Service::Sync), at, None),
             Message::Time { .. } => self.pass(frame, (0, Service::Time), at, None),
@@ -390,7 +390,7 @@ impl Course {
             Message::Pdo { transmit, number, node } => {
                 self.pass(frame, (node, Service::Pdo(transmit, number)), at, None);
             }
-            // A frame of another length is still one of its train.
+            // A frame of another length is still one of its stream.
             Message::Malformed { role: Role::Sync, .. } => self.pass(frame, (0, Service::Sync), at, None),
             _ => {}
         }
@@ -426,24 +426,24 @@ impl Course {
         let key = (node, Kind::Drive(axis));
         line.known.entry(key).or_insert(at);
         if line.drives.insert((node, axis), state).is_some_and(|before| before != state) {
-            self.add(bus, key, Item { at, since: at, deed: Deed::Drive(state) });
+            self.add(bus, key, Item { at, since: at, action: Action::Drive(state) });
         }
     }
 
-    /// A frame of a train.
+    /// A frame of a stream.
     fn pass(&mut self, frame: &Frame, key: (u8, Service), at: Place, mapping: Option<&Arc<Mapping>>) {
         self.places += 1;
-        let train = self.lines.entry(frame.bus).or_default().trains.entry(key).or_default();
-        train.places.push(at);
-        if let Some(last) = train.versions.last_mut()
+        let stream = self.lines.entry(frame.bus).or_default().cyclic.entry(key).or_default();
+        stream.places.push(at);
+        if let Some(last) = stream.versions.last_mut()
             && last.id == frame.id
             && last.len == frame.len
             && same(last.mapping.as_ref(), mapping)
         {
             last.last = at;
-        } else if train.versions.len() < VERSIONS {
+        } else if stream.versions.len() < VERSIONS {
             let (id, len, mapping) = (frame.id, frame.len, mapping.cloned());
-            train.versions.push(Version { id, len, mapping, first: at, last: at });
+            stream.versions.push(Version { id, len, mapping, first: at, last: at });
         }
     }
 }

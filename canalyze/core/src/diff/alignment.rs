@@ -4,7 +4,7 @@
 //! once, in the same order in both. Between anchors the offset of the clocks is interpolated; where stamps are
 //! missing, frames are counted instead. It must not judge what differs.
 
-use super::course::{Course, Place};
+use super::digest::{Digest, Place};
 
 /// Stamps from here on (in ns: 1973) are those of a clock.
 const EPOCH_NS: i64 = 100_000_000_000_000_000;
@@ -33,12 +33,12 @@ const LATE_FRAMES: i64 = 2;
 
 /// Whether two captures show one session, by the values that vary from session to session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kin {
+pub enum Sessions {
     /// They do.
-    Same,
+    One,
     /// They show two.
-    Other,
-    /// Nothing in them says it.
+    Two,
+    /// Nothing shows which.
     Unknown,
 }
 
@@ -55,7 +55,7 @@ pub(super) struct Shared {
 
 /// How places in both captures are related.
 #[derive(Clone, Debug)]
-pub struct Span {
+pub struct Alignment {
     /// Positions are stamps in ns, else numbers of frames.
     pub by_time: bool,
     /// The captures show one and the same session: the offset of their clocks does not vary.
@@ -78,9 +78,9 @@ pub struct Span {
     frames: Vec<(Place, Place)>,
 }
 
-impl Span {
+impl Alignment {
     /// Relates two captures by these anchors, in any order.
-    pub fn new(a: &Course, b: &Course, anchors: Vec<Anchor>, kin: Kin) -> Self {
+    pub fn new(a: &Digest, b: &Digest, anchors: Vec<Anchor>, sessions: Sessions) -> Self {
         let by_time = a.stamped && b.stamped;
         let anchors = ordered(anchors);
         let mut chain: Vec<(i64, i64)> =
@@ -94,12 +94,12 @@ impl Span {
             }
             rises
         });
-        let ends = |course: &Course| (course.first.on(by_time), course.last.on(by_time));
+        let ends = |digest: &Digest| (digest.first.on(by_time), digest.last.on(by_time));
         let (of_a, of_b) = (ends(a), ends(b));
         if chain.is_empty() {
             chain.push(unanchored(by_time, of_a, of_b));
         }
-        let mut span = Self {
+        let mut alignment = Self {
             by_time,
             rigid: false,
             covered: [of_a, of_b],
@@ -111,8 +111,8 @@ impl Span {
             chain,
             frames: anchors,
         };
-        let differ = if a.decimals == b.decimals || !by_time { 0 } else { span.resolution };
-        let parts = span.parts();
+        let differ = if a.decimals == b.decimals || !by_time { 0 } else { alignment.resolution };
+        let parts = alignment.parts();
         // One step that a fault has moved is two uneven parts; two runs of one script part everywhere.
         let odd = if parts.len() >= STEPS { (parts.len() / 8).max(2) } else { 0 };
         let uneven = parts.iter().filter(|(parted, apart)| {
@@ -121,20 +121,20 @@ impl Span {
         });
         let even = uneven.count() <= odd;
         // Clocks part by no more than their quartzes over the whole time.
-        let mut offsets: Vec<i64> = span.chain.iter().map(|(in_a, in_b)| in_b.saturating_sub(*in_a)).collect();
+        let mut offsets: Vec<i64> = alignment.chain.iter().map(|(in_a, in_b)| in_b.saturating_sub(*in_a)).collect();
         offsets.sort_unstable();
         let inner = offsets.get(odd..offsets.len().saturating_sub(odd)).unwrap_or(&offsets);
         let spread = inner.last().zip(inner.first()).map_or(0, |(most, least)| most.saturating_sub(*least));
         let long = parts.iter().fold(0_i64, |sum, (_, apart)| sum.saturating_add(*apart));
         let allowed = RIGID_NS.saturating_add(long / QUARTZ).saturating_add(2 * differ);
         let even = even && (!by_time || spread <= allowed);
-        let one_session = match kin {
-            Kin::Same => true,
-            Kin::Other => false,
-            Kin::Unknown => true,
+        let one_session = match sessions {
+            Sessions::One => true,
+            Sessions::Two => false,
+            Sessions::Unknown => true,
         };
-        span.rigid = even && one_session;
-        let together = span.frames.is_empty() && simultaneous(a, b);
+        alignment.rigid = even && one_session;
+        let together = alignment.frames.is_empty() && simultaneous(a, b);
         let slack = |some: &mut dyn Iterator<Item = &(i64, i64)>| {
             let unsure = if by_time { UNSURE_NS } else { 1 };
             match some.map(|(parted, _)| *parted).max() {
@@ -145,27 +145,27 @@ impl Span {
                 Some(worst) => worst.saturating_add(unsure / 5),
             }
         };
-        span.slack = (
+        alignment.slack = (
             slack(&mut parts.iter().take(EDGE)).saturating_add(differ),
             slack(&mut parts.iter().rev().take(EDGE)).saturating_add(differ),
         );
-        let (first, last) = (span.to_a(of_b.0), span.to_a(of_b.1));
-        span.covered[0] = (of_a.0.max(first), of_a.1.min(last));
-        span.covered[1] = (of_b.0.max(span.to_b(of_a.0)), of_b.1.min(span.to_b(of_a.1)));
-        let (begins, ends) = span.slack;
-        span.beyond = [
+        let (first, last) = (alignment.to_a(of_b.0), alignment.to_a(of_b.1));
+        alignment.covered[0] = (of_a.0.max(first), of_a.1.min(last));
+        alignment.covered[1] = (of_b.0.max(alignment.to_b(of_a.0)), of_b.1.min(alignment.to_b(of_a.1)));
+        let (begins, ends) = alignment.slack;
+        alignment.beyond = [
             (of_a.0.saturating_add(begins) < first, of_a.1 > last.saturating_add(ends)),
             (of_a.0 > first.saturating_add(begins), of_a.1.saturating_add(ends) < last),
         ];
         // Where both begin, or end, with the same frames a late echo stands on the same side in both.
         let late = if by_time { LATE_NS } else { LATE_FRAMES };
-        if span.begins_apart() {
-            span.slack.0 = span.slack.0.max(late);
+        if alignment.begins_apart() {
+            alignment.slack.0 = alignment.slack.0.max(late);
         }
-        if span.beyond.iter().any(|(_, after)| *after) {
-            span.slack.1 = span.slack.1.max(late);
+        if alignment.beyond.iter().any(|(_, after)| *after) {
+            alignment.slack.1 = alignment.slack.1.max(late);
         }
-        span
+        alignment
     }
 
     /// By how much the offset varies from each anchor to the next, and how far apart they are.
@@ -185,12 +185,12 @@ impl Span {
         self.beyond.iter().any(|(before, _)| *before)
     }
 
-    /// Nothing says where one capture lies in the other: nothing is surely covered.
+    /// Nothing shows where one capture lies in the other: nothing is surely covered.
     pub fn blur(&mut self) {
         self.slack = (i64::MAX / 4, i64::MAX / 4);
     }
 
-    /// Whether nothing says where one capture lies in the other.
+    /// Whether nothing shows where one capture lies in the other.
     pub fn is_blurred(&self) -> bool {
         self.slack.0 == i64::MAX / 4
     }
@@ -235,8 +235,8 @@ impl Span {
 }
 
 /// Whether the clocks of two captures say that they were taken at the same time.
-pub fn simultaneous(a: &Course, b: &Course) -> bool {
-    let ends = |course: &Course| (course.first.on(true), course.last.on(true));
+pub fn simultaneous(a: &Digest, b: &Digest) -> bool {
+    let ends = |digest: &Digest| (digest.first.on(true), digest.last.on(true));
     a.stamped && b.stamped && overlap(ends(a), ends(b))
 }
 
@@ -267,7 +267,7 @@ fn related(chain: &[(i64, i64)], position: i64, turn: impl Fn((i64, i64)) -> (i6
 
 /// The anchors whose offset hardly varies, where these are most of what is unique in both: the others are alike by
 /// chance, or are another repetition of what each capture shows once. `telling`: values that could be the same.
-pub(super) fn in_step(shared: &[Shared], telling: usize, by_time: bool) -> (Vec<Anchor>, Kin) {
+pub(super) fn in_step(shared: &[Shared], telling: usize, by_time: bool) -> (Vec<Anchor>, Sessions) {
     let offset = |one: &Shared| one.anchor.1.on(by_time).saturating_sub(one.anchor.0.on(by_time));
     let width = if by_time { RIGID_NS } else { RIGID_FRAMES };
     let mut offsets: Vec<i64> = shared.iter().map(offset).collect();
@@ -304,15 +304,19 @@ pub(super) fn in_step(shared: &[Shared], telling: usize, by_time: bool) -> (Vec<
         }
     }
     let varied = steps.iter().filter(|one| one.varied).count();
-    let kin = if varied >= SAME {
-        Kin::Same
+    let sessions = if varied >= SAME {
+        Sessions::One
     } else if telling >= SAME && varied * 4 < telling {
-        Kin::Other
+        Sessions::Two
     } else {
-        Kin::Unknown
+        Sessions::Unknown
     };
     let anchors: Vec<Anchor> = steps.into_iter().map(|one| one.anchor).collect();
-    if anchors.len() >= STEPS && 2 * anchors.len() >= shared.len() { (anchors, kin) } else { (Vec::new(), kin) }
+    if anchors.len() >= STEPS && 2 * anchors.len() >= shared.len() {
+        (anchors, sessions)
+    } else {
+        (Vec::new(), sessions)
+    }
 }
 
 /// The longest part of the anchors that is in the same order in both captures.
