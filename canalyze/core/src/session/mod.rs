@@ -9,6 +9,7 @@ mod capture;
 mod decoding;
 mod output;
 mod records;
+mod sink;
 mod tally;
 
 use std::sync::Arc;
@@ -16,7 +17,7 @@ use std::sync::Arc;
 use self::ahead::{Ahead, Placed};
 use self::capture::Capture;
 use self::decoding::Decoding;
-use self::output::{Form, Output};
+use self::output::Output;
 use self::tally::Tally;
 use crate::diff::digest::Digest;
 use crate::expectation::Expectations;
@@ -178,7 +179,7 @@ impl Session {
         if input == 0 {
             self.stream.capture.begin(name);
             (self.turn, self.fed) = (0, 0);
-            if let Form::Info(_) = self.stream.output.form {
+            if self.stream.output.info().is_some() {
                 self.buses = Buses::default();
             }
         }
@@ -450,7 +451,7 @@ impl Stream {
         }
         if self.output.has_tables() {
             let sync = self.decoding.sync(frame.bus);
-            self.output.rows(self.capture.view(buses), &frame, &self.decoding.events, sync);
+            self.output.rows(self.capture.view(buses), &frame, &mut self.decoding.events, sync);
         }
         self.decoding.fold();
         self.tally.frame(&frame, &self.decoding.events);
@@ -544,7 +545,6 @@ impl Stream {
     fn tell(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {
         if let Some(finding) = finding {
             self.tally.finding(finding);
-            self.output.row(self.capture.view(buses), finding);
             self.output.finding(out, self.capture.view(buses), finding);
         }
     }
