@@ -137,7 +137,7 @@ impl Emergencies {
             cx.raise(Emc003::Bit6 { code, register }, Some(node), None, None);
         }
         let last = self.nodes.entry(node).last.replace(cx.at);
-        let Some(gap) = super::nmt::since(last, cx.at).filter(|gap| *gap >= 0) else { return };
+        let Some(gap) = cx.at.since(last).filter(|gap| *gap >= 0) else { return };
         let inhibit = configured.and_then(|configured| configured.value(0x1015, 0));
         let Some((inhibit, _)) = inhibit.filter(|(_, from)| *from > Provenance::Eds) else { return };
         let inhibit_ns = (inhibit & 0xFFFF) as i64 * 100_000;
@@ -153,7 +153,7 @@ impl Emergencies {
             reported.end_flood(node, cx);
             for one in std::mem::take(&mut reported.standing) {
                 let Standing { code, at, count, .. } = one;
-                let age = super::nmt::since(Some(at), cx.at);
+                let age = cx.at.since(at);
                 let repeated = Emc009::StandsAndRepeats { code, count, age };
                 let what = if count > 1 { repeated } else { Emc009::Stands { code, count, age } };
                 find(what, node, cx.at, Some(at), Some(at), cx);
@@ -289,7 +289,7 @@ impl Reported {
     fn end_flood(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(Flood { first, last, count }) = self.flood.take() else { return };
         if count > FLOOD as u64 {
-            let duration = super::nmt::since(Some(first), last).unwrap_or(0);
+            let duration = last.since(first).unwrap_or(0);
             find(Emc010::InAll { count, duration }, node, last, Some(first), Some(first), cx);
         }
     }

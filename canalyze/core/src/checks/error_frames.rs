@@ -152,7 +152,7 @@ impl ErrorFrames {
         }
         let Some((condition, at, counted)) = event.raised else { return };
         if event.frames > counted {
-            let what = in_all(condition, event.frames, elapsed(event.first, event.last));
+            let what = in_all(condition, event.frames, event.last.since(event.first));
             let finding = cx.verdict(what, None, None, Some(at));
             cx.emit(Finding { at: event.last, because_of: Some(at), ..finding });
         }
@@ -191,7 +191,7 @@ fn raise_condition(condition: Condition, count: u64, at: FrameRef, because_of: O
 }
 
 fn raise_recovery(recovery: Recovery, at: FrameRef, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
-    let after = because_of.and_then(|since| elapsed(since, at)).filter(|after| *after > 0);
+    let after = because_of.and_then(|since| at.since(since)).filter(|after| *after > 0);
     let what = match (recovery == Recovery::Restarted, after) {
         (false, None) => Bus006::ErrorActive,
         (false, Some(after)) => Bus006::ErrorActiveAfter { after },
@@ -238,8 +238,4 @@ fn in_all(condition: Condition, count: u64, duration: Option<i64>) -> Verdict {
         Condition::BusError | Condition::Unspecified => Bus007::InAll { count, duration }.into(),
         Condition::Transceiver => Bus008::InAll { count, duration }.into(),
     }
-}
-
-fn elapsed(from: FrameRef, to: FrameRef) -> Option<i64> {
-    Some(to.t_ns?.saturating_sub(from.t_ns?))
 }

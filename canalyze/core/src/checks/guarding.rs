@@ -6,7 +6,7 @@
 //! first answer is free, and so is the one after a request without answer. It must not judge states.
 
 use super::heartbeat::Heartbeats;
-use super::nmt::{Nmt, since};
+use super::nmt::Nmt;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::evidence::circumstance::Kind;
@@ -107,7 +107,7 @@ impl Guarding {
     /// of the round before counts.
     pub fn is_guarded(&self, node: u8, at: FrameRef) -> bool {
         let asked = self.nodes.get(node).and_then(|guarded| guarded.asked);
-        asked.is_some_and(|asked| since(Some(asked), at).is_none_or(|age| age <= ROUND_NS))
+        asked.is_some_and(|asked| at.since(asked).is_none_or(|age| age <= ROUND_NS))
     }
 
     /// What is known of 100Ch and 100Dh of the bus's nodes, after a change.
@@ -332,7 +332,7 @@ impl Guarded {
             return;
         }
         self.silent = true;
-        let what = match since(Some(request), cx.at) {
+        let what = match cx.at.since(request) {
             Some(age) => Grd002::NoResponseWithin { age },
             None => Grd002::NoResponse,
         };

@@ -1,9 +1,8 @@
 //! Requests of an LSS master and the answers that slaves owe or give (CiA 305): which belongs to which.
 //!
 //! Of each kind only the last request is kept: LSS frames carry no number that would tell one from another. It must not
-//! judge; `checks::lss` says what a request without answer, or an answer without request, means.
+//! judge what a request without answer, or an answer without request, means.
 
-use super::fastscan::close;
 use crate::frame::FrameRef;
 use crate::services::lss::{Bound, Command, Part, Setting};
 
@@ -140,7 +139,7 @@ pub struct Asked {
     pub plain: bool,
     /// A slave is known to be in the configuration state.
     pub certain: bool,
-    /// That it is not answered has been said, or is nothing to say.
+    /// It was reported that it is not answered, or that is no fault.
     pub settled: bool,
     /// The last answer to it that was not owed any more: it may be one to the next request, captured before that.
     pub surplus: Option<FrameRef>,
@@ -149,7 +148,7 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// Whether it is still to be answered, and something is to be said if it is not.
+    /// Whether it is still to be answered, and a finding if it is not.
     fn owes(&self) -> bool {
         self.owed > 0 && !self.settled && self.early.is_none()
     }
@@ -179,15 +178,18 @@ pub struct Exchanges {
     early: Vec<Early>,
     /// How late the recording lists the master's frames at most, in ns.
     pub lag_ns: i64,
-    /// Master's frames seen since the capture began, or since the last gap.
+    /// Master's frames seen since the capture began, or since the last gap, and the last of them.
     seen: u64,
+    last: Option<FrameRef>,
+    /// The last frame of the master that could not be read, until an answer that has no other request.
+    unreadable: Option<FrameRef>,
 }
 
 impl Exchanges {
     /// A frame of the master at `at`, which opens a request of the kind `next`. Early answers are settled: those to
     /// it, and those to nothing. Others wait for the frames of the master that are listed late as well.
     pub fn settle(&mut self, next: Option<Exchange>, at: FrameRef) -> (Vec<Early>, Vec<Early>) {
-        self.seen = self.seen.saturating_add(1);
+        (self.seen, self.last) = (self.seen.saturating_add(1), Some(at));
         let (mut own, mut others) = (Vec::new(), Vec::new());
         for early in std::mem::take(&mut self.early) {
             let near = close(early.at, at, self.lag_ns);
@@ -292,10 +294,10 @@ impl Exchanges {
         asked.owes().then(|| settled(asked, exchange).1)
     }
 
-    /// A request to a selected slave that nobody has answered, though the master has gone on with the frame `next`.
-    /// `now` is a frame by which an answer that was sent would be in the capture.
-    pub fn overtaken(&mut self, next: FrameRef, now: FrameRef) -> Option<(Exchange, Asked)> {
-        let lag_ns = self.lag_ns;
+    /// A request to a selected slave that nobody has answered, though the master has gone on. `now` is a frame by which
+    /// an answer that was sent would be in the capture.
+    pub fn overtaken(&mut self, now: FrameRef) -> Option<(Exchange, Asked)> {
+        let (next, lag_ns) = (self.last?, self.lag_ns);
         let over = |asked: FrameRef| asked.no < next.no && !close(asked, now, lag_ns);
         self.unanswered(over)
     }
@@ -311,6 +313,24 @@ impl Exchanges {
             let open = asked.owes() && !asked.answered && asked.certain;
             (open && over(asked.at)).then(|| settled(asked, *exchange))
         })
+    }
+
+    /// A frame cannot be read: it may be any answer, or (`request`) any request.
+    pub fn unreadable(&mut self, request: bool, at: FrameRef) {
+        if request {
+            self.unreadable = Some(at);
+        }
+        self.excuse();
+    }
+
+    /// Whether a frame of the master that could not be read may have been the request of an answer. Of one only.
+    pub fn may_be_requested(&mut self, answer: FrameRef) -> bool {
+        self.unreadable.take().is_some_and(|request| request.no < answer.no)
+    }
+
+    /// Frames were lost.
+    pub fn lost(&mut self) {
+        *self = Self { lag_ns: self.lag_ns, unreadable: self.unreadable, ..Self::default() };
     }
 
     /// Somebody has answered something that cannot be read: it may be what is owed.
@@ -369,4 +389,10 @@ pub fn configures(command: Command) -> bool {
 /// The command specifier of a configuration command.
 pub fn specifier(command: Command) -> u8 {
     Exchange::asked_by(command).map_or(0x15, Exchange::specifier)
+}
+
+/// Whether an answer stands so shortly before a request that it may be the one to it. `lag_ns`: how late the recording
+/// lists the host's own frames at most.
+pub fn close(answer: FrameRef, request: FrameRef, lag_ns: i64) -> bool {
+    request.since(answer).is_none_or(|age| (0..=lag_ns).contains(&age))
 }

@@ -5,6 +5,7 @@
 //! confirmation held if the next step works on the part it names, the last one if it was answered. It must not judge:
 //! whether a step is allowed is `checks::lss`'s question.
 
+use super::exchange::close;
 use crate::event::Scanned;
 use crate::frame::FrameRef;
 use crate::services::lss::BIT_CHECK_ANY;
@@ -127,14 +128,5 @@ impl Scan {
     fn over(&self, found: bool, end: FrameRef) -> Over {
         let duration_ns = end.t_ns.zip(self.first.t_ns).map(|(end, first)| end.saturating_sub(first));
         (self.first, Scanned { found, address: self.address, frames: self.frames, duration_ns })
-    }
-}
-
-/// Whether an answer stands so shortly before a request that it may be the one to it. `lag_ns`: how late the recording
-/// lists the host's own frames at most.
-pub fn close(answer: FrameRef, request: FrameRef, lag_ns: i64) -> bool {
-    match answer.t_ns.zip(request.t_ns) {
-        Some((answer, request)) => (0..=lag_ns).contains(&request.saturating_sub(answer)),
-        None => true,
     }
 }

@@ -15,9 +15,10 @@ const BOOT_NS: i64 = 3_000_000_000;
 const RESET_COMMUNICATION: u8 = 0x82;
 
 /// What a slave was called before.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Before {
     /// Not known.
+    #[default]
     Unknown,
     /// It had no node-ID.
     Unconfigured,
@@ -46,13 +47,19 @@ struct Change {
 pub struct NodeIds {
     /// At most one for each node-ID.
     changes: Vec<Change>,
-    /// The node whose boot-up, at the frame at hand, was one of these.
-    booted: Option<u8>,
+    /// The node-ID that the master has requested last.
+    requested: Option<u8>,
 }
 
 impl NodeIds {
-    /// A slave has accepted a node-ID (1..=127).
-    pub fn given(&mut self, to: u8, before: Before, selection: u64, at: FrameRef) {
+    /// The master asks for a node-ID.
+    pub fn request(&mut self, node: u8) {
+        self.requested = Some(node);
+    }
+
+    /// A slave has accepted the node-ID.
+    pub fn accept(&mut self, before: Before, selection: u64, at: FrameRef) {
+        let Some(to) = self.requested else { return };
         self.changes.retain(|change| change.to != to && change.selection != selection);
         if (1..=127).contains(&to) && before != Before::Node(to) {
             let fresh = Change { at, selection, before, to, stored: false, active: false, expected: None };
@@ -104,7 +111,6 @@ impl NodeIds {
         cx: &mut Context<'_>,
     ) -> Option<(u8, FrameRef)> {
         if let Some(place) = self.changes.iter().position(|change| change.to == node && change.active) {
-            self.booted = Some(node);
             let change = self.changes.swap_remove(place);
             return match change.before {
                 Before::Node(from) => Some((from, change.at)),
@@ -145,16 +151,6 @@ impl NodeIds {
     /// When something becomes due, in ns.
     pub fn due(&self) -> Option<i64> {
         self.changes.iter().filter_map(|change| Some(change.expected?.1)).min()
-    }
-
-    /// Whether a boot-up of `node`, now or at the frame at hand, follows from a node-ID that was given.
-    pub fn explains_boot_up(&self, node: u8) -> bool {
-        self.booted == Some(node) || self.changes.iter().any(|change| change.to == node && change.active)
-    }
-
-    /// The next frame begins.
-    pub fn next_frame(&mut self) {
-        self.booted = None;
     }
 
     /// Frames were lost: a boot-up may have been among them.

@@ -4,7 +4,6 @@
 //! change as only a master makes them change, and no command was seen, commands are missing, and nothing is said. It
 //! must not decide what is spontaneous: that is `nmt`.
 
-use super::since;
 use crate::context::Context;
 use crate::finding::{Code, Finding};
 use crate::services::heartbeat::PRE_OPERATIONAL;
@@ -40,7 +39,7 @@ impl Commandless {
     /// With each frame, before it is followed.
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {
-        let old = |first: &Finding| since(Some(first.at), cx.at).is_some_and(|age| age > WAIT_NS);
+        let old = |first: &Finding| cx.at.since(first.at).is_some_and(|age| age > WAIT_NS);
         if !self.filtered && self.waiting.first().is_some_and(old) {
             self.report(cx);
         }
@@ -65,7 +64,7 @@ impl Commandless {
             other.code == Code::Nmt004
                 && other.node != Some(node)
                 && other.facts == finding.facts
-                && since(Some(other.at), finding.at).is_none_or(|age| age < TOGETHER_NS)
+                && finding.at.since(other.at).is_none_or(|age| age < TOGETHER_NS)
         };
         self.filtered |= !self.commanded && (to != PRE_OPERATIONAL || self.waiting.iter().any(alike));
     }

@@ -13,10 +13,10 @@ use self::commandless::Commandless;
 use self::node_state::{Command, NodeState, Reports, Spontaneous, Suspect, bit, bits_of};
 use crate::context::Context;
 use crate::evidence::Obligations;
+use crate::evidence::Rules;
 use crate::evidence::circumstance::Kind as Circumstance;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
-use crate::evidence::{Rules, recording};
 use crate::finding::{Finding, Verdict};
 use crate::frame::FrameRef;
 use crate::node::PerNode;
@@ -71,7 +71,7 @@ impl Power {
     /// Whether it is still to be seen what became of the nodes other than the one that booted at `boot`: none of them
     /// has been heard since.
     fn is_open(self, boot: FrameRef, at: FrameRef) -> bool {
-        let soon = since(Some(boot), at).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS);
+        let soon = at.since(boot).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS);
         self.others > 0 && self.heard < boot.no && soon
     }
 }
@@ -187,7 +187,7 @@ impl Nmt {
 
     /// The node that has sent a frame. One that is seen for the first time may be obeying a command to all.
     fn meet(nodes: &mut PerNode<NodeState>, broadcast: Option<Command>, node: u8, at: FrameRef) -> &mut NodeState {
-        let broadcast = broadcast.filter(|command| since(Some(command.at), at).is_none_or(|age| age < FIRST_SEEN_NS));
+        let broadcast = broadcast.filter(|command| at.since(command.at).is_none_or(|age| age < FIRST_SEEN_NS));
         let node_state = nodes.entry(node);
         if let Some(command) = broadcast.filter(|_| !node_state.present) {
             node_state.command = Some(command);
@@ -267,7 +267,7 @@ impl Nmt {
         };
         let garbled = self.garbled.is_some_and(|garbled| {
             node_state.reports.last.is_none_or(|last| last.no < garbled.no)
-                && since(Some(garbled), cx.at).is_none_or(|age| age < GARBLED_NS)
+                && cx.at.since(garbled).is_none_or(|age| age < GARBLED_NS)
         });
         let switched = soon(self.activated, ACTIVATED_NS) || soon(self.switched_on, POWER_UP_NS);
         let explained = node_state.reset.count > 0 || node_state.given || switched || garbled;
@@ -284,7 +284,7 @@ impl Nmt {
         }
         self.suspects += u32::from(node_state.suspect.is_none());
         node_state.boots.unexplained = Some(cx.at);
-        node_state.suspect = Some(Suspect { at: cx.at, what, duplicate, burst: cx.when.burst });
+        node_state.suspect = Some(Suspect { at: cx.at, what, duplicate });
     }
 
     /// A node shows its state. `period_ns`: how often it does so, where that is known.
@@ -302,7 +302,7 @@ impl Nmt {
         self.causal |= before.is_some_and(|before| before != state) && allowed;
         if before == Some(state) && node_state.command.is_none() {
             node_state.allowed = 0;
-        } else if before.is_none() && since(self.began, cx.at).is_some_and(|age| age < FIRST_OBEYED_NS) {
+        } else if before.is_none() && cx.at.since(self.began).is_some_and(|age| age < FIRST_OBEYED_NS) {
             // It may be about to obey a command that came just before the capture.
             node_state.allowed = bits_of(0);
         }
@@ -331,7 +331,7 @@ impl Nmt {
         self.suspects += u32::from(node_state.suspect.is_none());
         let wait_ns = period_ns.map_or(0, |period_ns| period_ns.saturating_mul(ALTERNATES));
         let what = Spontaneous::Change { from: before, to: state, wait_ns };
-        node_state.suspect = Some(Suspect { at: cx.at, what, duplicate: false, burst: cx.when.burst });
+        node_state.suspect = Some(Suspect { at: cx.at, what, duplicate: false });
     }
 
     /// A node's error control frame that cannot be read: it may be the boot-up that is due after a reset.
@@ -410,9 +410,7 @@ impl Nmt {
         for (node, node_state) in self.nodes.iter_mut() {
             let recording = &cx.evidence.recording;
             let Some(suspect) = node_state.suspect else { continue };
-            let settled = recording.is_settled(suspect.at, cx.at)
-                && !(suspect.duplicate && !twice && !once)
-                && recording.verdict(suspect.burst) != Some(recording::Verdict::Open);
+            let settled = recording.is_settled(suspect.at, cx.at) && !(suspect.duplicate && !twice && !once);
             let booted = matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. });
             if !over && (!settled || booted && power.is_open(suspect.at, cx.at)) {
                 continue;
@@ -451,9 +449,10 @@ impl Nmt {
     fn power(&self, at: FrameRef) -> Power {
         let (mut count, mut power) = (0, Power { all: false, others: 0, heard: 0 });
         for (_, node_state) in self.nodes.iter().filter(|(_, node_state)| node_state.present) {
-            let again = node_state.boots.unexplained.is_some_and(|boot| {
-                since(Some(boot), at).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS)
-            });
+            let again = node_state
+                .boots
+                .unexplained
+                .is_some_and(|boot| at.since(boot).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS));
             if again {
                 count += 1;
             } else if node_state.managed || node_state.boots.last.is_some() {
@@ -490,9 +489,9 @@ pub fn commanded_state(specifier: u8) -> Option<u8> {
 
 /// What an unexplained boot-up is, after the boot-up before it and the states that the node has shown.
 fn spontaneous_boot((last, reports): (Option<FrameRef>, Reports), at: FrameRef) -> Option<Spontaneous> {
-    let within = |then: FrameRef, limit_ns: i64| since(Some(then), at).is_some_and(|gap| gap < limit_ns);
+    let within = |then: FrameRef, limit_ns: i64| at.since(then).is_some_and(|gap| gap < limit_ns);
     match (last, reports.last.filter(|_| reports.count >= RUNNING)) {
-        (Some(last), _) if since(Some(last), at).is_some_and(|gap| (0..TWO_BOOT_UPS_NS).contains(&gap)) => {
+        (Some(last), _) if at.since(last).is_some_and(|gap| (0..TWO_BOOT_UPS_NS).contains(&gap)) => {
             Some(Spontaneous::TwoBootUps { last })
         }
         (Some(last), _) => Some(Spontaneous::BootUp { last }),
@@ -503,7 +502,7 @@ fn spontaneous_boot((last, reports): (Option<FrameRef>, Reports), at: FrameRef) 
 
 /// What is reported of a boot-up.
 fn boot_verdict(suspect: Suspect) -> Verdict {
-    let after = |last: FrameRef| since(Some(last), suspect.at);
+    let after = |last: FrameRef| suspect.at.since(last);
     match suspect.what {
         Spontaneous::TwoBootUps { last } => Hbt004::BootUps { gap: after(last).unwrap_or(0) }.into(),
         Spontaneous::Restart { last } => Nmt003::WhileRunning { after: after(last).unwrap_or(0) }.into(),
@@ -512,9 +511,4 @@ fn boot_verdict(suspect: Suspect) -> Verdict {
         }
         Spontaneous::Change { from, to, .. } => Nmt004::Changed { from, to }.into(),
     }
-}
-
-/// Time from one frame to another, in ns.
-pub(super) fn since(then: Option<FrameRef>, now: FrameRef) -> Option<i64> {
-    Some(now.t_ns?.saturating_sub(then?.t_ns?))
 }

@@ -2,7 +2,7 @@
 //!
 //! It must not look at other nodes, or at the bus: that is `nmt`.
 
-use super::{RESETS_NS, since};
+use super::RESETS_NS;
 use crate::context::Context;
 use crate::finding::Finding;
 use crate::frame::FrameRef;
@@ -102,8 +102,6 @@ pub(super) struct Suspect {
     pub(super) what: Spontaneous,
     /// The frame may be one that stands in the capture a second time.
     pub(super) duplicate: bool,
-    /// The burst that it is in, or 0.
-    pub(super) burst: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -130,14 +128,14 @@ impl NodeState {
     /// Resets that a boot-up has answered long ago explain no further one.
     pub(super) fn forget_answered_resets(&mut self, at: FrameRef) {
         let answered = self.boots.last.zip(self.reset.at).is_some_and(|(boot_up, reset)| boot_up.no > reset.no);
-        if answered && since(self.reset.at, at).is_some_and(|age| age > RESETS_NS) {
+        if answered && at.since(self.reset.at).is_some_and(|age| age > RESETS_NS) {
             self.reset.count = 0;
         }
     }
 
     /// It boots: what it has shown before counts no more.
     pub(super) fn boot(&mut self, at: FrameRef) {
-        let crossed = since(self.reset.at, at).is_some_and(|age| age < SENT_NS);
+        let crossed = at.since(self.reset.at).is_some_and(|age| age < SENT_NS);
         let count = self.reset.count.saturating_sub(u8::from(!crossed));
         *self = Self {
             present: true,
@@ -153,9 +151,8 @@ impl NodeState {
 
     /// Whether an emergency explains a change of state.
     pub(super) fn has_emergency(&self, changed: FrameRef) -> bool {
-        let before = |at: FrameRef| {
-            since(Some(at), changed).map_or(at.no + EMERGENCY_FRAMES >= changed.no, |age| age <= EMERGENCY_NS)
-        };
+        let before =
+            |at: FrameRef| changed.since(at).map_or(at.no + EMERGENCY_FRAMES >= changed.no, |age| age <= EMERGENCY_NS);
         self.emergency.is_some_and(before)
     }
 
@@ -237,7 +234,7 @@ impl NodeState {
         command.first = command.first.or(Some(cx.at));
         // A device may store something before it obeys a reset.
         let least = if command.state == 0 { RESETS_NS } else { 0 };
-        let late = match (since(Some(command.at), cx.at), period_ns) {
+        let late = match (cx.at.since(command.at), period_ns) {
             (Some(age), Some(period)) => {
                 command.wrong > 1 && age > period.saturating_mul(2).saturating_add(period / 10).max(least)
             }
@@ -269,7 +266,8 @@ impl NodeState {
         }
         !self.managed
             || self.reports.count <= 2
-                && since(self.boots.last, at)
+                && at
+                    .since(self.boots.last)
                     .map_or(self.boots.last.is_some_and(|boot| boot.no + 50 > at.no), |age| age < SELF_START_NS)
     }
 }

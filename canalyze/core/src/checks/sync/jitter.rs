@@ -41,11 +41,6 @@ impl Spread {
         self.count
     }
 
-    /// The most less the least; 0 without values.
-    pub fn width_ns(&self) -> i64 {
-        self.most.saturating_sub(self.least)
-    }
-
     /// The 99th percentile; 0 without values.
     pub fn p99_ns(&self) -> i64 {
         let above = self.count / 100;
@@ -82,11 +77,11 @@ mod tests {
     #[test]
     fn percentiles_are_right_to_an_eighth() {
         let mut spread = Spread::default();
-        assert_eq!((spread.count(), spread.width_ns(), spread.p99_ns()), (0, 0, 0));
+        assert_eq!((spread.count(), spread.p99_ns()), (0, 0));
         for ns in 1..=1000 {
             spread.record(ns * 1000);
         }
-        assert_eq!((spread.count(), spread.width_ns()), (1000, 999_000));
+        assert_eq!(spread.count(), 1000);
         assert!((990_000..=1_000_000).contains(&spread.p99_ns()), "{}", spread.p99_ns());
     }
 

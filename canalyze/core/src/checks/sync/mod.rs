@@ -4,21 +4,24 @@
 //! what is configured `settings`'; here frames are handed on to them, and what they show is reported. Two producers
 //! explain what is irregular then: it is reported as their consequence. It must not change what a frame means.
 
+pub mod configured;
 pub mod counter;
 mod follower;
 pub mod jitter;
+pub mod length;
 pub mod period;
 pub mod settings;
 pub mod window;
 
+use self::configured::Configured;
 use self::counter::{Counter, Miscount};
 use self::follower::Follower;
+use self::length::Lengths;
 use self::period::{Irregular, Restart, SyncPeriod};
-use self::settings::{Settings, ns};
+use self::settings::Settings;
 use self::window::{SyncWindow, synchronous};
 use super::PdoName;
 use crate::cob_id::Role;
-use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::Placement;
 use crate::evidence::circumstance::Kind;
@@ -27,17 +30,11 @@ use crate::frame::{CanId, Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
-use crate::rules::sync::{Syn001, Syn002, Syn003, Syn006, Syn007, Syn011, Syn012, Syn013};
+use crate::rules::sync::{Syn001, Syn002, Syn003, Syn006, Syn011, Syn012, Syn013};
 use crate::services::heartbeat::OPERATIONAL;
 use crate::services::nmt::{PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP};
 use crate::services::sdo::wire::Mux;
 
-/// SYNCs of one length before it is taken for theirs.
-const LENGTHS: u8 = 3;
-/// A configured period differs from the one that shows by more than this part of it: clocks may be 1 % apart.
-const DIFFERS: i64 = 40;
-/// SYNCs after which the configuration is taken as complete: a configurator writes one object after the other.
-const SETTLED: u64 = 2;
 /// How long at least SYNC is missed before it is taken to have stopped, in ns, and how many periods.
 const SILENT_NS: i64 = 500_000_000;
 const SILENT_PERIODS: i64 = 10;
@@ -56,35 +53,33 @@ pub struct Sync {
     window: SyncWindow,
     /// The identifier of the SYNCs that are followed: the first one seen.
     id: Option<CanId>,
-    length: Option<Length>,
+    lengths: Lengths,
+    configured: Configured,
     /// The last SYNC whose counter had a gap before it.
     miscounted: Option<u64>,
-    /// The last SYNC's length was against 1019h, and that was reported.
-    against_1019: bool,
-    /// The producer may have begun anew since the last SYNC, and why it may have been stopped.
-    restarted: bool,
-    stopped: Restart,
-    /// The last frame of the bus, and its longest silence since the last SYNC, in ns.
-    heard_ns: Option<i64>,
-    silence_ns: i64,
-    /// It was reported that SYNC has stopped, or nothing can be said of it.
-    ended: bool,
-    /// A configured period was held against the traffic.
-    compared: bool,
+    producer: Producer,
+    activity: Activity,
     /// The period before the last change that was reported, in ns, and the frame of the change.
     changed: Option<(i64, FrameRef)>,
-    /// Nodes whose 1005h, 1006h or 1007h is another one, by which frame, in which cycle.
-    written: Vec<(u8, FrameRef, u64)>,
 }
 
-/// The number of bytes that SYNCs have.
-#[derive(Clone, Copy, Debug)]
-struct Length {
-    bytes: u8,
-    /// SYNCs that had it, counted up to [`LENGTHS`].
-    had: u8,
-    /// SYNCs in a row since that had another.
-    others: u8,
+/// Whether other frames come between SYNCs.
+#[derive(Debug, Default)]
+struct Activity {
+    /// The last frame of the bus, in ns.
+    last_ns: Option<i64>,
+    /// Its longest silence since the last SYNC, in ns.
+    silence_ns: i64,
+}
+
+/// Whether the producer still sends SYNC.
+#[derive(Debug, Default)]
+struct Producer {
+    /// It may have begun anew since the last SYNC, and why it may have been stopped.
+    restarted: bool,
+    stopped: Restart,
+    /// It was reported that SYNC has stopped, or that is not known.
+    ended: bool,
 }
 
 impl Sync {
@@ -112,8 +107,8 @@ impl Sync {
 
     /// A frame of any kind was heard.
     pub fn heard(&mut self, now_ns: i64) {
-        if let Some(before) = self.heard_ns.replace(now_ns) {
-            self.silence_ns = self.silence_ns.max(now_ns.saturating_sub(before));
+        if let Some(before) = self.activity.last_ns.replace(now_ns) {
+            self.activity.silence_ns = self.activity.silence_ns.max(now_ns.saturating_sub(before));
         }
     }
 
@@ -173,14 +168,11 @@ impl Sync {
         let pdo = |number| nodes.get(node).and_then(|node| node.pdo(true, number));
         match mux.index {
             0x1005 | 0x1006 | 0x1007 | 0x1019 => {
-                if mux.index != 0x1019 && !self.written.iter().any(|(one, ..)| *one == node) {
-                    self.written.push((node, at, 0));
-                }
-                if let Some(entry) = self.written.iter_mut().find(|(one, ..)| *one == node) {
-                    *entry = (node, at, self.period.cycle());
+                if mux.index != 0x1019 {
+                    self.configured.write(node, at, self.period.cycle());
                 }
                 self.reconfigure(network, nodes);
-                (self.restarted, self.stopped) = (true, Restart::Likely);
+                (self.producer.restarted, self.producer.stopped) = (true, Restart::Likely);
             }
             0x1800..=0x19FF => self.window.reconfigured(node, mux.index - 0x17FF, pdo(mux.index - 0x17FF)),
             0x1A00..=0x1BFF => self.window.reconfigured(node, mux.index - 0x19FF, pdo(mux.index - 0x19FF)),
@@ -193,11 +185,11 @@ impl Sync {
         let before = std::mem::replace(&mut self.settings, Settings::compile(network, nodes));
         if before.period_ns != self.settings.period_ns {
             self.period.forget();
-            self.compared = false;
+            self.configured.compared = false;
         }
         if before.overflow != self.settings.overflow || before.any_overflow != self.settings.any_overflow {
             self.counter.reconfigured();
-            self.length = None;
+            self.lengths.reconfigured();
         }
         self.id = None;
         self.window.because_of = None;
@@ -206,7 +198,7 @@ impl Sync {
     /// Frames of the bus were lost.
     pub fn lost(&mut self) {
         self.period.broken();
-        self.ended = true;
+        self.producer.ended = true;
         self.counter.forget();
         self.window.pause(None);
     }
@@ -219,7 +211,7 @@ impl Sync {
         if let Some(irregular) = self.period.finish(cx.at, &cx.evidence.recording) {
             self.tell(irregular, cx);
         }
-        self.judge_settings(u64::MAX, nodes, cx);
+        self.configured.judge(&self.settings, u64::MAX, nodes, cx);
     }
 
     /// A node, or all, got an NMT command or has booted.
@@ -230,10 +222,10 @@ impl Sync {
             self.window.pause(node);
         }
         let producer = node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
-        self.restarted |= producer;
+        self.producer.restarted |= producer;
         if producer && stops != Restart::None {
             let certain = (node.is_none() && stops != Restart::Configuring) || self.settings.producer.is_some();
-            self.stopped = self.stopped.max(if certain { Restart::Likely } else { stops });
+            self.producer.stopped = self.producer.stopped.max(if certain { Restart::Likely } else { stops });
         }
     }
 
@@ -242,13 +234,13 @@ impl Sync {
             return;
         }
         let at = frame.reference();
-        let silent = self.period.delay_ns(at).is_some_and(|gap| self.silence_ns > gap / 2);
-        let ended = std::mem::take(&mut self.ended);
-        self.silence_ns = 0;
-        let restarted = std::mem::take(&mut self.restarted);
-        let stopped = std::mem::take(&mut self.stopped);
+        let silent = self.period.delay_ns(at).is_some_and(|gap| self.activity.silence_ns > gap / 2);
+        let ended = std::mem::take(&mut self.producer.ended);
+        self.activity.silence_ns = 0;
+        let restarted = std::mem::take(&mut self.producer.restarted);
+        let stopped = std::mem::take(&mut self.producer.stopped);
         let stopped = if ended { Restart::Likely } else { stopped };
-        let wrong = self.judge_length(frame.len, restarted, cx);
+        let wrong = self.lengths.judge(frame.len, self.settings.any_overflow, restarted, cx);
         let period = self.period.period_ns();
         let long = period.zip(self.period.delay_ns(at)).is_some_and(|(period, gap)| gap > period + period / 2);
         let spread_ns = self.follower.spread_ns(self.cycle());
@@ -270,11 +262,11 @@ impl Sync {
         if self.window.stood_still() && at.t_ns.is_none() {
             self.period.disturbed();
         }
-        self.compare_periods(cx);
+        self.configured.compare(&self.settings, &self.period, cx);
         if at.t_ns.is_none() && self.settings.period_ns.is_some() && !self.window.set_told() {
             cx.raise(Syn011::NoStamps, None, None, None);
         }
-        self.judge_settings(self.period.cycle(), nodes, cx);
+        self.configured.judge(&self.settings, self.period.cycle(), nodes, cx);
     }
 
     /// Takes a counter value. `again`: the producer may begin anew with it.
@@ -322,53 +314,18 @@ impl Sync {
         cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
     }
 
-    /// The length against 1019h, and against the SYNCs before.
-    fn judge_length(&mut self, found: u8, restarted: bool, cx: &mut Context<'_>) -> bool {
-        if found > 1 {
-            return true;
-        }
-        let said = std::mem::take(&mut self.against_1019);
-        if let Some((overflow, node)) = self.settings.any_overflow
-            && (overflow > 0) != (found == 1)
-        {
-            self.against_1019 = true;
-            if said {
-                return true;
-            }
-            let what = Syn001::Overflow { found: found.into(), overflow: overflow.into() };
-            cx.raise(what, Some(node), Some(Mux { index: 0x1019, sub: 0 }), None);
-            return true;
-        }
-        let fresh = Length { bytes: found, had: 1, others: 0 };
-        let Some(known) = self.length.filter(|_| !restarted) else {
-            self.length = Some(fresh);
-            return false;
-        };
-        if found == known.bytes {
-            self.length = Some(Length { had: (known.had + 1).min(LENGTHS), others: 0, ..known });
-            return false;
-        }
-        let gives_way = known.had < LENGTHS || known.others + 1 >= LENGTHS;
-        self.length = Some(if gives_way { fresh } else { Length { others: known.others + 1, ..known } });
-        let wrong = known.had >= LENGTHS && known.others == 0;
-        if wrong {
-            cx.raise(Syn001::Before { found: found.into(), expected: known.bytes.into() }, None, None, None);
-        }
-        wrong
-    }
-
     /// A node is Operational, and no SYNC has come for long though the bus is alive.
     fn judge_end(&mut self, node: u8, cx: &mut Context<'_>) {
-        if self.ended || self.stopped != Restart::None || !cx.evidence.recording.teaches(cx.when) {
+        if self.producer.ended || self.producer.stopped != Restart::None || !cx.evidence.recording.teaches(cx.when) {
             return;
         }
         let (Some(last), Some(period)) = (self.period.sync(self.cycle()), self.period.period_ns()) else { return };
         let limit = period.saturating_mul(SILENT_PERIODS).max(SILENT_NS);
         let silence = self.period.delay_ns(cx.at).unwrap_or(0);
-        if self.silence_ns > silence / 2 || !cx.evidence.recording.certainly_later(cx.when, last, limit) {
+        if self.activity.silence_ns > silence / 2 || !cx.evidence.recording.certainly_later(cx.when, last, limit) {
             return;
         }
-        self.ended = true;
+        self.producer.ended = true;
         cx.evidence.circumstances.note(Kind::SyncBroken, None, cx.when);
         cx.raise(Syn013::Stopped { silence, period }, Some(node), None, Some(last.at));
     }
@@ -424,69 +381,10 @@ impl Sync {
         cx.evidence.pending.explain(since, is_of_sync);
         let finding = cx.verdict(Syn003::Changed { period: to_ns, expected: from_ns }, None, None, None);
         let because_of = back.map(|(_, at)| at).or(self.window.because_of);
-        self.compared = true;
+        self.configured.compared = true;
         self.window.restart(None);
         cx.report(Finding { at: since, because_of, ..finding });
     }
-
-    /// Configured periods against the one that shows.
-    fn compare_periods(&mut self, cx: &mut Context<'_>) {
-        if self.compared || self.settings.periods.is_empty() {
-            return;
-        }
-        let Some((period, uncertain)) = self.period.mean_ns(&cx.evidence.recording) else { return };
-        for (node, configured) in &self.settings.periods {
-            if configured.abs_diff(period) > (configured / DIFFERS).saturating_add(uncertain).unsigned_abs() {
-                let object = node.map(|_| Mux { index: 0x1006, sub: 0 });
-                self.compared = true;
-                cx.raise(Syn003::NotConfigured { period, expected: *configured }, *node, object, None);
-            }
-        }
-    }
-
-    /// What was written, once the configuration has settled.
-    fn judge_settings(&mut self, cycle: u64, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
-        if self.written.is_empty() {
-            return;
-        }
-        let mut written = std::mem::take(&mut self.written);
-        let mut two: Option<(FrameRef, u8, u8)> = None;
-        written.retain(|(node, at, since)| {
-            if cycle < since.saturating_add(SETTLED) {
-                return true;
-            }
-            let observed = |index| {
-                let value = nodes.get(*node)?.value(index, 0);
-                value.filter(|(us, from)| *us > 0 && *from > Provenance::Option).map(|(us, _)| ns(us))
-            };
-            let cause = Some(*at).filter(|at| at.no != cx.at.no);
-            let period = observed(0x1006).or(self.settings.period_ns);
-            if let (Some(window), Some(period)) = (observed(0x1007), period)
-                && window >= period
-            {
-                let object = Some(Mux { index: 0x1007, sub: 0 });
-                cx.raise(Syn007::Window { window, period }, Some(*node), object, cause);
-            }
-            let producers = &self.settings.producers;
-            let other = producers.iter().find(|other| *other != node && active(nodes, **other));
-            if let Some(other) = other.filter(|_| producers.contains(node) && active(nodes, *node)) {
-                // Of two that were written, the later one.
-                two = two.filter(|(before, ..)| before.no > at.no).or(Some((*at, *node, *other)));
-            }
-            false
-        });
-        self.written = written;
-        if let Some((at, node, other)) = two {
-            let object = Some(Mux { index: 0x1005, sub: 0 });
-            let cause = Some(at).filter(|at| at.no != cx.at.no);
-            cx.raise(Syn006::Configured { other: other.into() }, Some(node), object, cause);
-        }
-    }
-}
-
-/// Whether a producer has a period: without one it sends nothing.
-fn active(nodes: &PerNode<Node>, node: u8) -> bool {
-    nodes.get(node).and_then(|node| node.value(0x1006, 0)).is_some_and(|(us, from)| us > 0 && from > Provenance::Eds)
 }
 
 /// Whether a finding is about SYNC or a synchronous PDO.

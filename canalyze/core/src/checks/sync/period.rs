@@ -411,6 +411,17 @@ impl SyncPeriod {
         if gap.cycle > self.second.cycle + 2 * EXTRA_WITHIN && std::mem::take(&mut self.second.two) {
             self.in_phase();
         }
+        self.settle(gap, period, recording, out);
+        if gap.ns >= period / 2 && gap.ns <= period + period / 2 {
+            // A change of the period is no jitter: what the next gap makes up for is.
+            let (off, before) = (gap.ns - period, before_ns - period);
+            let made_up = (off >= 0) != (before >= 0);
+            self.deviate(if made_up { off.abs().min(before.abs()) } else { 0 });
+        }
+    }
+
+    /// Whether enough SYNCs have come in one phase to tell what the one that was late has been.
+    fn settle(&mut self, gap: Gap, period: i64, recording: &Recording, out: &mut Vec<Irregular>) {
         let exact = if self.is_explainable(gap, recording) { period / 16 + recording.grain_ns() } else { period / 4 };
         let calm = gap.ns.abs_diff(period) <= exact.unsigned_abs();
         self.behind.calm = if calm { self.behind.calm.saturating_add(1) } else { 0 };
@@ -419,12 +430,6 @@ impl SyncPeriod {
             self.behind.late.is_some() && self.behind.off_ns.abs_diff(whole * period) > (period / 4).unsigned_abs();
         if self.behind.calm >= if moved { 2 * CALM } else { CALM } {
             out.extend(self.lateness(period, recording));
-        }
-        if gap.ns >= period / 2 && gap.ns <= period + period / 2 {
-            // A change of the period is no jitter: what the next gap makes up for is.
-            let (off, before) = (gap.ns - period, before_ns - period);
-            let made_up = (off >= 0) != (before >= 0);
-            self.deviate(if made_up { off.abs().min(before.abs()) } else { 0 });
         }
     }
 
