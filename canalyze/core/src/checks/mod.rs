@@ -1,8 +1,8 @@
 //! What needs more than one frame, or more than one service: states, timing, and verdicts on them.
 //!
 //! One file a check, or a family of checks that shares its state. Each owns what it has to remember and raises
-//! findings. [`Checks`] owns them all, and is told by the bus of every frame and of what it means: where a check
-//! stands in the way of a frame is to be read here and nowhere else. None may change a node's configuration.
+//! findings. [`Checks`] owns them all, and takes every frame from the bus with what it means: the order in
+//! which checks take a frame stands here and nowhere else. None may change a node's configuration.
 
 pub mod description;
 pub mod drive;
@@ -68,9 +68,9 @@ impl PdoName {
 /// How the bytes of a PDO's frame stand to its mapping.
 #[derive(Clone, Copy, Debug)]
 pub struct Fit {
-    /// They are not as many as it says.
+    /// They are not as many as it maps.
     misfit: Option<Misfit>,
-    /// It has a mapping of its own, and they are as many as it says.
+    /// It has a mapping of its own, and they are as many as it maps.
     fits: bool,
     /// There is one, or it is known that there is none.
     read: bool,
@@ -192,7 +192,7 @@ impl Checks {
         self.pass(now_ns, false, cx);
     }
 
-    /// The same; `heard`: a frame says so, and not only the clock.
+    /// The same; `heard`: by a frame, not by the clock alone.
     fn pass(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
         self.nodes.advance(now_ns, heard, cx);
         self.lss.advance(now_ns, cx);
@@ -234,7 +234,7 @@ impl Checks {
         self.srdos.judge(seen, cx);
     }
 
-    /// The last SDO request to a node, where it is a fault by itself, whatever becomes of it.
+    /// The last SDO request to a node, where it is a fault by itself, answered or not.
     pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
         self.nodes.asked_in_vain(node)
     }
@@ -334,7 +334,7 @@ impl Checks {
         self.lss.follow(message, frame, nodes, cx)
     }
 
-    /// The capture says that there was an error frame, and nothing of it.
+    /// An error frame of which the capture shows no content.
     pub fn bare_error(&mut self, cx: &mut Context<'_>) {
         self.error_frames.bare(cx);
     }

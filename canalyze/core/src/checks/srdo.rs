@@ -118,7 +118,7 @@ enum Report {
 /// What a frame has shown, until its event is there.
 #[derive(Debug, Default)]
 pub struct Seen {
-    /// Whether these are the inverse of the normal data before them; `None` where nothing says so.
+    /// Whether these are the inverse of the normal data before them; `None` where that is not known.
     pub valid: Option<bool>,
     number: u8,
     reports: Vec<Report>,
@@ -249,7 +249,7 @@ impl Srdos {
         cx.report_timed(Finding { because_of, ..finding });
     }
 
-    /// A node says that it is not Operational. Only what it sends before and after that is its fault: it may have
+    /// A node shows that it is not Operational. Only what it sends before and after that is its fault: it may have
     /// changed its state by itself since it reported it last, or have been commanded to while a pair was under way.
     pub fn not_operational(&mut self, node: u8) {
         for (pair, limits) in self.pairs.iter_mut().zip(&self.limits) {

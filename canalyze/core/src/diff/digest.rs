@@ -101,7 +101,7 @@ pub struct TransferDigest {
     pub hash: u64,
     /// The first of them.
     pub kept: Box<[u8]>,
-    /// What the server's description says of the object.
+    /// The object in the server's description.
     pub described: Option<Arc<Object>>,
     /// Its beginning, or frames in its middle, are not in the capture.
     pub holed: bool,

@@ -82,8 +82,8 @@ pub fn compare(a: &Digest, b: &Digest, settings: &Settings) -> Comparison {
     Comparison { differences: all, more, alignment, outside }
 }
 
-/// The buses of both: by what was said, by name, then those that have most in common.
-fn paired(a: &Digest, b: &Digest, said: &[(String, String)]) -> Vec<(Option<BusId>, Option<BusId>)> {
+/// The buses of both: as given, by name, then those that have most in common.
+fn paired(a: &Digest, b: &Digest, given: &[(String, String)]) -> Vec<(Option<BusId>, Option<BusId>)> {
     let mut left_a: Vec<BusId> = a.lines.keys().copied().collect();
     let mut left_b: Vec<BusId> = b.lines.keys().copied().collect();
     let mut pairs = Vec::new();
@@ -94,7 +94,7 @@ fn paired(a: &Digest, b: &Digest, said: &[(String, String)]) -> Vec<(Option<BusI
     };
     let named =
         |digest: &Digest, left: &[BusId], name: &[u8]| left.iter().copied().find(|bus| digest.buses.name(*bus) == name);
-    for (one, other) in said {
+    for (one, other) in given {
         if let (Some(one), Some(other)) = (named(a, &left_a, one.as_bytes()), named(b, &left_b, other.as_bytes())) {
             take(&mut left_a, &mut left_b, one, other);
         }

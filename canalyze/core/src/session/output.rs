@@ -160,7 +160,7 @@ impl Output {
         self.sink.asides(out, view, events, &self.filter);
     }
 
-    /// What the capturing program says of itself.
+    /// What the capturing program reports of itself.
     pub(super) fn marker(&mut self, out: &mut Vec<u8>, view: View<'_>, marker: &Marker) {
         self.sink.marker(out, view, marker);
     }

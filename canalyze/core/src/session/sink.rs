@@ -1,7 +1,6 @@
 //! Where a session writes: the interface of every format, and of the tables beside them.
 //!
-//! A format implements what concerns it; the other methods do nothing. It must not filter frames: it is told which are
-//! shown.
+//! A format implements what concerns it; the other methods do nothing. It must not filter frames: which are shown is given.
 
 use std::fmt::Debug;
 
@@ -53,7 +52,7 @@ pub(super) trait Sink: Debug + Send + Sync {
     /// A finding about the capture, which belongs to no frame.
     fn finding(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _finding: &Finding) {}
 
-    /// What the capturing program says of itself.
+    /// What the capturing program reports of itself.
     fn marker(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _marker: &Marker) {}
 
     /// A bus is away for a while.

@@ -10,7 +10,7 @@ use crate::frame::{CanId, FrameRef};
 use crate::services::sdo::transfer::{Direction, Mode, Status};
 use crate::services::sdo::wire::{Mux, Side as Sender};
 
-/// What a report says around its differences: `{}` is filled in.
+/// The words of a report around its differences: `{}` is filled in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phrase {
     /// Above the first one.
@@ -37,7 +37,7 @@ pub enum Phrase {
     Full,
     /// Times were not compared.
     NoTimes,
-    /// Nothing says where one capture lies in the other.
+    /// Nothing shows where one capture lies in the other.
     Unplaced,
     /// A bus that has no name.
     Unnamed,

@@ -48,7 +48,7 @@ impl Lang {
     }
 }
 
-/// How much a line says.
+/// How detailed a line is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Depth {
     /// The phrase of the notes, nothing else.

@@ -1,6 +1,6 @@
 //! Sentences of rules, filled with what was measured: `SYNC 计数为{found}, 应为{expected}`.
 //!
-//! It must not choose a sentence; the finding says which one. Facts are printed here, once for all rules.
+//! It must not choose a sentence; the finding names it. Facts are printed here, once for all rules.
 
 use std::collections::BTreeMap;
 
@@ -129,14 +129,14 @@ fn crc(lang: Lang, matches: CrcMatch) -> &'static str {
     }
 }
 
-/// `0637h 运行使能`: a controlword or a statusword and what it says.
+/// `0637h 运行使能`: a controlword or a statusword and its meaning.
 fn drive_word(out: &mut Vec<u8>, lang: Lang, index: u16, word: u16) {
     put!(out; Hex::<4>(u64::from(word)), "h ");
     signal::annotation(out, lang, index, u64::from(word));
 }
 
 /// A duration in the unit in which an engineer would say it: `350µs`, `1.2ms`, `1.5s`. Three digits after the point at
-/// most, none that says nothing.
+/// most, none that are zero.
 pub fn duration(out: &mut Vec<u8>, ns: i64) {
     let (unit, name) = match ns.unsigned_abs() {
         0..1_000_000 => (1_000, "µs"),

@@ -130,7 +130,7 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Obj
 }
 
 /// The object of a multiplex PDO and its value: `2000h:01 电机温度 = 4.2 degC`, without a type its bytes. `mapping`
-/// says what is known of the object.
+/// is what is known of the object.
 pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping: Option<&Mapping>) {
     let mux = Mux { index: content.index, sub: content.sub };
     object::number(out, mux);

@@ -1,6 +1,6 @@
 //! The controlwords that an axis was given (CiA 402), as far as they are in the capture.
 //!
-//! It must not say what they lead to.
+//! It must not judge what they lead to.
 
 use super::Sample;
 use crate::frame::FrameRef;

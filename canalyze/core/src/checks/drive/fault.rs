@@ -1,6 +1,6 @@
 //! Faults of a drive (CiA 402, transitions 13 and 14): each is found once, and the EMCY that announces it explains it.
 //!
-//! The fault and its EMCY come in either order. It must not say what a state is, or follow commands.
+//! The fault and its EMCY come in either order. It must not decode a state, or follow commands.
 
 use super::{Axis, Place, Sample, statusword};
 use crate::context::Context;

@@ -5,7 +5,7 @@
 //! type is known to be a drive's, and those of unknown type that have climbed by CiA 402's steps and never showed
 //! another coding. It errs toward silence: a controlword that could have come unseen excuses everything.
 //!
-//! It must not read a configuration but the mappings of PDOs, and must not say what a state is (`drive` does).
+//! It must not read a configuration but the mappings of PDOs, and must not decode a state (`drive` does).
 
 mod controlwords;
 mod effect;
@@ -108,7 +108,7 @@ struct Drive {
 pub struct Drives {
     nodes: PerNode<Drive>,
     watch: Watch,
-    /// The earliest time at which something has to be said.
+    /// The earliest time at which something becomes due, in ns.
     due_ns: i64,
 }
 
@@ -450,7 +450,7 @@ impl Axis {
             }
             Some(false) => {
                 let remote = drive::remote(before.word) && drive::remote(sample.word);
-                // What comes by a PDO that nobody knows of cannot be told from nothing.
+                // A controlword in an unknown PDO is not seen.
                 let all_seen = self.controlwords.by_pdo || place.state.is_some_and(|state| state != OPERATIONAL);
                 let restarted = sample.state == State::NotReadyToSwitchOn;
                 let possible = judged || place.device().is_none();

@@ -24,7 +24,7 @@ const APART_NS: i64 = 10_000_000;
 /// Where a heartbeat stands in its series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// It is in turn: so many ns after the one before it in the series.
+    /// It is in turn; the time since the one before it in the series, in ns.
     InTurn(i64),
     /// It comes between two of the series.
     Additional,
@@ -51,7 +51,7 @@ impl DuplicateId {
         self.found
     }
 
-    /// A command: a change of state says nothing of a second node.
+    /// A command: a change of state is no sign of a second node.
     pub(super) fn commanded(&mut self) {
         self.alternations = 0;
     }
@@ -75,7 +75,7 @@ impl DuplicateId {
         }
     }
 
-    /// A gap that tells nothing: the series begin anew.
+    /// A gap that shows nothing: both series are learnt anew.
     pub(super) fn interrupt(&mut self) {
         (self.since_turn, self.since_additional) = (0, 0);
         self.gaps.clear();

@@ -1,7 +1,7 @@
 //! Heartbeats (CiA 301, 7.2.8.3.2): late, lost, in an unknown state, or with another period than before.
 //!
 //! A producer is watched from its first heartbeat on, as consumers do. How often it sends is what its heartbeats show,
-//! and until they do, what the capture or a DCF says of 1017h. It owes the next one, and counts as lost when a consumer's
+//! and until they do, what the capture or a DCF shows of 1017h. It owes the next one, and counts as lost when a consumer's
 //! time (1016h) is over, or after three periods. Additional heartbeats are legal. A silence of the whole bus is nobody's
 //! fault: who was expected in it has as long as anew. Verdicts need stamps, but for states. Two nodes with one node-ID
 //! are found in `duplicate_id`.
@@ -57,7 +57,7 @@ struct Producer {
     duplicate: DuplicateId,
 }
 
-/// The beginning of a producer: a boot-up, after which the period may be another one. The second heartbeat tells.
+/// The beginning of a producer: a boot-up, after which the period may be another one. The second heartbeat shows which.
 #[derive(Clone, Copy, Debug, Default)]
 enum Start {
     #[default]
@@ -200,7 +200,7 @@ impl Heartbeats {
         }
     }
 
-    /// A command: a change of state says nothing of a second node.
+    /// A command: a change of state is no sign of a second node.
     pub fn commanded(&mut self, node: u8) {
         let meant = |(id, _): &(u8, &mut Producer)| node == 0 || node == *id;
         self.producers.iter_mut().filter(meant).for_each(|(_, producer)| producer.duplicate.commanded());
@@ -245,7 +245,7 @@ impl Heartbeats {
         }
     }
 
-    /// It is `now_ns`: who should have been heard and was not. `heard`: a frame says so, and not only the clock.
+    /// It is `now_ns`: who should have been heard and was not. `heard`: by a frame, not by the clock alone.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
         let silence = cx.evidence.recording.silence(now_ns).filter(|silence| silence.to_ns == now_ns);
@@ -377,7 +377,7 @@ impl Producer {
             .map_or(LEAST_SLACK_NS, |known| slack(known.ns, known.confidence).saturating_add(known.deviation_ns))
     }
 
-    /// How long it may be silent, in ns; `None`: for ever.
+    /// How long it may be silent, in ns; `None`: without limit.
     fn limit(&self) -> Option<i64> {
         if self.off && self.period.learnt_ns().is_none() {
             return None;
@@ -455,7 +455,7 @@ impl Producer {
         let Learnt::Changed { from_ns: from, to_ns: to, since } = self.period.take(gap, uncertain, cx.at) else {
             return;
         };
-        // Few heartbeats do not tell what the period was: the change may be older than what is recorded.
+        // Few heartbeats do not show what the period was: the change may be older than what is recorded.
         let configured = self.period.configured_ns().is_some_and(|ns| alike(ns, from));
         let certain = configured || before.is_some_and(|known| known.confidence == Confidence::Certain);
         if !certain || alike(from, to) || self.duplicate.is_found() {

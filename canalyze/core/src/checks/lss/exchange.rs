@@ -1,6 +1,6 @@
 //! Requests of an LSS master and the answers that slaves owe or give (CiA 305): which belongs to which.
 //!
-//! Of each kind only the last request is kept: LSS frames carry no number that would tell one from another. It must not
+//! Of each kind only the last request is kept: LSS frames carry no number. It must not
 //! judge what a request without answer, or an answer without request, means.
 
 use crate::frame::FrameRef;
@@ -161,7 +161,7 @@ pub struct Early {
     pub at: FrameRef,
     /// Its kind.
     pub exchange: Exchange,
-    /// What it says.
+    /// The command.
     pub command: Command,
     /// Its unused bytes are 0.
     pub plain: bool,
@@ -333,7 +333,7 @@ impl Exchanges {
         *self = Self { lag_ns: self.lag_ns, unreadable: self.unreadable, ..Self::default() };
     }
 
-    /// Somebody has answered something that cannot be read: it may be what is owed.
+    /// An answer cannot be read: it may be one that is owed.
     pub fn excuse(&mut self) {
         for asked in self.asked.iter_mut().flatten().filter(|asked| asked.owed > 0) {
             asked.answered = true;

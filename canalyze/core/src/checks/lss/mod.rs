@@ -393,7 +393,7 @@ impl Lss {
         self.findings.raise(what, None, cause, cx);
     }
 
-    /// A request that nobody has answered.
+    /// A request without answer.
     fn unanswered(&mut self, exchange: Exchange, asked: Asked, cx: &mut Context<'_>) {
         let cause = (asked.at.no != cx.at.no).then_some(asked.at);
         if exchange == Exchange::Selective {

@@ -1,7 +1,7 @@
 //! What no NMT command explains, while no command was seen at all: 000h may have been filtered out of the capture.
 //!
 //! Such findings wait for the first command, which shows that commands are captured, or until they are old. Where states
-//! change as only a master makes them change, and no command was seen, commands are missing, and nothing is said. It
+//! change as only a master makes them change, and no command was seen, commands are missing, and nothing is reported. It
 //! must not decide what is spontaneous: that is `nmt`.
 
 use crate::context::Context;
@@ -17,7 +17,7 @@ const TOGETHER_NS: i64 = 1_000_000_000;
 /// The findings of a bus that wait.
 #[derive(Debug, Default)]
 pub struct Commandless {
-    /// Somebody has commanded.
+    /// A command was seen.
     commanded: bool,
     /// States have changed as only commands can explain: the capture lacks them.
     filtered: bool,

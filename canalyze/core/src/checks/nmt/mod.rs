@@ -1,8 +1,8 @@
 //! NMT states (CiA 301, 7.3.2): what state each node is in, from where that is known, and what moved it.
 //!
 //! A state is unknown until the node shows it: by a heartbeat or a guarding answer. A boot-up shows that the node
-//! is there, not where it went from Initialisation (1F80h lets it start itself). A command says what is expected; it
-//! proves nothing, since nobody confirms it. Changes that no command explains are held back, since
+//! is there, not where it went from Initialisation (1F80h lets it start itself). A command shows what is expected; it
+//! proves nothing, since it is not confirmed. Changes that no command explains are held back, since
 //! the master's own frames may be captured late. It must not judge other services: those are `permissions`'.
 
 pub mod commandless;
@@ -30,7 +30,7 @@ use crate::services::nmt;
 pub(super) const SWITCHED_ON_NS: i64 = 2_000_000_000;
 /// Nodes that are switched on together boot within this time, in ns.
 const POWER_UP_NS: i64 = 5_000_000_000;
-/// Nodes that boot within so many frames, where there are no stamps, boot together.
+/// The same in frames, without stamps.
 const TOGETHER: u64 = 10;
 /// Several resets in a row may yield as many boot-ups within this time, in ns.
 pub(super) const RESETS_NS: i64 = 1_000_000_000;
@@ -46,18 +46,18 @@ const BOOT_NS: i64 = 3_000_000_000;
 const LEAST_BOOT_NS: i64 = 1_000_000_000;
 /// A node may show its old state for so long after a command that it was not seen before, in ns.
 const FIRST_SEEN_NS: i64 = 1_000_000_000;
-/// A change of state waits for so many periods of the heartbeat, whether it is one of two nodes in turns.
+/// Heartbeat periods for which a change of state waits: two nodes with one node-ID change it in turns.
 const ALTERNATES: i64 = 3;
 /// A node obeys a command within this time, in ns.
 const FIRST_OBEYED_NS: i64 = 50_000_000;
-/// So many shown states mean that a node was running, and not just about to obey a reset before the capture.
+/// Shown states after which a node was running, and not just about to obey a reset before the capture.
 const RUNNING: u8 = 3;
 /// A node boots within this time after a frame that it has taken for a reset, in ns.
 const GARBLED_NS: i64 = 5_000_000_000;
 /// Extended commands that are not CiA 301's but known: sleep and standby.
 const EXTENSIONS: [u8; 2] = [0x50, 0x60];
 
-/// Whether somebody has switched the network off and on again.
+/// Whether the network was switched off and on again.
 #[derive(Clone, Copy, Debug)]
 struct Power {
     /// All nodes, if several, have just booted unasked.
@@ -445,7 +445,7 @@ impl Nmt {
         }
     }
 
-    /// Who has booted unasked of late, and who has not. A master that nobody commands keeps its own power.
+    /// Who has booted unasked of late, and who has not. A master without commands keeps its own power.
     fn power(&self, at: FrameRef) -> Power {
         let (mut count, mut power) = (0, Power { all: false, others: 0, heard: 0 });
         for (_, node_state) in self.nodes.iter().filter(|(_, node_state)| node_state.present) {

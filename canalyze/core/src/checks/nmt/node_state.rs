@@ -1,4 +1,4 @@
-//! What the capture says of one node's state: what it has shown, what was commanded, and what is still unexplained.
+//! One node's state, as far as the capture shows it: what it has shown, what was commanded, and what is still unexplained.
 //!
 //! It must not look at other nodes, or at the bus: that is `nmt`.
 
@@ -12,13 +12,13 @@ use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 /// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most once.
 const SELF_START_NS: i64 = 5_000_000_000;
 
-/// An emergency within this time, or so many frames, before a change of state explains it (1029h), in ns.
+/// An emergency within this time, or number of frames, before a change of state explains it (1029h), in ns.
 const EMERGENCY_NS: i64 = 1_000_000_000;
 const EMERGENCY_FRAMES: u64 = 10;
 /// A boot-up this soon after a reset was sent before the node saw it, in ns.
 const SENT_NS: i64 = 1_000_000;
 
-/// What the capture says of one node's state.
+/// One node's state, as far as the capture shows it.
 #[derive(Debug, Default)]
 pub(super) struct NodeState {
     /// It has sent something of its own, and the number of the last frame that was seen of it; 0: none since a gap.
@@ -34,7 +34,7 @@ pub(super) struct NodeState {
     pub(super) allowed: u8,
     pub(super) boots: Boots,
     pub(super) reset: Reset,
-    /// LSS has given this node-ID, and nobody has booted with it yet.
+    /// LSS has given this node-ID, and no node has booted with it yet.
     pub(super) given: bool,
     /// Its last emergency, other than that an error is over.
     pub(super) emergency: Option<FrameRef>,

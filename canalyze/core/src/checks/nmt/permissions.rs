@@ -34,7 +34,7 @@ const VOIDED: [Code; 4] = [Code::Pdo002, Code::Pdo003, Code::Sdo011, Code::Emc00
 struct StatePeriod {
     /// 0: none.
     state: u8,
-    /// What was reported. Of several PDOs one tells of all: it is the state that is wrong.
+    /// What was reported. Of several PDOs one is enough: it is the state that is wrong.
     reported: Vec<Code>,
     /// The last SDO request.
     request: Option<FrameRef>,
@@ -73,10 +73,10 @@ impl NmtPermissions {
         } else {
             (is_under_way(known, cx), cx.verdict(Pdo003::InState { pdo, state }, Some(node), object, None))
         };
-        if queued || cx.sighting == Sighting::Suspect || !self.period(node, known).is_news(finding.code) {
+        if queued || cx.sighting == Sighting::Suspect || !self.period(node, known).is_first(finding.code) {
             return;
         }
-        // A node that nobody commands may have started itself.
+        // Without commands a node may have started itself.
         let doubtful = known.doubtful || transmit && (known.may_start_itself || !nmt.commanded());
         self.judge(nmt, Known { doubtful, ..known }, finding, cx);
     }
@@ -98,7 +98,8 @@ impl NmtPermissions {
         }
         let Some(known) = known else { return };
         let asked = !answered || request.is_some_and(|request| request.no > known.at.no);
-        if !asked || is_under_way(known, cx) || !(answered || vain) || !self.period(node, known).is_news(Code::Sdo011) {
+        if !asked || is_under_way(known, cx) || !(answered || vain) || !self.period(node, known).is_first(Code::Sdo011)
+        {
             return;
         }
         let state = known.state;
@@ -106,7 +107,7 @@ impl NmtPermissions {
         self.judge(nmt, known, cx.verdict(what, Some(node), None, None), cx);
     }
 
-    /// The last SDO request to a node, where it is a fault by itself: that nobody answers it only follows from that.
+    /// The last SDO request to a node, where it is a fault by itself: that it is not answered only follows from that.
     pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
         self.nodes.get(node)?.vain
     }
@@ -117,7 +118,7 @@ impl NmtPermissions {
             self.early(reset, cx.verdict(Emc004::BeforeBootUp, Some(node), None, None), cx);
         }
         let Some(known) = nmt.known(node).filter(|known| known.state == STOPPED) else { return };
-        if !is_under_way(known, cx) && self.period(node, known).is_news(Code::Emc004) {
+        if !is_under_way(known, cx) && self.period(node, known).is_first(Code::Emc004) {
             self.judge(nmt, known, cx.verdict(Emc004::InState { state: known.state }, Some(node), None, None), cx);
         }
     }
@@ -178,7 +179,7 @@ impl NmtPermissions {
     }
 
     /// A node that was commanded and shows its states may not have obeyed: then it is the command that failed. And where
-    /// one heartbeat alone shows a state that nobody has commanded, it is that heartbeat.
+    /// one heartbeat alone shows a state that was not commanded, it is that heartbeat.
     fn judge(&mut self, nmt: &Nmt, known: Known, finding: Finding, cx: &mut Context<'_>) {
         let Some(node) = finding.node else { return };
         if !known.doubtful && (known.shown || !nmt.shows(node)) {
@@ -193,12 +194,12 @@ impl NmtPermissions {
 
 impl StatePeriod {
     /// Whether a rule is broken for the first time in the state.
-    fn is_news(&mut self, code: Code) -> bool {
-        let news = !self.reported.contains(&code);
-        if news {
+    fn is_first(&mut self, code: Code) -> bool {
+        let first = !self.reported.contains(&code);
+        if first {
             self.reported.push(code);
         }
-        news
+        first
     }
 
     /// The node goes to a state, or is asked to: what it does there is reported anew, unless it is in it already.

@@ -1,7 +1,7 @@
 //! How PDOs are configured by SDO (CiA 301, 7.5.2.35 to .38), and whether they are used as configured.
 //!
 //! A PDO is made invalid (bit 31 of its COB-ID) before its identifier or its mapping changes. Only acknowledged writes
-//! are judged, with what was known before them: the bus tells of a write before it takes the value. It must not judge
+//! are judged, with what was known before them: the bus reports a write before it takes the value. It must not judge
 //! what was never seen: whether a PDO was valid before the first write is not assumed.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -40,12 +40,12 @@ struct Seen {
     /// The identifiers on which TPDOs 1 to 8 were seen since the last reset.
     sent: [Option<CanId>; 8],
     /// What is reported once of a PDO.
-    told: BTreeSet<(Code, bool, u16)>,
+    reported: BTreeSet<(Code, bool, u16)>,
     /// When a server last acknowledged a write of a COB-ID, whether or not its request is in the capture.
     acknowledged: BTreeMap<(bool, u16), u64>,
     /// PDOs whose mapping is being changed though they are valid.
     live: BTreeSet<(bool, u16)>,
-    /// PDOs whose COB-ID was written, nobody knows with what success, and the frame that showed it.
+    /// PDOs whose COB-ID was written with unknown success, and the frame that showed it.
     doubted: BTreeMap<(bool, u16), u64>,
     /// It was reset, or has booted up.
     booted: bool,
@@ -105,7 +105,7 @@ impl PdoConfiguration {
         }
         match (mapping, mux.sub) {
             (false, 1) => {
-                seen.told.retain(|(_, direction, pdo)| (*direction, *pdo) != (transmit, number));
+                seen.reported.retain(|(_, direction, pdo)| (*direction, *pdo) != (transmit, number));
                 let cob = CobId::from_entry(value);
                 if !cob.valid {
                     seen.live.remove(&(transmit, number));
@@ -162,7 +162,7 @@ impl PdoConfiguration {
         };
         let seen = self.nodes.entry(node);
         seen.sent(pdo.transmit, pdo.number, Some(frame.id));
-        if seen.told.insert((what.code, pdo.transmit, pdo.number)) {
+        if seen.reported.insert((what.code, pdo.transmit, pdo.number)) {
             let object = Mux { index: pdo.communication(), sub: u8::from(what.code == Code::Pdo019) };
             cx.raise(what, Some(node), Some(object), None);
         }

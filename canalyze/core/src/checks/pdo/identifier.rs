@@ -1,5 +1,5 @@
 //! Whether two TPDOs are configured to one CAN-ID (CiA 301, 7.3.5): two nodes that send on it disturb each other, and
-//! nobody can tell their frames apart.
+//! their frames cannot be told apart.
 //!
 //! It is judged where frames come on it, so that a master may move identifiers around before it starts the nodes. Of two
 //! nodes only what is more than an EDS's default counts: a device may have been configured before the capture. It must
@@ -70,8 +70,9 @@ impl PdoIdentifiers {
                 continue;
             };
             if first.0 == node || (from > Provenance::Eds && known > Provenance::Eds) {
-                let reported =
-                    before.get(&cob.id).is_some_and(|&(one, other, said)| said && (one, other) == (first, name));
+                let reported = before
+                    .get(&cob.id)
+                    .is_some_and(|&(one, other, reported)| reported && (one, other) == (first, name));
                 self.shared.entry(cob.id).or_insert((first, name, reported));
             }
         }

@@ -149,7 +149,7 @@ impl PdoLength {
     }
 }
 
-/// Whether some of the mapping is known from elsewhere than the EDS: then nobody knows the whole of it.
+/// Whether some of the mapping is known from elsewhere than the EDS: then the whole of it is not known.
 fn mixed(node: &Node, transmit: bool, number: u16) -> bool {
     let index = mapping_parameter(transmit, number);
     node.configuration.is_beyond_eds(index)

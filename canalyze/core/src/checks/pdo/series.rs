@@ -5,7 +5,7 @@
 
 use crate::frame::FrameRef;
 
-/// So many right ones in a row, and the next fault is a new one: a second sender leaves fewer between its own.
+/// Correct frames in a row after which the next fault is a new one: a second sender leaves fewer between its own.
 const ENOUGH: u8 = 8;
 
 /// Faults of one kind of one PDO.

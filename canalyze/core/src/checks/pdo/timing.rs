@@ -157,7 +157,7 @@ impl PdoTiming {
         }
     }
 
-    /// A node says in which NMT state it is; 0 with its boot-up.
+    /// A node shows its NMT state; 0: its boot-up.
     pub fn state(&mut self, node: u8, state: u8) {
         if matches!(state, 0 | OPERATIONAL) {
             self.halted.remove(&node);
@@ -223,7 +223,7 @@ impl Sent {
         let tolerance = tolerance(inhibit);
         let limit = inhibit - tolerance - self.late_ns;
         // It is as late as the one before, but for what it came too late or too early.
-        // What one frame was late by shows once, and not in every gap of a steady train.
+        // A frame that was stamped late shortens one gap, not every gap.
         self.late_ns = (self.late_ns / 2).saturating_add(gap - inhibit).clamp(0, late_ns);
         if !cx.evidence.recording.certainly_within(cx.when, before, limit) {
             return self.early.keep();

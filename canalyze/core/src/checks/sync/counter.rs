@@ -1,7 +1,7 @@
 //! The synchronous counter (CiA 301, 7.2.5.3.1): 1 with the first SYNC, one more with each, after the overflow value
 //! (1019h) back to 1.
 //!
-//! A value that does not fit is held until the next one tells what it was: a gap, one wrong byte, or a SYNC of another
+//! A value that does not fit is held until the next one shows what it was: a gap, one wrong byte, or a SYNC of another
 //! producer. It must not know time, nor what may restart a producer.
 
 use crate::frame::FrameRef;
@@ -57,7 +57,7 @@ pub struct Counter {
     /// The overflow value as traffic shows it.
     learnt: Option<u8>,
     held: Option<Held>,
-    /// The first run over is only believed when the next value goes on from it.
+    /// The first overflow is only believed when the next value follows from it.
     run_over: Option<Held>,
     /// The value with which a second sequence would go on.
     second: Option<u8>,

@@ -1,4 +1,4 @@
-//! A PDO that follows SYNC: how far apart the two come tells how late SYNC is listed.
+//! A PDO that follows SYNC: the time between the two shows how late SYNC is listed.
 //!
 //! Where the recording host sends SYNC, its echo may be listed late, and SYNCs that seem unsteady may be none. A PDO
 //! of another node that comes in every cycle at the same distance shows that they are: it follows the SYNC on the bus.
@@ -35,7 +35,7 @@ impl Follower {
         (self.cycle, self.count) = (cycle, self.count + 1);
     }
 
-    /// How far apart the listings of the last SYNCs were put off at most, in ns; `None` where nothing tells.
+    /// How far apart the listings of the last SYNCs were put off at most, in ns; `None` where that is not known.
     pub(super) fn spread_ns(&self, cycle: u64) -> Option<i64> {
         if self.count < CYCLES || self.cycle + 2 < cycle {
             return None;

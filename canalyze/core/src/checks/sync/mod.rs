@@ -206,10 +206,10 @@ impl Sync {
     /// The capture is over.
     pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if let Some(miscount) = self.counter.finish() {
-            self.tell_miscount(miscount, cx);
+            self.report_miscount(miscount, cx);
         }
         if let Some(irregular) = self.period.finish(cx.at, &cx.evidence.recording) {
-            self.tell(irregular, cx);
+            self.report_irregular(irregular, cx);
         }
         self.configured.judge(&self.settings, u64::MAX, nodes, cx);
     }
@@ -251,7 +251,7 @@ impl Sync {
             _ => self.counter.forget(),
         }
         for one in irregular {
-            self.tell(one, cx);
+            self.report_irregular(one, cx);
         }
         if self.cycle() == 1 {
             self.window.first_sync(cx);
@@ -263,24 +263,24 @@ impl Sync {
             self.period.disturbed();
         }
         self.configured.compare(&self.settings, &self.period, cx);
-        if at.t_ns.is_none() && self.settings.period_ns.is_some() && !self.window.set_told() {
+        if at.t_ns.is_none() && self.settings.period_ns.is_some() && !self.window.set_reported() {
             cx.raise(Syn011::NoStamps, None, None, None);
         }
         self.configured.judge(&self.settings, self.period.cycle(), nodes, cx);
     }
 
-    /// Takes a counter value. `again`: the producer may begin anew with it.
+    /// Takes a counter value. `again`: the producer may have restarted with it.
     fn count(&mut self, value: u8, at: FrameRef, again: bool, cx: &mut Context<'_>) {
         let exact = self.settings.overflow.filter(|value| *value > 0);
         for miscount in self.counter.step(value, at, exact, again).into_iter().flatten() {
             if let Miscount::Gap { at, .. } = miscount {
                 self.miscounted = Some(at.no);
             }
-            self.tell_miscount(miscount, cx);
+            self.report_miscount(miscount, cx);
         }
     }
 
-    fn tell_miscount(&mut self, miscount: Miscount, cx: &mut Context<'_>) {
+    fn report_miscount(&mut self, miscount: Miscount, cx: &mut Context<'_>) {
         let (at, what) = match miscount {
             Miscount::Gap { found, expected, at } => {
                 (at, Syn002::Skipped { found: found.into(), expected: expected.into() })
@@ -331,7 +331,7 @@ impl Sync {
     }
 
     /// Reports what gaps between SYNCs have turned out to be.
-    fn tell(&mut self, irregular: Irregular, cx: &mut Context<'_>) {
+    fn report_irregular(&mut self, irregular: Irregular, cx: &mut Context<'_>) {
         let period = self.period.period_ns().unwrap_or(0);
         let tolerance = self.period.tolerance_ns(&cx.evidence.recording).unwrap_or(0);
         let before = |cycle: u64| self.period.frame(cycle.saturating_sub(1));
@@ -361,7 +361,7 @@ impl Sync {
                 }
                 return;
             }
-            Irregular::Changed { from_ns, to_ns, since } => return self.tell_change(from_ns, to_ns, since, cx),
+            Irregular::Changed { from_ns, to_ns, since } => return self.report_change(from_ns, to_ns, since, cx),
             Irregular::Unsteady { off_ns, cycle } => (cycle, None, Syn003::Unsteady { jitter: off_ns, period }.into()),
         };
         let at = self.period.frame(cycle).unwrap_or(cx.at);
@@ -373,7 +373,7 @@ impl Sync {
     }
 
     /// The period is another one, and nothing was written that explains it. The way back follows from the change.
-    fn tell_change(&mut self, from_ns: i64, to_ns: i64, since: FrameRef, cx: &mut Context<'_>) {
+    fn report_change(&mut self, from_ns: i64, to_ns: i64, since: FrameRef, cx: &mut Context<'_>) {
         let back = self.changed.take().filter(|(before, _)| before.abs_diff(to_ns) <= before.unsigned_abs() / 32);
         if back.is_none() {
             self.changed = Some((from_ns, since));

@@ -33,7 +33,7 @@ const MEANT: u32 = 8;
 /// No producer is this fast, in ns.
 const FASTEST_NS: i64 = 200_000;
 
-/// Whether there was reason for the producer to begin anew since the last SYNC.
+/// Whether the producer may have restarted since the last SYNC.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Restart {
     /// No.
@@ -112,7 +112,7 @@ struct Gap {
     restart: Restart,
     /// The whole bus was silent for most of it.
     silent: bool,
-    /// By how much the listings of the SYNCs before were put off at most, in ns, where a PDO tells.
+    /// By how much the listings of the SYNCs before were put off at most, in ns, where a PDO shows it.
     spread_ns: Option<i64>,
 }
 
@@ -229,7 +229,7 @@ impl SyncPeriod {
     }
 
     /// What a verdict on times has to allow for: as given, or the larger of the stamps' resolution and the 99th
-    /// percentile of the period's deviation. `None` before that can be said.
+    /// percentile of the period's deviation. `None` before that is known.
     pub fn tolerance_ns(&self, recording: &Recording) -> Option<i64> {
         let measured = || (self.deviation.spread.count() >= 2).then(|| self.deviation.p99_ns.max(recording.grain_ns()));
         self.deviation.jitter_ns.or_else(measured)
@@ -260,14 +260,14 @@ impl SyncPeriod {
         self.period.learnt_ns().filter(settled).map(|_| (mean, uncertain / i64::from(count)))
     }
 
-    /// Frames were lost, or SYNC was moved: the next gap says nothing.
+    /// Frames were lost, or SYNC was moved: the next gap is not judged.
     pub fn broken(&mut self) {
         self.in_phase();
         self.joined = true;
         self.calm_from = self.cycle + 2;
     }
 
-    /// The cycle that has begun, and the one before, say nothing of what nodes do.
+    /// The cycle that has begun, and the one before, are not judged.
     pub fn disturbed(&mut self) {
         self.calm_from = self.cycle + 1;
     }
@@ -281,7 +281,7 @@ impl SyncPeriod {
         self.in_phase();
     }
 
-    /// What was late is over, or nothing can be said of it.
+    /// What was late is over, or cannot be judged.
     fn in_phase(&mut self) {
         self.behind = Behind::default();
     }
@@ -343,7 +343,7 @@ impl SyncPeriod {
         if agreeing < ENOUGH || agreeing * 4 < self.recent.len() * 3 || median < FASTEST_NS {
             return;
         }
-        // Listed late now and then, gaps differ and make up for each other: then only the mean of many tells.
+        // Listed late now and then, gaps differ and make up for each other: then only the mean of many is a period.
         let (mut least, mut most, mut sum) = (i64::MAX, 0, 0_i64);
         for gap in self.recent.iter().filter(|gap| close(gap.ns, median)) {
             (least, most, sum) = (least.min(gap.ns), most.max(gap.ns), sum.saturating_add(gap.ns));

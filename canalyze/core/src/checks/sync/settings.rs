@@ -13,9 +13,9 @@ const PRODUCES: u64 = 1 << 30;
 /// What is configured.
 #[derive(Debug, Default)]
 pub struct Settings {
-    /// The node that produces SYNC, where one says so, and no other.
+    /// The node that is configured to produce SYNC, where there is only one.
     pub producer: Option<u8>,
-    /// All that say so.
+    /// All that are configured so.
     pub producers: Vec<u8>,
     /// Communication cycle period in ns.
     pub period_ns: Option<i64>,

@@ -3,7 +3,7 @@
 //!
 //! A TPDO of type n is judged against its own frames once it has come n cycles after itself: the SYNCs between two of
 //! them and the time between them must both contradict the type, since either alone may be the recording's (a SYNC
-//! listed late or lost). Where no time tells, what came near a SYNC may belong to either cycle. RPDOs are placed and not
+//! listed late or lost). Without stamps what came near a SYNC may belong to either cycle. RPDOs are placed and not
 //! judged: they are actuated with the next SYNC, whenever they come. It must not judge the SYNCs themselves.
 
 use super::jitter::Spread;
@@ -43,7 +43,7 @@ pub struct SyncWindow {
     nodes: PerNode<Tracks>,
     count: usize,
     /// It was reported that times cannot be judged.
-    told: bool,
+    reported: bool,
     /// Cycles in a row, up to the running one, in which no synchronous TPDO of any node came.
     empty: u8,
     /// What explains findings on PDOs: two producers were reported.
@@ -100,7 +100,7 @@ struct Configured {
 struct Open {
     /// The cycle in which it is missing, while it may come late.
     absent: Option<u64>,
-    /// It came again in its cycle, and no time tells whether before the next SYNC.
+    /// It came again in its cycle, and there is no time to show whether before the next SYNC.
     doubled: bool,
     /// Its absence was reported.
     reported: bool,
@@ -115,7 +115,7 @@ struct Judged<'a> {
 }
 
 impl SyncWindow {
-    /// Where a PDO stands, as far as that can be said when it comes.
+    /// Where a PDO stands, as far as that is known when it comes.
     pub fn place(&self, period: &SyncPeriod, node: u8, pdo: &Pdo, at: FrameRef, lag_ns: i64) -> Option<Placement> {
         let cycle = period.cycle();
         if cycle == 0 {
@@ -134,7 +134,7 @@ impl SyncWindow {
     /// Takes a synchronous TPDO. `window_ns`: its window, where there is one.
     pub fn arrived(&mut self, period: &SyncPeriod, node: u8, pdo: &Pdo, window_ns: Option<i64>, cx: &mut Context<'_>) {
         let Some((kind, from)) = pdo.transmission.filter(|(_, from)| !from.is_doubted()) else { return };
-        self.tell_unjudged(period, window_ns, cx);
+        self.report_unjudged(period, window_ns, cx);
         self.empty = 0;
         let tracks = self.nodes.entry(node);
         let place = match tracks.list.iter().position(|track| track.number == pdo.number) {
@@ -185,7 +185,7 @@ impl SyncWindow {
     }
 
     /// A SYNC came, and nothing since the one before, though several TPDOs were due, or nothing for longer: without
-    /// stamps the only sign that the machine stood still.
+    /// stamps the only sign that the recorder stood still.
     pub fn stood_still(&mut self) -> bool {
         let due = |track: &&Track| track.configured.kind == 1 && track.established();
         let tracks = || self.nodes.iter().flat_map(|(_, tracks)| &tracks.list);
@@ -212,7 +212,7 @@ impl SyncWindow {
         self.each(node, Track::restart);
     }
 
-    /// A node (or all) was started or stopped, or frames were lost: when it sends begins anew.
+    /// A node (or all) was started or stopped, or frames were lost: when it sends is learnt anew.
     pub fn pause(&mut self, node: Option<u8>) {
         self.each(node, Track::pause);
     }
@@ -249,9 +249,9 @@ impl SyncWindow {
         self.nodes.get(node)?.list.iter().find(|track| track.number == number)
     }
 
-    /// Says once that windows cannot be judged: without stamps, or because the tolerance is larger than they are.
-    fn tell_unjudged(&mut self, period: &SyncPeriod, window_ns: Option<i64>, cx: &mut Context<'_>) {
-        let Some(window) = window_ns.filter(|_| !self.told && period.cycle() > 0) else { return };
+    /// Reports once that windows cannot be judged: without stamps, or because the tolerance is larger than they are.
+    fn report_unjudged(&mut self, period: &SyncPeriod, window_ns: Option<i64>, cx: &mut Context<'_>) {
+        let Some(window) = window_ns.filter(|_| !self.reported && period.cycle() > 0) else { return };
         let what = match period.tolerance_ns(&cx.evidence.recording) {
             _ if cx.at.t_ns.is_none() => Syn011::NoStamps,
             Some(tolerance) if tolerance >= window && period.measured() >= MEASURED => {
@@ -259,13 +259,13 @@ impl SyncWindow {
             }
             _ => return,
         };
-        self.told = true;
+        self.reported = true;
         cx.raise(what, None, None, None);
     }
 
     /// It was reported elsewhere that times cannot be judged.
-    pub fn set_told(&mut self) -> bool {
-        std::mem::replace(&mut self.told, true)
+    pub fn set_reported(&mut self) -> bool {
+        std::mem::replace(&mut self.reported, true)
     }
 }
 
@@ -329,7 +329,7 @@ impl Track {
         self.steady = 0;
     }
 
-    /// It begins anew to do what it did.
+    /// It stops for a while; its figures stay.
     fn pause(&mut self) {
         (self.last, self.open, self.asked) = (None, Open::default(), false);
     }
@@ -444,7 +444,7 @@ impl Track {
             let finding = cx.verdict(what, Some(known.node), Some(self.object()), known.period.frame(due));
             self.report(finding, last.when, known, cx);
         } else if passed.periods.is_none() {
-            // One cycle to either side may be a late echo, or a machine that stood still.
+            // One cycle to either side may be a late echo, or a recorder that stood still.
             self.phase = now.cycle;
         } else if passed.more_than(n) || passed.less_than(n) {
             let what = Syn010::TransmissionType { found: passed.syncs, expected: n };
@@ -513,10 +513,10 @@ impl Track {
     }
 }
 
-/// Whether two frames of a PDO tell how many cycles lie between them: nothing was disturbed.
+/// Whether it is known how many cycles lie between two frames of a PDO: nothing was disturbed.
 fn comparable(last: Arrival, now: Arrival, period: &SyncPeriod, recording: &Recording) -> bool {
     let timed = |when: When| when.at.t_ns.is_none() || recording.teaches(when);
     let ordered = now.cycle >= last.cycle && last.when.epoch == now.when.epoch;
-    // A time says enough where SYNCs were disturbed.
+    // The time is enough where SYNCs were disturbed.
     ordered && timed(last.when) && timed(now.when) && (period.period_ns().is_some() || last.cycle >= period.calm_from())
 }
