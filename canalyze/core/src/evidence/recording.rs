@@ -37,6 +37,8 @@ const LEAST_ECHO_NS: i64 = 2_500_000;
 pub const USUAL_ECHO_NS: i64 = 1_000_000;
 /// Exchanges whose order was seen before the lag is taken from them.
 const EXCHANGES: u32 = 64;
+/// Exchanges, all of them in order, by which an own frame that is missing at the end of the capture is not awaited.
+const IN_ORDER: u32 = 16;
 /// A silence shorter than this is no stall, in ns: it moves no verdict.
 const SHORTEST_STALL_NS: i64 = 10_000_000;
 /// Frames from a buffer follow each other within this time, in ns.
@@ -331,6 +333,11 @@ impl Recording {
         }
         // The latest so far is seldom the latest of all.
         self.echo.latest_ns.saturating_mul(2).clamp(LEAST_ECHO_NS, LATEST_ECHO_NS)
+    }
+
+    /// Whether the capture lists own frames when they are sent, as far as its exchanges show.
+    pub fn lists_in_order(&self) -> bool {
+        self.echo.exchanges >= IN_ORDER && self.echo.latest_ns == 0
     }
 
     /// Whether a frame's time tells something of its sender: not that of a burst, which is any time.

@@ -308,6 +308,9 @@ impl Exchanges {
     }
 
     fn unanswered(&mut self, over: impl Fn(FrameRef) -> bool) -> Option<(Exchange, Asked)> {
+        // An answer that waits for its request may be the one that is owed, with a wrong specifier.
+        let waits = self.early.iter().map(|early| early.at.no).max().unwrap_or(0);
+        let over = |asked: FrameRef| over(asked) && asked.no > waits;
         OWING.iter().filter(|exchange| exchange.configures()).find_map(|exchange| {
             let asked = self.asked.get_mut(*exchange as usize)?.as_mut()?;
             let open = asked.owes() && !asked.answered && asked.certain;

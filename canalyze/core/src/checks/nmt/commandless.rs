@@ -5,6 +5,7 @@
 //! must not decide what is spontaneous: that is `nmt`.
 
 use crate::context::Context;
+use crate::evidence::Rules;
 use crate::finding::{Code, Finding};
 use crate::services::heartbeat::PRE_OPERATIONAL;
 
@@ -81,6 +82,12 @@ impl Commandless {
     }
 
     fn report(&mut self, cx: &mut Context<'_>) {
-        std::mem::take(&mut self.waiting).into_iter().for_each(|finding| cx.report(finding));
+        for finding in std::mem::take(&mut self.waiting) {
+            // What has become known since: two nodes with one node-ID.
+            let evidence = &cx.evidence;
+            let excuse = || evidence.circumstances.excuse(Rules::Nmt, finding.node, cx.when, &evidence.recording);
+            let because_of = finding.because_of.or_else(excuse);
+            cx.report(Finding { because_of, ..finding });
+        }
     }
 }

@@ -193,7 +193,7 @@ impl Nmt {
             node_state.command = Some(command);
             node_state.allowed |= bits_of(command.state);
         }
-        (node_state.present, node_state.heard) = (true, at.no);
+        (node_state.present, node_state.heard) = (true, Some(at));
         node_state
     }
 
@@ -387,17 +387,26 @@ impl Nmt {
 
     /// Reports nodes that have not booted after a reset.
     fn missing_boot_ups(&mut self, over: bool, cx: &mut Context<'_>) {
-        let least_ns = if over { LEAST_BOOT_NS } else { BOOT_NS };
         if cx.when.silent_ns > LEAST_BOOT_NS {
             // The network, or its recorder, paused.
             self.boot_ups.renew(cx.when);
         }
-        for (node, owed) in self.boot_ups.overdue(cx.when, &cx.evidence.recording, least_ns) {
-            let Some(node_state) = self.nodes.get(node) else { continue };
-            if node_state.heard <= owed.since.at.no {
+        // Who still sends by then is not booting.
+        let running = |node: u8, reset: FrameRef| {
+            let heard = self.nodes.get(node).and_then(|node_state| node_state.heard);
+            heard.and_then(|heard| since(Some(reset), heard)).is_some_and(|age| age > LEAST_BOOT_NS)
+        };
+        let limit_ns =
+            |node: u8, owed: &Owed| if over || running(node, owed.since.at) { LEAST_BOOT_NS } else { BOOT_NS };
+        for (node, owed) in self.boot_ups.overdue(cx.when, &cx.evidence.recording, limit_ns) {
+            let Some(node_state) = self.nodes.get_mut(node) else { continue };
+            if let Some(command) = node_state.command.as_mut().filter(|command| command.state == 0) {
+                command.judged = true;
+            }
+            if node_state.heard.is_none_or(|heard| heard.no <= owed.since.at.no) {
                 cx.evidence.circumstances.note(Circumstance::NodeLost, Some(node), cx.when);
             }
-            let command = node_state.command.map_or(nmt::RESET_NODE, |command| command.specifier);
+            let command = node_state.reset.specifier;
             let age = cx.evidence.recording.between(owed.since, cx.when).unwrap_or(0);
             cx.raise(Nmt006::Missing { command, age }, Some(node), None, owed.why);
         }
@@ -457,7 +466,7 @@ impl Nmt {
                 count += 1;
             } else if node_state.managed || node_state.boots.last.is_some() {
                 power.others += 1;
-                power.heard = power.heard.max(node_state.heard);
+                power.heard = power.heard.max(node_state.heard.map_or(0, |heard| heard.no));
             }
         }
         Power { all: count > 1 && power.others == 0, ..power }

@@ -21,9 +21,9 @@ const SENT_NS: i64 = 1_000_000;
 /// One node's state, as far as the capture shows it.
 #[derive(Debug, Default)]
 pub(super) struct NodeState {
-    /// It has sent something of its own, and the number of the last frame that was seen of it; 0: none since a gap.
+    /// It has sent something of its own, and its last frame; `None`: none since a gap.
     pub(super) present: bool,
-    pub(super) heard: u64,
+    pub(super) heard: Option<FrameRef>,
     /// A master commands or configures it: it is not the master itself.
     pub(super) managed: bool,
     pub(super) reports: Reports,
@@ -69,6 +69,7 @@ pub(super) struct Reset {
     /// Those that no boot-up has answered yet, and the last of all.
     pub(super) count: u8,
     pub(super) at: Option<FrameRef>,
+    pub(super) specifier: u8,
     /// The last of them still awaits its boot-up.
     pub(super) awaited: bool,
     /// Since it, the node has shown a state, or something that cannot be read and may be its boot-up.
@@ -139,7 +140,7 @@ impl NodeState {
         let count = self.reset.count.saturating_sub(u8::from(!crossed));
         *self = Self {
             present: true,
-            heard: at.no,
+            heard: Some(at),
             managed: self.managed || self.reset.awaited,
             boots: Boots { last: Some(at), unexplained: None },
             reset: Reset { count, at: self.reset.at, ..Reset::default() },
@@ -183,7 +184,7 @@ impl NodeState {
                 return true;
             }
             self.reset.count = (self.reset.count + 1).min(3);
-            self.reset.at = Some(at);
+            (self.reset.at, self.reset.specifier) = (Some(at), specifier);
             (self.reset.awaited, self.reset.heard) = (true, false);
             self.allowed = bits_of(0);
             self.command = Some(command);
@@ -201,7 +202,10 @@ impl NodeState {
     /// Whether a reset must be followed by a boot-up: not where one came just before it, which may be its answer.
     pub(super) fn owes_boot_up(&self, explicit: bool, cx: &Context<'_>) -> bool {
         let answered = self.boots.last.is_some_and(|boot_up| !cx.evidence.recording.is_settled(boot_up, cx.at));
-        self.heard > 0 && self.reset.awaited && !answered && (explicit || self.managed || self.boots.last.is_some())
+        self.heard.is_some()
+            && self.reset.awaited
+            && !answered
+            && (explicit || self.managed || self.boots.last.is_some())
     }
 
     /// The next command comes. A node that was in another state and is Pre-operational since the reset was reset, and its

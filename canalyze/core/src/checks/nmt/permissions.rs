@@ -26,8 +26,6 @@ const IDLE_NS: i64 = 1_500_000;
 const OBEYED_NS: i64 = 50_000_000;
 /// Faults of one node whose state is not certain that are kept at most.
 const KEPT: usize = 8;
-/// The rules that a command may still void which is listed late.
-const VOIDED: [Code; 4] = [Code::Pdo002, Code::Pdo003, Code::Sdo011, Code::Emc004];
 
 /// The time that a node spends in a state.
 #[derive(Debug, Default)]
@@ -134,7 +132,7 @@ impl NmtPermissions {
     /// A command to go to a state, 0 where it is none: what came just before it may have been permitted by it.
     pub fn command(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
         for (id, period) in self.nodes.iter_mut().filter(|(id, _)| node == 0 || node == *id) {
-            let voided = |finding: &Finding| finding.node == Some(id) && VOIDED.contains(&finding.code);
+            let voided = |finding: &Finding| finding.node == Some(id) && is_permitted(finding.code, state);
             // What is dropped here may come again, and is a fault then.
             period.leave_for(if cx.evidence.pending.withdraw(voided) { 0 } else { state });
             period.vain = period.vain.filter(|request| cx.evidence.recording.is_settled(*request, cx.at));
@@ -207,6 +205,15 @@ impl StatePeriod {
         if self.state != state {
             self.state = 0;
         }
+    }
+}
+
+/// Whether a command to go to a state, 0 where it is a reset, may permit what would be a fault before it.
+fn is_permitted(code: Code, state: u8) -> bool {
+    match code {
+        Code::Pdo002 | Code::Pdo003 => state == OPERATIONAL,
+        Code::Sdo011 | Code::Emc004 => state != STOPPED,
+        _ => false,
     }
 }
 
