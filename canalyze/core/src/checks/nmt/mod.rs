@@ -394,7 +394,7 @@ impl Nmt {
         // Who still sends by then is not booting.
         let running = |node: u8, reset: FrameRef| {
             let heard = self.nodes.get(node).and_then(|node_state| node_state.heard);
-            heard.and_then(|heard| since(Some(reset), heard)).is_some_and(|age| age > LEAST_BOOT_NS)
+            heard.and_then(|heard| heard.since(reset)).is_some_and(|age| age > LEAST_BOOT_NS)
         };
         let limit_ns =
             |node: u8, owed: &Owed| if over || running(node, owed.since.at) { LEAST_BOOT_NS } else { BOOT_NS };
