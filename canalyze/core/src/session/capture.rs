@@ -17,8 +17,7 @@ use crate::writers;
 
 /// Unreadable lines of a file that are named one by one as they come.
 const NAMED: u64 = 5;
-/// A stamp that is so much earlier than the one before is a clock that was set, in ns. Below, frames were only listed
-/// out of order: those of two buses, or the host's own ones late.
+/// A file that begins so much earlier than the one before it ended is out of order, in ns.
 const STEP_BACK_NS: i64 = 10_000_000;
 
 /// A capture, of one file or several.
@@ -112,9 +111,8 @@ impl Capture {
         self.file.frames += 1;
     }
 
-    /// Gives the next frame its number and its time among the capture's. A clock that was set since the frame before is
-    /// a finding.
-    pub(super) fn place(&mut self, frame: &mut Frame) -> Option<Finding> {
+    /// Gives the next frame its number and its time among the capture's.
+    pub(super) fn place(&mut self, frame: &mut Frame) {
         self.numbered += 1;
         self.file.frames += 1;
         frame.no = self.numbered;
@@ -129,7 +127,6 @@ impl Capture {
         if let Some(before) = self.before.take() {
             self.boundary(&before, frame);
         }
-        self.stepped_back(frame)
     }
 
     /// The file that has its turn, for a frame that is held back.
@@ -151,20 +148,20 @@ impl Capture {
         self.of_held = None;
     }
 
-    /// Whether the stamps go back with this frame, on its bus and in its file. Forward, a clock that was set looks like a
-    /// pause.
-    fn stepped_back(&mut self, frame: &Frame) -> Option<Finding> {
+    /// The finding that the clock was set back before this frame (`stepped`), where the frame before it on its bus is in
+    /// the same file. Forward, a clock that was set looks like a pause.
+    pub(super) fn stepped_back(&mut self, frame: &Frame, stepped: bool) -> Option<Finding> {
         let bus = usize::from(frame.bus.0);
         if self.file.last.len() <= bus {
             self.file.last.resize(bus + 1, None);
         }
         let at = frame.reference();
         let before = self.file.last.get_mut(bus)?.replace(at)?;
-        let back_ns = before.t_ns?.saturating_sub(at.t_ns?);
-        if back_ns < STEP_BACK_NS || self.file.misread {
+        if !stepped || self.file.misread {
             return None;
         }
-        let Verdict { code, facts } = Cap006::Back { back: back_ns }.into();
+        let back = before.t_ns?.saturating_sub(at.t_ns?);
+        let Verdict { code, facts } = Cap006::Back { back }.into();
         let (cause, bus) = (Some(before), frame.bus);
         Some(Finding { code, at, cause, bus, node: None, object: None, facts, because_of: None })
     }

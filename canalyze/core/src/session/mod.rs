@@ -413,8 +413,10 @@ impl Stream {
 
     /// Gives a frame its place in the capture and in the recording, and hands on what is known by that.
     fn place(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
-        let stepped = self.capture.place(&mut frame);
+        self.capture.place(&mut frame);
         let seen = self.decoding.observe(&frame, buses);
+        let stepped = seen.as_ref().is_some_and(|(_, happened)| happened.step_ns.is_some_and(|step_ns| step_ns < 0));
+        let stepped = self.capture.stepped_back(&frame, stepped);
         let placed = Placed { frame, stepped, seen };
         let undecided = self.decoding.undecided_since();
         if self.ahead.is_empty() && undecided.is_none() {
