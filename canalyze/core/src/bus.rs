@@ -93,28 +93,28 @@ impl Bus {
 
     /// The SYNC cycle that runs; 0 before the first.
     pub fn sync_cycle(&self) -> u64 {
-        self.checks.sync_cycle()
+        self.checks.sync.cycle()
     }
 
     /// The least synchronous window in force, in ns; `None` where there is none or none is known.
     pub fn sync_window_ns(&self) -> Option<i64> {
-        self.checks.sync_window_ns()
+        self.checks.sync.least_window_ns()
     }
 
     /// How often a node sends heartbeats in ns, where it is known: by 1017h, or by its heartbeats.
     pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
-        self.checks.heartbeat_period(node)
+        self.checks.nodes.heartbeat_period(node)
     }
 
     /// By which kind of error control a node should have been heard by `now_ns` and was not: what it last said of its
     /// state may hold no more.
     pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
-        self.checks.silent(node, now_ns)
+        self.checks.nodes.silent(node, now_ns)
     }
 
     /// The states that the axes of a drive have reported last, by their number from 0.
     pub fn drive_states(&self, node: u8) -> impl Iterator<Item = (usize, drive::State)> {
-        self.checks.drive_states(node)
+        self.checks.drives.states(node)
     }
 
     /// The SDO transfers that run, by server, with what is known of their objects.
@@ -169,7 +169,7 @@ impl Bus {
             channel
         });
         let before = cx.events.len();
-        channel.in_vain = key.1.is_none().then(|| self.checks.asked_in_vain(node)).flatten();
+        channel.in_vain = key.1.is_none().then(|| self.checks.nodes.asked_in_vain(node)).flatten();
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
         if key.1.is_none() {
@@ -221,9 +221,9 @@ impl Bus {
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
-        let sync = self.checks.place(node, known, frame, cx.evidence.recording.lag_ns());
+        let sync = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns());
         let fit = Fit::of(&content, frame);
-        let data = ProcessData { transmit, number, node, content, state: self.checks.state(node), sync };
+        let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
         if cx.sighting == Sighting::Duplicate {
             return;
@@ -300,7 +300,7 @@ impl Bus {
             let message = services::decode(role, frame);
             return cx.push(None, message.node(), What::Message(message));
         }
-        let message = self.checks.complete(services::decode(role, frame), cx);
+        let message = self.checks.nodes.complete(services::decode(role, frame), cx);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
         if let Some((from, to)) = self.checks.message(&message, &self.nodes, frame, cx) {
@@ -321,7 +321,7 @@ impl Bus {
 
     /// The capture says that there was an error frame, and nothing of it.
     pub fn bare_error(&mut self, cx: &mut Context<'_>) {
-        self.checks.bare_error(cx);
+        self.checks.error_frames.bare(cx);
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
@@ -466,7 +466,7 @@ impl Bus {
         // Who asks for all node-IDs does not expect that all answer.
         let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
         for ((node, id), channel) in &mut self.channels {
-            channel.in_vain = id.is_none().then(|| self.checks.asked_in_vain(*node)).flatten();
+            channel.in_vain = id.is_none().then(|| self.checks.nodes.asked_in_vain(*node)).flatten();
             channel.scanned = scanned && channel.is_probed();
             channel.finish(cx);
         }

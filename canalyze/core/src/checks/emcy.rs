@@ -315,5 +315,5 @@ fn find(
     because_of: Option<FrameRef>,
     cx: &mut Context<'_>,
 ) {
-    cx.emit(Finding { at, because_of, ..cx.verdict(what, Some(node), None, cause) });
+    cx.report(Finding { at, because_of, ..cx.verdict(what, Some(node), None, cause) });
 }

@@ -261,7 +261,7 @@ impl Nodes {
         let (shown, waiting) =
             std::mem::take(&mut self.misshapen).into_iter().partition(|finding| self.is_present(finding.node));
         self.misshapen = waiting;
-        shown.into_iter().for_each(|finding: Finding| cx.emit(finding));
+        shown.into_iter().for_each(|finding: Finding| cx.report(finding));
     }
 
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {

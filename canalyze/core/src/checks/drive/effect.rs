@@ -61,7 +61,7 @@ impl Axis {
         if order.command == Command::FaultReset {
             self.faults.vain = because_of.or(Some(order.at));
         }
-        cx.emit(Finding { because_of, ..finding });
+        cx.report(Finding { because_of, ..finding });
     }
 }
 

@@ -92,5 +92,5 @@ impl Axis {
 pub(super) fn raise_fault(node: u8, axis: u8, fault: Sample, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
     let what = Drv005::Entered { statusword: fault.word };
     let finding = cx.verdict(what, Some(node), Some(statusword(axis)), None);
-    cx.emit(Finding { at: fault.at, because_of, ..finding });
+    cx.report(Finding { at: fault.at, because_of, ..finding });
 }

@@ -472,7 +472,7 @@ impl Axis {
             self.unexplained((node, axis), fault, first, cx);
             let what = Drv003::Unannounced { statusword: fault.word };
             let finding = cx.verdict(what, Some(node), Some(statusword(axis)), Some(fault.at));
-            cx.emit(Finding { because_of: self.faults.fault, ..finding });
+            cx.report(Finding { because_of: self.faults.fault, ..finding });
         }
     }
 

@@ -49,7 +49,7 @@ pub struct PdoTiming {
 }
 
 /// The last frame of a PDO.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Sent {
     /// `None`: it was stopped since.
     when: Option<When>,
@@ -84,23 +84,10 @@ impl PdoTiming {
             sent.overdue.keep();
         }
         let late_ns = cx.evidence.recording.shortens_ns(cx.when, inhibit);
-        match self.sent.get_mut(&name) {
-            Some(sent) => {
-                sent.timer_ns = timer;
-                sent.follow(name, inhibit, late_ns, cx);
-            }
-            None => {
-                let (early, overdue) = (Series::default(), Series::default());
-                let (requested, usual_ns, gaps) = (false, 0, 0);
-                let sent =
-                    Sent { when: Some(cx.when), late_ns, requested, timer_ns: timer, usual_ns, gaps, early, overdue };
-                self.sent.insert(name, sent);
-            }
-        }
-        if timer > 0
-            && !self.halted.contains(&node)
-            && let Some(sent) = self.sent.get(&name)
-        {
+        let sent = self.sent.entry(name).or_default();
+        sent.timer_ns = timer;
+        sent.follow(name, inhibit, late_ns, cx);
+        if timer > 0 && !self.halted.contains(&node) {
             self.due.open(name, Owed { since: cx.when, limit_ns: sent.patience(pdo.transmit), why: None });
         }
     }
