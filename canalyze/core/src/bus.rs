@@ -26,14 +26,13 @@ use crate::node::{Content, Node, PerNode};
 use crate::roles::Roles;
 use crate::services;
 use crate::services::error_frame;
+use crate::services::nmt;
 use crate::services::pdo::mapping::Mapping;
 use crate::services::pdo::{self, Multiplexed};
 use crate::services::sdo::channel::Channel;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Command, Mux, Side};
 
-/// NMT commands that reset the node: reset node, reset communication (CiA 301, 7.2.8.3.1).
-const RESETS: [u8; 2] = [0x81, 0x82];
 /// Further SDO channels kept apart at most (invariant 6).
 const CHANNELS: usize = 1024;
 /// Servers looked for in vain, from which on somebody scans the bus.
@@ -312,8 +311,8 @@ impl Bus {
                 self.booted.insert(node);
             }
             Message::ErrorFrame if error_frame::is_deaf(frame) => self.lost(None, false, cx),
-            Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
-            Message::Nmt { command, node } if RESETS.contains(&command) => self.reset(Some(node), cx),
+            Message::Nmt { command, node: 0 } if nmt::is_reset(command) => self.reset(None, cx),
+            Message::Nmt { command, node } if nmt::is_reset(command) => self.reset(Some(node), cx),
             _ => {}
         }
         self.checks.follow(&message, &self.nodes, frame, cx);

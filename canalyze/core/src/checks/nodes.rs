@@ -22,7 +22,7 @@ use crate::rules::heartbeat::Hbt006;
 use crate::rules::time::Tim001;
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::services::lss::Command as Lss;
-use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
+use crate::services::nmt::is_reset;
 use crate::services::sdo::wire::Side;
 
 /// A bus silent for this long was not recorded, whoever else might have spoken.
@@ -160,7 +160,7 @@ impl Nodes {
     pub fn follow(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         match *message {
             Message::Nmt { command, node } => {
-                if matches!(command, RESET_NODE | RESET_COMMUNICATION) && node <= 127 {
+                if is_reset(command) && node <= 127 {
                     self.heartbeats.pause(node, cx);
                     self.guarding.restart(node, &self.nmt, cx);
                 }

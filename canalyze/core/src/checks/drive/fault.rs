@@ -7,12 +7,12 @@ use crate::context::Context;
 use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::rules::drive::Drv005;
+use crate::services::heartbeat::STOPPED;
 
 /// How far an EMCY may be from the fault it announces, in ns.
 const EMCY: i64 = 500_000_000;
 /// Axes of one device that fail within this time of each other have one cause, in ns.
 const TOGETHER: i64 = 100_000_000;
-const STOPPED: u8 = 0x04;
 
 /// Faults of an axis.
 #[derive(Clone, Debug, Default)]

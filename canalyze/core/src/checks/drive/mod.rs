@@ -23,6 +23,7 @@ use crate::finding::Finding;
 use crate::frame::{Frame, FrameRef};
 use crate::node::{Node, PerNode};
 use crate::rules::drive::{Drv001, Drv003, Drv004};
+use crate::services::heartbeat::OPERATIONAL;
 use crate::services::pdo::mapping::extract;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
@@ -36,7 +37,6 @@ const SETTLED_FRAMES: u64 = 64;
 const PROMPT: i64 = 1_000_000_000;
 /// Steps upward that show a node of unknown type to be a drive.
 const PROOF: u8 = 2;
-const OPERATIONAL: u8 = 0x05;
 
 /// A statusword as it was reported.
 #[derive(Clone, Copy, Debug)]

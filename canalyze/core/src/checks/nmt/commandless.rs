@@ -84,10 +84,7 @@ impl Commandless {
     fn report(&mut self, cx: &mut Context<'_>) {
         for finding in std::mem::take(&mut self.waiting) {
             // What has become known since: two nodes with one node-ID.
-            let evidence = &cx.evidence;
-            let excuse = || evidence.circumstances.excuse(Rules::Nmt, finding.node, cx.when, &evidence.recording);
-            let because_of = finding.because_of.or_else(excuse);
-            cx.report(Finding { because_of, ..finding });
+            cx.report(cx.excused(Rules::Nmt, cx.when, finding));
         }
     }
 }

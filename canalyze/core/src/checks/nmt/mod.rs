@@ -441,8 +441,7 @@ impl Nmt {
             }
             self.commandless.changed(node, to, &finding);
             // Two nodes with one node-ID seem to change their state.
-            let because_of = cx.evidence.circumstances.excuse(Rules::Nmt, Some(node), cx.when, &cx.evidence.recording);
-            self.commandless.find(Finding { because_of, ..finding }, wait_ns, cx);
+            self.commandless.find(cx.excused(Rules::Nmt, cx.when, finding), wait_ns, cx);
         }
     }
 

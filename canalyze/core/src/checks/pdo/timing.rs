@@ -14,6 +14,8 @@ use crate::evidence::{Obligations, Rules, When};
 use crate::finding::{Finding, Verdict};
 use crate::node::Pdo;
 use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
+use crate::services::heartbeat::OPERATIONAL;
+use crate::services::nmt::START;
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::Mux;
 
@@ -28,10 +30,6 @@ const KNOWN: u32 = 5;
 /// The part of its period that a punctual sender may be late by, and how many times its usual lateness.
 const PUNCTUAL_PART: i64 = 6;
 const USUAL: i64 = 3;
-/// NMT command: start remote node.
-const START: u8 = 1;
-/// NMT state: Operational.
-const OPERATIONAL: u8 = 5;
 /// Transmission types from this one on are event-driven.
 const EVENT_DRIVEN: u8 = 254;
 

@@ -496,10 +496,8 @@ impl Track {
 
     /// Reports what was not as it should be since a frame; as a consequence, where SYNC was irregular since then.
     fn report(&self, finding: Finding, since: When, known: &Judged<'_>, cx: &mut Context<'_>) {
-        let recording = &cx.evidence.recording;
-        let excuse = || cx.evidence.circumstances.excuse(Rules::SynchronousPdo, finding.node, since, recording);
-        let because_of = known.because_of.or_else(excuse);
-        let finding = Finding { because_of, ..finding };
+        let finding = Finding { because_of: known.because_of, ..finding };
+        let finding = cx.excused(Rules::SynchronousPdo, since, finding);
         let period_ns = known.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
         cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
     }
