@@ -73,8 +73,8 @@ impl Context<'_> {
         self.emit(finding);
     }
 
-    /// Reports a finding that rests on the time of the frame at hand, or on a deadline that has passed by it: none where
-    /// the recorder had stood still.
+    /// Reports a finding that rests on the time of the frame at hand, or on a deadline that has passed by it: none
+    /// where the recorder had stood still.
     pub fn report_timed(&mut self, finding: Finding) {
         if self.evidence.recording.verdict(self.when.burst) != Some(recording::Verdict::Confirmed) {
             self.emit(finding);

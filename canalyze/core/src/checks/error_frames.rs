@@ -2,9 +2,10 @@
 //!
 //! What happens to a bus comes as a series of error frames: a wire breaks, nobody acknowledges, the counters rise, the
 //! controller becomes error passive and goes off the bus. Error frames that follow each other within [`QUIET_NS`] are
-//! one such disturbance. It is one finding, the worst of what it showed, at the first frame that showed it; what led to it or
-//! went with it are its consequences. It is raised when the event is over, or after [`QUIET_NS`]; how long it has gone
-//! on since is reported when it is over. It must not name a node: an error frame is the view of the controller that recorded.
+//! one such disturbance. It is one finding, the worst of what it showed, at the first frame that showed it; what led to
+//! it or went with it are its consequences. It is raised when the event is over, or after [`QUIET_NS`]; how long it has
+//! gone on since is reported when it is over. It must not name a node: an error frame is the view of the controller
+//! that recorded.
 
 use std::collections::BTreeMap;
 

@@ -346,8 +346,8 @@ impl Pair {
         self.swaps = self.swaps.saturating_add(1);
         self.halves.lone = None;
         self.began = None;
-        // Both are of one sender, and wait in one queue: the host's lag explains it once, and not again and again; and one
-        // is hardly overtaken by more than half of it.
+        // Both are of one sender, and wait in one queue: the host's lag explains it once, and not again and again; and
+        // one is hardly overtaken by more than half of it.
         if self.swaps >= 2 || apart > recording.lag_ns() / 2 {
             seen.reports.push(Report::Swapped(normal));
         }

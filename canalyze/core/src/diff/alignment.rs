@@ -27,7 +27,8 @@ const STEPS: usize = 6;
 const CONTRADICTED: usize = 4;
 /// Values that vary and are the same in step, from which on both captures show one session.
 const SAME: usize = 6;
-/// A late echo of what the capturing host sends stands where it does not belong by so much at an edge: in ns, in frames.
+/// A late echo of what the capturing host sends stands where it does not belong by so much at an edge: in ns, in
+/// frames.
 const LATE_NS: i64 = 2_000_000;
 const LATE_FRAMES: i64 = 2;
 

@@ -1,4 +1,5 @@
-//! What is known of the capture as a whole, and what is reported of it: numbers and times of frames, findings about files.
+//! What is known of the capture as a whole, and what is reported of it: numbers and times of frames, findings about
+//! files.
 //!
 //! A finding about the capture belongs to no frame. Must not: write output, or know what a frame means.
 
@@ -151,8 +152,8 @@ impl Capture {
         self.of_held = None;
     }
 
-    /// Whether the stamps go back with this frame, on its bus and in its file. Forward, a clock that was set looks like a
-    /// pause.
+    /// Whether the stamps go back with this frame, on its bus and in its file. Forward, a clock that was set looks like
+    /// a pause.
     fn stepped_back(&mut self, frame: &Frame) -> Option<Finding> {
         let bus = usize::from(frame.bus.0);
         if self.file.last.len() <= bus {

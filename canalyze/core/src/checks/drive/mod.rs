@@ -3,7 +3,7 @@
 //! For every axis of every node the controlwords it is given and the statuswords it reports are followed, whether
 //! PDOs or SDO carry them. 6040h and 6041h are something else on an encoder or a valve: judged are nodes whose device
 //! type is known to be a drive's, and those of unknown type that have climbed by CiA 402's steps and never showed
-//! another coding. It errs toward silence: a controlword that could have come unseen excuses everything.
+//! another coding. A controlword that may have come unseen excuses everything.
 //!
 //! It must not read a configuration but the mappings of PDOs, and must not decode a state (`drive` does).
 
@@ -56,7 +56,7 @@ struct Jump {
     judged: bool,
 }
 
-/// A mode of operation that was asked for.
+/// A mode of operation that was requested.
 #[derive(Clone, Copy, Debug)]
 struct Request {
     mode: i8,
@@ -357,7 +357,7 @@ impl Drive {
         }
     }
 
-    /// A mode of operation was asked for.
+    /// A mode of operation was requested.
     fn requested(&mut self, place: Place<'_>, mode: u8) {
         let mode = mode.cast_signed();
         let Some(axis) = self.axis(place.axis).filter(|_| place.heard()) else { return };

@@ -1,9 +1,9 @@
 //! LSS (CiA 305): which slaves are in the configuration state, what the master has asked, and who answers.
 //!
-//! An answer is explained by any earlier request of its kind, and by one that follows within the lag of the
-//! recording's own frames (`evidence::recording`). What happened before the capture, or in a gap, is unknown, and nothing
-//! rests on it. Whether a slave answers nothing because it is not there is no fault: only a slave that was selected owes
-//! an answer. It must not follow Fastscan's bits (`fastscan`) or the fate of node-IDs (`node_id`).
+//! An answer is explained by any earlier request of its kind, and by one that follows within the lag of the recording's
+//! own frames (`evidence::recording`). What happened before the capture, or in a gap, is unknown, and nothing rests on
+//! it. Whether a slave answers nothing because it is not there is no fault: only a slave that was selected owes an
+//! answer. It must not follow Fastscan's bits (`fastscan`) or the fate of node-IDs (`node_id`).
 
 pub mod bit_timing;
 pub mod exchange;

@@ -1,7 +1,7 @@
 //! Findings that wait until the traffic on LSS's identifiers has shown that it is LSS.
 //!
-//! A network that is no CANopen may use any identifier for something else, and a verdict on it would be wrong. An answer
-//! to a request shows it; at the end of the capture, enough valid frames do. It must not judge.
+//! A network that is no CANopen may use any identifier for something else, and a verdict on it would be wrong. An
+//! answer to a request shows it; at the end of the capture, enough valid frames do. It must not judge.
 
 use crate::context::Context;
 use crate::finding::{Code, Finding, Verdict};

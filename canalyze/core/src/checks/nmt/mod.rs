@@ -60,7 +60,7 @@ const EXTENSIONS: [u8; 2] = [0x50, 0x60];
 /// Whether the network was switched off and on again.
 #[derive(Clone, Copy, Debug)]
 struct Power {
-    /// All nodes, if several, have just booted unasked.
+    /// All nodes, if several, have just booted without command.
     all: bool,
     /// The nodes that have not, and the number of the last frame of any of them.
     others: u32,
@@ -445,7 +445,8 @@ impl Nmt {
         }
     }
 
-    /// Who has booted unasked of late, and who has not. A master without commands keeps its own power.
+    /// Which nodes have booted without command lately, and which have not. A master without commands keeps its own
+    /// power.
     fn power(&self, at: FrameRef) -> Power {
         let (mut count, mut power) = (0, Power { all: false, others: 0, heard: 0 });
         for (_, node_state) in self.nodes.iter().filter(|(_, node_state)| node_state.present) {

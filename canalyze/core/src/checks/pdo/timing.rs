@@ -53,7 +53,7 @@ struct Sent {
     when: Option<When>,
     /// By how much it may have been stamped late, in ns.
     late_ns: i64,
-    /// A remote frame has asked for the next one.
+    /// The next one was requested by a remote frame.
     requested: bool,
     /// Its event timer or deadline in ns; 0: none.
     timer_ns: i64,

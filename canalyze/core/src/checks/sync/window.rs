@@ -71,7 +71,7 @@ struct Track {
     open: Open,
     /// Its configuration was touched since it came last: that it does not come may be meant.
     touched: bool,
-    /// A remote frame asked for it.
+    /// It was requested by a remote frame.
     asked: bool,
     /// It came before any SYNC.
     before: u8,
@@ -201,12 +201,12 @@ impl SyncWindow {
         }
     }
 
-    /// A node (or all) was reset: what it sends is learnt anew.
+    /// A node (or all) was reset: what it sends is learnt again.
     pub fn restart(&mut self, node: Option<u8>) {
         self.each(node, Track::restart);
     }
 
-    /// A node (or all) was started or stopped, or frames were lost: when it sends is learnt anew.
+    /// A node (or all) was started or stopped, or frames were lost: when it sends is learnt again.
     pub fn pause(&mut self, node: Option<u8>) {
         self.each(node, Track::pause);
     }
@@ -315,7 +315,7 @@ impl Track {
         }
     }
 
-    /// What it does is learnt anew; its figures stay.
+    /// When it comes is learnt again; its figures stay.
     fn restart(&mut self) {
         self.pause();
         self.steady = 0;
