@@ -26,14 +26,13 @@ use crate::node::{Content, Node, PerNode};
 use crate::roles::Roles;
 use crate::services;
 use crate::services::error_frame;
+use crate::services::nmt;
 use crate::services::pdo::mapping::Mapping;
 use crate::services::pdo::{self, Multiplexed};
 use crate::services::sdo::channel::Channel;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Command, Mux, Side};
 
-/// NMT commands that reset the node: reset node, reset communication (CiA 301, 7.2.8.3.1).
-const RESETS: [u8; 2] = [0x81, 0x82];
 /// Further SDO channels kept apart at most (invariant 6).
 const CHANNELS: usize = 1024;
 /// Servers looked for in vain, from which on somebody scans the bus.
@@ -93,28 +92,28 @@ impl Bus {
 
     /// The SYNC cycle that runs; 0 before the first.
     pub fn sync_cycle(&self) -> u64 {
-        self.checks.sync_cycle()
+        self.checks.sync.cycle()
     }
 
     /// The least synchronous window in force, in ns; `None` where there is none or none is known.
     pub fn sync_window_ns(&self) -> Option<i64> {
-        self.checks.sync_window_ns()
+        self.checks.sync.least_window_ns()
     }
 
     /// How often a node sends heartbeats in ns, where it is known: by 1017h, or by its heartbeats.
     pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
-        self.checks.heartbeat_period(node)
+        self.checks.nodes.heartbeat_period(node)
     }
 
     /// By which kind of error control a node should have been heard by `now_ns` and was not: what it last said of its
     /// state may hold no more.
     pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
-        self.checks.silent(node, now_ns)
+        self.checks.nodes.silent(node, now_ns)
     }
 
     /// The states that the axes of a drive have reported last, by their number from 0.
     pub fn drive_states(&self, node: u8) -> impl Iterator<Item = (usize, drive::State)> {
-        self.checks.drive_states(node)
+        self.checks.drives.states(node)
     }
 
     /// The SDO transfers that run, by server, with what is known of their objects.
@@ -169,7 +168,7 @@ impl Bus {
             channel
         });
         let before = cx.events.len();
-        channel.in_vain = key.1.is_none().then(|| self.checks.asked_in_vain(node)).flatten();
+        channel.in_vain = key.1.is_none().then(|| self.checks.nodes.asked_in_vain(node)).flatten();
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
         if key.1.is_none() {
@@ -221,9 +220,9 @@ impl Bus {
             Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
             Some(Content::Unknown) | None => self.by_consumer(frame.id),
         };
-        let sync = self.checks.place(node, known, frame, cx.evidence.recording.lag_ns());
+        let sync = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns());
         let fit = Fit::of(&content, frame);
-        let data = ProcessData { transmit, number, node, content, state: self.checks.state(node), sync };
+        let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
         if cx.sighting == Sighting::Duplicate {
             return;
@@ -300,7 +299,7 @@ impl Bus {
             let message = services::decode(role, frame);
             return cx.push(None, message.node(), What::Message(message));
         }
-        let message = self.checks.complete(services::decode(role, frame), cx);
+        let message = self.checks.nodes.complete(services::decode(role, frame), cx);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
         if let Some((from, to)) = self.checks.message(&message, &self.nodes, frame, cx) {
@@ -312,8 +311,8 @@ impl Bus {
                 self.booted.insert(node);
             }
             Message::ErrorFrame if error_frame::is_deaf(frame) => self.lost(None, false, cx),
-            Message::Nmt { command, node: 0 } if RESETS.contains(&command) => self.reset(None, cx),
-            Message::Nmt { command, node } if RESETS.contains(&command) => self.reset(Some(node), cx),
+            Message::Nmt { command, node: 0 } if nmt::is_reset(command) => self.reset(None, cx),
+            Message::Nmt { command, node } if nmt::is_reset(command) => self.reset(Some(node), cx),
             _ => {}
         }
         self.checks.follow(&message, &self.nodes, frame, cx);
@@ -321,7 +320,7 @@ impl Bus {
 
     /// The capture says that there was an error frame, and nothing of it.
     pub fn bare_error(&mut self, cx: &mut Context<'_>) {
-        self.checks.bare_error(cx);
+        self.checks.error_frames.bare(cx);
     }
 
     /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
@@ -466,7 +465,7 @@ impl Bus {
         // Who asks for all node-IDs does not expect that all answer.
         let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
         for ((node, id), channel) in &mut self.channels {
-            channel.in_vain = id.is_none().then(|| self.checks.asked_in_vain(*node)).flatten();
+            channel.in_vain = id.is_none().then(|| self.checks.nodes.asked_in_vain(*node)).flatten();
             channel.scanned = scanned && channel.is_probed();
             channel.finish(cx);
         }

@@ -6,7 +6,7 @@ use crate::event::{Event, What};
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::pending::Until;
 use crate::evidence::recording;
-use crate::evidence::{Evidence, When};
+use crate::evidence::{Evidence, Rules, When};
 use crate::finding::{Finding, Verdict};
 use crate::frame::{BusId, FrameRef};
 use crate::services::sdo::transfer::TransferId;
@@ -73,12 +73,19 @@ impl Context<'_> {
         self.emit(finding);
     }
 
-    /// Reports a finding that rests on the time of the frame at hand, or on a deadline that has passed by it: none where
-    /// the recorder had stood still.
+    /// Reports a finding that rests on the time of the frame at hand, or on a deadline that has passed by it: none
+    /// where the recorder had stood still.
     pub fn report_timed(&mut self, finding: Finding) {
         if self.evidence.recording.verdict(self.when.burst) != Some(recording::Verdict::Confirmed) {
             self.emit(finding);
         }
+    }
+
+    /// A finding about what was owed since a frame, linked to the circumstance that excuses it, if one does.
+    pub fn excused(&self, rules: Rules, since: When, finding: Finding) -> Finding {
+        let Evidence { circumstances, recording, .. } = &*self.evidence;
+        let excuse = || circumstances.excuse(rules, finding.node, since, recording);
+        Finding { because_of: finding.because_of.or_else(excuse), ..finding }
     }
 
     /// Reports a finding after `wait_ns`, unless something explains it by then (see

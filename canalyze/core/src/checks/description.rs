@@ -28,7 +28,8 @@ const STRUCTURE: u8 = 0xFF;
 #[derive(Debug, Default)]
 pub struct Descriptions {
     nodes: PerNode<BTreeSet<(u16, u8)>>,
-    /// Whether downloads to it, and uploads from it, were seen that carry fewer than four bytes in an expedited transfer.
+    /// Whether downloads to it, and uploads from it, were seen that carry fewer than four bytes in an expedited
+    /// transfer.
     short: PerNode<[bool; 2]>,
 }
 

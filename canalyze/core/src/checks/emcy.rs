@@ -1,9 +1,9 @@
 //! Emergencies (CiA 301, 7.2.7): which errors a node has reported and not taken back, and what is wrong in the frame.
 //!
-//! An emergency error code stands until the node reports that all errors are gone (0000h with error register 0) or boots.
-//! A partial reset (0000h with other bits left) names no code. A stack that puts its own number of the error into the
-//! first manufacturer byte (CANopenNode's error bit) repeats it in the reset: where that fits one error that stands, it
-//! is the one. It must not know what a device profile adds to the codes.
+//! An emergency error code stands until the node reports that all errors are gone (0000h with error register 0) or
+//! boots. A partial reset (0000h with other bits left) names no code. A stack that puts its own number of the error
+//! into the first manufacturer byte (CANopenNode's error bit) repeats it in the reset: where that fits one error that
+//! stands, it is the one. It must not know what a device profile adds to the codes.
 
 use std::collections::VecDeque;
 
@@ -24,7 +24,8 @@ const SLACK_NS: i64 = 1_000_000;
 const TOGETHER_NS: i64 = 200_000_000;
 /// An error that comes again within this time after it was taken back is the same trouble, in ns.
 const AGAIN_NS: i64 = 10_000_000_000;
-/// Emergencies of one node within [`FLOOD_NS`] from which on they are a flood: an emergency is sent once for each error.
+/// Emergencies of one node within [`FLOOD_NS`] from which on they are a flood: an emergency is sent once for each
+/// error.
 const FLOOD: usize = 10;
 /// In ns.
 const FLOOD_NS: i64 = 1_000_000_000;
@@ -119,7 +120,7 @@ impl Emergencies {
         (active, cleared)
     }
 
-    /// A boot-up: the node reports its errors anew.
+    /// A boot-up: the node reports its errors again.
     pub fn boot_up(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some(reported) = self.nodes.get_mut(node) {
             reported.end_flood(node, cx);
@@ -315,5 +316,5 @@ fn find(
     because_of: Option<FrameRef>,
     cx: &mut Context<'_>,
 ) {
-    cx.emit(Finding { at, because_of, ..cx.verdict(what, Some(node), None, cause) });
+    cx.report(Finding { at, because_of, ..cx.verdict(what, Some(node), None, cause) });
 }

@@ -2,9 +2,10 @@
 //!
 //! What happens to a bus comes as a series of error frames: a wire breaks, nobody acknowledges, the counters rise, the
 //! controller becomes error passive and goes off the bus. Error frames that follow each other within [`QUIET_NS`] are
-//! one such disturbance. It is one finding, the worst of what it showed, at the first frame that showed it; what led to it or
-//! went with it are its consequences. It is raised when the event is over, or after [`QUIET_NS`]; how long it has gone
-//! on since is reported when it is over. It must not name a node: an error frame is the view of the controller that recorded.
+//! one such disturbance. It is one finding, the worst of what it showed, at the first frame that showed it; what led to
+//! it or went with it are its consequences. It is raised when the event is over, or after [`QUIET_NS`]; how long it has
+//! gone on since is reported when it is over. It must not name a node: an error frame is the view of the controller
+//! that recorded.
 
 use std::collections::BTreeMap;
 
@@ -100,7 +101,7 @@ impl ErrorFrames {
             let (off, state) = (self.off.take(), self.state.take());
             if recovery == Recovery::Restarted && off.is_none() {
                 // Only bus-off is left by a restart.
-                return cx.emit(cx.verdict(Bus001::Unseen, None, None, None));
+                return cx.report(cx.verdict(Bus001::Unseen, None, None, None));
             }
             raise_recovery(recovery, cx.at, off.or(state.map(|(_, at)| at)), cx);
         }
@@ -154,7 +155,7 @@ impl ErrorFrames {
         if event.frames > counted {
             let what = in_all(condition, event.frames, event.last.since(event.first));
             let finding = cx.verdict(what, None, None, Some(at));
-            cx.emit(Finding { at: event.last, because_of: Some(at), ..finding });
+            cx.report(Finding { at: event.last, because_of: Some(at), ..finding });
         }
         if let Some((recovery, back)) = event.recovery {
             (self.state, self.off) = (None, None);
@@ -187,7 +188,7 @@ fn take(event: &mut Option<Disturbance>, condition: Condition, cx: &mut Context<
 }
 
 fn raise_condition(condition: Condition, count: u64, at: FrameRef, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
-    cx.emit(Finding { at, because_of, ..cx.verdict(finding_of(condition, count), None, None, None) });
+    cx.report(Finding { at, because_of, ..cx.verdict(finding_of(condition, count), None, None, None) });
 }
 
 fn raise_recovery(recovery: Recovery, at: FrameRef, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
@@ -198,7 +199,7 @@ fn raise_recovery(recovery: Recovery, at: FrameRef, because_of: Option<FrameRef>
         (true, None) => Bus006::Restarted,
         (true, Some(after)) => Bus006::RestartedAfter { after },
     };
-    cx.emit(Finding { at, because_of, ..cx.verdict(what, None, None, because_of) });
+    cx.report(Finding { at, because_of, ..cx.verdict(what, None, None, because_of) });
 }
 
 /// The finding of a condition that `count` frames have shown.

@@ -131,7 +131,8 @@ impl Guarding {
         }
     }
 
-    /// Reports which nodes the master has not asked within their life time. A silence of the whole bus is no fault of the master.
+    /// Reports which nodes the master has not asked within their life time. A silence of the whole bus is no fault of
+    /// the master.
     fn overdue(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         let now = cx.clock(now_ns);
         for (node, Owed { since, limit_ns: limit, .. }) in self.life.due(now, &cx.evidence.recording) {
@@ -234,7 +235,7 @@ impl Guarding {
         }
     }
 
-    /// The node is reset, or has booted: its toggle bit starts anew.
+    /// The node is reset, or has booted: its toggle bit starts at 0 again.
     pub fn restart(&mut self, node: u8, nmt: &Nmt, cx: &mut Context<'_>) {
         self.life.void(|id| node == 0 || node == *id);
         for (id, guarded) in self.nodes.iter_mut() {
@@ -344,7 +345,7 @@ impl Guarded {
     fn expire(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some((frame, toggle, counted)) = self.ahead.take() else { return };
         if !counted {
-            // It may have been an answer all the same, whose request was taken for that of the one before.
+            // It may still have been an answer, whose request was taken for that of the one before.
             self.toggle = None;
         }
         if toggle || self.requests == 0 || !self.toggles {
@@ -364,7 +365,8 @@ fn report_toggle(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
     cx.report(Finding { at, ..finding });
 }
 
-/// Whether the frame at hand is likely a duplicate. In a burst of the recorder requests and answers are that close, too.
+/// Whether the frame at hand is likely a duplicate. In a burst of the recorder requests and answers are that close,
+/// too.
 fn is_duplicate(cx: &Context<'_>) -> bool {
     cx.sighting == Sighting::Suspect && cx.evidence.recording.teaches(cx.when)
 }

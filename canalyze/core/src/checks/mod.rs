@@ -25,8 +25,8 @@ use std::sync::Arc;
 
 use crate::configuration;
 use crate::context::Context;
-use crate::event::{Placement, Signals, Unmapped};
-use crate::frame::{Frame, FrameRef};
+use crate::event::{Signals, Unmapped};
+use crate::frame::Frame;
 use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
@@ -40,7 +40,7 @@ use description::Descriptions;
 use drive::Drives;
 use error_frames::ErrorFrames;
 use lss::Lss;
-use nodes::{ErrorControl, Nodes};
+use nodes::Nodes;
 use pdo::configuration::{self as pdo_configuration, PdoConfiguration};
 use pdo::identifier::PdoIdentifiers;
 use pdo::length::{Misfit, PdoLength, misfit};
@@ -96,17 +96,21 @@ impl Fit {
 #[derive(Debug)]
 pub struct Checks {
     network: Arc<Network>,
-    nodes: Nodes,
-    sync: Sync,
+    /// States, heartbeats, guarding and emergencies of nodes.
+    pub nodes: Nodes,
+    /// SYNC and synchronous PDOs.
+    pub sync: Sync,
     descriptions: Descriptions,
     pdo_configuration: PdoConfiguration,
     pdo_identifiers: PdoIdentifiers,
     pdo_length: PdoLength,
     pdo_timing: PdoTiming,
     lss: Lss,
-    drives: Drives,
+    /// Drives' states and commands.
+    pub drives: Drives,
     srdos: Srdos,
-    error_frames: ErrorFrames,
+    /// Error frames.
+    pub error_frames: ErrorFrames,
 }
 
 impl Checks {
@@ -128,46 +132,6 @@ impl Checks {
             srdos: Srdos::default(),
             error_frames: ErrorFrames::default(),
         }
-    }
-
-    /// The SYNC cycle that runs; 0 before the first.
-    pub fn sync_cycle(&self) -> u64 {
-        self.sync.cycle()
-    }
-
-    /// The least synchronous window in force, in ns; `None` where there is none or none is known.
-    pub fn sync_window_ns(&self) -> Option<i64> {
-        self.sync.least_window_ns()
-    }
-
-    /// The NMT state of a node, where it is known.
-    pub fn state(&self, node: u8) -> Option<u8> {
-        self.nodes.state(node)
-    }
-
-    /// How often a node sends heartbeats in ns, where it is known: by 1017h, or by its heartbeats.
-    pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
-        self.nodes.heartbeat_period(node)
-    }
-
-    /// By which kind of error control a node should have been heard by `now_ns` and was not.
-    pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
-        self.nodes.silent(node, now_ns)
-    }
-
-    /// The states that the axes of a drive have reported last, by their number from 0.
-    pub fn drive_states(&self, node: u8) -> impl Iterator<Item = (usize, crate::drive::State)> {
-        self.drives.states(node)
-    }
-
-    /// The SYNC cycle of a PDO, before it is followed.
-    pub fn place(&self, node: u8, known: Option<&Pdo>, frame: &Frame, lag_ns: i64) -> Option<Placement> {
-        self.sync.place(node, known, frame, lag_ns)
-    }
-
-    /// What history adds to a message: a guarding answer, the state before.
-    pub fn complete(&mut self, message: Message, cx: &Context<'_>) -> Message {
-        self.nodes.complete(message, cx)
     }
 
     /// A frame has come, and its own event is there: what became due before it.
@@ -232,11 +196,6 @@ impl Checks {
     /// What the same frame has shown.
     pub fn shown(&self, seen: &Seen, cx: &mut Context<'_>) {
         self.srdos.judge(seen, cx);
-    }
-
-    /// The last SDO request to a node, where it is a fault by itself, answered or not.
-    pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
-        self.nodes.asked_in_vain(node)
     }
 
     /// An SDO frame of a default channel, with the object it is about.
@@ -332,11 +291,6 @@ impl Checks {
             self.sync.lost();
         }
         self.lss.follow(message, frame, nodes, cx)
-    }
-
-    /// An error frame of which the capture shows no content.
-    pub fn bare_error(&mut self, cx: &mut Context<'_>) {
-        self.error_frames.bare(cx);
     }
 
     /// The same message, after what it resets was reset.

@@ -22,10 +22,10 @@ use crate::rules::heartbeat::Hbt006;
 use crate::rules::time::Tim001;
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::services::lss::Command as Lss;
-use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
+use crate::services::nmt::is_reset;
 use crate::services::sdo::wire::Side;
 
-/// A bus silent for this long was not recorded, whoever else might have spoken.
+/// A silence of the bus this long was not recorded, in ns.
 pub(super) const PAUSE_NS: i64 = 10_000_000_000;
 /// Frames of a wrong length that are kept at most.
 const MISSHAPEN: usize = 16;
@@ -60,7 +60,7 @@ pub struct Nodes {
     permissions: NmtPermissions,
     /// How long the bus was silent before the frame at hand, in ns.
     silence_ns: i64,
-    /// Until when no node sends anything, since the bit rate is switched (CiA 305); what one sends all the same begins
+    /// Until when no node sends anything, since the bit rate is switched (CiA 305); a heartbeat during that time begins
     /// no series of heartbeats.
     quiet_until_ns: i64,
     /// Frames of a wrong length of nodes that have not shown yet that they are nodes.
@@ -160,7 +160,7 @@ impl Nodes {
     pub fn follow(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         match *message {
             Message::Nmt { command, node } => {
-                if matches!(command, RESET_NODE | RESET_COMMUNICATION) && node <= 127 {
+                if is_reset(command) && node <= 127 {
                     self.heartbeats.pause(node, cx);
                     self.guarding.restart(node, &self.nmt, cx);
                 }
@@ -228,8 +228,8 @@ impl Nodes {
         }
     }
 
-    /// A boot-up, a heartbeat or a guarding answer of another length than one byte shows all the same that the node is
-    /// there, and by its first byte, if it has one, in which state: that is no second fault.
+    /// A boot-up, a heartbeat or a guarding answer of another length than one byte still shows that the node is there,
+    /// and by its first byte, if it has one, in which state: that is no second fault.
     fn misshapen_error_control(&mut self, node: u8, frame: &Frame, cx: &mut Context<'_>) {
         match frame.payload().first() {
             Some(0) => {
@@ -261,7 +261,7 @@ impl Nodes {
         let (shown, waiting) =
             std::mem::take(&mut self.misshapen).into_iter().partition(|finding| self.is_present(finding.node));
         self.misshapen = waiting;
-        shown.into_iter().for_each(|finding: Finding| cx.emit(finding));
+        shown.into_iter().for_each(|finding: Finding| cx.report(finding));
     }
 
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {

@@ -9,10 +9,11 @@ use super::pdo::timing::tolerance;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::evidence::{Recording, Rules, When};
-use crate::finding::{Finding, Verdict};
+use crate::finding::Verdict;
 use crate::frame::{CanId, Frame};
 use crate::node::{CobId, Node, PerNode};
 use crate::rules::srdo::{Srd001, Srd002, Srd003, Srd004, Srd005};
+use crate::services::heartbeat::OPERATIONAL;
 use crate::services::sdo::wire::Mux;
 
 /// Pairs: 101h and 102h to 17Fh and 180h.
@@ -20,7 +21,6 @@ const PAIRS: usize = 64;
 /// Pairs of frames that show that identifiers carry an SRDO, and after which no half is cut off by the capture's edge.
 const PROOF: u64 = 2;
 const MS: i64 = 1_000_000;
-const OPERATIONAL: u8 = 0x05;
 
 /// One frame of a pair.
 #[derive(Clone, Copy, Debug)]
@@ -244,9 +244,7 @@ impl Srdos {
         let (Report::Late(Half { when: since, .. }, ..) | Report::Slow(since, ..)) = report else {
             return cx.report(finding);
         };
-        let evidence = &cx.evidence;
-        let because_of = evidence.circumstances.excuse(Rules::Srdo, Some(node), since, &evidence.recording);
-        cx.report_timed(Finding { because_of, ..finding });
+        cx.report_timed(cx.excused(Rules::Srdo, since, finding));
     }
 
     /// A node shows that it is not Operational. Only what it sends before and after that is its fault: it may have
@@ -348,8 +346,8 @@ impl Pair {
         self.swaps = self.swaps.saturating_add(1);
         self.halves.lone = None;
         self.began = None;
-        // Both are of one sender, and wait in one queue: the host's lag explains it once, and not again and again; and one
-        // is hardly overtaken by more than half of it.
+        // Both are of one sender, and wait in one queue: the host's lag explains it once, and not again and again; and
+        // one is hardly overtaken by more than half of it.
         if self.swaps >= 2 || apart > recording.lag_ns() / 2 {
             seen.reports.push(Report::Swapped(normal));
         }

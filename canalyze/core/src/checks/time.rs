@@ -19,7 +19,8 @@ pub struct Times {
 }
 
 impl Times {
-    /// The bus was silent for so long that it was not recorded, or the capture's clock was set: neither is TIME's fault.
+    /// The bus was silent for so long that it was not recorded, or the capture's clock was set: neither is TIME's
+    /// fault.
     pub fn paused(&mut self) {
         self.last = None;
     }

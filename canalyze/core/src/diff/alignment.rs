@@ -27,7 +27,8 @@ const STEPS: usize = 6;
 const CONTRADICTED: usize = 4;
 /// Values that vary and are the same in step, from which on both captures show one session.
 const SAME: usize = 6;
-/// A late echo of what the capturing host sends stands where it does not belong by so much at an edge: in ns, in frames.
+/// A late echo of what the capturing host sends stands where it does not belong by so much at an edge: in ns, in
+/// frames.
 const LATE_NS: i64 = 2_000_000;
 const LATE_FRAMES: i64 = 2;
 
@@ -113,59 +114,52 @@ impl Alignment {
         };
         let differ = if a.decimals == b.decimals || !by_time { 0 } else { alignment.resolution };
         let parts = alignment.parts();
+        alignment.rigid = sessions != Sessions::Two && alignment.is_even(&parts, differ);
+        let together = alignment.frames.is_empty() && simultaneous(a, b);
+        let slack =
+            |parts: &mut dyn Iterator<Item = &(i64, i64)>| slack(parts, by_time, together).saturating_add(differ);
+        alignment.slack = (slack(&mut parts.iter().take(EDGE)), slack(&mut parts.iter().rev().take(EDGE)));
+        alignment.cover(of_a, of_b);
+        alignment
+    }
+
+    /// What both cover, and how well that is known. `of_a`, `of_b`: the first and the last position of each.
+    fn cover(&mut self, of_a: (i64, i64), of_b: (i64, i64)) {
+        let (first, last) = (self.to_a(of_b.0), self.to_a(of_b.1));
+        self.covered[0] = (of_a.0.max(first), of_a.1.min(last));
+        self.covered[1] = (of_b.0.max(self.to_b(of_a.0)), of_b.1.min(self.to_b(of_a.1)));
+        let (begins, ends) = self.slack;
+        self.beyond = [
+            (of_a.0.saturating_add(begins) < first, of_a.1 > last.saturating_add(ends)),
+            (of_a.0 > first.saturating_add(begins), of_a.1.saturating_add(ends) < last),
+        ];
+        // Where both begin, or end, with the same frames a late echo stands on the same side in both.
+        let late = if self.by_time { LATE_NS } else { LATE_FRAMES };
+        if self.begins_apart() {
+            self.slack.0 = self.slack.0.max(late);
+        }
+        if self.beyond.iter().any(|(_, after)| *after) {
+            self.slack.1 = self.slack.1.max(late);
+        }
+    }
+
+    /// Whether the offset of the clocks hardly varies. `parts`: see [`Self::parts`]; `differ`: by how much stamps of
+    /// different resolution differ.
+    fn is_even(&self, parts: &[(i64, i64)], differ: i64) -> bool {
         // One step that a fault has moved is two uneven parts; two runs of one script part everywhere.
         let odd = if parts.len() >= STEPS { (parts.len() / 8).max(2) } else { 0 };
         let uneven = parts.iter().filter(|(parted, apart)| {
-            let most = if by_time { RIGID_NS.saturating_add(apart / DRIFT) } else { RIGID_FRAMES };
+            let most = if self.by_time { RIGID_NS.saturating_add(apart / DRIFT) } else { RIGID_FRAMES };
             *parted > most.saturating_add(2 * differ)
         });
-        let even = uneven.count() <= odd;
         // Clocks part by no more than their quartzes over the whole time.
-        let mut offsets: Vec<i64> = alignment.chain.iter().map(|(in_a, in_b)| in_b.saturating_sub(*in_a)).collect();
+        let mut offsets: Vec<i64> = self.chain.iter().map(|(in_a, in_b)| in_b.saturating_sub(*in_a)).collect();
         offsets.sort_unstable();
         let inner = offsets.get(odd..offsets.len().saturating_sub(odd)).unwrap_or(&offsets);
         let spread = inner.last().zip(inner.first()).map_or(0, |(most, least)| most.saturating_sub(*least));
         let long = parts.iter().fold(0_i64, |sum, (_, apart)| sum.saturating_add(*apart));
         let allowed = RIGID_NS.saturating_add(long / QUARTZ).saturating_add(2 * differ);
-        let even = even && (!by_time || spread <= allowed);
-        let one_session = match sessions {
-            Sessions::One => true,
-            Sessions::Two => false,
-            Sessions::Unknown => true,
-        };
-        alignment.rigid = even && one_session;
-        let together = alignment.frames.is_empty() && simultaneous(a, b);
-        let slack = |some: &mut dyn Iterator<Item = &(i64, i64)>| {
-            let unsure = if by_time { UNSURE_NS } else { 1 };
-            match some.map(|(parted, _)| *parted).max() {
-                None if together => 0,
-                None => unsure,
-                Some(0) => 0,
-                // A few anchors do not show the worst.
-                Some(worst) => worst.saturating_add(unsure / 5),
-            }
-        };
-        alignment.slack = (
-            slack(&mut parts.iter().take(EDGE)).saturating_add(differ),
-            slack(&mut parts.iter().rev().take(EDGE)).saturating_add(differ),
-        );
-        let (first, last) = (alignment.to_a(of_b.0), alignment.to_a(of_b.1));
-        alignment.covered[0] = (of_a.0.max(first), of_a.1.min(last));
-        alignment.covered[1] = (of_b.0.max(alignment.to_b(of_a.0)), of_b.1.min(alignment.to_b(of_a.1)));
-        let (begins, ends) = alignment.slack;
-        alignment.beyond = [
-            (of_a.0.saturating_add(begins) < first, of_a.1 > last.saturating_add(ends)),
-            (of_a.0 > first.saturating_add(begins), of_a.1.saturating_add(ends) < last),
-        ];
-        // Where both begin, or end, with the same frames a late echo stands on the same side in both.
-        let late = if by_time { LATE_NS } else { LATE_FRAMES };
-        if alignment.begins_apart() {
-            alignment.slack.0 = alignment.slack.0.max(late);
-        }
-        if alignment.beyond.iter().any(|(_, after)| *after) {
-            alignment.slack.1 = alignment.slack.1.max(late);
-        }
-        alignment
+        uneven.count() <= odd && (!self.by_time || spread <= allowed)
     }
 
     /// By how much the offset varies from each anchor to the next, and how far apart they are.
@@ -231,6 +225,18 @@ impl Alignment {
         let Some((first, last)) = self.covered.get(side) else { return false };
         let (begins, ends) = self.slack;
         position >= first.saturating_sub(begins) && position <= last.saturating_add(ends)
+    }
+}
+
+/// How well clocks are related where they part by this much. `together`: they are one clock.
+fn slack(parts: &mut dyn Iterator<Item = &(i64, i64)>, by_time: bool, together: bool) -> i64 {
+    let unsure = if by_time { UNSURE_NS } else { 1 };
+    match parts.map(|(parted, _)| *parted).max() {
+        None if together => 0,
+        None => unsure,
+        Some(0) => 0,
+        // A few anchors do not show the worst.
+        Some(worst) => worst.saturating_add(unsure / 5),
     }
 }
 

@@ -230,7 +230,8 @@ impl StreamPair<'_> {
         let words = |version: &Version| -> Vec<u32> {
             version.mapping.iter().flat_map(|mapping| mapping.entries.iter().map(|entry| entry.word())).collect()
         };
-        // What was configured before a capture began is not known there; what is configured later its SDO transfers say.
+        // What was configured before a capture began is not known there; what is configured later its SDO transfers
+        // say.
         let unknown = |versions: &Vec<&Version>| versions.iter().any(|version| version.mapping.is_none());
         let judged = self.configured && !self.alignment.begins_apart() && !sides.iter().any(unknown);
         let mappings = mappings.filter(|_| judged);

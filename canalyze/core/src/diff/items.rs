@@ -311,8 +311,8 @@ impl Streams<'_> {
         found.add(What::Item(self.kind, aspect), Some(self.node), sides());
     }
 
-    /// Whether a capture shows `item` only in part, since the rest of it lies beyond its edge: `other` is the same in the
-    /// other capture.
+    /// Whether a capture shows `item` only in part, since the rest of it lies beyond its edge: `other` is the same in
+    /// the other capture.
     fn hides(&self, side: usize, item: &Item, moved: &TransferDigest, other: &Item) -> bool {
         let by_time = self.alignment.by_time;
         let others = 1 - side;

@@ -1,10 +1,9 @@
 //! Two captures held against each other as CANopen: what nodes did, not bytes or times.
 //!
-//! `digest` keeps what is to be compared of one capture while it streams by; `alignment` relates the two and finds
-//! what both cover; `items` compares what happens once, in order (`align`), `cyclic` what comes again and again;
-//! `found` collects
-//! the differences. What a capture cannot show (frames before its beginning, times without stamps) is no difference.
-//! It must not put anything into words.
+//! `digest` keeps what is to be compared of one capture while it streams by; `alignment` relates the two and finds what
+//! both cover; `items` compares what happens once, in order (`align`), `cyclic` what comes again and again; `found`
+//! collects the differences. What a capture cannot show (frames before its beginning, times without stamps) is no
+//! difference. It must not put anything into words.
 
 mod align;
 pub mod alignment;
@@ -219,9 +218,9 @@ fn strangers(lines: [&BusDigest; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
     apart
 }
 
-/// The cyclic streams of both captures by node and service. A stream that only one capture has, though the other one has its
-/// identifiers, is one that they take for different PDOs, since one of them does not know, or not yet, how it was
-/// configured: it goes by the name in the one that knows more.
+/// The cyclic streams of both captures by node and service. A stream that only one capture has, though the other one
+/// has its identifiers, is one that they take for different PDOs, since one of them does not know, or not yet, how it
+/// was configured: it goes by the name in the one that knows more.
 fn named<'a>(lines: [&'a BusDigest; 2], alignment: &Alignment) -> [BTreeMap<(u8, Service), Cow<'a, CyclicStream>>; 2] {
     let [a, b] = lines;
     let b_knows = alignment.beyond.last().is_some_and(|(before, _)| *before);

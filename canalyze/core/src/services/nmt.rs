@@ -22,6 +22,11 @@ pub const RESET_NODE: u8 = 0x81;
 /// Reset communication: to Initialisation, communication profile area only.
 pub const RESET_COMMUNICATION: u8 = 0x82;
 
+/// Whether a command resets the node, or its communication at least.
+pub const fn is_reset(command: u8) -> bool {
+    matches!(command, RESET_NODE | RESET_COMMUNICATION)
+}
+
 /// Decodes a frame on 000.
 pub fn decode(role: Role, payload: &[u8]) -> Message {
     match *payload {

@@ -1,4 +1,5 @@
-//! What is known of the capture as a whole, and what is reported of it: numbers and times of frames, findings about files.
+//! What is known of the capture as a whole, and what is reported of it: numbers and times of frames, findings about
+//! files.
 //!
 //! A finding about the capture belongs to no frame. Must not: write output, or know what a frame means.
 

@@ -291,8 +291,8 @@ impl Session {
         !self.stream.ahead.is_empty()
     }
 
-    /// No more is there to be read at the moment: what was read is not held back any longer. For a pipe that has come to
-    /// a rest; a file goes on at once.
+    /// No more is there to be read at the moment: what was read is not held back any longer. For a pipe that has come
+    /// to a rest; a file goes on at once.
     pub fn rest(&mut self, out: &mut Vec<u8>) {
         self.stream.settle(&self.buses, out);
     }
@@ -353,17 +353,18 @@ impl Session {
         self.stream.output.is_done()
     }
 
-    /// What was seen so far, as a JSON object: `frames` and `shown`; `findings` by severity, reported ones (of repeats that
-    /// are not, the number is added by [`Self::finish`]); `transfers` of SDO by how they ended;
-    /// `expectations`, null where there are none, with those `missed`; `buses`, each with `name`, `frames`,
-    /// `error_frames` among them, and `dropped` ones.
+    /// What was seen so far, as a JSON object: `frames` and `shown`; `findings` by severity, reported ones (of repeats
+    /// that are not, the number is added by [`Self::finish`]); `transfers` of SDO by how they ended; `expectations`,
+    /// null where there are none, with those `missed`; `buses`, each with `name`, `frames`, `error_frames` among them,
+    /// and `dropped` ones.
     pub fn tally(&self) -> Vec<u8> {
         let (mut out, Stream { capture, output, tally, decoding, .. }) = (Vec::new(), &self.stream);
         tally.write(&mut out, (capture.frames, output.shown), decoding.expects(), &self.buses);
         out
     }
 
-    /// All that a view shows by now but the trace, as a JSON object (see `monitor/snapshot.rs`); empty in other formats.
+    /// All that a view shows by now but the trace, as a JSON object (see `monitor/snapshot.rs`); empty in other
+    /// formats.
     pub fn snapshot(&self) -> Vec<u8> {
         let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
         let known = Known { tally: &self.tally(), buses: self.stream.decoding.buses() };

@@ -1,6 +1,7 @@
 //! Where a session writes: the interface of every format, and of the tables beside them.
 //!
-//! A format implements what concerns it; the other methods do nothing. It must not filter frames: which are shown is given.
+//! A format implements what concerns it; the other methods do nothing. It must not filter frames: which are shown is
+//! given.
 
 use std::fmt::Debug;
 

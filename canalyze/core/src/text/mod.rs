@@ -1,8 +1,8 @@
 //! The core's words, in Chinese and English, and only here and in `rules` (invariant 3).
 //!
-//! `terms` holds rows (code, zh, en); `zh` and `en` say each message and event in a sentence; `findings` and `notes` have
-//! their phrases in pairs; `explain` breaks a frame down bit by bit. It must not decide anything: it puts into words what `message`,
-//! `event` and `finding` carry.
+//! `terms` holds rows (code, zh, en); `zh` and `en` say each message and event in a sentence; `findings` and `notes`
+//! have their phrases in pairs; `explain` breaks a frame down bit by bit. It must not decide anything: it puts into
+//! words what `message`, `event` and `finding` carry.
 
 pub mod complaints;
 pub mod diff;

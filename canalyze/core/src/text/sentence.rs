@@ -14,8 +14,8 @@ const BYTES: usize = 16;
 /// Most characters of one text in a sentence.
 const CHARACTERS: usize = 64;
 
-/// Appends a sentence; a name in braces is replaced by its fact, in the unit that suits it. `{frames|frame|frames}` is a
-/// number with its noun.
+/// Appends a sentence; a name in braces is replaced by its fact, in the unit that suits it. `{frames|frame|frames}` is
+/// a number with its noun.
 pub fn fill(out: &mut Vec<u8>, lang: Lang, sentence: &str, named: impl Fn(&str) -> Option<Said>) {
     let mut rest = sentence;
     while let Some((before, after)) = rest.split_once('{') {

@@ -119,7 +119,8 @@ pub fn physical(mapped: &Mapped, raw: u64) -> Option<f64> {
     }
 }
 
-/// Whether its value is a quantity: not a choice, a truth value, bits or text, of which least and greatest mean nothing.
+/// Whether its value is a quantity: not a choice, a truth value, bits or text, of which least and greatest mean
+/// nothing.
 pub fn is_quantity(mapped: &Mapped) -> bool {
     if mapped.bits > 64 || number(mapped.data_type, 0, mapped.bits) == Number::Bytes {
         return false;

@@ -2,12 +2,13 @@
 //!
 //! It must not decode a state, or judge how a state came about.
 
-use super::{Axis, OPERATIONAL, PROMPT, Place, Sample, controlword, elapsed};
+use super::{Axis, PROMPT, Place, Sample, controlword, elapsed};
 use crate::context::Context;
 use crate::drive::{self, Command, State};
 use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::rules::drive::Drv002;
+use crate::services::heartbeat::OPERATIONAL;
 
 /// Time for a command that leads nearer to operation enabled: capacitors are charged, phases found, brakes released.
 const UPWARD: i64 = 5_000_000_000;
@@ -61,7 +62,7 @@ impl Axis {
         if order.command == Command::FaultReset {
             self.faults.vain = because_of.or(Some(order.at));
         }
-        cx.emit(Finding { because_of, ..finding });
+        cx.report(Finding { because_of, ..finding });
     }
 }
 

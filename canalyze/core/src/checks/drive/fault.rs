@@ -7,12 +7,12 @@ use crate::context::Context;
 use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::rules::drive::Drv005;
+use crate::services::heartbeat::STOPPED;
 
 /// How far an EMCY may be from the fault it announces, in ns.
 const EMCY: i64 = 500_000_000;
 /// Axes of one device that fail within this time of each other have one cause, in ns.
 const TOGETHER: i64 = 100_000_000;
-const STOPPED: u8 = 0x04;
 
 /// Faults of an axis.
 #[derive(Clone, Debug, Default)]
@@ -92,5 +92,5 @@ impl Axis {
 pub(super) fn raise_fault(node: u8, axis: u8, fault: Sample, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
     let what = Drv005::Entered { statusword: fault.word };
     let finding = cx.verdict(what, Some(node), Some(statusword(axis)), None);
-    cx.emit(Finding { at: fault.at, because_of, ..finding });
+    cx.report(Finding { at: fault.at, because_of, ..finding });
 }

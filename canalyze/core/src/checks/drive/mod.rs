@@ -3,7 +3,7 @@
 //! For every axis of every node the controlwords it is given and the statuswords it reports are followed, whether
 //! PDOs or SDO carry them. 6040h and 6041h are something else on an encoder or a valve: judged are nodes whose device
 //! type is known to be a drive's, and those of unknown type that have climbed by CiA 402's steps and never showed
-//! another coding. It errs toward silence: a controlword that could have come unseen excuses everything.
+//! another coding. A controlword that may have come unseen excuses everything.
 //!
 //! It must not read a configuration but the mappings of PDOs, and must not decode a state (`drive` does).
 
@@ -23,6 +23,7 @@ use crate::finding::Finding;
 use crate::frame::{Frame, FrameRef};
 use crate::node::{Node, PerNode};
 use crate::rules::drive::{Drv001, Drv003, Drv004};
+use crate::services::heartbeat::OPERATIONAL;
 use crate::services::pdo::mapping::extract;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
@@ -36,7 +37,6 @@ const SETTLED_FRAMES: u64 = 64;
 const PROMPT: i64 = 1_000_000_000;
 /// Steps upward that show a node of unknown type to be a drive.
 const PROOF: u8 = 2;
-const OPERATIONAL: u8 = 0x05;
 
 /// A statusword as it was reported.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +56,7 @@ struct Jump {
     judged: bool,
 }
 
-/// A mode of operation that was asked for.
+/// A mode of operation that was requested.
 #[derive(Clone, Copy, Debug)]
 struct Request {
     mode: i8,
@@ -357,7 +357,7 @@ impl Drive {
         }
     }
 
-    /// A mode of operation was asked for.
+    /// A mode of operation was requested.
     fn requested(&mut self, place: Place<'_>, mode: u8) {
         let mode = mode.cast_signed();
         let Some(axis) = self.axis(place.axis).filter(|_| place.heard()) else { return };
@@ -472,7 +472,7 @@ impl Axis {
             self.unexplained((node, axis), fault, first, cx);
             let what = Drv003::Unannounced { statusword: fault.word };
             let finding = cx.verdict(what, Some(node), Some(statusword(axis)), Some(fault.at));
-            cx.emit(Finding { because_of: self.faults.fault, ..finding });
+            cx.report(Finding { because_of: self.faults.fault, ..finding });
         }
     }
 

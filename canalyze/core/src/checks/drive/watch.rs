@@ -1,6 +1,6 @@
 //! Which identifiers carry a drive's objects: one test of a bit for every PDO that carries none.
 //!
-//! An identifier is looked at for every node whose PDO it is: several may receive the same one. Made anew with the
+//! An identifier is looked at for every node whose PDO it is: several may receive the same one. Compiled again with the
 //! first PDO after a configuration has changed. It must not look at data.
 
 use std::collections::BTreeMap;

@@ -1,10 +1,10 @@
 //! Heartbeats (CiA 301, 7.2.8.3.2): late, lost, in an unknown state, or with another period than before.
 //!
 //! A producer is watched from its first heartbeat on, as consumers do. How often it sends is what its heartbeats show,
-//! and until they do, what the capture or a DCF shows of 1017h. It owes the next one, and counts as lost when a consumer's
-//! time (1016h) is over, or after three periods. Additional heartbeats are legal. A silence of the whole bus is nobody's
-//! fault: who was expected in it has as long as anew. Verdicts need stamps, but for states. Two nodes with one node-ID
-//! are found in `duplicate_id`.
+//! and until they do, what the capture or a DCF shows of 1017h. It owes the next one, and counts as lost when a
+//! consumer's time (1016h) is over, or after three periods. Additional heartbeats are legal. A silence of the whole bus
+//! is nobody's fault: the time of a heartbeat that was expected in it starts again. Verdicts need stamps, but for
+//! states. Two nodes with one node-ID are found in `duplicate_id`.
 
 mod duplicate_id;
 
@@ -141,7 +141,7 @@ impl Heartbeats {
         let before = producer.expected().unwrap_or(0);
         producer.period.doubt();
         (producer.last, producer.start, producer.late) = (None, Start::Over, None);
-        // The write starts the period anew. Where the server refuses it, the old one goes on.
+        // The write restarts the period. Where the server refuses it, the old one goes on.
         if self.owed.met(node).is_some() && ns > 0 {
             let period = before.max(ns);
             let limit_ns = period.saturating_mul(3).saturating_add(slack(period, Confidence::Configured));
@@ -178,13 +178,13 @@ impl Heartbeats {
     }
 
     /// A frame with bit 7 from a node that sends heartbeats: no guarding answer where nobody asks.
-    /// It is a heartbeat all the same, but its state counts for nothing.
+    /// It is still a heartbeat, but its state does not count.
     pub fn bit_7(&mut self, found: u8, node: u8, cx: &mut Context<'_>) {
         cx.raise(Hbt003::ToggleBit { found }, Some(node), None, None);
         self.alive(node, cx);
     }
 
-    /// A heartbeat whose state counts for nothing.
+    /// A heartbeat whose state does not count.
     pub fn alive(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some(state) = self.producers.get(node).and_then(|producer| producer.state) {
             self.heartbeat(node, state, cx);
@@ -273,7 +273,7 @@ impl Heartbeats {
         missing.fold(silence, |silence, (id, _)| Silence { missing: silence.missing | 1 << (id & 0x7F), ..silence })
     }
 
-    /// The bus is heard again: who was expected in its silence, as others were, has as long as anew.
+    /// The bus is heard again: the time of a heartbeat that was expected in its silence starts again.
     fn resume(&mut self, silence: Silence, cx: &mut Context<'_>) {
         let (mut missing, mut overdue) = (0, false);
         for (node, producer) in self.producers.iter_mut() {
@@ -298,7 +298,7 @@ impl Heartbeats {
         }
     }
 
-    /// Whether a heartbeat that is overdue while no frame comes may yet turn out to be missing as all others are.
+    /// Whether a heartbeat that is overdue while no frame comes may turn out to be missing as all others are.
     fn waits(&mut self, node: u8, silence: Option<Silence>, cx: &mut Context<'_>) -> bool {
         let others = self.producers.iter().any(|(id, _)| id != node && self.owed.get(id).is_some());
         let Some(silence) = silence else { return others };

@@ -143,7 +143,7 @@ pub struct Asked {
     pub settled: bool,
     /// The last answer to it that was not owed any more: it may be one to the next request, captured before that.
     pub surplus: Option<FrameRef>,
-    /// An answer captured before it that may as well be the one before, captured twice.
+    /// An answer captured before it that may be a duplicate of the one before.
     pub early: Option<Early>,
 }
 

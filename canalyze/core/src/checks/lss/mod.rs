@@ -1,9 +1,9 @@
 //! LSS (CiA 305): which slaves are in the configuration state, what the master has asked, and who answers.
 //!
-//! An answer is explained by any earlier request of its kind, and by one that follows within the lag of the
-//! recording's own frames (`evidence::recording`). What happened before the capture, or in a gap, is unknown, and nothing
-//! rests on it. Whether a slave answers nothing because it is not there is no fault: only a slave that was selected owes
-//! an answer. It must not follow Fastscan's bits (`fastscan`) or the fate of node-IDs (`node_id`).
+//! An answer is explained by any earlier request of its kind, and by one that follows within the lag of the recording's
+//! own frames (`evidence::recording`). What happened before the capture, or in a gap, is unknown, and nothing rests on
+//! it. Whether a slave answers nothing because it is not there is no fault: only a slave that was selected owes an
+//! answer. It must not follow Fastscan's bits (`fastscan`) or the fate of node-IDs (`node_id`).
 
 pub mod bit_timing;
 pub mod exchange;
@@ -30,9 +30,8 @@ use crate::message::{Flaw, Message};
 use crate::node::{Node, PerNode};
 use crate::rules::lss::{Lss001, Lss002, Lss003, Lss004, Lss007, Lss009, Lss010, Lss011, Lss012};
 use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, is_plain};
+use crate::services::nmt;
 
-/// NMT commands that reset nodes.
-const RESETS: [u8; 2] = [0x81, 0x82];
 /// How long after its last step a Fastscan is under way, in ns.
 const PATIENCE_NS: i64 = 5_000_000_000;
 
@@ -72,7 +71,7 @@ impl Lss {
                 self.unreadable(from_master, cx.at);
                 self.findings.raise(Lss001::Length { length: frame.len.into() }, None, None, cx);
             }
-            Message::Nmt { command, node } if RESETS.contains(&command) => {
+            Message::Nmt { command, node } if nmt::is_reset(command) => {
                 self.settle_early(nodes, cx);
                 self.restarted(cx);
                 self.node_ids.reset(command, node, cx.at);

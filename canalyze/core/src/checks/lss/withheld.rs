@@ -1,7 +1,7 @@
 //! Findings that wait until the traffic on LSS's identifiers has shown that it is LSS.
 //!
-//! A network that is no CANopen may use any identifier for something else, and a verdict on it would be wrong. An answer
-//! to a request shows it; at the end of the capture, enough valid frames do. It must not judge.
+//! A network that is no CANopen may use any identifier for something else, and a verdict on it would be wrong. An
+//! answer to a request shows it; at the end of the capture, enough valid frames do. It must not judge.
 
 use crate::context::Context;
 use crate::finding::{Code, Finding, Verdict};
@@ -69,7 +69,7 @@ impl Withheld {
     pub fn show(&mut self, cx: &mut Context<'_>) {
         self.shown = true;
         for finding in std::mem::take(&mut self.waiting) {
-            cx.emit(finding);
+            cx.report(finding);
         }
     }
 
@@ -80,9 +80,9 @@ impl Withheld {
         let waiting = std::mem::take(&mut self.waiting);
         let enough = self.answered && self.valid >= VALID.max(waiting.len() * VALID);
         if enough || waiting.iter().all(|finding| finding.code == Code::Lss012) {
-            waiting.into_iter().for_each(|finding| cx.emit(finding));
+            waiting.into_iter().for_each(|finding| cx.report(finding));
         } else {
-            cx.emit(Finding { at: first, ..cx.verdict(Code::Lss030, None, None, None) });
+            cx.report(Finding { at: first, ..cx.verdict(Code::Lss030, None, None, None) });
         }
     }
 }

@@ -1,8 +1,8 @@
 //! What no NMT command explains, while no command was seen at all: 000h may have been filtered out of the capture.
 //!
-//! Such findings wait for the first command, which shows that commands are captured, or until they are old. Where states
-//! change as only a master makes them change, and no command was seen, commands are missing, and nothing is reported. It
-//! must not decide what is spontaneous: that is `nmt`.
+//! Such findings wait for the first command, which shows that commands are captured, or until they are old. Where
+//! states change as only a master makes them change, and no command was seen, commands are missing, and nothing is
+//! reported. It must not decide what is spontaneous: that is `nmt`.
 
 use crate::context::Context;
 use crate::evidence::Rules;
@@ -58,7 +58,7 @@ impl Commandless {
         self.waiting.clear();
     }
 
-    /// A node has gone to the state `to` unasked. What nodes do by themselves is to leave Operational for
+    /// A node has gone to the state `to` without command. What nodes do by themselves is to leave Operational for
     /// Pre-operational, each for its own reasons.
     pub fn changed(&mut self, node: u8, to: u8, finding: &Finding) {
         let alike = |other: &Finding| {
@@ -84,10 +84,7 @@ impl Commandless {
     fn report(&mut self, cx: &mut Context<'_>) {
         for finding in std::mem::take(&mut self.waiting) {
             // What has become known since: two nodes with one node-ID.
-            let evidence = &cx.evidence;
-            let excuse = || evidence.circumstances.excuse(Rules::Nmt, finding.node, cx.when, &evidence.recording);
-            let because_of = finding.because_of.or_else(excuse);
-            cx.report(Finding { because_of, ..finding });
+            cx.report(cx.excused(Rules::Nmt, cx.when, finding));
         }
     }
 }

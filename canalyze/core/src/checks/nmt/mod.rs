@@ -60,7 +60,7 @@ const EXTENSIONS: [u8; 2] = [0x50, 0x60];
 /// Whether the network was switched off and on again.
 #[derive(Clone, Copy, Debug)]
 struct Power {
-    /// All nodes, if several, have just booted unasked.
+    /// All nodes, if several, have just booted without command.
     all: bool,
     /// The nodes that have not, and the number of the last frame of any of them.
     others: u32,
@@ -212,33 +212,25 @@ impl Nmt {
             return cx.raise(Nmt001::Command { found: specifier }, None, None, None);
         };
         self.commandless.command(cx);
-        let crossed = self.moved.is_some_and(|boot_up| !cx.evidence.recording.is_settled(boot_up, cx.at));
         match node {
-            0 => {
-                self.broadcast = Some(Command::new(state, specifier, cx.at, false));
-                // Who was only asked for is none of those who are meant.
-                for (id, node_state) in self.nodes.iter_mut().filter(|(_, node_state)| node_state.present) {
-                    let explained = node_state.commanded(id, (state, specifier, false), cx);
-                    if state == 0 && !crossed && node_state.owes_boot_up(false, cx) {
-                        self.boot_ups.open(id, Owed { since: cx.when, limit_ns: LEAST_BOOT_NS, why: Some(cx.at) });
-                    }
-                    self.late |= explained;
-                    self.suspects = self.suspects.saturating_sub(u32::from(explained));
-                }
-            }
-            1..=127 => {
-                let node_state = self.nodes.entry(node);
-                let explained = node_state.commanded(node, (state, specifier, true), cx);
-                if state == 0 && !crossed && node_state.owes_boot_up(true, cx) {
-                    self.boot_ups.open(node, Owed { since: cx.when, limit_ns: LEAST_BOOT_NS, why: Some(cx.at) });
-                }
-                self.late |= explained;
-                self.suspects = self.suspects.saturating_sub(u32::from(explained));
-            }
+            0 => self.broadcast = Some(Command::new(state, specifier, cx.at, false)),
+            1..=127 => _ = self.nodes.entry(node),
             _ => {
                 self.garbled = Some(cx.at);
-                cx.raise(Nmt001::NodeId { found: node.into() }, None, None, None);
+                return cx.raise(Nmt001::NodeId { found: node.into() }, None, None, None);
             }
+        }
+        let explicit = node != 0;
+        let crossed = self.moved.is_some_and(|boot_up| !cx.evidence.recording.is_settled(boot_up, cx.at));
+        // Of all, those are meant that are there.
+        let meant = |(id, node_state): &(u8, &mut NodeState)| if explicit { *id == node } else { node_state.present };
+        for (id, node_state) in self.nodes.iter_mut().filter(meant) {
+            let explained = node_state.commanded(id, (state, specifier, explicit), cx);
+            if state == 0 && !crossed && node_state.owes_boot_up(explicit, cx) {
+                self.boot_ups.open(id, Owed { since: cx.when, limit_ns: LEAST_BOOT_NS, why: Some(cx.at) });
+            }
+            self.late |= explained;
+            self.suspects = self.suspects.saturating_sub(u32::from(explained));
         }
     }
 
@@ -449,12 +441,12 @@ impl Nmt {
             }
             self.commandless.changed(node, to, &finding);
             // Two nodes with one node-ID seem to change their state.
-            let because_of = cx.evidence.circumstances.excuse(Rules::Nmt, Some(node), cx.when, &cx.evidence.recording);
-            self.commandless.find(Finding { because_of, ..finding }, wait_ns, cx);
+            self.commandless.find(cx.excused(Rules::Nmt, cx.when, finding), wait_ns, cx);
         }
     }
 
-    /// Who has booted unasked of late, and who has not. A master without commands keeps its own power.
+    /// Which nodes have booted without command lately, and which have not. A master without commands keeps its own
+    /// power.
     fn power(&self, at: FrameRef) -> Power {
         let (mut count, mut power) = (0, Power { all: false, others: 0, heard: 0 });
         for (_, node_state) in self.nodes.iter().filter(|(_, node_state)| node_state.present) {

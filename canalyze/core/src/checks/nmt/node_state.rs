@@ -1,4 +1,5 @@
-//! One node's state, as far as the capture shows it: what it has shown, what was commanded, and what is still unexplained.
+//! One node's state, as far as the capture shows it: what it has shown, what was commanded, and what is still
+//! unexplained.
 //!
 //! It must not look at other nodes, or at the bus: that is `nmt`.
 
@@ -9,7 +10,8 @@ use crate::frame::FrameRef;
 use crate::rules::nmt::Nmt002;
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
-/// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most once.
+/// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most
+/// once.
 const SELF_START_NS: i64 = 5_000_000_000;
 
 /// An emergency within this time, or number of frames, before a change of state explains it (1029h), in ns.
@@ -107,7 +109,7 @@ pub(super) struct Suspect {
 
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Spontaneous {
-    /// `wait_ns`: how long it may yet turn out to be of two nodes in turns.
+    /// `wait_ns`: for how long two nodes that change state in turns may explain it.
     Change {
         from: u8,
         to: u8,
@@ -208,8 +210,8 @@ impl NodeState {
             && (explicit || self.managed || self.boots.last.is_some())
     }
 
-    /// The next command comes. A node that was in another state and is Pre-operational since the reset was reset, and its
-    /// boot-up is missing.
+    /// The next command comes. A node that was in another state and is Pre-operational since the reset was reset, and
+    /// its boot-up is missing.
     fn restarted_silently(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(command) = self.command.filter(|command| command.state == 0 && command.sure && !command.judged) else {
             return;

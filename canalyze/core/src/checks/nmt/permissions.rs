@@ -176,8 +176,8 @@ impl NmtPermissions {
         period
     }
 
-    /// A node that was commanded and shows its states may not have obeyed: then it is the command that failed. And where
-    /// one heartbeat alone shows a state that was not commanded, it is that heartbeat.
+    /// A node that was commanded and shows its states may not have obeyed: then it is the command that failed. And
+    /// where one heartbeat alone shows a state that was not commanded, it is that heartbeat.
     fn judge(&mut self, nmt: &Nmt, known: Known, finding: Finding, cx: &mut Context<'_>) {
         let Some(node) = finding.node else { return };
         if !known.doubtful && (known.shown || !nmt.shows(node)) {
@@ -200,7 +200,7 @@ impl StatePeriod {
         first
     }
 
-    /// The node goes to a state, or is asked to: what it does there is reported anew, unless it is in it already.
+    /// The node goes to a state, or is asked to: what it does there is reported again, unless it is in it already.
     fn leave_for(&mut self, state: u8) {
         if self.state != state {
             self.state = 0;

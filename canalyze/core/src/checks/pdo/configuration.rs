@@ -12,13 +12,12 @@ use crate::finding::{Code, Verdict};
 use crate::frame::{CanId, Frame, FrameRef, Kind};
 use crate::node::{CobId, Content, Node, Pdo, PerNode};
 use crate::rules::pdo::{Pdo008, Pdo009, Pdo010, Pdo011, Pdo014, Pdo015, Pdo016, Pdo018, Pdo019};
+use crate::services::heartbeat::OPERATIONAL;
 use crate::services::pdo::communication_parameter;
 use crate::services::pdo::mapping::decode_entry;
 use crate::services::sdo::transfer::Transfer;
 use crate::services::sdo::wire::Mux;
 
-/// NMT state.
-const OPERATIONAL: u8 = 0x05;
 /// Most bits of a classic PDO.
 const CLASSIC_BITS: u32 = 64;
 /// Frames after a PDO was made invalid that may have been under way before.

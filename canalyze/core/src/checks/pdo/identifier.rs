@@ -1,9 +1,9 @@
 //! Whether two TPDOs are configured to one CAN-ID (CiA 301, 7.3.5): two nodes that send on it disturb each other, and
 //! their frames cannot be told apart.
 //!
-//! It is judged where frames come on it, so that a master may move identifiers around before it starts the nodes. Of two
-//! nodes only what is more than an EDS's default counts: a device may have been configured before the capture. It must
-//! not judge RPDOs: any number of nodes may receive what one sends.
+//! It is judged where frames come on it, so that a master may move identifiers around before it starts the nodes. Of
+//! two nodes only what is more than an EDS's default counts: a device may have been configured before the capture. It
+//! must not judge RPDOs: any number of nodes may receive what one sends.
 
 use std::collections::BTreeMap;
 

@@ -89,8 +89,8 @@ impl PdoLength {
         // A device may have stored another mapping than the EDS's default, unless it was seen to keep to that.
         let (place, bit) = bit(transmit, number);
         let kept = lengths.is_some_and(|known| known.fitted.get(place).is_some_and(|set| set & bit != 0));
-        // What was only read before a reset may have been written before the capture and be gone since; what was written
-        // may have outlived a reset of communication. A frame that fitted since then has shown which.
+        // What was only read before a reset may have been written before the capture and be gone since; what was
+        // written may have outlived a reset of communication. A frame that fitted since then has shown which.
         let reset = lengths.and_then(|lengths| lengths.reset).filter(|_| !kept || consumer.is_some());
         let doubted = |known| self.lost.is_some_and(|lost| known <= lost) || reset.is_some_and(|reset| known <= reset);
         if let Provenance::Observed(known) = from

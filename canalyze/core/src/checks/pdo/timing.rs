@@ -14,6 +14,8 @@ use crate::evidence::{Obligations, Rules, When};
 use crate::finding::{Finding, Verdict};
 use crate::node::Pdo;
 use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
+use crate::services::heartbeat::OPERATIONAL;
+use crate::services::nmt::START;
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::Mux;
 
@@ -28,10 +30,6 @@ const KNOWN: u32 = 5;
 /// The part of its period that a punctual sender may be late by, and how many times its usual lateness.
 const PUNCTUAL_PART: i64 = 6;
 const USUAL: i64 = 3;
-/// NMT command: start remote node.
-const START: u8 = 1;
-/// NMT state: Operational.
-const OPERATIONAL: u8 = 5;
 /// Transmission types from this one on are event-driven.
 const EVENT_DRIVEN: u8 = 254;
 
@@ -49,13 +47,13 @@ pub struct PdoTiming {
 }
 
 /// The last frame of a PDO.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Sent {
     /// `None`: it was stopped since.
     when: Option<When>,
     /// By how much it may have been stamped late, in ns.
     late_ns: i64,
-    /// A remote frame has asked for the next one.
+    /// The next one was requested by a remote frame.
     requested: bool,
     /// Its event timer or deadline in ns; 0: none.
     timer_ns: i64,
@@ -84,23 +82,10 @@ impl PdoTiming {
             sent.overdue.keep();
         }
         let late_ns = cx.evidence.recording.shortens_ns(cx.when, inhibit);
-        match self.sent.get_mut(&name) {
-            Some(sent) => {
-                sent.timer_ns = timer;
-                sent.follow(name, inhibit, late_ns, cx);
-            }
-            None => {
-                let (early, overdue) = (Series::default(), Series::default());
-                let (requested, usual_ns, gaps) = (false, 0, 0);
-                let sent =
-                    Sent { when: Some(cx.when), late_ns, requested, timer_ns: timer, usual_ns, gaps, early, overdue };
-                self.sent.insert(name, sent);
-            }
-        }
-        if timer > 0
-            && !self.halted.contains(&node)
-            && let Some(sent) = self.sent.get(&name)
-        {
+        let sent = self.sent.entry(name).or_default();
+        sent.timer_ns = timer;
+        sent.follow(name, inhibit, late_ns, cx);
+        if timer > 0 && !self.halted.contains(&node) {
             self.due.open(name, Owed { since: cx.when, limit_ns: sent.patience(pdo.transmit), why: None });
         }
     }

@@ -83,7 +83,7 @@ impl Counter {
         self.two
     }
 
-    /// Takes a value. `exact`: the overflow value of the producer. `restarted`: the producer may begin anew with 1.
+    /// Takes a value. `exact`: the overflow value of the producer. `restarted`: the producer may start again with 1.
     pub fn step(&mut self, value: u8, at: FrameRef, exact: Option<u8>, restarted: bool) -> [Option<Miscount>; 2] {
         let overflow = exact.or(self.learnt);
         let limit = exact.unwrap_or(HIGHEST);

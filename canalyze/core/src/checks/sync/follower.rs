@@ -7,7 +7,7 @@
 /// Cycles in a row that are looked back on.
 const CYCLES: usize = 8;
 
-/// The PDO that has come in every cycle of late.
+/// The PDO that has come in each of the last cycles.
 #[derive(Debug, Default)]
 pub(super) struct Follower {
     /// Its node and number.

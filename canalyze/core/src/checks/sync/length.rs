@@ -1,5 +1,5 @@
-//! The length of SYNC (CiA 301, 7.2.5.3.1): one byte with a counter, none without. What is longer is none of its
-//! lengths, and is not judged here.
+//! The length of SYNC (CiA 301, 7.2.5.3.1): one byte with a counter, none without. A longer one is
+//! malformed, and is not judged here.
 
 use crate::context::Context;
 use crate::rules::sync::Syn001;

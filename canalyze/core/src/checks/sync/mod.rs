@@ -75,7 +75,7 @@ struct Activity {
 /// Whether the producer still sends SYNC.
 #[derive(Debug, Default)]
 struct Producer {
-    /// It may have begun anew since the last SYNC, and why it may have been stopped.
+    /// It may have restarted since the last SYNC, and why it may have been stopped.
     restarted: bool,
     stopped: Restart,
     /// It was reported that SYNC has stopped, or that is not known.
@@ -299,7 +299,7 @@ impl Sync {
         self.report(Finding { at, ..cx.verdict(what, None, None, None) }, cx);
     }
 
-    /// Two producers: what waits and what comes is their doing.
+    /// Two producers: they explain what waits and what comes.
     fn two_producers(&mut self, finding: Finding, cx: &mut Context<'_>) {
         self.window.because_of = Some(finding.at);
         cx.evidence.circumstances.note(Kind::SyncBroken, None, cx.when);

@@ -25,8 +25,8 @@ const CALM: u8 = 2;
 /// SYNCs beyond the period, each within this many SYNCs of the one before, that show a second producer.
 const EXTRA: u8 = 3;
 const EXTRA_WITHIN: u64 = 6;
-/// Gaps out of [`GAPS`] that are off the period by more than a sixth, before that is a finding: a loaded host is late now
-/// and then.
+/// Gaps out of [`GAPS`] that are off the period by more than a sixth, before that is a finding: a loaded host is late
+/// now and then.
 const UNSTEADY: u32 = 11;
 /// Regular gaps in a row that a mean is taken of.
 const MEANT: u32 = 8;
@@ -272,7 +272,7 @@ impl SyncPeriod {
         self.calm_from = self.cycle + 1;
     }
 
-    /// The period is another one by configuration: it is learnt anew.
+    /// The period is another one by configuration: it is learnt again.
     pub fn forget(&mut self) {
         self.period.forget();
         self.recent.clear();
@@ -413,7 +413,7 @@ impl SyncPeriod {
         }
         self.settle(gap, period, recording, out);
         if gap.ns >= period / 2 && gap.ns <= period + period / 2 {
-            // A change of the period is no jitter: what the next gap makes up for is.
+            // A change of the period is no jitter: a deviation that the next gap compensates is.
             let (off, before) = (gap.ns - period, before_ns - period);
             let made_up = (off >= 0) != (before >= 0);
             self.deviate(if made_up { off.abs().min(before.abs()) } else { 0 });
@@ -438,7 +438,7 @@ impl SyncPeriod {
         if gap.ns / PAUSE > period && gap.silent {
             return true;
         }
-        // One that is missing in the old phase is none that began anew with the next one.
+        // A SYNC that is missing in the old phase is no restart of the producer.
         let exact = match gap.restart {
             Restart::None => return false,
             Restart::Hardly => room.min(period / 16),

@@ -1,7 +1,8 @@
-//! What the nodes of a bus are configured to do with SYNC: 1005h, 1006h, 1007h and 1019h, and the options that stand in.
+//! What the nodes of a bus are configured to do with SYNC: 1005h, 1006h, 1007h and 1019h, and the options that stand
+//! in.
 //!
 //! Nodes may disagree: the producer's word counts for period and counter, a node's own for its window; then the most
-//! trusted. Made anew when one of these objects changes. It must not look at frames.
+//! trusted. Compiled again when one of these objects changes. It must not look at frames.
 
 use crate::configuration::Provenance;
 use crate::network::Network;

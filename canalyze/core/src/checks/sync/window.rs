@@ -40,7 +40,7 @@ pub fn synchronous(kind: u8) -> bool {
 /// The synchronous TPDOs of a bus.
 #[derive(Debug, Default)]
 pub struct SyncWindow {
-    nodes: PerNode<Tracks>,
+    nodes: PerNode<Vec<Track>>,
     count: usize,
     /// It was reported that times cannot be judged.
     reported: bool,
@@ -48,12 +48,6 @@ pub struct SyncWindow {
     empty: u8,
     /// What explains findings on PDOs: two producers were reported.
     pub because_of: Option<FrameRef>,
-}
-
-/// The synchronous TPDOs of a node.
-#[derive(Debug, Default)]
-struct Tracks {
-    list: Vec<Track>,
 }
 
 /// A PDO that came.
@@ -77,7 +71,7 @@ struct Track {
     open: Open,
     /// Its configuration was touched since it came last: that it does not come may be meant.
     touched: bool,
-    /// A remote frame asked for it.
+    /// It was requested by a remote frame.
     asked: bool,
     /// It came before any SYNC.
     before: u8,
@@ -137,16 +131,16 @@ impl SyncWindow {
         self.report_unjudged(period, window_ns, cx);
         self.empty = 0;
         let tracks = self.nodes.entry(node);
-        let place = match tracks.list.iter().position(|track| track.number == pdo.number) {
+        let place = match tracks.iter().position(|track| track.number == pdo.number) {
             Some(place) => place,
             None if self.count >= TRACKS => return,
             None => {
                 self.count += 1;
-                tracks.list.push(Track::new(pdo.number));
-                tracks.list.len() - 1
+                tracks.push(Track::new(pdo.number));
+                tracks.len() - 1
             }
         };
-        let Some(track) = tracks.list.get_mut(place) else { return };
+        let Some(track) = tracks.get_mut(place) else { return };
         if (track.configured.kind, track.configured.id) != (kind, pdo.cob.0.id) {
             track.restart();
             (track.configured.kind, track.configured.id) = (kind, pdo.cob.0.id);
@@ -161,7 +155,7 @@ impl SyncWindow {
     pub fn alive(&mut self, node: u8, period: &SyncPeriod, cx: &mut Context<'_>) {
         let because_of = self.because_of;
         let Some(tracks) = self.nodes.get_mut(node) else { return };
-        for track in &mut tracks.list {
+        for track in tracks {
             let n = u64::from(track.configured.kind);
             let Some(last) =
                 track.last.filter(|_| track.cyclic() && track.established() && !(track.open.reported || track.touched))
@@ -188,7 +182,7 @@ impl SyncWindow {
     /// stamps the only sign that the recorder stood still.
     pub fn stood_still(&mut self) -> bool {
         let due = |track: &&Track| track.configured.kind == 1 && track.established();
-        let tracks = || self.nodes.iter().flat_map(|(_, tracks)| &tracks.list);
+        let tracks = || self.nodes.iter().flat_map(|(_, tracks)| tracks);
         let still = self.empty > 1 || (self.empty == 1 && tracks().filter(due).count() >= 2);
         self.empty = self.empty.saturating_add(1);
         still
@@ -197,7 +191,7 @@ impl SyncWindow {
     /// The first SYNC came: a TPDO came before it whose type the capture has shown.
     pub fn first_sync(&mut self, cx: &mut Context<'_>) {
         for (node, tracks) in self.nodes.iter_mut() {
-            for track in tracks.list.iter_mut().filter(|track| track.before == 1 && track.configured.shown) {
+            for track in tracks.iter_mut().filter(|track| track.before == 1 && track.configured.shown) {
                 let Some(last) = track.last else { continue };
                 if last.when.at.t_ns.is_some() {
                     track.before = 2;
@@ -207,25 +201,25 @@ impl SyncWindow {
         }
     }
 
-    /// A node (or all) was reset: what it sends is learnt anew.
+    /// A node (or all) was reset: what it sends is learnt again.
     pub fn restart(&mut self, node: Option<u8>) {
         self.each(node, Track::restart);
     }
 
-    /// A node (or all) was started or stopped, or frames were lost: when it sends is learnt anew.
+    /// A node (or all) was started or stopped, or frames were lost: when it sends is learnt again.
     pub fn pause(&mut self, node: Option<u8>) {
         self.each(node, Track::pause);
     }
 
     fn each(&mut self, node: Option<u8>, act: impl Fn(&mut Track)) {
         for (_, tracks) in self.nodes.iter_mut().filter(|(id, _)| node.is_none_or(|node| node == *id)) {
-            tracks.list.iter_mut().for_each(&act);
+            tracks.iter_mut().for_each(&act);
         }
     }
 
     /// One TPDO of a node is another one by configuration, if its type or identifier is.
     pub fn reconfigured(&mut self, node: u8, number: u16, pdo: Option<&Pdo>) {
-        let Some(track) = self.nodes.get_mut(node).and_then(|tracks| tracks.find(number)) else { return };
+        let Some(track) = self.track_mut(node, number) else { return };
         let same = pdo.is_some_and(|pdo| {
             let kind = pdo.transmission.map(|(kind, _)| kind);
             pdo.cob.0.valid
@@ -240,13 +234,17 @@ impl SyncWindow {
 
     /// A remote frame asks for a TPDO.
     pub fn asked(&mut self, node: u8, number: u16) {
-        if let Some(track) = self.nodes.get_mut(node).and_then(|tracks| tracks.find(number)) {
+        if let Some(track) = self.track_mut(node, number) {
             track.asked = true;
         }
     }
 
+    fn track_mut(&mut self, node: u8, number: u16) -> Option<&mut Track> {
+        self.nodes.get_mut(node)?.iter_mut().find(|track| track.number == number)
+    }
+
     fn track(&self, node: u8, number: u16) -> Option<&Track> {
-        self.nodes.get(node)?.list.iter().find(|track| track.number == number)
+        self.nodes.get(node)?.iter().find(|track| track.number == number)
     }
 
     /// Reports once that windows cannot be judged: without stamps, or because the tolerance is larger than they are.
@@ -266,12 +264,6 @@ impl SyncWindow {
     /// It was reported elsewhere that times cannot be judged.
     pub fn set_reported(&mut self) -> bool {
         std::mem::replace(&mut self.reported, true)
-    }
-}
-
-impl Tracks {
-    fn find(&mut self, number: u16) -> Option<&mut Track> {
-        self.list.iter_mut().find(|track| track.number == number)
     }
 }
 
@@ -323,7 +315,7 @@ impl Track {
         }
     }
 
-    /// What it does is learnt anew; its figures stay.
+    /// When it comes is learnt again; its figures stay.
     fn restart(&mut self) {
         self.pause();
         self.steady = 0;
@@ -504,10 +496,8 @@ impl Track {
 
     /// Reports what was not as it should be since a frame; as a consequence, where SYNC was irregular since then.
     fn report(&self, finding: Finding, since: When, known: &Judged<'_>, cx: &mut Context<'_>) {
-        let recording = &cx.evidence.recording;
-        let excuse = || cx.evidence.circumstances.excuse(Rules::SynchronousPdo, finding.node, since, recording);
-        let because_of = known.because_of.or_else(excuse);
-        let finding = Finding { because_of, ..finding };
+        let finding = Finding { because_of: known.because_of, ..finding };
+        let finding = cx.excused(Rules::SynchronousPdo, since, finding);
         let period_ns = known.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
         cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
     }

@@ -54,7 +54,8 @@ fn each_kind_by_itself() {
     for (frame, code, severity) in [
         (BUS_OFF, "BUS001", "error"),
         (PASSIVE, "BUS002", "warning"),
-        // At least 12 transmissions, or 96 frames, were faulty by then: as many bus errors, where those are not recorded.
+        // At least 12 transmissions, or 96 frames, were faulty by then: as many bus errors, where those are not
+        // recorded.
         (WARNING, "BUS003", "warning"),
         (NO_ACK, "BUS004", "warning"),
         (OVERFLOW, "BUS005", "warning"),
