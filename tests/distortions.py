@@ -8,11 +8,10 @@ listing are changed, as an adapter, a driver or a recorder does it.
 from __future__ import annotations
 
 import random
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
-from statistics import median
 
 from captures import CanFrame, console_text, log_text
 from plants import Session
@@ -84,6 +83,39 @@ def stalled(frames: Frames, at: int, lasts_us: int, gap_us: int) -> Frames:
     return new
 
 
+def sender(frame: CanFrame) -> int | None:
+    """The node that sends a frame when its time has come (0: SYNC); none: it is sent for a reason, or is an answer."""
+    if frame.extended or frame.remote:
+        return None
+    if 0x101 <= frame.can_id <= 0x180:
+        return (frame.can_id - 0xFF) // 2
+    if 0x700 < frame.can_id < 0x780 and frame.data == b"\0":
+        return None
+    own_time = 0x80 <= frame.can_id < 0x580 or 0x700 < frame.can_id < 0x780
+    return frame.can_id & 0x7F if own_time and frame.can_id != 0x100 else None
+
+
+def looks_sent_late(late: Frames, gap_us: int) -> bool:
+    """Whether what a stall has delayed may have been sent at the time of its stamps.
+
+    Physical limit: that needs a frame that came again too soon, one of a second sender that is late by something else,
+    or frames closer to each other than they can be on a bus. Frames of one node, each CAN-ID but for emergencies
+    once, look as sent late.
+    """
+    timed = [frame for frame in late if sender(frame) is not None]
+    again = Counter(frame.can_id for frame in timed if not 0x80 < frame.can_id < 0x100)
+    once = all(count == 1 for count in again.values())
+    return gap_us > CLOSEST_US and once and len({sender(frame) for frame in timed}) == 1
+
+
+def awaited(frames: Frames, at: int, lasts_us: int) -> set[int]:
+    """The nodes that send, as they did twice before, within so long after a frame."""
+    begin = frames[at - 1].t_us
+    before = Counter(frame.can_id for frame in frames[:at] if sender(frame) is not None)
+    soon = (frame for frame in frames[at:] if frame.t_us < begin + lasts_us)
+    return {node for frame in soon if (node := sender(frame)) is not None and before[frame.can_id] > 1}
+
+
 def floored(frames: Frames, unit_us: int) -> Frames:
     """Stamps of a coarse clock."""
     return [replace(frame, t_us=frame.t_us // unit_us * unit_us) for frame in frames]
@@ -123,9 +155,9 @@ def _stall(lasts_us: int, gap_us: int) -> Apply:
         frames = list(session.frames)
         for at in places(len(frames), 6):
             listed = stalled(frames, at, lasts_us, gap_us)
-            late = sum(one.t_us != other.t_us for one, other in zip(frames, listed, strict=True))
+            late = [one for one, other in zip(frames, listed, strict=True) if one.t_us != other.t_us]
             # Physical limit: a lone frame that is stamped late looks as one that was sent late.
-            if late > 1:
+            if len(late) > 1 and not looks_sent_late(late, gap_us):
                 yield f"from frame {at + 1}", log_text(listed)
 
     return apply
@@ -163,20 +195,6 @@ def _loss(lasts_us: int) -> Apply:
     return apply
 
 
-def _awaited(frames: Frames, lasts_us: int) -> set[int]:
-    """The nodes that come evenly by themselves, and would have come in a silence after these frames."""
-    guarded = {frame.can_id for frame in frames if frame.remote}
-    stamps: dict[int, list[int]] = {}
-    for frame in frames:
-        # SDO, LSS and answers of node guarding come when the master asks.
-        if not (0x580 <= frame.can_id < 0x680 or frame.can_id >= 0x780 or frame.can_id in guarded):
-            stamps.setdefault(frame.can_id, []).append(frame.t_us)
-    gaps = {can_id: median(b - a for a, b in pairwise(times)) for can_id, times in stamps.items() if len(times) > 2}
-    awaited = {can_id for can_id, gap in gaps.items() if gap * 1.5 < lasts_us}
-    # An SRDO has two CAN-IDs, one beside the other.
-    return {0x100 if 0x100 < can_id < 0x180 else can_id & 0x7F for can_id in awaited}
-
-
 def _pause(lasts_us: int) -> Apply:
     """The network stood still and went on, or its clock was put on: where least was going on, all of it is later.
 
@@ -186,7 +204,7 @@ def _pause(lasts_us: int) -> Apply:
     def apply(session: Session) -> Iterator[Variant]:
         frames = list(session.frames)
         gaps = sorted(range(1, len(frames)), key=lambda at: frames[at - 1].t_us - frames[at].t_us)
-        for at in [at for at in gaps if len(_awaited(frames[:at], lasts_us)) > 1][:8]:
+        for at in [at for at in gaps if len(awaited(frames, at, lasts_us)) > 1][:8]:
             later = [replace(frame, t_us=frame.t_us + lasts_us) for frame in frames[at:]]
             yield f"before frame {at + 1}", log_text([*frames[:at], *later])
 
@@ -202,6 +220,8 @@ ECHOES_US = (500, 1000, 2500, 3000, 5000, 8000)
 COPIES_US = (1, 100, 800, 2000, 5000, 8000)
 STALLS_US = (15_000, 30_000, 100_000, 600_000, 800_000, 1_100_000, 5_000_000, 60_000_000)
 BURSTS_US = (20, 200, 1000)
+CLOSEST_US = 44
+"""No frame follows another within less, at 1 Mbit/s."""
 UNITS_US = (1, 10, 100, 1000, 2000, 5000, 10_000)
 LOSSES_US = (10_000, 100_000, 1_000_000)
 PAUSES_US = (1_000_000, 10_000_000, 60_000_000)

@@ -127,7 +127,7 @@ impl Bus {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
         let when = cx.evidence.recording.take(when, happened, frame, role.is_command());
-        (cx.when, cx.sighting) = (when, cx.evidence.recording.sighting(frame.no, happened.sighting));
+        (cx.when, cx.sighting) = (when, cx.evidence.recording.sighting(when.at, happened.sighting));
         if cx.evidence.recording.is_first_of_stall(when) {
             cx.evidence.circumstances.note(circumstance::Kind::Stall, None, when);
         }

@@ -83,7 +83,7 @@ struct Reported {
     /// Errors that the last reset has taken back.
     ended: Vec<Standing>,
     change: Change,
-    last: Option<FrameRef>,
+    last: Option<When>,
     /// The last emergencies, with stamps.
     recent: VecDeque<FrameRef>,
     flood: Option<Flood>,
@@ -137,12 +137,14 @@ impl Emergencies {
         if register & RESERVED != 0 {
             cx.raise(Emc003::Bit6 { code, register }, Some(node), None, None);
         }
-        let last = self.nodes.entry(node).last.replace(cx.at);
-        let Some(gap) = cx.at.since(last).filter(|gap| *gap >= 0) else { return };
+        let recording = &cx.evidence.recording;
+        let Some(last) = self.nodes.entry(node).last.replace(cx.when) else { return };
+        let Some(gap) = recording.between(last, cx.when).filter(|gap| *gap >= 0) else { return };
         let inhibit = configured.and_then(|configured| configured.value(0x1015, 0));
         let Some((inhibit, _)) = inhibit.filter(|(_, from)| *from > Provenance::Eds) else { return };
         let inhibit_ns = (inhibit & 0xFFFF) as i64 * 100_000;
-        if gap < inhibit_ns - SLACK_NS.max(inhibit_ns / 10).max(self.slack_ns) {
+        let limit_ns = inhibit_ns - SLACK_NS.max(inhibit_ns / 10).max(self.slack_ns);
+        if recording.certainly_within(cx.when, last, limit_ns) {
             let what = Emc005::TooClose { found: gap, expected: inhibit_ns };
             cx.report_timed(cx.verdict(what, Some(node), None, None));
         }

@@ -163,9 +163,14 @@ impl Recording {
         When { own, epoch: observed.epoch.saturating_add(self.losses), ..observed }
     }
 
-    /// Whether a frame that was observed as such is a duplicate, once it is taken.
-    pub fn sighting(&self, number: u64, observed: Sighting) -> Sighting {
-        self.duplicates.decided(number, observed)
+    /// Whether a frame that was observed as such is a duplicate, once it is taken. What comes from a buffer is close to
+    /// equal frames because of that.
+    pub fn sighting(&self, at: FrameRef, observed: Sighting) -> Sighting {
+        let near_burst = |at_ns| self.stalls.is_near_confirmed(at_ns, super::duplicates::APART_NS);
+        match self.duplicates.decided(at.no, observed) {
+            Sighting::Suspect if at.t_ns.is_some_and(near_burst) => Sighting::Original,
+            decided => decided,
+        }
     }
 
     /// The number of the first frame of which it is not known yet what the recording did with it.

@@ -3,34 +3,131 @@
 //! This is what the recording itself is measured by; what a check owes and is owed it learns by itself
 //! ([`Period`](super::period::Period)). It must not know what a frame means, beyond which CAN-IDs come by themselves.
 
-use crate::frame::Frame;
+use crate::frame::{Frame, Kind};
 
-/// CAN-IDs of which the usual gap is kept: all 11-bit ones.
-const IDENTIFIERS: usize = 0x800;
+/// CAN-IDs of which the usual gap is kept: all 11-bit ones, and their remote frames behind them.
+const IDENTIFIERS: usize = 0x1000;
+const REMOTE: usize = 0x800;
 /// Those that tell nothing of a pause: commands, emergencies, SDO and LSS are sent when there is a reason, and the two
 /// frames of an SRDO are one node's.
 const APERIODIC: [std::ops::RangeInclusive<usize>; 5] =
     [0x000..=0x07F, 0x081..=0x0FF, 0x101..=0x180, 0x580..=0x67F, 0x7E4..=0x7E5];
 
+/// The two frames of an SRDO are one node's, and so no two senders.
+const SRDO: std::ops::RangeInclusive<usize> = 0x101..=0x180;
+/// Gaps after which it is known how often a CAN-ID comes.
+const KNOWN: usize = 3;
+/// What comes this close to its time is on time, in ns, and further off than that it is late.
+const ON_TIME_NS: i64 = 1_000_000;
+/// The gaps of a CAN-ID that comes evenly are so many times as long as those in a burst.
+const SQUEEZED: i64 = 3;
+
+/// Gaps that are kept of a CAN-ID.
+const KEPT: usize = 5;
+
 /// How often a CAN-ID comes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Usual {
     last_ns: i64,
+    /// The last gaps, and how many were taken.
+    kept: [i64; KEPT],
+    gaps: usize,
+    /// Their median, and the median of how far they are off it, in ns.
     gap_ns: i64,
-    /// By how much its gaps differ, in ns.
     off_ns: i64,
-    /// Gaps seen, up to a few.
-    gaps: u8,
-    /// In how short a time it came again in the first burst, in ns; 0: it did not.
-    squeezed_ns: i64,
+    /// The last gap, in ns, whatever it was.
+    before_ns: i64,
+    squeezed: Squeezed,
+}
+
+/// A CAN-ID of which little was known came again in a burst: how often it comes behind it tells whether that was one.
+#[derive(Clone, Copy, Debug, Default)]
+struct Squeezed {
+    /// The number of the burst; 0: none.
+    burst: u32,
+    /// In how short a time it came again, and the last gap behind the burst, in ns.
+    ns: i64,
+    gap_ns: i64,
+}
+
+/// By how much a frame came later than it was due, and how exactly that is known, in ns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Late {
+    pub(super) ns: i64,
+    pub(super) room_ns: i64,
+}
+
+impl Late {
+    /// Whether the frame came when it was due.
+    pub(super) fn is_on_time(self) -> bool {
+        self.ns <= ON_TIME_NS && self.room_ns <= 4 * ON_TIME_NS
+    }
+}
+
+/// What the time of a frame has shown of its sender.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Seen {
+    /// It was due since the silence began.
+    pub(super) late: Option<Late>,
+    /// Its CAN-ID, that comes by itself and evenly, came again in a small part of its usual gap.
+    pub(super) compressed: bool,
+    /// And it had come later than usual before.
+    pub(super) caught_up: bool,
+    /// The same of one of which too little is known: frames behind the burst will tell.
+    pub(super) again: bool,
+    /// The number of a burst in which its CAN-ID came closer than it does behind it; 0: none.
+    pub(super) tells_of: u32,
+}
+
+/// A burst that runs: its number, and the silence before it (from, to in ns).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Run {
+    pub(super) number: u32,
+    pub(super) from_ns: i64,
+    pub(super) to_ns: i64,
+    /// It is longer than those of late.
+    pub(super) unusual: bool,
 }
 
 impl Usual {
     /// When the next frame is due, of a CAN-ID whose gaps are even, in ns.
     fn due_ns(&self) -> Option<i64> {
-        let even = self.gaps > 2 && self.off_ns < self.gap_ns / 8;
+        let even = self.gaps >= KNOWN && self.off_ns < self.gap_ns / 8;
         even.then(|| self.last_ns.saturating_add(self.gap_ns))
     }
+
+    /// How late it is at `now`. Where several were due and one has come, others are missing: it is not late.
+    fn late(&self, from: i64, now: i64) -> Option<Late> {
+        let ns = now.saturating_sub(self.due_ns().filter(|due| *due > from)?);
+        let room_ns = self.off_ns.saturating_mul(4).max(ON_TIME_NS);
+        (-room_ns..self.gap_ns / 4 * 3).contains(&ns).then_some(Late { ns, room_ns })
+    }
+
+    /// Takes a gap behind a burst in which the CAN-ID came again: the number of that burst, once two gaps agree that it
+    /// comes less often.
+    fn compare(&mut self, gap: i64, least_ns: i64) -> u32 {
+        let Squeezed { burst, ns, gap_ns } = self.squeezed;
+        let longer = |gap: i64| gap > SQUEEZED * ns.max(least_ns);
+        self.squeezed.gap_ns = gap;
+        if longer(gap) && longer(gap_ns) && gap.abs_diff(gap_ns) < gap.unsigned_abs() / 4 { burst } else { 0 }
+    }
+
+    fn learn(&mut self, gap: i64) {
+        if let Some(slot) = self.kept.get_mut(self.gaps % KEPT) {
+            *slot = gap;
+        }
+        self.gaps += 1;
+        let mut kept = self.kept;
+        let Some(kept) = kept.get_mut(..self.gaps.min(KEPT)) else { return };
+        self.gap_ns = median(kept);
+        kept.iter_mut().for_each(|gap| *gap = gap.saturating_sub(self.gap_ns).saturating_abs());
+        self.off_ns = median(kept);
+    }
+}
+
+fn median(values: &mut [i64]) -> i64 {
+    values.sort_unstable();
+    values.get(values.len() / 2).copied().unwrap_or(0)
 }
 
 /// The CAN-IDs of a bus.
@@ -43,33 +140,47 @@ pub(super) struct Senders {
 }
 
 impl Senders {
-    /// Takes the time of a frame of a CAN-ID; whether it came in less than a quarter of its usual gap, where that is
-    /// longer than `least_ns`.
-    pub(super) fn see(&mut self, frame: &Frame, now: i64, least_ns: i64) -> bool {
+    /// Takes the time of a frame, which may stand in a run behind a silence. Frames of a buffer follow each other within
+    /// `drain_ns`.
+    pub(super) fn see(&mut self, frame: &Frame, now: i64, run: Option<Run>, drain_ns: i64) -> Seen {
         if self.usual.is_empty() {
             self.usual = vec![Usual::default(); IDENTIFIERS];
         }
-        let index = frame.id.raw() as usize;
-        let Some(usual) = self.usual.get_mut(index).filter(|_| !frame.id.is_extended()) else { return false };
+        let id = frame.id.raw() as usize | if frame.kind == Kind::Remote { REMOTE } else { 0 };
+        let Some(usual) = self.usual.get_mut(id).filter(|_| !frame.id.is_extended()) else { return Seen::default() };
+        let by_itself = comes_by_itself(id) || SRDO.contains(&id);
         let gap = now.saturating_sub(usual.last_ns);
-        let known = usual.last_ns != 0;
-        usual.last_ns = now;
+        let again = run.filter(|run| gap <= now.saturating_sub(run.to_ns));
+        let timed = by_itself && again.is_none() && usual.gap_ns > 4 * drain_ns;
+        let late = run.filter(|_| timed).and_then(|run| usual.late(run.from_ns, now));
+        let mut seen = Seen { late, ..Seen::default() };
+        let known = std::mem::replace(&mut usual.last_ns, now) != 0;
         if !known {
-            self.active.push(index);
+            self.active.push(id);
         }
         if !known || gap < 0 {
-            return false;
+            return seen;
         }
-        let compressed = usual.gap_ns > least_ns && gap < usual.gap_ns / 4;
-        if !compressed {
-            usual.gaps = usual.gaps.saturating_add(1);
-            if usual.gap_ns == 0 {
-                usual.gap_ns = gap;
+        // The recorder may have lengthened it.
+        let across = run.is_some_and(|run| run.unusual && again.is_none() && usual.gaps > 0);
+        let short = usual.gaps > 1 && usual.gap_ns > 4 * drain_ns && gap < usual.gap_ns / 4;
+        seen.compressed = short && by_itself;
+        seen.caught_up = seen.compressed && usual.before_ns > usual.gap_ns / 4 * 5;
+        usual.before_ns = gap;
+        // A silence can have brought two frames no closer than by its length.
+        if let Some(run) = again.filter(|run| gap <= (run.to_ns - run.from_ns) / 2) {
+            // What it shows of its sender is known when the burst is.
+            seen.again = by_itself && usual.gaps < KNOWN;
+            if seen.again {
+                usual.squeezed = Squeezed { burst: run.number, ns: gap, gap_ns: 0 };
             }
-            usual.off_ns += ((gap - usual.gap_ns).abs() - usual.off_ns) / 4;
-            usual.gap_ns += (gap - usual.gap_ns) / 4;
+            return seen;
         }
-        compressed
+        seen.tells_of = usual.compare(gap, drain_ns);
+        if !short && !across {
+            usual.learn(gap);
+        }
+        seen
     }
 
     /// How many CAN-IDs came evenly and were overdue by `room_ns` and their jitter when a silence ended, and not when it
@@ -82,31 +193,10 @@ impl Senders {
         self.active.iter().filter(|id| self.usual.get(**id).is_some_and(overdue)).count()
     }
 
-    /// By how much a frame comes later than it was due, in ns; `None` where it was not due since `from`, or comes
-    /// unevenly.
-    pub(super) fn lateness(&self, frame: &Frame, from: i64, now: i64) -> Option<i64> {
-        let usual = self.usual.get(frame.id.raw() as usize).filter(|_| !frame.id.is_extended())?;
-        let due = usual.due_ns().filter(|due| *due > from)?;
-        (due < now.saturating_add(usual.gap_ns / 4)).then(|| now.saturating_sub(due))
-    }
-
-    /// How long ago the CAN-ID of a frame came before, in ns, if it comes by itself.
-    pub(super) fn came_before(&self, frame: &Frame, now: i64) -> Option<(usize, i64)> {
-        let id = frame.id.raw() as usize;
-        let usual = self.usual.get(id).filter(|usual| usual.last_ns != 0 && !frame.id.is_extended())?;
-        comes_by_itself(id).then(|| (id, now.saturating_sub(usual.last_ns)))
-    }
-
-    /// A CAN-ID came again in a burst.
-    pub(super) fn squeeze(&mut self, id: usize, gap_ns: i64) -> bool {
-        let Some(usual) = self.usual.get_mut(id) else { return false };
-        usual.squeezed_ns = gap_ns;
-        true
-    }
-
-    /// In how short a time a CAN-ID came again in a burst, in ns; 0: it did not.
-    pub(super) fn squeezed_ns(&self, id: usize) -> i64 {
-        self.usual.get(id).map_or(0, |usual| usual.squeezed_ns)
+    /// Whether a CAN-ID came in a burst closer than it does behind it, as far as one gap tells.
+    pub(super) fn likely_tell_of(&self, burst: u32, least_ns: i64) -> bool {
+        let longer = |one: &Squeezed| one.burst == burst && one.gap_ns > SQUEEZED * one.ns.max(least_ns);
+        self.active.iter().any(|id| self.usual.get(*id).is_some_and(|usual| longer(&usual.squeezed)))
     }
 
     /// The nodes, one bit each, of which a frame had been expected, by so many tenths of its usual gap, during a silence.
@@ -126,5 +216,5 @@ impl Senders {
 
 /// Whether frames of a CAN-ID come when their time has come.
 fn comes_by_itself(id: usize) -> bool {
-    !APERIODIC.iter().any(|range| range.contains(&id))
+    !APERIODIC.iter().any(|range| range.contains(&(id % REMOTE)))
 }

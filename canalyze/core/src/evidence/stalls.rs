@@ -11,7 +11,7 @@
 use crate::frame::{Frame, Kind};
 
 use super::duplicates::{Duplicates, PATIENCE_NS};
-use super::senders::Senders;
+use super::senders::{Late, Run, Seen, Senders};
 
 /// A silence shorter than this is no stall, in ns: it moves no verdict.
 pub(super) const SHORTEST_STALL_NS: i64 = 10_000_000;
@@ -25,12 +25,14 @@ const BIT_NS: i64 = 1_000;
 const FRAME_BITS: i64 = 44;
 /// Frames that were due at times further apart than this, and come at once, waited for the recorder, in ns.
 const APART_NS: i64 = 3_000_000;
-/// Frames of a burst by which it has shown that it is one; where it has not, it is ordinary traffic.
+/// Frames behind a burst by which it has shown that it is one; where it has not, it is ordinary traffic.
 const SHOWN: u32 = 256;
-/// Frames in which little is known of a bus yet.
-const FIRST: u64 = 64;
+/// The same of a burst that still runs.
+const KEPT: u32 = 4096;
+/// Frames of a burst at the end of a capture, the least by which it is known how fast they come.
+const DENSE: i64 = 8;
 /// Bursts remembered.
-const BURSTS: usize = 8;
+const BURSTS: usize = 16;
 /// A silence that exceeds the longest of late so many times may be the recorder's, whoever ends it.
 const ODD: i64 = 4;
 
@@ -46,27 +48,84 @@ pub enum Verdict {
     Refuted,
 }
 
-/// Frames without a pause after an unusual silence.
+/// What the frames of a burst have shown.
+#[derive(Clone, Copy, Debug, Default)]
+struct Signs {
+    /// Frames in it, and those that follow the one before too closely.
+    frames: u32,
+    close: u32,
+    /// Those of its frames that came the least and the most late.
+    late: Option<(Late, Late)>,
+    /// A CAN-ID that comes evenly came again in it, in a small part of its usual gap; one of these had come late before;
+    /// and one came again of which that is not known yet.
+    compressed: bool,
+    caught_up: bool,
+    again: bool,
+}
+
+impl Signs {
+    fn take(&mut self, seen: Seen, too_close: bool) {
+        self.frames += 1;
+        self.close += u32::from(too_close);
+        if let Some(late) = seen.late.filter(|late| late.ns > late.room_ns) {
+            let (least, most) = self.late.unwrap_or((late, late));
+            let (least, most) =
+                (if late.ns < least.ns { late } else { least }, if late.ns > most.ns { late } else { most });
+            self.late = Some((least, most));
+        }
+        self.compressed |= seen.compressed;
+        self.caught_up |= seen.caught_up;
+        self.again |= seen.again;
+    }
+
+    /// Whether they prove that the recorder had stood still. `unusual`: the silence before was; `usual_frames`: as many
+    /// would have come since it began.
+    fn prove(&self, unusual: bool, usual_frames: i64) -> bool {
+        let (frames, close) = (i64::from(self.frames), i64::from(self.close));
+        let too_close = if unusual { close > 0 } else { close > 1 && close * 4 > (frames - 1) * 3 };
+        let apart = |(least, most): (Late, Late)| most.ns - least.ns > least.room_ns + most.room_ns;
+        let many = unusual && frames > 2 && frames * 10 >= usual_frames.saturating_mul(6);
+        let squeezed = self.caught_up || self.compressed && (unusual || self.late.is_some());
+        frames > 1 && (too_close || self.late.is_some_and(apart) || squeezed || many)
+    }
+}
+
+/// Frames without a pause after a silence.
 #[derive(Clone, Copy, Debug, Default)]
 struct Burst {
     /// Its number, from 1, and that of its first frame.
     number: u32,
     first: u64,
-    /// When the silence before it began, and when it ended, in ns.
+    /// When the silence before it began and when it ended, and the time of the last frame, in ns.
     from_ns: i64,
     to_ns: i64,
-    /// The silence was longer than those of late, or several senders were overdue in it: else only frames that cannot
-    /// have been on the bus when they are stamped tell that it is one.
+    until_ns: i64,
+    /// The silence was longer than those of late, or several senders were overdue in it.
     unusual: bool,
-    /// Frames in it.
-    frames: u32,
-    /// By how much its frames came later than they were due, at least and at most, in ns.
-    late_ns: Option<(i64, i64)>,
-    /// A CAN-ID came again in it.
-    again: bool,
+    signs: Signs,
     /// It has shown that it is one, unless the capture shows frames twice.
     shown: bool,
+    /// Frames behind it, while it waits for what they tell.
+    behind: u32,
     verdict: Verdict,
+}
+
+impl Burst {
+    fn silence_ns(&self) -> i64 {
+        self.to_ns.saturating_sub(self.from_ns)
+    }
+
+    /// Whether the buffer must be empty by now, of a burst that is confirmed: it fills no faster than it is emptied.
+    fn is_emptied(&self) -> bool {
+        self.signs.frames > SHOWN && self.until_ns.saturating_sub(self.to_ns) > self.silence_ns()
+    }
+
+    /// Whether its frames come far faster than those before the silence (`mean_ns` apart; 0: nothing is known of them).
+    fn is_dense(&self, mean_ns: i64) -> bool {
+        let frames = i64::from(self.signs.frames);
+        let apart_ns = self.until_ns.saturating_sub(self.to_ns) / frames.max(1);
+        self.unusual && frames > DENSE && (self.signs.again || mean_ns == 0 || apart_ns < mean_ns / 4)
+    }
 }
 
 /// The silences of a bus, and what became of the bursts behind them.
@@ -77,11 +136,12 @@ pub(super) struct Stalls {
     mean_gap_64: i64,
     /// The longest gap of late, in ns.
     usual_gap_ns: i64,
+    /// Those that are open or confirmed, and the last one; and how many there were.
     bursts: Vec<Burst>,
+    count: u32,
     /// The last burst still runs: no pause has come since it began.
     running: bool,
-    /// Frames, and those that stand closer to the one before than they can be on a bus.
-    frames: u64,
+    /// Gaps, and those that are shorter than they can be on a bus; outside of bursts.
     gaps: u64,
     close: u64,
 }
@@ -90,61 +150,61 @@ impl Stalls {
     /// Takes a frame's time (the last one's, and its own, in ns). `original`: it is no duplicate; what may be one shows
     /// nothing until that is decided. `grain_ns`: the resolution of the stamps.
     pub(super) fn follow(&mut self, frame: &Frame, (last, now): (Option<i64>, i64), original: bool, grain_ns: i64) {
-        self.frames += 1;
         let Some(last) = last else {
-            self.senders.see(frame, now, 4 * DRAIN_NS);
+            self.senders.see(frame, now, None, DRAIN_NS);
             return;
         };
         let gap = now.saturating_sub(last).max(0);
-        if gap > DRAIN_NS || self.has_caught_up(now) {
+        if gap > DRAIN_NS {
             self.end_burst();
         }
-        let overdue = if gap > SHORTEST_STALL_NS { self.senders.overdue(last, now, APART_NS) } else { 0 };
-        let unusual = overdue > 1 || self.is_unusual(gap);
-        if unusual || overdue > 0 {
-            self.begin_burst(Burst { from_ns: last, to_ns: now, first: frame.no, unusual, ..Burst::default() });
+        if gap > SHORTEST_STALL_NS {
+            let unusual = self.is_unusual(gap) || self.senders.overdue(last, now, APART_NS) > 1;
+            self.begin_burst(Burst {
+                from_ns: last,
+                to_ns: now,
+                until_ns: now,
+                first: frame.no,
+                unusual,
+                ..Burst::default()
+            });
         }
-        let late_ns = self.lateness(frame, now);
-        let before_ns = self.senders.came_before(frame, now);
-        let compressed = self.senders.see(frame, now, 4 * DRAIN_NS);
-        self.compare_later(before_ns);
+        let seen = self.senders.see(frame, now, self.run(), DRAIN_NS);
         let too_close = self.is_too_close(frame, gap, grain_ns);
-        if !self.running {
-            return self.know_gap(gap);
+        self.compare_later(seen.tells_of);
+        if seen.late.is_some_and(Late::is_on_time) {
+            // What waited was listed before it.
+            self.end_burst();
         }
-        let mean = self.mean_gap_64 / 64;
+        if !self.bursts.last().is_some_and(|burst| self.running && burst.unusual) {
+            self.know_gap(gap);
+        }
+        if self.running {
+            self.take(seen, now, too_close, original);
+        }
+    }
+
+    /// Takes a frame of the burst that runs.
+    fn take(&mut self, seen: Seen, now: i64, too_close: bool, original: bool) {
+        let mean_ns = self.mean_gap_64 / 64;
         let Some(burst) = self.bursts.last_mut() else { return };
-        burst.frames += 1;
+        burst.until_ns = now;
+        burst.signs.take(seen, too_close);
         if burst.verdict != Verdict::Open {
-            return;
-        }
-        if let Some(late_ns) = late_ns {
-            let (least, most) = burst.late_ns.unwrap_or((late_ns, late_ns));
-            burst.late_ns = Some((least.min(late_ns), most.max(late_ns)));
-        }
-        if let Some((id, gap_ns)) = before_ns.filter(|(_, gap_ns)| *gap_ns <= now.saturating_sub(burst.to_ns))
-            && self.senders.squeeze(id, gap_ns)
-        {
-            burst.again = true;
-        }
-        let at_once = burst.late_ns.is_some_and(|(least, most)| most.saturating_sub(least) > APART_NS);
-        let expected = now.saturating_sub(burst.from_ns) / mean.max(1);
-        let many = burst.frames > 2 && i64::from(burst.frames) * 10 >= expected.saturating_mul(6);
-        let dense = burst.unusual && (compressed || many);
-        if burst.frames > 1 && (dense || at_once || too_close) {
+            self.running = !burst.is_emptied();
+        } else if burst.signs.prove(burst.unusual, now.saturating_sub(burst.from_ns) / mean_ns.max(1)) {
             burst.shown = true;
             if original {
                 burst.verdict = Verdict::Confirmed;
             }
-        } else if burst.frames > SHOWN && !burst.shown {
+        } else if burst.signs.frames > KEPT {
             self.end_burst();
         }
     }
 
-    /// By how much a frame of a burst comes later than it was due, in ns.
-    fn lateness(&self, frame: &Frame, now: i64) -> Option<i64> {
-        let from = self.bursts.last().filter(|_| self.running)?.from_ns;
-        self.senders.lateness(frame, from, now)
+    fn run(&self) -> Option<Run> {
+        let burst = self.bursts.last().filter(|_| self.running)?;
+        Some(Run { number: burst.number, from_ns: burst.from_ns, to_ns: burst.to_ns, unusual: burst.unusual })
     }
 
     /// Whether a frame follows the one before in less time than it takes on the fastest bus, where that is rare: it was
@@ -158,53 +218,47 @@ impl Stalls {
         close && self.close * 16 <= self.gaps && grain_ns < wire_ns(frame)
     }
 
-    /// At the beginning of a capture nothing is known of its CAN-IDs: a burst in which one came again is decided by how
-    /// often that one comes behind it.
-    fn compare_later(&mut self, before_ns: Option<(usize, i64)>) {
-        let Some(burst) = self.bursts.last_mut().filter(|burst| burst.verdict == Verdict::Open) else { return };
-        if self.running {
-            return;
-        }
-        burst.frames += 1;
-        if burst.frames > SHOWN {
-            burst.verdict = Verdict::Refuted;
-        }
-        let Some((id, gap_ns)) = before_ns else { return };
-        let squeezed_ns = self.senders.squeezed_ns(id);
-        if squeezed_ns > 0 && gap_ns > 4 * squeezed_ns.max(DRAIN_NS) {
-            burst.verdict = Verdict::Confirmed;
+    /// Bursts that have ended and in which a CAN-ID of which little was known came again are decided by how often that
+    /// one comes behind them.
+    fn compare_later(&mut self, tells_of: u32) {
+        let running = self.running();
+        for burst in self.bursts.iter_mut().filter(|one| one.verdict == Verdict::Open && one.number != running) {
+            burst.behind += 1;
+            if burst.number == tells_of {
+                burst.verdict = Verdict::Confirmed;
+            } else if burst.behind > SHOWN {
+                burst.verdict = Verdict::Refuted;
+            }
         }
     }
 
     fn begin_burst(&mut self, burst: Burst) {
-        self.refute();
-        let number = self.bursts.last().map_or(0, |burst| burst.number) + 1;
+        self.count += 1;
+        self.bursts.retain(|burst| burst.verdict != Verdict::Refuted);
         if self.bursts.len() == BURSTS {
             self.bursts.remove(0);
         }
-        self.bursts.push(Burst { number, ..burst });
+        self.bursts.push(Burst { number: self.count, ..burst });
         self.running = true;
     }
 
-    /// Whether the buffer must be empty by now: it fills no faster than it is emptied.
-    fn has_caught_up(&self, now: i64) -> bool {
-        let burst = self.bursts.last().filter(|_| self.running);
-        burst.is_some_and(|burst| now.saturating_sub(burst.to_ns) > burst.to_ns.saturating_sub(burst.from_ns))
-    }
-
-    /// The frames after a silence have come to a pause: they were ordinary traffic unless they have shown otherwise.
+    /// The frames after a silence have come to a pause: they were ordinary traffic unless they have shown otherwise, or
+    /// will be compared with what comes behind them.
     pub(super) fn end_burst(&mut self) {
         if !std::mem::take(&mut self.running) {
             return;
         }
-        let first = self.frames <= FIRST;
         let Some(burst) = self.bursts.last_mut().filter(|burst| burst.verdict == Verdict::Open) else { return };
-        if burst.shown || first && burst.again {
+        if burst.shown || burst.signs.again {
             return;
         }
         burst.verdict = Verdict::Refuted;
-        let silence = burst.to_ns.saturating_sub(burst.from_ns);
-        self.know_gap(silence);
+        self.gaps += u64::from(burst.signs.frames);
+        self.close += u64::from(burst.signs.close);
+        if burst.unusual {
+            let silence_ns = burst.silence_ns();
+            self.know_gap(silence_ns);
+        }
     }
 
     /// Whether the capture shows frames twice is decided: so is what frames have shown that might have been duplicates.
@@ -213,13 +267,19 @@ impl Stalls {
             return;
         }
         let twice = duplicates.are_proven();
-        if let Some(burst) = self.bursts.last_mut().filter(|burst| burst.verdict == Verdict::Open && burst.shown) {
+        for burst in self.bursts.iter_mut().filter(|burst| burst.verdict == Verdict::Open && burst.shown) {
             burst.verdict = if twice { Verdict::Refuted } else { Verdict::Confirmed };
         }
     }
 
-    /// No further frame tells: what is open is decided by what was seen.
+    /// No further frame tells: what is open is decided by what was seen. All that came since the silence may have come
+    /// from the buffer.
     pub(super) fn settle(&mut self, duplicates: &Duplicates) {
+        let mean_ns = self.mean_gap_64 / 64;
+        for burst in self.bursts.iter_mut().filter(|burst| burst.verdict == Verdict::Open) {
+            let last = burst.behind < burst.signs.frames && burst.is_dense(mean_ns);
+            burst.shown |= last || self.senders.likely_tell_of(burst.number, DRAIN_NS);
+        }
         self.end_burst();
         self.decide_shown(duplicates);
         self.refute();
@@ -232,7 +292,8 @@ impl Stalls {
         }
         self.decide_shown(duplicates);
         // Nobody who watches a live bus waits long for what comes behind a burst.
-        if self.bursts.last().is_some_and(|burst| now_ns.saturating_sub(burst.to_ns) > PATIENCE_NS) {
+        let open = self.bursts.iter().find(|burst| burst.verdict == Verdict::Open);
+        if open.is_some_and(|burst| now_ns.saturating_sub(burst.to_ns) > PATIENCE_NS) {
             self.end_burst();
             self.refute();
         }
@@ -240,7 +301,7 @@ impl Stalls {
 
     /// The number of the first frame of which it is not known yet whether it is in a burst.
     pub(super) fn undecided_since(&self) -> Option<u64> {
-        self.bursts.last().filter(|burst| burst.verdict == Verdict::Open).map(|burst| burst.first)
+        self.bursts.iter().find(|burst| burst.verdict == Verdict::Open).map(|burst| burst.first)
     }
 
     /// The number of the burst that runs; 0: none.
@@ -256,6 +317,13 @@ impl Stalls {
     /// Whether a frame is the first of a burst that is confirmed.
     pub(super) fn is_first_of_confirmed(&self, burst: u32, number: u64) -> bool {
         self.confirmed(burst).is_some_and(|burst| burst.first == number)
+    }
+
+    /// Whether a time may be that of a frame which is too close to a burst that is confirmed, by less than `near_ns`: equal
+    /// frames of both are no duplicates.
+    pub(super) fn is_near_confirmed(&self, at_ns: i64, near_ns: i64) -> bool {
+        let mut confirmed = self.bursts.iter().filter(|burst| burst.verdict == Verdict::Confirmed);
+        confirmed.any(|burst| (burst.to_ns..burst.until_ns.saturating_add(near_ns)).contains(&at_ns))
     }
 
     /// When the silence began before a burst that is confirmed, in ns.
@@ -293,9 +361,9 @@ impl Stalls {
         if number == 0 { None } else { self.bursts.iter().rev().find(|burst| burst.number == number) }
     }
 
-    /// A burst that is still open was ordinary traffic.
+    /// Bursts that are still open were ordinary traffic.
     fn refute(&mut self) {
-        if let Some(burst) = self.bursts.last_mut().filter(|burst| burst.verdict == Verdict::Open) {
+        for burst in self.bursts.iter_mut().filter(|burst| burst.verdict == Verdict::Open) {
             burst.verdict = Verdict::Refuted;
         }
     }

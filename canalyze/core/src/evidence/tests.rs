@@ -104,12 +104,12 @@ fn frames_captured_twice_are_duplicates_at_any_distance() {
         let mut observed = Vec::new();
         for (number, (at, no, id)) in (1..).zip(&frames) {
             let frame = frame(number, *id, &[*no as u8, (*no >> 8) as u8], *at);
-            observed.push((number, recording.observe(&frame).1.sighting));
+            observed.push((frame.reference(), recording.observe(&frame).1.sighting));
         }
         recording.settle();
         assert!(recording.shows_twice(), "{apart}");
         let duplicates =
-            observed.iter().filter(|(no, sighting)| recording.sighting(*no, *sighting) == Sighting::Duplicate);
+            observed.iter().filter(|(at, sighting)| recording.sighting(*at, *sighting) == Sighting::Duplicate);
         assert_eq!(duplicates.count(), frames.len() / 2, "{apart}");
     }
 }

@@ -382,7 +382,9 @@ impl Track {
         // It is not the next SYNC's where that cannot have been sent yet, or where it is late by its own frames.
         let late = last.is_some_and(|last| {
             let cycles = i64::try_from(now.cycle.saturating_sub(last.cycle)).unwrap_or(0);
-            let limit = cycles.saturating_mul(period).saturating_add(tolerance.max(window / 4));
+            // Where SYNCs are not listed evenly, their period is as uncertain, and the window may begin anywhere in that.
+            let room = if tolerance > window / 8 { window } else { window / 4 };
+            let limit = cycles.saturating_mul(period.saturating_add(tolerance)).saturating_add(room);
             let next = recording.between(last.when, now.when).map(|gap| (cycles + 1).saturating_mul(period) - gap);
             let before_next = next.is_some_and(|before| before > period / 4);
             cycles > 0 && before_next && recording.certainly_later(now.when, last.when, limit)
