@@ -438,6 +438,10 @@ impl Channel {
 
     /// The pending request was answered before it was captured, by what was taken for the answer to another.
     pub(super) fn leave_answered(&mut self, cx: &mut Context<'_>) {
+        if self.pairing.abort_may_answer {
+            self.answered_by_abort(cx);
+            return;
+        }
         self.pairing.pending = None;
         self.pairing.certain = true;
         let own = std::mem::replace(&mut self.own, false);

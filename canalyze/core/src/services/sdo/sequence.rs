@@ -229,7 +229,11 @@ impl Channel {
     /// Whether the first frame that waits may come after this one of the client.
     fn may_precede(&self, half: &Half, front: &Held) -> bool {
         let half = self.decoded(Side::Client, *half);
-        let answer = self.decoded(Side::Server, front.half).command;
+        let answer = match half.command.is_initiate() {
+            // A request ends the block transfer, and its answer is no segment of it.
+            true => wire::decode_frame(Side::Server, front.half.bytes, front.half.len),
+            false => self.decoded(Side::Server, front.half).command,
+        };
         if let (Phase::Block(block), false) = (&self.phase, half.command.is_initiate()) {
             return match (half.command, answer) {
                 (Command::BlockSegment { seqno, .. }, Command::BlockAck { .. }) => seqno == block.expected(),
