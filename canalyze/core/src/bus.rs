@@ -169,7 +169,7 @@ impl Bus {
             channel
         });
         let before = cx.events.len();
-        channel.in_vain = key.1.is_none().then(|| self.checks.asked_in_vain(node)).flatten();
+        channel.asked_in_vain(key.1.is_none().then(|| self.checks.asked_in_vain(node)).flatten());
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
         if key.1.is_none() {
@@ -466,8 +466,8 @@ impl Bus {
         // Who asks for all node-IDs does not expect that all answer.
         let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
         for ((node, id), channel) in &mut self.channels {
-            channel.in_vain = id.is_none().then(|| self.checks.asked_in_vain(*node)).flatten();
-            channel.scanned = scanned && channel.is_probed();
+            channel.asked_in_vain(id.is_none().then(|| self.checks.asked_in_vain(*node)).flatten());
+            channel.scanned(scanned && channel.is_probed());
             channel.finish(cx);
         }
         self.checks.finish(&self.nodes, cx);

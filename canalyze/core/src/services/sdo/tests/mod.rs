@@ -15,6 +15,7 @@ use crate::evidence::{Evidence, When};
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{BusId, CanId, Frame};
 
+mod table;
 mod verdicts;
 
 type Bytes = (Side, Vec<u8>);

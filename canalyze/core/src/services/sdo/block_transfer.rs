@@ -1,14 +1,13 @@
-//! The channel while sub-blocks of a block transfer run (CiA 301, 7.2.4.3.9 to 7.2.4.3.15).
+//! What the frames of a block transfer do (CiA 301, 7.2.4.3.8 to 7.2.4.3.16).
 //!
-//! The sender's frames are segments here, not commands. In an upload the client's acknowledgement may be captured
-//! after the next segment, or after the end frame; in a download the server may acknowledge one segment more than
-//! was seen, which is then late. Which segments count stands in `block`; pairs of request and response stand in
-//! `pairing`.
+//! The sender's frames are segments here, not commands. In an upload the client's acknowledgement may be captured after the
+//! next segment, or after the end frame; in a download the server may acknowledge one segment more than was seen, which is
+//! then late. Which segments count stands in `block`; which frame comes here stands in `machine`.
 
 use super::block::{Block, End, Segment, Taken};
 use super::channel::{Channel, Half, Phase, strict_initiate};
 use super::exchange::wrong_size;
-use super::sequence::FRAMES;
+use super::sequence::{FRAMES, is_strict_answer};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::context::Context;
@@ -17,7 +16,7 @@ use crate::finding::Code;
 use crate::frame::FrameRef;
 use crate::rules::sdo::{Sdo002, Sdo012, Sdo019};
 
-/// A segment takes at least so long on the bus, in ns: eight bytes at 1 Mbit/s.
+/// A segment takes at least this long on the bus, in ns: eight bytes at 1 Mbit/s.
 const SEGMENT_NS: i64 = 100_000;
 
 impl Channel {
@@ -25,7 +24,7 @@ impl Channel {
     pub(super) fn decode_in_block(&self, block: &Block, side: Side, bytes: [u8; 8]) -> Command {
         let plain = wire::decode(side, bytes);
         let [command, ..] = bytes;
-        if self.pairing.pending.is_some_and(|pending| matches!(pending.command, Command::EndBlock { .. })) {
+        if self.pending().is_some_and(|pending| matches!(pending.command, Command::EndBlock { .. })) {
             // All segments were sent.
             return plain;
         }
@@ -48,8 +47,8 @@ impl Channel {
         }
         // The server's answer once more, before any segment.
         if matches!(plain, Command::BlockUploadInitiated { .. })
-            && block.first_at.is_none()
-            && self.pairing.last_response == Some(bytes)
+            && block.first_at().is_none()
+            && self.history.last_response == Some(bytes)
         {
             return plain;
         }
@@ -82,31 +81,40 @@ impl Channel {
                 transfer.size_indicated = size;
             }
         }
-        self.phase = Phase::Block(Box::new(Block::new(blksize)));
+        self.phase = Phase::Block(Box::new(Block::new(blksize)), None);
     }
 
-    fn is_upload(&self) -> bool {
+    pub(super) fn is_upload(&self) -> bool {
         self.transfer.as_ref().is_some_and(|transfer| transfer.direction == Direction::Upload)
     }
 
-    /// The frame, or, where an empty one stands for the segment that is due, that segment: what it was is said already.
-    fn unless_empty(&self, side: Side, half: &Half) -> Half {
+    /// Whether the initiate request of the transfer is not in the capture.
+    fn is_nameless(&self) -> bool {
+        self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none())
+    }
+
+    pub(super) fn block(&self) -> Option<&Block> {
+        if let Phase::Block(block, _) = &self.phase { Some(block) } else { None }
+    }
+
+    /// The frame, or, where an empty one stands for the segment that is due, that segment: its length was reported.
+    pub(super) fn unless_empty(&self, side: Side, half: Half) -> Half {
         match &self.phase {
-            Phase::Block(block) if half.len == 0 && self.sends_data(side) => {
+            Phase::Block(block, _) if half.len == 0 && self.sends_data(side) => {
                 let segment = |seqno| Command::BlockSegment { seqno, last: false, data: [0; 7] };
-                Half { command: block.unread().map_or(half.command, segment), ..*half }
+                Half { command: block.unread().map_or(half.command, segment), ..half }
             }
-            _ => *half,
+            _ => half,
         }
     }
 
     /// Whether a frame of the server is due while sub-blocks run; `None` where it is no part of them.
     pub(super) fn is_due_in_block(&self, block: &Block, half: &Half) -> Option<bool> {
-        let midway = self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none());
+        let midway = self.is_nameless();
         match half.command {
             Command::BlockSegment { .. } if midway && block.is_skipping() => {
                 let plain = Half { command: wire::decode(Side::Server, half.bytes), ..*half };
-                Some(!super::pairing::is_strict_answer(&plain))
+                Some(!is_strict_answer(&plain))
             }
             Command::BlockSegment { seqno, .. } => Some(seqno != 1 || !block.owes_ack()),
             Command::EndBlock { .. } => Some(!block.owes_ack()),
@@ -122,127 +130,56 @@ impl Channel {
     /// Whether so many segments can have been sent before an acknowledgement, and be listed behind it.
     fn may_be_sent(&self, segments: u8, ack: &Half) -> bool {
         // The server's frames are listed in time, while the client's last one may be late itself.
-        let heard = self.pairing.heard.map(|heard| heard.at);
+        let heard = self.history.heard.map(|heard| heard.at);
         let since = heard.or(self.transfer.as_ref().map(|transfer| transfer.last)).and_then(|at| at.t_ns);
         let time = i64::from(segments) * SEGMENT_NS;
         let fits = |(since, now): (i64, i64)| now.saturating_sub(since) >= time;
         segments > 0 && since.zip(ack.at.t_ns).map_or(segments <= FRAMES, fits)
     }
 
-    /// A client frame while sub-blocks run. Returns whether it was taken.
-    pub(super) fn block_client(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
-        let half = &self.unless_empty(Side::Client, half);
-        if half.command.is_initiate() {
-            return false;
+    /// The client starts the upload.
+    pub(super) fn start_upload(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        if !std::mem::replace(&mut block.started, true) {
+            transfer.last = half.at;
+            return;
         }
-        if self.is_upload() {
-            self.block_upload_client(half, cx);
-            return true;
-        }
-        match half.command {
-            Command::BlockSegment { .. } => {
-                self.block_segment(half, cx);
-                true
-            }
-            Command::EndBlock { .. } => self.end_block(half, cx),
-            _ => {
-                self.violation_outside(half, cx);
-                true
-            }
+        self.step.place = Place::Repeated;
+        let before = transfer.last;
+        if cx.evidence.recording.is_sent_again(before, half.at) {
+            self.find(Code::Sdo015, before, cx);
         }
     }
 
-    fn block_upload_client(&mut self, half: &Half, cx: &mut Context<'_>) {
-        let Phase::Block(block) = &mut self.phase else { return };
-        match half.command {
-            Command::StartBlockUpload if block.started => {
-                self.step.place = Place::Repeated;
-                let before = self.transfer.as_ref().map_or(half.at, |transfer| transfer.last);
-                if cx.evidence.recording.is_sent_again(before, half.at) {
-                    self.find(Code::Sdo015, before, cx);
-                }
-            }
-            Command::StartBlockUpload => {
-                block.started = true;
-                if let Some(transfer) = &mut self.transfer {
-                    transfer.last = half.at;
-                }
-            }
-            Command::BlockAck { .. } => {
-                if !std::mem::replace(&mut block.started, true) {
-                    let first = block.first_at.unwrap_or(half.at);
-                    self.find(Sdo002::NoRequest, first, cx);
-                }
-                self.acknowledge(half, cx);
-            }
-            Command::BlockEnded => {
-                let midway = self.transfer.as_ref().is_none_or(|transfer| transfer.mux.is_none());
-                let end = block.end;
-                if midway && end.is_none() {
-                    self.complete(Status::Incomplete, cx);
-                } else if end.is_some() {
-                    self.confirm_end(cx);
-                } else if block.is_finished() {
-                    let asked = self.transfer.as_ref().map_or(half.at, |transfer| transfer.last);
-                    self.find(Sdo002::NoResponse, asked, cx);
-                    self.complete(Status::Incomplete, cx);
-                } else {
-                    self.violation_outside(half, cx);
-                }
-            }
-            // The confirmation, or an acknowledgement, of which nothing can be read.
-            Command::Truncated(_) if block.is_finished() && block.end.is_some() => self.confirm_end(cx),
-            Command::Truncated(_) => {
-                self.ack_unread(cx);
-            }
-            _ => self.violation_outside(half, cx),
+    /// The client confirms an end that is not there.
+    pub(super) fn confirm_unseen(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let finished = self.block().is_some_and(Block::is_finished);
+        if self.is_nameless() {
+            self.complete(Status::Incomplete, cx);
+        } else if finished {
+            let asked = self.transfer.as_ref().map_or(half.at, |transfer| transfer.last);
+            self.find(Sdo002::NoResponse, asked, cx);
+            self.complete(Status::Incomplete, cx);
+        } else {
+            self.violation_outside(half, cx);
         }
     }
 
-    /// A server frame while sub-blocks run. Returns whether it was taken.
-    pub(super) fn block_server(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
-        let half = &self.unless_empty(Side::Server, half);
-        match half.command {
-            Command::BlockSegment { .. } => {
-                self.block_segment(half, cx);
-                true
-            }
-            Command::EndBlock { .. } if self.is_upload() => self.end_block(half, cx),
-            Command::Truncated(_) if self.is_upload() => self.end_unread(half),
-            Command::Truncated(_) if self.pairing.pending.is_none() => self.ack_unread(cx),
-            Command::BlockUploadInitiated { .. } => {
-                self.step.place = Place::Outside;
-                self.find(Sdo002::Duplicate, half.at, cx);
-                true
-            }
-            Command::BlockAck { .. } if !self.is_upload() => {
-                let Phase::Block(block) = &self.phase else { return false };
-                if self.rejects_end() {
-                    // It may do so again, whatever the client asks for next.
-                    self.step.place = Place::Outside;
-                    self.verdicts.odd_exchange.astray = true;
-                } else if block.is_finished() {
-                    self.violation_outside(half, cx);
-                } else {
-                    self.acknowledge(half, cx);
-                }
-                true
-            }
-            Command::BlockEnded
-                if self.pairing.pending.is_none()
-                    && self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none()) =>
-            {
-                self.complete(Status::Incomplete, cx);
-                true
-            }
-            _ => false,
+    /// An acknowledgement by the server behind that of the last segment.
+    pub(super) fn acknowledge_end(&mut self, half: &Half, cx: &mut Context<'_>) {
+        if self.rejects_end() {
+            // It may do so again, whatever the client asks for next.
+            self.step.place = Place::Outside;
+            self.verdicts.odd_exchange.astray.get_or_insert(half.at);
+        } else {
+            self.violation_outside(half, cx);
         }
     }
 
-    fn block_segment(&mut self, half: &Half, cx: &mut Context<'_>) {
+    pub(super) fn block_segment(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Command::BlockSegment { seqno, last, data } = half.command else { return };
-        let midway = self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none());
-        let Phase::Block(block) = &mut self.phase else { return };
+        let midway = self.is_nameless();
+        let Phase::Block(block, _) = &mut self.phase else { return };
         if block.is_finished() {
             if seqno != 1 || block.end.is_some() {
                 self.step.place = Place::Outside;
@@ -250,14 +187,14 @@ impl Channel {
                 self.instead_of_end(half);
                 return;
             }
-            let guessed = block.guessed;
+            let guessed = block.doubts.guessed;
             let marked = block.reopen().unwrap_or(half.at);
             if !guessed {
                 self.find(Sdo012::Outside, marked, cx);
             }
         }
-        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
-        self.step.ordinal = block.ordinal();
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        self.step.ordinal = block.ordinal(transfer.segments);
         let segment = Segment { seqno, last, data, len: half.len };
         let (taken, ack_missing) = block.segment(transfer, half.at, segment);
         let not_resent = block.take_not_resent();
@@ -278,88 +215,109 @@ impl Channel {
         }
     }
 
-    /// The end frame by the sender of the data. Returns whether it was taken: that of a download goes on as a
-    /// request, which the server confirms.
-    fn end_block(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
-        let Command::EndBlock { unused, crc } = half.command else { return false };
+    /// The end frame by the sender of the data. That of a download is a request, which the server confirms.
+    pub(super) fn end_block(&mut self, half: Half, cx: &mut Context<'_>) {
+        if !self.may_end_here(&half, cx) {
+            return;
+        }
         let upload = self.is_upload();
-        let Phase::Block(block) = &mut self.phase else { return false };
-        if !block.may_end() {
-            let hole = self.transfer.as_ref().is_some_and(|transfer| transfer.hole);
-            if block.last_was_sent() && !hole {
-                let goes_on = self.transfer.as_mut().is_some_and(|transfer| block.finish_unacknowledged(transfer));
-                self.find(Sdo012::EarlyEnd, half.at, cx);
-                if !goes_on {
-                    self.step.place = Place::Outside;
-                    return true;
-                }
-            } else {
-                let (newest, unsure) = (block.newest_at.unwrap_or(half.at), block.unsure);
-                if let Some(transfer) = &mut self.transfer {
-                    block.finish_early(transfer);
-                }
-                // Where segments are missing, the last one is among them, and it was said.
-                if !hole && !unsure {
-                    self.find(Sdo012::NoLast, newest, cx);
-                    if !upload {
-                        // What the server makes of it only follows.
-                        self.unanswerable(half);
-                    }
-                }
-            }
-        }
-        let Phase::Block(block) = &mut self.phase else { return false };
-        if upload && block.end.is_some() {
-            self.step.place = Place::Outside;
-            self.find(Sdo002::Duplicate, half.at, cx);
-            return true;
-        }
-        if block.owes_ack() || (!upload && !block.is_finished()) {
+        if let Some(block) = self.block()
+            && (block.owes_ack() || (!upload && !block.is_finished()))
+        {
             let due_since = block.due_since().unwrap_or(half.at);
             self.find(Sdo002::NotAcknowledged, due_since, cx);
             self.settle_without_ack();
         }
-        let Phase::Block(block) = &mut self.phase else { return upload };
-        if upload {
-            block.end = Some(End { at: half.at, unused, crc: (half.len > 2).then_some(crc) });
+        if !upload {
+            return self.request_end(half, cx);
+        }
+        self.put_end(&half);
+        if self.block().is_some_and(Block::is_finished) {
+            self.judge_end(cx);
+        }
+    }
+
+    /// Whether the transfer can go on with this end frame; if it comes too early, that is a violation.
+    fn may_end_here(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+        let upload = self.is_upload();
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return false };
+        let again = upload && block.end.is_some();
+        if block.may_end() {
+        } else if block.last_was_sent() && !transfer.hole {
+            let goes_on = block.finish_unacknowledged(transfer);
+            self.find(Sdo012::EarlyEnd, half.at, cx);
+            if !goes_on {
+                self.step.place = Place::Outside;
+                return false;
+            }
+        } else {
+            let (newest, unsure) = (block.newest_at().unwrap_or(half.at), block.doubts.unsure);
+            let hole = transfer.hole;
+            block.finish_early(transfer);
+            // Where segments are missing, the last one is among them, and that was reported.
+            if !hole && !unsure {
+                self.find(Sdo012::NoLast, newest, cx);
+                if !upload {
+                    // What the server makes of it only follows.
+                    self.unanswerable(half.at);
+                }
+            }
+        }
+        if again {
+            self.step.place = Place::Outside;
+            self.find(Sdo002::Duplicate, half.at, cx);
+        }
+        !again
+    }
+
+    /// The end frame of a download awaits its confirmation.
+    fn request_end(&mut self, half: Half, cx: &mut Context<'_>) {
+        if let Some(pending) = self.pending() {
+            if !self.settle_pending(&pending, &half, cx) {
+                self.violation_outside(&half, cx);
+            }
+        } else if self.block().is_some_and(Block::may_end) {
+            self.set_pending(half);
+        } else {
+            self.stray(&half, cx);
+        }
+    }
+
+    /// A frame of which nothing can be read, where the end of an upload may be due: how much of the last segment is data
+    /// is not known.
+    pub(super) fn end_unread(&mut self, half: Half, cx: &mut Context<'_>) {
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        if block.may_end() && block.end.is_none() {
+            transfer.hole = true;
+            block.end = Some(End { at: half.at, unused: 0, crc: None });
+        } else {
+            self.respond_unasked(half, cx);
+        }
+    }
+
+    /// A frame of which nothing can be read, where an acknowledgement or a confirmation may be due.
+    pub(super) fn acknowledge_unread(&mut self, side: Side, half: Half, cx: &mut Context<'_>) {
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        if side == Side::Client && block.is_finished() && block.end.is_some() {
+            self.confirm_end(cx);
+        } else if block.ack_unread(transfer) {
             if block.is_finished() {
                 self.judge_end(cx);
             }
+        } else if side == Side::Server {
+            self.respond_unasked(half, cx);
         }
-        upload
-    }
-
-    /// A frame of which nothing can be read, where the end of an upload is due: how much of the last segment is data is
-    /// not known. Returns whether it was.
-    fn end_unread(&mut self, half: &Half) -> bool {
-        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return false };
-        let due = block.may_end() && block.end.is_none();
-        if due {
-            transfer.hole = true;
-            block.end = Some(End { at: half.at, unused: 0, crc: None });
-        }
-        due
-    }
-
-    /// A frame of which nothing can be read, where an acknowledgement is due. Returns whether it was.
-    fn ack_unread(&mut self, cx: &mut Context<'_>) -> bool {
-        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return false };
-        let due = block.ack_unread(transfer);
-        if due && block.is_finished() {
-            self.judge_end(cx);
-        }
-        due
     }
 
     fn settle_without_ack(&mut self) {
-        if let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) {
+        if let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) {
             block.settle_whole(transfer);
         }
     }
 
-    fn acknowledge(&mut self, half: &Half, cx: &mut Context<'_>) {
+    pub(super) fn acknowledge(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Command::BlockAck { ackseq, blksize } = half.command else { return };
-        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         if block.is_finished() {
             self.violation_outside(half, cx);
             return;
@@ -381,7 +339,7 @@ impl Channel {
             Some(_) if finished => self.judge_end(cx),
             Some(end) => {
                 self.find(Sdo012::EarlyEnd, end.at, cx);
-                if let Phase::Block(block) = &mut self.phase {
+                if let Phase::Block(block, _) = &mut self.phase {
                     block.end = None;
                 }
             }
@@ -391,19 +349,19 @@ impl Channel {
 
     /// Size and CRC, once the end frame is seen and all segments are acknowledged.
     fn judge_end(&mut self, cx: &mut Context<'_>) {
-        let (Phase::Block(block), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         let Some(end) = block.end else { return };
         let padding = block.close(transfer, end.unused);
         if transfer.hole || transfer.mux.is_none() {
             return;
         }
         let right = transfer.size_is_right();
-        if block.unsure && !(right && end.crc.is_none_or(|found| transfer.check_crc(found, &[]).0 == found)) {
+        if block.doubts.unsure && !(right && end.crc.is_none_or(|found| transfer.check_crc(found, &[]).0 == found)) {
             transfer.hole = true;
             return;
         }
         if !right {
-            block.bad = true;
+            block.doubts.bad = true;
             let cause = transfer.initiated.unwrap_or(end.at);
             let size = wrong_size(transfer);
             self.find(size, if end.at.no == cx.at.no { cause } else { end.at }, cx);
@@ -413,14 +371,14 @@ impl Channel {
             let padding = padding.get(..usize::from(end.unused.min(7))).unwrap_or(&[]);
             let (computed, matches) = transfer.check_crc(found, padding);
             if computed != found {
-                block.bad = true;
+                block.doubts.bad = true;
                 self.find(Sdo019::Crc { computed, found, matches }, end.at, cx);
             }
         }
     }
 
-    fn confirm_end(&mut self, cx: &mut Context<'_>) {
-        let bad = matches!(&self.phase, Phase::Block(block) if block.bad);
+    pub(super) fn confirm_end(&mut self, cx: &mut Context<'_>) {
+        let bad = self.block().is_some_and(|block| block.doubts.bad);
         let status = match &self.transfer {
             _ if bad => Status::Failed,
             Some(transfer) if transfer.bad => Status::Failed,
@@ -431,13 +389,13 @@ impl Channel {
     }
 
     fn put_end(&mut self, half: &Half) {
-        if let (Phase::Block(block), Command::EndBlock { unused, crc }) = (&mut self.phase, half.command) {
+        if let (Phase::Block(block, _), Command::EndBlock { unused, crc }) = (&mut self.phase, half.command) {
             block.end = Some(End { at: half.at, unused, crc: (half.len > 2).then_some(crc) });
         }
     }
 
     /// The end of a download, confirmed by the server.
-    pub(super) fn end_block_download(&mut self, end: Half, cx: &mut Context<'_>) {
+    pub(super) fn end_confirmed(&mut self, end: Half, cx: &mut Context<'_>) {
         self.put_end(&end);
         self.judge_end(cx);
         self.confirm_end(cx);
@@ -452,51 +410,46 @@ impl Channel {
     /// Whether an acknowledgement comes instead of the confirmation of an end before which no segment was marked as the
     /// last one: the server still waits for that.
     fn rejects_end(&self) -> bool {
-        matches!(&self.phase, Phase::Block(block) if !block.last_was_sent())
-            && self.pairing.pending.is_some_and(|pending| self.is_unanswerable(&pending))
+        self.block().is_some_and(|block| !block.last_was_sent())
+            && self.pending().is_some_and(|pending| self.is_unanswerable(&pending))
     }
 
     /// The end of a download, after which the client went on without the server's confirmation.
     pub(super) fn end_unconfirmed(&mut self, end: Half, cx: &mut Context<'_>) {
         self.put_end(&end);
         let unanswerable = self.is_unanswerable(&end);
-        let own = std::mem::replace(&mut self.own, false);
         match &mut self.phase {
-            // The server was not told which segment is the last one: it had no reason to take what it has.
-            Phase::Block(block) if unanswerable && !block.last_was_sent() => block.bad = true,
+            // The server does not know which segment is the last one: it had no reason to take what it has.
+            Phase::Block(block, _) if unanswerable && !block.last_was_sent() => block.doubts.bad = true,
             _ => self.judge_end(cx),
         }
-        self.confirm_end(cx);
-        self.own = own;
+        self.before_frame(|channel| channel.confirm_end(cx));
     }
 
     /// An upload whose end the client did not confirm before it went on. Returns whether it was one.
     pub(super) fn leave_ended_block(&mut self, cx: &mut Context<'_>) -> bool {
-        let Phase::Block(block) = &self.phase else { return false };
-        let (Some(end), true) = (block.end, block.is_finished()) else { return false };
+        let Some(end) = self.block().filter(|block| block.is_finished()).and_then(|block| block.end) else {
+            return false;
+        };
         self.find(Sdo012::EndNotConfirmed, end.at, cx);
-        let own = std::mem::replace(&mut self.own, false);
-        self.confirm_end(cx);
-        self.own = own;
+        self.before_frame(|channel| channel.confirm_end(cx));
         true
     }
 
     /// The capture ends long after the end frame of an upload, and nothing confirmed it.
     pub(super) fn judge_unconfirmed_end(&mut self, cx: &mut Context<'_>) {
-        if let Phase::Block(block) = &self.phase
-            && let Some(end) = block.end
-        {
+        if let Some(end) = self.block().and_then(|block| block.end) {
             self.find(Sdo012::EndNotConfirmed, end.at, cx);
         }
     }
 
     /// The client has waited in vain for what the server owes while sub-blocks run: an acknowledgement, or segments.
     pub(super) fn judge_stalled_block(&mut self, cx: &mut Context<'_>) {
-        let Phase::Block(block) = &self.phase else { return };
+        let Some(block) = self.block() else { return };
         let Some(transfer) = self.transfer.as_ref().filter(|transfer| transfer.mux.is_some() && !transfer.hole) else {
             return;
         };
-        if block.wrong().is_some() || block.end.is_some() || self.pairing.pending.is_some() {
+        if block.wrong().is_some() || block.end.is_some() || self.pending().is_some() {
             return;
         }
         let asked = transfer.last;
@@ -511,26 +464,18 @@ impl Channel {
 
     /// A block transfer is aborted: was a segment out of sequence before?
     pub(super) fn judge_aborted_block(&mut self, cx: &mut Context<'_>) {
-        if let Phase::Block(block) = &self.phase
-            && let Some((what, at)) = block.wrong()
-        {
+        if let Some((what, at)) = self.block().and_then(Block::wrong) {
             self.find(what, at, cx);
         }
     }
 
     /// The number in the acknowledgement that the client owes.
     pub(super) fn owed_ack(&self) -> Option<u8> {
-        match &self.phase {
-            Phase::Block(block) if self.is_upload() => block.owed_ack(),
-            _ => None,
-        }
+        self.block().filter(|_| self.is_upload())?.owed_ack()
     }
 
     /// The next sequence number of the side that sends the data; 0 outside block transfers.
     pub(super) fn block_seqno(&self, side: Side) -> u8 {
-        match &self.phase {
-            Phase::Block(block) if self.sends_data(side) => block.expected(),
-            _ => 0,
-        }
+        self.block().filter(|_| self.sends_data(side)).map_or(0, Block::expected)
     }
 }
