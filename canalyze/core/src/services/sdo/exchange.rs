@@ -6,10 +6,10 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, Half, Phase, Segments, strict_initiate};
+use super::channel::{Channel, Half, Phase, Segments, UNANSWERED_NS, strict_initiate};
 use super::judgement::Refused;
 use super::machine::GIVEN_UP_NS;
-use super::sequence::{UnderWay, within};
+use super::sequence::within;
 use super::transfer::{Abort, Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::context::Context;
@@ -22,6 +22,34 @@ use crate::rules::sdo::{Sdo001, Sdo002, Sdo003, Sdo004, Sdo006, Sdo007, Sdo016, 
 const TIMED_OUT: u32 = 0x0504_0000;
 /// Refused writes that are remembered.
 const REFUSED: usize = 64;
+
+/// After an abort: frames of the other side may still be under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct UnderWay {
+    pub(super) side: Side,
+    /// The abort.
+    pub(super) at: FrameRef,
+    /// The next sequence number of a block transfer's segments; 0 outside block transfers.
+    pub(super) seqno: u8,
+    /// The number in the acknowledgement that the client owed: it may be slow.
+    pub(super) owed: Option<u8>,
+    /// No request was pending when the server aborted: the one that it refuses may be late.
+    pub(super) unasked: bool,
+}
+
+impl UnderWay {
+    /// Whether a frame is the next block segment.
+    pub(super) fn continues(&self, half: &Half) -> bool {
+        let [command, ..] = half.bytes;
+        self.seqno != 0 && command & 0x7F == self.seqno
+    }
+
+    /// Whether a client frame is the acknowledgement that was owed, still in time.
+    pub(super) fn is_owed(&mut self, half: &Half) -> bool {
+        let Command::BlockAck { ackseq, .. } = half.command else { return false };
+        self.owed.take() == Some(ackseq) && within(self.at, half.at, UNANSWERED_NS)
+    }
+}
 
 impl Channel {
     /// A request and the response that answers it, in causal order.

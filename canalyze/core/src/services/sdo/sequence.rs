@@ -10,6 +10,7 @@
 use std::collections::VecDeque;
 
 use super::channel::{Channel, Half, Phase, UNANSWERED_NS, strict_initiate};
+use super::exchange::UnderWay;
 use super::machine::{Action, transition};
 use super::transfer::{Direction, Status};
 use super::wire::{self, Command, Mux, Side};
@@ -33,34 +34,6 @@ pub(super) struct Held {
     pub(super) first: bool,
     /// Frames of the channel since.
     age: u8,
-}
-
-/// After an abort: frames of the other side may still be under way.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct UnderWay {
-    pub(super) side: Side,
-    /// The abort.
-    pub(super) at: FrameRef,
-    /// The next sequence number of a block transfer's segments; 0 outside block transfers.
-    pub(super) seqno: u8,
-    /// The number in the acknowledgement that the client owed: it may be slow.
-    pub(super) owed: Option<u8>,
-    /// No request was pending when the server aborted: the one that it refuses may be late.
-    pub(super) unasked: bool,
-}
-
-impl UnderWay {
-    /// Whether a frame is the next block segment.
-    fn continues(&self, half: &Half) -> bool {
-        let [command, ..] = half.bytes;
-        self.seqno != 0 && command & 0x7F == self.seqno
-    }
-
-    /// Whether a client frame is the acknowledgement that was owed, still in time.
-    fn is_owed(&mut self, half: &Half) -> bool {
-        let Command::BlockAck { ackseq, .. } = half.command else { return false };
-        self.owed.take() == Some(ackseq) && within(self.at, half.at, UNANSWERED_NS)
-    }
 }
 
 /// Frames whose turn has not come, and what is known of the order of the others.
@@ -92,7 +65,8 @@ impl Sequence {
     /// A client frame shows which request the last response belongs to, where it follows later than an echo, or is for
     /// another object.
     pub(super) fn ascertain(&mut self, next: &Half) {
-        let own = |answer: Half| !self.within_lag(answer.at, next.at) || !may_answer(&next.command, &answer.command);
+        let own =
+            |answer: Half| !self.within_lag(answer.at, next.at) || !wire::may_answer(&next.command, &answer.command);
         self.certain |= self.answered.is_some_and(own);
     }
 
@@ -106,7 +80,7 @@ impl Sequence {
     pub(super) fn may_be_answered(&self, request: &Half) -> bool {
         !self.certain
             && request.command.is_initiate()
-            && self.answered.is_some_and(|answer| may_answer(&request.command, &answer.command))
+            && self.answered.is_some_and(|answer| wire::may_answer(&request.command, &answer.command))
     }
 
     /// Whether a frame of the server was on its way when the client aborted.
@@ -385,7 +359,7 @@ impl Channel {
         }
         let pending = self.pending();
         if let Command::Abort(..) = half.command {
-            let other = |it: Half| self.sequence.may_be_answered(&it) && !may_answer(&it.command, &half.command);
+            let other = |it: Half| self.sequence.may_be_answered(&it) && !wire::may_answer(&it.command, &half.command);
             let ends = pending.is_some()
                 || self.history.given_up.is_some()
                 || self.history.stray.is_some()
@@ -410,7 +384,7 @@ impl Channel {
             && !edge
             && !self.sequence.abort_may_answer
             && !self.sequence.may_be_answered(&pending);
-        let block = edge && is_block_initiate(&pending) && matches!(half.command, Command::BlockAck { .. });
+        let block = edge && pending.command.is_block_initiate() && matches!(half.command, Command::BlockAck { .. });
         again || misfit || block || wire::fits(&pending.command, &half.command)
     }
 
@@ -489,7 +463,7 @@ impl Channel {
             return true;
         }
         let edge = self.is_edge(pending) || self.hypotheses.are_open();
-        if edge && is_block_initiate(pending) && !half.command.is_initiate() {
+        if edge && pending.command.is_block_initiate() && !half.command.is_initiate() {
             self.forget_beginning();
         }
         false
@@ -516,7 +490,7 @@ impl Channel {
         let answered = self.is_unanswerable(before)
             || self.history.heard.is_some_and(|heard| {
                 let ahead = self.sequence.within_lag(heard.at, before.at);
-                heard.at.no > before.at.no || (ahead && may_answer(&before.command, &heard.command))
+                heard.at.no > before.at.no || (ahead && wire::may_answer(&before.command, &heard.command))
             });
         known && !edge && !answered && cx.evidence.recording.is_sent_again(before.at, half.at)
     }
@@ -544,7 +518,7 @@ impl Channel {
     /// Whether a response that does not fit the pending request belongs to another one, or to a transfer that began before
     /// the capture.
     pub(super) fn belongs_elsewhere(&mut self, pending: &Half, half: &Half, cx: &mut Context<'_>) -> bool {
-        let midway = self.hypotheses.are_open() || (self.is_edge(pending) && is_block_initiate(pending));
+        let midway = self.hypotheses.are_open() || (self.is_edge(pending) && pending.command.is_block_initiate());
         if midway && matches!(half.command, Command::BlockAck { .. }) {
             self.forget_beginning();
             self.step.place = Place::Uncaptured;
@@ -591,14 +565,6 @@ impl Channel {
     }
 }
 
-/// Whether a response, or an abort for the same object, can be the answer to a request.
-pub(super) fn may_answer(request: &Command, answer: &Command) -> bool {
-    match answer {
-        Command::Abort(object, _) => request.mux() == Some(*object),
-        _ => wire::fits(request, answer),
-    }
-}
-
 /// Whether a frame can only be meant as the response to an initiate request.
 pub(super) fn is_strict_answer(half: &Half) -> bool {
     !half.command.is_initiate()
@@ -607,14 +573,10 @@ pub(super) fn is_strict_answer(half: &Half) -> bool {
         && half.len == 8
 }
 
-fn is_block_initiate(half: &Half) -> bool {
-    matches!(half.command, Command::InitiateBlockDownload { .. } | Command::InitiateBlockUpload { .. })
-}
-
 /// Whether the response at `next` is rather the request's own than the one that waits.
 fn is_rather(request: &Half, front: &Held, next: &Half, lag_ns: i64) -> bool {
     let fits = match front.half.command {
-        Command::Abort(..) => may_answer(&request.command, &next.command),
+        Command::Abort(..) => wire::may_answer(&request.command, &next.command),
         _ => wire::fits(&request.command, &next.command),
     };
     if !fits {

@@ -17,6 +17,7 @@ use crate::frame::{BusId, CanId, Frame};
 
 mod table;
 mod verdicts;
+mod wire;
 
 type Bytes = (Side, Vec<u8>);
 

@@ -42,7 +42,12 @@ fn walk(frames: &[Bytes]) -> Vec<(State, Action, State)> {
         };
         channel.step(*side, &frame, &mut cx);
         let after = channel.state();
-        assert!(row.to.contains(&after) || after == before, "{before:?} {:?} -> {after:?}, not {:?}", row.action, row.to);
+        assert!(
+            row.to.contains(&after) || after == before,
+            "{before:?} {:?} -> {after:?}, not {:?}",
+            row.action,
+            row.to
+        );
         assert!(row.clause.starts_with("7.2.4."), "{before:?}: {}", row.clause);
         steps.push((before, row.action, after));
     }
