@@ -333,19 +333,19 @@ impl Bus {
     /// Takes what an SDO transfer has shown of the server's configuration.
     fn learn(&mut self, transfer: &Transfer, cx: &mut Context<'_>) {
         let Some(mux) = transfer.mux else { return };
-        if transfer.status != Status::Ok || transfer.bad || transfer.hole {
+        if transfer.outcome.status != Status::Ok || transfer.outcome.bad || transfer.data.hole {
             return self.refused(transfer, mux, cx);
         }
         self.checks.transferred(transfer, mux, &self.nodes, cx);
         if mux.index == 0x1F22 && transfer.direction == Direction::Download {
-            return self.learn_concise(mux.sub, &transfer.kept);
+            return self.learn_concise(mux.sub, &transfer.data.kept);
         }
         let concerned = configuration::concerns(mux.index) || matches!(mux.index, 0x1010 | 0x1011);
-        if !concerned || transfer.size > 8 {
+        if !concerned || transfer.data.size > 8 {
             return;
         }
         let node = known(&mut self.nodes, transfer.node);
-        if node.configuration.learn(transfer.direction, mux, &transfer.kept, cx.at.no) {
+        if node.configuration.learn(transfer.direction, mux, &transfer.data.kept, cx.at.no) {
             node.compile();
             if moves(mux) {
                 self.assign();
@@ -369,7 +369,7 @@ impl Bus {
 
     /// A transfer has not succeeded. What it should have written is as before only where it was refused.
     fn refused(&mut self, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
-        if transfer.direction != Direction::Download || transfer.status != Status::Aborted {
+        if transfer.direction != Direction::Download || transfer.outcome.status != Status::Aborted {
             return;
         }
         if let Some(node) = self.nodes.get_mut(transfer.node)

@@ -399,9 +399,9 @@ impl Block {
             if transfer.mux.is_some() && !numbered {
                 acked.fault = Some((Sdo012::Acknowledged { ackseq: ackseq.into(), sent: current.sent.into() }, None));
             }
-            transfer.hole = true;
+            transfer.data.hole = true;
         } else if ackseq > in_sequence {
-            transfer.hole = true;
+            transfer.data.hole = true;
         }
         if let Some(wrong) = &current.wrong
             && ackseq >= wrong.expected
@@ -459,9 +459,9 @@ impl Block {
             if let Some(tail) = self.tail.replace(*segment) {
                 append(transfer, &tail, 7);
             }
-            transfer.hole |= segment.len == 0;
+            transfer.data.hole |= segment.len == 0;
         }
-        transfer.segments = transfer.segments.saturating_add(segments.len() as u32);
+        transfer.data.segments = transfer.data.segments.saturating_add(segments.len() as u32);
     }
 
     /// The end frame came though no segment was marked as the last one: what was sent is all.
@@ -506,6 +506,6 @@ fn sequence(expected: u8, found: u8) -> Sdo012 {
 /// Adds so many bytes of a segment to the transfer's data, as far as its frame had them.
 fn append(transfer: &mut Transfer, segment: &Segment, bytes: usize) {
     let carried = segment.carried().min(bytes);
-    transfer.hole |= carried < bytes;
+    transfer.data.hole |= carried < bytes;
     transfer.append(segment.data.get(..carried).unwrap_or(&[]));
 }

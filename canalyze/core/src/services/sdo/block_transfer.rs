@@ -75,10 +75,10 @@ impl Channel {
     pub(super) fn block_initiated(&mut self, at: FrameRef, blksize: u8, crc: bool, size: Option<u32>) {
         if let Some(transfer) = &mut self.transfer {
             transfer.mode = Mode::Block;
-            transfer.initiated = Some(at);
-            transfer.crc_negotiated = Some(crc);
+            transfer.data.initiated = Some(at);
+            transfer.outcome.crc_negotiated = Some(crc);
             if size.is_some() {
-                transfer.size_indicated = size;
+                transfer.data.size_indicated = size;
             }
         }
         self.phase = Phase::Block(Box::new(Block::new(blksize)), None);
@@ -151,6 +151,18 @@ impl Channel {
         }
     }
 
+    /// The client acknowledges segments: it should have started the upload.
+    fn judge_start(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let upload = self.is_upload();
+        if let Phase::Block(block, _) = &mut self.phase
+            && upload
+            && !std::mem::replace(&mut block.started, true)
+        {
+            let first = block.first_at().unwrap_or(half.at);
+            self.find(Sdo002::NoRequest, first, cx);
+        }
+    }
+
     /// The client confirms an end that is not there.
     pub(super) fn confirm_unseen(&mut self, half: &Half, cx: &mut Context<'_>) {
         let finished = self.block().is_some_and(Block::is_finished);
@@ -194,7 +206,7 @@ impl Channel {
             }
         }
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
-        self.step.ordinal = block.ordinal(transfer.segments);
+        self.step.ordinal = block.ordinal(transfer.data.segments);
         let segment = Segment { seqno, last, data, len: half.len };
         let (taken, ack_missing) = block.segment(transfer, half.at, segment);
         let not_resent = block.take_not_resent();
@@ -243,7 +255,7 @@ impl Channel {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return false };
         let again = upload && block.end.is_some();
         if block.may_end() {
-        } else if block.last_was_sent() && !transfer.hole {
+        } else if block.last_was_sent() && !transfer.data.hole {
             let goes_on = block.finish_unacknowledged(transfer);
             self.find(Sdo012::EarlyEnd, half.at, cx);
             if !goes_on {
@@ -252,7 +264,7 @@ impl Channel {
             }
         } else {
             let (newest, unsure) = (block.newest_at().unwrap_or(half.at), block.doubts.unsure);
-            let hole = transfer.hole;
+            let hole = transfer.data.hole;
             block.finish_early(transfer);
             // Where segments are missing, the last one is among them, and that was reported.
             if !hole && !unsure {
@@ -288,7 +300,7 @@ impl Channel {
     pub(super) fn end_unread(&mut self, half: Half, cx: &mut Context<'_>) {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         if block.may_end() && block.end.is_none() {
-            transfer.hole = true;
+            transfer.data.hole = true;
             block.end = Some(End { at: half.at, unused: 0, crc: None });
         } else {
             self.respond_unasked(half, cx);
@@ -317,6 +329,7 @@ impl Channel {
 
     pub(super) fn acknowledge(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Command::BlockAck { ackseq, blksize } = half.command else { return };
+        self.judge_start(half, cx);
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         if block.is_finished() {
             self.violation_outside(half, cx);
@@ -324,9 +337,9 @@ impl Channel {
         }
         let acked = block.ack(transfer, half.at, ackseq, blksize);
         transfer.last = half.at;
-        transfer.bad |= matches!(acked.fault, Some((Sdo012::Sequence { .. } | Sdo012::Acknowledged { .. }, _)));
+        transfer.outcome.bad |= matches!(acked.fault, Some((Sdo012::Sequence { .. } | Sdo012::Acknowledged { .. }, _)));
         if acked.retransmission {
-            transfer.retransmissions = transfer.retransmissions.saturating_add(1);
+            transfer.outcome.retransmissions = transfer.outcome.retransmissions.saturating_add(1);
         }
         let (finished, end, not_resent) = (block.is_finished(), block.end, block.take_not_resent());
         if let Some((ack, ackseq)) = not_resent {
@@ -352,22 +365,22 @@ impl Channel {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         let Some(end) = block.end else { return };
         let padding = block.close(transfer, end.unused);
-        if transfer.hole || transfer.mux.is_none() {
+        if transfer.data.hole || transfer.mux.is_none() {
             return;
         }
         let right = transfer.size_is_right();
         if block.doubts.unsure && !(right && end.crc.is_none_or(|found| transfer.check_crc(found, &[]).0 == found)) {
-            transfer.hole = true;
+            transfer.data.hole = true;
             return;
         }
         if !right {
             block.doubts.bad = true;
-            let cause = transfer.initiated.unwrap_or(end.at);
+            let cause = transfer.data.initiated.unwrap_or(end.at);
             let size = wrong_size(transfer);
             self.find(size, if end.at.no == cx.at.no { cause } else { end.at }, cx);
             return;
         }
-        if let (Some(true), Some(found)) = (transfer.crc_negotiated, end.crc) {
+        if let (Some(true), Some(found)) = (transfer.outcome.crc_negotiated, end.crc) {
             let padding = padding.get(..usize::from(end.unused.min(7))).unwrap_or(&[]);
             let (computed, matches) = transfer.check_crc(found, padding);
             if computed != found {
@@ -381,8 +394,8 @@ impl Channel {
         let bad = self.block().is_some_and(|block| block.doubts.bad);
         let status = match &self.transfer {
             _ if bad => Status::Failed,
-            Some(transfer) if transfer.bad => Status::Failed,
-            Some(transfer) if transfer.hole || transfer.midway => Status::Incomplete,
+            Some(transfer) if transfer.outcome.bad => Status::Failed,
+            Some(transfer) if transfer.data.hole || transfer.outcome.midway => Status::Incomplete,
             _ => Status::Ok,
         };
         self.complete(status, cx);
@@ -446,7 +459,8 @@ impl Channel {
     /// The client has waited in vain for what the server owes while sub-blocks run: an acknowledgement, or segments.
     pub(super) fn judge_stalled_block(&mut self, cx: &mut Context<'_>) {
         let Some(block) = self.block() else { return };
-        let Some(transfer) = self.transfer.as_ref().filter(|transfer| transfer.mux.is_some() && !transfer.hole) else {
+        let Some(transfer) = self.transfer.as_ref().filter(|transfer| transfer.mux.is_some() && !transfer.data.hole)
+        else {
             return;
         };
         if block.wrong().is_some() || block.end.is_some() || self.pending().is_some() {

@@ -241,10 +241,10 @@ impl Channel {
             event.what = What::Sdo(std::mem::replace(&mut self.step, empty_step()));
         }
         if let Some(transfer) = &mut self.transfer
-            && transfer.fresh.len() >= CHUNK
+            && transfer.data.fresh.len() >= CHUNK
         {
-            cx.chunks.push(chunk(transfer, transfer.fresh.clone()));
-            transfer.fresh.clear();
+            cx.chunks.push(chunk(transfer, transfer.data.fresh.clone()));
+            transfer.data.fresh.clear();
         }
     }
 
@@ -331,7 +331,7 @@ impl Channel {
         };
         let mut transfer =
             Box::new(Transfer::new(self.beginning(id, request.at, cx), direction, mode, request.command.mux()));
-        transfer.size_indicated = match request.command {
+        transfer.data.size_indicated = match request.command {
             Command::InitiateDownload(_, i) if i.expedited && i.size_indicated => Some(4 - u32::from(i.unused & 3)),
             Command::InitiateDownload(_, i) => i.size().filter(|_| request.len == 8),
             Command::InitiateBlockDownload { size, .. } => size.filter(|_| request.len == 8),
@@ -357,10 +357,11 @@ impl Channel {
         self.phase = Phase::Idle;
         let Some(mut transfer) = self.transfer.take() else { return };
         transfer.described = self.described(transfer.mux);
-        transfer.status = if transfer.bad && status == Status::Ok { Status::Failed } else { status };
+        transfer.outcome.status = if transfer.outcome.bad && status == Status::Ok { Status::Failed } else { status };
         transfer.last = if cx.at.no > transfer.last.no && status != Status::Incomplete { cx.at } else { transfer.last };
         let transfer = Arc::new(*transfer);
-        let left = matches!(transfer.status, Status::Failed | Status::Aborted) && transfer.mode == Mode::Expedited;
+        let left =
+            matches!(transfer.outcome.status, Status::Failed | Status::Aborted) && transfer.mode == Mode::Expedited;
         self.given_up_write.left = left.then(|| Arc::clone(&transfer));
         if self.own {
             self.step.result = Some(Arc::clone(&transfer));
@@ -390,8 +391,10 @@ impl Channel {
     /// not in the capture.
     pub(super) fn segment_ordinal(&self, command: &Command) -> u32 {
         match (&self.phase, command, &self.transfer) {
-            (Phase::Segments(_), Command::Segment(_), Some(transfer)) if !transfer.midway && !transfer.hole => {
-                transfer.segments.saturating_add(1)
+            (Phase::Segments(_), Command::Segment(_), Some(transfer))
+                if !transfer.outcome.midway && !transfer.data.hole =>
+            {
+                transfer.data.segments.saturating_add(1)
             }
             _ => 0,
         }
@@ -403,11 +406,11 @@ impl Channel {
             self.step.result = None;
             return;
         }
-        if transfer.status == Status::Ok && transfer.direction == Direction::Download {
+        if transfer.outcome.status == Status::Ok && transfer.direction == Direction::Download {
             self.verdicts.refused.retain(|refused| Some(refused.object) != transfer.mux);
         }
-        if !transfer.fresh.is_empty() {
-            cx.chunks.push(chunk(&transfer, transfer.fresh.clone()));
+        if !transfer.data.fresh.is_empty() {
+            cx.chunks.push(chunk(&transfer, transfer.data.fresh.clone()));
         }
         let about = (!self.own).then_some(transfer.last);
         cx.events.push(Event {

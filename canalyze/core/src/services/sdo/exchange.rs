@@ -108,7 +108,7 @@ impl Channel {
         }
         if let Some(transfer) = &mut self.transfer {
             transfer.last = if response.at.no > request.at.no { response.at } else { request.at };
-            transfer.reordered |= response.at.no < request.at.no;
+            transfer.outcome.reordered |= response.at.no < request.at.no;
         }
     }
 
@@ -123,38 +123,38 @@ impl Channel {
             }
             self.find(Sdo003::Objects { expected, found }, response.at, cx);
             if let Some(transfer) = &mut self.transfer {
-                transfer.bad = true;
+                transfer.outcome.bad = true;
             }
         }
     }
 
     fn upload_initiated(&mut self, response: Half, i: Initiate, cx: &mut Context<'_>) {
         let Some(transfer) = &mut self.transfer else { return };
-        transfer.initiated = Some(response.at);
+        transfer.data.initiated = Some(response.at);
         if i.expedited {
             transfer.mode = Mode::Expedited;
-            transfer.size_indicated = i.size_indicated.then_some(4 - u32::from(i.unused & 3));
-            if transfer.bad {
+            transfer.data.size_indicated = i.size_indicated.then_some(4 - u32::from(i.unused & 3));
+            if transfer.outcome.bad {
                 self.complete(Status::Failed, cx);
                 return;
             }
             transfer.append(expedited(transfer.mux, &i, response.len));
-            transfer.hole |= lacks_data(&i, response.len);
+            transfer.data.hole |= lacks_data(&i, response.len);
             self.close_sized(response.at, cx);
             return;
         }
         transfer.mode = Mode::Segmented;
-        transfer.size_indicated = i.size().filter(|_| response.len == 8);
+        transfer.data.size_indicated = i.size().filter(|_| response.len == 8);
         let unmarked = i.size().is_none().then_some((response, i));
         self.phase = Phase::Segments(Segments { unmarked, ..Segments::from(false) });
     }
 
     fn download_initiated(&mut self, request: Half, i: Initiate, cx: &mut Context<'_>) {
         let Some(transfer) = &mut self.transfer else { return };
-        transfer.initiated = Some(request.at);
+        transfer.data.initiated = Some(request.at);
         if i.expedited {
             transfer.append(expedited(transfer.mux, &i, request.len));
-            transfer.hole |= lacks_data(&i, request.len);
+            transfer.data.hole |= lacks_data(&i, request.len);
             self.close_sized(request.at, cx);
             return;
         }
@@ -184,12 +184,12 @@ impl Channel {
         let left = self.given_up_write.left.take().filter(|left| left.first == request.at);
         if let (Some(left), Command::InitiateDownload(mux, i)) = (left, request.command)
             && i.expedited
-            && left.kept.is_empty()
+            && left.data.kept.is_empty()
             && !lacks_data(&i, request.len)
         {
             let mut transfer = Transfer::clone(&left);
             transfer.append(expedited(Some(mux), &i, request.len));
-            (transfer.status, transfer.abort) = (Status::Ok, None);
+            (transfer.outcome.status, transfer.outcome.abort) = (Status::Ok, None);
             self.given_up_write.confirmed = Some(Arc::new(transfer));
         }
     }
@@ -197,7 +197,7 @@ impl Channel {
     fn check_toggle(&mut self, request: (FrameRef, bool), response: (FrameRef, bool), cx: &mut Context<'_>) {
         let Phase::Segments(segments) = &mut self.phase else { return };
         let due = segments.toggle;
-        let first_seen = self.transfer.as_ref().is_some_and(|t| t.mux.is_none() && t.segments == 0);
+        let first_seen = self.transfer.as_ref().is_some_and(|t| t.mux.is_none() && t.data.segments == 0);
         segments.toggle = if request.1 == response.1 { !request.1 } else { !due };
         if first_seen {
             return;
@@ -229,9 +229,9 @@ impl Channel {
         let carried = (7 - usize::from(segment.unused)).min(usize::from(half.len.saturating_sub(1)));
         transfer.append(segment.data.get(..carried).unwrap_or(&[]));
         // What a short frame should have carried is missing.
-        transfer.hole |= carried + usize::from(segment.unused) < 7;
-        transfer.segments = transfer.segments.saturating_add(1);
-        transfer.even &= segment.last || segment.unused == 0;
+        transfer.data.hole |= carried + usize::from(segment.unused) < 7;
+        transfer.data.segments = transfer.data.segments.saturating_add(1);
+        transfer.data.even &= segment.last || segment.unused == 0;
         if segment.last {
             self.close_sized(half.at, cx);
         }
@@ -240,9 +240,9 @@ impl Channel {
     /// Ends a transfer whose data are all there: judges its size.
     fn close_sized(&mut self, end: FrameRef, cx: &mut Context<'_>) {
         let Some(transfer) = &self.transfer else { return };
-        let mut status = if transfer.hole || transfer.midway { Status::Incomplete } else { Status::Ok };
+        let mut status = if transfer.data.hole || transfer.outcome.midway { Status::Incomplete } else { Status::Ok };
         if !transfer.size_is_right() {
-            let cause = transfer.initiated.unwrap_or(end);
+            let cause = transfer.data.initiated.unwrap_or(end);
             let size = wrong_size(transfer);
             self.find(size, if end.no == cx.at.no { cause } else { end }, cx);
             status = Status::Failed;
@@ -258,9 +258,9 @@ impl Channel {
     pub(super) fn all_bytes_without_last(&self) -> bool {
         matches!(self.phase, Phase::Segments(_))
             && self.transfer.as_ref().is_some_and(|transfer| {
-                !transfer.hole
-                    && transfer.segments > 0
-                    && transfer.size_indicated.is_some_and(|size| u64::from(size) <= transfer.size)
+                !transfer.data.hole
+                    && transfer.data.segments > 0
+                    && transfer.data.size_indicated.is_some_and(|size| u64::from(size) <= transfer.data.size)
             })
     }
 
@@ -297,7 +297,7 @@ impl Channel {
         self.phase = Phase::Idle;
         let Some(mut transfer) = self.transfer.take() else { return };
         transfer.described = self.described(transfer.mux);
-        transfer.status = Status::Ok;
+        transfer.outcome.status = Status::Ok;
         let own = std::mem::replace(&mut self.own, false);
         self.announce(Arc::new(*transfer), cx);
         self.own = own;
@@ -339,7 +339,7 @@ impl Channel {
             self.find(Sdo017::Abort { abort: code, by: side }, at, cx);
         }
         if let Some(transfer) = &mut self.transfer {
-            transfer.abort = Some(Abort { code, by: side });
+            transfer.outcome.abort = Some(Abort { code, by: side });
             transfer.last = at;
         }
         self.complete(Status::Aborted, cx);
@@ -353,7 +353,7 @@ impl Channel {
     /// The client says that it has waited in vain, though by the protocol nobody owed it anything.
     fn judge_timed_out(&mut self, cx: &mut Context<'_>) {
         if self.verdicts.fault.is_none()
-            && let Some(transfer) = self.transfer.as_deref().filter(|it| it.mux.is_some() && !it.hole)
+            && let Some(transfer) = self.transfer.as_deref().filter(|it| it.mux.is_some() && !it.data.hole)
             && let newest = self.newest(transfer)
             && !within(newest, cx.at, GIVEN_UP_NS)
         {
@@ -372,9 +372,9 @@ impl Channel {
     /// A last segment that the server refused: was it for its size?
     fn judge_refused_segment(&mut self, pending: Half, cx: &mut Context<'_>) {
         let (Command::Segment(segment), Some(transfer)) = (pending.command, &self.transfer) else { return };
-        let Some(indicated) = transfer.size_indicated.map(u64::from) else { return };
-        let transferred = transfer.size.saturating_add(u64::from(7 - segment.unused));
-        if !transfer.hole && (transferred > indicated || (segment.last && transferred != indicated)) {
+        let Some(indicated) = transfer.data.size_indicated.map(u64::from) else { return };
+        let transferred = transfer.data.size.saturating_add(u64::from(7 - segment.unused));
+        if !transfer.data.hole && (transferred > indicated || (segment.last && transferred != indicated)) {
             self.find(Sdo006::Size { indicated, transferred }, pending.at, cx);
         }
     }
@@ -392,8 +392,8 @@ impl Channel {
             self.own = false;
         }
         if let Some(transfer) = &mut self.transfer {
-            transfer.reordered = true;
-            transfer.abort = Some(Abort { code, by: Side::Server });
+            transfer.outcome.reordered = true;
+            transfer.outcome.abort = Some(Abort { code, by: Side::Server });
         }
         self.complete(Status::Aborted, cx);
         self.own = own;
@@ -485,7 +485,7 @@ impl Channel {
 
 /// That a transfer has moved another number of bytes than was indicated.
 pub(super) fn wrong_size(transfer: &Transfer) -> Sdo006 {
-    Sdo006::Size { indicated: transfer.size_indicated.map_or(0, u64::from), transferred: transfer.size }
+    Sdo006::Size { indicated: transfer.data.size_indicated.map_or(0, u64::from), transferred: transfer.data.size }
 }
 
 /// Whether an initiate that announces segments has something in the place of data.

@@ -106,7 +106,7 @@ impl Channel {
         let mode = if matches!(phase, Phase::Block(..)) { Mode::Block } else { Mode::Segmented };
         let id = self.next_id(cx);
         let mut transfer = Box::new(Transfer::new(self.beginning(id, at, cx), direction, mode, None));
-        transfer.midway = true;
+        transfer.outcome.midway = true;
         self.transfer = Some(transfer);
         self.phase = phase;
     }
@@ -147,8 +147,8 @@ impl Channel {
         self.begin_midway(response.at, direction, phase, cx);
         if let Some(transfer) = &mut self.transfer {
             transfer.mux = response.command.mux();
-            transfer.size_indicated = size;
-            transfer.initiated = Some(response.at);
+            transfer.data.size_indicated = size;
+            transfer.data.initiated = Some(response.at);
         }
         self.hypotheses.settle();
         true

@@ -189,7 +189,7 @@ impl Channel {
             None => self.step.result.as_ref().and_then(|transfer| transfer.mux),
         };
         let object = self.verdicts.about.take().or(object);
-        let initiated = self.transfer.as_ref().is_some_and(|transfer| transfer.initiated == Some(offender));
+        let initiated = self.transfer.as_ref().is_some_and(|transfer| transfer.data.initiated == Some(offender));
         let last = code == Code::Sdo006 && !initiated;
         let at = if last || is_wrong(&verdict) { offender } else { cx.at };
         let unanswered = matches!(code, Code::Sdo002 | Code::Sdo015 | Code::Sdo020 | Code::Sdo031);
@@ -287,7 +287,7 @@ impl Channel {
         let explained = if code == Code::Sdo008 {
             let transfer = self.transfer.as_ref();
             let broken = odd.broken.filter(|broken| transfer.is_some_and(|it| it.first.no <= broken.no));
-            broken.or(transfer.filter(|it| it.findings.contains(&Code::Sdo004)).map(|it| it.first))
+            broken.or(transfer.filter(|it| it.outcome.findings.contains(&Code::Sdo004)).map(|it| it.first))
         } else if is(Sdo002::NotAcknowledged.into()) {
             odd.broken.filter(|broken| broken.no >= offender.no)
         } else if is(Sdo002::Duplicate.into()) {

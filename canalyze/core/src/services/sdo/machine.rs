@@ -360,7 +360,7 @@ impl Channel {
                 self.unanswered(&pending, edge, cx);
                 self.continue_segments(next);
                 if let Some(transfer) = &mut self.transfer {
-                    transfer.hole = true;
+                    transfer.data.hole = true;
                 }
             }
             (Command::Segment(sent), Command::Segment(next)) if sent.toggle != next.toggle => {
@@ -521,7 +521,7 @@ impl Channel {
                 // The server takes the transfer for segmented.
                 (segments.unmarked, segments.toggle) = (None, !toggle);
                 if let Some(transfer) = &mut self.transfer {
-                    transfer.hole = true;
+                    transfer.data.hole = true;
                 }
             }
             _ => {}

@@ -186,7 +186,7 @@ impl Channel {
         let before = self.sequence.held.len() as u32;
         self.step.ordinal = match (&self.phase, half.command) {
             (Phase::Block(block, _), Command::BlockSegment { .. }) => {
-                let acknowledged = self.transfer.as_ref().map_or(0, |transfer| transfer.segments);
+                let acknowledged = self.transfer.as_ref().map_or(0, |transfer| transfer.data.segments);
                 block.ordinal(acknowledged).saturating_add(before)
             }
             _ => self.segment_ordinal(&half.command),
@@ -218,7 +218,7 @@ impl Channel {
             let step = self.step.clone();
             let answers = self.pending().is_some();
             if let Some(transfer) = &mut self.transfer {
-                transfer.reordered = true;
+                transfer.outcome.reordered = true;
             }
             self.step.place = Place::Due;
             self.judge_frame(&half, cx);
@@ -501,7 +501,7 @@ impl Channel {
         matches!(self.phase, Phase::Segments(_))
             && self.pending().is_none()
             && self.sequence.may_be_answered(half)
-            && self.transfer.as_ref().is_some_and(|transfer| transfer.segments == 0)
+            && self.transfer.as_ref().is_some_and(|transfer| transfer.data.segments == 0)
     }
 
     /// The pending request was answered before it was captured, by an abort or by what was taken for the response to
