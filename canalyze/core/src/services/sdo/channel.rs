@@ -2,6 +2,7 @@
 //!
 //! It takes a frame, shows what it is, and begins and ends transfers. It must not look at other channels.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::block::Block;
@@ -24,6 +25,9 @@ const CHUNK: usize = 4096;
 pub(super) const UNANSWERED_NS: i64 = 1_000_000_000;
 /// Who looks for a server sends at most this many requests to it.
 const PROBES: u64 = 3;
+
+/// Frames that are kept to show how a duplicate was read the first time.
+const RECENT: usize = 128;
 
 /// One frame of the channel, kept until the other half of its exchange is known.
 #[derive(Clone, Copy, Debug)]
@@ -127,6 +131,8 @@ pub struct Channel {
     /// Whether completed transfers belong to the frame at hand.
     pub(super) own: bool,
     pub(super) given_up_write: GivenUpWrite,
+    /// The last frames and how they were read, while the capture may show frames twice.
+    recent: VecDeque<(Half, Step)>,
 }
 
 fn empty_step() -> Step {
@@ -157,6 +163,7 @@ impl Channel {
             step: empty_step(),
             own: true,
             given_up_write: GivenUpWrite::default(),
+            recent: VecDeque::new(),
         }
     }
 
@@ -221,24 +228,29 @@ impl Channel {
             len: frame.len,
         };
         self.given_up_write.confirmed = None;
+        if cx.sighting == Sighting::Duplicate {
+            let step = self.duplicate(side, &half);
+            cx.push(None, Some(self.server.node), What::Sdo(step));
+            return;
+        }
         self.step = Step { side, command: half.command, ..empty_step() };
         let slot = cx.events.len();
-        let (at, bus, node) = (half.at, self.server.bus, Some(self.server.node));
-        let what = What::Note(Note::RequestNotCaptured);
-        cx.events.push(Event { at, about: None, bus, node, transfer: None, what });
-        let before = if cx.sighting == Sighting::Duplicate {
-            self.step.place = Place::Twin;
-            None
-        } else {
-            self.sight(side, half, cx)
-        };
+        cx.push(None, Some(self.server.node), What::Note(Note::RequestNotCaptured));
+        let before = self.sight(side, half, cx);
         let done = self.step.result.as_ref().map(|transfer| (transfer.id, transfer.mux));
         let of = done.or_else(|| self.identity()).or(before);
         self.step.mux = of.and_then(|(_, mux)| mux);
         self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
+        let step = std::mem::replace(&mut self.step, empty_step());
+        if !cx.evidence.recording.shows_once() {
+            if self.recent.len() == RECENT {
+                self.recent.pop_front();
+            }
+            self.recent.push_back((half, Step { place: Place::Twin, answered_by: None, result: None, ..step.clone() }));
+        }
         if let Some(event) = cx.events.get_mut(slot) {
             event.transfer = of.map(|(id, _)| id);
-            event.what = What::Sdo(std::mem::replace(&mut self.step, empty_step()));
+            event.what = What::Sdo(step);
         }
         if let Some(transfer) = &mut self.transfer
             && transfer.data.fresh.len() >= CHUNK
@@ -269,6 +281,14 @@ impl Channel {
             }
         }
         before
+    }
+
+    /// How a duplicate was read the first time: as the first equal frame of which no duplicate has come.
+    fn duplicate(&mut self, side: Side, half: &Half) -> Step {
+        let equal =
+            |(before, step): &(Half, Step)| step.side == side && before.bytes == half.bytes && before.len == half.len;
+        let first = self.recent.iter().position(equal).and_then(|place| self.recent.drain(..=place).next_back());
+        first.map_or(Step { side, command: half.command, place: Place::Twin, ..empty_step() }, |(_, step)| step)
     }
 
     fn identity(&self) -> Option<(TransferId, Option<Mux>)> {

@@ -181,6 +181,9 @@ impl Channel {
             return;
         }
         let consequence = self.consequence(&verdict, offender);
+        if consequence.is_some() && !self.proof.trusted {
+            return;
+        }
         let object = match &mut self.transfer {
             Some(transfer) => {
                 transfer.note_finding(code);
@@ -397,7 +400,7 @@ impl Channel {
         }
         if self.proof.plausible > 0
             && self.proof.responses > 0
-            && self.verdicts.withheld.iter().filter(|finding| finding.because_of.is_none()).count() == 1
+            && self.verdicts.withheld.len() == 1
             && self.proof.odd <= 1
         {
             // One frame is wrong, and the others can only be SDO.
