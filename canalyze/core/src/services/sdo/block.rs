@@ -46,7 +46,7 @@ impl Segment {
 #[derive(Clone, Debug)]
 struct Wrong {
     at: FrameRef,
-    /// The number that was due when it came: an acknowledgement of it accepts what is wrong.
+    /// The number that was expected when it came: an acknowledgement of it accepts what is wrong.
     expected: u8,
     what: Sdo012,
 }
@@ -69,7 +69,7 @@ pub enum Taken {
     InSequence,
     /// It was under way when the sub-block was acknowledged early; it does not count.
     InFlight,
-    /// Another number was due.
+    /// Another number was expected.
     OutOfSequence(u8),
 }
 
@@ -153,7 +153,7 @@ pub type Acknowledgement = (FrameRef, u8);
 struct Marks {
     first: Option<FrameRef>,
     newest: Option<FrameRef>,
-    /// The segment that completed the sub-block: since then an acknowledgement is due.
+    /// The segment that completed the sub-block: since then an acknowledgement is expected.
     complete: Option<FrameRef>,
 }
 
@@ -227,22 +227,22 @@ impl Block {
         self.marks.newest
     }
 
-    /// Whether the segment marked as last was acknowledged: the end frame is due.
+    /// Whether the segment marked as last was acknowledged: the end frame is expected.
     pub fn is_finished(&self) -> bool {
         self.finished
     }
 
-    /// The segment since which an acknowledgement is due.
+    /// The segment since which an acknowledgement is expected.
     pub fn due_since(&self) -> Option<FrameRef> {
         self.marks.complete
     }
 
-    /// Whether an acknowledgement is due.
+    /// Whether an acknowledgement is expected.
     pub fn owes_ack(&self) -> bool {
         !self.finished && self.current.is_complete(self.blksize)
     }
 
-    /// The number that the acknowledgement that is due has to have, if nothing is to be sent again.
+    /// The number that the acknowledgement that is expected has to have, if nothing is to be sent again.
     pub fn owed_ack(&self) -> Option<u8> {
         let whole = self.owes_ack() && self.current.wrong.is_none();
         whole.then_some(self.current.sent)
@@ -259,7 +259,8 @@ impl Block {
         self.current.ends_unread()
     }
 
-    /// The sequence number of the segment that an empty frame by the sender of the data stands for, where one was due.
+    /// The sequence number of the segment that an empty frame by the sender of the data stands for, where one was
+    /// expected.
     pub fn unread(&self) -> Option<u8> {
         let current = &self.current;
         let ended = self.finished || self.end.is_some() || (self.owes_ack() && current.last_at.is_some());
@@ -271,7 +272,7 @@ impl Block {
         self.last_sent
     }
 
-    /// The sequence number that is due.
+    /// The sequence number that is expected.
     pub fn expected(&self) -> u8 {
         if self.owes_ack() { 1 } else { self.current.expected() }
     }
@@ -287,14 +288,15 @@ impl Block {
         committed.saturating_add(current).saturating_add(1)
     }
 
-    /// How many segments that were not seen, and may be listed late, an acknowledgement of `ackseq` speaks of.
+    /// How many segments an acknowledgement of `ackseq` covers that were not seen, and may be listed late.
     pub fn not_seen(&self, ackseq: u8) -> u8 {
         let resumes = self.resume == Resume::AtFirst;
         let settled = self.current.wrong.is_some() || self.owes_ack() || resumes || self.finished;
         if settled || ackseq > self.blksize { 0 } else { ackseq.saturating_sub(self.current.segments.len() as u8) }
     }
 
-    /// Takes a segment. Returns how it was taken, and the frame after which an acknowledgement is missing from the capture.
+    /// Takes a segment. Returns how it was taken, and the frame after which an acknowledgement is missing from the
+    /// capture.
     pub fn segment(&mut self, transfer: &mut Transfer, at: FrameRef, segment: Segment) -> (Taken, Option<FrameRef>) {
         let Segment { seqno, last, .. } = segment;
         self.marks.first.get_or_insert(at);
@@ -394,7 +396,7 @@ impl Block {
         let whole = unread || (!self.finished && current.is_complete(self.blksize));
         let in_sequence = current.segments.len() as u8;
         if ackseq > current.sent {
-            // The receiver took what came for what was due: then its number is what was wrong.
+            // The receiver took what came for what was expected: then its number is what was wrong.
             let numbered = current.wrong.is_some() && ackseq <= current.count;
             if transfer.mux.is_some() && !numbered {
                 acked.fault = Some((Sdo012::Acknowledged { ackseq: ackseq.into(), sent: current.sent.into() }, None));
@@ -414,7 +416,7 @@ impl Block {
         let rest =
             current.segments.get(usize::from(ackseq)..).filter(|rest| !rest.is_empty() && current.wrong.is_none());
         self.rest = rest.map(|rest| Rest { segments: rest.to_vec(), ack: (at, ackseq) });
-        // After a wrong number the receiver's word counts: it accepted so many segments, the last among them.
+        // After a wrong number the acknowledgement counts: it accepts that number of segments, the last among them.
         self.finished =
             current.last_at.is_some_and(|(seqno, nth)| ackseq >= seqno || (current.wrong.is_some() && ackseq >= nth))
                 || (unread && self.end.is_some());
@@ -503,7 +505,7 @@ fn sequence(expected: u8, found: u8) -> Sdo012 {
     Sdo012::Sequence { expected: expected.into(), found: found.into() }
 }
 
-/// Adds so many bytes of a segment to the transfer's data, as far as its frame had them.
+/// Adds the first bytes of a segment to the transfer's data, as far as its frame had them.
 fn append(transfer: &mut Transfer, segment: &Segment, bytes: usize) {
     let carried = segment.carried().min(bytes);
     transfer.data.hole |= carried < bytes;

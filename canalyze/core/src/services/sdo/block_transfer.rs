@@ -1,8 +1,8 @@
 //! What the frames of a block transfer do (CiA 301, 7.2.4.3.8 to 7.2.4.3.16).
 //!
-//! The sender's frames are segments here, not commands. In an upload the client's acknowledgement may be captured after the
-//! next segment, or after the end frame; in a download the server may acknowledge one segment more than was seen, which is
-//! then late. Which segments count stands in `block`; which frame comes here stands in `machine`.
+//! The sender's frames are segments here, not commands. In an upload the client's acknowledgement may be captured after
+//! the next segment, or after the end frame; in a download the server may acknowledge one segment more than was seen,
+//! which is then late. Which segments count stands in `block`; which frame comes here stands in `machine`.
 
 use super::block::{Block, End, Segment, Taken};
 use super::channel::{Channel, Half, Phase, strict_initiate};
@@ -97,7 +97,8 @@ impl Channel {
         if let Phase::Block(block, _) = &self.phase { Some(block) } else { None }
     }
 
-    /// The frame, or, where an empty one stands for the segment that is due, that segment: its length was reported.
+    /// The frame, or, where an empty one stands for the segment that is expected, that segment: its length was
+    /// reported.
     pub(super) fn unless_empty(&self, side: Side, half: Half) -> Half {
         match &self.phase {
             Phase::Block(block, _) if half.len == 0 && self.sends_data(side) => {
@@ -108,7 +109,7 @@ impl Channel {
         }
     }
 
-    /// Whether a frame of the server is due while sub-blocks run; `None` where it is no part of them.
+    /// Whether a frame of the server is expected while sub-blocks run; `None` where it is no part of them.
     pub(super) fn is_due_in_block(&self, block: &Block, half: &Half) -> Option<bool> {
         let midway = self.is_nameless();
         match half.command {
@@ -127,7 +128,7 @@ impl Channel {
         }
     }
 
-    /// Whether so many segments can have been sent before an acknowledgement, and be listed behind it.
+    /// Whether this number of segments can have been sent before an acknowledgement, and be listed behind it.
     fn may_be_sent(&self, segments: u8, ack: &Half) -> bool {
         // The server's frames are listed in time, while the client's last one may be late itself.
         let heard = self.history.heard.map(|heard| heard.at);
@@ -295,8 +296,8 @@ impl Channel {
         }
     }
 
-    /// A frame of which nothing can be read, where the end of an upload may be due: how much of the last segment is data
-    /// is not known.
+    /// A frame of which nothing can be read, where the end of an upload may be expected: how much of the last segment
+    /// is data is not known.
     pub(super) fn end_unread(&mut self, half: Half, cx: &mut Context<'_>) {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         if block.may_end() && block.end.is_none() {
@@ -307,7 +308,7 @@ impl Channel {
         }
     }
 
-    /// A frame of which nothing can be read, where an acknowledgement or a confirmation may be due.
+    /// A frame of which nothing can be read, where an acknowledgement or a confirmation may be expected.
     pub(super) fn acknowledge_unread(&mut self, side: Side, half: Half, cx: &mut Context<'_>) {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         if side == Side::Client && block.is_finished() && block.end.is_some() {

@@ -84,7 +84,8 @@ pub(super) struct Server {
     /// The channel's identifier from client to server, where it is not the server's default channel.
     id: Option<CanId>,
     description: Option<Arc<Dictionary>>,
-    /// It has sent segments after an initiate with e = s = 0; whether that one had other bytes than 0 in the place of data.
+    /// It has sent segments after an initiate with e = s = 0; whether that one had other bytes than 0 in the place of
+    /// data.
     pub(super) segments_unmarked: Option<bool>,
 }
 
@@ -202,7 +203,8 @@ impl Channel {
         self.given_up_write.confirmed.as_ref()
     }
 
-    /// The transfer that runs, with what the description says of its object; none where the channel's frames are no SDO.
+    /// The transfer that runs, with what the description says of its object; none where the channel's frames are no
+    /// SDO.
     pub fn running(&self) -> Option<(&Transfer, Option<Arc<Object>>)> {
         let transfer = self.transfer.as_deref().filter(|_| !self.is_foreign())?;
         Some((transfer, self.described(transfer.mux)))
@@ -407,8 +409,8 @@ impl Channel {
         segment.filter(|at| at.no > transfer.last.no).unwrap_or(transfer.last)
     }
 
-    /// Number in the transfer of a segment, from 1; 0 where it is none, or where no number would be true since a part is
-    /// not in the capture.
+    /// Number in the transfer of a segment, from 1; 0 where it is none, or where no number would be true since a part
+    /// is not in the capture.
     pub(super) fn segment_ordinal(&self, command: &Command) -> u32 {
         match (&self.phase, command, &self.transfer) {
             (Phase::Segments(_), Command::Segment(_), Some(transfer))

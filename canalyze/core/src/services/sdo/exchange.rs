@@ -1,8 +1,8 @@
 //! What responses and aborts do to the transfer, outside sub-blocks (CiA 301, 7.2.4.3.2 to 7.2.4.3.7 and 7.2.4.3.17).
 //!
 //! Request and response come here in causal order, whatever order the capture showed them in; toggle bits and sizes are
-//! judged here and nowhere else. An abort ends the transfer, whoever sends it, and is never answered. Its multiplexor is
-//! unreliable, so it belongs to its channel's transfer, not to an object. Frames that were under way may follow it.
+//! judged here and nowhere else. An abort ends the transfer, whoever sends it, and is never answered. Its multiplexor
+//! is unreliable, so it belongs to its channel's transfer, not to an object. Frames that were under way may follow it.
 
 use std::sync::Arc;
 
@@ -264,8 +264,8 @@ impl Channel {
             })
     }
 
-    /// Whether an initiate with e = s = 0 that no segment has followed was meant as data. The answer of a server that has
-    /// sent segments after the same announces them; bytes that it does not leave in them otherwise do not.
+    /// Whether an initiate with e = s = 0 that no segment has followed was meant as data. The answer of a server that
+    /// has sent segments after the same announces them; bytes that it does not leave in them otherwise do not.
     pub(super) fn is_meant_as_data(&self) -> bool {
         let announces = |i: &Initiate| self.server.segments_unmarked.is_some_and(|other| other || !has_data(i));
         self.unmarked()
@@ -350,7 +350,7 @@ impl Channel {
         }
     }
 
-    /// The client says that it has waited in vain, though by the protocol nobody owed it anything.
+    /// The client reports a timeout although no response was pending.
     fn judge_timed_out(&mut self, cx: &mut Context<'_>) {
         if self.verdicts.fault.is_none()
             && let Some(transfer) = self.transfer.as_deref().filter(|it| it.mux.is_some() && !it.data.hole)

@@ -1,8 +1,8 @@
 //! What a channel may be in the midst of where the capture begins, or goes on after lost frames.
 //!
 //! Until the channel's first whole transfer several hypotheses stand: it is idle, a segmented transfer runs, a block
-//! transfer runs. While they do, nothing is a violation and nothing is a value: a block segment can look like any command.
-//! A transfer whose beginning is not in the capture is incomplete.
+//! transfer runs. While they do, nothing is a violation and nothing is a value: a block segment can look like any
+//! command. A transfer whose beginning is not in the capture is incomplete.
 
 use super::block::{Block, MOST};
 use super::channel::{Channel, Half, Phase, Segments};
@@ -122,8 +122,8 @@ impl Channel {
         }
     }
 
-    /// An initiate response without its request, and the client goes on as if it had sent one. Returns whether a transfer
-    /// begins so.
+    /// An initiate response without its request, and the client goes on as if it had sent one. Returns whether a
+    /// transfer begins so.
     pub(super) fn begin_from_response(&mut self, response: &Half, next: &Half, cx: &mut Context<'_>) -> bool {
         if self.transfer.is_some() {
             return false;
@@ -191,8 +191,8 @@ impl Channel {
         }
     }
 
-    /// Whether two client frames in a row, before any valid exchange, are segments of a block download that began before
-    /// the capture: their first bytes count up.
+    /// Whether two client frames in a row, before any valid exchange, are segments of a block download that began
+    /// before the capture: their first bytes count up.
     pub(super) fn is_midway_block(&self, before: &Half, half: &Half) -> bool {
         !self.proof.trusted && before.bytes[0] < MOST && before.bytes[0] + 1 == half.bytes[0] & 0x7F
     }

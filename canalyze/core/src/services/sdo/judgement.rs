@@ -91,7 +91,8 @@ impl Proof {
         }
     }
 
-    /// What is wrong with the channel's first frame itself, or with what answers it, counts if it can only be a request.
+    /// What is wrong with the channel's first frame itself, or with what answers it, counts if it can only be a
+    /// request.
     fn is_first_exchange(&self) -> bool {
         self.plausible > 0 && self.requests <= 1 && self.responses <= 1
     }
@@ -149,8 +150,8 @@ impl Channel {
         }
     }
 
-    /// Whether a response is of the kind that the pending request asks for: what is not is no answer to it, whatever it
-    /// says. A request always is.
+    /// Whether a response is of the kind that the pending request asks for: any other is no answer to it. A request
+    /// always is.
     fn is_asked_for(&self, half: &Half) -> bool {
         let fits = |pending: Half| wire::kind_fits(&pending.command, &half.command);
         half.command.is_initiate() || self.pending().is_none_or(fits)
@@ -242,8 +243,8 @@ impl Channel {
         }
     }
 
-    /// Whether a request has waited so long for its answer at the capture's end that none will come: a read for a shorter
-    /// time, where the server has always answered much sooner.
+    /// Whether a request has waited so long for its answer at the capture's end that none will come: a read for a
+    /// shorter time, where the server has always answered much sooner.
     pub(super) fn is_overdue(&self, request: &Half, cx: &Context<'_>) -> bool {
         let (Some(asked), Some(now)) = (request.at.t_ns, cx.at.t_ns) else { return false };
         let waited = now.saturating_sub(asked);
@@ -279,9 +280,9 @@ impl Channel {
         }
     }
 
-    /// The finding that says the same in other words, if any. One wrong frame leaves two gaps: what it should have been is
-    /// missing, and what it is belongs to nothing. And once it is not known what the two sides are talking about, all that
-    /// does not fit follows from that, until they fit again.
+    /// The finding that says the same in other words, if any. One wrong frame leaves two gaps: what it should have been
+    /// is missing, and what it is belongs to nothing. And once it is not known what the two sides are talking about,
+    /// all that does not fit follows from that, until they fit again.
     fn consequence(&mut self, verdict: &Verdict, offender: FrameRef) -> Option<FrameRef> {
         let code = verdict.code;
         let is = |other: Verdict| *verdict == other;
@@ -348,8 +349,8 @@ impl Channel {
         self.verdicts.odd_exchange.answered.is_some_and(|(answered, _)| answered.no == request.at.no)
     }
 
-    /// In the place of a block transfer's end came what does not belong there, and a finding reports it: what answers it
-    /// answers the end.
+    /// In the place of a block transfer's end came what does not belong there, and a finding reports it: what answers
+    /// it answers the end.
     pub(super) fn instead_of_end(&mut self, half: &Half) {
         match self.step.side {
             Side::Client => self.verdicts.odd_exchange.request = Some(half.at),
@@ -422,8 +423,8 @@ impl Channel {
     }
 }
 
-/// Whether a server may take its time over an object: it stores, or erases, memory that keeps its contents without power
-/// (CiA 301, 7.5.2.13 and 7.5.2.14; CiA 302-3).
+/// Whether a server may take its time over an object: it stores, or erases, memory that keeps its contents without
+/// power (CiA 301, 7.5.2.13 and 7.5.2.14; CiA 302-3).
 fn takes_time(object: Mux) -> bool {
     matches!(object.index, 0x1010 | 0x1011 | 0x1F50 | 0x1F51)
 }

@@ -33,11 +33,11 @@ pub(super) enum Stage {
     Initiated,
     /// A sub-block runs.
     SubBlock,
-    /// The sub-block is complete: its acknowledgement is due.
+    /// The sub-block is complete: its acknowledgement is expected.
     Acknowledge,
-    /// The last segment was acknowledged: the end frame is due.
+    /// The last segment was acknowledged: the end frame is expected.
     End,
-    /// The end frame was sent: its confirmation is due.
+    /// The end frame was sent: its confirmation is expected.
     Confirm,
 }
 
@@ -50,7 +50,7 @@ pub(super) enum State {
     Idle,
     /// An initiate request awaits its response.
     Requested(Service),
-    /// A segmented upload, and the side whose frame is due.
+    /// A segmented upload, and the side whose frame is expected.
     Upload(Side),
     /// A segmented download, likewise.
     Download(Side),
@@ -71,15 +71,16 @@ pub(super) enum Action {
     Request,
     /// The client sends what follows the response, which is not there: violation, SDO002.
     GoOn,
-    /// The kind of response that is due.
+    /// The kind of response that is expected.
     Answer,
-    /// Another frame of the server while a response is due: violation, SDO002, unless another request explains it.
+    /// Another frame of the server while a response is expected: violation, SDO002, unless another request explains it.
     Misfit,
-    /// A frame of the server while none is due: likewise.
+    /// A frame of the server while none is expected: likewise.
     Unasked,
-    /// A frame of the client that is not due: violation, SDO007, unless the transfer began before the capture.
+    /// A frame of the client that is not expected: violation, SDO007, unless the transfer began before the capture.
     Stray,
-    /// A frame of the client that is not due, while a request is pending or in a block transfer: violation, SDO007.
+    /// A frame of the client that is not expected, while a request is pending or in a block transfer: violation,
+    /// SDO007.
     Outside,
     /// The capture begins in the midst of a transfer.
     Join,
@@ -182,7 +183,7 @@ pub(super) fn transition(state: State, side: Side, command: &Command) -> Row {
         (S::Unknown, Client, C::Segment(_)) => (A::Join, &[S::Download(Server)], "7.2.4.3.4"),
         (S::Unknown, Client, C::StartBlockUpload | C::BlockAck { .. }) => (A::Join, &[S::BlockUpload(SubBlock)], "7.2.4.3.14"),
 
-        // What is not due.
+        // What is not expected.
         (S::BlockDownload(_) | S::BlockUpload(_), Client, _) => (A::Outside, &[], "7.2.4.3.8, 7.2.4.3.12"),
         (_, Client, _) if pending => (A::Outside, &[], "7.2.4.1"),
         (_, Client, _) => (A::Stray, &[], "7.2.4.1"),
@@ -303,7 +304,7 @@ impl Channel {
         self.set_pending(half);
     }
 
-    /// A frame that is not due.
+    /// A frame that is not expected.
     pub(super) fn violation_outside(&mut self, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Outside;
         if half.command.is_unreadable() || self.hypotheses.is_reported() {
@@ -422,7 +423,7 @@ impl Channel {
         true
     }
 
-    /// A frame of the server while a response is due.
+    /// A frame of the server while a response is expected.
     pub(super) fn respond(&mut self, half: Half, cx: &mut Context<'_>) {
         let Some(pending) = self.pending() else { return self.respond_unasked(half, cx) };
         // A server may switch the protocol where the client allows it; where not, the response rather belongs to a
@@ -465,7 +466,7 @@ impl Channel {
         }
     }
 
-    /// A frame of the server while no response is due.
+    /// A frame of the server while no response is expected.
     pub(super) fn respond_unasked(&mut self, half: Half, cx: &mut Context<'_>) {
         let midway = self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none());
         if matches!(self.phase, Phase::Block(..)) && midway && half.command == Command::BlockEnded {

@@ -51,8 +51,8 @@ pub(super) struct Sequence {
     pub(super) last_abort: Option<(Mux, u32)>,
     /// The last response or refusal, where its request was captured before it.
     pub(super) answered: Option<Half>,
-    /// It is known which responses belong to which requests: where a capture begins with requests for one object that are
-    /// late, each may stand before the response to the next.
+    /// It is known which responses belong to which requests: where a capture begins with requests for one object that
+    /// are late, each may stand before the response to the next.
     certain: bool,
 }
 
@@ -95,7 +95,7 @@ impl Sequence {
 }
 
 impl Channel {
-    /// A frame has come: what it says of those that wait. Returns the frame as it is read after that.
+    /// A frame has come: what it shows about those that wait. Returns the frame as it is read after that.
     pub(super) fn order_before(&mut self, side: Side, half: Half, cx: &mut Context<'_>) -> Half {
         if side == Side::Client {
             self.history.released = None;
@@ -207,7 +207,7 @@ impl Channel {
         self.sequence.held.push_back(Held { half, first: fresh || !self.proof.begun, age: 0 });
     }
 
-    /// Hands on what waited and is due now.
+    /// Hands on what waited and is expected now.
     fn follow(&mut self, cx: &mut Context<'_>) {
         while let Some(held) = self.sequence.held.front().copied() {
             let half = self.decoded(Side::Server, held.half);
@@ -299,7 +299,7 @@ impl Channel {
             && (self.pending().is_some() || self.may_join(&half) || self.can_request(&half))
     }
 
-    /// Whether the frames that wait are a whole sub-block of so many segments, the last of them marked.
+    /// Whether the frames that wait are a whole sub-block of this number of segments, the last of them marked.
     fn holds_sub_block(&self, segments: u8) -> bool {
         let mut held = self.sequence.held.iter().filter_map(|held| match held.half.command {
             Command::BlockSegment { seqno, last, .. } => Some((seqno, last)),
@@ -313,8 +313,8 @@ impl Channel {
         self.sequence.held.front().is_some_and(|held| matches!(held.half.command, Command::BlockAck { .. }))
     }
 
-    /// Whether a request that fits the first frame that waits may as well be answered by the next: that one is the first
-    /// of the channel, or the client reads one object again and again.
+    /// Whether a request that fits the first frame that waits may as well be answered by the next: that one is the
+    /// first of the channel, or the client reads one object again and again.
     fn is_ambiguous(&self, half: &Half, front: &Held) -> bool {
         if !half.command.is_initiate() || matches!(self.phase, Phase::Block(..)) {
             return false;
@@ -350,8 +350,8 @@ impl Channel {
         matches!(row.action, Action::Begin | Action::Restart | Action::GiveUp | Action::Request)
     }
 
-    /// Whether a frame of the server is due, or a fault whatever the client sends: one that is not may have come before
-    /// the client's frame that it answers.
+    /// Whether a frame of the server is expected, or a fault whatever the client sends: one that is not may have come
+    /// before the client's frame that it answers.
     pub(super) fn is_due(&self, half: &Half) -> bool {
         let in_flight = |it: UnderWay| it.side == Side::Server && it.continues(half);
         if half.command.is_unreadable() || self.sequence.under_way.is_some_and(in_flight) {
@@ -406,8 +406,8 @@ impl Channel {
         under_way_still
     }
 
-    /// What a client frame shows of its last request and of the response before it. Returns the frame as it is read then;
-    /// none where it needs nothing more.
+    /// What a client frame shows of its last request and of the response before it. Returns the frame as it is read
+    /// then; none where it needs nothing more.
     pub(super) fn reconsider(&mut self, half: Half, cx: &mut Context<'_>) -> Option<Half> {
         if matches!(self.phase, Phase::Block(..)) && !half.command.is_initiate() {
             return Some(half);
@@ -436,8 +436,8 @@ impl Channel {
         Some(half)
     }
 
-    /// A client frame while its last request was not answered: was it, before it was captured? Returns whether the frame
-    /// needs nothing more.
+    /// A client frame while its last request was not answered: was it, before it was captured? Returns whether the
+    /// frame needs nothing more.
     pub(super) fn settle_pending(&mut self, pending: &Half, half: &Half, cx: &mut Context<'_>) -> bool {
         let object = self.sequence.last_abort.map(|(object, _)| object);
         let refused = self.sequence.abort_may_answer && object.is_some() && pending.command.mux() == object;
@@ -481,8 +481,8 @@ impl Channel {
         self.set_pending(*half);
     }
 
-    /// Whether a request was sent again, and not captured twice, though no response to the first can be meant by anything
-    /// that came.
+    /// Whether a request was sent again, and not captured twice, though no response to the first can be meant by
+    /// anything that came.
     fn is_sent_again(&self, before: &Half, half: &Half, cx: &Context<'_>) -> bool {
         let known = self.proof.trusted || self.hypotheses.is_whole();
         let edge = self.is_edge(before) || self.hypotheses.are_open();
@@ -515,8 +515,8 @@ impl Channel {
         self.complete_before(Status::Incomplete, cx);
     }
 
-    /// Whether a response that does not fit the pending request belongs to another one, or to a transfer that began before
-    /// the capture.
+    /// Whether a response that does not fit the pending request belongs to another one, or to a transfer that began
+    /// before the capture.
     pub(super) fn belongs_elsewhere(&mut self, pending: &Half, half: &Half, cx: &mut Context<'_>) -> bool {
         let midway = self.hypotheses.are_open() || (self.is_edge(pending) && pending.command.is_block_initiate());
         if midway && matches!(half.command, Command::BlockAck { .. }) {

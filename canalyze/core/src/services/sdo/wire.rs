@@ -219,7 +219,7 @@ pub fn decode(side: Side, bytes: [u8; 8]) -> Command {
     }
 }
 
-/// The same, given how many bytes the frame has: a frame too short for its object says nothing of one, and an
+/// The same, given how many bytes the frame has: a frame too short for its object names none, and an
 /// acknowledgement without its numbers acknowledges nothing.
 pub fn decode_frame(side: Side, bytes: [u8; 8], len: u8) -> Command {
     let command = decode(side, bytes);

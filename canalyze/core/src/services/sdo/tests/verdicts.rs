@@ -183,3 +183,40 @@ fn the_acknowledgement_that_was_owed_when_the_server_aborted() {
     assert_eq!(told(2, 1500, ""), [(Code::Sdo007, 9)]);
     assert_eq!(told(2, 50, "/c A2 02 02"), [(Code::Sdo007, 10)]);
 }
+
+#[test]
+fn late_requests_behind_a_transfer_met_in_its_midst() {
+    // Each request is listed behind its answer; what the capture begins with belongs to a transfer before it.
+    let answers = "s 4F 02 20 01/c 40 02 20 01";
+    for (text, status) in [
+        ("c A2 01 01/s 4F 01 20 01/c 40 01 20 01", Status::Ok),
+        ("c 60/s 80 01 20 01 00 00 02 06/c 40 01 20 01", Status::Aborted),
+    ] {
+        let outcome = run(&frames(&format!("{text}/{answers}")));
+        assert!(outcome.loud().is_empty(), "{outcome:?}");
+        let found = |index| {
+            let mut all = outcome.transfers.iter();
+            all.find(|it| it.mux == Some(Mux { index, sub: 1 })).map(|it| it.outcome.status)
+        };
+        assert_eq!((found(0x2001), found(0x2002)), (Some(status), Some(Status::Ok)), "{text}");
+    }
+}
+
+#[test]
+fn a_block_upload_that_was_not_started() {
+    let text = "c A4 04 20 00 7F/s C6 04 20 00 07/s 81 00 01 02 03 04 05 06/c A2 01 7F/s C1 0C D9/c A1";
+    assert_eq!(loud(text), [(Code::Sdo002, 5)]);
+}
+
+#[test]
+fn what_follows_from_a_fault_is_linked_to_it() {
+    // An unknown command in the place of a request, and the response that nobody asked for.
+    let outcome = run(&frames(&format!("{GOOD}c E0/s 43 00 20 00 01/{}", NEXT.trim_start_matches('/'))));
+    assert_eq!(
+        outcome.loud().iter().map(|finding| (finding.code, finding.at.no)).collect::<Vec<_>>(),
+        [(Code::Sdo023, 3)]
+    );
+    let linked: Vec<_> =
+        outcome.findings.iter().filter_map(|finding| Some((finding.code, finding.because_of?.no))).collect();
+    assert_eq!(linked, [(Code::Sdo002, 3)]);
+}
