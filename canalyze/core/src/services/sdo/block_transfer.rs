@@ -113,7 +113,8 @@ impl Channel {
     pub(super) fn is_due_in_block(&self, block: &Block, half: &Half) -> Option<bool> {
         let midway = self.is_nameless();
         match half.command {
-            Command::BlockSegment { .. } if midway && block.is_skipping() => {
+            // Until a segment was seen, it may be the response to a late request.
+            Command::BlockSegment { .. } if midway && (block.is_skipping() || block.first_at().is_none()) => {
                 let plain = Half { command: wire::decode(Side::Server, half.bytes), ..*half };
                 Some(!is_strict_answer(&plain))
             }

@@ -190,6 +190,7 @@ fn late_requests_behind_a_transfer_met_in_its_midst() {
     let answers = "s 4F 02 20 01/c 40 02 20 01";
     for (text, status) in [
         ("c A2 01 01/s 4F 01 20 01/c 40 01 20 01", Status::Ok),
+        ("c A3/s 4F 01 20 01/c 40 01 20 01", Status::Ok),
         ("c 60/s 80 01 20 01 00 00 02 06/c 40 01 20 01", Status::Aborted),
     ] {
         let outcome = run(&frames(&format!("{text}/{answers}")));
