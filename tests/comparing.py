@@ -34,7 +34,7 @@ class Compared:
 
 def recorded(data: bytes, network: _core.Network | None = None, form: str | None = None) -> _core.Session:
     """A session that has kept what is to be compared."""
-    session = _core.Session(format="course", network=network)
+    session = _core.Session(format="digest", network=network)
     form = form or _core.sniff(data, True)
     session.begin("capture", True, form if form in _core.FORMATS else "candump")
     session.feed(data)

@@ -11,6 +11,8 @@ import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
+from statistics import median
 
 from captures import CanFrame, console_text, log_text
 from plants import Session
@@ -161,13 +163,30 @@ def _loss(lasts_us: int) -> Apply:
     return apply
 
 
+def _awaited(frames: Frames, lasts_us: int) -> set[int]:
+    """The nodes that come evenly by themselves, and would have come in a silence after these frames."""
+    guarded = {frame.can_id for frame in frames if frame.remote}
+    stamps: dict[int, list[int]] = {}
+    for frame in frames:
+        # SDO, LSS and answers of node guarding come when the master asks.
+        if not (0x580 <= frame.can_id < 0x680 or frame.can_id >= 0x780 or frame.can_id in guarded):
+            stamps.setdefault(frame.can_id, []).append(frame.t_us)
+    gaps = {can_id: median(b - a for a, b in pairwise(times)) for can_id, times in stamps.items() if len(times) > 2}
+    awaited = {can_id for can_id, gap in gaps.items() if gap * 1.5 < lasts_us}
+    # An SRDO has two CAN-IDs, one beside the other.
+    return {0x100 if 0x100 < can_id < 0x180 else can_id & 0x7F for can_id in awaited}
+
+
 def _pause(lasts_us: int) -> Apply:
-    """The network stood still and went on, or its clock was put on: where least was going on, all of it is later."""
+    """The network stood still and went on, or its clock was put on: where least was going on, all of it is later.
+
+    Not where fewer than two nodes were awaited: the silence of one looks like a fault of that node.
+    """
 
     def apply(session: Session) -> Iterator[Variant]:
         frames = list(session.frames)
         gaps = sorted(range(1, len(frames)), key=lambda at: frames[at - 1].t_us - frames[at].t_us)
-        for at in gaps[:8]:
+        for at in [at for at in gaps if len(_awaited(frames[:at], lasts_us)) > 1][:8]:
             later = [replace(frame, t_us=frame.t_us + lasts_us) for frame in frames[at:]]
             yield f"before frame {at + 1}", log_text([*frames[:at], *later])
 

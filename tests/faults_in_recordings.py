@@ -122,9 +122,13 @@ def of_node(frame: CanFrame, node: int) -> bool:
 
 
 def boot_up_missing(frames: Frames) -> Iterator[tuple[int, Faulty]]:
-    """The boot-up after a reset of one node, which is heard all the same."""
+    """The boot-up after a reset of one node, which is heard all the same.
+
+    A device may obey a reset late, since it stores something first: a capture that ends within a second shows nothing.
+    """
     for at, frame in enumerate(frames):
-        if frame.can_id == 0 and frame.data[0] in (0x81, 0x82) and frame.data[1]:
+        lasts = frames[-1].t_us - frame.t_us > 1_000_000
+        if lasts and frame.can_id == 0 and frame.data[0] in (0x81, 0x82) and frame.data[1]:
             node = frame.data[1]
             later = [i for i in range(at, len(frames)) if frames[i].can_id == 0x700 + node and not frames[i].remote]
             if later and frames[later[0]].data == b"\0":
@@ -197,7 +201,10 @@ def second_sync(frames: Frames) -> Iterator[tuple[int, Faulty]]:
 
 
 def pdo_after_command(milliseconds: float) -> Put:
-    """One more TPDO of a node so long after it was taken out of Operational, as far as nothing else was commanded."""
+    """One more TPDO of a node so long after it was taken out of Operational, as far as nothing else was commanded.
+
+    After a reset it may have started itself.
+    """
 
     def put(frames: Frames) -> Iterator[tuple[int, Faulty]]:
         for at, frame in enumerate(frames):
@@ -205,8 +212,9 @@ def pdo_after_command(milliseconds: float) -> Put:
                 continue
             t_us = frame.t_us + round(milliseconds * 1000)
             before = [f for f in frames[:at] if 0x180 < f.can_id < 0x200 and frame.data[1] in (0, f.can_id & 0x7F)]
-            started = [f for f in frames[at:] if f.can_id == 0 and f.data[0] == START and f.t_us < t_us + 50_000]
-            if before and not started and frame.t_us - before[-1].t_us < 500_000:
+            moves = (START, 0x81, 0x82)
+            moved = [f for f in frames[at:] if f.can_id == 0 and f.data[0] in moves and f.t_us < t_us + 50_000]
+            if before and not moved and frame.t_us - before[-1].t_us < 500_000:
                 late = replace(before[-1], t_us=t_us)
                 new = sorted([*frames, late], key=lambda f: f.t_us)
                 yield at, Faulty(new, at + 1, new.index(late) + 1)

@@ -21,7 +21,7 @@ CAPTURES = sorted(
 DRIVE = described(((5, "drive.eds"),))
 FORMATS = (
     *("text", "jsonl", "transfers", "signals", "signals-csv", "summary", "observed", "records", "lines", "check"),
-    *("convert", "course", "monitor"),
+    *("convert", "digest", "monitor"),
 )
 WINDOW = 100_000_000
 """What a row of `load` stands for, in ns."""

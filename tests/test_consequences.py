@@ -175,7 +175,6 @@ def quick_configuration() -> Frames:
     return net.lss(0x04, 0).wait(0.1).nmt(0x82, 7).wait(0.1).boot(9).frames()
 
 
-@pytest.mark.xfail(strict=True, reason="the answer to a request listed before it is taken for one without request")
 def test_an_lss_request_that_was_passed_over() -> None:
     frames = quick_configuration()
     assert not analyze(log_text(frames)).above_info()

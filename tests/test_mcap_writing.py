@@ -271,6 +271,7 @@ def found(messages: list[Said], truth: list[dict[str, Any]]) -> None:
         assert (one.message, one.node) == (row["message"], row["node"] or 0)
         assert (f"{one.index:04X}", one.sub) == (row["index"] or "0000", row["sub"] or 0)
         assert (one.frame, one.cause_frame) == (row["frame"] or 0, row["cause_frame"] or 0)
+        assert (one.about_frame, one.because_of) == (row["about_frame"] or 0, row["because_of"] or 0)
     level = {"info": 20, "warning": 30, "error": 40}
     log = [(one.message.level, one.message.msg) for one in messages if one.topic == "/log"]
     for row in truth:

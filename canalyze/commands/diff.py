@@ -65,7 +65,7 @@ def command(words: Words) -> click.Command:
 
         if len(files) != 2 or files == (STDIN, STDIN):
             raise click.UsageError(words("diff.two", count=len(files)), click.get_current_context())
-        sessions = [open_session(words, given, format="course", stamps=stamps, filter=expression) for _ in files]
+        sessions = [open_session(words, given, format="digest", stamps=stamps, filter=expression) for _ in files]
         code = 0
         with open_output(output, force=force) as out:
             progress = Progress(words, out, total_size(files))

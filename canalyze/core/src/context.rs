@@ -120,7 +120,7 @@ impl Context<'_> {
 
     /// The capture is over, or frames were lost: reports what waits and stands.
     pub fn release_all(&mut self) {
-        for finding in self.evidence.pending.finish() {
+        for finding in self.evidence.pending.finish(&self.evidence.recording) {
             self.emit(finding);
         }
     }

@@ -228,3 +228,10 @@ pub struct FrameRef {
     /// Time in ns.
     pub t_ns: Option<i64>,
 }
+
+impl FrameRef {
+    /// The time from a frame to this one, in ns; `None` without it or without stamps.
+    pub fn since(self, then: impl Into<Option<Self>>) -> Option<i64> {
+        Some(self.t_ns?.saturating_sub(then.into()?.t_ns?))
+    }
+}

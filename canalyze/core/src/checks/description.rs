@@ -2,7 +2,7 @@
 //! only the lengths of what CiA 301 gives a data type are judged.
 //!
 //! Only what both sides took as done is judged, before the bus takes the value. What differs may be the description's
-//! fault as well as the device's: a finding says that they disagree, not who is right.
+//! fault as well as the device's: a finding reports that they disagree, not who is right.
 
 use std::collections::BTreeSet;
 
@@ -28,7 +28,7 @@ const STRUCTURE: u8 = 0xFF;
 #[derive(Debug, Default)]
 pub struct Descriptions {
     nodes: PerNode<BTreeSet<(u16, u8)>>,
-    /// Whether downloads to it, and uploads from it, were seen that say fewer than four bytes in an expedited transfer.
+    /// Whether downloads to it, and uploads from it, were seen that carry fewer than four bytes in an expedited transfer.
     short: PerNode<[bool; 2]>,
 }
 
@@ -39,7 +39,7 @@ impl Descriptions {
         let [downloads, uploads] = self.short.entry(transfer.node);
         let short = if upload { uploads } else { downloads };
         *short |= transfer.mode == Mode::Expedited && transfer.data.size_indicated.is_some_and(|size| size < 4);
-        // Many devices and clients send four bytes whatever the type, and without a description nobody minds.
+        // Many devices and clients send four bytes whatever the type, which only a description contradicts.
         let habit = !*short && transfer.mode == Mode::Expedited && transfer.data.size == 4;
         let described = node.and_then(|node| Some((node, node.configuration.description()?)));
         let Some((node, description)) = described else {
@@ -108,7 +108,7 @@ fn word(mux: Mux) -> bool {
     }
 }
 
-/// What tells whether it is the description of this device at all: device type, vendor-ID, product code.
+/// What shows whether it is the description of this device at all: device type, vendor-ID, product code.
 fn identity(mux: Mux) -> bool {
     matches!((mux.index, mux.sub), (0x1000, 0) | (0x1018, 1 | 2))
 }

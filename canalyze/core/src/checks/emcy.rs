@@ -1,6 +1,6 @@
 //! Emergencies (CiA 301, 7.2.7): which errors a node has reported and not taken back, and what is wrong in the frame.
 //!
-//! An emergency error code stands until the node says that all errors are gone (0000h with error register 0) or boots.
+//! An emergency error code stands until the node reports that all errors are gone (0000h with error register 0) or boots.
 //! A partial reset (0000h with other bits left) names no code. A stack that puts its own number of the error into the
 //! first manufacturer byte (CANopenNode's error bit) repeats it in the reset: where that fits one error that stands, it
 //! is the one. It must not know what a device profile adds to the codes.
@@ -24,7 +24,7 @@ const SLACK_NS: i64 = 1_000_000;
 const TOGETHER_NS: i64 = 200_000_000;
 /// An error that comes again within this time after it was taken back is the same trouble, in ns.
 const AGAIN_NS: i64 = 10_000_000_000;
-/// So many emergencies of one node within [`FLOOD_NS`] are a flood: an emergency is sent once for each error.
+/// Emergencies of one node within [`FLOOD_NS`] from which on they are a flood: an emergency is sent once for each error.
 const FLOOD: usize = 10;
 /// In ns.
 const FLOOD_NS: i64 = 1_000_000_000;
@@ -127,7 +127,7 @@ impl Emergencies {
         }
     }
 
-    /// What an emergency says, and what is wrong with it.
+    /// What an emergency reports, and what is wrong with it.
     pub fn judge(&mut self, (code, register): (u16, u8), node: u8, configured: Option<&Node>, cx: &mut Context<'_>) {
         self.nodes.entry(node).report(node, code, register, cx);
         if code > 0xFF && register == 0 {
@@ -137,7 +137,7 @@ impl Emergencies {
             cx.raise(Emc003::Bit6 { code, register }, Some(node), None, None);
         }
         let last = self.nodes.entry(node).last.replace(cx.at);
-        let Some(gap) = super::nmt::since(last, cx.at).filter(|gap| *gap >= 0) else { return };
+        let Some(gap) = cx.at.since(last).filter(|gap| *gap >= 0) else { return };
         let inhibit = configured.and_then(|configured| configured.value(0x1015, 0));
         let Some((inhibit, _)) = inhibit.filter(|(_, from)| *from > Provenance::Eds) else { return };
         let inhibit_ns = (inhibit & 0xFFFF) as i64 * 100_000;
@@ -153,7 +153,7 @@ impl Emergencies {
             reported.end_flood(node, cx);
             for one in std::mem::take(&mut reported.standing) {
                 let Standing { code, at, count, .. } = one;
-                let age = super::nmt::since(Some(at), cx.at);
+                let age = cx.at.since(at);
                 let repeated = Emc009::StandsAndRepeats { code, count, age };
                 let what = if count > 1 { repeated } else { Emc009::Stands { code, count, age } };
                 find(what, node, cx.at, Some(at), Some(at), cx);
@@ -285,11 +285,11 @@ impl Reported {
         }
     }
 
-    /// A flood is over: how many there were, where that is not said yet.
+    /// A flood is over: how many there were, where that was not reported yet.
     fn end_flood(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(Flood { first, last, count }) = self.flood.take() else { return };
         if count > FLOOD as u64 {
-            let duration = super::nmt::since(Some(first), last).unwrap_or(0);
+            let duration = last.since(first).unwrap_or(0);
             find(Emc010::InAll { count, duration }, node, last, Some(first), Some(first), cx);
         }
     }

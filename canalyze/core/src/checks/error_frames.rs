@@ -61,7 +61,7 @@ impl ErrorFrames {
         }
     }
 
-    /// The capture says that there was an error frame, and nothing of it.
+    /// An error frame of which the capture shows no content.
     pub fn bare(&mut self, cx: &mut Context<'_>) {
         take(&mut self.bus, Condition::Unspecified, cx);
     }
@@ -114,7 +114,7 @@ impl ErrorFrames {
         cx: &mut Context<'_>,
     ) -> Option<Disturbance> {
         let since = |from: FrameRef| now_ns.zip(from.t_ns).map(|(now, from)| now.saturating_sub(from));
-        // Stamps that go back by so much were set: nothing can be said of the time between.
+        // Stamps that go back by so much were set: the time between is not known.
         let over = since(event.last).map(|quiet| quiet.unsigned_abs() >= QUIET_NS.unsigned_abs());
         if over.unwrap_or(no.saturating_sub(event.last.no) >= QUIET_FRAMES) {
             self.end(event, cx);
@@ -152,7 +152,7 @@ impl ErrorFrames {
         }
         let Some((condition, at, counted)) = event.raised else { return };
         if event.frames > counted {
-            let what = in_all(condition, event.frames, elapsed(event.first, event.last));
+            let what = in_all(condition, event.frames, event.last.since(event.first));
             let finding = cx.verdict(what, None, None, Some(at));
             cx.emit(Finding { at: event.last, because_of: Some(at), ..finding });
         }
@@ -163,7 +163,7 @@ impl ErrorFrames {
     }
 }
 
-/// Takes a frame that says this.
+/// Takes a frame that shows a condition.
 fn take(event: &mut Option<Disturbance>, condition: Condition, cx: &mut Context<'_>) {
     let at = cx.at;
     let fresh = || Disturbance { seen: BTreeMap::new(), first: at, last: at, frames: 0, raised: None, recovery: None };
@@ -177,7 +177,7 @@ fn take(event: &mut Option<Disturbance>, condition: Condition, cx: &mut Context<
     }
     if let Some((raised, root, _)) = event.raised {
         // It has become worse since.
-        let severity = |condition| said(condition, 1).code.rule().severity;
+        let severity = |condition| finding_of(condition, 1).code.rule().severity;
         let worse = severity(condition) > severity(raised) && condition > raised;
         raise_condition(condition, 1, at, (!worse).then_some(root), cx);
         if worse {
@@ -187,11 +187,11 @@ fn take(event: &mut Option<Disturbance>, condition: Condition, cx: &mut Context<
 }
 
 fn raise_condition(condition: Condition, count: u64, at: FrameRef, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
-    cx.emit(Finding { at, because_of, ..cx.verdict(said(condition, count), None, None, None) });
+    cx.emit(Finding { at, because_of, ..cx.verdict(finding_of(condition, count), None, None, None) });
 }
 
 fn raise_recovery(recovery: Recovery, at: FrameRef, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
-    let after = because_of.and_then(|since| elapsed(since, at)).filter(|after| *after > 0);
+    let after = because_of.and_then(|since| at.since(since)).filter(|after| *after > 0);
     let what = match (recovery == Recovery::Restarted, after) {
         (false, None) => Bus006::ErrorActive,
         (false, Some(after)) => Bus006::ErrorActiveAfter { after },
@@ -202,7 +202,7 @@ fn raise_recovery(recovery: Recovery, at: FrameRef, because_of: Option<FrameRef>
 }
 
 /// The finding of a condition that `count` frames have shown.
-fn said(condition: Condition, count: u64) -> Verdict {
+fn finding_of(condition: Condition, count: u64) -> Verdict {
     match (condition, count) {
         (Condition::BusOff, ..=1) => Bus001::BusOff { count }.into(),
         (Condition::BusOff, _) => Bus001::BusOffAfter { count }.into(),
@@ -238,8 +238,4 @@ fn in_all(condition: Condition, count: u64, duration: Option<i64>) -> Verdict {
         Condition::BusError | Condition::Unspecified => Bus007::InAll { count, duration }.into(),
         Condition::Transceiver => Bus008::InAll { count, duration }.into(),
     }
-}
-
-fn elapsed(from: FrameRef, to: FrameRef) -> Option<i64> {
-    Some(to.t_ns?.saturating_sub(from.t_ns?))
 }

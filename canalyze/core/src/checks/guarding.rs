@@ -6,7 +6,7 @@
 //! first answer is free, and so is the one after a request without answer. It must not judge states.
 
 use super::heartbeat::Heartbeats;
-use super::nmt::{Nmt, since};
+use super::nmt::Nmt;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::evidence::circumstance::Kind;
@@ -28,9 +28,9 @@ const UNANSWERED_NS: i64 = 1_000_000_000;
 const ROUND_NS: i64 = 10_000_000_000;
 /// A request this old before a reset was not answered, in ns.
 const SLOW_NS: i64 = 50_000_000;
-/// So many frames in a row with the same toggle bit are no answers, but for those before them.
+/// Frames in a row with the same toggle bit from which on they are no answers.
 const SAME: u8 = 3;
-/// So many frames that nobody asked for are heartbeats of a guarded node.
+/// Frames without request from which on a guarded node sends heartbeats as well.
 const UNASKED: u8 = 3;
 
 /// The only frame with toggle bit 1, until there is a second.
@@ -53,13 +53,13 @@ struct Guarded {
     request: Option<When>,
     /// An answer came just before it, which may have been its own.
     doubtful: bool,
-    /// The toggle bit of the last answer, where it tells what the next one must be.
+    /// The toggle bit of the last answer, where the next one follows from it.
     toggle: Option<bool>,
     /// The last answer.
     answer: Option<FrameRef>,
     /// It has answered with toggle bit 1: these are no heartbeats.
     toggles: bool,
-    /// A frame that nobody had asked for, its toggle bit, and whether it counts as an answer already.
+    /// A frame without request so far, its toggle bit, and whether it counts as an answer already.
     ahead: Option<(FrameRef, bool, bool)>,
     unasked: u8,
     /// It was reported that requests stay unanswered, or that the node sends heartbeats as well.
@@ -107,7 +107,7 @@ impl Guarding {
     /// of the round before counts.
     pub fn is_guarded(&self, node: u8, at: FrameRef) -> bool {
         let asked = self.nodes.get(node).and_then(|guarded| guarded.asked);
-        asked.is_some_and(|asked| since(Some(asked), at).is_none_or(|age| age <= ROUND_NS))
+        asked.is_some_and(|asked| at.since(asked).is_none_or(|age| age <= ROUND_NS))
     }
 
     /// What is known of 100Ch and 100Dh of the bus's nodes, after a change.
@@ -131,7 +131,7 @@ impl Guarding {
         }
     }
 
-    /// Reports which nodes the master has not asked within their life time. A silence of the whole bus tells nothing.
+    /// Reports which nodes the master has not asked within their life time. A silence of the whole bus is no fault of the master.
     fn overdue(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         let now = cx.clock(now_ns);
         for (node, Owed { since, limit_ns: limit, .. }) in self.life.due(now, &cx.evidence.recording) {
@@ -165,7 +165,7 @@ impl Guarding {
             return;
         }
         if guarded.requests == 1 && guarded.toggle == Some(false) {
-            // What came before the first request in sight may have been a heartbeat.
+            // What came before the first request in the capture may have been a heartbeat.
             guarded.toggle = None;
         }
         guarded.expire(node, cx);
@@ -202,7 +202,7 @@ impl Guarding {
         } else if let Some(lone) =
             guarded.lone.as_mut().filter(|_| guarded.requests == 0 && guarded.toggle == Some(false))
         {
-            // Nobody asks, and after one frame with toggle bit 1 two or more come without: no answers.
+            // Without requests: after one frame with toggle bit 1 two or more come without: no answers.
             let (count, first) = lone.same.map_or((1, cx.at), |(count, first)| (count + 1, first));
             lone.same = Some((count, first));
             if count >= SAME {
@@ -227,7 +227,7 @@ impl Guarding {
         }
     }
 
-    /// An answer that says nothing.
+    /// An answer that cannot be read.
     pub fn excuse(&mut self, node: u8) {
         if let Some(guarded) = self.nodes.get_mut(node) {
             (guarded.request, guarded.toggle) = (None, None);
@@ -245,7 +245,7 @@ impl Guarding {
                 if let Some(request) = request {
                     guarded.unanswered(id, request.at, nmt, cx);
                 }
-                // What only one frame says of a toggle bit stays open: the frames from here on decide.
+                // A single frame with toggle bit 1 stays undecided: the frames from here on decide.
                 (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
                 (guarded.silent, guarded.unasked) = (false, 0);
             }
@@ -332,7 +332,7 @@ impl Guarded {
             return;
         }
         self.silent = true;
-        let what = match since(Some(request), cx.at) {
+        let what = match cx.at.since(request) {
             Some(age) => Grd002::NoResponseWithin { age },
             None => Grd002::NoResponse,
         };
@@ -340,7 +340,7 @@ impl Guarded {
         cx.evidence.circumstances.note(Kind::NodeLost, Some(node), cx.when);
     }
 
-    /// A frame that nobody had asked for, and no request came just after it.
+    /// A frame without request, and no request came just after it.
     fn expire(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some((frame, toggle, counted)) = self.ahead.take() else { return };
         if !counted {

@@ -1,40 +1,22 @@
 //! What needs more than one frame, or more than one service: states, timing, and verdicts on them.
 //!
 //! One file a check, or a family of checks that shares its state. Each owns what it has to remember and raises
-//! findings. [`Checks`] owns them all, and is told by the bus of every frame and of what it means: where a check
-//! stands in the way of a frame is to be read here and nowhere else. None may change a node's configuration.
+//! findings. [`Checks`] owns them all, and takes every frame from the bus with what it means: the order in
+//! which checks take a frame stands here and nowhere else. None may change a node's configuration.
 
-pub mod commandless;
 pub mod description;
 pub mod drive;
-mod duplicate_id;
 pub mod emcy;
 pub mod error_frames;
-pub mod exchange;
-pub mod fastscan;
 pub mod guarding;
 pub mod heartbeat;
-pub mod jitter;
 pub mod lss;
 pub mod nmt;
-pub mod nmt_permissions;
-pub mod node_id;
-mod node_state;
 pub mod nodes;
-pub mod pdo_configuration;
-pub mod pdo_identifier;
-pub mod pdo_length;
-pub mod pdo_timing;
-pub mod series;
+pub mod pdo;
 pub mod srdo;
 pub mod sync;
-pub mod sync_counter;
-mod sync_follower;
-pub mod sync_period;
-pub mod sync_settings;
-pub mod sync_window;
 pub mod time;
-pub mod withheld;
 
 #[cfg(test)]
 mod tests;
@@ -50,7 +32,7 @@ use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
 use crate::rules::pdo::Mpd001;
 use crate::services::lss::Command;
-use crate::services::pdo;
+use crate::services::pdo::communication_parameter;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
 
@@ -59,10 +41,10 @@ use drive::Drives;
 use error_frames::ErrorFrames;
 use lss::Lss;
 use nodes::{ErrorControl, Nodes};
-use pdo_configuration::PdoConfiguration;
-use pdo_identifier::PdoIdentifiers;
-use pdo_length::{Misfit, PdoLength, misfit};
-use pdo_timing::PdoTiming;
+use pdo::configuration::{self as pdo_configuration, PdoConfiguration};
+use pdo::identifier::PdoIdentifiers;
+use pdo::length::{Misfit, PdoLength, misfit};
+use pdo::timing::PdoTiming;
 use srdo::{Seen, Srdos};
 use sync::Sync;
 
@@ -86,9 +68,9 @@ impl PdoName {
 /// How the bytes of a PDO's frame stand to its mapping.
 #[derive(Clone, Copy, Debug)]
 pub struct Fit {
-    /// They are not as many as it says.
+    /// They are not as many as it maps.
     misfit: Option<Misfit>,
-    /// It has a mapping of its own, and they are as many as it says.
+    /// It has a mapping of its own, and they are as many as it maps.
     fits: bool,
     /// There is one, or it is known that there is none.
     read: bool,
@@ -210,7 +192,7 @@ impl Checks {
         self.pass(now_ns, false, cx);
     }
 
-    /// The same; `heard`: a frame says so, and not only the clock.
+    /// The same; `heard`: by a frame, not by the clock alone.
     fn pass(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
         self.nodes.advance(now_ns, heard, cx);
         self.lss.advance(now_ns, cx);
@@ -252,7 +234,7 @@ impl Checks {
         self.srdos.judge(seen, cx);
     }
 
-    /// The last SDO request to a node, where it is a fault by itself, whatever becomes of it.
+    /// The last SDO request to a node, where it is a fault by itself, answered or not.
     pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
         self.nodes.asked_in_vain(node)
     }
@@ -306,7 +288,7 @@ impl Checks {
         self.nodes.pdo(transmit, number, node, cx);
         self.drives.blind(node);
         if matches!(message, Message::Malformed { .. }) {
-            let object = Mux { index: pdo::communication_parameter(transmit, number), sub: 0 };
+            let object = Mux { index: communication_parameter(transmit, number), sub: 0 };
             cx.raise(Mpd001::Length { found: frame.len.into() }, Some(node), Some(object), None);
         }
         if let Some(pdo) = name.of(nodes) {
@@ -352,7 +334,7 @@ impl Checks {
         self.lss.follow(message, frame, nodes, cx)
     }
 
-    /// The capture says that there was an error frame, and nothing of it.
+    /// An error frame of which the capture shows no content.
     pub fn bare_error(&mut self, cx: &mut Context<'_>) {
         self.error_frames.bare(cx);
     }

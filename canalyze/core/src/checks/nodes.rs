@@ -1,13 +1,13 @@
-//! What the checks of nodes are told, and in which order: states, heartbeats, guarding, emergencies, TIME, and what is
-//! permitted in a state.
+//! The checks of nodes and the order in which they take a frame: states, heartbeats, guarding, emergencies, TIME, and
+//! what is permitted in a state.
 //!
 //! It completes a message by what was known before it, and passes each frame on. It judges nothing itself.
 
 use super::emcy::Emergencies;
 use super::guarding::Guarding;
 use super::heartbeat::Heartbeats;
+use super::nmt::permissions::NmtPermissions;
 use super::nmt::{Nmt, SWITCHED_ON_NS, commanded_state};
-use super::nmt_permissions::NmtPermissions;
 use super::time::Times;
 use crate::cob_id::Role;
 use crate::context::Context;
@@ -61,7 +61,7 @@ pub struct Nodes {
     /// How long the bus was silent before the frame at hand, in ns.
     silence_ns: i64,
     /// Until when no node sends anything, since the bit rate is switched (CiA 305); what one sends all the same begins
-    /// no train of heartbeats.
+    /// no series of heartbeats.
     quiet_until_ns: i64,
     /// Frames of a wrong length of nodes that have not shown yet that they are nodes.
     misshapen: Vec<Finding>,
@@ -149,7 +149,7 @@ impl Nodes {
         }
     }
 
-    /// It is `now_ns`: what should have happened by now. `heard`: a frame says so, and not only the clock.
+    /// It is `now_ns`: what should have happened by now. `heard`: by a frame, not by the clock alone.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
         self.heartbeats.advance(now_ns, heard, cx);
@@ -205,7 +205,7 @@ impl Nodes {
         }
     }
 
-    /// A frame of a service with another length than the service has. It is said once the node or, for TIME, any node
+    /// A frame of a service with another length than the service has. Reported once the node or, for TIME, any node
     /// of the bus has shown that it is one: on other networks these identifiers carry other things.
     fn wrong_length(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
         let found = frame.len.into();
@@ -256,7 +256,7 @@ impl Nodes {
         node.map_or_else(|| (1..=127).any(present), present)
     }
 
-    /// What was said of frames before their nodes had shown that they are nodes.
+    /// Reports frames of a wrong length whose nodes have shown by now that they are nodes.
     fn release_misshapen(&mut self, cx: &mut Context<'_>) {
         let (shown, waiting) =
             std::mem::take(&mut self.misshapen).into_iter().partition(|finding| self.is_present(finding.node));

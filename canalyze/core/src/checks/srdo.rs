@@ -5,7 +5,7 @@
 //! shows wrongly by itself is no fault: its edges cut pairs, and a frame of the capturing host may stand one later.
 //! It must not decode; and no time is judged that is not configured.
 
-use super::pdo_timing::tolerance;
+use super::pdo::timing::tolerance;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::evidence::{Recording, Rules, When};
@@ -59,9 +59,10 @@ struct Limits {
     cycle: Option<Limit>,
 }
 
-/// What was seen of a pair.
-#[derive(Clone, Debug, Default)]
-struct Pair {
+/// Frames of a pair that wait for their other half. In the right order each normal frame is `open` until its inverted
+/// one comes; the others are what a loss, a swap or a late frame leaves.
+#[derive(Clone, Copy, Debug, Default)]
+struct Halves {
     /// Normal data that wait for their inverse.
     open: Option<Half>,
     /// Normal data before those, whose inverse has not come: it may still.
@@ -76,6 +77,12 @@ struct Pair {
     adjacent: bool,
     /// Inverted data in a pair that was complete before, until the next complete pair proves that half of one is gone.
     lone: Option<Half>,
+}
+
+/// What was seen of a pair.
+#[derive(Clone, Debug, Default)]
+struct Pair {
+    halves: Halves,
     /// Pairs in a row that came in the wrong order.
     swaps: u8,
     /// Its first frame since the capture's edge or a loss of frames.
@@ -95,7 +102,7 @@ struct Pair {
     confirmed: bool,
 }
 
-/// What there is to say about a frame.
+/// What a frame has shown.
 #[derive(Clone, Copy, Debug)]
 enum Report {
     /// And the length of the second frame.
@@ -111,7 +118,7 @@ enum Report {
 /// What a frame has shown, until its event is there.
 #[derive(Debug, Default)]
 pub struct Seen {
-    /// Whether these are the inverse of the normal data before them; `None` where nothing says so.
+    /// Whether these are the inverse of the normal data before them; `None` where that is not known.
     pub valid: Option<bool>,
     number: u8,
     reports: Vec<Report>,
@@ -242,7 +249,7 @@ impl Srdos {
         cx.report_timed(Finding { because_of, ..finding });
     }
 
-    /// A node says that it is not Operational. Only what it sends before and after that is its fault: it may have
+    /// A node shows that it is not Operational. Only what it sends before and after that is its fault: it may have
     /// changed its state by itself since it reported it last, or have been commanded to while a pair was under way.
     pub fn not_operational(&mut self, node: u8) {
         for (pair, limits) in self.pairs.iter_mut().zip(&self.limits) {
@@ -268,76 +275,78 @@ impl Srdos {
 
 impl Pair {
     fn normal(&mut self, half: Half, recording: &Recording, seen: &mut Seen) {
-        if let Some(missing) = self.missing.take().filter(|_| self.valid > PROOF) {
+        if let Some(missing) = self.halves.missing.take().filter(|_| self.valid > PROOF) {
             self.began = None;
             seen.reports.push(Report::InverseMissing(missing));
         }
-        if let Some(open) = self.open.replace(half) {
+        if let Some(open) = self.halves.open.replace(half) {
             self.began = None;
-            if std::mem::take(&mut self.adjacent) && self.early.is_some_and(|early| early.is_inverse(&open)) {
+            if std::mem::take(&mut self.halves.adjacent)
+                && self.halves.early.is_some_and(|early| early.is_inverse(&open))
+            {
                 self.swapped(open, recording, seen);
-                self.early = None;
-                self.spare = Some(open);
-            } else if let Some(older) = self.older.replace(open).filter(|_| self.valid >= PROOF) {
+                self.halves.early = None;
+                self.halves.spare = Some(open);
+            } else if let Some(older) = self.halves.older.replace(open).filter(|_| self.valid >= PROOF) {
                 seen.reports.push(Report::InverseMissing(older));
             }
         }
     }
 
     fn inverse(&mut self, half: Half, recording: &Recording, seen: &mut Seen) {
-        match self.open {
+        match self.halves.open {
             Some(open) if open.is_inverse(&half) => {
-                self.open = None;
-                self.adjacent = false;
-                self.spare = None;
+                self.halves.open = None;
+                self.halves.adjacent = false;
+                self.halves.spare = None;
                 self.valid = self.valid.saturating_add(1);
                 self.last = Some(open);
-                self.missing = self.older.take();
-                if let Some(lone) = self.lone.take() {
+                self.halves.missing = self.halves.older.take();
+                if let Some(lone) = self.halves.lone.take() {
                     self.began = None;
                     seen.reports.push(Report::NormalMissing(lone));
                 }
                 // With constant data the wrong order looks like the right one, shifted.
-                if !self.early.is_some_and(|early| early.is_inverse(&open)) {
+                if !self.halves.early.is_some_and(|early| early.is_inverse(&open)) {
                     self.swaps = 0;
-                    self.early = None;
+                    self.halves.early = None;
                 }
                 seen.valid = Some(true);
             }
-            Some(open) if self.early.is_some_and(|early| early.is_inverse(&open)) => {
-                self.open = None;
+            Some(open) if self.halves.early.is_some_and(|early| early.is_inverse(&open)) => {
+                self.halves.open = None;
                 self.swapped(open, recording, seen);
-                (self.early, self.adjacent) = (Some(half), true);
+                (self.halves.early, self.halves.adjacent) = (Some(half), true);
             }
-            Some(_) if self.older.or(self.spare).is_some_and(|older| older.is_inverse(&half)) => {
-                (self.older, self.spare) = (None, None);
+            Some(_) if self.halves.older.or(self.halves.spare).is_some_and(|older| older.is_inverse(&half)) => {
+                (self.halves.older, self.halves.spare) = (None, None);
                 seen.valid = Some(true);
             }
             Some(open) => {
-                self.open = None;
-                (self.older, self.spare) = (None, None);
+                self.halves.open = None;
+                (self.halves.older, self.halves.spare) = (None, None);
                 self.began = None;
                 seen.valid = Some(false);
                 self.wrong = self.wrong.saturating_add(1);
                 seen.reports.push(Report::NotInverse(open, half.len));
             }
             // The inverse of earlier data, one frame late.
-            None if self.missing.take().is_some() => {}
+            None if self.halves.missing.take().is_some() => {}
             None => {
                 if self.valid >= PROOF {
-                    self.lone = Some(half);
+                    self.halves.lone = Some(half);
                 }
                 self.began = None;
-                (self.early, self.adjacent) = (Some(half), true);
+                (self.halves.early, self.halves.adjacent) = (Some(half), true);
             }
         }
     }
 
     /// Inverted data came before their normal data. Once is what a late frame looks like, if they are close.
     fn swapped(&mut self, normal: Half, recording: &Recording, seen: &mut Seen) {
-        let apart = self.early.and_then(|early| recording.between(early.when, normal.when)).unwrap_or(0);
+        let apart = self.halves.early.and_then(|early| recording.between(early.when, normal.when)).unwrap_or(0);
         self.swaps = self.swaps.saturating_add(1);
-        self.lone = None;
+        self.halves.lone = None;
         self.began = None;
         // Both are of one sender, and wait in one queue: the host's lag explains it once, and not again and again; and one
         // is hardly overtaken by more than half of it.

@@ -12,7 +12,7 @@ const CLOCK_PART: i64 = 100;
 /// The last TIME of a bus.
 #[derive(Debug, Default)]
 pub struct Times {
-    /// The frame, and what it says in ns since 1984-01-01.
+    /// The frame, and its time in ns since 1984-01-01.
     last: Option<(When, i64)>,
     /// The one before the last jump: where the next goes on from it, only one was wrong.
     before_jump: Option<(When, i64)>,
@@ -33,16 +33,16 @@ impl Times {
             cx.raise(Tim001::TimeOfDay { found: ms.into() }, None, None, None);
             return;
         }
-        let told = (i64::from(days) * i64::from(DAY_MS) + i64::from(ms)) * 1_000_000;
+        let time = (i64::from(days) * i64::from(DAY_MS) + i64::from(ms)) * 1_000_000;
         let before_jump = self.before_jump.take();
-        let Some((last, before)) = self.last.replace((cx.when, told)) else { return };
+        let Some((last, before)) = self.last.replace((cx.when, time)) else { return };
         let recording = &cx.evidence.recording;
         let Some(elapsed) = recording.between(last, cx.when).filter(|elapsed| *elapsed >= 0) else { return };
-        let passed = told - before;
+        let passed = time - before;
         if !jumps(passed, last, cx.when, recording) {
             return;
         }
-        if before_jump.is_some_and(|(then, told_then)| !jumps(told - told_then, then, cx.when, recording)) {
+        if before_jump.is_some_and(|(then, time_then)| !jumps(time - time_then, then, cx.when, recording)) {
             return;
         }
         self.before_jump = Some((last, before));

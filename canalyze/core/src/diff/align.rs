@@ -33,7 +33,7 @@ pub(super) fn align(a: &[u64], b: &[u64]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// What one side has more may often be said to be here or a little later: it is said to be as late as can be, so that
+/// What one side has more may often lie here or a little later: it is placed as late as can be, so that
 /// the first place in which both part is the right one.
 fn settle(a: &[u64], b: &[u64], pairs: &mut [(usize, usize)]) {
     let (mut x, mut y) = (0, 0);

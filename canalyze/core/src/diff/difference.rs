@@ -1,6 +1,6 @@
 //! What two captures differ in: values without words.
 
-use super::course::{Deed, Kind, Place, Service};
+use super::digest::{Action, Kind, Place, Service};
 use crate::finding::Finding;
 use crate::frame::{BusId, CanId, FrameRef};
 
@@ -80,7 +80,7 @@ pub struct Side {
 #[derive(Clone, Debug)]
 pub enum Shows {
     /// Something done.
-    Deed(Deed),
+    Action(Action),
     /// Frames.
     Count(u64),
     /// A period, or how far it varies, in ns.

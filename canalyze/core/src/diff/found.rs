@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use super::course::{Deed, Item, Kind, Place};
+use super::alignment::Alignment;
 use super::difference::{Aspect, Difference, Shows, Side, What};
-use super::items;
-use super::span::Span;
+use super::digest::{Action, Kind, Place};
+use super::likeness::symbol;
 use crate::frame::BusId;
 
 /// Differences that are kept apart; further ones are only counted.
@@ -15,7 +15,7 @@ const MOST: usize = 20_000;
 /// All that was found.
 #[derive(Debug)]
 pub(super) struct Found<'a> {
-    pub(super) span: &'a Span,
+    pub(super) alignment: &'a Alignment,
     /// The bus that is being compared, in each capture.
     pub(super) bus: [Option<BusId>; 2],
     pub(super) all: Vec<Difference>,
@@ -28,8 +28,8 @@ pub(super) struct Found<'a> {
 
 impl<'a> Found<'a> {
     /// Nothing yet.
-    pub(super) fn new(span: &'a Span) -> Self {
-        Self { span, bus: [None; 2], all: Vec::new(), more: 0, outside: [0; 2], known: BTreeMap::new() }
+    pub(super) fn new(alignment: &'a Alignment) -> Self {
+        Self { alignment, bus: [None; 2], all: Vec::new(), more: 0, outside: [0; 2], known: BTreeMap::new() }
     }
 
     /// So many items of a capture lie where the other one shows nothing.
@@ -42,14 +42,14 @@ impl<'a> Found<'a> {
     /// A difference.
     pub(super) fn add(&mut self, what: What, node: Option<u8>, sides: [Option<Side>; 2]) {
         let key = self.key(what, node, &sides);
-        let by_time = self.span.by_time;
+        let by_time = self.alignment.by_time;
         let place = |side: usize| sides.get(side).and_then(Option::as_ref).map(|side| Place::of(side.since));
         let shown = |side: usize| sides.get(side).and_then(Option::as_ref);
         let on_a = |side: usize, place: Place| match side {
             0 => place.on(by_time),
-            _ => self.span.to_a(place.on(by_time)),
+            _ => self.alignment.to_a(place.on(by_time)),
         };
-        let is_train = matches!(what, What::Period(_) | What::Jitter(_));
+        let is_cyclic = matches!(what, What::Period(_) | What::Jitter(_));
         let order = match (place(0).map(|place| on_a(0, place)), place(1).map(|place| on_a(1, place))) {
             // How many there are: where the one that has more has what the other one lacks.
             (Some(a), Some(b)) if matches!(what, What::Frames(_)) => {
@@ -65,7 +65,7 @@ impl<'a> Found<'a> {
                 ends.into_iter().flatten().max().unwrap_or(i64::MIN)
             }
             // Where one has a frame and the other one has none, the other one's stands beside it.
-            (Some(a), Some(b)) if is_train => a.max(b),
+            (Some(a), Some(b)) if is_cyclic => a.max(b),
             (Some(a), Some(b)) => a.min(b),
             (Some(one), None) | (None, Some(one)) => one,
             (None, None) => i64::MIN,
@@ -94,7 +94,7 @@ impl<'a> Found<'a> {
         let mut beside = [None; 2];
         for (side, slot) in beside.iter_mut().enumerate() {
             if place(side).is_none() {
-                *slot = place(1 - side).and_then(|other| self.span.beside(1 - side, other)).map(Place::frame);
+                *slot = place(1 - side).and_then(|other| self.alignment.beside(1 - side, other)).map(Place::frame);
             }
         }
         self.known.insert(key, self.all.len());
@@ -104,10 +104,10 @@ impl<'a> Found<'a> {
     /// Whether a node of this bus was configured, commanded or reset differently.
     pub(super) fn configured(&self, node: Option<u8>) -> bool {
         let concerns = |side: &Side| match &side.shows {
-            Shows::Deed(Deed::Transfer(moved)) => {
+            Shows::Action(Action::Transfer(moved)) => {
                 moved.mux.is_none_or(|mux| matches!(mux.index, 0x1005 | 0x1010 | 0x1011 | 0x1400..=0x1BFF | 0x1F22))
             }
-            Shows::Deed(deed) => matches!(deed, Deed::Nmt(_) | Deed::BootUp),
+            Shows::Action(action) => matches!(action, Action::Nmt(_) | Action::BootUp),
             _ => false,
         };
         let about = |one: &&Difference| one.bus == self.bus && (one.node == node || one.node == Some(0));
@@ -122,13 +122,10 @@ impl<'a> Found<'a> {
             match side.as_ref().map(|side| &side.shows) {
                 None => 0.hash(&mut hasher),
                 // Of an object it is enough to say it once, with how often.
-                Some(Shows::Deed(Deed::Transfer(moved))) => {
+                Some(Shows::Action(Action::Transfer(moved))) => {
                     (1, moved.mux, moved.direction.name(), moved.status.name()).hash(&mut hasher);
                 }
-                Some(Shows::Deed(deed)) => {
-                    let item = Item { at: Place::default(), since: Place::default(), deed: deed.clone() };
-                    (2, items::symbol(&item, false, false)).hash(&mut hasher);
-                }
+                Some(Shows::Action(action)) => (2, symbol(action, false, false)).hash(&mut hasher),
                 Some(Shows::Finding(finding)) => (3, finding.code, finding.object).hash(&mut hasher),
                 Some(_) => 4.hash(&mut hasher),
             }

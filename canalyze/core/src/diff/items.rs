@@ -13,14 +13,14 @@
 //! It must not know the order of buses, nor put anything into words.
 
 use std::collections::BTreeMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::align::align;
-use super::course::{Deed, Item, Kind, Moved, Place};
+use super::alignment::{Alignment, Anchor, Shared};
+use super::cyclic;
 use super::difference::{Aspect, Shows, Side, What};
+use super::digest::{Action, Item, Kind, Place, TransferDigest};
 use super::found::Found;
-use super::span::{Anchor, Span};
-use super::trains;
+use super::likeness::{likeness, symbol};
 use crate::services::sdo::transfer::{Direction, Status};
 use crate::services::sdo::wire::Mux;
 
@@ -55,7 +55,7 @@ struct Habit {
 }
 
 /// The same object in the same direction.
-fn access(moved: &Moved) -> (bool, Option<Mux>) {
+fn access(moved: &TransferDigest) -> (bool, Option<Mux>) {
     (moved.direction == Direction::Upload, moved.mux)
 }
 
@@ -72,8 +72,8 @@ impl Habits {
     }
 
     fn take(&mut self, side: usize, item: &Item) {
-        let Deed::Transfer(moved) = &item.deed else {
-            if let Some(count) = self.others.entry(symbol(item, false, false)).or_default().get_mut(side) {
+        let Action::Transfer(moved) = &item.action else {
+            if let Some(count) = self.others.entry(symbol(&item.action, false, false)).or_default().get_mut(side) {
                 *count += 1;
             }
             return;
@@ -86,19 +86,19 @@ impl Habits {
             && !moved.holed
             && let Some(seen) = known.seen.get_mut(side)
         {
-            let (size, digest) = *seen.get_or_insert((moved.size, moved.digest));
-            known.varies |= digest != moved.digest;
+            let (size, hash) = *seen.get_or_insert((moved.size, moved.hash));
+            known.varies |= hash != moved.hash;
             known.resizes |= size != moved.size;
         }
     }
 
-    fn of_access(&self, moved: &Moved) -> Option<&Habit> {
+    fn of_access(&self, moved: &TransferDigest) -> Option<&Habit> {
         self.accesses.get(&access(moved))
     }
 
-    /// Whether the value of a transfer says nothing, since it varies; whether its size does.
+    /// Whether the value of a transfer varies and is not compared; whether its size does.
     pub(super) fn varies(&self, item: &Item) -> (bool, bool) {
-        let Deed::Transfer(moved) = &item.deed else { return (false, false) };
+        let Action::Transfer(moved) = &item.action else { return (false, false) };
         let Some(known) = self.of_access(moved) else { return (false, false) };
         let often = known.counts.iter().any(|count| *count >= CYCLIC);
         let own = moved.mux.is_some_and(|mux| mux.index >= APPLICATION);
@@ -106,12 +106,12 @@ impl Habits {
         (known.varies && process, known.resizes && process)
     }
 
-    /// Whether how often it comes says nothing.
+    /// Whether how often it comes is not compared.
     fn is_poll(&self, item: &Item) -> bool {
         let least = |counts: &[usize; 2]| *counts.iter().min().unwrap_or(&0);
         let most = |counts: &[usize; 2]| *counts.iter().max().unwrap_or(&0);
-        match &item.deed {
-            Deed::Transfer(moved) => {
+        match &item.action {
+            Action::Transfer(moved) => {
                 let Some(known) = self.of_access(moved) else { return false };
                 let (varies, _) = self.varies(item);
                 let enough = match moved.direction {
@@ -122,57 +122,10 @@ impl Habits {
             }
             _ => self
                 .others
-                .get(&symbol(item, false, false))
+                .get(&symbol(&item.action, false, false))
                 .is_some_and(|counts| most(counts) >= POLLED && least(counts) > 0),
         }
     }
-}
-
-/// A number for everything that is to be the same; without the value, or the size, where these vary.
-pub(super) fn symbol(item: &Item, varies: bool, resizes: bool) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    match &item.deed {
-        Deed::Transfer(moved) => {
-            (1, moved.direction == Direction::Upload, moved.mux).hash(&mut hasher);
-            (moved.mode.name(), moved.status.name()).hash(&mut hasher);
-            moved.abort.map(|abort| (abort.code, abort.by)).hash(&mut hasher);
-            // How far an aborted transfer came is no outcome.
-            if moved.status == Status::Ok {
-                (!varies).then_some(moved.digest).hash(&mut hasher);
-                (!resizes).then_some(moved.size).hash(&mut hasher);
-            }
-        }
-        Deed::Nmt(command) => (2, command).hash(&mut hasher),
-        Deed::BootUp => 3.hash(&mut hasher),
-        Deed::State(state) => (4, state).hash(&mut hasher),
-        Deed::Drive(state) => (5, state).hash(&mut hasher),
-        Deed::Emcy(code, register) => (6, code, register).hash(&mut hasher),
-        Deed::Lss(bytes) => (7, bytes).hash(&mut hasher),
-    }
-    hasher.finish()
-}
-
-/// A number for what may be the same thing with another content.
-fn likeness(item: &Item) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    match &item.deed {
-        Deed::Transfer(moved) => (1, moved.direction == Direction::Upload, moved.mux).hash(&mut hasher),
-        Deed::Nmt(_) => 2.hash(&mut hasher),
-        Deed::BootUp => 3.hash(&mut hasher),
-        Deed::State(_) => 4.hash(&mut hasher),
-        Deed::Drive(_) => 5.hash(&mut hasher),
-        Deed::Emcy(..) => 6.hash(&mut hasher),
-        Deed::Lss(bytes) => (7, bytes.first()).hash(&mut hasher),
-    }
-    hasher.finish()
-}
-
-/// An end of an item that each capture has exactly once.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Shared {
-    pub(super) anchor: Anchor,
-    /// Its value varies: the same one in both captures may be chance, many in step are not.
-    pub(super) varied: bool,
 }
 
 /// Items that each capture has exactly once. Gives how many values that vary could be the same.
@@ -182,7 +135,7 @@ pub(super) fn shared(a: &[Item], b: &[Item], into: &mut Vec<Shared>) -> usize {
         let mut symbols: Vec<(u64, bool, [Place; 2])> = items
             .iter()
             .filter(|item| !is_cut(item))
-            .map(|item| (symbol(item, false, false), habits.varies(item).0, [item.since, item.at]))
+            .map(|item| (symbol(&item.action, false, false), habits.varies(item).0, [item.since, item.at]))
             .collect();
         symbols.sort_by_key(|(symbol, _, [since, _])| (*symbol, since.on(false)));
         let mut once: Vec<(u64, bool, [Place; 2])> = Vec::new();
@@ -210,7 +163,12 @@ pub(super) fn shared(a: &[Item], b: &[Item], into: &mut Vec<Shared>) -> usize {
 pub(super) fn matched(a: &[Item], b: &[Item], into: &mut Vec<Anchor>) {
     let habits = Habits::of([a.iter(), b.iter()]);
     let symbols = |items: &[Item]| -> Vec<u64> {
-        items.iter().map(|item| habits.varies(item)).zip(items).map(|((v, r), item)| symbol(item, v, r)).collect()
+        items
+            .iter()
+            .map(|item| habits.varies(item))
+            .zip(items)
+            .map(|((v, r), item)| symbol(&item.action, v, r))
+            .collect()
     };
     for (i, j) in align(&symbols(a), &symbols(b)) {
         if let (Some(one), Some(other)) = (a.get(i), b.get(j)) {
@@ -221,7 +179,7 @@ pub(super) fn matched(a: &[Item], b: &[Item], into: &mut Vec<Anchor>) {
 
 /// A transfer of which a capture does not show everything.
 fn is_cut(item: &Item) -> bool {
-    matches!(&item.deed, Deed::Transfer(moved) if moved.holed || moved.unended)
+    matches!(&item.action, Action::Transfer(moved) if moved.holed || moved.unended)
 }
 
 /// What is compared at once: one kind of items of one node.
@@ -231,7 +189,7 @@ pub(super) struct Streams<'a> {
     pub(super) items: [&'a [Item]; 2],
     /// Since when each capture knows what state there is.
     pub(super) known: [Option<Place>; 2],
-    pub(super) span: &'a Span,
+    pub(super) alignment: &'a Alignment,
 }
 
 impl Streams<'_> {
@@ -241,7 +199,12 @@ impl Streams<'_> {
         let [a, b] = &windows;
         let habits = Habits::of([a.iter().copied(), b.iter().copied()]);
         let symbols = |items: &[&Item]| -> Vec<u64> {
-            items.iter().map(|item| habits.varies(item)).zip(items).map(|((v, r), item)| symbol(item, v, r)).collect()
+            items
+                .iter()
+                .map(|item| habits.varies(item))
+                .zip(items)
+                .map(|((v, r), item)| symbol(&item.action, v, r))
+                .collect()
         };
         let mut left: [Vec<&Item>; 2] = Default::default();
         let (mut x, mut y) = (0, 0);
@@ -261,12 +224,13 @@ impl Streams<'_> {
 
     /// Items that the other capture may have as well, from beginning to end.
     fn window(&self, side: usize, found: &mut Found<'_>) -> Vec<&Item> {
-        let by_time = self.span.by_time;
+        let by_time = self.alignment.by_time;
         let items = self.items.get(side).copied().unwrap_or(&[]);
         let inside: Vec<&Item> = items
             .iter()
             .filter(|item| {
-                self.span.may_cover(side, item.at.on(by_time)) && self.span.may_cover(side, item.since.on(by_time))
+                self.alignment.may_cover(side, item.at.on(by_time))
+                    && self.alignment.may_cover(side, item.since.on(by_time))
             })
             .collect();
         found.outside(side, items.len() - inside.len());
@@ -279,7 +243,7 @@ impl Streams<'_> {
         if a.is_empty() && b.is_empty() {
             return;
         }
-        let alike = |items: &[&Item]| -> Vec<u64> { items.iter().map(|item| likeness(item)).collect() };
+        let alike = |items: &[&Item]| -> Vec<u64> { items.iter().map(|item| likeness(&item.action)).collect() };
         let mut rest: [Vec<&'b Item>; 2] = Default::default();
         let (mut x, mut y) = (0, 0);
         for (i, j) in align(&alike(a), &alike(b)).into_iter().chain([(a.len(), b.len())]) {
@@ -296,8 +260,8 @@ impl Streams<'_> {
             let [mine, others] = if side == 0 { [0, 1] } else { [1, 0] };
             let cut: Vec<&Item> = rest.get(mine).into_iter().flatten().copied().filter(|item| is_cut(item)).collect();
             for item in cut {
-                let object = |item: &Item| match &item.deed {
-                    Deed::Transfer(moved) => moved.mux,
+                let object = |item: &Item| match &item.action {
+                    Action::Transfer(moved) => moved.mux,
                     _ => None,
                 };
                 let fits = |other: &&Item| object(item).is_none() || object(item) == object(other);
@@ -323,7 +287,7 @@ impl Streams<'_> {
     /// The same thing, and not all of it is the same.
     fn both(&self, a: &Item, b: &Item, habits: &Habits, found: &mut Found<'_>) {
         let sides = || [Some(side_of(a)), Some(side_of(b))];
-        let (Deed::Transfer(one), Deed::Transfer(other)) = (&a.deed, &b.deed) else {
+        let (Action::Transfer(one), Action::Transfer(other)) = (&a.action, &b.action) else {
             found.add(What::Item(self.kind, Aspect::Value), Some(self.node), sides());
             return;
         };
@@ -338,7 +302,7 @@ impl Streams<'_> {
             } else if one.mode != other.mode {
                 Aspect::Mode
             } else if one.status == Status::Ok
-                && ((!varies && one.digest != other.digest) || (!resizes && one.size != other.size))
+                && ((!varies && one.hash != other.hash) || (!resizes && one.size != other.size))
             {
                 Aspect::Value
             } else {
@@ -349,35 +313,35 @@ impl Streams<'_> {
 
     /// Whether a capture shows `item` only in part, since the rest of it lies beyond its edge: `other` is the same in the
     /// other capture.
-    fn hides(&self, side: usize, item: &Item, moved: &Moved, other: &Item) -> bool {
-        let by_time = self.span.by_time;
+    fn hides(&self, side: usize, item: &Item, moved: &TransferDigest, other: &Item) -> bool {
+        let by_time = self.alignment.by_time;
         let others = 1 - side;
-        let last = self.span.covered.get(others).map_or(i64::MAX, |covered| covered.1);
+        let last = self.alignment.covered.get(others).map_or(i64::MAX, |covered| covered.1);
         // Of repetitions that are all alike the one that the end cuts may stand beside another one.
-        let cut = self.span.last.get(side).is_some_and(|last| item.at.on(false) > last.saturating_sub(EDGE));
-        let ends = moved.unended && (cut || other.at.on(by_time) > last.saturating_sub(self.span.slack.1));
+        let cut = self.alignment.last.get(side).is_some_and(|last| item.at.on(false) > last.saturating_sub(EDGE));
+        let ends = moved.unended && (cut || other.at.on(by_time) > last.saturating_sub(self.alignment.slack.1));
         let (first, begun) = (
-            self.span.first.get(side).copied().unwrap_or(0),
-            self.span.covered.get(others).map_or(i64::MIN, |covered| covered.0),
+            self.alignment.first.get(side).copied().unwrap_or(0),
+            self.alignment.covered.get(others).map_or(i64::MIN, |covered| covered.0),
         );
-        let early = other.since.on(by_time) < begun.saturating_add(self.span.slack.0);
+        let early = other.since.on(by_time) < begun.saturating_add(self.alignment.slack.0);
         let begins = moved.holed && (early || item.since.on(false) <= first.saturating_add(EDGE));
-        ends || begins || (moved.holed && matches!(&other.deed, Deed::Transfer(other) if other.holed))
+        ends || begins || (moved.holed && matches!(&other.action, Action::Transfer(other) if other.holed))
     }
 
     /// What one capture has and the other one lacks.
     fn single(&self, side: usize, item: &Item, habits: &Habits, found: &mut Found<'_>) {
-        let by_time = self.span.by_time;
+        let by_time = self.alignment.by_time;
         let since = item.since.on(by_time);
         let other_knows = self.known.get(1 - side).copied().flatten().map(|place| place.on(by_time));
-        let here = |known: i64| if side == 0 { self.span.to_a(known) } else { self.span.to_b(known) };
-        let close = self.span.slack.0.saturating_add(if by_time { CLOSE_NS } else { EDGE });
+        let here = |known: i64| if side == 0 { self.alignment.to_a(known) } else { self.alignment.to_b(known) };
+        let close = self.alignment.slack.0.saturating_add(if by_time { CLOSE_NS } else { EDGE });
         let unknown = matches!(self.kind, Kind::State | Kind::Drive(_))
-            && !matches!(item.deed, Deed::BootUp)
+            && !matches!(item.action, Action::BootUp)
             && other_knows.is_none_or(|known| since <= here(known).saturating_add(close));
         // A channel that was configured before the other capture began is unknown there.
-        let unknown = unknown || (self.span.begins_apart() && matches!(self.kind, Kind::Sdo(Some(_))));
-        if unknown || is_cut(item) || !self.span.covers(side, since, item.at.on(by_time)) {
+        let unknown = unknown || (self.alignment.begins_apart() && matches!(self.kind, Kind::Sdo(Some(_))));
+        if unknown || is_cut(item) || !self.alignment.covers(side, since, item.at.on(by_time)) {
             return found.outside(side, 1);
         }
         if habits.is_poll(item) {
@@ -395,7 +359,7 @@ impl Streams<'_> {
         let mut polls: BTreeMap<u64, [Vec<&Item>; 2]> = BTreeMap::new();
         for (side, items) in windows.iter().enumerate() {
             for item in items.iter().filter(|item| habits.is_poll(item)) {
-                if let Some(all) = polls.entry(likeness(item)).or_default().get_mut(side) {
+                if let Some(all) = polls.entry(likeness(&item.action)).or_default().get_mut(side) {
                     all.push(item);
                 }
             }
@@ -403,10 +367,10 @@ impl Streams<'_> {
         for [a, b] in polls.values() {
             let places = |items: &[&Item]| -> Vec<Place> { items.iter().map(|item| item.at).collect() };
             let (Some(one), Some(other)) = (a.first(), b.first()) else { continue };
-            if !self.span.by_time {
+            if !self.alignment.by_time {
                 continue;
             }
-            if let Some((mine, others)) = trains::paces(&places(a), &places(b), self.span, tolerance) {
+            if let Some((mine, others)) = cyclic::paces(&places(a), &places(b), self.alignment, tolerance) {
                 let sides = [(one, mine), (other, others)].map(|(item, ns)| {
                     let mut side = side_of(item);
                     side.pace_ns = Some(ns);
@@ -419,5 +383,5 @@ impl Streams<'_> {
 }
 
 fn side_of(item: &Item) -> Side {
-    Side::new(item.at, item.since, Shows::Deed(item.deed.clone()))
+    Side::new(item.at, item.since, Shows::Action(item.action.clone()))
 }

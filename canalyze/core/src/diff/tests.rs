@@ -4,7 +4,7 @@
 
 use proptest::prelude::*;
 
-use super::course::Course;
+use super::digest::Digest;
 use super::{Settings, compare};
 use crate::frame::{CanId, Frame, Stamp, StampForm};
 use crate::readers::Format as Input;
@@ -14,8 +14,8 @@ fn settings() -> Settings {
     Settings { tolerance: 0.1, buses: Vec::new() }
 }
 
-fn course(frames: &[Frame]) -> Course {
-    let mut session = Session::new(Options { format: Format::Course, ..Options::default() });
+fn digest(frames: &[Frame]) -> Digest {
+    let mut session = Session::new(Options { format: Format::Digest, ..Options::default() });
     let mut out = Vec::new();
     session.begin(b"x", Input::Candump, true);
     for frame in frames {
@@ -23,7 +23,7 @@ fn course(frames: &[Frame]) -> Course {
     }
     session.finish(&mut out);
     assert!(out.is_empty());
-    session.take_course().unwrap()
+    session.take_digest().unwrap()
 }
 
 fn frames() -> impl Strategy<Value = Vec<Frame>> {
@@ -55,14 +55,14 @@ fn frames() -> impl Strategy<Value = Vec<Frame>> {
 proptest! {
     #[test]
     fn a_capture_is_the_same_as_itself(one in frames()) {
-        let course = course(&one);
-        let found = compare(&course, &course, &settings());
+        let digest = digest(&one);
+        let found = compare(&digest, &digest, &settings());
         prop_assert!(found.differences.is_empty(), "{:?}", found.differences);
     }
 
     #[test]
     fn any_two_can_be_compared(one in frames(), other in frames()) {
-        let (a, b) = (course(&one), course(&other));
+        let (a, b) = (digest(&one), digest(&other));
         compare(&a, &b, &settings());
         compare(&b, &a, &settings());
     }

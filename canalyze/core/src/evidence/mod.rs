@@ -11,6 +11,8 @@ pub mod obligation;
 pub mod pending;
 pub mod period;
 pub mod recording;
+mod senders;
+mod stalls;
 pub mod when;
 
 #[cfg(test)]

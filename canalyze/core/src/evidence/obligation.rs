@@ -70,10 +70,11 @@ impl<K: Ord + Copy> Obligations<K> {
         self.open.retain(|key, _| !fits(key));
     }
 
-    /// What has certainly been owed for `least_ns` at `now`, whatever its limit; it is not owed any more.
-    pub fn overdue(&mut self, now: When, recording: &Recording, least_ns: i64) -> Vec<(K, Owed)> {
-        let late = |owed: &Owed| recording.certainly_later(now, owed.since, least_ns);
-        let due: Vec<(K, Owed)> = self.open.iter().filter(|(_, owed)| late(owed)).map(|(k, o)| (*k, *o)).collect();
+    /// What has certainly been owed for longer than `limit_ns` says at `now`, whatever its own limit; it is not owed any
+    /// more.
+    pub fn overdue(&mut self, now: When, recording: &Recording, limit_ns: impl Fn(K, &Owed) -> i64) -> Vec<(K, Owed)> {
+        let late = |key: K, owed: &Owed| recording.certainly_later(now, owed.since, limit_ns(key, owed));
+        let due: Vec<(K, Owed)> = self.open.iter().filter(|(k, o)| late(**k, o)).map(|(k, o)| (*k, *o)).collect();
         for (key, _) in &due {
             self.open.remove(key);
         }

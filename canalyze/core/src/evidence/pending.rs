@@ -120,10 +120,12 @@ impl Pending {
         out
     }
 
-    /// The capture is over, or frames were lost: everything that waits, but for what a late command may permit.
-    pub fn finish(&mut self) -> Vec<Finding> {
+    /// The capture is over, or frames were lost: everything that waits, but for what a command may permit that the
+    /// capture would have listed late.
+    pub fn finish(&mut self, recording: &Recording) -> Vec<Finding> {
         let waiting = std::mem::take(&mut self.waiting).into_iter();
-        waiting.filter(|one| one.until != Until::Listed).map(|one| one.finding).collect()
+        let stands = |one: &Waiting| one.until != Until::Listed || recording.lists_in_order();
+        waiting.filter(stands).map(|one| one.finding).collect()
     }
 }
 

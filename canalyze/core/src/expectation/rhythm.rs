@@ -1,6 +1,6 @@
 //! What should come again and again: the time from one frame to the next.
 //!
-//! Its period is given: `checks::beat` learns one, with all that may disturb it, and `diff::trains` tells two paces apart.
+//! Its period is given: `evidence::period` learns one, with all that may disturb it, and `diff::cyclic` tells two paces apart.
 //! It must not know what the frames are.
 
 use crate::frame::FrameRef;

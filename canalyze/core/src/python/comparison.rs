@@ -9,22 +9,22 @@ use pyo3::types::PyBytes;
 use super::language;
 use super::session::Session;
 use crate::diff;
-use crate::diff::course::Course;
+use crate::diff::digest::Digest;
 use crate::render;
 use crate::text::Lang;
 
 #[pyclass(module = "canalyze._core", frozen)]
 pub(super) struct Comparison {
     lang: Lang,
-    courses: [Course; 2],
+    digests: [Digest; 2],
     names: [String; 2],
     compared: diff::Comparison,
 }
 
 impl Comparison {
     fn setting(&self) -> render::diff::Setting<'_> {
-        let [a, b] = &self.courses;
-        render::diff::Setting { lang: self.lang, courses: [a, b] }
+        let [a, b] = &self.digests;
+        render::diff::Setting { lang: self.lang, digests: [a, b] }
     }
 
     fn bytes<'py>(py: Python<'py>, write: impl FnOnce(&mut Vec<u8>) + Send) -> Bound<'py, PyBytes> {
@@ -51,20 +51,20 @@ impl Comparison {
         buses: Vec<(String, String)>,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
-        let take = |session: &Session| session.run(py, |core| core.take_course());
-        let courses = [take(a), take(b)].map(|course| course.ok_or_else(|| PyValueError::new_err("format: course")));
-        let [a, b] = courses;
+        let take = |session: &Session| session.run(py, |core| core.take_digest());
+        let digests = [take(a), take(b)].map(|digest| digest.ok_or_else(|| PyValueError::new_err("format: digest")));
+        let [a, b] = digests;
         let (a, b) = (a?, b?);
         let compared = py.detach(|| diff::compare(&a, &b, &diff::Settings { tolerance, buses }));
-        Ok(Self { lang, courses: [a, b], names: names.into(), compared })
+        Ok(Self { lang, digests: [a, b], names: names.into(), compared })
     }
 
     /// The names of the buses of A and of B.
     #[getter]
     fn buses(&self) -> (Vec<String>, Vec<String>) {
-        let [a, b] = &self.courses;
+        let [a, b] = &self.digests;
         let shown = |name: &[u8]| String::from_utf8_lossy(name).into_owned();
-        let names = |course: &Course| course.buses.names().filter(|name| !name.is_empty()).map(shown).collect();
+        let names = |digest: &Digest| digest.buses.names().filter(|name| !name.is_empty()).map(shown).collect();
         (names(a), names(b))
     }
 

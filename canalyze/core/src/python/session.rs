@@ -106,7 +106,7 @@ impl Session {
             ("info", Format::Info),
             ("check", Format::Check),
             ("columns", Format::Columns),
-            ("course", Format::Course),
+            ("digest", Format::Digest),
             ("monitor", Format::Monitor),
         ];
         let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];

@@ -3,8 +3,8 @@
 //! It must not decide what is a difference.
 
 use crate::diff::Comparison;
-use crate::diff::course::Course;
 use crate::diff::difference::Difference;
+use crate::diff::digest::Digest;
 use crate::frame::{BusId, FrameRef};
 use crate::text::Lang;
 use crate::text::diff::{self as words, Phrase, phrase};
@@ -16,13 +16,13 @@ pub struct Setting<'a> {
     /// The language.
     pub lang: Lang,
     /// Both captures, A and B.
-    pub courses: [&'a Course; 2],
+    pub digests: [&'a Digest; 2],
 }
 
 impl<'a> Setting<'a> {
     /// The name of a bus: that in A, or in B where A has none.
     pub fn bus(self, bus: [Option<BusId>; 2]) -> &'a [u8] {
-        let [a, b] = self.courses;
+        let [a, b] = self.digests;
         match bus {
             [Some(bus), _] => a.buses.name(bus),
             [None, Some(bus)] => b.buses.name(bus),
@@ -108,16 +108,16 @@ fn closing(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
         phrase(out, lang, Phrase::Outside, &[&|out| put!(out; of_a), &|out| put!(out; of_b)]);
         put!(out; "\n");
     }
-    if !comparison.span.by_time {
+    if !comparison.alignment.by_time {
         phrase(out, lang, Phrase::NoTimes, &[]);
         put!(out; "\n");
     }
-    if comparison.span.is_blurred() {
+    if comparison.alignment.is_blurred() {
         phrase(out, lang, Phrase::Unplaced, &[]);
         put!(out; "\n");
     }
-    for (course, name) in setting.courses.iter().zip(SIDES) {
-        if course.full {
+    for (digest, name) in setting.digests.iter().zip(SIDES) {
+        if digest.full {
             phrase(out, lang, Phrase::Full, &[&|out| put!(out; name)]);
             put!(out; "\n");
         }
@@ -127,14 +127,14 @@ fn closing(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
 /// First and last frame of each capture of what was compared, as near as is known.
 pub fn extents(setting: Setting<'_>, comparison: &Comparison) -> [(u64, u64); 2] {
     let mut found = [(0, 0); 2];
-    for (side, (slot, course)) in found.iter_mut().zip(setting.courses).enumerate() {
-        let by_time = comparison.span.by_time;
-        let Some((from, to)) = comparison.span.covered.get(side).copied() else { continue };
-        let (first, last) = (course.first, course.last);
-        let known = course.places().filter(|place| (from..=to).contains(&place.on(by_time)));
+    for (side, (slot, digest)) in found.iter_mut().zip(setting.digests).enumerate() {
+        let by_time = comparison.alignment.by_time;
+        let Some((from, to)) = comparison.alignment.covered.get(side).copied() else { continue };
+        let (first, last) = (digest.first, digest.last);
+        let known = digest.places().filter(|place| (from..=to).contains(&place.on(by_time)));
         let numbers = known.map(|place| place.frame().no);
         let (least, most) = numbers.fold((u64::MAX, 0), |(least, most), no| (least.min(no), most.max(no)));
-        let inside = |place: crate::diff::course::Place| (from..=to).contains(&place.on(by_time));
+        let inside = |place: crate::diff::digest::Place| (from..=to).contains(&place.on(by_time));
         let least = if inside(first) { first.frame().no } else { least };
         let most = if inside(last) { last.frame().no } else { most };
         *slot = if least <= most { (least, most) } else { (0, 0) };

@@ -39,8 +39,8 @@ rules! {
             "命令“{command}”之后节点仍然处于{found}状态"
             "after the command \"{command}\" the node is still {found}";
         NoBootUp { command: Command, found: State }
-            "命令“{command}”之后节点没有发送启动报文, 仍然处于{found}状态"
-            "after the command \"{command}\" the node has sent no boot-up and is still {found}";
+            "命令“{command}”之后节点没有发送启动报文, 却报告{found}状态"
+            "after the command \"{command}\" the node has sent no boot-up, but reports {found}";
     }
 
     /// A boot-up that no reset command explains.

@@ -1,4 +1,4 @@
-//! What is known of the capture as a whole, and what is said of it: numbers and times of frames, findings about files.
+//! What is known of the capture as a whole, and what is reported of it: numbers and times of frames, findings about files.
 //!
 //! A finding about the capture belongs to no frame. Must not: write output, or know what a frame means.
 
@@ -36,11 +36,11 @@ pub(super) struct Capture {
     of_held: Option<Origin>,
     /// Time of the first frame.
     start_ns: Option<i64>,
-    /// The date from which the capture's stamps count, where its first dated file says one.
+    /// The date from which the capture's stamps count, where its first dated file has one.
     pub(super) date_ns: Option<i64>,
     /// Digits after the point of the last stamp.
     decimals: u8,
-    /// What it has said of itself.
+    /// What it has reported of itself.
     gaps: u64,
     /// The last frame.
     pub(super) last: FrameRef,
@@ -203,7 +203,7 @@ impl Capture {
         self.file.last.clear();
     }
 
-    /// What the capturing program says of itself is complained of, and may be a finding.
+    /// What the capturing program reports of itself is a complaint, and may be a finding.
     pub(super) fn marker(&mut self, marker: &Marker, buses: &Buses) -> Option<Finding> {
         let (what, place, bus) = match *marker {
             Marker::Start { .. } => return None,
@@ -219,7 +219,7 @@ impl Capture {
         let finding = what.map(|what: Verdict| self.finding(what, place, bus));
         let of = if place == Place::Live { buses.name(bus) } else { &self.file.name };
         self.gaps += 1;
-        // A live bus may lose frames with every piece that it gives: it is said less and less often.
+        // A live bus may lose frames with every piece that it gives: it is reported less and less often.
         if place == Place::Live && self.gaps > NAMED && !self.gaps.is_power_of_two() {
             return finding;
         }

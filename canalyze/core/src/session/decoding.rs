@@ -139,7 +139,7 @@ impl Decoding {
         }
     }
 
-    /// An error frame of which the capture says nothing, behind the frame `last`.
+    /// An error frame of which the capture shows no content, behind the frame `last`.
     pub(super) fn bare_error(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
         self.on_bus(bus, last, buses, Bus::bare_error);
     }
@@ -177,7 +177,7 @@ impl Decoding {
         self.repeats.finish(last, &mut self.events);
     }
 
-    /// The events were told: keeps of them what is handed out, and forgets them.
+    /// The events were written: keeps of them what is handed out, and forgets them.
     pub(super) fn clear(&mut self, buses: &Buses) {
         if self.extract {
             self.hand_out(buses);

@@ -1,6 +1,6 @@
 //! One capture, from the bytes of its files to lines: the loop.
 //!
-//! bytes -> reader -> frame -> bus -> events -> output. `capture` says which frame it is and what is wrong with its
+//! bytes -> reader -> frame -> bus -> events -> output. `capture` knows which frame it is and what is wrong with its
 //! file, `decoding` what it means, `output` writes it down; this file hands on from one to the next. It does no I/O
 //! and reads no clock; it must not know a service or a format by name.
 
@@ -9,6 +9,7 @@ mod capture;
 mod decoding;
 mod output;
 mod records;
+mod sink;
 mod tally;
 
 use std::sync::Arc;
@@ -16,9 +17,9 @@ use std::sync::Arc;
 use self::ahead::{Ahead, Placed};
 use self::capture::Capture;
 use self::decoding::Decoding;
-use self::output::{Form, Output};
+use self::output::Output;
 use self::tally::Tally;
-use crate::diff::course::Course;
+use crate::diff::digest::Digest;
 use crate::expectation::Expectations;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
@@ -63,8 +64,8 @@ pub enum Format {
     Records,
     /// JSON lines of what each file is, one a file; nothing is decoded.
     Info,
-    /// Nothing: what is to be compared is kept for [`Session::take_course`].
-    Course,
+    /// Nothing: what is to be compared is kept for [`Session::take_digest`].
+    Digest,
     /// The frames themselves, in another capture format.
     Convert(writers::Format),
     /// JSON lines of findings only, each with the annotated lines of its context.
@@ -83,7 +84,7 @@ pub struct Options {
     pub lang: Lang,
     /// What comes out.
     pub format: Format,
-    /// How much a line says.
+    /// How detailed a line is.
     pub depth: Depth,
     /// What small stamps mean.
     pub stamps: Stamps,
@@ -178,7 +179,7 @@ impl Session {
         if input == 0 {
             self.stream.capture.begin(name);
             (self.turn, self.fed) = (0, 0);
-            if let Form::Info(_) = self.stream.output.form {
+            if self.stream.output.info().is_some() {
                 self.buses = Buses::default();
             }
         }
@@ -202,7 +203,7 @@ impl Session {
         }
     }
 
-    /// The bytes of a file go on no further than here, for this reason; it is told when the file ends.
+    /// The bytes of a file go on no further than here, for this reason; it is reported when the file ends.
     pub fn damaged(&mut self, input: usize, damage: Damage) {
         if let Some(one) = self.inputs.get(input) {
             one.damage = Some(damage);
@@ -343,16 +344,16 @@ impl Session {
     }
 
     /// Hands out what is kept of the capture to be compared, after [`Self::finish`]; `None` in other formats.
-    pub fn take_course(&mut self) -> Option<Course> {
-        self.stream.output.take_course()
+    pub fn take_digest(&mut self) -> Option<Digest> {
+        self.stream.output.take_digest()
     }
 
-    /// As many frames were shown as [`Options::count`] says: nothing further is taken.
+    /// As many frames were shown as [`Options::count`] allows: nothing further is taken.
     pub fn is_done(&self) -> bool {
         self.stream.output.is_done()
     }
 
-    /// What was seen so far, as a JSON object: `frames` and `shown`; `findings` by severity, told ones (of repeats that
+    /// What was seen so far, as a JSON object: `frames` and `shown`; `findings` by severity, reported ones (of repeats that
     /// are not, the number is added by [`Self::finish`]); `transfers` of SDO by how they ended;
     /// `expectations`, null where there are none, with those `missed`; `buses`, each with `name`, `frames`,
     /// `error_frames` among them, and `dropped` ones.
@@ -450,7 +451,7 @@ impl Stream {
         }
         if self.output.has_tables() {
             let sync = self.decoding.sync(frame.bus);
-            self.output.rows(self.capture.view(buses), &frame, &self.decoding.events, sync);
+            self.output.rows(self.capture.view(buses), &frame, &mut self.decoding.events, sync);
         }
         self.decoding.fold();
         self.tally.frame(&frame, &self.decoding.events);
@@ -472,7 +473,7 @@ impl Stream {
             self.decoding.bare_error(bus, at, buses);
         }
         let finding = self.capture.marker(&marker, buses);
-        self.tell(finding.as_ref(), buses, out);
+        self.report(finding.as_ref(), buses, out);
         self.aside(buses, out);
     }
 
@@ -496,7 +497,7 @@ impl Stream {
         if finding.code == Code::Cap004 {
             self.decoding.all_lost(self.capture.last, buses);
         }
-        self.tell(Some(&finding), buses, out);
+        self.report(Some(&finding), buses, out);
         self.aside(buses, out);
     }
 
@@ -511,7 +512,7 @@ impl Stream {
         if self.capture.file.frames > 0 {
             self.output.end_of_file(unreadable.count);
         }
-        self.tell(finding.as_ref(), buses, out);
+        self.report(finding.as_ref(), buses, out);
     }
 
     fn advance(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
@@ -533,7 +534,7 @@ impl Stream {
         self.decoding.finish(self.capture.last, buses);
         self.aside(buses, out);
         self.decoding.counted(self.capture.last);
-        self.told(buses, out);
+        self.write_aside(buses, out);
         if self.capture.frames > 0 {
             self.capture.finish(self.decoding.absent(buses), self.output.is_idle());
             self.output.finish(out, self.capture.view(buses));
@@ -541,10 +542,9 @@ impl Stream {
         self.output.close(self.capture.view(buses));
     }
 
-    fn tell(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {
+    fn report(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {
         if let Some(finding) = finding {
             self.tally.finding(finding);
-            self.output.row(self.capture.view(buses), finding);
             self.output.finding(out, self.capture.view(buses), finding);
         }
     }
@@ -553,11 +553,11 @@ impl Stream {
     fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.output.aside_rows(self.capture.view(buses), &self.decoding.events);
         self.decoding.fold();
-        self.told(buses, out);
+        self.write_aside(buses, out);
     }
 
     /// The same of what is not only counted, but for tables.
-    fn told(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+    fn write_aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.tally.events(&self.decoding.events);
         self.output.aside(out, self.capture.view(buses), &self.decoding.events);
         self.decoding.clear(buses);

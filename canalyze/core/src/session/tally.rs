@@ -1,6 +1,6 @@
 //! What a live capture has shown so far, in a few numbers that can be asked for at any time.
 //!
-//! It counts what it is told of and nothing twice. Must not: judge, or keep a frame.
+//! It counts what it is given, and nothing twice. Must not: judge, or keep a frame.
 
 use crate::event::{Event, What};
 use crate::finding::{Finding, Severity};
@@ -62,7 +62,7 @@ impl Tally {
         }
     }
 
-    /// Takes a finding. One that stands for others that were not told counts for all of them.
+    /// Takes a finding. One that stands for others that were not reported counts for all of them.
     pub(super) fn finding(&mut self, finding: &Finding) {
         let count = finding.facts.count();
         let severity = finding.severity();

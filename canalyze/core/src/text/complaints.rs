@@ -1,4 +1,4 @@
-//! What is said on standard error: lines of a capture that cannot be read, what a capture says of itself, and what a
+//! Lines on standard error: lines of a capture that cannot be read, what a capture reports of itself, and what a
 //! converted one has lost.
 //!
 //! One line each, with file and line. File names and buses come from outside: they are escaped.

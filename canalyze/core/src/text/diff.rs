@@ -3,14 +3,14 @@
 //! The order of words is the same in both languages, so their words stand side by side. Must not: lay out a report.
 
 use super::digits::{Hex, put};
-use super::{Lang, escape, findings, terms, value};
-use crate::diff::course::{Deed, Kind, Moved, Service};
+use super::{Lang, escape, findings, object, terms, value};
 use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
+use crate::diff::digest::{Action, Kind, Service, TransferDigest};
 use crate::frame::{CanId, FrameRef};
 use crate::services::sdo::transfer::{Direction, Mode, Status};
 use crate::services::sdo::wire::{Mux, Side as Sender};
 
-/// What a report says around its differences: `{}` is filled in.
+/// The words of a report around its differences: `{}` is filled in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phrase {
     /// Above the first one.
@@ -37,7 +37,7 @@ pub enum Phrase {
     Full,
     /// Times were not compared.
     NoTimes,
-    /// Nothing says where one capture lies in the other.
+    /// Nothing shows where one capture lies in the other.
     Unplaced,
     /// A bus that has no name.
     Unnamed,
@@ -101,12 +101,12 @@ pub fn frame(out: &mut Vec<u8>, lang: Lang, at: FrameRef) {
 
 /// What a difference is about: `SDO download 1017h:00 producer heartbeat time`.
 pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
-    let deed = difference.sides.iter().flatten().find_map(|side| match &side.shows {
-        Shows::Deed(deed) => Some(deed),
+    let action = difference.sides.iter().flatten().find_map(|side| match &side.shows {
+        Shows::Action(action) => Some(action),
         _ => None,
     });
-    match (difference.what, deed) {
-        (What::Item(Kind::Sdo(_), aspect), Some(Deed::Transfer(moved))) => {
+    match (difference.what, action) {
+        (What::Item(Kind::Sdo(_), aspect), Some(Action::Transfer(moved))) => {
             transfer(out, lang, moved);
             put!(out; match aspect {
                 Aspect::Presence => "",
@@ -115,11 +115,11 @@ pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
                 Aspect::Value => lang.pick(", 值", ", value"),
             });
         }
-        (What::Poll, Some(Deed::Transfer(moved))) => {
+        (What::Poll, Some(Action::Transfer(moved))) => {
             transfer(out, lang, moved);
             put!(out; lang.pick(", 周期", ", period"));
         }
-        (What::Item(kind, _), _) => put!(out; item(lang, kind, deed)),
+        (What::Item(kind, _), _) => put!(out; item(lang, kind, action)),
         (What::Bus, _) => put!(out; lang.pick("总线", "bus")),
         (What::Node, _) => put!(out; lang.pick("节点", "node")),
         (What::Finding, _) => put!(out; lang.pick("发现", "finding")),
@@ -140,10 +140,10 @@ pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
     }
 }
 
-fn item(lang: Lang, kind: Kind, deed: Option<&Deed>) -> &'static str {
+fn item(lang: Lang, kind: Kind, action: Option<&Action>) -> &'static str {
     match kind {
         Kind::Nmt => lang.pick("NMT命令", "NMT command"),
-        Kind::State if matches!(deed, Some(Deed::BootUp)) => lang.pick("启动报文", "boot-up"),
+        Kind::State if matches!(action, Some(Action::BootUp)) => lang.pick("启动报文", "boot-up"),
         Kind::State => lang.pick("NMT状态", "NMT state"),
         Kind::Sdo(_) => "SDO",
         Kind::Emcy => "EMCY",
@@ -153,16 +153,16 @@ fn item(lang: Lang, kind: Kind, deed: Option<&Deed>) -> &'static str {
     }
 }
 
-fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &Moved) {
+fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &TransferDigest) {
     put!(out; match moved.direction {
         Direction::Upload => lang.pick("SDO上传", "SDO upload"),
         Direction::Download => lang.pick("SDO下载", "SDO download"),
     });
     if let Some(mux) = moved.mux {
         put!(out; " ");
-        value::object(out, mux);
+        object::number(out, mux);
         value::name(out, lang, mux, moved.described.as_deref());
-        value::pdo_of(out, mux);
+        object::pdo_of(out, mux);
     }
 }
 
@@ -191,7 +191,7 @@ pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
         return time(out, ns);
     }
     match &side.shows {
-        Shows::Deed(deed) => done(out, lang, what, deed),
+        Shows::Action(action) => done(out, lang, what, action),
         Shows::Count(count) => put!(out; *count, lang.pick("帧", if *count == 1 { " frame" } else { " frames" })),
         Shows::Time(ns) => time(out, *ns),
         Shows::Id(id) => identifier(out, *id),
@@ -200,7 +200,7 @@ pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
             for (place, word) in words.iter().enumerate() {
                 put!(out; if place > 0 { ", " } else { "" });
                 let mux = Mux { index: (word >> 16) as u16, sub: (word >> 8) as u8 };
-                value::object(out, mux);
+                object::number(out, mux);
                 value::name(out, lang, mux, None);
                 put!(out; " (", word & 0xFF, lang.pick("位)", if word & 0xFF == 1 { " bit)" } else { " bits)" }));
             }
@@ -235,30 +235,30 @@ fn time(out: &mut Vec<u8>, ns: i64) {
     put!(out; " ms");
 }
 
-fn done(out: &mut Vec<u8>, lang: Lang, what: What, deed: &Deed) {
-    match deed {
-        Deed::Transfer(moved) => moved_words(out, lang, what, moved),
-        Deed::Nmt(command) => match terms::nmt::command(lang, *command) {
+fn done(out: &mut Vec<u8>, lang: Lang, what: What, action: &Action) {
+    match action {
+        Action::Transfer(moved) => moved_words(out, lang, what, moved),
+        Action::Nmt(command) => match terms::nmt::command(lang, *command) {
             Some(word) => put!(out; word),
             None => put!(out; Hex::<2>(u64::from(*command)), "h"),
         },
-        Deed::BootUp => put!(out; lang.pick("有", "there")),
-        Deed::State(state) => match terms::nmt::state(lang, *state) {
+        Action::BootUp => put!(out; lang.pick("有", "there")),
+        Action::State(state) => match terms::nmt::state(lang, *state) {
             Some(word) => put!(out; word),
             None => put!(out; Hex::<2>(u64::from(*state)), "h"),
         },
-        Deed::Drive(state) => put!(out; match state {
+        Action::Drive(state) => put!(out; match state {
             Some(state) => terms::drive::state(lang, *state),
             None => lang.pick("未定义", "undefined"),
         }),
-        Deed::Emcy(code, register) => {
+        Action::Emcy(code, register) => {
             put!(out; Hex::<4>(u64::from(*code)), "h");
             if let Some(word) = terms::emcy::code(lang, *code) {
                 put!(out; " ", word);
             }
             put!(out; lang.pick(", 错误寄存器", ", error register "), Hex::<2>(u64::from(*register)), "h");
         }
-        Deed::Lss(bytes) => {
+        Action::Lss(bytes) => {
             let [specifier, ..] = *bytes;
             if let Some(word) = terms::lss::command(lang, specifier) {
                 put!(out; word, " ");
@@ -268,7 +268,7 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, deed: &Deed) {
     }
 }
 
-fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &Moved) {
+fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &TransferDigest) {
     if matches!(what, What::Item(Kind::Sdo(_), Aspect::Mode)) {
         return put!(out; match moved.mode {
             Mode::Expedited => lang.pick("加速", "expedited"),
@@ -286,7 +286,7 @@ fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &Moved) {
             if !whole {
                 put!(out; " (");
                 value::size(out, lang, moved.size);
-                put!(out; ", FNV-1a ", Hex::<16>(moved.digest), ")");
+                put!(out; ", FNV-1a ", Hex::<16>(moved.hash), ")");
             }
         }
         Status::Aborted => {

@@ -1,11 +1,11 @@
-//! What a finding says, in both languages.
+//! Findings in words, in both languages.
 //!
-//! The sentences stand with their rules. It must not choose one; the finding says which.
+//! The sentences stand with their rules. It must not choose one; the finding names it.
 
 use std::collections::BTreeMap;
 
 use super::digits::put;
-use super::{Lang, escape, sentence, value};
+use super::{Lang, escape, object, sentence};
 use crate::finding::{Code, Facts, Finding, Measured, Quantity, Said, Severity};
 
 /// The word for a severity.
@@ -26,7 +26,7 @@ pub fn consequences(out: &mut Vec<u8>, lang: Lang, cause: u64, rules: &BTreeMap<
     sentence::codes(out, rules, lang.pick("、", ", "));
 }
 
-/// Appends what a finding says, in one sentence without line end, for a reader who sees it at the frame `seen_at`:
+/// Appends a finding, in one sentence without line end, for a reader who sees it at the frame `seen_at`:
 /// another frame that it is about is named before it.
 pub fn placed(out: &mut Vec<u8>, lang: Lang, finding: &Finding, seen_at: u64) {
     if let Some(frame) = finding.about().filter(|about| about.no != seen_at) {
@@ -36,7 +36,7 @@ pub fn placed(out: &mut Vec<u8>, lang: Lang, finding: &Finding, seen_at: u64) {
     message(out, lang, finding);
 }
 
-/// Appends what a finding says of the frame that it is about, in one sentence without line end.
+/// Appends what a finding reports of the frame that it is about, in one sentence without line end.
 pub fn message(out: &mut Vec<u8>, lang: Lang, finding: &Finding) {
     let measured = finding.measured();
     subject(out, lang, finding, measured.as_ref());
@@ -67,8 +67,8 @@ fn subject(out: &mut Vec<u8>, lang: Lang, finding: &Finding, measured: Option<&M
     }
     let named = measured.is_some_and(|all| all.facts().any(|(_, fact)| matches!(fact, Quantity::Object(_))));
     if let Some(object) = finding.object.filter(|_| !named) {
-        value::object(out, object);
-        value::pdo_of(out, object);
+        object::number(out, object);
+        object::pdo_of(out, object);
         put!(out; " ");
     }
     if finding.node.is_some() {

@@ -3,7 +3,7 @@
 //! The facts are the same as in the lines of the frames. It must not decide what a lane shows.
 
 use super::digits::{Hex, put};
-use super::{Lang, terms, value};
+use super::{Lang, object, terms, value};
 use crate::message::Errors;
 use crate::od::{self, Value};
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
@@ -11,10 +11,10 @@ use terms::{Row, find};
 
 /// Most characters of a value.
 const VALUE: usize = 40;
-/// Bytes that are no number and no text, beyond which their count says more.
+/// Bytes that are no number and no text, beyond which their count is shown instead.
 const BYTES: usize = 8;
 
-/// What is said of a node beside the names of the NMT states.
+/// Words for a node beside the names of the NMT states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Word {
     /// The master commanded the state; the node has not shown it.
@@ -31,7 +31,7 @@ pub enum Word {
     Silence,
     /// All nodes were commanded, and it may be the one that did.
     All,
-    /// It sends PDOs after its boot-up, and nothing says its state.
+    /// It sends PDOs after its boot-up, and its state is not known.
     Sends,
 }
 
@@ -85,11 +85,11 @@ pub fn errors(out: &mut Vec<u8>, lang: Lang, errors: Errors) {
 }
 
 /// Appends a transfer that has ended, its object first: `1008h:00 读 "Zephyr"`, `1601h:00 写: 中止 06010002h`. Without
-/// `valued` no value is said.
+/// `valued` no value is written.
 pub fn transfer(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer, valued: bool) {
     let said = |key| find(OUTCOMES, lang, key).unwrap_or_default();
     match transfer.mux {
-        Some(mux) => value::object(out, mux),
+        Some(mux) => object::number(out, mux),
         None => put!(out; said("object unknown")),
     }
     put!(out; " ", said(if transfer.direction == Direction::Upload { "read" } else { "write" }));

@@ -13,6 +13,7 @@ pub mod explain;
 pub mod findings;
 pub mod lane;
 pub mod notes;
+pub mod object;
 pub mod parameter;
 pub mod sentence;
 pub mod signal;
@@ -47,7 +48,7 @@ impl Lang {
     }
 }
 
-/// How much a line says.
+/// How detailed a line is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Depth {
     /// The phrase of the notes, nothing else.

@@ -2,7 +2,7 @@
 //! transmission type, the mapped object. Appended behind the number, so that a configuration can be read line by line.
 
 use super::digits::{Hex, put};
-use super::{Lang, value};
+use super::{Lang, object};
 use crate::services::pdo::mapping::decode_entry;
 use crate::services::sdo::wire::Mux;
 
@@ -54,7 +54,7 @@ fn entry(out: &mut Vec<u8>, lang: Lang, word: u32) {
         return;
     }
     put!(out; " (");
-    value::object(out, Mux { index, sub });
+    object::number(out, Mux { index, sub });
     put!(out; ", ", bits, match (lang, bits) {
         (Lang::Zh, _) => "位)",
         (Lang::En, 1) => " bit)",

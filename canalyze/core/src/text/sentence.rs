@@ -1,11 +1,11 @@
 //! Sentences of rules, filled with what was measured: `SYNC 计数为{found}, 应为{expected}`.
 //!
-//! It must not choose a sentence; the finding says which one. Facts are printed here, once for all rules.
+//! It must not choose a sentence; the finding names it. Facts are printed here, once for all rules.
 
 use std::collections::BTreeMap;
 
 use super::digits::{Hex, Spaced, put};
-use super::{Lang, en, escape, signal, terms, value, zh};
+use super::{Lang, en, escape, object, signal, terms, value, zh};
 use crate::finding::{Code, CrcMatch, Quantity, Said};
 use crate::services::sdo::wire::Side;
 
@@ -66,7 +66,7 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         Quantity::Hex2(number) => put!(out; Hex::<2>(u64::from(number)), "h"),
         Quantity::Hex4(number) => put!(out; Hex::<4>(u64::from(number)), "h"),
         Quantity::Hex8(number) => put!(out; Hex::<8>(u64::from(number)), "h"),
-        Quantity::Object(mux) => value::object(out, mux),
+        Quantity::Object(mux) => object::number(out, mux),
         Quantity::Id(id) if id.is_extended() => put!(out; Hex::<8>(u64::from(id.raw())), "h"),
         Quantity::Id(id) => put!(out; Hex::<3>(u64::from(id.raw())), "h"),
         Quantity::State(state) => match terms::nmt::state(lang, state) {
@@ -129,14 +129,14 @@ fn crc(lang: Lang, matches: CrcMatch) -> &'static str {
     }
 }
 
-/// `0637h 运行使能`: a controlword or a statusword and what it says.
+/// `0637h 运行使能`: a controlword or a statusword and its meaning.
 fn drive_word(out: &mut Vec<u8>, lang: Lang, index: u16, word: u16) {
     put!(out; Hex::<4>(u64::from(word)), "h ");
     signal::annotation(out, lang, index, u64::from(word));
 }
 
 /// A duration in the unit in which an engineer would say it: `350µs`, `1.2ms`, `1.5s`. Three digits after the point at
-/// most, none that says nothing.
+/// most, none that are zero.
 pub fn duration(out: &mut Vec<u8>, ns: i64) {
     let (unit, name) = match ns.unsigned_abs() {
         0..1_000_000 => (1_000, "µs"),

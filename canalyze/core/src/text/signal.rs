@@ -1,4 +1,4 @@
-//! One signal in words, `名称=值 单位`: what an entry of a mapping says, in a line of its PDO.
+//! One signal in words, `名称=值 单位`: an entry of a mapping, in a line of its PDO.
 //!
 //! Names. The communication objects (1000h-1FFFh) have the standard's names. 6000h-9FFFh mean what the device's
 //! profile says, and profiles clash: 6040h is a drive's controlword, an encoder's acceleration and a hydraulic
@@ -150,7 +150,7 @@ fn named(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, alone: bool) {
     }
 }
 
-/// Appends the value of an entry with its unit, and what a statusword, a controlword or a mode says.
+/// Appends the value of an entry with its unit, and the meaning of a statusword, a controlword or a mode.
 ///
 /// Bit fields are hexadecimal, as long as they are mapped; a number without a type has that form too, behind the
 /// decimal one. BOOLEAN is 0 or 1, as on the wire.
@@ -203,7 +203,7 @@ fn worded(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, how: &Written, raw: u6
     }
 }
 
-/// Appends what CiA 402 says about the value of an object: `运行使能`, `使能运行`, `循环同步位置(CSP)`. Nothing for
+/// Appends the meaning of an object's value by CiA 402: `运行使能`, `使能运行`, `循环同步位置(CSP)`. Nothing for
 /// an object that has no such words. That the device is a drive is the caller's to know.
 pub fn annotation(out: &mut Vec<u8>, lang: Lang, index: u16, raw: u64) {
     let word = raw as u16;

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::digits::{Hex, Padded, Spaced, decimal, put};
-use super::{Lang, escape, parameter, signal, terms};
+use super::{Lang, escape, object, parameter, signal, terms};
 use crate::dictionary::Object;
 use crate::drive;
 use crate::od::{self, DataType, Value};
@@ -18,21 +18,6 @@ use crate::services::sdo::wire::Mux;
 const TEXT: usize = 512;
 /// Most bytes that are shown in hexadecimal.
 const BYTES: usize = 32;
-
-/// An object as CiA writes it: `1008h:00`.
-pub fn object(out: &mut Vec<u8>, mux: Mux) {
-    put!(out; Hex::<4>(u64::from(mux.index)), "h:", Hex::<2>(u64::from(mux.sub)));
-}
-
-/// Which PDO a parameter is of: ` (TPDO1)` behind 1800h or 1A00h. Nothing for other objects.
-pub fn pdo_of(out: &mut Vec<u8>, mux: Mux) {
-    let (name, number) = match mux.index {
-        0x1400..=0x17FF => (" (RPDO", mux.index % 0x200),
-        0x1800..=0x1BFF => (" (TPDO", mux.index % 0x200),
-        _ => return,
-    };
-    put!(out; name, number + 1, ")");
-}
 
 /// A value. `bytes` may be only the beginning of `size` bytes.
 pub fn value(out: &mut Vec<u8>, lang: Lang, data_type: Option<DataType>, bytes: &[u8], size: u64) {
@@ -145,10 +130,10 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Obj
 }
 
 /// The object of a multiplex PDO and its value: `2000h:01 电机温度 = 4.2 degC`, without a type its bytes. `mapping`
-/// says what is known of the object.
+/// is what is known of the object.
 pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping: Option<&Mapping>) {
     let mux = Mux { index: content.index, sub: content.sub };
-    object(out, mux);
+    object::number(out, mux);
     let known = mapping.and_then(|mapping| mapping.entries.first());
     if let Some(mapped) = known.filter(|mapped| signal::has_name(lang, mapped)) {
         put!(out; " ");

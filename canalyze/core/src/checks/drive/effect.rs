@@ -1,6 +1,6 @@
 //! Commands of a drive (CiA 402) that should lead out of a state, and whether they did.
 //!
-//! It must not say what a state is, or judge how a state came about.
+//! It must not decode a state, or judge how a state came about.
 
 use super::{Axis, OPERATIONAL, PROMPT, Place, Sample, controlword, elapsed};
 use crate::context::Context;
@@ -51,15 +51,15 @@ impl Axis {
             return;
         }
         self.order = None;
-        if !self.is_drive(place) || !self.by_pdo {
+        if !self.is_drive(place) || !self.controlwords.by_pdo {
             return;
         }
         let what = Drv002::StillIn { controlword: order.word, statusword: sample.word, after };
         let finding = cx.verdict(what, Some(place.node.id()), Some(controlword(place.axis)), Some(order.at));
         // What causes the fault is still there: resets that are tried again follow from that.
-        let because_of = self.vain.filter(|_| order.command == Command::FaultReset);
+        let because_of = self.faults.vain.filter(|_| order.command == Command::FaultReset);
         if order.command == Command::FaultReset {
-            self.vain = because_of.or(Some(order.at));
+            self.faults.vain = because_of.or(Some(order.at));
         }
         cx.emit(Finding { because_of, ..finding });
     }
@@ -70,7 +70,7 @@ const fn voltage_enabled(statusword: u16) -> bool {
     statusword & 1 << 4 != 0
 }
 
-/// Whether a drive that is fine must leave a state by a command. A fault whose cause lasts must not be left, and is
+/// Whether a drive without a fault must leave a state by a command. A fault whose cause lasts must not be left, and is
 /// worth knowing. Not here: what brakes first (shutdown and disable operation by 605Bh and 605Ch), what not every drive
 /// does (enable operation out of quick stop or ready to switch on, quick stop where nothing moves).
 pub(super) const fn leads_out(state: State, command: Command) -> bool {

@@ -1,6 +1,6 @@
 //! Faults of a drive (CiA 402, transitions 13 and 14): each is found once, and the EMCY that announces it explains it.
 //!
-//! The fault and its EMCY come in either order. It must not say what a state is, or follow commands.
+//! The fault and its EMCY come in either order. It must not decode a state, or follow commands.
 
 use super::{Axis, Place, Sample, statusword};
 use crate::context::Context;
@@ -13,6 +13,17 @@ const EMCY: i64 = 500_000_000;
 /// Axes of one device that fail within this time of each other have one cause, in ns.
 const TOGETHER: i64 = 100_000_000;
 const STOPPED: u8 = 0x04;
+
+/// Faults of an axis.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Faults {
+    /// One that may still be announced by an EMCY.
+    pub(super) unannounced: Option<Unannounced>,
+    /// What explains that the axis is in fault: the EMCY, or the statusword that showed it.
+    pub(super) fault: Option<FrameRef>,
+    /// The first fault reset since then that had no effect.
+    pub(super) vain: Option<FrameRef>,
+}
 
 /// A fault without EMCY so far.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +83,7 @@ impl Axis {
         if because_of.is_none() {
             *first = Some(fault.at);
         }
-        self.fault = because_of.or(Some(fault.at));
+        self.faults.fault = because_of.or(Some(fault.at));
         raise_fault(node, axis, fault, because_of, cx);
     }
 }

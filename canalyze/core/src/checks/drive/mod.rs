@@ -5,14 +5,16 @@
 //! type is known to be a drive's, and those of unknown type that have climbed by CiA 402's steps and never showed
 //! another coding. It errs toward silence: a controlword that could have come unseen excuses everything.
 //!
-//! It must not read a configuration but the mappings of PDOs, and must not say what a state is (`drive` does).
+//! It must not read a configuration but the mappings of PDOs, and must not decode a state (`drive` does).
 
+mod controlwords;
 mod effect;
 mod fault;
 mod watch;
 
+use self::controlwords::Controlwords;
 use self::effect::{Order, leads_out};
-use self::fault::{Announced, Unannounced, announced, raise_fault};
+use self::fault::{Announced, Faults, Unannounced, announced, raise_fault};
 use self::watch::{Watch, Watched};
 use super::PdoName;
 use crate::context::Context;
@@ -25,12 +27,6 @@ use crate::services::pdo::mapping::extract;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
-/// Controlwords kept for an axis at most.
-const WORDS: usize = 16;
-/// How long a controlword may be on its way, and a statusword wait to be sent, in ns.
-const LAG: i64 = 1_000_000_000;
-/// The same in frames of the capture, without stamps.
-const LAG_FRAMES: u64 = 256;
 /// How long the frame that explains a state may be captured after it: more than an adapter delays its own frames, less
 /// than masters take from one controlword to the next.
 const SETTLED: i64 = 50_000_000;
@@ -75,25 +71,20 @@ struct Request {
 /// What is known of one axis.
 #[derive(Clone, Debug, Default)]
 struct Axis {
-    /// Controlwords that ask for something else than the one before, with the frames that brought them.
-    words: Vec<(u16, FrameRef)>,
-    /// The node has booted up in the capture: no controlword came before the first of them.
-    fresh: bool,
-    /// One of them came in a PDO: those by which the axis is commanded are seen.
-    by_pdo: bool,
-    /// Bits 7 and 3-0 of the last controlword that was taken for certain.
-    given: Option<u16>,
+    controlwords: Controlwords,
     sample: Option<Sample>,
     jump: Option<Jump>,
     /// A jump of a node that was not yet known to be a drive: its frame and what was measured.
     suspect: Option<(FrameRef, Drv001)>,
     order: Option<Order>,
-    unannounced: Option<Unannounced>,
-    /// What explains that it is in fault: the EMCY, or the statusword that showed it.
-    fault: Option<FrameRef>,
-    /// The first fault reset since then that had no effect.
-    vain: Option<FrameRef>,
+    faults: Faults,
     request: Option<Request>,
+    likeness: Likeness,
+}
+
+/// Whether an axis behaves as one of a drive.
+#[derive(Clone, Copy, Debug, Default)]
+struct Likeness {
     /// Steps upward that controlwords explain.
     climbed: u8,
     /// It showed a statusword that CiA 402 does not know.
@@ -117,7 +108,7 @@ struct Drive {
 pub struct Drives {
     nodes: PerNode<Drive>,
     watch: Watch,
-    /// The earliest time at which something has to be said.
+    /// The earliest time at which something becomes due, in ns.
     due_ns: i64,
 }
 
@@ -206,7 +197,7 @@ impl Drives {
         if let (Some((axis, Object::Controlword)), &[low, high]) = (object(mux), bytes)
             && let Some(axis) = self.nodes.entry(node).axis(axis)
         {
-            axis.send(u16::from_le_bytes([low, high]), at);
+            axis.controlwords.send(u16::from_le_bytes([low, high]), at);
         }
     }
 
@@ -246,9 +237,9 @@ impl Drives {
             drive.emcy = Some(cx.at);
             for (number, axis) in drive.axes.iter_mut().enumerate() {
                 if let Some(axis) = axis
-                    && let Some(fault) = axis.unannounced.take()
+                    && let Some(fault) = axis.faults.unannounced.take()
                 {
-                    axis.fault = Some(cx.at);
+                    axis.faults.fault = Some(cx.at);
                     raise_fault(node, number as u8, fault.fault, Some(cx.at), cx);
                 }
             }
@@ -265,7 +256,7 @@ impl Drives {
             for (number, axis) in drive.axes.iter_mut().enumerate() {
                 if let Some(axis) = axis {
                     axis.settle((node, number as u8), now_ns, &mut drive.fault, cx);
-                    let open = [axis.jump.map(|jump| jump.due_ns), axis.unannounced.map(|fault| fault.due_ns)];
+                    let open = [axis.jump.map(|jump| jump.due_ns), axis.faults.unannounced.map(|fault| fault.due_ns)];
                     self.due_ns = open.into_iter().flatten().fold(self.due_ns, i64::min);
                 }
             }
@@ -278,7 +269,7 @@ impl Drives {
         let drive = self.nodes.entry(node);
         drive.fresh = true;
         for axis in drive.axes.iter_mut().flatten() {
-            axis.fresh = true;
+            axis.controlwords.fresh = true;
         }
     }
 
@@ -289,7 +280,7 @@ impl Drives {
             if node.is_none_or(|node| node == id) {
                 drive.fresh = false;
                 for axis in drive.axes.iter_mut().flatten() {
-                    **axis = Axis { climbed: axis.climbed, strange: axis.strange, ..Axis::default() };
+                    **axis = Axis { likeness: axis.likeness, ..Axis::default() };
                 }
             }
         }
@@ -302,7 +293,7 @@ impl Drives {
         for (id, drive) in self.nodes.iter_mut().filter(|(id, _)| node.is_none_or(|node| node == *id)) {
             for (number, axis) in drive.axes.iter_mut().enumerate() {
                 if let Some(axis) = axis
-                    && let Some(fault) = axis.unannounced.take()
+                    && let Some(fault) = axis.faults.unannounced.take()
                 {
                     axis.unexplained((id, number as u8), fault.fault, &mut drive.fault, cx);
                 }
@@ -320,22 +311,25 @@ impl Drive {
     fn axis(&mut self, axis: u8) -> Option<&mut Axis> {
         let fresh = self.fresh;
         let slot = self.axes.get_mut(usize::from(axis))?;
-        Some(&mut **slot.get_or_insert_with(|| Box::new(Axis { fresh, ..Axis::default() })))
+        Some(
+            &mut **slot
+                .get_or_insert_with(|| Box::new(Axis { controlwords: Controlwords::new(fresh), ..Axis::default() })),
+        )
     }
 
     fn blind(&mut self) {
         self.fresh = false;
         for axis in self.axes.iter_mut().flatten() {
-            (axis.given, axis.jump, axis.order, axis.fresh) = (None, None, None, false);
-            axis.words.clear();
+            (axis.jump, axis.order) = (None, None);
+            axis.controlwords.forget();
         }
     }
 
     /// A controlword was sent: the drive may have taken it.
     fn sent(&mut self, place: Place<'_>, word: u16) {
         if let Some(axis) = self.axis(place.axis) {
-            axis.by_pdo |= place.by_pdo;
-            axis.send(word, place.at);
+            axis.controlwords.by_pdo |= place.by_pdo;
+            axis.controlwords.send(word, place.at);
         }
     }
 
@@ -343,11 +337,11 @@ impl Drive {
     fn taken(&mut self, place: Place<'_>, word: u16) {
         let Some(axis) = self.axis(place.axis) else { return };
         let asked = word & 0x8F;
-        if axis.given == Some(asked) {
+        if axis.controlwords.given == Some(asked) {
             return;
         }
-        let command = axis.given.and_then(|given| drive::command(word, Some(given)));
-        axis.given = Some(asked);
+        let command = axis.controlwords.given.and_then(|given| drive::command(word, Some(given)));
+        axis.controlwords.given = Some(asked);
         let state = axis.sample.map(|sample| sample.state);
         // Only a fault reset leads out of a fault: the edge counts, whatever comes after it.
         if axis.order.is_some_and(|order| order.command == Command::FaultReset && state == Some(order.from)) {
@@ -397,7 +391,7 @@ impl Drive {
         let (emcy, mut fault) = (self.emcy, self.fault);
         let Some(axis) = self.axis(place.axis) else { return };
         let Some(state) = State::of(word) else {
-            axis.strange = true;
+            axis.likeness.strange = true;
             (axis.sample, axis.jump, axis.order) = (None, None, None);
             return;
         };
@@ -413,14 +407,14 @@ impl Drive {
         let Some(before) = axis.sample.replace(sample).filter(|before| before.state != state) else { return };
         let judged = axis.is_drive(place);
         if !is_fault(state) {
-            (axis.fault, axis.vain) = (None, None);
+            (axis.faults.fault, axis.faults.vain) = (None, None);
         } else if !is_fault(before.state) && judged {
             match announced(place, before, sample, emcy) {
                 Announced::By(emcy) => {
-                    axis.fault = Some(emcy);
+                    axis.faults.fault = Some(emcy);
                     raise_fault(place.node.id(), place.axis, sample, Some(emcy), cx);
                 }
-                Announced::Later(due_ns) => axis.unannounced = Some(Unannounced { fault: sample, due_ns }),
+                Announced::Later(due_ns) => axis.faults.unannounced = Some(Unannounced { fault: sample, due_ns }),
                 Announced::Never => axis.unexplained((place.node.id(), place.axis), sample, &mut fault, cx),
             }
         }
@@ -428,43 +422,22 @@ impl Drive {
         if judged && let Some((at, what)) = axis.suspect.take() {
             cx.raise(what, Some(place.node.id()), Some(statusword(place.axis)), Some(at));
         }
-        let open = [axis.jump.map(|jump| jump.due_ns), axis.unannounced.map(|fault| fault.due_ns)];
+        let open = [axis.jump.map(|jump| jump.due_ns), axis.faults.unannounced.map(|fault| fault.due_ns)];
         *due_ns = open.into_iter().flatten().fold(*due_ns, i64::min);
         self.fault = fault;
     }
 }
 
 impl Axis {
-    fn send(&mut self, word: u16, at: FrameRef) {
-        let asked = word & 0x8F;
-        if self.words.last().is_some_and(|(last, _)| *last == asked) {
-            return;
-        }
-        if self.words.len() >= WORDS {
-            self.words.remove(0);
-            self.fresh = false;
-        }
-        self.words.push((asked, at));
-    }
-
-    /// The controlwords that a drive may have obeyed since it reported `from`; `None` where not all are known.
-    fn given_since(&self, from: &Sample) -> Option<&[(u16, FrameRef)]> {
-        let in_force = self.words.iter().rposition(|(_, at)| match (at.t_ns, from.at.t_ns) {
-            (Some(began), Some(reported)) => began <= reported.saturating_sub(LAG) && at.no < from.at.no,
-            _ => at.no.saturating_add(LAG_FRAMES) <= from.at.no,
-        });
-        self.words.get(in_force.or(self.fresh.then_some(0))?..)
-    }
-
     fn explains(&self, from: &Sample, to: &Sample) -> Option<bool> {
-        let words = self.given_since(from)?;
+        let words = self.controlwords.since(from)?;
         Some(drive::explained(from.state, to.state, words.iter().map(|(word, _)| *word)))
     }
 
     /// Whether the node is a drive.
     fn is_drive(&self, place: Place<'_>) -> bool {
         match place.device() {
-            None => self.climbed >= PROOF && !self.strange,
+            None => self.likeness.climbed >= PROOF && !self.likeness.strange,
             Some(profile) => profile == u64::from(drive::PROFILE),
         }
     }
@@ -473,12 +446,12 @@ impl Axis {
     fn follow(&mut self, place: Place<'_>, before: Sample, sample: Sample, judged: bool) {
         match self.explains(&before, &sample) {
             Some(true) if matches!(drive::reach(before.state, sample.state), Reach::Directly(2..=4)) => {
-                self.climbed = self.climbed.saturating_add(1);
+                self.likeness.climbed = self.likeness.climbed.saturating_add(1);
             }
             Some(false) => {
                 let remote = drive::remote(before.word) && drive::remote(sample.word);
-                // What comes by a PDO that nobody knows of cannot be told from nothing.
-                let all_seen = self.by_pdo || place.state.is_some_and(|state| state != OPERATIONAL);
+                // A controlword in an unknown PDO is not seen.
+                let all_seen = self.controlwords.by_pdo || place.state.is_some_and(|state| state != OPERATIONAL);
                 let restarted = sample.state == State::NotReadyToSwitchOn;
                 let possible = judged || place.device().is_none();
                 if possible && remote && all_seen && !restarted && self.jump.is_none() {
@@ -495,11 +468,11 @@ impl Axis {
         if let Some(jump) = self.jump.take_if(|jump| now_ns >= jump.due_ns) {
             self.raise_jump(node, axis, jump, cx);
         }
-        if let Some(Unannounced { fault, .. }) = self.unannounced.take_if(|fault| now_ns >= fault.due_ns) {
+        if let Some(Unannounced { fault, .. }) = self.faults.unannounced.take_if(|fault| now_ns >= fault.due_ns) {
             self.unexplained((node, axis), fault, first, cx);
             let what = Drv003::Unannounced { statusword: fault.word };
             let finding = cx.verdict(what, Some(node), Some(statusword(axis)), Some(fault.at));
-            cx.emit(Finding { because_of: self.fault, ..finding });
+            cx.emit(Finding { because_of: self.faults.fault, ..finding });
         }
     }
 
@@ -507,8 +480,7 @@ impl Axis {
         if self.explains(&jump.from, &jump.to) != Some(false) {
             return;
         }
-        let in_force = self.words.iter().rfind(|(_, at)| at.no < jump.to.at.no);
-        let controlword = in_force.map(|(word, _)| *word);
+        let controlword = self.controlwords.before(jump.to.at);
         let what = Drv001::Unexplained { from: jump.from.word, to: jump.to.word, controlword };
         if jump.judged {
             cx.raise(what, Some(node), Some(statusword(axis)), Some(jump.to.at));

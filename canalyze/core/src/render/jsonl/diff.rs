@@ -17,8 +17,8 @@
 
 use super::{name_or_null, number_or_null, quoted, seconds, truth};
 use crate::diff::Comparison;
-use crate::diff::course::{Deed, Moved, Service};
 use crate::diff::difference::{Difference, Shows, Side};
+use crate::diff::digest::{Action, Service, TransferDigest};
 use crate::frame::CanId;
 use crate::render::diff::{Setting, extents};
 use crate::services::sdo::wire::Side as Sender;
@@ -33,17 +33,17 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison, f
     }
     let count = comparison.differences.len() as u64 + comparison.more;
     put!(out; "{\"kind\":\"diff\",\"same\":", truth(count == 0), ",\"differences\":", count);
-    put!(out; ",\"more\":", comparison.more, ",\"rigid\":", truth(comparison.span.rigid));
-    put!(out; ",\"times\":", truth(comparison.span.by_time), ",\"placed\":", truth(!comparison.span.is_blurred()));
-    let sides = files.into_iter().zip(setting.courses).zip(comparison.outside).zip(extents(setting, comparison));
-    for ((((file, course), outside), (first, last)), key) in sides.zip([",\"a\":", ",\"b\":"]) {
+    put!(out; ",\"more\":", comparison.more, ",\"rigid\":", truth(comparison.alignment.rigid));
+    put!(out; ",\"times\":", truth(comparison.alignment.by_time), ",\"placed\":", truth(!comparison.alignment.is_blurred()));
+    let sides = files.into_iter().zip(setting.digests).zip(comparison.outside).zip(extents(setting, comparison));
+    for ((((file, digest), outside), (first, last)), key) in sides.zip([",\"a\":", ",\"b\":"]) {
         put!(out; key, "{\"file\":");
         escape::json(out, file);
-        put!(out; ",\"frames\":", course.frames, ",\"first_frame\":");
+        put!(out; ",\"frames\":", digest.frames, ",\"first_frame\":");
         number_or_null(out, (first > 0).then_some(first));
         put!(out; ",\"last_frame\":");
         number_or_null(out, (last > 0).then_some(last));
-        put!(out; ",\"outside\":", outside, ",\"full\":", truth(course.full), "}");
+        put!(out; ",\"outside\":", outside, ",\"full\":", truth(digest.full), "}");
     }
     put!(out; "}\n");
 }
@@ -59,7 +59,7 @@ fn difference(out: &mut Vec<u8>, setting: Setting<'_>, difference: &Difference) 
         None => put!(out; "null"),
     }
     let moved = difference.sides.iter().flatten().find_map(|side| match &side.shows {
-        Shows::Deed(Deed::Transfer(moved)) => Some(moved),
+        Shows::Action(Action::Transfer(moved)) => Some(moved),
         _ => None,
     });
     let raised = difference.sides.iter().flatten().find_map(|side| match &side.shows {
@@ -99,8 +99,8 @@ fn service(out: &mut Vec<u8>, service: Service) {
 
 fn side(out: &mut Vec<u8>, setting: Setting<'_>, difference: &Difference, place: usize) {
     let Some(side) = difference.sides.get(place).and_then(Option::as_ref) else { return put!(out; "null") };
-    let course = setting.courses.get(place);
-    let name = difference.bus.get(place).copied().flatten().zip(course).map(|(bus, course)| course.buses.name(bus));
+    let digest = setting.digests.get(place);
+    let name = difference.bus.get(place).copied().flatten().zip(digest).map(|(bus, digest)| digest.buses.name(bus));
     put!(out; "{\"bus\":");
     name_or_null(out, name.unwrap_or_default());
     put!(out; ",\"frame\":");
@@ -108,7 +108,7 @@ fn side(out: &mut Vec<u8>, setting: Setting<'_>, difference: &Difference, place:
     put!(out; ",\"line\":");
     number_or_null(out, side.since.line);
     put!(out; ",\"t\":");
-    seconds(out, side.since.t_ns, course.map_or(9, |course| course.decimals));
+    seconds(out, side.since.t_ns, digest.map_or(9, |digest| digest.decimals));
     put!(out; ",\"last_frame\":");
     number_or_null(out, (side.at.no > 0).then_some(side.at.no));
     put!(out; ",\"text\":");
@@ -123,7 +123,7 @@ fn value(out: &mut Vec<u8>, setting: Setting<'_>, side: &Side) {
         return put!(out; "{\"period_us\":", ns / 1000, "}");
     }
     match &side.shows {
-        Shows::Deed(deed) => deed_value(out, deed),
+        Shows::Action(action) => action_value(out, action),
         Shows::Count(frames) => put!(out; "{\"frames\":", *frames, "}"),
         Shows::Time(ns) => put!(out; "{\"period_us\":", ns / 1000, "}"),
         Shows::Id(id) => identifier(out, *id),
@@ -154,28 +154,28 @@ fn identifier(out: &mut Vec<u8>, id: CanId) {
     put!(out; "\"}");
 }
 
-fn deed_value(out: &mut Vec<u8>, deed: &Deed) {
+fn action_value(out: &mut Vec<u8>, action: &Action) {
     let code = |out: &mut Vec<u8>, code: u8| put!(out; "{\"code\":\"", Hex::<2>(u64::from(code)), "\"}");
-    match deed {
-        Deed::Transfer(moved) => transfer(out, moved),
-        Deed::Nmt(command) => code(out, *command),
-        Deed::BootUp => code(out, 0),
-        Deed::State(state) => code(out, *state),
-        Deed::Drive(state) => match state {
+    match action {
+        Action::Transfer(moved) => transfer(out, moved),
+        Action::Nmt(command) => code(out, *command),
+        Action::BootUp => code(out, 0),
+        Action::State(state) => code(out, *state),
+        Action::Drive(state) => match state {
             Some(state) => {
                 put!(out; "{\"code\":\"", Hex::<4>(u64::from(state.coding().1)), "\"}");
             }
             None => put!(out; "{\"code\":null}"),
         },
-        Deed::Emcy(emcy, register) => {
+        Action::Emcy(emcy, register) => {
             put!(out; "{\"code\":\"", Hex::<4>(u64::from(*emcy)), "\",\"register\":\"");
             put!(out; Hex::<2>(u64::from(*register)), "\"}");
         }
-        Deed::Lss(bytes) => put!(out; "{\"data\":\"", Joined(bytes), "\"}"),
+        Action::Lss(bytes) => put!(out; "{\"data\":\"", Joined(bytes), "\"}"),
     }
 }
 
-fn transfer(out: &mut Vec<u8>, moved: &Moved) {
+fn transfer(out: &mut Vec<u8>, moved: &TransferDigest) {
     put!(out; "{\"status\":\"", moved.status.name(), "\",\"mode\":\"", moved.mode.name(), "\",\"abort\":");
     match moved.abort {
         None => put!(out; "null"),

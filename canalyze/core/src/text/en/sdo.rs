@@ -7,7 +7,7 @@ use crate::services::sdo::exchange::expedited;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Command, Mux, Segment, Side};
 use crate::text::digits::{Hex, put};
-use crate::text::{Depth, Lang, terms, value};
+use crate::text::{Depth, Lang, object, terms, value};
 
 const EN: Lang = Lang::En;
 
@@ -74,7 +74,7 @@ fn phrase(out: &mut Vec<u8>, step: &Step) {
 }
 
 fn named(out: &mut Vec<u8>, mux: Mux, step: &Step) {
-    value::object(out, mux);
+    object::number(out, mux);
     value::name(out, EN, mux, step.described.as_deref());
 }
 
@@ -114,7 +114,7 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
         Command::UploadInitiated(mux, i) => match &step.result {
             Some(transfer) if shows_result(step) => result(out, transfer),
             _ => {
-                value::object(out, mux);
+                object::number(out, mux);
                 if i.expedited {
                     let bytes = expedited(Some(mux), &i, len);
                     put!(out; " = ");
@@ -126,7 +126,7 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
         },
         Command::DownloadInitiated(mux) => match &step.result {
             Some(transfer) if shows_result(step) => result(out, transfer),
-            _ => value::object(out, mux),
+            _ => object::number(out, mux),
         },
         Command::Segment(segment) => {
             let carried = (7 - usize::from(segment.unused)).min(usize::from(len.saturating_sub(1)));
@@ -157,12 +157,12 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
             }
         }
         Command::BlockUploadInitiated { mux, crc, size } => {
-            value::object(out, mux);
+            object::number(out, mux);
             announced(out, "block", size);
             put!(out; crc_word(crc));
         }
         Command::BlockDownloadInitiated { mux, crc, blksize } => {
-            value::object(out, mux);
+            object::number(out, mux);
             put!(out; ", blksize=", blksize, crc_word(crc));
         }
         Command::BlockAck { ackseq, blksize } => put!(out; "ackseq=", ackseq, ", next blksize=", blksize),
@@ -173,12 +173,12 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
             put!(out; " of the last segment unused");
         }
         Command::Abort(mux, code) => {
-            value::object(out, step.mux.unwrap_or(mux));
+            object::number(out, step.mux.unwrap_or(mux));
             put!(out; " ");
             abort(out, code);
             if step.mux.is_some_and(|known| known != mux) {
                 put!(out; " (the frame names ");
-                value::object(out, mux);
+                object::number(out, mux);
                 put!(out; ")");
             }
         }
@@ -204,7 +204,7 @@ pub fn abort(out: &mut Vec<u8>, code: u32) {
 /// What a transfer came to: `1008h:00 = "..." (23 bytes)`.
 pub fn result(out: &mut Vec<u8>, transfer: &Transfer) {
     match transfer.mux {
-        Some(mux) => value::object(out, mux),
+        Some(mux) => object::number(out, mux),
         None => {
             put!(out; if transfer.direction == Direction::Upload { "upload" } else { "download" });
             put!(out; " whose start was not captured");

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! Bits are counted as in the number that the shown bytes make, read little-endian. Which mapping holds is given;
-//! a payload that does not reach an entry is said to be short, which is no verdict on the frame.
+//! a payload that does not reach an entry is called short, which is no verdict on the frame.
 
 use super::say;
 use crate::drive::{self, Object, State};

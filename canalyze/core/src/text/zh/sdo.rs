@@ -7,7 +7,7 @@ use crate::services::sdo::exchange::expedited;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Command, Mux, Segment, Side};
 use crate::text::digits::{Hex, put};
-use crate::text::{Depth, Lang, terms, value};
+use crate::text::{Depth, Lang, object, terms, value};
 
 const ZH: Lang = Lang::Zh;
 
@@ -83,7 +83,7 @@ fn ordinal(out: &mut Vec<u8>, number: u32, last: bool) {
 }
 
 fn named(out: &mut Vec<u8>, mux: Mux, step: &Step) {
-    value::object(out, mux);
+    object::number(out, mux);
     value::name(out, ZH, mux, step.described.as_deref());
 }
 
@@ -123,7 +123,7 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
         Command::UploadInitiated(mux, i) => match &step.result {
             Some(transfer) if shows_result(step) => result(out, transfer),
             _ => {
-                value::object(out, mux);
+                object::number(out, mux);
                 if i.expedited {
                     let bytes = expedited(Some(mux), &i, len);
                     put!(out; " = ");
@@ -135,7 +135,7 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
         },
         Command::DownloadInitiated(mux) => match &step.result {
             Some(transfer) if shows_result(step) => result(out, transfer),
-            _ => value::object(out, mux),
+            _ => object::number(out, mux),
         },
         Command::Segment(segment) => {
             let carried = (7 - usize::from(segment.unused)).min(usize::from(len.saturating_sub(1)));
@@ -166,12 +166,12 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
             }
         }
         Command::BlockUploadInitiated { mux, crc, size } => {
-            value::object(out, mux);
+            object::number(out, mux);
             announced(out, "块传输", size);
             put!(out; crc_word(crc));
         }
         Command::BlockDownloadInitiated { mux, crc, blksize } => {
-            value::object(out, mux);
+            object::number(out, mux);
             put!(out; ", 块大小=", blksize, crc_word(crc));
         }
         Command::BlockAck { ackseq, blksize } => put!(out; "确认序号=", ackseq, ", 下一块大小=", blksize),
@@ -182,12 +182,12 @@ fn content(out: &mut Vec<u8>, step: &Step, len: u8) {
             put!(out; "未使用");
         }
         Command::Abort(mux, code) => {
-            value::object(out, step.mux.unwrap_or(mux));
+            object::number(out, step.mux.unwrap_or(mux));
             put!(out; " ");
             abort(out, code);
             if step.mux.is_some_and(|known| known != mux) {
                 put!(out; " (帧中为");
-                value::object(out, mux);
+                object::number(out, mux);
                 put!(out; ")");
             }
         }
@@ -213,7 +213,7 @@ pub fn abort(out: &mut Vec<u8>, code: u32) {
 /// What a transfer came to: `1008h:00 = "..." (23字节)`.
 pub fn result(out: &mut Vec<u8>, transfer: &Transfer) {
     match transfer.mux {
-        Some(mux) => value::object(out, mux),
+        Some(mux) => object::number(out, mux),
         None => put!(out; "起始未记录的", if transfer.direction == Direction::Upload { "上传" } else { "下载" }),
     }
     if let (Status::Aborted, Some(by)) = (transfer.outcome.status, transfer.outcome.abort) {

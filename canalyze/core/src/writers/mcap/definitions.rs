@@ -181,8 +181,11 @@ uint8 node
 # The object; 0 where none is concerned.
 uint16 index
 uint8 sub
-# Numbers in the capture, from 1: the frame that shows it, the earlier one that it is about. 0 where there is none.
+# Numbers in the capture, from 1; 0 where there is none: the frame that shows it, and an earlier one that belongs to it.
 uint64 frame
 uint64 cause_frame
+# The one of the two that the message is about, and the frame of what explains it: then it is a consequence.
+uint64 about_frame
+uint64 because_of
 ",
 };

@@ -184,7 +184,7 @@ impl Node {
 
     /// Whether a reset command is the echo of the one that its boot-up has answered already.
     pub(super) fn has_obeyed(&self, at: FrameRef) -> bool {
-        self.boot_up.is_some_and(|boot_up| match elapsed(boot_up, at) {
+        self.boot_up.is_some_and(|boot_up| match at.since(boot_up) {
             Some(age) => (0..LATE_NS).contains(&age),
             None => boot_up.no + LATE >= at.no,
         })
@@ -329,9 +329,5 @@ fn drive(node: u8, prefix: &str, axis: u8) -> String {
 
 /// Whether a node sent its state before it could obey a command.
 fn sent_before(command: FrameRef, at: FrameRef) -> bool {
-    elapsed(command, at).map_or(command.no + 1 == at.no, |age| (0..SENT_NS).contains(&age))
-}
-
-fn elapsed(from: FrameRef, to: FrameRef) -> Option<i64> {
-    Some(to.t_ns?.saturating_sub(from.t_ns?))
+    at.since(command).map_or(command.no + 1 == at.no, |age| (0..SENT_NS).contains(&age))
 }

@@ -139,7 +139,9 @@ pub(super) fn finding(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &st
         cdr.string(rule.id.as_bytes()).string(rule.name.as_bytes()).string(finding.severity().name().as_bytes());
         cdr.string(&words).u8(finding.node.unwrap_or(0));
         cdr.u16(finding.object.map_or(0, |mux| mux.index)).u8(finding.object.map_or(0, |mux| mux.sub));
-        cdr.u64(finding.at.no).u64(finding.cause.map_or(0, |cause| cause.no));
+        let number = |frame: Option<FrameRef>| frame.map_or(0, |frame| frame.no);
+        cdr.u64(finding.at.no).u64(number(finding.cause));
+        cdr.u64(number(finding.about())).u64(number(finding.because_of));
         place.send(channel, finding.at, time);
     }
     let mut line = Vec::new();

@@ -1,0 +1,185 @@
+//! Two nodes with one node-ID, by their heartbeats: states in turns, or two series of them.
+//!
+//! A second series shows itself where the heartbeats of a known period go on in turn and others come between them,
+//! evenly by themselves; or, where no period is known yet, by gaps that alternate. Single additional heartbeats are
+//! legal. It must not judge whether heartbeats are late.
+
+use crate::context::Context;
+use crate::evidence::Period;
+use crate::evidence::circumstance::Kind;
+use crate::evidence::period::Confidence;
+use crate::finding::Code;
+use crate::frame::FrameRef;
+use crate::rules::heartbeat::Hbt004;
+
+/// Gaps between heartbeats that are kept.
+const GAPS: usize = 8;
+/// Additional heartbeats that come evenly before they are a second series.
+const ADDITIONAL: usize = 5;
+/// Changes of state in a row, each back to the state before, that show two nodes.
+const ALTERNATIONS: u8 = 4;
+/// Gaps that alternate differ by more than this, in ns: below, a loaded host's stamps do the same.
+const APART_NS: i64 = 10_000_000;
+
+/// Where a heartbeat stands in its series.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// It is in turn; the time since the one before it in the series, in ns.
+    InTurn(i64),
+    /// It comes between two of the series.
+    Additional,
+}
+
+/// What a node's heartbeats show of a second node.
+#[derive(Debug, Default)]
+pub(super) struct DuplicateId {
+    found: bool,
+    alternations: u8,
+    before: Option<u8>,
+    /// The latest gaps, latest last.
+    gaps: Vec<i64>,
+    /// Time since the last heartbeat in turn, in ns.
+    since_turn: i64,
+    /// Time since the last additional heartbeat, in ns, and the gaps between those so far.
+    since_additional: i64,
+    additional: Vec<i64>,
+}
+
+impl DuplicateId {
+    /// Whether it was reported.
+    pub(super) fn is_found(&self) -> bool {
+        self.found
+    }
+
+    /// A command: a change of state is no sign of a second node.
+    pub(super) fn commanded(&mut self) {
+        self.alternations = 0;
+    }
+
+    /// A heartbeat with a state: two nodes that share a node-ID show theirs in turns.
+    pub(super) fn state(
+        &mut self,
+        node: u8,
+        changed: bool,
+        (before, state): (Option<u8>, u8),
+        last: FrameRef,
+        cx: &mut Context<'_>,
+    ) {
+        let back = changed && self.before.is_none_or(|earlier| earlier == state);
+        self.alternations = if back { self.alternations.saturating_add(1) } else { 0 };
+        if changed {
+            self.before = before;
+        }
+        if self.alternations >= ALTERNATIONS {
+            self.find(node, Hbt004::States { one: before.unwrap_or(0), other: state }, last, cx);
+        }
+    }
+
+    /// A gap that shows nothing: both series are learnt anew.
+    pub(super) fn interrupt(&mut self) {
+        (self.since_turn, self.since_additional) = (0, 0);
+        self.gaps.clear();
+        self.additional.clear();
+    }
+
+    /// A gap between two heartbeats in the same state. `uncertain`: how far stamps may be off, in ns.
+    pub(super) fn gap(
+        &mut self,
+        node: u8,
+        gap: i64,
+        last: FrameRef,
+        period: &Period,
+        uncertain: i64,
+        cx: &mut Context<'_>,
+    ) -> Place {
+        if self.gaps.len() == GAPS {
+            self.gaps.remove(0);
+        }
+        self.gaps.push(gap.min(i64::MAX / 1024));
+        let known = period.expected().filter(|known| known.confidence == Confidence::Certain);
+        let Some(known) = known else {
+            (self.since_turn, self.since_additional) = (0, 0);
+            self.alternating(node, last, cx);
+            return Place::InTurn(gap);
+        };
+        let configured =
+            period.configured_ns().filter(|configured| (configured / 5 * 2..=configured / 5 * 3).contains(&known.ns));
+        if let Some(configured) = configured {
+            self.find(node, Hbt004::HalfPeriod { found: known.ns, expected: configured }, last, cx);
+        }
+        self.alternating(node, last, cx);
+        let room = (known.ns / 16).max(known.deviation_ns.saturating_mul(2)).max(2 * uncertain).min(known.ns / 4);
+        let turn = self.since_turn.saturating_add(gap);
+        self.since_additional = self.since_additional.saturating_add(gap);
+        if turn >= known.ns - room {
+            self.since_turn = 0;
+            if turn <= known.ns.saturating_add(room) {
+                return Place::InTurn(turn);
+            }
+            // The series itself has changed or is interrupted.
+            (self.since_additional, self.additional) = (0, Vec::new());
+            return Place::InTurn(gap);
+        }
+        self.since_turn = turn;
+        self.additional.push(std::mem::take(&mut self.since_additional));
+        self.series(node, known.ns, last, cx);
+        Place::Additional
+    }
+
+    /// Heartbeats come twice as often as before, and nothing has changed their period.
+    pub(super) fn halved(&mut self, node: u8, period: i64, last: FrameRef, cx: &mut Context<'_>) {
+        self.find(node, Hbt004::Series { one: period, other: period }, last, cx);
+    }
+
+    /// Reports additional heartbeats that are a series. The time to the first of them is no gap of theirs.
+    fn series(&mut self, node: u8, period: i64, last: FrameRef, cx: &mut Context<'_>) {
+        if self.additional.len() < ADDITIONAL {
+            return;
+        }
+        let recent = self.additional.iter().rev().take(ADDITIONAL - 1);
+        if !even(recent.clone()) {
+            self.additional.remove(0);
+            return;
+        }
+        let other = recent.sum::<i64>() / (ADDITIONAL as i64 - 1);
+        self.find(node, Hbt004::Series { one: period, other }, last, cx);
+    }
+
+    /// Reports gaps that alternate.
+    fn alternating(&mut self, node: u8, last: FrameRef, cx: &mut Context<'_>) {
+        if self.gaps.len() < GAPS {
+            return;
+        }
+        let odd = || self.gaps.iter().step_by(2);
+        let other = || self.gaps.iter().skip(1).step_by(2);
+        let half = (GAPS / 2) as i64;
+        let (one, two) = (odd().sum::<i64>() / half, other().sum::<i64>() / half);
+        let (whole, apart) = (one.saturating_add(two), one.saturating_sub(two).saturating_abs());
+        let steady = spread(odd()).max(spread(other())) <= (whole / 40).max(2_000_000);
+        if steady && apart > APART_NS && apart > whole / 4 {
+            self.find(node, Hbt004::Gaps { one, other: two }, last, cx);
+        }
+    }
+
+    fn find(&mut self, node: u8, what: Hbt004, last: FrameRef, cx: &mut Context<'_>) {
+        if !std::mem::replace(&mut self.found, true) {
+            cx.evidence.circumstances.note(Kind::SharedId, Some(node), cx.when);
+            cx.evidence
+                .pending
+                .explain(cx.at, |one| one.node == Some(node) && matches!(one.code, Code::Nmt004 | Code::Hbt001));
+            cx.report_timed(cx.verdict(what, Some(node), None, Some(last)));
+        }
+    }
+}
+
+/// Whether gaps differ by no more than an eighth, or 4 ms.
+fn even<'a>(gaps: impl Iterator<Item = &'a i64> + Clone) -> bool {
+    let most = gaps.clone().max().copied().unwrap_or(0);
+    spread(gaps) <= (most / 8).max(4_000_000)
+}
+
+/// By how much gaps differ.
+fn spread<'a>(gaps: impl Iterator<Item = &'a i64> + Clone) -> i64 {
+    let least = gaps.clone().min().copied().unwrap_or(0);
+    gaps.max().copied().unwrap_or(0) - least
+}

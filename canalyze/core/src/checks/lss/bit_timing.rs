@@ -1,0 +1,119 @@
+//! A bit timing that LSS has configured (CiA 305): activated in time, and the silence that follows.
+
+use super::withheld::Withheld;
+use crate::context::Context;
+use crate::event::{Event, Note, What};
+use crate::finding::Code;
+use crate::frame::FrameRef;
+use crate::message::Message;
+use crate::rules::lss::Lss008;
+use crate::services::lss::bit_rate;
+
+/// How long after the return to waiting a bit timing may still be activated, in ns: masters do it at once.
+const ACTIVATION_NS: i64 = 500_000_000;
+
+/// A bit timing that a slave has accepted.
+#[derive(Debug)]
+struct Accepted {
+    at: FrameRef,
+    rate: Option<u16>,
+    stored: bool,
+    /// The slaves have returned to waiting: when it should be activated at the latest.
+    until_ns: Option<i64>,
+}
+
+/// The time during which the bus is silent for the change of the bit rate.
+#[derive(Debug)]
+struct Silence {
+    at: FrameRef,
+    from_ns: i64,
+    to_ns: i64,
+    delay_ns: i64,
+}
+
+/// The bit timing of a bus.
+#[derive(Debug, Default)]
+pub struct BitTiming {
+    /// The bit rate that the master has requested last.
+    requested: Option<u16>,
+    accepted: Option<Accepted>,
+    silence: Option<Silence>,
+}
+
+impl BitTiming {
+    /// The master configures a bit timing.
+    pub fn configure(&mut self, selector: u8, index: u8) {
+        self.requested = if selector == 0 { bit_rate(index) } else { None };
+    }
+
+    /// A slave has accepted it.
+    pub fn accept(&mut self, at: FrameRef) {
+        self.accepted = Some(Accepted { at, rate: self.requested, stored: false, until_ns: None });
+    }
+
+    /// A slave has stored its configuration.
+    pub fn store(&mut self) {
+        self.accepted.iter_mut().for_each(|accepted| accepted.stored = true);
+    }
+
+    /// The slaves return to waiting.
+    pub fn waiting(&mut self, at: FrameRef) {
+        if let Some(accepted) = &mut self.accepted {
+            accepted.until_ns = at.t_ns.map(|now| now.saturating_add(ACTIVATION_NS));
+        }
+    }
+
+    /// A node was reset or has booted up.
+    pub fn restarted(&mut self) {
+        self.accepted = None;
+    }
+
+    /// Frames were lost.
+    pub fn lost(&mut self) {
+        (self.accepted, self.silence) = (None, None);
+    }
+
+    /// The master activates the bit timing. Whether one was accepted.
+    pub fn activate(&mut self, delay: u16, cx: &mut Context<'_>) -> bool {
+        let Some(Accepted { at, rate, .. }) = self.accepted.take() else { return false };
+        cx.push(Some(at), None, What::Note(Note::BitTimingActivated { delay, rate }));
+        let Some(now) = cx.at.t_ns else { return true };
+        let delay_ns = i64::from(delay) * 1_000_000;
+        // Frames that were under way, and clocks that differ, at either end.
+        let grace = cx.evidence.recording.lag_ns().max(delay_ns / 10);
+        let (from_ns, to_ns) = (now.saturating_add(grace), now.saturating_add(2 * delay_ns - grace));
+        self.silence = (from_ns < to_ns).then_some(Silence { at: cx.at, from_ns, to_ns, delay_ns });
+        true
+    }
+
+    /// A frame during the silence. Error frames are what a change of the bit rate looks like.
+    pub fn heard(&mut self, now_ns: i64, findings: &mut Withheld, cx: &mut Context<'_>) {
+        let Some(silence) = self.silence.take_if(|silence| silence.from_ns <= now_ns) else { return };
+        if now_ns >= silence.to_ns {
+            return;
+        }
+        let own = cx.events.first().filter(|event| event.at == cx.at);
+        match own.map(|Event { what, .. }| what) {
+            None | Some(What::Message(Message::ErrorFrame)) => self.silence = Some(silence),
+            Some(_) => {
+                let elapsed = now_ns.saturating_sub(silence.at.t_ns.unwrap_or(now_ns));
+                let what = Lss008::Frame { elapsed, silence: silence.delay_ns.saturating_mul(2) };
+                findings.raise(what, None, Some(silence.at), cx);
+            }
+        }
+    }
+
+    /// It is `now_ns`: whether it should be activated, or at least stored, by now.
+    pub fn advance(&mut self, now_ns: i64, findings: &mut Withheld, cx: &mut Context<'_>) {
+        let overdue = |accepted: &mut Accepted| accepted.until_ns.is_some_and(|until| until <= now_ns);
+        if let Some(Accepted { at, stored: false, .. }) = self.accepted.take_if(overdue) {
+            findings.raise_timed(Code::Lss006, None, Some(at), cx);
+        }
+    }
+
+    /// When something becomes due, in ns.
+    pub fn due(&self) -> Option<i64> {
+        let silence = self.silence.as_ref().map(|silence| silence.from_ns);
+        self.accepted.as_ref().and_then(|accepted| accepted.until_ns).into_iter().chain(silence).min()
+    }
+}

@@ -1,0 +1,294 @@
+//! One node's state, as far as the capture shows it: what it has shown, what was commanded, and what is still unexplained.
+//!
+//! It must not look at other nodes, or at the bus: that is `nmt`.
+
+use super::RESETS_NS;
+use crate::context::Context;
+use crate::finding::Finding;
+use crate::frame::FrameRef;
+use crate::rules::nmt::Nmt002;
+use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+
+/// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most once.
+const SELF_START_NS: i64 = 5_000_000_000;
+
+/// An emergency within this time, or number of frames, before a change of state explains it (1029h), in ns.
+const EMERGENCY_NS: i64 = 1_000_000_000;
+const EMERGENCY_FRAMES: u64 = 10;
+/// A boot-up this soon after a reset was sent before the node saw it, in ns.
+const SENT_NS: i64 = 1_000_000;
+
+/// One node's state, as far as the capture shows it.
+#[derive(Debug, Default)]
+pub(super) struct NodeState {
+    /// It has sent something of its own, and its last frame; `None`: none since a gap.
+    pub(super) present: bool,
+    pub(super) heard: Option<FrameRef>,
+    /// A master commands or configures it: it is not the master itself.
+    pub(super) managed: bool,
+    pub(super) reports: Reports,
+    /// The last command, until the node has obeyed it.
+    pub(super) command: Option<Command>,
+    /// States that were commanded since the node last showed one that was: bit 0 Stopped, 1 Operational, 2
+    /// Pre-operational.
+    pub(super) allowed: u8,
+    pub(super) boots: Boots,
+    pub(super) reset: Reset,
+    /// LSS has given this node-ID, and no node has booted with it yet.
+    pub(super) given: bool,
+    /// Its last emergency, other than that an error is over.
+    pub(super) emergency: Option<FrameRef>,
+    /// A change that it explained: the state before, and what would have been reported.
+    pub(super) excused: Option<(u8, Finding)>,
+    pub(super) suspect: Option<Suspect>,
+}
+
+/// The states that a node has shown since its last boot-up.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Reports {
+    /// The last state, and the frame that showed it first.
+    pub(super) first: Option<(u8, FrameRef)>,
+    /// The last frame that has shown a state, and how many have.
+    pub(super) last: Option<FrameRef>,
+    pub(super) count: u8,
+    /// A change without command was reported, and the state has not been shown twice since.
+    pub(super) unsettled: bool,
+}
+
+/// A node's boot-ups.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Boots {
+    pub(super) last: Option<FrameRef>,
+    /// The last one that nothing explains, other than the first.
+    pub(super) unexplained: Option<FrameRef>,
+}
+
+/// Resets of a node by command.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Reset {
+    /// Those that no boot-up has answered yet, and the last of all.
+    pub(super) count: u8,
+    pub(super) at: Option<FrameRef>,
+    pub(super) specifier: u8,
+    /// The last of them still awaits its boot-up.
+    pub(super) awaited: bool,
+    /// Since it, the node has shown a state, or something that cannot be read and may be its boot-up.
+    pub(super) heard: bool,
+}
+
+/// A command that awaits its effect.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Command {
+    pub(super) state: u8,
+    pub(super) specifier: u8,
+    pub(super) at: FrameRef,
+    /// It was addressed to this node, or to all and the node is not the master itself.
+    pub(super) sure: bool,
+    /// Frames since that have shown another state, and the first of them.
+    pub(super) wrong: u8,
+    pub(super) first: Option<FrameRef>,
+    pub(super) judged: bool,
+}
+
+impl Command {
+    pub(super) const fn new(state: u8, specifier: u8, at: FrameRef, sure: bool) -> Self {
+        Self { state, specifier, at, sure, wrong: 0, first: None, judged: false }
+    }
+}
+
+/// What looks spontaneous and may still be explained.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Suspect {
+    pub(super) at: FrameRef,
+    pub(super) what: Spontaneous,
+    /// The frame may be one that stands in the capture a second time.
+    pub(super) duplicate: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Spontaneous {
+    /// `wait_ns`: how long it may yet turn out to be of two nodes in turns.
+    Change {
+        from: u8,
+        to: u8,
+        wait_ns: i64,
+    },
+    BootUp {
+        last: FrameRef,
+    },
+    /// The last boot-up is not in the capture, but the node was running.
+    Restart {
+        last: FrameRef,
+    },
+    TwoBootUps {
+        last: FrameRef,
+    },
+}
+
+impl NodeState {
+    /// Resets that a boot-up has answered long ago explain no further one.
+    pub(super) fn forget_answered_resets(&mut self, at: FrameRef) {
+        let answered = self.boots.last.zip(self.reset.at).is_some_and(|(boot_up, reset)| boot_up.no > reset.no);
+        if answered && at.since(self.reset.at).is_some_and(|age| age > RESETS_NS) {
+            self.reset.count = 0;
+        }
+    }
+
+    /// It boots: what it has shown before counts no more.
+    pub(super) fn boot(&mut self, at: FrameRef) {
+        let crossed = at.since(self.reset.at).is_some_and(|age| age < SENT_NS);
+        let count = self.reset.count.saturating_sub(u8::from(!crossed));
+        *self = Self {
+            present: true,
+            heard: Some(at),
+            managed: self.managed || self.reset.awaited,
+            boots: Boots { last: Some(at), unexplained: None },
+            reset: Reset { count, at: self.reset.at, ..Reset::default() },
+            emergency: self.emergency,
+            suspect: self.suspect,
+            ..Self::default()
+        };
+    }
+
+    /// Whether an emergency explains a change of state.
+    pub(super) fn has_emergency(&self, changed: FrameRef) -> bool {
+        let before =
+            |at: FrameRef| changed.since(at).map_or(at.no + EMERGENCY_FRAMES >= changed.no, |age| age <= EMERGENCY_NS);
+        self.emergency.is_some_and(before)
+    }
+
+    /// Takes a command. Says whether it explains what was suspected.
+    pub(super) fn commanded(
+        &mut self,
+        node: u8,
+        (state, specifier, explicit): (u8, u8, bool),
+        cx: &mut Context<'_>,
+    ) -> bool {
+        let at = cx.at;
+        self.managed |= explicit;
+        self.restarted_silently(node, cx);
+        let explains = self.suspect.is_some_and(|suspect| match suspect.what {
+            // Some boot without a word.
+            Spontaneous::Change { to, .. } => state == to || (state == 0 && to == PRE_OPERATIONAL),
+            _ => state == 0,
+        });
+        if explains {
+            self.suspect = None;
+        }
+        // A reset just after a boot-up may have been sent before it, to a node that was not there yet.
+        let crossed = state == 0 && self.boots.last.is_some_and(|boot| !cx.evidence.recording.is_settled(boot, at));
+        let sure = (explicit || self.managed) && !crossed;
+        let command = Command::new(state, specifier, at, sure);
+        if state == 0 {
+            if explains {
+                return true;
+            }
+            self.reset.count = (self.reset.count + 1).min(3);
+            (self.reset.at, self.reset.specifier) = (Some(at), specifier);
+            (self.reset.awaited, self.reset.heard) = (true, false);
+            self.allowed = bits_of(0);
+            self.command = Some(command);
+            return false;
+        }
+        self.allowed |= bit(state);
+        let there = self.reports.first.is_some_and(|(shown, _)| shown == state) && (explains || self.command.is_none());
+        self.command = Some(command).filter(|_| !there);
+        if there {
+            self.allowed = 0;
+        }
+        explains
+    }
+
+    /// Whether a reset must be followed by a boot-up: not where one came just before it, which may be its answer.
+    pub(super) fn owes_boot_up(&self, explicit: bool, cx: &Context<'_>) -> bool {
+        let answered = self.boots.last.is_some_and(|boot_up| !cx.evidence.recording.is_settled(boot_up, cx.at));
+        self.heard.is_some()
+            && self.reset.awaited
+            && !answered
+            && (explicit || self.managed || self.boots.last.is_some())
+    }
+
+    /// The next command comes. A node that was in another state and is Pre-operational since the reset was reset, and its
+    /// boot-up is missing.
+    fn restarted_silently(&mut self, node: u8, cx: &mut Context<'_>) {
+        let Some(command) = self.command.filter(|command| command.state == 0 && command.sure && !command.judged) else {
+            return;
+        };
+        let fresh = self.reports.first.filter(|(state, at)| *state == PRE_OPERATIONAL && at.no > command.at.no);
+        if let (Some((state, _)), true, Some(first)) = (fresh, command.wrong > 1, command.first) {
+            self.reset.awaited = false;
+            let what = Nmt002::NoBootUp { command: command.specifier, found: state };
+            let finding = cx.verdict(what, Some(node), None, Some(command.at));
+            cx.report(Finding { at: first, ..finding });
+        }
+    }
+
+    /// Compares a state that is shown with the last command.
+    pub(super) fn obeys(&mut self, node: u8, state: u8, period_ns: Option<i64>, cx: &mut Context<'_>) {
+        let Some(command) = &mut self.command else { return };
+        if command.state == state {
+            (self.command, self.allowed) = (None, 0);
+            return;
+        }
+        if command.judged {
+            return;
+        }
+        self.reset.heard |= command.state == 0;
+        command.wrong = command.wrong.saturating_add(1);
+        command.first = command.first.or(Some(cx.at));
+        // A device may store something before it obeys a reset.
+        let least = if command.state == 0 { RESETS_NS } else { 0 };
+        let late = match (cx.at.since(command.at), period_ns) {
+            (Some(age), Some(period)) => {
+                command.wrong > 1 && age > period.saturating_mul(2).saturating_add(period / 10).max(least)
+            }
+            (Some(age), None) => command.wrong > 2 && age > least,
+            (None, _) => command.wrong > 2,
+        };
+        if !late {
+            return;
+        }
+        command.judged = true;
+        let Command { state: expected, specifier, at, sure, .. } = *command;
+        if expected == 0 {
+            // It goes on as it was.
+            (self.reset.awaited, self.allowed) = (false, 0);
+        }
+        if sure {
+            let (command, found) = (specifier, state);
+            let no_boot_up = Nmt002::NoBootUp { command, found };
+            let what = if expected == 0 { no_boot_up } else { Nmt002::Still { command, found } };
+            cx.raise(what, Some(node), None, Some(at));
+        }
+    }
+
+    /// Whether a change may be the node's own start: soon after its boot-up, or that of a master, which starts when
+    /// its slaves are ready.
+    pub(super) fn starts_itself(&self, from: u8, to: u8, at: FrameRef) -> bool {
+        if from != PRE_OPERATIONAL || to != OPERATIONAL || self.command.is_some() {
+            return false;
+        }
+        !self.managed
+            || self.reports.count <= 2
+                && at
+                    .since(self.boots.last)
+                    .map_or(self.boots.last.is_some_and(|boot| boot.no + 50 > at.no), |age| age < SELF_START_NS)
+    }
+}
+
+pub(super) const fn bit(state: u8) -> u8 {
+    match state {
+        STOPPED => 1,
+        OPERATIONAL => 2,
+        PRE_OPERATIONAL => 4,
+        _ => 0,
+    }
+}
+
+/// The states that a command may lead to; 0: a reset.
+pub(super) const fn bits_of(commanded: u8) -> u8 {
+    match commanded {
+        0 => bit(STOPPED) | bit(OPERATIONAL) | bit(PRE_OPERATIONAL),
+        state => bit(state),
+    }
+}

@@ -1,0 +1,161 @@
+//! Whether a PDO is as long as its mapping (CiA 301, 7.5.2.36 and 7.5.2.38).
+//!
+//! A receiver does not process a PDO that is shorter than its mapping, and ignores what is beyond it. Only a mapping
+//! that the capture, an option or a DCF shows is trusted: against an EDS the device may have been configured before the
+//! capture began. It must not judge whose fault the difference is.
+
+use std::collections::BTreeMap;
+
+use super::series::Series;
+use crate::configuration::Provenance;
+use crate::context::Context;
+use crate::event::Signals;
+use crate::finding::{Code, Finding, Verdict};
+use crate::frame::{Frame, Kind};
+use crate::node::{Node, PerNode};
+use crate::rules::description::Eds001;
+use crate::rules::pdo::{Pdo001, Pdo006, Pdo012};
+use crate::services::pdo::{communication_parameter, mapping_parameter};
+use crate::services::sdo::wire::Mux;
+
+/// Lengths of a CAN FD frame beyond eight bytes: what lies between is filled up.
+const FD_LENGTHS: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
+/// Most bits of a classic PDO. A longer mapping is at fault itself.
+const CLASSIC_BITS: u16 = 64;
+/// Frames after that with which a mapping was known that may have been under way before it.
+const UNDER_WAY: u64 = 1;
+
+/// What bears on how far a mapping is trusted.
+#[derive(Debug, Default)]
+pub struct PdoLength {
+    /// Frames were lost after this one: what was observed before may no longer hold.
+    lost: Option<u64>,
+    nodes: PerNode<Lengths>,
+}
+
+/// What is known of the PDOs of a node.
+#[derive(Debug, Default)]
+struct Lengths {
+    /// Its last reset or boot-up.
+    reset: Option<u64>,
+    /// TPDOs and RPDOs 1 to 64 that were as long as their mapping since then, one bit each.
+    fitted: [u64; 2],
+    /// Those that were not, by direction, number and rule.
+    wrong: BTreeMap<(bool, u16, Code), Series>,
+}
+
+/// A PDO that is not as long as its mapping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Misfit {
+    found: u64,
+    mapped: u64,
+    from: Provenance,
+    /// The mapping is that of a receiver: its node-ID and RPDO.
+    consumer: Option<(u8, u16)>,
+}
+
+/// Compares a frame with the mapping by which it is decoded.
+pub fn misfit(content: &Signals, frame: &Frame) -> Option<Misfit> {
+    let (mapping, from, consumer) = match content {
+        Signals::Mapped(mapping, from) => (mapping, *from, None),
+        Signals::ByConsumer(mapping, from, node, number) => (mapping, *from, Some((*node, *number))),
+        Signals::None(_) => return None,
+    };
+    let (found, mapped) = (usize::from(frame.len), mapping.bytes());
+    if found == mapped || mapped == 0 {
+        return None;
+    }
+    match frame.kind {
+        Kind::Fd { .. } if FD_LENGTHS.iter().find(|length| **length >= mapped) == Some(&found) => return None,
+        Kind::Data if mapping.bits > CLASSIC_BITS => return None,
+        _ => {}
+    }
+    Some(Misfit { found: found as u64, mapped: mapped as u64, from, consumer })
+}
+
+impl PdoLength {
+    /// Raises what a frame of a node's PDO showed.
+    pub fn judge(
+        &mut self,
+        transmit: bool,
+        number: u16,
+        node: u8,
+        known: Option<&Node>,
+        misfit: Misfit,
+        cx: &mut Context<'_>,
+    ) {
+        let Misfit { found, mapped, from, consumer } = misfit;
+        let lengths = self.nodes.get(consumer.map_or(node, |(consumer, _)| consumer));
+        // A device may have stored another mapping than the EDS's default, unless it was seen to keep to that.
+        let (place, bit) = bit(transmit, number);
+        let kept = lengths.is_some_and(|known| known.fitted.get(place).is_some_and(|set| set & bit != 0));
+        // What was only read before a reset may have been written before the capture and be gone since; what was written
+        // may have outlived a reset of communication. A frame that fitted since then has shown which.
+        let reset = lengths.and_then(|lengths| lengths.reset).filter(|_| !kept || consumer.is_some());
+        let doubted = |known| self.lost.is_some_and(|lost| known <= lost) || reset.is_some_and(|reset| known <= reset);
+        if let Provenance::Observed(known) = from
+            && (cx.at.no <= known.saturating_add(UNDER_WAY) || doubted(known))
+        {
+            return;
+        }
+        let trusted = from > Provenance::Eds;
+        if !trusted && (consumer.is_some() || known.is_none_or(|known| mixed(known, transmit, number))) {
+            return;
+        }
+        let consumer = consumer.map(|(consumer, number)| (u64::from(consumer), (false, number)));
+        let what: Verdict = match (trusted, found < mapped, consumer) {
+            (false, ..) if kept => Pdo012::Length { found, mapped }.into(),
+            (false, ..) => Eds001::PdoLength { found, mapped }.into(),
+            (true, true, None) => Pdo001::Length { found, mapped }.into(),
+            (true, true, Some((consumer, pdo))) => Pdo001::OfConsumer { found, mapped, consumer, pdo }.into(),
+            (true, false, None) => Pdo006::Length { found, mapped }.into(),
+            (true, false, Some((consumer, pdo))) => Pdo006::OfConsumer { found, mapped, consumer, pdo }.into(),
+        };
+        let object = Mux { index: communication_parameter(transmit, number), sub: 0 };
+        let because_of = self.nodes.entry(node).wrong.entry((transmit, number, what.code)).or_default().fault(cx.at);
+        let finding = cx.verdict(what, Some(node), Some(object), None);
+        cx.report(Finding { because_of, ..finding });
+    }
+
+    /// A frame of a node's PDO is as long as its mapping.
+    pub fn fitted(&mut self, transmit: bool, number: u16, node: u8) {
+        let (place, bit) = bit(transmit, number);
+        let lengths = self.nodes.entry(node);
+        if let Some(set) = lengths.fitted.get_mut(place) {
+            *set |= bit;
+        }
+        for (_, wrong) in lengths.wrong.iter_mut().filter(|(name, _)| (name.0, name.1) == (transmit, number)) {
+            wrong.keep();
+        }
+    }
+
+    /// A node (or all) was reset.
+    pub fn reset(&mut self, node: Option<u8>, cx: &Context<'_>) {
+        let nodes = match node {
+            Some(node) => node..=node,
+            None => 1..=127,
+        };
+        for node in nodes {
+            *self.nodes.entry(node) = Lengths { reset: Some(cx.at.no), ..Lengths::default() };
+        }
+    }
+
+    /// Frames of the bus were lost.
+    pub fn lost(&mut self, cx: &Context<'_>) {
+        self.lost = Some(cx.at.no);
+        for (_, lengths) in self.nodes.iter_mut() {
+            lengths.fitted = [0; 2];
+        }
+    }
+}
+
+/// Whether some of the mapping is known from elsewhere than the EDS: then the whole of it is not known.
+fn mixed(node: &Node, transmit: bool, number: u16) -> bool {
+    let index = mapping_parameter(transmit, number);
+    node.configuration.is_beyond_eds(index)
+}
+
+/// The place of a PDO in [`Lengths::fitted`]; none beyond 64.
+fn bit(transmit: bool, number: u16) -> (usize, u64) {
+    (usize::from(transmit), 1_u64.checked_shl(u32::from(number.saturating_sub(1))).unwrap_or(0))
+}

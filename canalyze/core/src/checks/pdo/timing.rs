@@ -1,0 +1,246 @@
+//! When event-driven PDOs come: the inhibit time, the event timer, and the deadline of an RPDO (CiA 301, 7.5.2.35
+//! and .37).
+//!
+//! Nothing is judged by what an EDS presets, nor of a node that was commanded not to send. What is not recorded is no
+//! breach: where the whole bus was silent, a timer runs on from the end of the silence. It must not know the mapping.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::series::Series;
+use crate::configuration::Provenance;
+use crate::context::Context;
+use crate::evidence::obligation::Owed;
+use crate::evidence::{Obligations, Rules, When};
+use crate::finding::{Finding, Verdict};
+use crate::node::Pdo;
+use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
+use crate::services::pdo::communication_parameter;
+use crate::services::sdo::wire::Mux;
+
+/// What a node's own timers are off by, in ns and as a part of the time: it counts in ticks of 1 ms, by an oscillator
+/// that differs from the recorder's by up to 1 %.
+const TICK_NS: i64 = 1_000_000;
+const CLOCK_PART: i64 = 100;
+/// How late a node on a PC is, whose programs wait for their turn, in ns: less is no missing PDO.
+const HELD_UP_NS: i64 = 10_000_000;
+/// Gaps after which it is known how punctual a sender is. Until then it may be late by half its period under load.
+const KNOWN: u32 = 5;
+/// The part of its period that a punctual sender may be late by, and how many times its usual lateness.
+const PUNCTUAL_PART: i64 = 6;
+const USUAL: i64 = 3;
+/// NMT command: start remote node.
+const START: u8 = 1;
+/// NMT state: Operational.
+const OPERATIONAL: u8 = 5;
+/// Transmission types from this one on are event-driven.
+const EVENT_DRIVEN: u8 = 254;
+
+/// A PDO: its node, whether it is a TPDO, its number.
+type Name = (u8, bool, u16);
+
+/// Event-driven PDOs of a bus and when they came.
+#[derive(Debug, Default)]
+pub struct PdoTiming {
+    sent: BTreeMap<Name, Sent>,
+    /// The next frame of each, by its event timer or deadline.
+    due: Obligations<Name>,
+    /// Nodes that were commanded not to send, or report themselves that they do not.
+    halted: BTreeSet<u8>,
+}
+
+/// The last frame of a PDO.
+#[derive(Debug)]
+struct Sent {
+    /// `None`: it was stopped since.
+    when: Option<When>,
+    /// By how much it may have been stamped late, in ns.
+    late_ns: i64,
+    /// A remote frame has asked for the next one.
+    requested: bool,
+    /// Its event timer or deadline in ns; 0: none.
+    timer_ns: i64,
+    /// By how much it usually exceeds that, in ns, and in how many gaps that was seen.
+    usual_ns: i64,
+    gaps: u32,
+    /// Frames within the inhibit time, and frames that came late.
+    early: Series,
+    overdue: Series,
+}
+
+impl PdoTiming {
+    /// A data frame of a PDO.
+    pub fn sent(&mut self, node: u8, pdo: &Pdo, cx: &mut Context<'_>) {
+        let event_driven = pdo.transmission.is_some_and(|(kind, from)| kind >= EVENT_DRIVEN && !from.is_doubted());
+        if !event_driven || cx.at.t_ns.is_none() {
+            return;
+        }
+        let name = (node, pdo.transmit, pdo.number);
+        let inhibit = pdo.inhibit.filter(|_| pdo.transmit).map_or(0, trusted) * 100_000;
+        let timer = pdo.event_timer.map_or(0, trusted) * 1_000_000;
+        if let Some(owed) = self.due.met(name)
+            && !self.overdue(name, owed, cx)
+            && let Some(sent) = self.sent.get_mut(&name)
+        {
+            sent.overdue.keep();
+        }
+        let late_ns = cx.evidence.recording.shortens_ns(cx.when, inhibit);
+        match self.sent.get_mut(&name) {
+            Some(sent) => {
+                sent.timer_ns = timer;
+                sent.follow(name, inhibit, late_ns, cx);
+            }
+            None => {
+                let (early, overdue) = (Series::default(), Series::default());
+                let (requested, usual_ns, gaps) = (false, 0, 0);
+                let sent =
+                    Sent { when: Some(cx.when), late_ns, requested, timer_ns: timer, usual_ns, gaps, early, overdue };
+                self.sent.insert(name, sent);
+            }
+        }
+        if timer > 0
+            && !self.halted.contains(&node)
+            && let Some(sent) = self.sent.get(&name)
+        {
+            self.due.open(name, Owed { since: cx.when, limit_ns: sent.patience(pdo.transmit), why: None });
+        }
+    }
+
+    /// A remote frame that asks for a TPDO: its answer is not bound to the inhibit time.
+    pub fn requested(&mut self, node: u8, number: u16) {
+        if let Some(sent) = self.sent.get_mut(&(node, true, number)) {
+            sent.requested = true;
+        }
+    }
+
+    /// A frame has come: which PDOs should have come before it.
+    pub fn advance(&mut self, cx: &mut Context<'_>) {
+        for (name, owed) in self.due.due(cx.when, &cx.evidence.recording) {
+            if !self.overdue(name, owed, cx) {
+                // Only the silence of the bus was too long: it is owed from its end on.
+                self.due.open(name, Owed { since: cx.when, ..owed });
+            }
+        }
+    }
+
+    /// Reports that the next frame of a PDO has not come by the frame at hand, where that is certain.
+    fn overdue(&mut self, name: Name, owed: Owed, cx: &mut Context<'_>) -> bool {
+        let (node, transmit, number) = name;
+        let recording = &cx.evidence.recording;
+        let Some(sent) = self.sent.get_mut(&name) else { return false };
+        let Some(last) = sent.when else { return false };
+        let Some(gap) = recording.between(last, cx.when) else { return false };
+        // While the bus is silent one frame may wait with the recorder, but not two.
+        let silent = cx.when.silent_ns >= gap - sent.timer_ns;
+        let limit =
+            if silent { owed.limit_ns.max(2 * sent.timer_ns - tolerance(sent.timer_ns)) } else { owed.limit_ns };
+        let excused = cx.evidence.circumstances.excuse(Rules::EventPdo, Some(node), owed.since, recording).is_some();
+        if excused || !recording.certainly_later(cx.when, owed.since, limit) {
+            return false;
+        }
+        let object = Mux { index: communication_parameter(transmit, number), sub: 5 };
+        let (found, limit) = (gap, sent.timer_ns);
+        let deadline = || Pdo013::Overdue { found, limit }.into();
+        let what: Verdict = if transmit { Pdo005::Overdue { found, limit }.into() } else { deadline() };
+        let finding = cx.verdict(what, Some(node), Some(object), Some(last.at));
+        cx.report_of_node(Finding { because_of: sent.overdue.fault(cx.at), ..finding });
+        true
+    }
+
+    /// An NMT command to a node, or to all.
+    pub fn commanded(&mut self, node: Option<u8>, command: u8) {
+        let nodes = node.map_or(1..=127, |node| node..=node);
+        if command == START {
+            self.halted.retain(|halted| !nodes.contains(halted));
+        } else {
+            self.halted.extend(nodes);
+            self.pause(node);
+        }
+    }
+
+    /// A node shows its NMT state; 0: its boot-up.
+    pub fn state(&mut self, node: u8, state: u8) {
+        if matches!(state, 0 | OPERATIONAL) {
+            self.halted.remove(&node);
+        } else {
+            self.halted.insert(node);
+        }
+        if state != OPERATIONAL {
+            self.pause(Some(node));
+        }
+    }
+
+    /// One node, or all, were stopped: when they send next is not known, but how punctually.
+    fn pause(&mut self, node: Option<u8>) {
+        let concerned = |name: &Name| node.is_none_or(|node| node == name.0);
+        self.sent.iter_mut().filter(|(name, _)| concerned(name)).for_each(|(_, sent)| sent.when = None);
+        self.due.void(concerned);
+    }
+
+    /// What was seen so far of one node, or of all, does not count: it was reset, or frames were lost.
+    pub fn forget(&mut self, node: Option<u8>) {
+        let concerned = |name: &Name| node.is_none_or(|node| node == name.0);
+        self.sent.retain(|name, _| !concerned(name));
+        self.due.void(concerned);
+    }
+
+    /// A parameter of a PDO was written.
+    pub fn reconfigured(&mut self, node: u8, transmit: bool, number: u16) {
+        self.sent.remove(&(node, transmit, number));
+        self.due.met((node, transmit, number));
+    }
+}
+
+impl Sent {
+    /// How long the next frame may take by its event timer, or by an RPDO's deadline, in ns.
+    fn patience(&self, transmit: bool) -> i64 {
+        let timer_ns = self.timer_ns;
+        let late_ns = match (transmit, self.gaps) {
+            (false, _) => timer_ns / 10,
+            (true, ..KNOWN) => timer_ns / 2,
+            (true, _) => (timer_ns / PUNCTUAL_PART).max(USUAL * self.usual_ns).min(timer_ns / 2),
+        };
+        timer_ns + HELD_UP_NS.max(late_ns)
+    }
+
+    /// The PDO comes again, with the frame at hand.
+    fn follow(&mut self, (node, transmit, number): Name, inhibit: i64, late_ns: i64, cx: &mut Context<'_>) {
+        let requested = std::mem::take(&mut self.requested);
+        let Some(before) = self.when.replace(cx.when) else {
+            self.late_ns = late_ns;
+            return;
+        };
+        let recording = &cx.evidence.recording;
+        let gap = recording.between(before, cx.when).filter(|gap| *gap >= 0);
+        if let Some(gap) = gap.filter(|_| recording.teaches(before) && recording.teaches(cx.when)) {
+            let late = (gap - self.timer_ns).clamp(0, self.timer_ns / 2);
+            self.usual_ns = late.max(self.usual_ns - self.usual_ns / 16);
+            self.gaps = self.gaps.saturating_add(1);
+        }
+        let Some(gap) = gap.filter(|_| inhibit > 0 && !requested) else {
+            self.late_ns = late_ns;
+            return;
+        };
+        let tolerance = tolerance(inhibit);
+        let limit = inhibit - tolerance - self.late_ns;
+        // It is as late as the one before, but for what it came too late or too early.
+        // A frame that was stamped late shortens one gap, not every gap.
+        self.late_ns = (self.late_ns / 2).saturating_add(gap - inhibit).clamp(0, late_ns);
+        if !cx.evidence.recording.certainly_within(cx.when, before, limit) {
+            return self.early.keep();
+        }
+        let object = Mux { index: communication_parameter(transmit, number), sub: 3 };
+        let what = Pdo004::TooClose { found: gap, limit: inhibit, tolerance };
+        let finding = cx.verdict(what, Some(node), Some(object), Some(before.at));
+        cx.report_timed(Finding { because_of: self.early.fault(cx.at), ..finding });
+    }
+}
+
+/// By how much a node's timer may be off, in ns.
+pub fn tolerance(time_ns: i64) -> i64 {
+    TICK_NS + time_ns / CLOCK_PART
+}
+
+/// A time that is in use and is more than an EDS's preset; 0: none.
+fn trusted((value, from): (u16, Provenance)) -> i64 {
+    if from > Provenance::Eds { i64::from(value) } else { 0 }
+}

@@ -1,0 +1,96 @@
+//! What nodes are configured to do with SYNC, against each other and against the traffic: 1005h, 1006h, 1007h.
+//!
+//! A configurator writes one object after the other: what is written is judged once nothing more has come for some
+//! SYNCs. It must not look at the SYNCs themselves: `period` does.
+
+use super::period::SyncPeriod;
+use super::settings::{Settings, ns};
+use crate::configuration::Provenance;
+use crate::context::Context;
+use crate::frame::FrameRef;
+use crate::node::{Node, PerNode};
+use crate::rules::sync::{Syn003, Syn006, Syn007};
+use crate::services::sdo::wire::Mux;
+
+/// A configured period differs from the one that shows by more than this part of it: clocks may be 1 % apart.
+const DIFFERS: i64 = 40;
+/// SYNCs after which the configuration is taken as complete: a configurator writes one object after the other.
+const SETTLED: u64 = 2;
+
+/// What is still to be judged.
+#[derive(Debug, Default)]
+pub struct Configured {
+    /// Nodes whose 1005h, 1006h or 1007h is another one, by which frame, in which cycle.
+    written: Vec<(u8, FrameRef, u64)>,
+    /// A configured period was compared with the traffic.
+    pub compared: bool,
+}
+
+impl Configured {
+    /// 1005h, 1006h or 1007h of a node is another one.
+    pub fn write(&mut self, node: u8, at: FrameRef, cycle: u64) {
+        match self.written.iter_mut().find(|(other, ..)| *other == node) {
+            Some(entry) => *entry = (node, at, cycle),
+            None => self.written.push((node, at, cycle)),
+        }
+    }
+
+    /// Configured periods against the one that shows.
+    pub fn compare(&mut self, settings: &Settings, period: &SyncPeriod, cx: &mut Context<'_>) {
+        if self.compared || settings.periods.is_empty() {
+            return;
+        }
+        let Some((period, uncertain)) = period.mean_ns(&cx.evidence.recording) else { return };
+        for (node, configured) in &settings.periods {
+            if configured.abs_diff(period) > (configured / DIFFERS).saturating_add(uncertain).unsigned_abs() {
+                let object = node.map(|_| Mux { index: 0x1006, sub: 0 });
+                self.compared = true;
+                cx.raise(Syn003::NotConfigured { period, expected: *configured }, *node, object, None);
+            }
+        }
+    }
+
+    /// What was written, once the configuration has settled.
+    pub fn judge(&mut self, settings: &Settings, cycle: u64, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        if self.written.is_empty() {
+            return;
+        }
+        let mut written = std::mem::take(&mut self.written);
+        let mut two: Option<(FrameRef, u8, u8)> = None;
+        written.retain(|(node, at, since)| {
+            if cycle < since.saturating_add(SETTLED) {
+                return true;
+            }
+            let observed = |index| {
+                let value = nodes.get(*node)?.value(index, 0);
+                value.filter(|(us, from)| *us > 0 && *from > Provenance::Option).map(|(us, _)| ns(us))
+            };
+            let cause = Some(*at).filter(|at| at.no != cx.at.no);
+            let period = observed(0x1006).or(settings.period_ns);
+            if let (Some(window), Some(period)) = (observed(0x1007), period)
+                && window >= period
+            {
+                let object = Some(Mux { index: 0x1007, sub: 0 });
+                cx.raise(Syn007::Window { window, period }, Some(*node), object, cause);
+            }
+            let producers = &settings.producers;
+            let other = producers.iter().find(|other| *other != node && active(nodes, **other));
+            if let Some(other) = other.filter(|_| producers.contains(node) && active(nodes, *node)) {
+                // Of two that were written, the later one.
+                two = two.filter(|(before, ..)| before.no > at.no).or(Some((*at, *node, *other)));
+            }
+            false
+        });
+        self.written = written;
+        if let Some((at, node, other)) = two {
+            let object = Some(Mux { index: 0x1005, sub: 0 });
+            let cause = Some(at).filter(|at| at.no != cx.at.no);
+            cx.raise(Syn006::Configured { other: other.into() }, Some(node), object, cause);
+        }
+    }
+}
+
+/// Whether a producer has a period: without one it sends nothing.
+fn active(nodes: &PerNode<Node>, node: u8) -> bool {
+    nodes.get(node).and_then(|node| node.value(0x1006, 0)).is_some_and(|(us, from)| us > 0 && from > Provenance::Eds)
+}

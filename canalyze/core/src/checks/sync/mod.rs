@@ -1,0 +1,401 @@
+//! SYNC (CiA 301, 7.2.5): its length and counter, its period, and how many producers there are.
+//!
+//! The gaps between SYNCs are `period`'s, the counter's values `counter`'s, synchronous PDOs `window`'s,
+//! what is configured `settings`'; here frames are handed on to them, and what they show is reported. Two producers
+//! explain what is irregular then: it is reported as their consequence. It must not change what a frame means.
+
+pub mod configured;
+pub mod counter;
+mod follower;
+pub mod jitter;
+pub mod length;
+pub mod period;
+pub mod settings;
+pub mod window;
+
+use self::configured::Configured;
+use self::counter::{Counter, Miscount};
+use self::follower::Follower;
+use self::length::Lengths;
+use self::period::{Irregular, Restart, SyncPeriod};
+use self::settings::Settings;
+use self::window::{SyncWindow, synchronous};
+use super::PdoName;
+use crate::cob_id::Role;
+use crate::context::Context;
+use crate::event::Placement;
+use crate::evidence::circumstance::Kind;
+use crate::finding::{Code, Finding, Verdict};
+use crate::frame::{CanId, Frame, FrameRef};
+use crate::message::{Flaw, Message};
+use crate::network::Network;
+use crate::node::{Node, Pdo, PerNode};
+use crate::rules::sync::{Syn001, Syn002, Syn003, Syn006, Syn011, Syn012, Syn013};
+use crate::services::heartbeat::OPERATIONAL;
+use crate::services::nmt::{PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP};
+use crate::services::sdo::wire::Mux;
+
+/// How long at least SYNC is missed before it is taken to have stopped, in ns, and how many periods.
+const SILENT_NS: i64 = 500_000_000;
+const SILENT_PERIODS: i64 = 10;
+/// Periods for which a finding waits for a second producer to show.
+const EXPLAINED: i64 = 8;
+/// The last node that a command may be sent to.
+const LAST_NODE: u8 = 127;
+
+/// SYNC on one bus.
+#[derive(Debug, Default)]
+pub struct Sync {
+    settings: Settings,
+    period: SyncPeriod,
+    follower: Follower,
+    counter: Counter,
+    window: SyncWindow,
+    /// The identifier of the SYNCs that are followed: the first one seen.
+    id: Option<CanId>,
+    lengths: Lengths,
+    configured: Configured,
+    /// The last SYNC whose counter had a gap before it.
+    miscounted: Option<u64>,
+    producer: Producer,
+    activity: Activity,
+    /// The period before the last change that was reported, in ns, and the frame of the change.
+    changed: Option<(i64, FrameRef)>,
+}
+
+/// Whether other frames come between SYNCs.
+#[derive(Debug, Default)]
+struct Activity {
+    /// The last frame of the bus, in ns.
+    last_ns: Option<i64>,
+    /// Its longest silence since the last SYNC, in ns.
+    silence_ns: i64,
+}
+
+/// Whether the producer still sends SYNC.
+#[derive(Debug, Default)]
+struct Producer {
+    /// It may have begun anew since the last SYNC, and why it may have been stopped.
+    restarted: bool,
+    stopped: Restart,
+    /// It was reported that SYNC has stopped, or that is not known.
+    ended: bool,
+}
+
+impl Sync {
+    /// SYNC on a bus of which nothing was seen.
+    pub fn new(network: &Network, nodes: &PerNode<Node>) -> Self {
+        let settings = Settings::compile(network, nodes);
+        Self { settings, period: SyncPeriod::new(network.jitter_ns), ..Self::default() }
+    }
+
+    /// The least synchronous window in force on the bus, in ns; `None` where there is none or none is known.
+    pub fn least_window_ns(&self) -> Option<i64> {
+        self.settings.least_window_ns
+    }
+
+    /// The cycle that runs; 0 before the first.
+    pub fn cycle(&self) -> u64 {
+        self.period.cycle()
+    }
+
+    /// Where a PDO stands in its SYNC cycle, if it is a synchronous one. `lag_ns`: how late SYNC may be listed.
+    pub fn place(&self, node: u8, pdo: Option<&Pdo>, frame: &Frame, lag_ns: i64) -> Option<Placement> {
+        let pdo = pdo.filter(|pdo| pdo.transmission.is_some_and(|(kind, _)| synchronous(kind)))?;
+        self.window.place(&self.period, node, pdo, frame.reference(), lag_ns)
+    }
+
+    /// A frame of any kind was heard.
+    pub fn heard(&mut self, now_ns: i64) {
+        if let Some(before) = self.activity.last_ns.replace(now_ns) {
+            self.activity.silence_ns = self.activity.silence_ns.max(now_ns.saturating_sub(before));
+        }
+    }
+
+    /// Takes a PDO of a node, known to be configured as `pdo`.
+    pub fn process_data(&mut self, name: PdoName, pdo: Option<&Pdo>, cx: &mut Context<'_>) {
+        let PdoName { transmit, number, node } = name;
+        if transmit && let Some(delay) = self.period.delay_ns(cx.at) {
+            self.follower.follow((node, number), self.cycle(), delay);
+        }
+        let followed = |pdo: &&Pdo| pdo.transmit && pdo.transmission.is_some_and(|(kind, _)| synchronous(kind));
+        if let Some(pdo) = pdo.filter(followed) {
+            let window_ns = self.settings.windows.get(usize::from(node)).copied().flatten();
+            self.window.arrived(&self.period, node, pdo, window_ns, cx);
+        }
+        if transmit {
+            self.judge_end(node, cx);
+        }
+    }
+
+    /// Takes a frame of any other service than SDO.
+    pub fn message(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        match *message {
+            Message::Sync { counter } => self.sync(counter, frame, nodes, cx),
+            Message::Malformed { role: Role::Sync, flaw: Flaw::Length { .. } } => {
+                cx.raise(Syn001::Length { found: frame.len.into() }, None, None, None);
+                self.sync(None, frame, nodes, cx);
+            }
+            Message::Nmt { command, node } if node <= LAST_NODE => {
+                let stops = match command {
+                    STOP => Restart::Hardly,
+                    START => Restart::None,
+                    PRE_OPERATIONAL if node == 0 => Restart::Configuring,
+                    PRE_OPERATIONAL => Restart::None,
+                    RESET_NODE | RESET_COMMUNICATION => Restart::Perhaps,
+                    _ => Restart::Likely,
+                };
+                let unread = !matches!(command, STOP | START | PRE_OPERATIONAL | RESET_NODE | RESET_COMMUNICATION);
+                self.restart(Some(node).filter(|node| *node != 0 && !unread), stops);
+            }
+            // What cannot be read may have been any command to any node.
+            Message::Nmt { .. } | Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => {
+                self.restart(None, Restart::Likely);
+            }
+            Message::BootUp { node } => self.restart(Some(node), Restart::Perhaps),
+            Message::Heartbeat { node, state: OPERATIONAL, .. } => {
+                self.window.alive(node, &self.period, cx);
+                self.judge_end(node, cx);
+            }
+            Message::Heartbeat { node, .. } => self.window.pause(Some(node)),
+            Message::PdoRequest { transmit: true, number, node } => self.window.asked(node, number),
+            _ => {}
+        }
+    }
+
+    /// An object of a node is known to hold another value.
+    pub fn configured(&mut self, node: u8, mux: Mux, network: &Network, nodes: &PerNode<Node>, at: FrameRef) {
+        let pdo = |number| nodes.get(node).and_then(|node| node.pdo(true, number));
+        match mux.index {
+            0x1005 | 0x1006 | 0x1007 | 0x1019 => {
+                if mux.index != 0x1019 {
+                    self.configured.write(node, at, self.period.cycle());
+                }
+                self.reconfigure(network, nodes);
+                (self.producer.restarted, self.producer.stopped) = (true, Restart::Likely);
+            }
+            0x1800..=0x19FF => self.window.reconfigured(node, mux.index - 0x17FF, pdo(mux.index - 0x17FF)),
+            0x1A00..=0x1BFF => self.window.reconfigured(node, mux.index - 0x19FF, pdo(mux.index - 0x19FF)),
+            _ => {}
+        }
+    }
+
+    /// The configuration of nodes is another one: after a reset, or by a concise DCF.
+    pub fn reconfigure(&mut self, network: &Network, nodes: &PerNode<Node>) {
+        let before = std::mem::replace(&mut self.settings, Settings::compile(network, nodes));
+        if before.period_ns != self.settings.period_ns {
+            self.period.forget();
+            self.configured.compared = false;
+        }
+        if before.overflow != self.settings.overflow || before.any_overflow != self.settings.any_overflow {
+            self.counter.reconfigured();
+            self.lengths.reconfigured();
+        }
+        self.id = None;
+        self.window.because_of = None;
+    }
+
+    /// Frames of the bus were lost.
+    pub fn lost(&mut self) {
+        self.period.broken();
+        self.producer.ended = true;
+        self.counter.forget();
+        self.window.pause(None);
+    }
+
+    /// The capture is over.
+    pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        if let Some(miscount) = self.counter.finish() {
+            self.report_miscount(miscount, cx);
+        }
+        if let Some(irregular) = self.period.finish(cx.at, &cx.evidence.recording) {
+            self.report_irregular(irregular, cx);
+        }
+        self.configured.judge(&self.settings, u64::MAX, nodes, cx);
+    }
+
+    /// A node, or all, got an NMT command or has booted.
+    fn restart(&mut self, node: Option<u8>, stops: Restart) {
+        if matches!(stops, Restart::Perhaps | Restart::Likely) {
+            self.window.restart(node);
+        } else {
+            self.window.pause(node);
+        }
+        let producer = node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
+        self.producer.restarted |= producer;
+        if producer && stops != Restart::None {
+            let certain = (node.is_none() && stops != Restart::Configuring) || self.settings.producer.is_some();
+            self.producer.stopped = self.producer.stopped.max(if certain { Restart::Likely } else { stops });
+        }
+    }
+
+    fn sync(&mut self, counter: Option<u8>, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+        if *self.id.get_or_insert(frame.id) != frame.id {
+            return;
+        }
+        let at = frame.reference();
+        let silent = self.period.delay_ns(at).is_some_and(|gap| self.activity.silence_ns > gap / 2);
+        let ended = std::mem::take(&mut self.producer.ended);
+        self.activity.silence_ns = 0;
+        let restarted = std::mem::take(&mut self.producer.restarted);
+        let stopped = std::mem::take(&mut self.producer.stopped);
+        let stopped = if ended { Restart::Likely } else { stopped };
+        let wrong = self.lengths.judge(frame.len, self.settings.any_overflow, restarted, cx);
+        let period = self.period.period_ns();
+        let long = period.zip(self.period.delay_ns(at)).is_some_and(|(period, gap)| gap > period + period / 2);
+        let spread_ns = self.follower.spread_ns(self.cycle());
+        let irregular = self.period.step(cx.when, (stopped, silent, spread_ns), &cx.evidence.recording);
+        match counter {
+            // What a SYNC of the wrong length carries is no counter.
+            Some(value) if !wrong => self.count(value, at, restarted || long || (silent && period.is_none()), cx),
+            _ => self.counter.forget(),
+        }
+        for one in irregular {
+            self.report_irregular(one, cx);
+        }
+        if self.cycle() == 1 {
+            self.window.first_sync(cx);
+        }
+        if self.period.is_single() && !self.counter.are_two() {
+            self.window.because_of = None;
+        }
+        if self.window.stood_still() && at.t_ns.is_none() {
+            self.period.disturbed();
+        }
+        self.configured.compare(&self.settings, &self.period, cx);
+        if at.t_ns.is_none() && self.settings.period_ns.is_some() && !self.window.set_reported() {
+            cx.raise(Syn011::NoStamps, None, None, None);
+        }
+        self.configured.judge(&self.settings, self.period.cycle(), nodes, cx);
+    }
+
+    /// Takes a counter value. `again`: the producer may have restarted with it.
+    fn count(&mut self, value: u8, at: FrameRef, again: bool, cx: &mut Context<'_>) {
+        let exact = self.settings.overflow.filter(|value| *value > 0);
+        for miscount in self.counter.step(value, at, exact, again).into_iter().flatten() {
+            if let Miscount::Gap { at, .. } = miscount {
+                self.miscounted = Some(at.no);
+            }
+            self.report_miscount(miscount, cx);
+        }
+    }
+
+    fn report_miscount(&mut self, miscount: Miscount, cx: &mut Context<'_>) {
+        let (at, what) = match miscount {
+            Miscount::Gap { found, expected, at } => {
+                (at, Syn002::Skipped { found: found.into(), expected: expected.into() })
+            }
+            Miscount::Outside { found, limit } => {
+                (cx.at, Syn002::OutOfRange { found: found.into(), limit: limit.into() })
+            }
+            Miscount::Two { found, expected, at } => {
+                if self.window.because_of.is_none() {
+                    let what = Syn006::Counters { found: found.into(), expected: expected.into() };
+                    self.two_producers(Finding { at, ..cx.verdict(what, None, None, None) }, cx);
+                }
+                return;
+            }
+        };
+        self.report(Finding { at, ..cx.verdict(what, None, None, None) }, cx);
+    }
+
+    /// Two producers: what waits and what comes is their doing.
+    fn two_producers(&mut self, finding: Finding, cx: &mut Context<'_>) {
+        self.window.because_of = Some(finding.at);
+        cx.evidence.circumstances.note(Kind::SyncBroken, None, cx.when);
+        cx.evidence.pending.explain(finding.at, is_of_sync);
+        cx.report(finding);
+    }
+
+    /// Reports what a second producer may explain.
+    fn report(&self, finding: Finding, cx: &mut Context<'_>) {
+        let period_ns = self.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
+        let finding = Finding { because_of: self.window.because_of, ..finding };
+        cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
+    }
+
+    /// A node is Operational, and no SYNC has come for long though the bus is alive.
+    fn judge_end(&mut self, node: u8, cx: &mut Context<'_>) {
+        if self.producer.ended || self.producer.stopped != Restart::None || !cx.evidence.recording.teaches(cx.when) {
+            return;
+        }
+        let (Some(last), Some(period)) = (self.period.sync(self.cycle()), self.period.period_ns()) else { return };
+        let limit = period.saturating_mul(SILENT_PERIODS).max(SILENT_NS);
+        let silence = self.period.delay_ns(cx.at).unwrap_or(0);
+        if self.activity.silence_ns > silence / 2 || !cx.evidence.recording.certainly_later(cx.when, last, limit) {
+            return;
+        }
+        self.producer.ended = true;
+        cx.evidence.circumstances.note(Kind::SyncBroken, None, cx.when);
+        cx.raise(Syn013::Stopped { silence, period }, Some(node), None, Some(last.at));
+    }
+
+    /// Reports what gaps between SYNCs have turned out to be.
+    fn report_irregular(&mut self, irregular: Irregular, cx: &mut Context<'_>) {
+        let period = self.period.period_ns().unwrap_or(0);
+        let tolerance = self.period.tolerance_ns(&cx.evidence.recording).unwrap_or(0);
+        let before = |cycle: u64| self.period.frame(cycle.saturating_sub(1));
+        let (cycle, cause, what): (_, _, Verdict) = match irregular {
+            Irregular::Late { gap_ns: gap, cycle, missing } => {
+                let at = self.period.frame(cycle);
+                if missing > 0 && at.is_some_and(|at| self.miscounted == Some(at.no)) {
+                    // The counter has shown it.
+                    return;
+                }
+                let what = match missing {
+                    ..=0 => Syn003::Late { gap, period, tolerance, missing: 1 },
+                    _ => Syn003::Missing { gap, period, tolerance, missing: missing.unsigned_abs() },
+                };
+                (cycle, before(cycle), what.into())
+            }
+            Irregular::CaughtUp { gap_ns: gap, cycle } => (cycle, None, Syn012::Late { gap, period }.into()),
+            Irregular::Extra { gap_ns: gap, cycle } => {
+                (cycle, before(cycle), Syn003::Early { gap, period, tolerance }.into())
+            }
+            Irregular::Two { short_ns: short, long_ns: long, cycle } => {
+                if self.window.because_of.is_none() {
+                    let what = Syn006::Interleaved { short, long, period };
+                    let finding = cx.verdict(what, None, None, before(cycle));
+                    let at = self.period.frame(cycle).unwrap_or(cx.at);
+                    self.two_producers(Finding { at, ..finding }, cx);
+                }
+                return;
+            }
+            Irregular::Changed { from_ns, to_ns, since } => return self.report_change(from_ns, to_ns, since, cx),
+            Irregular::Unsteady { off_ns, cycle } => (cycle, None, Syn003::Unsteady { jitter: off_ns, period }.into()),
+        };
+        let at = self.period.frame(cycle).unwrap_or(cx.at);
+        if let Some(sync) = self.period.sync(cycle).filter(|_| what.code == Code::Syn003) {
+            cx.evidence.circumstances.note(Kind::SyncBroken, None, sync);
+            cx.evidence.pending.explain(at, |finding| is_of_sync(finding) && is_of_pdo(finding));
+        }
+        self.report(Finding { at, ..cx.verdict(what, None, None, cause) }, cx);
+    }
+
+    /// The period is another one, and nothing was written that explains it. The way back follows from the change.
+    fn report_change(&mut self, from_ns: i64, to_ns: i64, since: FrameRef, cx: &mut Context<'_>) {
+        let back = self.changed.take().filter(|(before, _)| before.abs_diff(to_ns) <= before.unsigned_abs() / 32);
+        if back.is_none() {
+            self.changed = Some((from_ns, since));
+        }
+        cx.evidence.pending.explain(since, is_of_sync);
+        let finding = cx.verdict(Syn003::Changed { period: to_ns, expected: from_ns }, None, None, None);
+        let because_of = back.map(|(_, at)| at).or(self.window.because_of);
+        self.configured.compared = true;
+        self.window.restart(None);
+        cx.report(Finding { at: since, because_of, ..finding });
+    }
+}
+
+/// Whether a finding is about SYNC or a synchronous PDO.
+fn is_of_sync(finding: &Finding) -> bool {
+    matches!(
+        finding.code,
+        Code::Syn002 | Code::Syn003 | Code::Syn004 | Code::Syn008 | Code::Syn009 | Code::Syn010 | Code::Syn012
+    )
+}
+
+/// Whether a finding is about a PDO.
+fn is_of_pdo(finding: &Finding) -> bool {
+    finding.object.is_some()
+}

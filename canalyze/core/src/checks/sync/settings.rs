@@ -1,0 +1,123 @@
+//! What the nodes of a bus are configured to do with SYNC: 1005h, 1006h, 1007h and 1019h, and the options that stand in.
+//!
+//! Nodes may disagree: the producer's word counts for period and counter, a node's own for its window; then the most
+//! trusted. Made anew when one of these objects changes. It must not look at frames.
+
+use crate::configuration::Provenance;
+use crate::network::Network;
+use crate::node::{Node, PerNode};
+
+/// Bit 30 of 1005h: the node produces SYNC.
+const PRODUCES: u64 = 1 << 30;
+
+/// What is configured.
+#[derive(Debug, Default)]
+pub struct Settings {
+    /// The node that is configured to produce SYNC, where there is only one.
+    pub producer: Option<u8>,
+    /// All that are configured so.
+    pub producers: Vec<u8>,
+    /// Communication cycle period in ns.
+    pub period_ns: Option<i64>,
+    /// Periods that should agree with the traffic: of which node (none: an option), in ns.
+    pub periods: Vec<(Option<u8>, i64)>,
+    /// 1019h: of the producer.
+    pub overflow: Option<u8>,
+    /// 1019h: of whichever node is trusted most, and that node.
+    pub any_overflow: Option<(u8, u8)>,
+    /// Synchronous window length in ns by node-ID; `None` where there is no window or none is known.
+    pub windows: Vec<Option<i64>>,
+    /// The least of them.
+    pub least_window_ns: Option<i64>,
+}
+
+impl Settings {
+    /// What is configured now.
+    pub fn compile(network: &Network, nodes: &PerNode<Node>) -> Self {
+        let producers: Vec<u8> = nodes.iter().filter(|(_, node)| produces(node)).map(|(id, _)| id).collect();
+        let producer = producers.first().copied().filter(|_| producers.len() == 1);
+        let mut made = Self { producer, producers, ..Self::default() };
+        made.periods(network, nodes);
+        made.counters(nodes);
+        made.windows(network, nodes);
+        made
+    }
+
+    fn periods(&mut self, network: &Network, nodes: &PerNode<Node>) {
+        let mut best: Option<((bool, Provenance), i64)> = None;
+        let mut take = |node: Option<u8>, produces: bool, ns: i64, from: Provenance, periods: &mut Vec<_>| {
+            if ns <= 0 || from.is_doubted() {
+                return;
+            }
+            if from >= Provenance::Dcf {
+                periods.push((node, ns));
+            }
+            let rank = (produces && from > Provenance::Eds, ranked(from));
+            if best.is_none_or(|(before, _)| rank > before) {
+                best = Some((rank, ns));
+            }
+        };
+        if let Some(ns) = network.sync_period_ns {
+            take(None, false, ns, Provenance::Option, &mut self.periods);
+        }
+        for (id, node) in nodes.iter() {
+            if let Some((us, from)) = node.value(0x1006, 0) {
+                take(Some(id), self.producer == Some(id), ns(us), from, &mut self.periods);
+            }
+        }
+        self.period_ns = best.map(|(_, ns)| ns);
+    }
+
+    fn counters(&mut self, nodes: &PerNode<Node>) {
+        let mut best = None;
+        for (id, node) in nodes.iter() {
+            let Some((value, from)) = node.value(0x1019, 0).filter(|(_, from)| *from > Provenance::Eds) else {
+                continue;
+            };
+            let Ok(value @ (0 | 2..=240)) = u8::try_from(value) else { continue };
+            if self.producer == Some(id) {
+                self.overflow = Some(value);
+            }
+            let rank = (self.producer == Some(id), ranked(from));
+            if best.is_none_or(|before| rank > before) {
+                best = Some(rank);
+                self.any_overflow = Some((value, id));
+            }
+        }
+    }
+
+    fn windows(&mut self, network: &Network, nodes: &PerNode<Node>) {
+        let mut others: Option<(Provenance, i64)> = None;
+        for (_, node) in nodes.iter() {
+            if let Some((us, from)) = node.value(0x1007, 0).filter(|(us, from)| *us > 0 && *from > Provenance::Eds) {
+                // Of several the longest: none is called late by a window that is not its own.
+                others = others.max(Some((ranked(from), ns(us))));
+            }
+        }
+        let fallback = network.sync_window_ns.or(others.map(|(_, ns)| ns));
+        self.windows = vec![fallback.filter(|ns| *ns > 0); 128];
+        for (id, node) in nodes.iter() {
+            let Some((us, from)) = node.value(0x1007, 0) else { continue };
+            let own = ranked(from) > Provenance::Option || network.sync_window_ns.is_none();
+            if let Some(slot) = self.windows.get_mut(usize::from(id)).filter(|_| own && from >= Provenance::Eds) {
+                *slot = Some(ns(us)).filter(|ns| *ns > 0);
+            }
+        }
+        self.least_window_ns = self.windows.iter().skip(1).copied().flatten().min();
+    }
+}
+
+/// Whether a node is configured to produce SYNC, by more than an EDS.
+fn produces(node: &Node) -> bool {
+    node.value(0x1005, 0).is_some_and(|(value, from)| from > Provenance::Eds && value & PRODUCES != 0)
+}
+
+/// Later observations are not trusted more than earlier ones.
+fn ranked(from: Provenance) -> Provenance {
+    if let Provenance::Observed(_) = from { Provenance::Observed(0) } else { from }
+}
+
+/// A time of an object, in µs.
+pub fn ns(us: u64) -> i64 {
+    i64::try_from(us).unwrap_or(i64::MAX).saturating_mul(1000)
+}

@@ -1,0 +1,522 @@
+//! Synchronous PDOs in their SYNC cycles (CiA 301, 7.2.2.2 and 7.2.5): where each stands, and whether it came once, in
+//! its cycle, within the synchronous window.
+//!
+//! A TPDO of type n is judged against its own frames once it has come n cycles after itself: the SYNCs between two of
+//! them and the time between them must both contradict the type, since either alone may be the recording's (a SYNC
+//! listed late or lost). Without stamps what came near a SYNC may belong to either cycle. RPDOs are placed and not
+//! judged: they are actuated with the next SYNC, whenever they come. It must not judge the SYNCs themselves.
+
+use super::jitter::Spread;
+use super::period::SyncPeriod;
+use crate::configuration::Provenance;
+use crate::context::Context;
+use crate::event::Placement;
+use crate::evidence::circumstance::Rules;
+use crate::evidence::recording::Recording;
+use crate::evidence::when::When;
+use crate::finding::{Code, Finding};
+use crate::frame::{CanId, FrameRef};
+use crate::node::{Pdo, PerNode};
+use crate::rules::sync::{Syn004, Syn008, Syn009, Syn010, Syn011};
+use crate::services::pdo::communication_parameter;
+use crate::services::sdo::wire::Mux;
+
+/// Synchronous TPDOs followed at most (invariant 6).
+const TRACKS: usize = 512;
+/// Times in a row that a PDO must have come n cycles after the last before it is judged; more where its transmission
+/// type is only preset by an EDS, which the device need not have kept to.
+const ESTABLISHED: u8 = 1;
+const ESTABLISHED_BY_EDS: u8 = 8;
+/// Gaps measured before it is reported that the tolerance is too large.
+const MEASURED: u64 = 9;
+/// Cycles for which a finding waits for the SYNC that explains it.
+const EXPLAINED: i64 = 8;
+
+/// Whether a transmission type is synchronous: 0, 1..=240, 252 (CiA 301, table 71).
+pub fn synchronous(kind: u8) -> bool {
+    kind <= 240 || kind == 252
+}
+
+/// The synchronous TPDOs of a bus.
+#[derive(Debug, Default)]
+pub struct SyncWindow {
+    nodes: PerNode<Tracks>,
+    count: usize,
+    /// It was reported that times cannot be judged.
+    reported: bool,
+    /// Cycles in a row, up to the running one, in which no synchronous TPDO of any node came.
+    empty: u8,
+    /// What explains findings on PDOs: two producers were reported.
+    pub because_of: Option<FrameRef>,
+}
+
+/// The synchronous TPDOs of a node.
+#[derive(Debug, Default)]
+struct Tracks {
+    list: Vec<Track>,
+}
+
+/// A PDO that came.
+#[derive(Clone, Copy, Debug)]
+struct Arrival {
+    when: When,
+    /// The cycle that ran when it was listed.
+    cycle: u64,
+}
+
+/// One synchronous TPDO.
+#[derive(Debug)]
+struct Track {
+    number: u16,
+    configured: Configured,
+    last: Option<Arrival>,
+    /// A cycle in which it was due and came.
+    phase: u64,
+    /// Times that it came as it should, in a row.
+    steady: u8,
+    open: Open,
+    /// Its configuration was touched since it came last: that it does not come may be meant.
+    touched: bool,
+    /// A remote frame asked for it.
+    asked: bool,
+    /// It came before any SYNC.
+    before: u8,
+    delays: Spread,
+}
+
+/// What a PDO is configured to.
+#[derive(Clone, Copy, Debug)]
+struct Configured {
+    kind: u8,
+    id: CanId,
+    /// Times it must have come before it is judged.
+    needed: u8,
+    /// Its type was shown by the capture, whose beginning is no cut then.
+    shown: bool,
+}
+
+/// What the next frame of a PDO decides.
+#[derive(Clone, Copy, Debug, Default)]
+struct Open {
+    /// The cycle in which it is missing, while it may come late.
+    absent: Option<u64>,
+    /// It came again in its cycle, and there is no time to show whether before the next SYNC.
+    doubled: bool,
+    /// Its absence was reported.
+    reported: bool,
+}
+
+/// What is known when a PDO is judged.
+struct Judged<'a> {
+    period: &'a SyncPeriod,
+    window_ns: Option<i64>,
+    node: u8,
+    because_of: Option<FrameRef>,
+}
+
+impl SyncWindow {
+    /// Where a PDO stands, as far as that is known when it comes.
+    pub fn place(&self, period: &SyncPeriod, node: u8, pdo: &Pdo, at: FrameRef, lag_ns: i64) -> Option<Placement> {
+        let cycle = period.cycle();
+        if cycle == 0 {
+            return None;
+        }
+        let delay_ns = period.delay_ns(at);
+        if let (Some(delay), Some(period), true) = (delay_ns, period.period_ns(), pdo.transmit)
+            && (period - lag_ns.min(period * 2 / 5)..=period).contains(&delay)
+            && self.track(node, pdo.number).is_some_and(|track| track.came(cycle))
+        {
+            return Some(Placement { cycle: cycle + 1, delay_ns: Some(delay - period) });
+        }
+        Some(Placement { cycle, delay_ns })
+    }
+
+    /// Takes a synchronous TPDO. `window_ns`: its window, where there is one.
+    pub fn arrived(&mut self, period: &SyncPeriod, node: u8, pdo: &Pdo, window_ns: Option<i64>, cx: &mut Context<'_>) {
+        let Some((kind, from)) = pdo.transmission.filter(|(_, from)| !from.is_doubted()) else { return };
+        self.report_unjudged(period, window_ns, cx);
+        self.empty = 0;
+        let tracks = self.nodes.entry(node);
+        let place = match tracks.list.iter().position(|track| track.number == pdo.number) {
+            Some(place) => place,
+            None if self.count >= TRACKS => return,
+            None => {
+                self.count += 1;
+                tracks.list.push(Track::new(pdo.number));
+                tracks.list.len() - 1
+            }
+        };
+        let Some(track) = tracks.list.get_mut(place) else { return };
+        if (track.configured.kind, track.configured.id) != (kind, pdo.cob.0.id) {
+            track.restart();
+            (track.configured.kind, track.configured.id) = (kind, pdo.cob.0.id);
+        }
+        track.configured.needed = if from > Provenance::Eds { ESTABLISHED } else { ESTABLISHED_BY_EDS };
+        track.configured.shown = matches!(from, Provenance::Observed(_));
+        track.take(&Judged { period, window_ns, node, because_of: self.because_of }, cx);
+        self.alive(node, period, cx);
+    }
+
+    /// A node has shown that it is Operational: what it should have sent is missing.
+    pub fn alive(&mut self, node: u8, period: &SyncPeriod, cx: &mut Context<'_>) {
+        let because_of = self.because_of;
+        let Some(tracks) = self.nodes.get_mut(node) else { return };
+        for track in &mut tracks.list {
+            let n = u64::from(track.configured.kind);
+            let Some(last) =
+                track.last.filter(|_| track.cyclic() && track.established() && !(track.open.reported || track.touched))
+            else {
+                continue;
+            };
+            // It should have come once more since: what is missing once is reported when it comes again.
+            let judged = period.cycle() > last.cycle.max(track.phase) + 2 * n && last.cycle >= period.calm_from();
+            let late = period.period_ns().is_none_or(|period| {
+                let limit = period.saturating_mul(2 * n as i64);
+                cx.evidence.recording.certainly_later(cx.when, last.when, limit)
+            });
+            if judged && late {
+                track.open.reported = true;
+                let due = track.phase + n;
+                let what = Syn008::Since { cycle: due, since: period.cycle() - due };
+                let finding = cx.verdict(what, Some(node), Some(track.object()), period.frame(due));
+                cx.report_timed(Finding { because_of, ..finding });
+            }
+        }
+    }
+
+    /// A SYNC came, and nothing since the one before, though several TPDOs were due, or nothing for longer: without
+    /// stamps the only sign that the recorder stood still.
+    pub fn stood_still(&mut self) -> bool {
+        let due = |track: &&Track| track.configured.kind == 1 && track.established();
+        let tracks = || self.nodes.iter().flat_map(|(_, tracks)| &tracks.list);
+        let still = self.empty > 1 || (self.empty == 1 && tracks().filter(due).count() >= 2);
+        self.empty = self.empty.saturating_add(1);
+        still
+    }
+
+    /// The first SYNC came: a TPDO came before it whose type the capture has shown.
+    pub fn first_sync(&mut self, cx: &mut Context<'_>) {
+        for (node, tracks) in self.nodes.iter_mut() {
+            for track in tracks.list.iter_mut().filter(|track| track.before == 1 && track.configured.shown) {
+                let Some(last) = track.last else { continue };
+                if last.when.at.t_ns.is_some() {
+                    track.before = 2;
+                    cx.raise(Code::Syn005, Some(node), Some(track.object()), Some(last.when.at));
+                }
+            }
+        }
+    }
+
+    /// A node (or all) was reset: what it sends is learnt anew.
+    pub fn restart(&mut self, node: Option<u8>) {
+        self.each(node, Track::restart);
+    }
+
+    /// A node (or all) was started or stopped, or frames were lost: when it sends is learnt anew.
+    pub fn pause(&mut self, node: Option<u8>) {
+        self.each(node, Track::pause);
+    }
+
+    fn each(&mut self, node: Option<u8>, act: impl Fn(&mut Track)) {
+        for (_, tracks) in self.nodes.iter_mut().filter(|(id, _)| node.is_none_or(|node| node == *id)) {
+            tracks.list.iter_mut().for_each(&act);
+        }
+    }
+
+    /// One TPDO of a node is another one by configuration, if its type or identifier is.
+    pub fn reconfigured(&mut self, node: u8, number: u16, pdo: Option<&Pdo>) {
+        let Some(track) = self.nodes.get_mut(node).and_then(|tracks| tracks.find(number)) else { return };
+        let same = pdo.is_some_and(|pdo| {
+            let kind = pdo.transmission.map(|(kind, _)| kind);
+            pdo.cob.0.valid
+                && pdo.cob.0.id == track.configured.id
+                && kind.is_none_or(|kind| kind == track.configured.kind)
+        });
+        track.touched = true;
+        if !same {
+            track.restart();
+        }
+    }
+
+    /// A remote frame asks for a TPDO.
+    pub fn asked(&mut self, node: u8, number: u16) {
+        if let Some(track) = self.nodes.get_mut(node).and_then(|tracks| tracks.find(number)) {
+            track.asked = true;
+        }
+    }
+
+    fn track(&self, node: u8, number: u16) -> Option<&Track> {
+        self.nodes.get(node)?.list.iter().find(|track| track.number == number)
+    }
+
+    /// Reports once that windows cannot be judged: without stamps, or because the tolerance is larger than they are.
+    fn report_unjudged(&mut self, period: &SyncPeriod, window_ns: Option<i64>, cx: &mut Context<'_>) {
+        let Some(window) = window_ns.filter(|_| !self.reported && period.cycle() > 0) else { return };
+        let what = match period.tolerance_ns(&cx.evidence.recording) {
+            _ if cx.at.t_ns.is_none() => Syn011::NoStamps,
+            Some(tolerance) if tolerance >= window && period.measured() >= MEASURED => {
+                Syn011::Tolerance { tolerance, window }
+            }
+            _ => return,
+        };
+        self.reported = true;
+        cx.raise(what, None, None, None);
+    }
+
+    /// It was reported elsewhere that times cannot be judged.
+    pub fn set_reported(&mut self) -> bool {
+        std::mem::replace(&mut self.reported, true)
+    }
+}
+
+impl Tracks {
+    fn find(&mut self, number: u16) -> Option<&mut Track> {
+        self.list.iter_mut().find(|track| track.number == number)
+    }
+}
+
+/// How many cycles lie between two frames of a PDO.
+#[derive(Clone, Copy, Debug)]
+struct Passed {
+    /// By the SYNCs listed between.
+    syncs: u64,
+    /// By the time, in periods, at least and at most; `None` without stamps.
+    periods: Option<(u64, u64)>,
+}
+
+impl Passed {
+    fn between(last: Arrival, now: Arrival, period: &SyncPeriod, recording: &Recording) -> Self {
+        let count = |gap: i64, period: i64| u64::try_from((gap + period / 2) / period.max(1)).unwrap_or(0);
+        let periods = recording.between(last.when, now.when).map(|gap| {
+            let scale = period.scale_ns(recording);
+            scale.map_or((0, u64::MAX), |(least, most)| (count(gap, most), count(gap, least)))
+        });
+        Self { syncs: now.cycle.saturating_sub(last.cycle), periods }
+    }
+
+    fn is(self, n: u64) -> bool {
+        self.syncs == n || self.periods.is_some_and(|(least, most)| least <= n && n <= most)
+    }
+
+    fn more_than(self, n: u64) -> bool {
+        self.syncs > n && self.periods.is_none_or(|(least, _)| least > n)
+    }
+
+    fn less_than(self, n: u64) -> bool {
+        self.syncs < n && self.periods.is_none_or(|(_, most)| most < n)
+    }
+}
+
+impl Track {
+    fn new(number: u16) -> Self {
+        Self {
+            number,
+            configured: Configured { kind: u8::MAX, id: CanId::standard(0), needed: ESTABLISHED, shown: false },
+            last: None,
+            phase: 0,
+            steady: 0,
+            open: Open::default(),
+            touched: false,
+            asked: false,
+            before: 0,
+            delays: Spread::default(),
+        }
+    }
+
+    /// What it does is learnt anew; its figures stay.
+    fn restart(&mut self) {
+        self.pause();
+        self.steady = 0;
+    }
+
+    /// It stops for a while; its figures stay.
+    fn pause(&mut self) {
+        (self.last, self.open, self.asked) = (None, Open::default(), false);
+    }
+
+    fn object(&self) -> Mux {
+        Mux { index: communication_parameter(true, self.number), sub: 2 }
+    }
+
+    fn cyclic(&self) -> bool {
+        (1..=240).contains(&self.configured.kind)
+    }
+
+    fn established(&self) -> bool {
+        self.steady >= self.configured.needed
+    }
+
+    fn came(&self, cycle: u64) -> bool {
+        self.last.is_some_and(|last| last.cycle >= cycle)
+    }
+
+    fn take(&mut self, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let now = Arrival { when: cx.when, cycle: known.period.cycle() };
+        let asked = std::mem::take(&mut self.asked);
+        self.touched = false;
+        if now.cycle == 0 {
+            self.last = Some(now);
+            self.before = self.before.saturating_add(1);
+            if self.before == 2 {
+                cx.raise(Code::Syn005, Some(known.node), Some(self.object()), None);
+            }
+            return;
+        }
+        if self.configured.kind == 252 || asked {
+            return;
+        }
+        let last = self.last.replace(now).filter(|last| last.cycle > 0);
+        let Some(last) = last.filter(|last| comparable(*last, now, known.period, &cx.evidence.recording)) else {
+            (self.phase, self.open.absent, self.open.doubled, self.open.reported) = (now.cycle, None, false, false);
+            return self.judge_delay(now, None, known, cx);
+        };
+        let passed = Passed::between(last, now, known.period, &cx.evidence.recording);
+        self.judge_delay(now, Some(last), known, cx);
+        self.judge_cycle(last, now, passed, known, cx);
+    }
+
+    /// Whether it came within the window. One whose own SYNC is not listed before it cannot be judged.
+    fn judge_delay(&mut self, now: Arrival, last: Option<Arrival>, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let recording = &cx.evidence.recording;
+        let Some(sync) = known.period.sync(now.cycle) else { return };
+        let Some(delay) = recording.between(sync, now.when) else { return };
+        self.delays.record(delay);
+        let period = known.period.period_ns().filter(|period| delay < *period);
+        let (Some(window), Some(tolerance), Some(period)) =
+            (known.window_ns, known.period.tolerance_ns(recording), period)
+        else {
+            return;
+        };
+        // It is not the next SYNC's where that cannot have been sent yet, or where it is late by its own frames.
+        let late = last.is_some_and(|last| {
+            let cycles = i64::try_from(now.cycle.saturating_sub(last.cycle)).unwrap_or(0);
+            let limit = cycles.saturating_mul(period).saturating_add(tolerance.max(window / 4));
+            let next = recording.between(last.when, now.when).map(|gap| (cycles + 1).saturating_mul(period) - gap);
+            let before_next = next.is_some_and(|before| before > period / 4);
+            cycles > 0 && before_next && recording.certainly_later(now.when, last.when, limit)
+        });
+        let lag_ns = if sync.own && !late { recording.lag_ns() } else { 0 };
+        let judged =
+            (self.configured.needed == ESTABLISHED || self.established()) && now.cycle >= known.period.calm_from();
+        if !judged
+            || tolerance >= window
+            || delay >= period - lag_ns
+            || !recording.teaches(sync)
+            || !recording.certainly_later(now.when, sync, window.saturating_add(tolerance))
+        {
+            return;
+        }
+        let since = last.map_or(sync, |last| last.when);
+        let what = Syn004::Late { delay, window, tolerance, cycle: now.cycle };
+        self.report(cx.verdict(what, Some(known.node), Some(self.object()), None), since, known, cx);
+    }
+
+    /// Whether it came in the cycle in which it was due.
+    fn judge_cycle(&mut self, last: Arrival, now: Arrival, passed: Passed, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let n = u64::from(self.configured.kind.max(1));
+        let absent = self.open.absent.take();
+        let doubled = std::mem::take(&mut self.open.doubled);
+        let reported = std::mem::take(&mut self.open.reported);
+        if passed.less_than(1) {
+            return self.second(last, now, (absent, doubled), known, cx);
+        }
+        if self.configured.kind == 0 {
+            return;
+        }
+        let judged = self.established() && !reported;
+        if passed.is(n) || (passed.syncs + self.phase_of(last)).is_multiple_of(n) && last.cycle != self.phase {
+            self.steady = self.steady.saturating_add(u8::from(passed.is(n)));
+            self.phase = now.cycle;
+            return;
+        }
+        let multiple =
+            passed.syncs.is_multiple_of(n) || passed.periods.is_some_and(|(least, _)| least.is_multiple_of(n));
+        if !judged {
+            (self.steady, self.phase) = (0, now.cycle);
+            return;
+        }
+        if passed.more_than(n) && multiple {
+            let count = passed.periods.map_or(passed.syncs, |(least, _)| least).min(passed.syncs) / n;
+            let due = last.cycle + n;
+            self.phase = now.cycle;
+            self.open.absent = Some(due);
+            let what = Syn008::Missing { cycle: due, count: count.max(2) - 1 };
+            let finding = cx.verdict(what, Some(known.node), Some(self.object()), known.period.frame(due));
+            self.report(finding, last.when, known, cx);
+        } else if passed.periods.is_none() {
+            // One cycle to either side may be a late echo, or a recorder that stood still.
+            self.phase = now.cycle;
+        } else if passed.more_than(n) || passed.less_than(n) {
+            let what = Syn010::TransmissionType { found: passed.syncs, expected: n };
+            let finding = cx.verdict(what, Some(known.node), Some(self.object()), Some(last.when.at));
+            self.report(finding, last.when, known, cx);
+        } else {
+            self.phase = now.cycle;
+        }
+    }
+
+    /// How far the last one came beside its phase, in cycles.
+    fn phase_of(&self, last: Arrival) -> u64 {
+        last.cycle.saturating_sub(self.phase)
+    }
+
+    /// It came in the cycle in which it had come.
+    fn second(
+        &mut self,
+        last: Arrival,
+        now: Arrival,
+        (absent, doubled): (Option<u64>, bool),
+        known: &Judged<'_>,
+        cx: &mut Context<'_>,
+    ) {
+        let (node, object) = (known.node, self.object());
+        if let Some(missing) = absent {
+            // The one of the cycle before came late, and now the one of this cycle.
+            self.phase = now.cycle;
+            let about = |finding: &Finding| finding.code == Code::Syn008 && finding.object == Some(object);
+            cx.evidence.pending.withdraw(|finding| about(finding) && finding.node == Some(node));
+            let near = |period: i64| self.delays.p99_ns() > period / 2;
+            // Without stamps the SYNC between may as well have come early; and what always comes near the next SYNC
+            // comes after it now and then.
+            if now.when.at.t_ns.is_none() || known.period.period_ns().is_some_and(near) {
+                return;
+            }
+            let what = Syn010::OtherCycle { expected: missing, found: now.cycle };
+            // It is the earlier one that is late.
+            let finding = cx.verdict(what, Some(node), Some(object), None);
+            return self.report(Finding { at: last.when.at, ..finding }, last.when, known, cx);
+        }
+        if !(self.established() || (self.configured.kind == 0 && self.configured.needed == ESTABLISHED)) {
+            return;
+        }
+        if now.when.at.t_ns.is_none() && !doubled {
+            // It may be the next cycle's, whose SYNC is listed late: then none comes there.
+            self.open.doubled = true;
+            self.last = Some(Arrival { cycle: now.cycle + 1, ..now });
+            return;
+        }
+        self.open.reported = true;
+        let finding = cx.verdict(Syn009::Twice { cycle: now.cycle }, Some(node), Some(object), Some(last.when.at));
+        self.report(finding, last.when, known, cx);
+        // It is counted from the one that was due.
+        self.last = Some(last);
+    }
+
+    /// Reports what was not as it should be since a frame; as a consequence, where SYNC was irregular since then.
+    fn report(&self, finding: Finding, since: When, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let recording = &cx.evidence.recording;
+        let excuse = || cx.evidence.circumstances.excuse(Rules::SynchronousPdo, finding.node, since, recording);
+        let because_of = known.because_of.or_else(excuse);
+        let finding = Finding { because_of, ..finding };
+        let period_ns = known.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
+        cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
+    }
+}
+
+/// Whether it is known how many cycles lie between two frames of a PDO: nothing was disturbed.
+fn comparable(last: Arrival, now: Arrival, period: &SyncPeriod, recording: &Recording) -> bool {
+    let timed = |when: When| when.at.t_ns.is_none() || recording.teaches(when);
+    let ordered = now.cycle >= last.cycle && last.when.epoch == now.when.epoch;
+    // The time is enough where SYNCs were disturbed.
+    ordered && timed(last.when) && timed(now.when) && (period.period_ns().is_some() || last.cycle >= period.calm_from())
+}

@@ -1,0 +1,341 @@
+//! What comes again and again, held against each other: whether it is there, how often and how evenly it comes, on
+//! which identifier, with which mapping and length.
+//!
+//! In two captures of one session ([`Alignment::rigid`]) frames are counted exactly within what both surely cover;
+//! of two sessions only the pace is compared, for when each began is chance. It must not look at payload.
+
+use std::ops::RangeInclusive;
+
+use super::alignment::Alignment;
+use super::difference::{Shows, Side, What};
+use super::digest::{CyclicStream, Place, Service, Version, alike};
+use super::found::Found;
+
+/// Intervals from which on there is a pace.
+const PACE: usize = 4;
+/// Intervals from which on it is known how far they vary.
+const JITTER: usize = 50;
+/// Of the intervals, in percent, those that count: a few frames that the capturing machine delayed do not.
+const LEAST: usize = 5;
+const MOST: usize = 95;
+/// By how much a machine delays frames, in ns: what varies less is no statement about a node.
+const DELAYED_NS: i64 = 1_000_000;
+
+/// One stream in both captures.
+pub(super) struct StreamPair<'a> {
+    pub(super) node: Option<u8>,
+    pub(super) service: Service,
+    pub(super) cyclic: [&'a CyclicStream; 2],
+    /// The node was not configured, or not reset, in the same way: identifiers and mappings may be others.
+    pub(super) configured: bool,
+    pub(super) alignment: &'a Alignment,
+}
+
+impl StreamPair<'_> {
+    /// Compares them.
+    pub(super) fn compare(&self, tolerance: f64, found: &mut Found<'_>) {
+        let [a, b] = self.cyclic;
+        let counted = [self.counted(0), self.counted(1)];
+        let paces = [self.pace(0), self.pace(1)];
+        let presence = self.presence(&counted, &paces);
+        if let Some(sides) = presence {
+            return found.add(What::Frames(self.service), self.node, sides);
+        }
+        let [sure_a, sure_b] = counted.map(|(sure, _)| sure);
+        if sure_a == 0 || sure_b == 0 {
+            return;
+        }
+        self.versions([a, b], found);
+        if self.alignment.by_time
+            && let [Some(mine), Some(others)] = &paces
+        {
+            if mine.parts(others, tolerance, self.alignment) {
+                let shown = [mine.median_ns, others.median_ns];
+                return self.say(What::Period(self.service), shown, [mine, others], found);
+            }
+            if mine.varies(others, tolerance, self.alignment) {
+                let shown = [mine.spread_ns, others.spread_ns];
+                return self.say(What::Jitter(self.service), shown, [mine, others], found);
+            }
+        }
+        self.lost(&counted, &paces, tolerance, found);
+    }
+
+    fn places(&self, side: usize) -> &[Place] {
+        self.cyclic.get(side).map_or(&[], |stream| &stream.places)
+    }
+
+    /// Frames that the other capture surely covers, and those that it may cover.
+    fn counted(&self, side: usize) -> (u64, u64) {
+        let by_time = self.alignment.by_time;
+        let positions = self.places(side).iter().map(|place| place.on(by_time));
+        positions.fold((0, 0), |(sure, most), at| {
+            (
+                sure + u64::from(self.alignment.covers(side, at, at)),
+                most + u64::from(self.alignment.may_cover(side, at)),
+            )
+        })
+    }
+
+    /// The first frame that the other capture covers.
+    fn first(&self, side: usize) -> Option<Place> {
+        let by_time = self.alignment.by_time;
+        let covered = |place: &&Place| self.alignment.covers(side, place.on(by_time), place.on(by_time));
+        self.places(side).iter().find(covered).copied()
+    }
+
+    fn pace(&self, side: usize) -> Option<Pace> {
+        let by_time = self.alignment.by_time;
+        let inside =
+            self.places(side).iter().map(|place| place.on(by_time)).filter(|at| self.alignment.may_cover(side, *at));
+        Pace::of(inside)
+    }
+
+    /// It is in one capture only.
+    fn presence(&self, counted: &[(u64, u64); 2], paces: &[Option<Pace>; 2]) -> Option<[Option<Side>; 2]> {
+        for side in [0, 1] {
+            let ((sure, _), (_, other)) = (*counted.get(side)?, *counted.get(1 - side)?);
+            if sure == 0 || other > 0 {
+                continue;
+            }
+            // Of two sessions a slow stream may just be between two frames.
+            let long = paces.get(side)?.is_some();
+            if !self.alignment.rigid && !long && sure < 2 && !self.places(1 - side).is_empty() {
+                continue;
+            }
+            let at = self.first(side)?;
+            let mut sides = [None, None];
+            if let Some(slot) = sides.get_mut(side) {
+                *slot = Some(Side::new(at, at, Shows::Count(sure)));
+            }
+            return Some(sides);
+        }
+        None
+    }
+
+    /// Frames are missing in one of two captures of the same session; or so many of two sessions that it is no chance.
+    fn lost(&self, counted: &[(u64, u64); 2], paces: &[Option<Pace>; 2], tolerance: f64, found: &mut Found<'_>) {
+        let [(sure_a, most_a), (sure_b, most_b)] = *counted;
+        let regular = paces.iter().any(|pace| pace.as_ref().is_some_and(|pace| pace.regular));
+        if !self.alignment.rigid && !self.alignment.by_time {
+            return;
+        }
+        if !self.alignment.rigid {
+            let (less, more) = (sure_a.min(sure_b), most_a.max(most_b));
+            let apart = more.saturating_sub(less) as f64;
+            // A regular one was judged by its pace; how long each session took is not to be judged.
+            if regular || apart <= 2.0 + 2.0 * tolerance * more as f64 {
+                return;
+            }
+        } else if sure_a <= most_b && sure_b <= most_a {
+            return;
+        }
+        let more = if sure_a > most_b || (sure_b <= most_a && sure_a >= sure_b) { 0 } else { 1 };
+        let within = paces.get(more).and_then(Option::as_ref).map_or(DELAYED_NS, |pace| pace.median_ns / 2);
+        let place = self.unmatched(more, within);
+        let Some(at) = place.or_else(|| self.first(more)) else { return };
+        let shows = |side: usize, sure: u64| {
+            let nearest = if side == more { Some(at) } else { self.nearest(side, at) };
+            nearest.map(|place| Side::new(place, place, Shows::Count(sure)))
+        };
+        found.add(What::Frames(self.service), self.node, [shows(0, sure_a), shows(1, sure_b)]);
+    }
+
+    /// A place of the other capture, on the scale of this one.
+    fn here(&self, side: usize, place: Place) -> i64 {
+        let position = place.on(self.alignment.by_time);
+        if side == 0 { self.alignment.to_a(position) } else { self.alignment.to_b(position) }
+    }
+
+    /// The frame of one capture that stands nearest to a frame of the other one, at or behind it where there is one.
+    fn nearest(&self, side: usize, other: Place) -> Option<Place> {
+        let (by_time, at) = (self.alignment.by_time, self.here(side, other));
+        let places = self.places(side);
+        let after = places.partition_point(|place| place.on(by_time) < at);
+        places.get(after).or_else(|| places.last()).copied()
+    }
+
+    /// The first frame of a capture that the other one has not, where both show the same session.
+    fn unmatched(&self, side: usize, within: i64) -> Option<Place> {
+        if !self.alignment.rigid {
+            return None;
+        }
+        let by_time = self.alignment.by_time;
+        let others = self.places(1 - side);
+        let mut next = 0;
+        for place in self.places(side) {
+            let at = place.on(by_time);
+            if !self.alignment.covers(side, at, at) {
+                continue;
+            }
+            let there = |at: usize| others.get(at).map(|other| self.here(side, *other));
+            while there(next).is_some_and(|other| other < at.saturating_sub(within)) {
+                next += 1;
+            }
+            match there(next) {
+                Some(other) if other <= at.saturating_add(within) => next += 1,
+                _ => return Some(*place),
+            }
+        }
+        None
+    }
+
+    fn say(&self, what: What, ns: [i64; 2], paces: [&Pace; 2], found: &mut Found<'_>) {
+        // It is at the first interval that the other one has not.
+        let [mine, others] = paces;
+        let side = usize::from(others.spread_ns > mine.spread_ns);
+        let (own, other) = if side == 0 { (mine, others) } else { (others, mine) };
+        let by_time = self.alignment.by_time;
+        let usual = own.median_ns.saturating_sub(other.median_ns).saturating_abs() / 2;
+        let most = usual.max(other.spread_ns.max(own.spread_ns / 2)).max(self.alignment.resolution);
+        let places = self.places(side);
+        let odd = places.iter().zip(places.iter().skip(1)).find(|(one, next)| {
+            let interval = next.on(by_time).saturating_sub(one.on(by_time));
+            self.alignment.covers(side, one.on(by_time), next.on(by_time))
+                && interval.saturating_sub(other.median_ns).saturating_abs() > most
+        });
+        let Some(at) = odd.map(|(_, next)| *next).or_else(|| self.first(side)) else { return };
+        let show = |which: usize| {
+            let place = if which == side { Some(at) } else { self.nearest(which, at) };
+            place.zip(ns.get(which)).map(|(place, ns)| Side::new(place, place, Shows::Time(*ns)))
+        };
+        found.add(what, self.node, [show(0), show(1)]);
+    }
+
+    /// Identifiers, mappings and lengths, one after the other.
+    fn versions(&self, cyclic: [&CyclicStream; 2], found: &mut Found<'_>) {
+        let by_time = self.alignment.by_time;
+        let inside = |side: usize| -> Vec<&Version> {
+            let versions = cyclic.get(side).map_or(&[][..], |stream| &stream.versions);
+            let meets = |version: &&Version| {
+                let covered: RangeInclusive<i64> = match self.alignment.covered.get(side) {
+                    Some((first, last)) => *first..=*last,
+                    None => return false,
+                };
+                version.first.on(by_time) <= *covered.end() && version.last.on(by_time) >= *covered.start()
+            };
+            versions.iter().filter(meets).collect()
+        };
+        let sides = [inside(0), inside(1)];
+        let mut say = |what, pair: Option<[(&Version, Shows); 2]>| {
+            let Some(pair) = pair else { return };
+            let sides = pair.map(|(version, shows)| Some(Side::new(version.first, version.first, shows)));
+            found.add(what, self.node, sides);
+        };
+        let ids = first_apart(&sides, |version| Some(version.id), |one, other| one == other);
+        let ids = ids.filter(|_| self.configured);
+        say(What::CobId(self.service), ids.map(|pair| pair.map(|version| (version, Shows::Id(version.id)))));
+        let mapped = |version: &Version| version.mapping.clone();
+        let mappings = first_apart(&sides, mapped, |one, other| alike(one, other));
+        let words = |version: &Version| -> Vec<u32> {
+            version.mapping.iter().flat_map(|mapping| mapping.entries.iter().map(|entry| entry.word())).collect()
+        };
+        // What was configured before a capture began is not known there; what is configured later its SDO transfers say.
+        let unknown = |versions: &Vec<&Version>| versions.iter().any(|version| version.mapping.is_none());
+        let judged = self.configured && !self.alignment.begins_apart() && !sides.iter().any(unknown);
+        let mappings = mappings.filter(|_| judged);
+        let differ = mappings.is_some();
+        say(
+            What::Mapping(self.service),
+            mappings.map(|pair| pair.map(|version| (version, Shows::Mapping(words(version))))),
+        );
+        if !differ {
+            let lengths = first_apart(&sides, |version| Some(version.len), |one, other| one == other);
+            say(
+                What::Length(self.service),
+                lengths.map(|pair| pair.map(|version| (version, Shows::Length(version.len)))),
+            );
+        }
+    }
+}
+
+/// The first versions in which two captures are not the same, each change counted once; what is not known is passed
+/// over. A change that one capture has and the other one has not stands against what the other one stays with.
+fn first_apart<'a, K>(
+    sides: &[Vec<&'a Version>; 2],
+    key: impl Fn(&Version) -> Option<K>,
+    same: impl Fn(&K, &K) -> bool,
+) -> Option<[&'a Version; 2]> {
+    let runs = |versions: &[&'a Version]| {
+        let mut runs: Vec<(K, &'a Version)> = Vec::new();
+        for version in versions {
+            if let Some(key) = key(version)
+                && runs.last().is_none_or(|(last, _)| !same(last, &key))
+            {
+                runs.push((key, version));
+            }
+        }
+        runs
+    };
+    let [a, b] = sides;
+    let (a, b) = (runs(a), runs(b));
+    if a.is_empty() || b.is_empty() {
+        return None;
+    }
+    for place in 0..a.len().max(b.len()) {
+        let (one, other) = (a.get(place).or(a.last())?, b.get(place).or(b.last())?);
+        if !same(&one.0, &other.0) {
+            return Some([one.1, other.1]);
+        }
+        if a.get(place).is_none() != b.get(place).is_none() {
+            return Some([one.1, other.1]);
+        }
+    }
+    None
+}
+
+/// How a stream moves.
+#[derive(Clone, Debug)]
+struct Pace {
+    median_ns: i64,
+    /// How far intervals lie apart, without the least and the greatest.
+    spread_ns: i64,
+    /// It keeps to its pace.
+    regular: bool,
+    intervals: usize,
+}
+
+impl Pace {
+    fn of(positions: impl Iterator<Item = i64>) -> Option<Self> {
+        let positions: Vec<i64> = positions.collect();
+        let pairs = positions.iter().zip(positions.iter().skip(1));
+        let mut intervals: Vec<i64> = pairs.map(|(one, next)| next.saturating_sub(*one)).collect();
+        if intervals.len() < PACE {
+            return None;
+        }
+        intervals.sort_unstable();
+        let at = |percent: usize| intervals.get((intervals.len() - 1) * percent / 100).copied().unwrap_or(0);
+        let median_ns = at(50);
+        let spread_ns = at(MOST).saturating_sub(at(LEAST));
+        let regular = median_ns > 0 && at(75).saturating_sub(at(25)) <= median_ns / 4;
+        Some(Self { median_ns, spread_ns, regular, intervals: intervals.len() })
+    }
+
+    /// Whether two paces are not the same.
+    fn parts(&self, other: &Self, tolerance: f64, alignment: &Alignment) -> bool {
+        let allowed = (tolerance * self.median_ns.min(other.median_ns) as f64) as i64;
+        let apart = self.median_ns.saturating_sub(other.median_ns).saturating_abs();
+        self.regular && other.regular && apart > allowed.max(2 * alignment.resolution)
+    }
+
+    /// Whether one varies much more than the other.
+    fn varies(&self, other: &Self, tolerance: f64, alignment: &Alignment) -> bool {
+        let allowed = (tolerance * self.median_ns.min(other.median_ns) as f64) as i64;
+        let apart = self.spread_ns.saturating_sub(other.spread_ns).saturating_abs();
+        let enough = self.intervals.min(other.intervals) >= JITTER;
+        enough
+            && (self.regular || other.regular)
+            && apart > (2 * allowed).max(4 * alignment.resolution).max(DELAYED_NS)
+            && self.spread_ns.max(other.spread_ns) / 3 > self.spread_ns.min(other.spread_ns)
+    }
+}
+
+/// The paces of two polls in ns, where they are not the same.
+pub(super) fn paces(a: &[Place], b: &[Place], alignment: &Alignment, tolerance: f64) -> Option<(i64, i64)> {
+    let pace = |side: usize, places: &[Place]| {
+        Pace::of(places.iter().map(|place| place.on(true)).filter(|at| alignment.may_cover(side, *at)))
+    };
+    let (mine, other) = (pace(0, a)?, pace(1, b)?);
+    let enough = mine.intervals.min(other.intervals) >= 8;
+    (enough && mine.parts(&other, tolerance, alignment)).then_some((mine.median_ns, other.median_ns))
+}
