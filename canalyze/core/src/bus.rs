@@ -168,7 +168,7 @@ impl Bus {
             channel
         });
         let before = cx.events.len();
-        channel.in_vain = key.1.is_none().then(|| self.checks.nodes.asked_in_vain(node)).flatten();
+        channel.asked_in_vain(key.1.is_none().then(|| self.checks.nodes.asked_in_vain(node)).flatten());
         channel.step(side, frame, cx);
         self.checks.due(frame, cx);
         if key.1.is_none() {
@@ -332,19 +332,19 @@ impl Bus {
     /// Takes what an SDO transfer has shown of the server's configuration.
     fn learn(&mut self, transfer: &Transfer, cx: &mut Context<'_>) {
         let Some(mux) = transfer.mux else { return };
-        if transfer.status != Status::Ok || transfer.bad || transfer.hole {
+        if transfer.outcome.status != Status::Ok || transfer.outcome.bad || transfer.data.hole {
             return self.refused(transfer, mux, cx);
         }
         self.checks.transferred(transfer, mux, &self.nodes, cx);
         if mux.index == 0x1F22 && transfer.direction == Direction::Download {
-            return self.learn_concise(mux.sub, &transfer.kept);
+            return self.learn_concise(mux.sub, &transfer.data.kept);
         }
         let concerned = configuration::concerns(mux.index) || matches!(mux.index, 0x1010 | 0x1011);
-        if !concerned || transfer.size > 8 {
+        if !concerned || transfer.data.size > 8 {
             return;
         }
         let node = known(&mut self.nodes, transfer.node);
-        if node.configuration.learn(transfer.direction, mux, &transfer.kept, cx.at.no) {
+        if node.configuration.learn(transfer.direction, mux, &transfer.data.kept, cx.at.no) {
             node.compile();
             if moves(mux) {
                 self.assign();
@@ -368,7 +368,7 @@ impl Bus {
 
     /// A transfer has not succeeded. What it should have written is as before only where it was refused.
     fn refused(&mut self, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
-        if transfer.direction != Direction::Download || transfer.status != Status::Aborted {
+        if transfer.direction != Direction::Download || transfer.outcome.status != Status::Aborted {
             return;
         }
         if let Some(node) = self.nodes.get_mut(transfer.node)
@@ -465,8 +465,8 @@ impl Bus {
         // Who asks for all node-IDs does not expect that all answer.
         let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
         for ((node, id), channel) in &mut self.channels {
-            channel.in_vain = id.is_none().then(|| self.checks.nodes.asked_in_vain(*node)).flatten();
-            channel.scanned = scanned && channel.is_probed();
+            channel.asked_in_vain(id.is_none().then(|| self.checks.nodes.asked_in_vain(*node)).flatten());
+            channel.scanned(scanned && channel.is_probed());
             channel.finish(cx);
         }
         self.checks.finish(&self.nodes, cx);

@@ -39,9 +39,9 @@ impl Descriptions {
         let upload = transfer.direction == Direction::Upload;
         let [downloads, uploads] = self.short.entry(transfer.node);
         let short = if upload { uploads } else { downloads };
-        *short |= transfer.mode == Mode::Expedited && transfer.size_indicated.is_some_and(|size| size < 4);
+        *short |= transfer.mode == Mode::Expedited && transfer.data.size_indicated.is_some_and(|size| size < 4);
         // Many devices and clients send four bytes whatever the type, which only a description contradicts.
-        let habit = !*short && transfer.mode == Mode::Expedited && transfer.size == 4;
+        let habit = !*short && transfer.mode == Mode::Expedited && transfer.data.size == 4;
         let described = node.and_then(|node| Some((node, node.configuration.description()?)));
         let Some((node, description)) = described else {
             if let Some(code) = standard_type(mux).filter(|_| !habit) {
@@ -66,7 +66,7 @@ impl Descriptions {
                 self.first(node.id(), mux);
             }
         } else if (configuration || identity(mux))
-            && let Some(found) = number(&transfer.kept)
+            && let Some(found) = number(&transfer.data.kept)
             && let Some(preset) = node.configuration.described(node.id(), mux.index, mux.sub)
             && found != preset.value
             // Templates leave the identity 0.
@@ -127,15 +127,15 @@ fn standard_type(mux: Mux) -> Option<u16> {
 
 /// The length of a number. What an expedited transfer without size carries is not known; strings have any length.
 fn length(data_type: u16, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
-    let unsized_value = transfer.mode == Mode::Expedited && transfer.size_indicated.is_none();
+    let unsized_value = transfer.mode == Mode::Expedited && transfer.data.size_indicated.is_none();
     let size = DataType::from_code(data_type).and_then(DataType::size);
     let Some(size) = size.map(|size| size as u64).filter(|_| !unsized_value) else { return };
-    if transfer.size != size {
+    if transfer.data.size != size {
         let upload = transfer.direction == Direction::Upload;
-        let (found, r#type, length) = (transfer.size, data_type, size);
+        let (found, r#type, length) = (transfer.data.size, data_type, size);
         let read = Sdo013::Read { found, r#type, length };
         let what = if upload { read } else { Sdo013::Written { found, r#type, length } };
-        let cause = if upload { transfer.initiated } else { Some(transfer.first) };
+        let cause = if upload { transfer.data.initiated } else { Some(transfer.first) };
         let cause = cause.filter(|cause| cause.no != cx.at.no);
         cx.raise(what, Some(transfer.node), Some(mux), cause);
     }

@@ -173,7 +173,7 @@ impl Checks {
     pub fn ended(&mut self, transfer: &Transfer, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         let node = transfer.node;
         if let (Direction::Download, Status::Failed | Status::Incomplete, Some(mux)) =
-            (transfer.direction, transfer.status, transfer.mux)
+            (transfer.direction, transfer.outcome.status, transfer.mux)
         {
             self.pdo_configuration.doubt(node, mux, cx.at.no);
         }
@@ -314,7 +314,7 @@ impl Checks {
         let node = nodes.get(transfer.node);
         self.descriptions.judge(node, transfer, mux, cx);
         if transfer.direction == Direction::Download
-            && let Some(value) = configuration::number(&transfer.kept)
+            && let Some(value) = configuration::number(&transfer.data.kept)
         {
             let state = self.nodes.state(transfer.node);
             self.pdo_configuration.written((node, state), transfer, mux, value, cx);

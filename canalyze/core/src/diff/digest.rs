@@ -328,14 +328,16 @@ impl Digest {
             mux: transfer.mux,
             direction: transfer.direction,
             mode: transfer.mode,
-            status: transfer.status,
-            abort: transfer.abort,
-            size: transfer.size,
-            hash: transfer.digest,
-            kept: transfer.kept.get(..SHOWN).unwrap_or(&transfer.kept).into(),
+            status: transfer.outcome.status,
+            abort: transfer.outcome.abort,
+            size: transfer.data.size,
+            hash: transfer.data.digest,
+            kept: transfer.data.kept.get(..SHOWN).unwrap_or(&transfer.data.kept).into(),
             described: transfer.described.clone(),
-            holed: transfer.midway || transfer.hole,
-            unended: !framed && matches!(transfer.status, Status::Incomplete | Status::Open) && !self.waited(transfer),
+            holed: transfer.outcome.midway || transfer.data.hole,
+            unended: !framed
+                && matches!(transfer.outcome.status, Status::Incomplete | Status::Open)
+                && !self.waited(transfer),
         };
         let (at, since) = (Place::of(transfer.last), Place::of(transfer.first));
         self.add(

@@ -388,7 +388,7 @@ enum Written {
 
 fn written(transfer: &Transfer) -> Option<Written> {
     let index = transfer.mux?.index;
-    let done = transfer.direction == Direction::Download && transfer.status == Status::Ok;
+    let done = transfer.direction == Direction::Download && transfer.outcome.status == Status::Ok;
     match index {
         0x1017 if done => Some(Written::Heartbeat),
         0x1005 | 0x1006 if done => Some(Written::Sync),

@@ -91,16 +91,22 @@ impl Entry {
             Same::Unknown => Fit::Undecided,
             Same::No => Fit::Other(Other::Value(found(transfer, Some(value)))),
         };
-        let status = if transfer.bad && transfer.status == Status::Ok { Status::Failed } else { transfer.status };
+        let status = if transfer.outcome.bad && transfer.outcome.status == Status::Ok {
+            Status::Failed
+        } else {
+            transfer.outcome.status
+        };
         match (self.outcome(), status) {
             (Outcome::Ok | Outcome::Any, Status::Ok) => self.value.as_ref().map_or(Fit::Fits, valued),
             (Outcome::Any, _) if self.value.is_some() => Fit::Undecided,
             (Outcome::Any, _) => Fit::Fits,
             (_, Status::Incomplete | Status::Open) => Fit::Cut,
             (_, Status::Failed) => Fit::Other(Other::Failed),
-            (Outcome::Ok, Status::Aborted) => Fit::Other(Other::Aborted(transfer.abort.map_or(0, |abort| abort.code))),
+            (Outcome::Ok, Status::Aborted) => {
+                Fit::Other(Other::Aborted(transfer.outcome.abort.map_or(0, |abort| abort.code)))
+            }
             (Outcome::Aborted, Status::Ok) => Fit::Other(Other::Succeeded),
-            (Outcome::Aborted, Status::Aborted) => match (self.abort, transfer.abort) {
+            (Outcome::Aborted, Status::Aborted) => match (self.abort, transfer.outcome.abort) {
                 (Some(wanted), Some(abort)) if wanted != abort.code => Fit::Other(Other::Aborted(abort.code)),
                 _ => Fit::Fits,
             },

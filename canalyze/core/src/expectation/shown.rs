@@ -33,7 +33,9 @@ impl Shown {
                 let place = self.waiting.iter().position(|shown| shown.id == told.id);
                 let shown = place.map(|place| self.waiting.remove(place));
                 // Its pair may have been dissolved meanwhile: then it is another one.
-                let same = |shown: Arc<Transfer>| shown.status == told.status && shown.kept == told.kept;
+                let same = |shown: Arc<Transfer>| {
+                    shown.outcome.status == told.outcome.status && shown.data.kept == told.data.kept
+                };
                 (!shown.is_some_and(same)).then(|| Arc::clone(told))
             }
             _ => None,

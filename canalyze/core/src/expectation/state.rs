@@ -490,9 +490,9 @@ pub(super) fn commanded(command: u8) -> Option<u8> {
 
 /// The index and the value of an object of 16 bits that was read whole.
 pub(super) fn uploaded(transfer: &Transfer) -> Option<(u16, u16)> {
-    let whole = transfer.status == Status::Ok && !transfer.bad && !transfer.hole;
+    let whole = transfer.outcome.status == Status::Ok && !transfer.outcome.bad && !transfer.data.hole;
     let mux = transfer.mux.filter(|mux| whole && transfer.direction == Direction::Upload && mux.sub == 0)?;
-    match *transfer.kept.as_slice() {
+    match *transfer.data.kept.as_slice() {
         [low, high] => Some((mux.index, u16::from_le_bytes([low, high]))),
         _ => None,
     }

@@ -70,11 +70,11 @@ impl From<bool> for Same {
 impl Value {
     /// Whether a successful transfer carried it.
     pub(super) fn is_of(&self, transfer: &Transfer) -> Same {
-        if transfer.hole {
+        if transfer.data.hole {
             return Same::Unknown;
         }
-        let kept = transfer.kept.as_slice();
-        let whole = kept.len() as u64 == transfer.size;
+        let kept = transfer.data.kept.as_slice();
+        let whole = kept.len() as u64 == transfer.data.size;
         let beginning = |same: bool| match (same, whole) {
             (false, _) => Same::No,
             (true, true) => Same::Yes,
@@ -82,7 +82,7 @@ impl Value {
         };
         match self {
             Self::Data(Bytes(bytes)) => {
-                beginning(bytes.len() as u64 == transfer.size && bytes.get(..kept.len()) == Some(kept))
+                beginning(bytes.len() as u64 == transfer.data.size && bytes.get(..kept.len()) == Some(kept))
             }
             Self::Text(text) if data_type(transfer) == Some(DataType::UnicodeString) => {
                 beginning(od::unicode(kept).trim_end_matches('\0') == text.trim_end_matches('\0'))
@@ -118,7 +118,7 @@ impl Value {
 
 /// What a transfer carried, for a finding, in the manner of what was expected.
 pub(super) fn found(transfer: &Transfer, expected: Option<&Value>) -> Said {
-    let kept = transfer.kept.as_slice();
+    let kept = transfer.data.kept.as_slice();
     let bytes = || Said::Bytes(kept.get(..SHOWN).unwrap_or(kept).into());
     if let Some(Value::Data(_)) = expected {
         return bytes();
@@ -214,7 +214,7 @@ mod tests {
         };
         let mut made = Transfer::new(beginning, Direction::Download, Mode::Segmented, Some(Mux { index, sub: 0 }));
         made.append(bytes);
-        made.status = Status::Ok;
+        made.outcome.status = Status::Ok;
         made
     }
 
@@ -271,7 +271,7 @@ mod tests {
         assert_eq!(value(r#"{"text":"A"}"#).is_of(&long), Same::No);
         let same = format!(r#"{{"data":"{}"}}"#, "41".repeat(70_000));
         assert_eq!(value(&same).is_of(&long), Same::Unknown);
-        long.hole = true;
+        long.data.hole = true;
         assert_eq!(value(r#"{"text":"A"}"#).is_of(&long), Same::Unknown);
     }
 }

@@ -212,8 +212,8 @@ impl View<'_> {
             put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
             jsonl::sdo::object(out, self.setting.lang, transfer.mux, described.as_deref());
             put!(out; ",\"size\":");
-            jsonl::number_or_null(out, transfer.size_indicated.map(u64::from));
-            put!(out; ",\"bytes\":", transfer.size, ",\"since_ns\":");
+            jsonl::number_or_null(out, transfer.data.size_indicated.map(u64::from));
+            put!(out; ",\"bytes\":", transfer.data.size, ",\"since_ns\":");
             jsonl::signed_or_null(out, transfer.first.t_ns);
             put!(out; "}");
         }

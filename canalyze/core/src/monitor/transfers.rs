@@ -46,16 +46,16 @@ fn json(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
     put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
     jsonl::sdo::object(out, setting.lang, transfer.mux, transfer.described.as_deref());
-    put!(out; ",\"size\":", transfer.size, ",\"value\":");
-    if transfer.status == Status::Ok && transfer.kept.len() <= VALUE {
-        jsonl::sdo::json_value(out, jsonl::sdo::data_type(transfer), &transfer.kept);
+    put!(out; ",\"size\":", transfer.data.size, ",\"value\":");
+    if transfer.outcome.status == Status::Ok && transfer.data.kept.len() <= VALUE {
+        jsonl::sdo::json_value(out, jsonl::sdo::data_type(transfer), &transfer.data.kept);
     } else {
         put!(out; "null");
     }
     put!(out; ",\"text\":");
     jsonl::quoted(out, |text| value::transferred(text, setting.lang, transfer));
-    put!(out; ",\"status\":\"", transfer.status.name(), "\",\"abort\":");
-    jsonl::sdo::abort_or_null(out, setting.lang, transfer.abort);
+    put!(out; ",\"status\":\"", transfer.outcome.status.name(), "\",\"abort\":");
+    jsonl::sdo::abort_or_null(out, setting.lang, transfer.outcome.abort);
     put!(out; ",\"first_frame\":", transfer.first.no, ",\"last_frame\":", transfer.last.no, ",\"t_ns\":");
     jsonl::signed_or_null(out, transfer.first.t_ns);
     put!(out; ",\"duration_ns\":");

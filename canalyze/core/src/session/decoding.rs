@@ -264,7 +264,7 @@ impl Decoding {
         for event in &self.events {
             if let What::Transfer(transfer) = &event.what {
                 let name = file_name(transfer.id.0, buses.name(transfer.bus), transfer.node, transfer.mux);
-                self.extracted.push(Extracted { name, bytes: Vec::new(), status: Some(transfer.status) });
+                self.extracted.push(Extracted { name, bytes: Vec::new(), status: Some(transfer.outcome.status) });
             }
         }
     }

@@ -50,7 +50,7 @@ impl Tally {
         for event in events {
             match &event.what {
                 What::Finding(finding) => self.finding(finding),
-                What::Transfer(transfer) => match transfer.status {
+                What::Transfer(transfer) => match transfer.outcome.status {
                     Status::Ok => self.ok += 1,
                     Status::Aborted => self.aborted += 1,
                     Status::Incomplete => self.incomplete += 1,

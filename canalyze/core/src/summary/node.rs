@@ -201,7 +201,7 @@ impl Node {
     /// Takes an SDO transfer that has ended.
     pub fn transfer(&mut self, transfer: &Transfer, at: FrameRef) {
         self.pending.retain(|(id, _)| *id != transfer.id);
-        let slot = match transfer.status {
+        let slot = match transfer.outcome.status {
             Status::Ok => 0,
             Status::Aborted => 1,
             Status::Failed => 2,
@@ -210,12 +210,12 @@ impl Node {
         if let Some(slot) = self.transfers.get_mut(slot) {
             *slot += 1;
         }
-        if let Some(abort) = transfer.abort {
+        if let Some(abort) = transfer.outcome.abort {
             count(&mut self.aborts, (abort.code, abort.by), at);
         }
-        let read = transfer.direction == Direction::Upload && transfer.status == Status::Ok;
-        if read && transfer.mux == Some(DEVICE_NAME) && !transfer.hole {
-            let text = transfer.kept.split(|byte| *byte == 0).next().unwrap_or(&[]).trim_ascii();
+        let read = transfer.direction == Direction::Upload && transfer.outcome.status == Status::Ok;
+        if read && transfer.mux == Some(DEVICE_NAME) && !transfer.data.hole {
+            let text = transfer.data.kept.split(|byte| *byte == 0).next().unwrap_or(&[]).trim_ascii();
             if let Ok(name) = std::str::from_utf8(text)
                 && !name.is_empty()
                 && !name.contains(char::is_control)

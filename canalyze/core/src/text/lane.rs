@@ -93,7 +93,7 @@ pub fn transfer(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer, valued: bool
         None => put!(out; said("object unknown")),
     }
     put!(out; " ", said(if transfer.direction == Direction::Upload { "read" } else { "write" }));
-    match (transfer.status, transfer.abort) {
+    match (transfer.outcome.status, transfer.outcome.abort) {
         (Status::Ok, _) if valued => {
             put!(out; " ");
             moved(out, lang, transfer);
@@ -110,8 +110,8 @@ pub fn transfer(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer, valued: bool
 fn moved(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let standard = transfer.mux.and_then(|mux| od::data_type(mux.index, mux.sub));
     let data_type = transfer.described.as_ref().map_or(standard, |object| object.data_type());
-    if transfer.size > BYTES as u64 && matches!(od::decode(data_type, &transfer.kept), Value::Bytes(_)) {
-        return value::size(out, lang, transfer.size);
+    if transfer.data.size > BYTES as u64 && matches!(od::decode(data_type, &transfer.data.kept), Value::Bytes(_)) {
+        return value::size(out, lang, transfer.data.size);
     }
     let mut whole = Vec::new();
     value::transferred(&mut whole, lang, transfer);

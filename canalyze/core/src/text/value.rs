@@ -152,12 +152,14 @@ pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping
 
 /// What a transfer moved: a value if it is whole, else bytes, since a fragment read as a number is none.
 pub fn transferred(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
-    let whole = transfer.kept.len() as u64 == transfer.size;
-    match (transfer.status, transfer.mux) {
-        (Status::Ok, Some(mux)) if whole => of_object(out, lang, mux, transfer.described.as_deref(), &transfer.kept),
-        (Status::Ok, _) => value(out, lang, None, &transfer.kept, transfer.size),
-        _ if transfer.kept.is_empty() => {}
-        _ => value(out, lang, Some(DataType::Domain), &transfer.kept, transfer.size),
+    let whole = transfer.data.kept.len() as u64 == transfer.data.size;
+    match (transfer.outcome.status, transfer.mux) {
+        (Status::Ok, Some(mux)) if whole => {
+            of_object(out, lang, mux, transfer.described.as_deref(), &transfer.data.kept)
+        }
+        (Status::Ok, _) => value(out, lang, None, &transfer.data.kept, transfer.data.size),
+        _ if transfer.data.kept.is_empty() => {}
+        _ => value(out, lang, Some(DataType::Domain), &transfer.data.kept, transfer.data.size),
     }
 }
 

@@ -207,15 +207,15 @@ impl Drives {
         let nobody = Node::new(transfer.node);
         let drive = self.nodes.entry(transfer.node);
         let place = Place { node: known.unwrap_or(&nobody), axis, at: cx.at, state, by_pdo: false };
-        let whole = transfer.status == Status::Ok && !transfer.bad && !transfer.hole;
+        let whole = transfer.outcome.status == Status::Ok && !transfer.outcome.bad && !transfer.data.hole;
         let fits = crate::od::data_type(mux.index, mux.sub).and_then(crate::od::DataType::size);
-        if !whole || fits != Some(transfer.kept.len()) || transfer.size != transfer.kept.len() as u64 {
+        if !whole || fits != Some(transfer.data.kept.len()) || transfer.data.size != transfer.data.kept.len() as u64 {
             if object == Object::Controlword && transfer.direction == Direction::Download {
                 drive.blind();
             }
             return;
         }
-        let raw = transfer.kept.iter().rev().fold(0, |raw, byte| raw << 8 | u16::from(*byte));
+        let raw = transfer.data.kept.iter().rev().fold(0, |raw, byte| raw << 8 | u16::from(*byte));
         match (object, transfer.direction) {
             (Object::Controlword, Direction::Upload) => drive.sent(place, raw),
             (Object::Controlword, Direction::Download) => {

@@ -64,32 +64,36 @@ impl Table<Transfers> {
         columns.mode.word(transfer.mode.name());
         let data_type = object(columns, setting, transfer);
         columns.r#type.maybe(data_type.map(DataType::name));
-        columns.size_indicated.append_option(transfer.size_indicated);
-        columns.size.append_value(transfer.size);
-        columns.data.append_value(&transfer.kept);
-        let ok = transfer.status == Status::Ok;
-        values(columns, if ok { od::decode(data_type, &transfer.kept) } else { Value::Empty }, &transfer.kept);
+        columns.size_indicated.append_option(transfer.data.size_indicated);
+        columns.size.append_value(transfer.data.size);
+        columns.data.append_value(&transfer.data.kept);
+        let ok = transfer.outcome.status == Status::Ok;
+        values(
+            columns,
+            if ok { od::decode(data_type, &transfer.data.kept) } else { Value::Empty },
+            &transfer.data.kept,
+        );
         let mut text = Vec::new();
         value::transferred(&mut text, setting.lang, transfer);
         columns.text.append_value(String::from_utf8_lossy(&text));
-        columns.status.word(transfer.status.name());
-        columns.abort_code.append_option(transfer.abort.map(|abort| abort.code));
-        columns.abort_by.maybe(transfer.abort.map(|abort| side(abort.by)));
-        columns.abort_text.maybe(transfer.abort.and_then(|abort| terms::abort_code(setting.lang, abort.code)));
+        columns.status.word(transfer.outcome.status.name());
+        columns.abort_code.append_option(transfer.outcome.abort.map(|abort| abort.code));
+        columns.abort_by.maybe(transfer.outcome.abort.map(|abort| side(abort.by)));
+        columns.abort_text.maybe(transfer.outcome.abort.and_then(|abort| terms::abort_code(setting.lang, abort.code)));
         columns.first_frame.append_value(transfer.first.no);
         columns.last_frame.append_value(transfer.last.no);
         columns.first_line.append_option(transfer.first.line);
         columns.last_line.append_option(transfer.last.line);
         columns.t_ns.append_option(transfer.first.t_ns);
         columns.duration_ns.append_option(transfer.duration_ns());
-        columns.reordered.append_value(transfer.reordered);
-        columns.retransmissions.append_value(transfer.retransmissions);
-        columns.crc_negotiated.append_option(transfer.crc_negotiated);
-        for code in &transfer.findings {
+        columns.reordered.append_value(transfer.outcome.reordered);
+        columns.retransmissions.append_value(transfer.outcome.retransmissions);
+        columns.crc_negotiated.append_option(transfer.outcome.crc_negotiated);
+        for code in &transfer.outcome.findings {
             columns.findings.values().append_value(code.rule().id);
         }
         columns.findings.append(true);
-        self.end_row(transfer.kept.len() + text.len(), done);
+        self.end_row(transfer.data.kept.len() + text.len(), done);
     }
 }
 

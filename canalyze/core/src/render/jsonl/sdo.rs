@@ -134,28 +134,28 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     put!(out; ",\"type\":");
     name_or_null(out, data_type.map_or("", DataType::name).as_bytes());
     put!(out; ",\"size_indicated\":");
-    number_or_null(out, transfer.size_indicated.map(u64::from));
-    put!(out; ",\"size\":", transfer.size, ",\"data\":\"", Joined(&transfer.kept), "\",\"value\":");
-    if transfer.status == Status::Ok {
-        json_value(out, data_type, &transfer.kept);
+    number_or_null(out, transfer.data.size_indicated.map(u64::from));
+    put!(out; ",\"size\":", transfer.data.size, ",\"data\":\"", Joined(&transfer.data.kept), "\",\"value\":");
+    if transfer.outcome.status == Status::Ok {
+        json_value(out, data_type, &transfer.data.kept);
     } else {
         put!(out; "null");
     }
     put!(out; ",\"text\":");
     quoted(out, |text| value::transferred(text, setting.lang, transfer));
-    put!(out; ",\"status\":\"", transfer.status.name(), "\",\"abort\":");
-    abort_or_null(out, setting.lang, transfer.abort);
+    put!(out; ",\"status\":\"", transfer.outcome.status.name(), "\",\"abort\":");
+    abort_or_null(out, setting.lang, transfer.outcome.abort);
     put!(out; ",\"first_frame\":", transfer.first.no, ",\"last_frame\":", transfer.last.no, ",\"t\":");
     seconds(out, transfer.first.t_ns, setting.decimals);
     put!(out; ",\"duration\":");
     seconds(out, transfer.duration_ns(), setting.decimals);
-    put!(out; ",\"reordered\":", truth(transfer.reordered), ",\"retransmissions\":", transfer.retransmissions);
-    put!(out; match transfer.crc_negotiated {
+    put!(out; ",\"reordered\":", truth(transfer.outcome.reordered), ",\"retransmissions\":", transfer.outcome.retransmissions);
+    put!(out; match transfer.outcome.crc_negotiated {
         None => ",\"crc_negotiated\":null,\"findings\":[",
         Some(true) => ",\"crc_negotiated\":true,\"findings\":[",
         Some(false) => ",\"crc_negotiated\":false,\"findings\":[",
     });
-    for (no, code) in transfer.findings.iter().enumerate() {
+    for (no, code) in transfer.outcome.findings.iter().enumerate() {
         put!(out; if no > 0 { ",\"" } else { "\"" }, code.rule().id, "\"");
     }
     put!(out; "]}\n");

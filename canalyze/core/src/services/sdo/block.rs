@@ -46,7 +46,7 @@ impl Segment {
 #[derive(Clone, Debug)]
 struct Wrong {
     at: FrameRef,
-    /// The number that was due when it came: an acknowledgement of it accepts what is wrong.
+    /// The number that was expected when it came: an acknowledgement of it accepts what is wrong.
     expected: u8,
     what: Sdo012,
 }
@@ -69,7 +69,7 @@ pub enum Taken {
     InSequence,
     /// It was under way when the sub-block was acknowledged early; it does not count.
     InFlight,
-    /// Another number was due.
+    /// Another number was expected.
     OutOfSequence(u8),
 }
 
@@ -127,41 +127,70 @@ impl SubBlock {
     }
 }
 
-/// The data phase of a block transfer.
+/// From which segment on frames count again after an acknowledgement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Resume {
+    /// From any.
+    Now,
+    /// From sequence number 1 on; everything sent was acknowledged, or nothing is known of it.
+    AtFirst,
+    /// From sequence number 1 on; others may be under way, since a part was acknowledged early.
+    BehindInFlight,
+}
+
+/// Segments in sequence that a partial acknowledgement left: the next segment should be the first of them.
 #[derive(Clone, Debug)]
-pub struct Block {
-    /// Segments in the current sub-block.
-    blksize: u8,
-    current: SubBlock,
-    /// Segments that were sent in sequence and not acknowledged, and the acknowledgement: the next is the first of them.
-    rest: Option<(Vec<Segment>, FrameRef, u8)>,
-    /// The acknowledgement after which the sender went on with other data.
-    not_resent: Option<(FrameRef, u8)>,
-    /// After an early acknowledgement: frames count again from sequence number 1 on.
-    skipping: bool,
-    tail: Option<Segment>,
-    committed: u32,
-    finished: bool,
-    /// The last acknowledgement left nothing to be sent again.
-    acked_all: bool,
-    /// A segment marked as last was sent, acknowledged or not.
-    last_sent: bool,
-    /// The segment that completed the sub-block: since then an acknowledgement is due.
-    due_since: Option<FrameRef>,
-    /// The transfer's first segment.
-    pub first_at: Option<FrameRef>,
-    /// Its newest one.
-    pub newest_at: Option<FrameRef>,
-    /// The end frame, once seen.
-    pub end: Option<End>,
-    /// The client's start of an upload has been seen.
-    pub started: bool,
+struct Rest {
+    segments: Vec<Segment>,
+    ack: Acknowledgement,
+}
+
+/// An acknowledgement: where it stands, and its number.
+pub type Acknowledgement = (FrameRef, u8);
+
+/// Frames that findings are about.
+#[derive(Clone, Copy, Debug, Default)]
+struct Marks {
+    first: Option<FrameRef>,
+    newest: Option<FrameRef>,
+    /// The segment that completed the sub-block: since then an acknowledgement is expected.
+    complete: Option<FrameRef>,
+}
+
+/// Why the data may not be what was sent.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Doubts {
     /// Size or CRC were wrong.
     pub bad: bool,
     /// An acknowledgement could not be read: what was sent again is not known.
     pub unsure: bool,
     /// That the last segment was acknowledged was made out from numbers of which one is wrong.
     pub guessed: bool,
+}
+
+/// The data phase of a block transfer.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Segments in the current sub-block.
+    blksize: u8,
+    current: SubBlock,
+    rest: Option<Rest>,
+    /// The acknowledgement after which the sender went on with other data.
+    not_resent: Option<Acknowledgement>,
+    resume: Resume,
+    /// The last acknowledged segment: only the end frame shows how much of it is data.
+    tail: Option<Segment>,
+    /// The last segment was acknowledged.
+    finished: bool,
+    /// A segment marked as last was sent, acknowledged or not.
+    last_sent: bool,
+    marks: Marks,
+    /// The end frame, once seen.
+    pub end: Option<End>,
+    /// The client's start of an upload has been seen.
+    pub started: bool,
+    /// Why the data may not be what was sent.
+    pub doubts: Doubts,
 }
 
 impl Block {
@@ -172,44 +201,48 @@ impl Block {
             current: SubBlock::default(),
             rest: None,
             not_resent: None,
-            skipping: false,
+            resume: Resume::Now,
             tail: None,
-            committed: 0,
             finished: false,
-            acked_all: true,
             last_sent: false,
-            due_since: None,
-            first_at: None,
-            newest_at: None,
+            marks: Marks::default(),
             end: None,
             started: false,
-            bad: false,
-            unsure: false,
-            guessed: false,
+            doubts: Doubts::default(),
         }
     }
 
     /// A data phase met in its midst: it counts from the next sub-block on.
     pub fn midway() -> Self {
-        Self { skipping: true, started: true, ..Self::new(MOST) }
+        Self { resume: Resume::AtFirst, started: true, ..Self::new(MOST) }
     }
 
-    /// Whether the segment marked as last was acknowledged: the end frame is due.
+    /// The transfer's first segment.
+    pub fn first_at(&self) -> Option<FrameRef> {
+        self.marks.first
+    }
+
+    /// Its newest one.
+    pub fn newest_at(&self) -> Option<FrameRef> {
+        self.marks.newest
+    }
+
+    /// Whether the segment marked as last was acknowledged: the end frame is expected.
     pub fn is_finished(&self) -> bool {
         self.finished
     }
 
-    /// The segment since which an acknowledgement is due.
+    /// The segment since which an acknowledgement is expected.
     pub fn due_since(&self) -> Option<FrameRef> {
-        self.due_since
+        self.marks.complete
     }
 
-    /// Whether an acknowledgement is due.
+    /// Whether an acknowledgement is expected.
     pub fn owes_ack(&self) -> bool {
         !self.finished && self.current.is_complete(self.blksize)
     }
 
-    /// The number that the acknowledgement that is due has to have, if nothing is to be sent again.
+    /// The number that the acknowledgement that is expected has to have, if nothing is to be sent again.
     pub fn owed_ack(&self) -> Option<u8> {
         let whole = self.owes_ack() && self.current.wrong.is_none();
         whole.then_some(self.current.sent)
@@ -226,7 +259,8 @@ impl Block {
         self.current.ends_unread()
     }
 
-    /// The sequence number of the segment that an empty frame by the sender of the data stands for, where one was due.
+    /// The sequence number of the segment that an empty frame by the sender of the data stands for, where one was
+    /// expected.
     pub fn unread(&self) -> Option<u8> {
         let current = &self.current;
         let ended = self.finished || self.end.is_some() || (self.owes_ack() && current.last_at.is_some());
@@ -238,7 +272,7 @@ impl Block {
         self.last_sent
     }
 
-    /// The sequence number that is due.
+    /// The sequence number that is expected.
     pub fn expected(&self) -> u8 {
         if self.owes_ack() { 1 } else { self.current.expected() }
     }
@@ -248,29 +282,30 @@ impl Block {
         seqno == 1 || seqno == self.current.expected()
     }
 
-    /// Number in the transfer of the next segment, from 1.
-    pub fn ordinal(&self) -> u32 {
+    /// Number in the transfer of the next segment, from 1, behind those that are acknowledged.
+    pub fn ordinal(&self, committed: u32) -> u32 {
         let current = self.current.segments.len() as u32;
-        self.committed.saturating_add(current).saturating_add(1)
+        committed.saturating_add(current).saturating_add(1)
     }
 
-    /// How many segments that were not seen, and may be listed late, an acknowledgement of `ackseq` speaks of.
+    /// How many segments an acknowledgement of `ackseq` covers that were not seen, and may be listed late.
     pub fn not_seen(&self, ackseq: u8) -> u8 {
-        let resumes = self.skipping && self.acked_all;
+        let resumes = self.resume == Resume::AtFirst;
         let settled = self.current.wrong.is_some() || self.owes_ack() || resumes || self.finished;
         if settled || ackseq > self.blksize { 0 } else { ackseq.saturating_sub(self.current.segments.len() as u8) }
     }
 
-    /// Takes a segment. Returns how it was taken, and the frame after which an acknowledgement is missing from the capture.
+    /// Takes a segment. Returns how it was taken, and the frame after which an acknowledgement is missing from the
+    /// capture.
     pub fn segment(&mut self, transfer: &mut Transfer, at: FrameRef, segment: Segment) -> (Taken, Option<FrameRef>) {
         let Segment { seqno, last, .. } = segment;
-        self.first_at.get_or_insert(at);
-        self.newest_at = Some(at);
-        if self.skipping {
+        self.marks.first.get_or_insert(at);
+        self.marks.newest = Some(at);
+        if self.resume != Resume::Now {
             if seqno != 1 {
                 return (Taken::InFlight, None);
             }
-            self.skipping = false;
+            self.resume = Resume::Now;
         }
         self.resume(transfer, &segment);
         self.last_sent |= last;
@@ -280,12 +315,12 @@ impl Block {
             if seqno != 1 {
                 return (self.beyond_complete(at, segment), None);
             }
-            ack_missing = self.due_since;
+            ack_missing = self.marks.complete;
             self.settle_whole(transfer);
         }
         let taken = self.current.take(blksize, at, segment);
         if self.owes_ack() {
-            self.due_since = Some(at);
+            self.marks.complete = Some(at);
         }
         (taken, ack_missing)
     }
@@ -294,24 +329,24 @@ impl Block {
     /// these for acknowledged as well.
     fn resume(&mut self, transfer: &mut Transfer, segment: &Segment) {
         self.last_sent &= self.rest.is_none();
-        if let Some((rest, ack, ackseq)) = self.rest.take()
-            && rest.first().is_some_and(|first| !first.is_like(segment))
+        if let Some(Rest { segments, ack }) = self.rest.take()
+            && segments.first().is_some_and(|first| !first.is_like(segment))
         {
-            self.commit(transfer, &rest);
-            self.not_resent = Some((ack, ackseq));
+            self.commit(transfer, &segments);
+            self.not_resent = Some(ack);
         }
     }
 
     /// The acknowledgement after which the sender did not send again what was not acknowledged, once.
-    pub fn take_not_resent(&mut self) -> Option<(FrameRef, u8)> {
+    pub fn take_not_resent(&mut self) -> Option<Acknowledgement> {
         self.not_resent.take()
     }
 
     /// The end frame came though segments up to the last one were not acknowledged: the sender takes them for it.
     /// Returns whether there were such.
     pub fn finish_unacknowledged(&mut self, transfer: &mut Transfer) -> bool {
-        let Some((rest, ..)) = self.rest.take().filter(|_| self.last_sent) else { return false };
-        self.commit(transfer, &rest);
+        let Some(Rest { segments, .. }) = self.rest.take().filter(|_| self.last_sent) else { return false };
+        self.commit(transfer, &segments);
         self.finished = true;
         true
     }
@@ -320,7 +355,7 @@ impl Block {
     /// segment that carried it.
     pub fn reopen(&mut self) -> Option<FrameRef> {
         (self.finished, self.last_sent) = (false, false);
-        self.due_since
+        self.marks.complete
     }
 
     /// A segment that does not begin a new sub-block though the current one is complete. One that goes on counting
@@ -339,7 +374,7 @@ impl Block {
                 Taken::OutOfSequence(1)
             }
             Some((marked, _)) if goes_on => {
-                let marked_at = self.due_since.unwrap_or(at);
+                let marked_at = self.marks.complete.unwrap_or(at);
                 self.current.wrong.get_or_insert(Wrong { at: marked_at, expected: marked, what: Sdo012::Outside });
                 self.current.last_at = None;
                 self.current.take(self.blksize, at, segment)
@@ -361,14 +396,14 @@ impl Block {
         let whole = unread || (!self.finished && current.is_complete(self.blksize));
         let in_sequence = current.segments.len() as u8;
         if ackseq > current.sent {
-            // The receiver took what came for what was due: then its number is what was wrong.
+            // The receiver took what came for what was expected: then its number is what was wrong.
             let numbered = current.wrong.is_some() && ackseq <= current.count;
             if transfer.mux.is_some() && !numbered {
                 acked.fault = Some((Sdo012::Acknowledged { ackseq: ackseq.into(), sent: current.sent.into() }, None));
             }
-            transfer.hole = true;
+            transfer.data.hole = true;
         } else if ackseq > in_sequence {
-            transfer.hole = true;
+            transfer.data.hole = true;
         }
         if let Some(wrong) = &current.wrong
             && ackseq >= wrong.expected
@@ -380,14 +415,17 @@ impl Block {
         self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
         let rest =
             current.segments.get(usize::from(ackseq)..).filter(|rest| !rest.is_empty() && current.wrong.is_none());
-        self.rest = rest.map(|rest| (rest.to_vec(), at, ackseq));
-        // After a wrong number the receiver's word counts: it accepted so many segments, the last among them.
+        self.rest = rest.map(|rest| Rest { segments: rest.to_vec(), ack: (at, ackseq) });
+        // After a wrong number the acknowledgement counts: it accepts that number of segments, the last among them.
         self.finished =
             current.last_at.is_some_and(|(seqno, nth)| ackseq >= seqno || (current.wrong.is_some() && ackseq >= nth))
                 || (unread && self.end.is_some());
-        self.guessed = current.last_at.is_some_and(|(seqno, _)| ackseq < seqno);
-        self.skipping = !self.finished && !whole;
-        self.acked_all = ackseq >= current.sent;
+        self.doubts.guessed = current.last_at.is_some_and(|(seqno, _)| ackseq < seqno);
+        self.resume = match self.finished || whole {
+            true => Resume::Now,
+            false if ackseq >= current.sent => Resume::AtFirst,
+            false => Resume::BehindInFlight,
+        };
         if (1..=MOST).contains(&blksize) {
             self.blksize = blksize;
         } else if acked.fault.is_none() {
@@ -402,10 +440,11 @@ impl Block {
         if self.finished || self.current.segments.is_empty() {
             return false;
         }
-        (self.acked_all, self.unsure) = (self.owes_ack(), true);
+        self.doubts.unsure = true;
+        let resume = if self.owes_ack() { Resume::AtFirst } else { Resume::BehindInFlight };
         self.settle_whole(transfer);
         self.finished = self.end.is_some();
-        self.skipping = !self.finished && self.current.segments.is_empty();
+        self.resume = if self.finished { Resume::Now } else { resume };
         (self.rest, self.last_sent) = (None, false);
         true
     }
@@ -422,11 +461,9 @@ impl Block {
             if let Some(tail) = self.tail.replace(*segment) {
                 append(transfer, &tail, 7);
             }
-            transfer.hole |= segment.len == 0;
+            transfer.data.hole |= segment.len == 0;
         }
-        let count = segments.len() as u32;
-        self.committed = self.committed.saturating_add(count);
-        transfer.segments = transfer.segments.saturating_add(count);
+        transfer.data.segments = transfer.data.segments.saturating_add(segments.len() as u32);
     }
 
     /// The end frame came though no segment was marked as the last one: what was sent is all.
@@ -437,12 +474,12 @@ impl Block {
 
     /// Whether frames count again only from sequence number 1 on.
     pub fn is_skipping(&self) -> bool {
-        self.skipping
+        self.resume != Resume::Now
     }
 
     /// Whether a frame out of sequence may be one that was under way when the sub-block was acknowledged early.
     pub fn may_be_in_flight(&self) -> bool {
-        self.skipping && !self.acked_all
+        self.resume == Resume::BehindInFlight
     }
 
     /// Adds the data bytes of the last segment; returns its padding.
@@ -468,9 +505,9 @@ fn sequence(expected: u8, found: u8) -> Sdo012 {
     Sdo012::Sequence { expected: expected.into(), found: found.into() }
 }
 
-/// Adds so many bytes of a segment to the transfer's data, as far as its frame had them.
+/// Adds the first bytes of a segment to the transfer's data, as far as its frame had them.
 fn append(transfer: &mut Transfer, segment: &Segment, bytes: usize) {
     let carried = segment.carried().min(bytes);
-    transfer.hole |= carried < bytes;
+    transfer.data.hole |= carried < bytes;
     transfer.append(segment.data.get(..carried).unwrap_or(&[]));
 }

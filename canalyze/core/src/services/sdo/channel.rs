@@ -1,13 +1,13 @@
-//! One SDO channel: the owner of its pairing and of its transfer.
+//! One SDO channel: the owner of its state and of its transfer.
 //!
-//! It takes a frame, says what it is, and begins and ends transfers. It must not look at other channels.
+//! It takes a frame, shows what it is, and begins and ends transfers. It must not look at other channels.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::block::Block;
+use super::hypotheses::Hypotheses;
 use super::judgement::{OddExchange, Proof, Verdicts};
-use super::pairing::Pairing;
 use super::sequence::{Sequence, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Initiate, Mux, Side};
@@ -23,11 +23,11 @@ use crate::rules::sdo::{Sdo002, Sdo007};
 const CHUNK: usize = 4096;
 /// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 leaves the time to the client).
 pub(super) const UNANSWERED_NS: i64 = 1_000_000_000;
-
-/// Who looks for a server sends it so many requests at most.
+/// Who looks for a server sends at most this many requests to it.
 const PROBES: u64 = 3;
-/// Frames that are kept since they may be shown a second time.
-const ONCE: usize = 128;
+
+/// Frames that are kept to show how a duplicate was read the first time.
+const RECENT: usize = 128;
 
 /// One frame of the channel, kept until the other half of its exchange is known.
 #[derive(Clone, Copy, Debug)]
@@ -46,64 +46,94 @@ impl Half {
     }
 }
 
+/// Segments of a transfer.
+#[derive(Debug)]
+pub(super) struct Segments {
+    /// The toggle bit of the next request.
+    pub(super) toggle: bool,
+    /// The request that awaits its response.
+    pub(super) asked: Option<Half>,
+    /// The initiate with e = s = 0 that began the transfer, until a segment shows what it means.
+    pub(super) unmarked: Option<(Half, Initiate)>,
+}
+
+impl From<bool> for Segments {
+    fn from(toggle: bool) -> Self {
+        Self { toggle, asked: None, unmarked: None }
+    }
+}
+
 /// Where the transfer stands.
 #[derive(Debug)]
 pub(super) enum Phase {
     /// No transfer.
     Idle,
     /// The initiate request awaits its response.
-    Initiated,
-    /// Segments, with the toggle bit that is due.
-    Segments { toggle: bool },
-    /// Sub-blocks of a block transfer.
-    Block(Box<Block>),
+    Initiated(Half),
+    /// Segmented transfer.
+    Segments(Segments),
+    /// Block transfer; the end frame of a download that awaits its confirmation.
+    Block(Box<Block>, Option<Half>),
 }
 
-/// The last word on segments outside a transfer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Outside {
-    /// They belong to a transfer that began before the capture.
-    Uncaptured,
-    /// They are a violation.
-    Violation,
-    /// The violation was said already.
-    Said,
+/// The server of a channel.
+#[derive(Debug)]
+pub(super) struct Server {
+    pub(super) bus: BusId,
+    pub(super) node: u8,
+    /// The channel's identifier from client to server, where it is not the server's default channel.
+    id: Option<CanId>,
+    description: Option<Arc<Dictionary>>,
+    /// It has sent segments after an initiate with e = s = 0; whether that one had other bytes than 0 in the place of
+    /// data.
+    pub(super) segments_unmarked: Option<bool>,
+}
+
+/// Frames of a channel that later ones are compared with.
+#[derive(Debug, Default)]
+pub(super) struct History {
+    /// The last request that was aborted by its client or overtaken by the next one.
+    pub(super) given_up: Option<Half>,
+    /// The server's newest frame.
+    pub(super) heard: Option<Half>,
+    /// The response that was released last, at this frame.
+    pub(super) released: Option<Half>,
+    /// A client frame outside any transfer: its response is none either.
+    pub(super) stray: Option<Half>,
+    /// The last request that was answered, and its response.
+    pub(super) last_request: Option<Command>,
+    pub(super) last_response: Option<[u8; 8]>,
+    /// The longest that the server has taken for a response, in ns.
+    pub(super) slowest_ns: i64,
+}
+
+/// An expedited write that the client gave up.
+#[derive(Debug, Default)]
+pub(super) struct GivenUpWrite {
+    /// The last one, where nothing was answered since.
+    pub(super) left: Option<Arc<Transfer>>,
+    /// The same, confirmed by the frame at hand after all.
+    pub(super) confirmed: Option<Arc<Transfer>>,
 }
 
 /// One SDO channel.
 #[derive(Debug)]
 pub struct Channel {
-    pub(super) bus: BusId,
-    pub(super) node: u8,
-    /// Its identifier from client to server, where it is not the server's default channel.
-    id: Option<CanId>,
-    /// The server's description.
-    description: Option<Arc<Dictionary>>,
-    pub(super) pairing: Pairing,
+    pub(super) server: Server,
     pub(super) phase: Phase,
     pub(super) transfer: Option<Box<Transfer>>,
-    /// Initiate with e = s = 0, until a segment shows what was meant.
-    pub(super) unmarked: Option<(Half, Initiate)>,
-    /// The server has sent segments after one of those; whether that one had other bytes than 0 in the place of data.
-    pub(super) segments_unmarked: Option<bool>,
+    pub(super) hypotheses: Hypotheses,
     pub(super) sequence: Sequence,
+    pub(super) history: History,
     pub(super) proof: Proof,
     pub(super) verdicts: Verdicts,
-    pub(super) outside: Outside,
     /// The step of the frame at hand.
     pub(super) step: Step,
     /// Whether completed transfers belong to the frame at hand.
     pub(super) own: bool,
-    /// The last expedited write, where it was given up and nothing was answered since.
-    pub(super) left: Option<Arc<Transfer>>,
-    /// The same, confirmed by the frame at hand after all.
-    pub(super) confirmed: Option<Arc<Transfer>>,
-    /// The last request was one to a server that must not answer.
-    pub in_vain: Option<FrameRef>,
-    /// Its server was only looked for, as all others were.
-    pub scanned: bool,
-    /// The last frames and their steps, which may be captured a second time.
-    once: VecDeque<(Half, Step)>,
+    pub(super) given_up_write: GivenUpWrite,
+    /// The last frames and how they were read, while the capture may show frames twice.
+    recent: VecDeque<(Half, Step)>,
 }
 
 fn empty_step() -> Step {
@@ -123,26 +153,18 @@ impl Channel {
     /// A channel of the server `node` on `bus`, of which nothing was seen.
     pub fn new(bus: BusId, node: u8, id: Option<CanId>) -> Self {
         Self {
-            bus,
-            node,
-            id,
-            description: None,
-            pairing: Pairing::default(),
+            server: Server { bus, node, id, description: None, segments_unmarked: None },
             phase: Phase::Idle,
             transfer: None,
-            unmarked: None,
-            segments_unmarked: None,
+            hypotheses: Hypotheses::default(),
             sequence: Sequence::default(),
+            history: History::default(),
             proof: Proof::default(),
             verdicts: Verdicts::default(),
-            outside: Outside::Uncaptured,
             step: empty_step(),
             own: true,
-            left: None,
-            confirmed: None,
-            in_vain: None,
-            scanned: false,
-            once: VecDeque::new(),
+            given_up_write: GivenUpWrite::default(),
+            recent: VecDeque::new(),
         }
     }
 
@@ -150,18 +172,23 @@ impl Channel {
     /// what comes first does not belong to what came before the capture.
     pub fn idle_for(&mut self, heard_ns: i64, booted: bool) {
         if booted || heard_ns > UNANSWERED_NS {
-            self.pairing.first = Some(u64::MAX);
+            self.hypotheses.begin_whole();
         }
     }
 
-    /// Whether the capture is known to show the channel from its first frame on.
-    pub(super) fn is_idle_from_start(&self) -> bool {
-        self.pairing.first == Some(u64::MAX)
+    /// The last request to this server was one that it must not answer, if any.
+    pub fn asked_in_vain(&mut self, request: Option<FrameRef>) {
+        self.verdicts.in_vain = request;
+    }
+
+    /// The server was only looked for, as all others were.
+    pub fn scanned(&mut self, scanned: bool) {
+        self.verdicts.scanned = scanned;
     }
 
     /// The server's node-ID.
     pub fn node(&self) -> u8 {
-        self.node
+        self.server.node
     }
 
     /// Whether a server was looked for, and none has answered.
@@ -173,10 +200,11 @@ impl Channel {
 
     /// The completed transfer that the frame at hand confirms late.
     pub fn confirmed(&self) -> Option<&Arc<Transfer>> {
-        self.confirmed.as_ref()
+        self.given_up_write.confirmed.as_ref()
     }
 
-    /// The transfer that runs, with what the description says of its object; none where the channel's frames are no SDO.
+    /// The transfer that runs, with what the description says of its object; none where the channel's frames are no
+    /// SDO.
     pub fn running(&self) -> Option<(&Transfer, Option<Arc<Object>>)> {
         let transfer = self.transfer.as_deref().filter(|_| !self.is_foreign())?;
         Some((transfer, self.described(transfer.mux)))
@@ -184,12 +212,12 @@ impl Channel {
 
     /// Gives the server's objects names and types.
     pub fn describe(&mut self, description: Option<Arc<Dictionary>>) {
-        self.description = description;
+        self.server.description = description;
     }
 
     pub(super) fn described(&self, mux: Option<Mux>) -> Option<Arc<Object>> {
         let Mux { index, sub } = mux?;
-        self.description.as_ref()?.get(index, sub).cloned()
+        self.server.description.as_ref()?.get(index, sub).cloned()
     }
 
     /// Takes one frame of the channel (classic, data): appends one `What::Sdo` event and what follows from it.
@@ -201,50 +229,48 @@ impl Channel {
             bytes: frame.head(),
             len: frame.len,
         };
-        self.confirmed = None;
-        if cx.sighting == Sighting::Duplicate
-            && let Some(step) = self.twin(side, &half)
-        {
-            cx.events.push(Event {
-                at: half.at,
-                about: None,
-                bus: self.bus,
-                node: Some(self.node),
-                transfer: None,
-                what: What::Sdo(step),
-            });
+        self.given_up_write.confirmed = None;
+        if cx.sighting == Sighting::Duplicate {
+            let step = self.duplicate(side, &half);
+            cx.push(None, Some(self.server.node), What::Sdo(step));
             return;
-        }
-        self.proof.first.get_or_insert(half.at);
-        self.excuse_answer();
-        match side {
-            Side::Client => self.proof.requests = self.proof.requests.saturating_add(1),
-            Side::Server => self.proof.responses = self.proof.responses.saturating_add(1),
         }
         self.step = Step { side, command: half.command, ..empty_step() };
         let slot = cx.events.len();
-        cx.events.push(Event {
-            at: half.at,
-            about: None,
-            bus: self.bus,
-            node: Some(self.node),
-            transfer: None,
-            what: What::Note(Note::RequestNotCaptured),
-        });
+        cx.push(None, Some(self.server.node), What::Note(Note::RequestNotCaptured));
+        let before = self.sight(side, half, cx);
+        let done = self.step.result.as_ref().map(|transfer| (transfer.id, transfer.mux));
+        let of = done.or_else(|| self.identity()).or(before);
+        self.step.mux = of.and_then(|(_, mux)| mux);
+        self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
+        let step = std::mem::replace(&mut self.step, empty_step());
+        if !cx.evidence.recording.shows_once() {
+            if self.recent.len() == RECENT {
+                self.recent.pop_front();
+            }
+            self.recent.push_back((half, Step { place: Place::Twin, answered_by: None, result: None, ..step.clone() }));
+        }
+        if let Some(event) = cx.events.get_mut(slot) {
+            event.transfer = of.map(|(id, _)| id);
+            event.what = What::Sdo(step);
+        }
+        if let Some(transfer) = &mut self.transfer
+            && transfer.data.fresh.len() >= CHUNK
+        {
+            cx.chunks.push(chunk(transfer, transfer.data.fresh.clone()));
+            transfer.data.fresh.clear();
+        }
+    }
+
+    /// Takes a frame that the capture shows for the first time. Returns the transfer that ran before it.
+    fn sight(&mut self, side: Side, half: Half, cx: &mut Context<'_>) -> Option<(TransferId, Option<Mux>)> {
+        self.proof.count(side, half.at);
+        self.excuse_answer();
         let half = self.order_before(side, half, cx);
         self.step.command = half.command;
-        self.proof.plausible = self.proof.plausible.saturating_add(u64::from(strict_initiate(&half)));
-        let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
-        self.proof.odd = self.proof.odd.saturating_add(u64::from(odd));
-        if strict_initiate(&half) && !matches!(half.command, Command::InitiateDownload(..)) {
-            // What was odd may have been block data of a transfer that began before the capture.
-            self.proof.odd = 0;
-        }
-        let later = self.proof.first != Some(half.at) || self.pairing.first.is_some_and(|first| first != half.at.no);
-        if half.command.is_initiate() && strict_initiate(&half) && later {
-            self.proof.begun = true;
-        }
-        let before = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
+        let later = self.proof.first != Some(half.at) || self.hypotheses.is_later(half.at.no);
+        self.proof.weigh(&half, later);
+        let before = self.identity();
         self.note_unreadable(side, &half);
         match side {
             Side::Client => {
@@ -252,45 +278,57 @@ impl Channel {
                 self.judge_frame(&Half { command: self.step.command, ..half }, cx);
             }
             Side::Server => {
-                let fresh = *self.pairing.first.get_or_insert(half.at.no) == half.at.no;
-                self.order_server(half, fresh, cx);
+                let first = self.hypotheses.is_first(half.at.no);
+                self.order_server(half, first, cx);
             }
         }
-        let after = self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux));
-        let done = self.step.result.as_ref().map(|transfer| (transfer.id, transfer.mux));
-        let of = done.or(after).or(before);
-        self.step.mux = of.and_then(|(_, mux)| mux);
-        self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
-        let step = std::mem::replace(&mut self.step, empty_step());
-        if !cx.evidence.recording.shows_once() {
-            if self.once.len() == ONCE {
-                self.once.pop_front();
-            }
-            self.once.push_back((half, Step { place: Place::Twin, answered_by: None, result: None, ..step.clone() }));
-        }
-        if let Some(event) = cx.events.get_mut(slot) {
-            event.transfer = of.map(|(id, _)| id);
-            event.what = What::Sdo(step);
-        }
-        if let Some(transfer) = &mut self.transfer
-            && transfer.fresh.len() >= CHUNK
-        {
-            cx.chunks.push(chunk(transfer, transfer.fresh.clone()));
-            transfer.fresh.clear();
+        before
+    }
+
+    /// How a duplicate was read the first time: as the first equal frame of which no duplicate has come.
+    fn duplicate(&mut self, side: Side, half: &Half) -> Step {
+        let equal =
+            |(before, step): &(Half, Step)| step.side == side && before.bytes == half.bytes && before.len == half.len;
+        let first = self.recent.iter().position(equal).and_then(|place| self.recent.drain(..=place).next_back());
+        first.map_or(Step { side, command: half.command, place: Place::Twin, ..empty_step() }, |(_, step)| step)
+    }
+
+    fn identity(&self) -> Option<(TransferId, Option<Mux>)> {
+        self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux))
+    }
+
+    /// The request that awaits its response.
+    pub(super) fn pending(&self) -> Option<Half> {
+        match &self.phase {
+            Phase::Idle => None,
+            Phase::Initiated(request) => Some(*request),
+            Phase::Segments(segments) => segments.asked,
+            Phase::Block(_, end) => *end,
         }
     }
 
-    /// The step of a frame that the capture shows a second time: that of the first equal one which was not shown again.
-    fn twin(&mut self, side: Side, half: &Half) -> Option<Step> {
-        let equal =
-            |(before, step): &(Half, Step)| step.side == side && before.bytes == half.bytes && before.len == half.len;
-        let place = self.once.iter().position(equal)?;
-        self.once.drain(..=place).next_back().map(|(_, step)| step)
+    /// A request awaits its response.
+    pub(super) fn set_pending(&mut self, half: Half) {
+        match &mut self.phase {
+            Phase::Idle => {}
+            Phase::Initiated(request) => *request = half,
+            Phase::Segments(segments) => segments.asked = Some(half),
+            Phase::Block(_, end) => *end = Some(half),
+        }
+    }
+
+    /// The pending request is answered. What the response to an initiate request leads to is not known here.
+    pub(super) fn clear_pending(&mut self) {
+        match &mut self.phase {
+            Phase::Idle | Phase::Initiated(_) => {}
+            Phase::Segments(segments) => segments.asked = None,
+            Phase::Block(_, end) => *end = None,
+        }
     }
 
     /// Which command the frame is, given where the transfer stands.
     pub(super) fn decode(&self, side: Side, bytes: [u8; 8], len: u8) -> Command {
-        if let Phase::Block(block) = &self.phase
+        if let Phase::Block(block, _) = &self.phase
             && self.sends_data(side)
             && len > 0
         {
@@ -300,18 +338,12 @@ impl Channel {
     }
 
     pub(super) fn sends_data(&self, side: Side) -> bool {
-        let upload = self.transfer.as_ref().is_some_and(|transfer| transfer.direction == Direction::Upload);
-        upload == (side == Side::Server)
+        self.is_upload() == (side == Side::Server)
     }
 
     /// A transfer begins with a client's initiate request.
     pub(super) fn begin(&mut self, request: &Half, cx: &mut Context<'_>) {
         let id = self.next_id(cx);
-        self.begin_as(id, request, cx);
-    }
-
-    /// The same, with a number that was given before.
-    pub(super) fn begin_as(&mut self, id: TransferId, request: &Half, cx: &mut Context<'_>) {
         let (direction, mode) = match request.command {
             Command::InitiateDownload(_, i) if i.expedited => (Direction::Download, Mode::Expedited),
             Command::InitiateDownload(..) => (Direction::Download, Mode::Segmented),
@@ -321,16 +353,15 @@ impl Channel {
         };
         let mut transfer =
             Box::new(Transfer::new(self.beginning(id, request.at, cx), direction, mode, request.command.mux()));
-        transfer.size_indicated = match request.command {
+        transfer.data.size_indicated = match request.command {
             Command::InitiateDownload(_, i) if i.expedited && i.size_indicated => Some(4 - u32::from(i.unused & 3)),
             Command::InitiateDownload(_, i) => i.size().filter(|_| request.len == 8),
             Command::InitiateBlockDownload { size, .. } => size.filter(|_| request.len == 8),
             _ => None,
         };
         self.transfer = Some(transfer);
-        self.unmarked = None;
-        self.phase = Phase::Initiated;
-        self.outside = Outside::Violation;
+        self.phase = Phase::Initiated(*request);
+        self.hypotheses.settle();
     }
 
     pub(super) fn next_id(&self, cx: &mut Context<'_>) -> TransferId {
@@ -339,44 +370,76 @@ impl Channel {
     }
 
     pub(super) fn beginning(&self, id: TransferId, at: FrameRef, cx: &Context<'_>) -> Beginning {
-        Beginning { id, bus: self.bus, node: self.node, channel: self.id, extract: cx.extract, at }
+        let Server { bus, node, id: channel, .. } = self.server;
+        Beginning { id, bus, node, channel, extract: cx.extract, at }
     }
 
     /// Ends the transfer, whatever its phase.
     pub(super) fn complete(&mut self, status: Status, cx: &mut Context<'_>) {
         self.phase = Phase::Idle;
-        self.unmarked = None;
         let Some(mut transfer) = self.transfer.take() else { return };
         transfer.described = self.described(transfer.mux);
-        transfer.status = if transfer.bad && status == Status::Ok { Status::Failed } else { status };
+        transfer.outcome.status = if transfer.outcome.bad && status == Status::Ok { Status::Failed } else { status };
         transfer.last = if cx.at.no > transfer.last.no && status != Status::Incomplete { cx.at } else { transfer.last };
         let transfer = Arc::new(*transfer);
-        let left = matches!(transfer.status, Status::Failed | Status::Aborted) && transfer.mode == Mode::Expedited;
-        self.left = left.then(|| Arc::clone(&transfer));
+        let left =
+            matches!(transfer.outcome.status, Status::Failed | Status::Aborted) && transfer.mode == Mode::Expedited;
+        self.given_up_write.left = left.then(|| Arc::clone(&transfer));
         if self.own {
             self.step.result = Some(Arc::clone(&transfer));
         }
         self.announce(transfer, cx);
     }
 
-    /// Says that a transfer has ended.
+    /// Ends the transfer: it ended before the frame at hand.
+    pub(super) fn complete_before(&mut self, status: Status, cx: &mut Context<'_>) {
+        self.before_frame(|channel| channel.complete(status, cx));
+    }
+
+    /// Does something of which the result does not belong to the frame at hand.
+    pub(super) fn before_frame(&mut self, act: impl FnOnce(&mut Self)) {
+        let own = std::mem::replace(&mut self.own, false);
+        act(self);
+        self.own = own;
+    }
+
+    /// The newest frame of a transfer.
+    pub(super) fn newest(&self, transfer: &Transfer) -> FrameRef {
+        let segment = self.block().and_then(Block::newest_at);
+        segment.filter(|at| at.no > transfer.last.no).unwrap_or(transfer.last)
+    }
+
+    /// Number in the transfer of a segment, from 1; 0 where it is none, or where no number would be true since a part
+    /// is not in the capture.
+    pub(super) fn segment_ordinal(&self, command: &Command) -> u32 {
+        match (&self.phase, command, &self.transfer) {
+            (Phase::Segments(_), Command::Segment(_), Some(transfer))
+                if !transfer.outcome.midway && !transfer.data.hole =>
+            {
+                transfer.data.segments.saturating_add(1)
+            }
+            _ => 0,
+        }
+    }
+
+    /// Reports that a transfer has ended.
     pub(super) fn announce(&mut self, transfer: Arc<Transfer>, cx: &mut Context<'_>) {
         if self.is_foreign() {
             self.step.result = None;
             return;
         }
-        if transfer.status == Status::Ok && transfer.direction == Direction::Download {
+        if transfer.outcome.status == Status::Ok && transfer.direction == Direction::Download {
             self.verdicts.refused.retain(|refused| Some(refused.object) != transfer.mux);
         }
-        if !transfer.fresh.is_empty() {
-            cx.chunks.push(chunk(&transfer, transfer.fresh.clone()));
+        if !transfer.data.fresh.is_empty() {
+            cx.chunks.push(chunk(&transfer, transfer.data.fresh.clone()));
         }
         let about = (!self.own).then_some(transfer.last);
         cx.events.push(Event {
             at: cx.at,
             about,
-            bus: self.bus,
-            node: Some(self.node),
+            bus: self.server.bus,
+            node: Some(self.server.node),
             transfer: Some(transfer.id),
             what: What::Transfer(transfer),
         });
@@ -387,10 +450,10 @@ impl Channel {
         self.own = false;
         self.order_rest(cx);
         if reset
-            && let Some(pending) = self.pairing.pending
+            && let Some(pending) = self.pending()
             && !within(pending.at, cx.at, UNANSWERED_NS)
             && !self.is_edge(&pending)
-            && !self.pairing.may_be_answered(&pending)
+            && !self.sequence.may_be_answered(&pending)
         {
             self.find(Sdo002::NoResponse, pending.at, cx);
         }
@@ -403,14 +466,16 @@ impl Channel {
             self.complete(Status::Incomplete, cx);
         }
         self.own = true;
-        self.pairing = Pairing::default();
-        (self.left, self.confirmed) = (None, None);
+        self.phase = Phase::Idle;
+        self.history = History::default();
+        self.given_up_write = GivenUpWrite::default();
         self.sequence = Sequence::default();
         self.verdicts.odd_exchange = OddExchange::default();
         self.verdicts.fault = None;
-        self.phase = Phase::Idle;
-        self.outside = if reset { Outside::Said } else { Outside::Uncaptured };
-        if !reset {
+        self.hypotheses = Hypotheses::default();
+        if reset {
+            self.hypotheses.report();
+        } else {
             self.restart();
         }
     }
@@ -422,7 +487,7 @@ impl Channel {
         self.verdicts.withheld.clear();
     }
 
-    /// The capture is over: what is still open is incomplete, and what was withheld is said once.
+    /// The capture is over: what is still open is incomplete, and what was withheld is reported once.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.own = false;
         self.excuse_answer();
@@ -431,16 +496,15 @@ impl Channel {
             (Some(from), Some(to)) => to.saturating_sub(from) > UNANSWERED_NS,
             _ => false,
         };
-        let pending_is_old = self.pairing.pending.is_some_and(|pending| self.is_overdue(&pending, cx));
         let idle_is_old = self.transfer.as_ref().is_some_and(|transfer| aged(transfer.last));
-        if let Some(pending) = self.pairing.pending
-            && pending_is_old
-            && !self.pairing.abort_may_answer
-            && !self.pairing.may_be_answered(&pending)
+        if let Some(pending) = self.pending()
+            && self.is_overdue(&pending, cx)
+            && !self.sequence.abort_may_answer
+            && !self.sequence.may_be_answered(&pending)
         {
             self.find(Sdo002::NoResponse, pending.at, cx);
         }
-        if let Some((_, i)) = self.unmarked
+        if let Some((_, i)) = self.unmarked()
             && self.is_meant_as_data()
             && (i.unused != 0 || i.data != [0; 4] || idle_is_old)
         {
@@ -454,16 +518,16 @@ impl Channel {
             let last = self.transfer.as_ref().map_or(cx.at, |transfer| transfer.last);
             self.find(Sdo007::NoLast, last, cx);
         }
-        let nameless = !self.proof.trusted && !self.pairing.pending.is_some_and(|pending| strict_initiate(&pending));
+        let nameless = !self.proof.trusted && !self.pending().is_some_and(|pending| strict_initiate(&pending));
         if nameless {
             self.transfer = None;
-        } else if self.pairing.abort_may_answer {
+        } else if self.sequence.abort_may_answer && self.pending().is_some() {
             self.answered_by_abort(cx);
         } else {
             self.complete(Status::Incomplete, cx);
         }
         self.find_refused(cx);
-        self.say_distrust(cx);
+        self.report_distrust(cx);
     }
 }
 

@@ -1,48 +1,62 @@
-//! What an answered request does to the transfer, outside sub-blocks (CiA 301, 7.2.4.3.3 to 7.2.4.3.8).
+//! What responses and aborts do to the transfer, outside sub-blocks (CiA 301, 7.2.4.3.2 to 7.2.4.3.7 and 7.2.4.3.17).
 //!
-//! Request and response come here in causal order, whatever order the capture showed them in; toggle bits and
-//! sizes are judged here and nowhere else.
+//! Request and response come here in causal order, whatever order the capture showed them in; toggle bits and sizes are
+//! judged here and nowhere else. An abort ends the transfer, whoever sends it, and is never answered. Its multiplexor
+//! is unreliable, so it belongs to its channel's transfer, not to an object. Frames that were under way may follow it.
 
 use std::sync::Arc;
 
-use super::channel::{Channel, Half, Outside, Phase, strict_initiate};
-use super::transfer::{Direction, Mode, Status, Transfer};
+use super::channel::{Channel, Half, Phase, Segments, UNANSWERED_NS, strict_initiate};
+use super::judgement::Refused;
+use super::machine::GIVEN_UP_NS;
+use super::sequence::within;
+use super::transfer::{Abort, Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::context::Context;
-use crate::event::Place;
+use crate::event::{Note, Place};
 use crate::frame::FrameRef;
 use crate::od::{self, DataType};
-use crate::rules::sdo::{Sdo001, Sdo003, Sdo004, Sdo006, Sdo020, Sdo021, Sdo022};
+use crate::rules::sdo::{Sdo001, Sdo002, Sdo003, Sdo004, Sdo006, Sdo007, Sdo016, Sdo017, Sdo020, Sdo021, Sdo022};
+
+/// Abort code: SDO protocol timed out.
+const TIMED_OUT: u32 = 0x0504_0000;
+/// Refused writes that are remembered.
+const REFUSED: usize = 64;
+
+/// After an abort: frames of the other side may still be under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct UnderWay {
+    pub(super) side: Side,
+    /// The abort.
+    pub(super) at: FrameRef,
+    /// The next sequence number of a block transfer's segments; 0 outside block transfers.
+    pub(super) seqno: u8,
+    /// The number in the acknowledgement that the client owed: it may be slow.
+    pub(super) owed: Option<u8>,
+    /// No request was pending when the server aborted: the one that it refuses may be late.
+    pub(super) unasked: bool,
+}
+
+impl UnderWay {
+    /// Whether a frame is the next block segment.
+    pub(super) fn continues(&self, half: &Half) -> bool {
+        let [command, ..] = half.bytes;
+        self.seqno != 0 && command & 0x7F == self.seqno
+    }
+
+    /// Whether a client frame is the acknowledgement that was owed, still in time.
+    pub(super) fn is_owed(&mut self, half: &Half) -> bool {
+        let Command::BlockAck { ackseq, .. } = half.command else { return false };
+        self.owed.take() == Some(ackseq) && within(self.at, half.at, UNANSWERED_NS)
+    }
+}
 
 impl Channel {
     /// A request and the response that answers it, in causal order.
     pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
-        self.pairing.pending = None;
-        self.left = None;
-        if let (Some(asked), Some(answered), true) =
-            (request.at.t_ns, response.at.t_ns, wire::fits(&request.command, &response.command))
-        {
-            let late = if response.at.no < request.at.no { asked.saturating_sub(answered) } else { 0 };
-            cx.evidence.recording.exchanged(late);
-        }
-        self.judge_time(&request, &response, cx);
-        self.pairing.last_request = Some(request.command);
-        self.pairing.last_response = Some(response.bytes);
-        self.pairing.answered = (request.at.no < response.at.no).then_some(response);
-        if request.command.is_initiate() {
-            self.pairing.initiated();
-        }
-        if wire::fits(&request.command, &response.command) {
-            self.proof.paired = true;
-            self.verdicts.odd_exchange.astray = false;
-            if request.command.is_initiate() && !self.proof.trusted {
-                self.trust(cx);
-            }
-        }
-        if let Some(transfer) = &mut self.transfer {
-            transfer.last = if response.at.no > request.at.no { response.at } else { request.at };
-            transfer.reordered |= response.at.no < request.at.no;
-        }
+        self.clear_pending();
+        self.given_up_write.left = None;
+        self.pair(&request, &response, cx);
         self.compare_objects(&request, &response, cx);
         match (request.command, response.command) {
             (Command::InitiateUpload(_) | Command::InitiateBlockUpload { .. }, Command::UploadInitiated(_, i)) => {
@@ -65,8 +79,36 @@ impl Channel {
                 Command::InitiateBlockDownload { crc: client, size, .. },
                 Command::BlockDownloadInitiated { crc: server, blksize, .. },
             ) => self.block_initiated(request.at, blksize, client && server, size.filter(|_| request.len == 8)),
-            (Command::EndBlock { .. }, _) => self.end_block_download(request, cx),
+            (Command::EndBlock { .. }, _) => self.end_confirmed(request, cx),
             _ => {}
+        }
+    }
+
+    /// What a pair shows of the recording, of the channel, and of the order of its frames.
+    fn pair(&mut self, request: &Half, response: &Half, cx: &mut Context<'_>) {
+        let fits = wire::fits(&request.command, &response.command);
+        if let (Some(asked), Some(answered), true) = (request.at.t_ns, response.at.t_ns, fits) {
+            let late = if response.at.no < request.at.no { asked.saturating_sub(answered) } else { 0 };
+            cx.evidence.recording.exchanged(late);
+        }
+        self.judge_time(request, response, cx);
+        self.history.last_request = Some(request.command);
+        self.history.last_response = Some(response.bytes);
+        self.sequence.answered = (request.at.no < response.at.no).then_some(*response);
+        if request.command.is_initiate() {
+            // A segment of the transfer before can no longer come.
+            self.history.given_up = self.history.given_up.filter(|request| request.command.is_initiate());
+        }
+        if fits {
+            self.proof.paired = true;
+            self.verdicts.odd_exchange.astray = None;
+            if request.command.is_initiate() && !self.proof.trusted {
+                self.trust(cx);
+            }
+        }
+        if let Some(transfer) = &mut self.transfer {
+            transfer.last = if response.at.no > request.at.no { response.at } else { request.at };
+            transfer.outcome.reordered |= response.at.no < request.at.no;
         }
     }
 
@@ -81,53 +123,53 @@ impl Channel {
             }
             self.find(Sdo003::Objects { expected, found }, response.at, cx);
             if let Some(transfer) = &mut self.transfer {
-                transfer.bad = true;
+                transfer.outcome.bad = true;
             }
         }
     }
 
-    pub(super) fn upload_initiated(&mut self, response: Half, i: Initiate, cx: &mut Context<'_>) {
+    fn upload_initiated(&mut self, response: Half, i: Initiate, cx: &mut Context<'_>) {
         let Some(transfer) = &mut self.transfer else { return };
-        transfer.initiated = Some(response.at);
+        transfer.data.initiated = Some(response.at);
         if i.expedited {
             transfer.mode = Mode::Expedited;
-            transfer.size_indicated = i.size_indicated.then_some(4 - u32::from(i.unused & 3));
-            if transfer.bad {
+            transfer.data.size_indicated = i.size_indicated.then_some(4 - u32::from(i.unused & 3));
+            if transfer.outcome.bad {
                 self.complete(Status::Failed, cx);
                 return;
             }
             transfer.append(expedited(transfer.mux, &i, response.len));
-            transfer.hole |= lacks_data(&i, response.len);
+            transfer.data.hole |= lacks_data(&i, response.len);
             self.close_sized(response.at, cx);
             return;
         }
         transfer.mode = Mode::Segmented;
-        transfer.size_indicated = i.size().filter(|_| response.len == 8);
-        self.unmarked = i.size().is_none().then_some((response, i));
-        self.phase = Phase::Segments { toggle: false };
+        transfer.data.size_indicated = i.size().filter(|_| response.len == 8);
+        let unmarked = i.size().is_none().then_some((response, i));
+        self.phase = Phase::Segments(Segments { unmarked, ..Segments::from(false) });
     }
 
-    pub(super) fn download_initiated(&mut self, request: Half, i: Initiate, cx: &mut Context<'_>) {
+    fn download_initiated(&mut self, request: Half, i: Initiate, cx: &mut Context<'_>) {
         let Some(transfer) = &mut self.transfer else { return };
-        transfer.initiated = Some(request.at);
+        transfer.data.initiated = Some(request.at);
         if i.expedited {
             transfer.append(expedited(transfer.mux, &i, request.len));
-            transfer.hole |= lacks_data(&i, request.len);
+            transfer.data.hole |= lacks_data(&i, request.len);
             self.close_sized(request.at, cx);
             return;
         }
-        self.unmarked = i.size().is_none().then_some((request, i));
-        self.phase = Phase::Segments { toggle: false };
+        let unmarked = i.size().is_none().then_some((request, i));
+        self.phase = Phase::Segments(Segments { unmarked, ..Segments::from(false) });
     }
 
     /// Whether a response answers the request that was given up.
     pub(super) fn is_late(&self, half: &Half) -> bool {
-        self.pairing.given_up.is_some_and(|request| wire::fits(&request.command, &half.command))
+        self.history.given_up.is_some_and(|request| wire::fits(&request.command, &half.command))
     }
 
     pub(super) fn late(&mut self, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Late;
-        let request = self.pairing.given_up.take();
+        let request = self.history.given_up.take();
         self.step.answered_by = request.map(|request| request.at);
         if let Some(request) = request {
             self.confirm_late(&request);
@@ -139,24 +181,24 @@ impl Channel {
     /// The late answer to a request that was given up: what it should write is written. The server answers in order, so
     /// this holds until it answers another.
     fn confirm_late(&mut self, request: &Half) {
-        let left = self.left.take().filter(|left| left.first == request.at);
+        let left = self.given_up_write.left.take().filter(|left| left.first == request.at);
         if let (Some(left), Command::InitiateDownload(mux, i)) = (left, request.command)
             && i.expedited
-            && left.kept.is_empty()
+            && left.data.kept.is_empty()
             && !lacks_data(&i, request.len)
         {
             let mut transfer = Transfer::clone(&left);
             transfer.append(expedited(Some(mux), &i, request.len));
-            (transfer.status, transfer.abort) = (Status::Ok, None);
-            self.confirmed = Some(Arc::new(transfer));
+            (transfer.outcome.status, transfer.outcome.abort) = (Status::Ok, None);
+            self.given_up_write.confirmed = Some(Arc::new(transfer));
         }
     }
 
-    pub(super) fn check_toggle(&mut self, request: (FrameRef, bool), response: (FrameRef, bool), cx: &mut Context<'_>) {
-        let Phase::Segments { toggle: expected } = &mut self.phase else { return };
-        let due = *expected;
-        let first_seen = self.transfer.as_ref().is_some_and(|t| t.mux.is_none() && t.segments == 0);
-        *expected = if request.1 == response.1 { !request.1 } else { !due };
+    fn check_toggle(&mut self, request: (FrameRef, bool), response: (FrameRef, bool), cx: &mut Context<'_>) {
+        let Phase::Segments(segments) = &mut self.phase else { return };
+        let due = segments.toggle;
+        let first_seen = self.transfer.as_ref().is_some_and(|t| t.mux.is_none() && t.data.segments == 0);
+        segments.toggle = if request.1 == response.1 { !request.1 } else { !due };
         if first_seen {
             return;
         }
@@ -174,9 +216,10 @@ impl Channel {
 
     /// The data of a segment that was confirmed (or whose request is not in the capture).
     pub(super) fn add_segment(&mut self, half: Half, segment: Segment, cx: &mut Context<'_>) {
-        if let Some((initiate, i)) = self.unmarked.take() {
+        if let Some((initiate, i)) = self.take_unmarked() {
             if matches!(initiate.command, Command::UploadInitiated(..)) {
-                self.segments_unmarked = Some(self.segments_unmarked.unwrap_or(false) | has_data(&i));
+                let before = self.server.segments_unmarked.unwrap_or(false);
+                self.server.segments_unmarked = Some(before | has_data(&i));
             }
             if i.unused != 0 {
                 self.find(Sdo004::Unused { unused: i.unused.into() }, initiate.at, cx);
@@ -186,20 +229,20 @@ impl Channel {
         let carried = (7 - usize::from(segment.unused)).min(usize::from(half.len.saturating_sub(1)));
         transfer.append(segment.data.get(..carried).unwrap_or(&[]));
         // What a short frame should have carried is missing.
-        transfer.hole |= carried + usize::from(segment.unused) < 7;
-        transfer.segments = transfer.segments.saturating_add(1);
-        transfer.even &= segment.last || segment.unused == 0;
+        transfer.data.hole |= carried + usize::from(segment.unused) < 7;
+        transfer.data.segments = transfer.data.segments.saturating_add(1);
+        transfer.data.even &= segment.last || segment.unused == 0;
         if segment.last {
             self.close_sized(half.at, cx);
         }
     }
 
     /// Ends a transfer whose data are all there: judges its size.
-    pub(super) fn close_sized(&mut self, end: FrameRef, cx: &mut Context<'_>) {
+    fn close_sized(&mut self, end: FrameRef, cx: &mut Context<'_>) {
         let Some(transfer) = &self.transfer else { return };
-        let mut status = if transfer.hole || transfer.midway { Status::Incomplete } else { Status::Ok };
+        let mut status = if transfer.data.hole || transfer.outcome.midway { Status::Incomplete } else { Status::Ok };
         if !transfer.size_is_right() {
-            let cause = transfer.initiated.unwrap_or(end);
+            let cause = transfer.data.initiated.unwrap_or(end);
             let size = wrong_size(transfer);
             self.find(size, if end.no == cx.at.no { cause } else { end }, cx);
             status = Status::Failed;
@@ -207,32 +250,40 @@ impl Channel {
         self.complete(status, cx);
         if status == Status::Failed {
             // Where the last segment was not the last one, the others belong to nothing.
-            self.outside = Outside::Said;
+            self.hypotheses.report();
         }
     }
 
     /// Whether all indicated bytes were transferred though no segment was marked as the last one.
     pub(super) fn all_bytes_without_last(&self) -> bool {
-        matches!(self.phase, Phase::Segments { .. })
+        matches!(self.phase, Phase::Segments(_))
             && self.transfer.as_ref().is_some_and(|transfer| {
-                !transfer.hole
-                    && transfer.segments > 0
-                    && transfer.size_indicated.is_some_and(|size| u64::from(size) <= transfer.size)
+                !transfer.data.hole
+                    && transfer.data.segments > 0
+                    && transfer.data.size_indicated.is_some_and(|size| u64::from(size) <= transfer.data.size)
             })
     }
 
-    /// Whether an initiate with e = s = 0 that no segment has followed was meant as data. The answer of a server that has
-    /// sent segments after the same announces them; bytes that it does not leave in them otherwise do not.
+    /// Whether an initiate with e = s = 0 that no segment has followed was meant as data. The answer of a server that
+    /// has sent segments after the same announces them; bytes that it does not leave in them otherwise do not.
     pub(super) fn is_meant_as_data(&self) -> bool {
-        let announces = |i: &Initiate| self.segments_unmarked.is_some_and(|other| other || !has_data(i));
-        self.unmarked
-            .as_ref()
-            .is_some_and(|(initiate, i)| !(matches!(initiate.command, Command::UploadInitiated(..)) && announces(i)))
+        let announces = |i: &Initiate| self.server.segments_unmarked.is_some_and(|other| other || !has_data(i));
+        self.unmarked()
+            .is_some_and(|(initiate, i)| !(matches!(initiate.command, Command::UploadInitiated(..)) && announces(&i)))
+    }
+
+    /// The initiate with e = s = 0 that no segment has followed.
+    pub(super) fn unmarked(&self) -> Option<(Half, Initiate)> {
+        if let Phase::Segments(segments) = &self.phase { segments.unmarked } else { None }
+    }
+
+    fn take_unmarked(&mut self) -> Option<(Half, Initiate)> {
+        if let Phase::Segments(segments) = &mut self.phase { segments.unmarked.take() } else { None }
     }
 
     /// An initiate with e = s = 0 that no segment followed: its four bytes were meant as data.
     pub(super) fn recognise_unmarked(&mut self, cx: &mut Context<'_>) {
-        let Some((initiate, i)) = self.unmarked.take() else { return };
+        let Some((initiate, i)) = self.take_unmarked() else { return };
         let unused = i.unused.into();
         match self.transfer.as_ref().map(|transfer| transfer.direction) {
             Some(Direction::Upload) => self.find(Sdo022::Unused { unused }, initiate.at, cx),
@@ -243,23 +294,198 @@ impl Channel {
             let carried = 4 - usize::from(i.unused & 3);
             transfer.append(i.data.get(..carried).unwrap_or(&[]));
         }
-        let own = std::mem::replace(&mut self.own, false);
-        let last = self.transfer.as_ref().map(|transfer| transfer.last);
-        if let (Some(transfer), Some(last)) = (self.transfer.take(), last) {
-            let mut transfer = *transfer;
-            transfer.described = self.described(transfer.mux);
-            transfer.status = Status::Ok;
-            transfer.last = last;
-            self.announce(Arc::new(transfer), cx);
-        }
         self.phase = Phase::Idle;
+        let Some(mut transfer) = self.transfer.take() else { return };
+        transfer.described = self.described(transfer.mux);
+        transfer.outcome.status = Status::Ok;
+        let own = std::mem::replace(&mut self.own, false);
+        self.announce(Arc::new(*transfer), cx);
         self.own = own;
+    }
+
+    /// An abort, from either side: it ends the transfer, and is never answered.
+    fn abort(&mut self, side: Side, at: FrameRef, code: u32, cx: &mut Context<'_>) {
+        if let Some(pending) = self.pending() {
+            match (side, pending.command) {
+                (Side::Client, _) if code == TIMED_OUT => {
+                    self.find(Sdo002::NoResponse, pending.at, cx);
+                }
+                (Side::Server, Command::SegmentRequest { toggle } | Command::Segment(Segment { toggle, .. })) => {
+                    if let Phase::Segments(Segments { toggle: due, .. }) = self.phase
+                        && due != toggle
+                    {
+                        let wrong = Sdo001::Toggle { expected: due, found: toggle, by: Side::Client };
+                        self.find(wrong, pending.at, cx);
+                    }
+                    self.judge_refused_segment(pending, cx);
+                }
+                (Side::Server, Command::EndBlock { .. }) => self.judge_refused_end(pending, cx),
+                _ => {}
+            }
+        }
+        if side == Side::Client && code == TIMED_OUT {
+            self.judge_stalled_block(cx);
+        }
+        self.judge_aborted_block(cx);
+        if side == Side::Client && code == TIMED_OUT {
+            self.judge_timed_out(cx);
+        }
+        if self.all_bytes_without_last() {
+            let last = self.transfer.as_ref().map_or(at, |transfer| transfer.last);
+            self.find(Sdo007::NoLast, last, cx);
+        }
+        // One that waited for its request was reported at its own frame.
+        if at.no == cx.at.no {
+            self.find(Sdo017::Abort { abort: code, by: side }, at, cx);
+        }
+        if let Some(transfer) = &mut self.transfer {
+            transfer.outcome.abort = Some(Abort { code, by: side });
+            transfer.last = at;
+        }
+        self.complete(Status::Aborted, cx);
+        if self.proof.begun {
+            self.hypotheses.settle();
+        } else {
+            self.hypotheses.open();
+        }
+    }
+
+    /// The client reports a timeout although no response was pending.
+    fn judge_timed_out(&mut self, cx: &mut Context<'_>) {
+        if self.verdicts.fault.is_none()
+            && let Some(transfer) = self.transfer.as_deref().filter(|it| it.mux.is_some() && !it.data.hole)
+            && let newest = self.newest(transfer)
+            && !within(newest, cx.at, GIVEN_UP_NS)
+        {
+            self.find(Sdo002::TimedOut, newest, cx);
+        }
+    }
+
+    /// An abort should name the object of the transfer that it ends. One that names none (index 0) is let pass.
+    fn judge_object(&mut self, half: &Half, by: Side, found: Mux, cx: &mut Context<'_>) {
+        let object = self.transfer.as_ref().and_then(|transfer| transfer.mux);
+        if let Some(expected) = object.filter(|object| *object != found && found.index != 0) {
+            self.find(Sdo016::Objects { expected, found, by }, half.at, cx);
+        }
+    }
+
+    /// A last segment that the server refused: was it for its size?
+    fn judge_refused_segment(&mut self, pending: Half, cx: &mut Context<'_>) {
+        let (Command::Segment(segment), Some(transfer)) = (pending.command, &self.transfer) else { return };
+        let Some(indicated) = transfer.data.size_indicated.map(u64::from) else { return };
+        let transferred = transfer.data.size.saturating_add(u64::from(7 - segment.unused));
+        if !transfer.data.hole && (transferred > indicated || (segment.last && transferred != indicated)) {
+            self.find(Sdo006::Size { indicated, transferred }, pending.at, cx);
+        }
+    }
+
+    /// The pending request was answered by the abort that was captured before it.
+    pub(super) fn answered_by_abort(&mut self, cx: &mut Context<'_>) {
+        self.sequence.abort_may_answer = false;
+        let (Some(pending), Some((object, code))) = (self.pending(), self.sequence.last_abort) else { return };
+        if strict_initiate(&pending) && pending.command.mux() == Some(object) {
+            self.trust(cx);
+        }
+        let own = self.own;
+        if pending.at.no != cx.at.no {
+            self.note(Note::AnsweredByAbort, pending.at, cx);
+            self.own = false;
+        }
+        if let Some(transfer) = &mut self.transfer {
+            transfer.outcome.reordered = true;
+            transfer.outcome.abort = Some(Abort { code, by: Side::Server });
+        }
+        self.complete(Status::Aborted, cx);
+        self.own = own;
+    }
+
+    pub(super) fn client_abort(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let Command::Abort(mux, code) = half.command else { return };
+        self.judge_object(half, Side::Client, mux, cx);
+        let seqno = self.block_seqno(Side::Server);
+        let pending = self.pending();
+        self.abort(Side::Client, half.at, code, cx);
+        self.history.given_up = pending.or(self.history.given_up);
+        self.sequence.abort_may_answer = false;
+        self.sequence.under_way = Some(UnderWay { side: Side::Server, at: half.at, seqno, owed: None, unasked: false });
+    }
+
+    pub(super) fn server_abort(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let Command::Abort(mux, code) = half.command else { return };
+        self.leave_refused_before(mux, cx);
+        let pending = self.pending();
+        let seqno = self.block_seqno(Side::Client);
+        let owed = self.owed_ack();
+        let unasked = pending.is_none_or(|pending| self.is_edge(&pending));
+        if unasked && self.transfer.is_none() && self.history.given_up.take().is_some() {
+            // Both sides gave up, or the server refuses late: the abort is not for what the client asks next.
+            self.abort(Side::Server, half.at, code, cx);
+            return;
+        }
+        if let Some(pending) = pending {
+            self.attempted(&pending);
+            if pending.command.mux() == Some(mux) {
+                self.proof.paired = true;
+                if strict_initiate(&pending) {
+                    // A refusal of what was asked for is as good a response as any.
+                    self.trust(cx);
+                }
+            }
+        }
+        if !unasked {
+            self.judge_object(half, Side::Server, mux, cx);
+        }
+        let written = self.written();
+        self.abort(Side::Server, half.at, code, cx);
+        self.refuse(written, half.at, code);
+        self.sequence.answered = pending.map(|_| *half);
+        self.sequence.abort_may_answer = false;
+        self.sequence.last_abort = Some((mux, code));
+        self.sequence.under_way = Some(UnderWay { side: Side::Client, at: half.at, seqno, owed, unasked });
+    }
+
+    /// An abort for this object: the pending request may have been answered before.
+    fn leave_refused_before(&mut self, mux: Mux, cx: &mut Context<'_>) {
+        let other = |pending: &Half| pending.command.mux() != Some(mux);
+        if self.pending().is_some_and(|pending| other(&pending) && self.sequence.may_be_answered(&pending)) {
+            self.leave_answered(cx);
+        }
+        if let Some(pending) = self.pending().filter(other)
+            && self.sequence.abort_may_answer
+            && pending.command.mux() == self.sequence.last_abort.map(|(object, _)| object)
+        {
+            self.answered_by_abort(cx);
+        }
+    }
+
+    /// The object that the transfer writes.
+    fn written(&self) -> Option<Mux> {
+        self.transfer.as_ref().filter(|it| it.direction == Direction::Download)?.mux
+    }
+
+    /// The server has refused a write of `object`: it stays refused until the same object is written after all.
+    fn refuse(&mut self, object: Option<Mux>, at: FrameRef, code: u32) {
+        if let Some(object) = object.filter(|object| self.verdicts.refused.iter().all(|it| it.object != *object))
+            && self.verdicts.refused.len() < REFUSED
+        {
+            self.verdicts.refused.push(Refused { object, at, code, because_of: self.verdicts.fault });
+        }
+    }
+
+    /// What the server refuses is still what the client wanted to write.
+    fn attempted(&mut self, request: &Half) {
+        if let Command::InitiateDownload(object, i) = request.command
+            && let Some(transfer) = &mut self.transfer
+            && i.expedited
+        {
+            transfer.append(expedited(Some(object), &i, request.len));
+        }
     }
 }
 
 /// That a transfer has moved another number of bytes than was indicated.
 pub(super) fn wrong_size(transfer: &Transfer) -> Sdo006 {
-    Sdo006::Size { indicated: transfer.size_indicated.map_or(0, u64::from), transferred: transfer.size }
+    Sdo006::Size { indicated: transfer.data.size_indicated.map_or(0, u64::from), transferred: transfer.data.size }
 }
 
 /// Whether an initiate that announces segments has something in the place of data.

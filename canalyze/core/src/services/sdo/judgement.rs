@@ -1,10 +1,10 @@
-//! Findings of a channel: what is said, withheld, or dropped.
+//! Findings of a channel: what is reported, withheld, or linked to what explains it.
 //!
 //! Nothing is judged before the first request that can be one; findings are withheld until the channel has shown
-//! one valid request with its response. A channel that never does says so once.
+//! one valid request with its response. A channel that never does is reported once. A finding that follows from another
+//! one is linked to it (`because_of`), not dropped.
 
-use super::abort::Refused;
-use super::channel::{Channel, Half, UNANSWERED_NS};
+use super::channel::{Channel, Half, UNANSWERED_NS, strict_initiate};
 use super::wire::{self, Command, Mux, Segment, Side};
 use crate::context::Context;
 use crate::event::{Event, Note, Place, What};
@@ -15,26 +15,37 @@ use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo007, Sdo010, Sdo012, Sdo018, 
 
 /// Odd frames on a channel that has shown no valid exchange, from which on it is not taken for SDO.
 const FOREIGN: u64 = 16;
-/// What was odd about the last exchange and was said: not again in other words. Frames by their numbers.
+/// What was odd about the last exchange: findings in other words about the same frames follow from it.
 #[derive(Debug, Default)]
 pub(super) struct OddExchange {
     /// The last client frame, where nothing could be read from it.
-    request: Option<u64>,
-    /// The response after such a one.
-    asked: Option<u64>,
-    /// The request that something else than an answer came after.
-    answered: Option<u64>,
+    request: Option<FrameRef>,
+    /// The response after such a one, and that one.
+    asked: Option<(FrameRef, FrameRef)>,
+    /// The request that something else than an answer came after, and what explains that.
+    answered: Option<(FrameRef, FrameRef)>,
     /// The last frame that is missing, or that nothing could be read from.
-    broken: Option<u64>,
-    /// Since it was said that frames belong to nothing, none has been answered as it should.
-    pub(super) astray: bool,
+    broken: Option<FrameRef>,
+    /// A frame that belongs to nothing, since which none has been answered as it should.
+    pub(super) astray: Option<FrameRef>,
+}
+
+/// A write that the server refused.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Refused {
+    pub(super) object: Mux,
+    /// The abort, and its code.
+    pub(super) at: FrameRef,
+    pub(super) code: u32,
+    /// What explains that it was refused.
+    pub(super) because_of: Option<FrameRef>,
 }
 
 /// Clients wait for an answer for 1 s or less; one that comes when less than a tenth of that is left was luck.
 const LATE_NS: i64 = 900_000_000;
 /// No client in use gives up sooner, in ns.
 const SHORTEST_TIMEOUT_NS: i64 = 300_000_000;
-/// So many times the longest that a server has taken so far it does not take.
+/// A server does not take this many times the longest that it has taken before.
 const PROMPT: i64 = 10;
 
 /// How sure it is that a channel's frames are SDO.
@@ -57,6 +68,36 @@ pub(super) struct Proof {
     pub(super) first: Option<FrameRef>,
 }
 
+impl Proof {
+    /// Counts a frame.
+    pub(super) fn count(&mut self, side: Side, at: FrameRef) {
+        self.first.get_or_insert(at);
+        let frames = if side == Side::Client { &mut self.requests } else { &mut self.responses };
+        *frames = frames.saturating_add(1);
+    }
+
+    /// Takes what a frame shows of whether the channel is SDO. `later`: it is not the channel's first one.
+    pub(super) fn weigh(&mut self, half: &Half, later: bool) {
+        let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
+        self.odd = self.odd.saturating_add(u64::from(odd));
+        if !strict_initiate(half) {
+            return;
+        }
+        self.plausible = self.plausible.saturating_add(1);
+        self.begun |= later;
+        if !matches!(half.command, Command::InitiateDownload(..)) {
+            // What was odd may have been block data of a transfer that began before the capture.
+            self.odd = 0;
+        }
+    }
+
+    /// What is wrong with the channel's first frame itself, or with what answers it, counts if it can only be a
+    /// request.
+    fn is_first_exchange(&self) -> bool {
+        self.plausible > 0 && self.requests <= 1 && self.responses <= 1
+    }
+}
+
 /// What was found on a channel, and what keeps findings back.
 #[derive(Debug, Default)]
 pub(super) struct Verdicts {
@@ -69,9 +110,13 @@ pub(super) struct Verdicts {
     pub(super) refused: Vec<Refused>,
     /// The object of the next finding, where it is not the transfer's.
     pub(super) about: Option<Mux>,
+    /// The last request was one to a server that must not answer.
+    pub(super) in_vain: Option<FrameRef>,
+    /// The server was only looked for, as all others were.
+    pub(super) scanned: bool,
 }
 
-/// Findings withheld at most; more of the same say nothing new.
+/// Findings withheld at most.
 const WITHHELD: usize = 32;
 
 impl Channel {
@@ -105,11 +150,11 @@ impl Channel {
         }
     }
 
-    /// Whether a response is of the kind that the pending request asks for: what is not is no answer to it, whatever it
-    /// says. A request always is.
+    /// Whether a response is of the kind that the pending request asks for: any other is no answer to it. A request
+    /// always is.
     fn is_asked_for(&self, half: &Half) -> bool {
         let fits = |pending: Half| wire::kind_fits(&pending.command, &half.command);
-        half.command.is_initiate() || self.pairing.pending.is_none_or(fits)
+        half.command.is_initiate() || self.pending().is_none_or(fits)
     }
 
     pub(super) fn note(&mut self, note: Note, about: FrameRef, cx: &mut Context<'_>) {
@@ -119,8 +164,8 @@ impl Channel {
         cx.events.push(Event {
             at: cx.at,
             about: Some(about),
-            bus: self.bus,
-            node: Some(self.node),
+            bus: self.server.bus,
+            node: Some(self.server.node),
             transfer: self.transfer.as_ref().map(|transfer| transfer.id),
             what: What::Note(note),
         });
@@ -131,14 +176,13 @@ impl Channel {
     pub(super) fn find(&mut self, verdict: impl Into<Verdict>, offender: FrameRef, cx: &mut Context<'_>) {
         let verdict = verdict.into();
         let code = verdict.code;
-        // What is wrong with the channel's first frame itself, or with what answers it, counts if it can only be a
-        // request.
-        let first = self.proof.plausible > 0 && self.proof.requests <= 1 && self.proof.responses <= 1;
         // No frame of a transfer, in whatever phase, has another length.
-        if !self.proof.begun && !first && !matches!(code, Code::Sdo017 | Code::Sdo010) {
+        let always = matches!(code, Code::Sdo017 | Code::Sdo010);
+        if !self.proof.begun && !self.proof.is_first_exchange() && !always {
             return;
         }
-        if self.is_consequence(&verdict, offender) {
+        let consequence = self.consequence(&verdict, offender);
+        if consequence.is_some() && !self.proof.trusted {
             return;
         }
         let object = match &mut self.transfer {
@@ -149,28 +193,21 @@ impl Channel {
             None => self.step.result.as_ref().and_then(|transfer| transfer.mux),
         };
         let object = self.verdicts.about.take().or(object);
-        let initiated = self.transfer.as_ref().is_some_and(|transfer| transfer.initiated == Some(offender));
+        let initiated = self.transfer.as_ref().is_some_and(|transfer| transfer.data.initiated == Some(offender));
         let last = code == Code::Sdo006 && !initiated;
         let at = if last || is_wrong(&verdict) { offender } else { cx.at };
         let unanswered = matches!(code, Code::Sdo002 | Code::Sdo015 | Code::Sdo020 | Code::Sdo031);
-        let evidence = &cx.evidence;
-        let lost = unanswered
-            .then(|| evidence.circumstances.excuse(Rules::SdoAnswer, Some(self.node), cx.when, &evidence.recording));
-        let because_of = self.explain(&verdict, at, offender).or(lost.flatten());
-        let finding = Finding {
-            code,
-            at,
-            cause: (offender.no != at.no).then_some(offender),
-            bus: self.bus,
-            node: Some(self.node),
-            object,
-            facts: verdict.facts,
-            because_of,
+        let (evidence, node) = (&cx.evidence, Some(self.server.node));
+        let lost = || {
+            evidence.circumstances.excuse(Rules::SdoAnswer, node, cx.when, &evidence.recording).filter(|_| unanswered)
         };
-        self.say(finding, cx);
+        let because_of = consequence.or_else(|| self.explain(&verdict, at, offender)).or_else(lost);
+        let cause = (offender.no != at.no).then_some(offender);
+        let bus = self.server.bus;
+        self.report(Finding { code, at, cause, bus, node, object, facts: verdict.facts, because_of }, cx);
     }
 
-    /// What explains a finding at `at`: the first one since the channel was idle. It is the first itself where there is none.
+    /// What explains a finding at `at`: the first one since the channel was idle; that one has no explanation.
     fn explain(&mut self, verdict: &Verdict, at: FrameRef, offender: FrameRef) -> Option<FrameRef> {
         if *verdict == Sdo020::GivenUp.into() {
             return Some(self.verdicts.fault.unwrap_or(offender));
@@ -187,7 +224,7 @@ impl Channel {
     pub(super) fn judge_time(&mut self, request: &Half, response: &Half, cx: &mut Context<'_>) {
         let (Some(asked), Some(answered)) = (request.at.t_ns, response.at.t_ns) else { return };
         let delay = answered.saturating_sub(asked);
-        self.pairing.slowest_ns = self.pairing.slowest_ns.max(delay);
+        self.history.slowest_ns = self.history.slowest_ns.max(delay);
         let object = self.transfer.as_ref().and_then(|transfer| transfer.mux);
         let recording = &cx.evidence.recording;
         // Where the whole bus was silent in the meantime, the recorder may have stood still.
@@ -195,20 +232,24 @@ impl Channel {
         let late = heard && recording.certainly_later(response.when, request.when, LATE_NS);
         if late && self.proof.trusted && !self.is_edge(request) && !object.is_some_and(takes_time) {
             let evidence = &cx.evidence;
-            let because_of =
-                evidence.circumstances.excuse(Rules::SdoTime, Some(self.node), request.when, &evidence.recording);
-            let found = cx.verdict(Sdo020::Slow { delay }, Some(self.node), object, Some(request.at));
+            let because_of = evidence.circumstances.excuse(
+                Rules::SdoTime,
+                Some(self.server.node),
+                request.when,
+                &evidence.recording,
+            );
+            let found = cx.verdict(Sdo020::Slow { delay }, Some(self.server.node), object, Some(request.at));
             cx.report_timed(Finding { because_of, ..found });
         }
     }
 
-    /// Whether a request has waited so long for its answer at the capture's end that none will come: a read for a shorter
-    /// time, where the server has always answered much sooner.
+    /// Whether a request has waited so long for its answer at the capture's end that none will come: a read for a
+    /// shorter time, where the server has always answered much sooner.
     pub(super) fn is_overdue(&self, request: &Half, cx: &Context<'_>) -> bool {
         let (Some(asked), Some(now)) = (request.at.t_ns, cx.at.t_ns) else { return false };
         let waited = now.saturating_sub(asked);
         let reads = matches!(request.command, Command::InitiateUpload(_) | Command::SegmentRequest { .. });
-        let prompt = self.proof.trusted && waited / PROMPT > self.pairing.slowest_ns;
+        let prompt = self.proof.trusted && waited / PROMPT > self.history.slowest_ns;
         waited > if reads && prompt { SHORTEST_TIMEOUT_NS } else { UNANSWERED_NS }
     }
 
@@ -218,115 +259,122 @@ impl Channel {
         let now = cx.at;
         let older =
             |from: FrameRef, ns| from.t_ns.zip(now.t_ns).is_some_and(|(from, now)| now.saturating_sub(from) > ns);
-        let rests = self.pairing.heard.is_some_and(|heard| older(heard.at, SHORTEST_TIMEOUT_NS));
+        let rests = self.history.heard.is_some_and(|heard| older(heard.at, SHORTEST_TIMEOUT_NS));
         for refused in std::mem::take(&mut self.verdicts.refused) {
             if !rests && !older(refused.at, UNANSWERED_NS) {
                 continue;
             }
             let what = Sdo018::Refused { abort: refused.code };
             let (at, because_of) = (refused.at, refused.because_of);
-            let found = cx.verdict(what, Some(self.node), Some(refused.object), None);
-            self.say(Finding { at, because_of, ..found }, cx);
+            let found = cx.verdict(what, Some(self.server.node), Some(refused.object), None);
+            self.report(Finding { at, because_of, ..found }, cx);
         }
     }
 
-    /// Says a finding, or withholds it until the channel has shown that it is one.
-    pub(super) fn say(&mut self, finding: Finding, cx: &mut Context<'_>) {
+    /// Reports a finding, or withholds it until the channel has shown that it is one.
+    fn report(&mut self, finding: Finding, cx: &mut Context<'_>) {
         if self.proof.trusted {
-            push_finding(finding, cx);
+            cx.emit(finding);
         } else if self.verdicts.withheld.len() < WITHHELD {
             self.verdicts.withheld.push(finding);
         }
     }
 
-    /// Whether another finding has said this already. One wrong frame leaves two gaps: what it should have been is
-    /// missing, and what it is belongs to nothing. And once it is not known what the two sides are talking about,
-    /// that they do not fit is said once, until they do.
-    fn is_consequence(&mut self, verdict: &Verdict, offender: FrameRef) -> bool {
+    /// The finding that says the same in other words, if any. One wrong frame leaves two gaps: what it should have been
+    /// is missing, and what it is belongs to nothing. And once it is not known what the two sides are talking about,
+    /// all that does not fit follows from that, until they fit again.
+    fn consequence(&mut self, verdict: &Verdict, offender: FrameRef) -> Option<FrameRef> {
         let code = verdict.code;
         let is = |other: Verdict| *verdict == other;
-        let in_transfer = |no: u64| self.transfer.as_ref().is_some_and(|transfer| transfer.first.no <= no);
-        let broken = self.verdicts.odd_exchange.broken.is_some_and(in_transfer);
-        if code == Code::Sdo008 && (broken || self.has_finding(Code::Sdo004)) {
-            return true;
+        let odd = &mut self.verdicts.odd_exchange;
+        let asked = odd.asked.filter(|(response, _)| response.no == offender.no).map(|(_, request)| request);
+        let explained = if code == Code::Sdo008 {
+            let transfer = self.transfer.as_ref();
+            let broken = odd.broken.filter(|broken| transfer.is_some_and(|it| it.first.no <= broken.no));
+            broken.or(transfer.filter(|it| it.outcome.findings.contains(&Code::Sdo004)).map(|it| it.first))
+        } else if is(Sdo002::NotAcknowledged.into()) {
+            odd.broken.filter(|broken| broken.no >= offender.no)
+        } else if is(Sdo002::Duplicate.into()) {
+            asked
+        } else {
+            None
+        };
+        if explained.is_some() {
+            return self.verdicts.fault.or(explained);
         }
-        if is(Sdo002::NotAcknowledged.into()) && self.verdicts.odd_exchange.broken.is_some_and(|no| no >= offender.no) {
-            return true;
-        }
-        if is(Sdo002::Duplicate.into()) && self.verdicts.odd_exchange.asked == Some(offender.no) {
-            return true;
-        }
-        if matches!(code, Code::Sdo002 | Code::Sdo023) {
-            self.verdicts.odd_exchange.broken =
-                Some(self.verdicts.odd_exchange.broken.unwrap_or_default().max(offender.no));
+        if matches!(code, Code::Sdo002 | Code::Sdo023) && odd.broken.is_none_or(|broken| broken.no < offender.no) {
+            odd.broken = Some(offender);
         }
         if is(Sdo002::NoResponse.into()) || is(Sdo012::EndNotConfirmed.into()) {
-            return self.verdicts.odd_exchange.answered == Some(offender.no);
+            let by = odd.answered.filter(|(request, _)| request.no == offender.no).map(|(_, by)| by);
+            return by.map(|by| self.verdicts.fault.unwrap_or(by));
         }
         if is(Sdo002::NoRequest.into()) {
-            if self.verdicts.odd_exchange.asked == Some(offender.no) {
-                return true;
+            if asked.is_some() {
+                return self.verdicts.fault.or(asked);
             }
-            self.answered_oddly();
-            return std::mem::replace(&mut self.verdicts.odd_exchange.astray, true);
+            self.answered_oddly(offender);
+        } else if !is(Sdo007::Outside.into()) {
+            return None;
         }
-        is(Sdo007::Outside.into()) && std::mem::replace(&mut self.verdicts.odd_exchange.astray, true)
+        let astray = &mut self.verdicts.odd_exchange.astray;
+        let before = *astray;
+        astray.get_or_insert(offender);
+        before
     }
 
-    fn has_finding(&self, code: Code) -> bool {
-        self.transfer.as_ref().is_some_and(|transfer| transfer.findings.contains(&code))
+    /// Something came in the place of the response to the pending request, and a finding reports it.
+    fn answered_oddly(&mut self, by: FrameRef) {
+        if let Some(pending) = self.pending() {
+            self.verdicts.odd_exchange.answered = Some((pending.at, by));
+        }
     }
 
-    /// Something came in the place of the answer to the pending request, and a finding says so.
-    fn answered_oddly(&mut self) {
-        self.verdicts.odd_exchange.answered =
-            self.pairing.pending.map(|pending| pending.at.no).or(self.verdicts.odd_exchange.answered);
+    /// A request may be left without a response, since it should not have been sent.
+    pub(super) fn unanswerable(&mut self, request: FrameRef) {
+        self.verdicts.odd_exchange.answered = Some((request, request));
     }
 
-    /// That a request may be left without an answer has been said, or need not be.
-    pub(super) fn unanswerable(&mut self, request: &Half) {
-        self.verdicts.odd_exchange.answered = Some(request.at.no);
-    }
-
-    /// The pending request may be left without an answer if it should not have been sent.
+    /// The pending request may be left without a response if it should not have been sent.
     pub(super) fn excuse_answer(&mut self) {
-        if let (Some(vain), Some(pending)) = (self.in_vain, self.pairing.pending)
+        if let (Some(vain), Some(pending)) = (self.verdicts.in_vain, self.pending())
             && vain.no == pending.at.no
         {
-            self.unanswerable(&pending);
+            self.unanswerable(vain);
         }
     }
 
-    /// Whether a request may be left without an answer.
+    /// Whether a request may be left without a response.
     pub(super) fn is_unanswerable(&self, request: &Half) -> bool {
-        self.verdicts.odd_exchange.answered == Some(request.at.no)
+        self.verdicts.odd_exchange.answered.is_some_and(|(answered, _)| answered.no == request.at.no)
     }
 
-    /// In the place of a block transfer's end came what does not belong there, and a finding says so: what answers it
-    /// answers the end.
+    /// In the place of a block transfer's end came what does not belong there, and a finding reports it: what answers
+    /// it answers the end.
     pub(super) fn instead_of_end(&mut self, half: &Half) {
         match self.step.side {
-            Side::Client => self.verdicts.odd_exchange.request = Some(half.at.no),
+            Side::Client => self.verdicts.odd_exchange.request = Some(half.at),
             Side::Server => {
-                self.verdicts.odd_exchange.answered = self.transfer.as_ref().map(|transfer| transfer.last.no)
+                self.verdicts.odd_exchange.answered = self.transfer.as_ref().map(|transfer| (transfer.last, half.at));
             }
         }
     }
 
-    /// A frame that says nothing stands for the request or the answer that it should have been.
+    /// A frame that says nothing stands for the request or the response that it should have been.
     pub(super) fn note_unreadable(&mut self, side: Side, half: &Half) {
         let unreadable = half.command.is_unreadable();
+        let odd = &mut self.verdicts.odd_exchange;
         if unreadable {
-            self.verdicts.odd_exchange.broken = Some(half.at.no);
+            odd.broken = Some(half.at);
         }
         match side {
-            Side::Client => self.verdicts.odd_exchange.request = unreadable.then_some(half.at.no),
+            Side::Client => odd.request = unreadable.then_some(half.at),
             Side::Server => {
-                if self.verdicts.odd_exchange.request.take().is_some() {
-                    self.verdicts.odd_exchange.asked = Some(half.at.no);
+                if let Some(request) = odd.request.take() {
+                    odd.asked = Some((half.at, request));
                 }
                 if unreadable {
-                    self.answered_oddly();
+                    self.answered_oddly(half.at);
                 }
             }
         }
@@ -335,7 +383,7 @@ impl Channel {
     pub(super) fn trust(&mut self, cx: &mut Context<'_>) {
         (self.proof.trusted, self.proof.proven, self.proof.begun) = (true, true, true);
         for finding in std::mem::take(&mut self.verdicts.withheld) {
-            push_finding(finding, cx);
+            cx.emit(finding);
         }
     }
 
@@ -345,14 +393,10 @@ impl Channel {
         !self.proof.proven && self.proof.odd >= FOREIGN && self.proof.odd > frames / 2
     }
 
-    pub(super) fn is_trusted(&self) -> bool {
-        self.proof.trusted
-    }
-
     /// The capture is over: what was withheld is no SDO, or nobody has answered.
-    pub(super) fn say_distrust(&mut self, cx: &mut Context<'_>) {
+    pub(super) fn report_distrust(&mut self, cx: &mut Context<'_>) {
         let Some(first) = self.proof.first else { return };
-        if self.proof.proven || self.scanned || self.proof.paired {
+        if self.proof.proven || self.verdicts.scanned || self.proof.paired {
             return;
         }
         if self.proof.plausible > 0
@@ -374,13 +418,13 @@ impl Channel {
         }
         let what: Verdict =
             if unanswered { Sdo031::Frames { frames }.into() } else { Sdo030::Frames { frames }.into() };
-        let found = cx.verdict(what, Some(self.node), None, None);
-        push_finding(Finding { at: first, ..found }, cx);
+        let found = cx.verdict(what, Some(self.server.node), None, None);
+        cx.emit(Finding { at: first, ..found });
     }
 }
 
-/// Whether a server may take its time over an object: it stores, or erases, memory that keeps its contents without power
-/// (CiA 301, 7.5.2.13 and 7.5.2.14; CiA 302-3).
+/// Whether a server may take its time over an object: it stores, or erases, memory that keeps its contents without
+/// power (CiA 301, 7.5.2.13 and 7.5.2.14; CiA 302-3).
 fn takes_time(object: Mux) -> bool {
     matches!(object.index, 0x1010 | 0x1011 | 0x1F50 | 0x1F51)
 }
@@ -395,15 +439,4 @@ fn is_wrong(verdict: &Verdict) -> bool {
         Code::Sdo001 | Code::Sdo003 | Code::Sdo004 | Code::Sdo019 | Code::Sdo021 | Code::Sdo022 => true,
         _ => false,
     }
-}
-
-fn push_finding(finding: Finding, cx: &mut Context<'_>) {
-    cx.events.push(Event {
-        at: finding.at,
-        about: finding.cause,
-        bus: finding.bus,
-        node: finding.node,
-        transfer: None,
-        what: What::Finding(Box::new(finding)),
-    });
 }

@@ -2,22 +2,26 @@
 //!
 //! A host lists the frames that it sends itself later than those that it receives: a response may stand before its
 //! request, several exchanges deep. Each side's own frames stay in order. So a frame of the server that answers nothing
-//! yet waits here for the client's frames, as long as these may still come, and the machine behind takes all frames as
-//! they were on the bus. A capture in causal order is never held up.
+//! yet waits here for the client's frames, as long as these may still come, and `machine` takes all frames as they were
+//! on the bus. A capture in causal order is never held up.
 //!
 //! It must not judge: a frame whose turn never comes is handed to the machine as it is.
 
 use std::collections::VecDeque;
 
-use super::channel::{Channel, Half, Phase};
-use super::wire::{self, Command, Side};
+use super::channel::{Channel, Half, Phase, UNANSWERED_NS, strict_initiate};
+use super::exchange::UnderWay;
+use super::machine::{Action, transition};
+use super::transfer::{Direction, Status};
+use super::wire::{self, Command, Mux, Side};
 use crate::context::Context;
 use crate::event::{Note, Place};
 use crate::evidence::recording::USUAL_ECHO_NS;
+use crate::finding::Code;
 use crate::frame::FrameRef;
 use crate::rules::sdo::Sdo017;
 
-/// Without stamps, so many later frames of the channel may stand before the request.
+/// Without stamps, as many later frames of the channel may stand before the request.
 pub(super) const FRAMES: u8 = 2;
 /// Most frames that wait.
 const MOST_HELD: usize = 256;
@@ -32,14 +36,24 @@ pub(super) struct Held {
     age: u8,
 }
 
-/// Frames whose turn has not come.
+/// Frames whose turn has not come, and what is known of the order of the others.
 #[derive(Debug, Default)]
 pub(super) struct Sequence {
     held: VecDeque<Held>,
-    /// A request that fits the first of them, and may as well be the next: the frame behind it tells.
+    /// A request that fits the first of them, and may as well be the next: the frame behind it decides.
     undecided: Option<Half>,
     /// How late the recording host lists its own frames at most, in ns.
     lag_ns: i64,
+    pub(super) under_way: Option<UnderWay>,
+    /// The pending request may be what the server's abort before it answered.
+    pub(super) abort_may_answer: bool,
+    /// The object and code of the server's last abort.
+    pub(super) last_abort: Option<(Mux, u32)>,
+    /// The last response or refusal, where its request was captured before it.
+    pub(super) answered: Option<Half>,
+    /// It is known which responses belong to which requests: where a capture begins with requests for one object that
+    /// are late, each may stand before the response to the next.
+    certain: bool,
 }
 
 impl Sequence {
@@ -47,13 +61,44 @@ impl Sequence {
     pub(super) fn within_lag(&self, from: FrameRef, to: FrameRef) -> bool {
         within(from, to, self.lag_ns)
     }
+
+    /// A client frame shows which request the last response belongs to, where it follows later than an echo, or is for
+    /// another object.
+    pub(super) fn ascertain(&mut self, next: &Half) {
+        let own =
+            |answer: Half| !self.within_lag(answer.at, next.at) || !wire::may_answer(&next.command, &answer.command);
+        self.certain |= self.answered.is_some_and(own);
+    }
+
+    /// An initiate request has come: the abort before it may be its answer.
+    pub(super) fn requested(&mut self, request: &Half) {
+        let under_way = self.under_way.take();
+        self.abort_may_answer = under_way.is_some_and(|it| it.unasked && self.within_lag(it.at, request.at));
+    }
+
+    /// Whether the response before this request may be its own, captured before it.
+    pub(super) fn may_be_answered(&self, request: &Half) -> bool {
+        !self.certain
+            && request.command.is_initiate()
+            && self.answered.is_some_and(|answer| wire::may_answer(&request.command, &answer.command))
+    }
+
+    /// Whether a frame of the server was on its way when the client aborted.
+    pub(super) fn is_in_flight(&mut self, half: &Half) -> bool {
+        let Some(under_way) = self.under_way.as_mut().filter(|it| it.side == Side::Server) else { return false };
+        let continues = under_way.continues(half);
+        if continues {
+            under_way.seqno = (under_way.seqno + 1) & 0x7F;
+        }
+        continues
+    }
 }
 
 impl Channel {
-    /// A frame has come: what it says of those that wait. Returns the frame as it is read after that.
+    /// A frame has come: what it shows about those that wait. Returns the frame as it is read after that.
     pub(super) fn order_before(&mut self, side: Side, half: Half, cx: &mut Context<'_>) -> Half {
         if side == Side::Client {
-            self.pairing.released = None;
+            self.history.released = None;
         }
         self.sequence.lag_ns = cx.evidence.recording.lag_ns();
         if self.sequence.held.is_empty() {
@@ -87,8 +132,8 @@ impl Channel {
 
     /// Takes a frame of the server.
     pub(super) fn order_server(&mut self, half: Half, fresh: bool, cx: &mut Context<'_>) {
-        let answers = self.pairing.pending.is_some_and(|pending| wire::fits(&pending.command, &half.command));
-        if answers && self.pairing.pending.is_some_and(|pending| self.is_edge(&pending)) {
+        let answers = self.pending().is_some_and(|pending| wire::fits(&pending.command, &half.command));
+        if answers && self.pending().is_some_and(|pending| self.is_edge(&pending)) {
             // What waits answers requests before the capture.
             self.sequence.held.clear();
         }
@@ -98,7 +143,7 @@ impl Channel {
             self.release(cx);
         }
         if !self.sequence.held.is_empty() || !self.is_due(&half) {
-            if self.pairing.pending.is_some_and(|pending| self.pairing.may_be_answered(&pending)) {
+            if self.pending().is_some_and(|pending| self.sequence.may_be_answered(&pending)) {
                 self.leave_answered(cx);
             }
             if let Command::Abort(_, code) = half.command {
@@ -117,7 +162,7 @@ impl Channel {
         self.decide(None, cx);
         while let Some(held) = self.sequence.held.front() {
             // The frame it waits for may lie beyond the edge, unless there was time enough.
-            if within(held.half.at, cx.at, super::channel::UNANSWERED_NS) {
+            if within(held.half.at, cx.at, UNANSWERED_NS) {
                 let Some(held) = self.sequence.held.pop_front() else { return };
                 self.at_the_edge(&held.half, cx);
             } else {
@@ -140,12 +185,15 @@ impl Channel {
     fn hold(&mut self, half: Half, fresh: bool) {
         let before = self.sequence.held.len() as u32;
         self.step.ordinal = match (&self.phase, half.command) {
-            (Phase::Block(block), Command::BlockSegment { .. }) => block.ordinal() + before,
+            (Phase::Block(block, _), Command::BlockSegment { .. }) => {
+                let acknowledged = self.transfer.as_ref().map_or(0, |transfer| transfer.data.segments);
+                block.ordinal(acknowledged).saturating_add(before)
+            }
             _ => self.segment_ordinal(&half.command),
         };
         let half = match (&self.phase, half.command) {
             // In a transfer met in its midst it may be the answer to a late request.
-            (Phase::Block(block), Command::BlockSegment { .. }) if !block.owes_ack() => {
+            (Phase::Block(block, _), Command::BlockSegment { .. }) if !block.owes_ack() => {
                 self.step.place = Place::Uncaptured;
                 Half { command: wire::decode(Side::Server, half.bytes), ..half }
             }
@@ -155,11 +203,11 @@ impl Channel {
             self.step.place = Place::Uncaptured;
         }
         // Where nothing of the channel can lie before it, an answer without a request counts as the first request does.
-        self.proof.begun |= self.is_idle_from_start() && super::pairing::is_strict_answer(&half);
+        self.proof.begun |= self.hypotheses.is_whole() && is_strict_answer(&half);
         self.sequence.held.push_back(Held { half, first: fresh || !self.proof.begun, age: 0 });
     }
 
-    /// Hands on what waited and is due now.
+    /// Hands on what waited and is expected now.
     fn follow(&mut self, cx: &mut Context<'_>) {
         while let Some(held) = self.sequence.held.front().copied() {
             let half = self.decoded(Side::Server, held.half);
@@ -168,9 +216,9 @@ impl Channel {
             }
             self.sequence.held.pop_front();
             let step = self.step.clone();
-            let answers = self.pairing.pending.is_some();
+            let answers = self.pending().is_some();
             if let Some(transfer) = &mut self.transfer {
-                transfer.reordered = true;
+                transfer.outcome.reordered = true;
             }
             self.step.place = Place::Due;
             self.judge_frame(&half, cx);
@@ -229,8 +277,12 @@ impl Channel {
     /// Whether the first frame that waits may come after this one of the client.
     fn may_precede(&self, half: &Half, front: &Held) -> bool {
         let half = self.decoded(Side::Client, *half);
-        let answer = self.decoded(Side::Server, front.half).command;
-        if let (Phase::Block(block), false) = (&self.phase, half.command.is_initiate()) {
+        let answer = match half.command.is_initiate() {
+            // A request ends the block transfer, and its answer is no segment of it.
+            true => wire::decode_frame(Side::Server, front.half.bytes, front.half.len),
+            false => self.decoded(Side::Server, front.half).command,
+        };
+        if let (Phase::Block(block, _), false) = (&self.phase, half.command.is_initiate()) {
             return match (half.command, answer) {
                 (Command::BlockSegment { seqno, .. }, Command::BlockAck { .. }) => seqno == block.expected(),
                 (Command::EndBlock { .. }, Command::BlockEnded) | (Command::StartBlockUpload, _) => true,
@@ -244,10 +296,10 @@ impl Channel {
         }
         let refused = matches!(answer, Command::Abort(object, _) if half.command.mux() == Some(object));
         (refused || wire::fits(&half.command, &answer))
-            && (self.can_request(&half) || self.may_join(&half) || self.pairing.pending.is_some())
+            && (self.pending().is_some() || self.may_join(&half) || self.can_request(&half))
     }
 
-    /// Whether the frames that wait are a whole sub-block of so many segments, the last of them marked.
+    /// Whether the frames that wait are a whole sub-block of this number of segments, the last of them marked.
     fn holds_sub_block(&self, segments: u8) -> bool {
         let mut held = self.sequence.held.iter().filter_map(|held| match held.half.command {
             Command::BlockSegment { seqno, last, .. } => Some((seqno, last)),
@@ -261,14 +313,14 @@ impl Channel {
         self.sequence.held.front().is_some_and(|held| matches!(held.half.command, Command::BlockAck { .. }))
     }
 
-    /// Whether a request that fits the first frame that waits may as well be answered by the next: that one is the first
-    /// of the channel, or the client reads one object again and again.
+    /// Whether a request that fits the first frame that waits may as well be answered by the next: that one is the
+    /// first of the channel, or the client reads one object again and again.
     fn is_ambiguous(&self, half: &Half, front: &Held) -> bool {
-        if !half.command.is_initiate() || matches!(self.phase, Phase::Block(_)) {
+        if !half.command.is_initiate() || matches!(self.phase, Phase::Block(..)) {
             return false;
         }
         let stamped = front.half.at.t_ns.is_some() && half.at.t_ns.is_some();
-        let again = self.pairing.last_request == Some(half.command);
+        let again = self.history.last_request == Some(half.command);
         front.first || (stamped && again && !within(front.half.at, half.at, USUAL_ECHO_NS))
     }
 
@@ -291,12 +343,240 @@ impl Channel {
             channel.follow(cx);
         });
     }
+
+    /// Whether a client frame begins or continues a transfer where the channel stands.
+    fn can_request(&self, half: &Half) -> bool {
+        let row = transition(self.state(), Side::Client, &half.command);
+        matches!(row.action, Action::Begin | Action::Restart | Action::GiveUp | Action::Request)
+    }
+
+    /// Whether a frame of the server is expected, or a fault whatever the client sends: one that is not may have come
+    /// before the client's frame that it answers.
+    pub(super) fn is_due(&self, half: &Half) -> bool {
+        let in_flight = |it: UnderWay| it.side == Side::Server && it.continues(half);
+        if half.command.is_unreadable() || self.sequence.under_way.is_some_and(in_flight) {
+            return true;
+        }
+        let pending = self.pending();
+        if let Command::Abort(..) = half.command {
+            let other = |it: Half| self.sequence.may_be_answered(&it) && !wire::may_answer(&it.command, &half.command);
+            let ends = pending.is_some()
+                || self.history.given_up.is_some()
+                || self.history.stray.is_some()
+                || self.transfer.is_some();
+            return ends && !pending.is_some_and(other);
+        }
+        if let Phase::Block(block, _) = &self.phase
+            && let Some(due) = self.is_due_in_block(block, half)
+        {
+            return due;
+        }
+        let joins = self.hypotheses.are_open() && matches!(half.command, Command::BlockAck { .. });
+        if joins || self.is_late(half) {
+            return true;
+        }
+        let Some(pending) = pending else {
+            return self.history.stray.is_some_and(|stray| wire::kind_fits(&stray.command, &half.command));
+        };
+        let again = matches!(half.command, Command::Segment(_)) && self.history.last_response == Some(half.bytes);
+        let edge = self.is_edge(&pending);
+        let misfit = wire::kind_fits(&pending.command, &half.command)
+            && !edge
+            && !self.sequence.abort_may_answer
+            && !self.sequence.may_be_answered(&pending);
+        let block = edge && pending.command.is_block_initiate() && matches!(half.command, Command::BlockAck { .. });
+        again || misfit || block || wire::fits(&pending.command, &half.command)
+    }
+
+    /// Whether a client frame was on its way when the server aborted.
+    pub(super) fn is_under_way(&mut self, half: &Half) -> bool {
+        let idle = matches!(self.phase, Phase::Idle);
+        let Some(mut under_way) = self.sequence.under_way else { return false };
+        if under_way.side != Side::Client || half.command.is_initiate() {
+            return false;
+        }
+        let continues = under_way.continues(half);
+        if continues {
+            under_way.seqno = (under_way.seqno + 1) & 0x7F;
+        }
+        let soon = self.sequence.within_lag(under_way.at, half.at);
+        let refused = idle && std::mem::take(&mut under_way.unasked) && soon;
+        let under_way_still = continues || under_way.is_owed(half) || refused;
+        self.sequence.under_way = Some(under_way);
+        under_way_still
+    }
+
+    /// What a client frame shows of its last request and of the response before it. Returns the frame as it is read
+    /// then; none where it needs nothing more.
+    pub(super) fn reconsider(&mut self, half: Half, cx: &mut Context<'_>) -> Option<Half> {
+        if matches!(self.phase, Phase::Block(..)) && !half.command.is_initiate() {
+            return Some(half);
+        }
+        if let Some(pending) = self.pending()
+            && self.settle_pending(&pending, &half, cx)
+        {
+            return None;
+        }
+        if let Some(released) = self.history.released.take()
+            && self.begin_from_response(&released, &half, cx)
+        {
+            let half = self.decoded(Side::Client, half);
+            self.step.command = half.command;
+            return Some(half);
+        }
+        if self.has_begun(&half)
+            && let Some(answer) = self.sequence.answered.take()
+        {
+            self.leave_answered(cx);
+            self.step.answered_by = Some(answer.at);
+            self.take(Side::Client, half, cx);
+            self.server(answer, cx);
+            return None;
+        }
+        Some(half)
+    }
+
+    /// A client frame while its last request was not answered: was it, before it was captured? Returns whether the
+    /// frame needs nothing more.
+    pub(super) fn settle_pending(&mut self, pending: &Half, half: &Half, cx: &mut Context<'_>) -> bool {
+        let object = self.sequence.last_abort.map(|(object, _)| object);
+        let refused = self.sequence.abort_may_answer && object.is_some() && pending.command.mux() == object;
+        if half.command.is_initiate() && !refused && self.sequence.may_be_answered(pending) {
+            self.leave_answered(cx);
+            return false;
+        }
+        if self.sequence.abort_may_answer {
+            self.answered_by_abort(cx);
+            return false;
+        }
+        if pending.bytes == half.bytes && pending.len == half.len {
+            self.repeated(pending, half, cx);
+            return true;
+        }
+        // Of initiates only those with reserved bytes can be told from data.
+        let initiate = strict_initiate(half)
+            && !half.command.has_invalid_block_size()
+            && !matches!(half.command, Command::InitiateDownload(..));
+        if !initiate && self.is_midway_block(pending, half) {
+            self.forget_beginning();
+            self.begin_midway_block(half, cx);
+            return true;
+        }
+        let edge = self.is_edge(pending) || self.hypotheses.are_open();
+        if edge && pending.command.is_block_initiate() && !half.command.is_initiate() {
+            self.forget_beginning();
+        }
+        false
+    }
+
+    /// The pending request comes again.
+    fn repeated(&mut self, pending: &Half, half: &Half, cx: &mut Context<'_>) {
+        self.step.place = Place::Repeated;
+        // Both may still be answered.
+        self.history.given_up = Some(*pending);
+        if self.is_sent_again(pending, half, cx) {
+            self.find(Code::Sdo015, pending.at, cx);
+        }
+        self.step.ordinal = self.segment_ordinal(&half.command);
+        self.set_pending(*half);
+    }
+
+    /// Whether a request was sent again, and not captured twice, though no response to the first can be meant by
+    /// anything that came.
+    fn is_sent_again(&self, before: &Half, half: &Half, cx: &Context<'_>) -> bool {
+        let known = self.proof.trusted || self.hypotheses.is_whole();
+        let edge = self.is_edge(before) || self.hypotheses.are_open();
+        // Something else came in the response's place, or it may be listed before its request.
+        let answered = self.is_unanswerable(before)
+            || self.history.heard.is_some_and(|heard| {
+                let ahead = self.sequence.within_lag(heard.at, before.at);
+                heard.at.no > before.at.no || (ahead && wire::may_answer(&before.command, &heard.command))
+            });
+        known && !edge && !answered && cx.evidence.recording.is_sent_again(before.at, half.at)
+    }
+
+    /// Whether the segments that are about to come may be those of this request, captured after the response to it, and
+    /// not those of the request before, whose response is not in the capture.
+    fn has_begun(&self, half: &Half) -> bool {
+        matches!(self.phase, Phase::Segments(_))
+            && self.pending().is_none()
+            && self.sequence.may_be_answered(half)
+            && self.transfer.as_ref().is_some_and(|transfer| transfer.data.segments == 0)
+    }
+
+    /// The pending request was answered before it was captured, by an abort or by what was taken for the response to
+    /// another request.
+    pub(super) fn leave_answered(&mut self, cx: &mut Context<'_>) {
+        if self.sequence.abort_may_answer {
+            self.answered_by_abort(cx);
+            return;
+        }
+        self.sequence.certain = true;
+        self.complete_before(Status::Incomplete, cx);
+    }
+
+    /// Whether a response that does not fit the pending request belongs to another one, or to a transfer that began
+    /// before the capture.
+    pub(super) fn belongs_elsewhere(&mut self, pending: &Half, half: &Half, cx: &mut Context<'_>) -> bool {
+        let midway = self.hypotheses.are_open() || (self.is_edge(pending) && pending.command.is_block_initiate());
+        if midway && matches!(half.command, Command::BlockAck { .. }) {
+            self.forget_beginning();
+            self.step.place = Place::Uncaptured;
+            self.join_block(half, Direction::Download, cx);
+            return true;
+        }
+        if self.is_late(half) {
+            self.late(half, cx);
+            return true;
+        }
+        let answered = self.sequence.abort_may_answer || self.sequence.may_be_answered(pending);
+        if answered {
+            self.leave_answered(cx);
+            self.respond_unasked(*half, cx);
+        }
+        answered
+    }
+
+    /// The client's frame before a frame of the server is not in the capture, or not on the bus.
+    /// `first`: it may be before the capture.
+    fn unrequested(&mut self, half: &Half, first: bool, cx: &mut Context<'_>) {
+        let in_turn = self.pending().is_some() || matches!(half.command, Command::Abort(..));
+        if in_turn || matches!(self.phase, Phase::Block(..)) {
+            self.server(*half, cx);
+            return;
+        }
+        self.history.heard = Some(*half);
+        self.without_request(half, first, cx);
+    }
+
+    /// A frame that waits where the capture ends: what it answers may lie beyond the edge.
+    fn at_the_edge(&mut self, half: &Half, cx: &mut Context<'_>) {
+        match (&mut self.phase, &mut self.transfer, half.command) {
+            (Phase::Block(block, _), Some(transfer), Command::BlockAck { ackseq, blksize }) => {
+                let _: super::block::Acked = block.ack(transfer, half.at, ackseq, blksize);
+            }
+            (_, _, Command::Abort(..)) => self.server(*half, cx),
+            _ => match self.pending() {
+                Some(pending) if strict_initiate(&pending) => self.respond(*half, cx),
+                Some(_) => {}
+                None => self.continue_without_request(half, cx),
+            },
+        }
+    }
+}
+
+/// Whether a frame can only be meant as the response to an initiate request.
+pub(super) fn is_strict_answer(half: &Half) -> bool {
+    !half.command.is_initiate()
+        && half.command.mux().is_some_and(|mux| mux.index >= 0x1000)
+        && !half.command.has_reserved_bits(half.bytes)
+        && half.len == 8
 }
 
 /// Whether the response at `next` is rather the request's own than the one that waits.
 fn is_rather(request: &Half, front: &Held, next: &Half, lag_ns: i64) -> bool {
     let fits = match front.half.command {
-        Command::Abort(..) => super::pairing::may_answer(&request.command, &next.command),
+        Command::Abort(..) => wire::may_answer(&request.command, &next.command),
         _ => wire::fits(&request.command, &next.command),
     };
     if !fits {

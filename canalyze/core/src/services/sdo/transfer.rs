@@ -114,6 +114,52 @@ struct Sums {
     reflected: Digest<'static, u16, Table<1>>,
 }
 
+/// The data of a transfer.
+#[derive(Clone)]
+pub struct Data {
+    /// Size in bytes as indicated by the sender of the data.
+    pub size_indicated: Option<u32>,
+    /// The frame that initiated the transfer on the other side: where the size was indicated for an upload.
+    pub initiated: Option<FrameRef>,
+    /// Bytes transferred.
+    pub size: u64,
+    /// The first [`KEPT`] of them.
+    pub kept: Vec<u8>,
+    /// FNV-1a over all of them: whether two transfers carry the same, whatever their length.
+    pub digest: u64,
+    /// Segments transferred; 0 for an expedited transfer.
+    pub segments: u32,
+    /// Every segment but the last carried seven bytes.
+    pub even: bool,
+    /// A part was not captured: size and CRC cannot be judged.
+    pub hole: bool,
+    /// Bytes taken since they were last handed out, where data are extracted.
+    pub fresh: Vec<u8>,
+    extract: bool,
+    sums: Option<Box<Sums>>,
+}
+
+/// How a transfer went.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// How it stands.
+    pub status: Status,
+    /// The abort that ended it.
+    pub abort: Option<Abort>,
+    /// Some client frame was captured after its answer.
+    pub reordered: bool,
+    /// Sub-blocks of which a part was sent again.
+    pub retransmissions: u32,
+    /// Both sides announced that they support a CRC. `None` outside block transfers.
+    pub crc_negotiated: Option<bool>,
+    /// Its initiate request is not in the capture.
+    pub midway: bool,
+    /// It cannot have been what it says, though both sides took it as done: another object was answered.
+    pub bad: bool,
+    /// Findings of this transfer, the first sixteen.
+    pub findings: Vec<Code>,
+}
+
 /// One transfer.
 #[derive(Clone)]
 pub struct Transfer {
@@ -133,46 +179,14 @@ pub struct Transfer {
     pub mux: Option<Mux>,
     /// What the server's description says of the object.
     pub described: Option<Arc<Object>>,
-    /// Size in bytes as indicated by the sender of the data.
-    pub size_indicated: Option<u32>,
-    /// Bytes transferred.
-    pub size: u64,
-    /// The first [`KEPT`] of them.
-    pub kept: Vec<u8>,
-    /// FNV-1a over all of them: whether two transfers carry the same, whatever their length.
-    pub digest: u64,
-    /// How it stands.
-    pub status: Status,
-    /// The abort that ended it.
-    pub abort: Option<Abort>,
     /// First frame.
     pub first: FrameRef,
-    /// The frame that initiated it on the other side: where the size was indicated for an upload.
-    pub initiated: Option<FrameRef>,
     /// Last frame so far.
     pub last: FrameRef,
-    /// Some client frame was captured after its answer.
-    pub reordered: bool,
-    /// Segments transferred; 0 for an expedited transfer.
-    pub segments: u32,
-    /// Every segment but the last carried seven bytes.
-    pub even: bool,
-    /// Sub-blocks of which a part was sent again.
-    pub retransmissions: u32,
-    /// Both sides announced that they support a CRC. `None` outside block transfers.
-    pub crc_negotiated: Option<bool>,
-    /// Its initiate request is not in the capture.
-    pub midway: bool,
-    /// It cannot have been what it says, though both sides took it as done: another object was answered.
-    pub bad: bool,
-    /// Part of the data was not captured: size and CRC cannot be judged.
-    pub hole: bool,
-    /// Findings of this transfer, the first sixteen.
-    pub findings: Vec<Code>,
-    sums: Option<Box<Sums>>,
-    /// Bytes taken since they were last handed out, where data are extracted.
-    pub fresh: Vec<u8>,
-    extract: bool,
+    /// What was moved.
+    pub data: Data,
+    /// How it went.
+    pub outcome: Outcome,
 }
 
 impl std::fmt::Debug for Transfer {
@@ -182,10 +196,10 @@ impl std::fmt::Debug for Transfer {
             .field("direction", &self.direction)
             .field("mode", &self.mode)
             .field("mux", &self.mux)
-            .field("status", &self.status)
-            .field("abort", &self.abort)
-            .field("size", &self.size)
-            .field("kept", &self.kept)
+            .field("status", &self.outcome.status)
+            .field("abort", &self.outcome.abort)
+            .field("size", &self.data.size)
+            .field("kept", &self.data.kept)
             .finish_non_exhaustive()
     }
 }
@@ -211,51 +225,44 @@ impl Transfer {
     /// A transfer that begins.
     pub fn new(beginning: Beginning, direction: Direction, mode: Mode, mux: Option<Mux>) -> Self {
         let Beginning { id, bus, node, channel, extract, at } = beginning;
-        Self {
-            id,
-            bus,
-            node,
-            channel,
-            direction,
-            mode,
-            mux,
-            described: None,
+        let data = Data {
             size_indicated: None,
+            initiated: None,
             size: 0,
             kept: Vec::new(),
             digest: FNV_OFFSET,
-            status: Status::Open,
-            abort: None,
-            first: at,
-            initiated: None,
-            last: at,
-            reordered: false,
             segments: 0,
             even: true,
+            hole: false,
+            fresh: Vec::new(),
+            extract,
+            sums: None,
+        };
+        let outcome = Outcome {
+            status: Status::Open,
+            abort: None,
+            reordered: false,
             retransmissions: 0,
             crc_negotiated: None,
             midway: false,
             bad: false,
-            hole: false,
             findings: Vec::new(),
-            sums: None,
-            fresh: Vec::new(),
-            extract,
-        }
+        };
+        Self { id, bus, node, channel, direction, mode, mux, described: None, first: at, last: at, data, outcome }
     }
 
     /// Counts data bytes and keeps what may be kept.
     pub fn append(&mut self, bytes: &[u8]) {
-        self.size = self.size.saturating_add(bytes.len() as u64);
-        let room = KEPT.saturating_sub(self.kept.len()).min(bytes.len());
-        self.kept.extend_from_slice(bytes.get(..room).unwrap_or(&[]));
-        self.digest =
-            bytes.iter().fold(self.digest, |digest, byte| (digest ^ u64::from(*byte)).wrapping_mul(FNV_PRIME));
-        if self.extract {
-            self.fresh.extend_from_slice(bytes);
+        self.data.size = self.data.size.saturating_add(bytes.len() as u64);
+        let room = KEPT.saturating_sub(self.data.kept.len()).min(bytes.len());
+        self.data.kept.extend_from_slice(bytes.get(..room).unwrap_or(&[]));
+        self.data.digest =
+            bytes.iter().fold(self.data.digest, |digest, byte| (digest ^ u64::from(*byte)).wrapping_mul(FNV_PRIME));
+        if self.data.extract {
+            self.data.fresh.extend_from_slice(bytes);
         }
         if self.mode == Mode::Block {
-            let sums = self.sums.get_or_insert_with(|| {
+            let sums = self.data.sums.get_or_insert_with(|| {
                 Box::new(Sums { xmodem: XMODEM.digest(), ffff: FFFF.digest(), reflected: REFLECTED.digest() })
             });
             sums.xmodem.update(bytes);
@@ -267,7 +274,7 @@ impl Transfer {
     /// The CRC over the data so far, and what a different `found` would be right for. `padding` are the bytes
     /// of the last segment that carry no data.
     pub fn check_crc(&self, found: u16, padding: &[u8]) -> (u16, CrcMatch) {
-        let Some(sums) = &self.sums else { return (0, CrcMatch::Nothing) };
+        let Some(sums) = &self.data.sums else { return (0, CrcMatch::Nothing) };
         let computed = sums.xmodem.clone().finalize();
         let mut padded = sums.xmodem.clone();
         padded.update(padding);
@@ -285,14 +292,14 @@ impl Transfer {
 
     /// Lists a finding with the transfer.
     pub fn note_finding(&mut self, code: Code) {
-        if self.findings.len() < FINDINGS && !self.findings.contains(&code) {
-            self.findings.push(code);
+        if self.outcome.findings.len() < FINDINGS && !self.outcome.findings.contains(&code) {
+            self.outcome.findings.push(code);
         }
     }
 
     /// Whether all indicated bytes have come, or whether the transfer cannot tell.
     pub fn size_is_right(&self) -> bool {
-        self.hole || self.size_indicated.is_none_or(|size| u64::from(size) == self.size)
+        self.data.hole || self.data.size_indicated.is_none_or(|size| u64::from(size) == self.data.size)
     }
 
     /// Duration from the first to the last frame in ns, where both have a stamp.

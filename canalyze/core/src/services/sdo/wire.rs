@@ -11,38 +11,12 @@
 //! sequence number of a block segment only the transfer knows: [`decode`] never returns `BlockSegment`.
 
 /// The abort codes of CiA 301 (table 22), ascending.
+#[rustfmt::skip]
 const ABORT_CODES: [u32; 31] = [
-    0x0503_0000,
-    0x0504_0000,
-    0x0504_0001,
-    0x0504_0002,
-    0x0504_0003,
-    0x0504_0004,
-    0x0504_0005,
-    0x0601_0000,
-    0x0601_0001,
-    0x0601_0002,
-    0x0602_0000,
-    0x0604_0041,
-    0x0604_0042,
-    0x0604_0043,
-    0x0604_0047,
-    0x0606_0000,
-    0x0607_0010,
-    0x0607_0012,
-    0x0607_0013,
-    0x0609_0011,
-    0x0609_0030,
-    0x0609_0031,
-    0x0609_0032,
-    0x0609_0036,
-    0x060A_0023,
-    0x0800_0000,
-    0x0800_0020,
-    0x0800_0021,
-    0x0800_0022,
-    0x0800_0023,
-    0x0800_0024,
+    0x0503_0000, 0x0504_0000, 0x0504_0001, 0x0504_0002, 0x0504_0003, 0x0504_0004, 0x0504_0005, 0x0601_0000,
+    0x0601_0001, 0x0601_0002, 0x0602_0000, 0x0604_0041, 0x0604_0042, 0x0604_0043, 0x0604_0047, 0x0606_0000,
+    0x0607_0010, 0x0607_0012, 0x0607_0013, 0x0609_0011, 0x0609_0030, 0x0609_0031, 0x0609_0032, 0x0609_0036,
+    0x060A_0023, 0x0800_0000, 0x0800_0020, 0x0800_0021, 0x0800_0022, 0x0800_0023, 0x0800_0024,
 ];
 
 /// The two ends of an SDO channel. They are roles of the channel, not NMT master and slave.
@@ -245,7 +219,7 @@ pub fn decode(side: Side, bytes: [u8; 8]) -> Command {
     }
 }
 
-/// The same, given how many bytes the frame has: a frame too short for its object says nothing of one, and an
+/// The same, given how many bytes the frame has: a frame too short for its object names none, and an
 /// acknowledgement without its numbers acknowledges nothing.
 pub fn decode_frame(side: Side, bytes: [u8; 8], len: u8) -> Command {
     let command = decode(side, bytes);
@@ -299,6 +273,11 @@ impl Command {
                 | Self::InitiateBlockDownload { .. }
                 | Self::InitiateBlockUpload { .. }
         )
+    }
+
+    /// Whether a client starts a block transfer with it.
+    pub fn is_block_initiate(&self) -> bool {
+        matches!(self, Self::InitiateBlockDownload { .. } | Self::InitiateBlockUpload { .. })
     }
 
     /// A block size that is not 1..=127.
@@ -377,85 +356,10 @@ pub fn kind_fits(request: &Command, response: &Command) -> bool {
     )
 }
 
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
-    use super::*;
-
-    #[test]
-    fn same_byte_by_direction() {
-        let seg = [0x60, 0, 0, 0, 0, 0, 0, 0];
-        assert_eq!(decode(Side::Client, seg), Command::SegmentRequest { toggle: false });
-        assert_eq!(decode(Side::Server, seg), Command::DownloadInitiated(Mux { index: 0, sub: 0 }));
-        let twenty = [0x20, 0x03, 0x20, 0x02, 0x0A, 0, 0, 0];
-        assert!(matches!(decode(Side::Client, twenty), Command::InitiateDownload(m, i)
-            if m == Mux { index: 0x2003, sub: 2 } && !i.expedited && !i.size_indicated));
-        assert_eq!(decode(Side::Server, twenty), Command::SegmentResponse { toggle: false });
-    }
-
-    #[test]
-    fn last_segment_of_the_notes() {
-        let Command::Segment(s) = decode(Side::Server, [0x1B, 0x64, 0x65, 0, 0, 0, 0, 0]) else {
-            panic!("1B is a segment");
-        };
-        assert!(s.toggle && s.last);
-        assert_eq!(s.unused, 5);
-    }
-
-    #[test]
-    fn expedited_lengths() {
-        for (command, len) in [(0x43, 4), (0x47, 3), (0x4B, 2), (0x4F, 1), (0x42, 4)] {
-            let Command::UploadInitiated(_, i) = decode(Side::Server, [command, 0, 0x20, 0, 1, 2, 3, 4]) else {
-                panic!("{command:02X} is an upload response");
-            };
-            assert!(i.expedited);
-            assert_eq!(i.expedited_len(8), len);
-        }
-        let Command::UploadInitiated(_, i) = decode(Side::Server, [0x41, 8, 0x10, 0, 0x17, 0, 0, 0]) else {
-            panic!("41 is an upload response");
-        };
-        assert_eq!(i.size(), Some(23));
-    }
-
-    #[test]
-    fn block_commands() {
-        let mux = Mux { index: 0x2004, sub: 0 };
-        assert_eq!(
-            decode(Side::Client, [0xA4, 4, 0x20, 0, 0x7F, 0x17, 0, 0]),
-            Command::InitiateBlockUpload { mux, crc: true, blksize: 0x7F, threshold: 0x17 }
-        );
-        assert_eq!(
-            decode(Side::Server, [0xC6, 4, 0x20, 0, 0x14, 0, 0, 0]),
-            Command::BlockUploadInitiated { mux, crc: true, size: Some(20) }
-        );
-        assert_eq!(
-            decode(Side::Client, [0xC6, 4, 0x20, 0, 0x14, 0, 0, 0]),
-            Command::InitiateBlockDownload { mux, crc: true, size: Some(20) }
-        );
-        assert_eq!(
-            decode(Side::Server, [0xA4, 4, 0x20, 0, 0x7F, 0, 0, 0]),
-            Command::BlockDownloadInitiated { mux, crc: true, blksize: 0x7F }
-        );
-        assert_eq!(
-            decode(Side::Server, [0xC5, 0xCC, 0xAC, 0, 0, 0, 0, 0]),
-            Command::EndBlock { unused: 1, crc: 0xACCC }
-        );
-        assert_eq!(
-            block_segment([0x83, 1, 2, 3, 4, 5, 6, 7]),
-            Command::BlockSegment { seqno: 3, last: true, data: [1, 2, 3, 4, 5, 6, 7] }
-        );
-        assert!(matches!(block_segment([0x80, 8, 0x10, 0, 0, 0, 4, 5]), Command::Abort(_, 0x0504_0000)));
-    }
-
-    #[test]
-    fn what_fits() {
-        let mux = Mux { index: 0x1008, sub: 0 };
-        let other = Mux { index: 0x1009, sub: 0 };
-        let read = Command::InitiateUpload(mux);
-        let answer = |mux| decode(Side::Server, [0x43, (mux as Mux).index as u8, 0x10, 0, 0, 0, 0, 0]);
-        assert!(fits(&read, &answer(mux)));
-        assert!(!fits(&read, &answer(other)));
-        assert!(kind_fits(&read, &answer(other)));
-        assert!(!kind_fits(&read, &Command::DownloadInitiated(mux)));
+/// Whether a response, or an abort for the same object, can be the answer to a request.
+pub fn may_answer(request: &Command, answer: &Command) -> bool {
+    match answer {
+        Command::Abort(object, _) => request.mux() == Some(*object),
+        _ => fits(request, answer),
     }
 }

@@ -88,7 +88,9 @@ fn announced(out: &mut Vec<u8>, mode: &str, size: Option<u32>) {
 
 /// Whether the content already is the transfer's result.
 fn shows_result(step: &Step) -> bool {
-    step.result.as_ref().is_some_and(|transfer| transfer.status == Status::Ok || transfer.status == Status::Aborted)
+    step.result
+        .as_ref()
+        .is_some_and(|transfer| transfer.outcome.status == Status::Ok || transfer.outcome.status == Status::Aborted)
         && matches!(step.command, Command::UploadInitiated(..) | Command::DownloadInitiated(_) | Command::Abort(..))
 }
 
@@ -208,20 +210,20 @@ pub fn result(out: &mut Vec<u8>, transfer: &Transfer) {
             put!(out; " whose start was not captured");
         }
     }
-    if let (Status::Aborted, Some(by)) = (transfer.status, transfer.abort) {
+    if let (Status::Aborted, Some(by)) = (transfer.outcome.status, transfer.outcome.abort) {
         put!(out; if transfer.direction == Direction::Upload { " upload" } else { " download" });
         put!(out; if by.by == Side::Client { " aborted by the client: " } else { " aborted by the server: " });
         abort(out, by.code);
         return;
     }
-    if transfer.status != Status::Aborted && (transfer.size > 0 || transfer.status == Status::Ok) {
+    if transfer.outcome.status != Status::Aborted && (transfer.data.size > 0 || transfer.outcome.status == Status::Ok) {
         put!(out; " = ");
         value::transferred(out, EN, transfer);
         put!(out; " (");
-        value::size(out, EN, transfer.size);
+        value::size(out, EN, transfer.data.size);
         put!(out; ")");
     }
-    put!(out; match transfer.status {
+    put!(out; match transfer.outcome.status {
         Status::Ok => "",
         Status::Open | Status::Incomplete => " [incomplete]",
         Status::Aborted => " [aborted]",

@@ -337,12 +337,12 @@ fn segment_data(out: &mut Vec<u8>, lang: Lang, bytes: &[u8], carried: usize) {
 
 /// How the segments' data join, where they are text.
 fn joined(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
-    if transfer.mode == Mode::Expedited || transfer.status != Status::Ok {
+    if transfer.mode == Mode::Expedited || transfer.outcome.status != Status::Ok {
         return;
     }
-    let text = !transfer.kept.is_empty() && transfer.kept.iter().all(|byte| (0x20..0x7F).contains(byte));
-    let pieces = transfer.kept.chunks(7);
-    if !text || !transfer.even || pieces.len() > PIECES || transfer.kept.len() as u64 != transfer.size {
+    let text = !transfer.data.kept.is_empty() && transfer.data.kept.iter().all(|byte| (0x20..0x7F).contains(byte));
+    let pieces = transfer.data.kept.chunks(7);
+    if !text || !transfer.data.even || pieces.len() > PIECES || transfer.data.kept.len() as u64 != transfer.data.size {
         return;
     }
     put!(out; "#   ", say(lang, "数据拼接结果: ", "data joined: "));
@@ -352,8 +352,8 @@ fn joined(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
         put!(out; "\"");
     }
     put!(out; " = \"");
-    escape::terminal(out, &transfer.kept);
+    escape::terminal(out, &transfer.data.kept);
     put!(out; "\" (");
-    value::size(out, lang, transfer.size);
+    value::size(out, lang, transfer.data.size);
     put!(out; ")\n");
 }

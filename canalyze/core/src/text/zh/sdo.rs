@@ -97,7 +97,9 @@ fn announced(out: &mut Vec<u8>, mode: &str, size: Option<u32>) {
 
 /// Whether the content already is the transfer's result.
 fn shows_result(step: &Step) -> bool {
-    step.result.as_ref().is_some_and(|transfer| transfer.status == Status::Ok || transfer.status == Status::Aborted)
+    step.result
+        .as_ref()
+        .is_some_and(|transfer| transfer.outcome.status == Status::Ok || transfer.outcome.status == Status::Aborted)
         && matches!(step.command, Command::UploadInitiated(..) | Command::DownloadInitiated(_) | Command::Abort(..))
 }
 
@@ -214,20 +216,20 @@ pub fn result(out: &mut Vec<u8>, transfer: &Transfer) {
         Some(mux) => object::number(out, mux),
         None => put!(out; "起始未记录的", if transfer.direction == Direction::Upload { "上传" } else { "下载" }),
     }
-    if let (Status::Aborted, Some(by)) = (transfer.status, transfer.abort) {
+    if let (Status::Aborted, Some(by)) = (transfer.outcome.status, transfer.outcome.abort) {
         put!(out; if transfer.direction == Direction::Upload { " 读取被" } else { " 写入被" });
         put!(out; if by.by == Side::Client { "主站中止: " } else { "从站中止: " });
         abort(out, by.code);
         return;
     }
-    if transfer.status != Status::Aborted && (transfer.size > 0 || transfer.status == Status::Ok) {
+    if transfer.outcome.status != Status::Aborted && (transfer.data.size > 0 || transfer.outcome.status == Status::Ok) {
         put!(out; " = ");
         value::transferred(out, ZH, transfer);
         put!(out; " (");
-        value::size(out, ZH, transfer.size);
+        value::size(out, ZH, transfer.data.size);
         put!(out; ")");
     }
-    put!(out; match transfer.status {
+    put!(out; match transfer.outcome.status {
         Status::Ok => "",
         Status::Open | Status::Incomplete => " [不完整]",
         Status::Aborted => " [已中止]",

@@ -191,11 +191,11 @@ impl Lanes {
         let Some(bus) = self.buses.get_mut(usize::from(transfer.bus.0)) else { return };
         let mut pen = self.sheet.pen(done);
         self.channels.take(&mut pen, &bus.prefix, cycles, transfer);
-        let whole = transfer.status == Status::Ok && !transfer.bad && !transfer.hole;
+        let whole = transfer.outcome.status == Status::Ok && !transfer.outcome.bad && !transfer.data.hole;
         let upload = whole && transfer.direction == Direction::Upload;
         let Some(mux) = transfer.mux.filter(|mux| upload && mux.sub == 0) else { return };
         let node = bus.nodes.entry(transfer.node).or_insert_with(|| Node::new(transfer.node));
-        match *transfer.kept.as_slice() {
+        match *transfer.data.kept.as_slice() {
             [low, high, _, _] if mux.index == 0x1000 => {
                 node.is_other = drive::is_other(u32::from(u16::from_le_bytes([low, high])));
             }

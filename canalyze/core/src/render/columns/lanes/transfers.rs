@@ -94,7 +94,7 @@ impl Channels {
         if let Some(end) = lane.end.take().filter(|end| end.frame < begin.frame) {
             pen.end(&lane.name, end);
         }
-        let class = Some(transfer.status.name());
+        let class = Some(transfer.outcome.status.name());
         let valued = [true, false].into_iter().zip(&mut lane.distinct).find_map(|(valued, known)| {
             let mut text = Vec::new();
             lane::transfer(&mut text, pen.lang, transfer, valued);

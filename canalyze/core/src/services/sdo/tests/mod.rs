@@ -15,7 +15,9 @@ use crate::evidence::{Evidence, When};
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{BusId, CanId, Frame};
 
+mod table;
 mod verdicts;
+mod wire;
 
 type Bytes = (Side, Vec<u8>);
 
@@ -107,13 +109,13 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
     }
     assert_eq!(outcome.steps, frames.len(), "every frame has its step");
     for transfer in &outcome.transfers {
-        if transfer.status == Status::Ok {
+        if transfer.outcome.status == Status::Ok {
             let bytes: Vec<u8> = chunks
                 .iter()
                 .filter(|chunk: &&Chunk| chunk.id == transfer.id)
                 .flat_map(|chunk| chunk.bytes.clone())
                 .collect();
-            assert_eq!(bytes, transfer.kept, "extracted bytes are the value");
+            assert_eq!(bytes, transfer.data.kept, "extracted bytes are the value");
         }
     }
     outcome
@@ -146,11 +148,11 @@ fn check_ok(text: &str, direction: Direction, mode: Mode, mux: (u16, u8), data: 
     let outcome = run(&frames(text));
     {
         let transfer = outcome.only();
-        assert_eq!(transfer.status, Status::Ok);
+        assert_eq!(transfer.outcome.status, Status::Ok);
         assert_eq!((transfer.direction, transfer.mode), (direction, mode));
         assert_eq!(transfer.mux, Some(Mux { index: mux.0, sub: mux.1 }));
-        assert_eq!(transfer.kept, data);
-        assert_eq!(transfer.size, data.len() as u64);
+        assert_eq!(transfer.data.kept, data);
+        assert_eq!(transfer.data.size, data.len() as u64);
     }
     outcome
 }
@@ -167,7 +169,7 @@ fn the_listing_of_the_notes() {
         s 00 4E 6F 70 65 6E 4E 6F/c 60/c 70/s 1B 64 65";
     let outcome = check_ok(listing, Direction::Upload, Mode::Segmented, (0x1008, 0), NAME);
     assert!(outcome.findings.is_empty(), "{outcome:?}");
-    assert!(outcome.only().reordered);
+    assert!(outcome.only().outcome.reordered);
 }
 
 #[test]
@@ -197,8 +199,8 @@ fn e8_aborts() {
         "c 23 05 20 00/s 80 05 20 00 02 00 01 06/c 40 00 50 01/s 80 00 50 01 00 00 02 06/c 40 02 20 00/s 4F 02 20 00 5A",
     ));
     assert_eq!(outcome.transfers.len(), 3);
-    assert_eq!(outcome.transfers[0].abort.unwrap().code, 0x0601_0002);
-    assert_eq!(outcome.transfers[1].abort.unwrap().code, 0x0602_0000);
+    assert_eq!(outcome.transfers[0].outcome.abort.unwrap().code, 0x0601_0002);
+    assert_eq!(outcome.transfers[1].outcome.abort.unwrap().code, 0x0602_0000);
     assert_eq!(outcome.codes(), [Code::Sdo017, Code::Sdo017]);
 }
 
@@ -237,8 +239,8 @@ fn e12_to_e17_block() {
     ] {
         let outcome = run(&frames(text));
         let transfer = outcome.only();
-        assert_eq!((transfer.status, &transfer.kept), (Status::Ok, &data), "{text}");
-        assert_eq!(transfer.retransmissions, retransmissions, "{text}");
+        assert_eq!((transfer.outcome.status, &transfer.data.kept), (Status::Ok, &data), "{text}");
+        assert_eq!(transfer.outcome.retransmissions, retransmissions, "{text}");
         assert!(outcome.findings.is_empty(), "{text}: {outcome:?}");
     }
 }
@@ -266,19 +268,22 @@ fn e17_protocol_switch() {
 fn e18_roboteq() {
     let outcome = run(&frames("c 20 03 20 02 0A/s 60 03 20 02/c 40 02 20 00/s 4F 02 20 00 5A"));
     assert_eq!(outcome.codes(), [Code::Sdo021]);
-    assert_eq!(outcome.transfers[0].kept, [10, 0, 0, 0]);
+    assert_eq!(outcome.transfers[0].data.kept, [10, 0, 0, 0]);
     assert_eq!(outcome.transfers[0].mode, Mode::Expedited);
     let outcome = run(&frames("c 2C 0C 20 00 01/s 60 0C 20 00"));
-    assert_eq!((outcome.codes(), &outcome.only().kept), (vec![Code::Sdo021], &vec![1]));
+    assert_eq!((outcome.codes(), &outcome.only().data.kept), (vec![Code::Sdo021], &vec![1]));
     let outcome = run(&frames("c 48 0D 21 02 0A/s 48 0D 21 02 90 01"));
-    assert_eq!((outcome.codes(), &outcome.only().kept), (vec![Code::Sdo022], &vec![0x90, 1]));
+    assert_eq!((outcome.codes(), &outcome.only().data.kept), (vec![Code::Sdo022], &vec![0x90, 1]));
 }
 
 #[test]
 fn unknown_size_is_no_quirk() {
     let text = "c 20 00 20 00/s 60 00 20 00/c 00 31 32 33 34 35 36 37/s 20/c 1A 38 39/s 30/c 0F/s 20";
     let outcome = run(&frames(text));
-    assert_eq!((outcome.only().status, outcome.only().kept.as_slice()), (Status::Ok, b"123456789".as_slice()));
+    assert_eq!(
+        (outcome.only().outcome.status, outcome.only().data.kept.as_slice()),
+        (Status::Ok, b"123456789".as_slice())
+    );
     assert!(outcome.loud().is_empty(), "{outcome:?}");
 }
 
@@ -288,7 +293,7 @@ fn e33_new_initiate_in_mid_transfer() {
     let outcome = run(&frames(text));
     assert_eq!(outcome.codes(), [Code::Sdo008, Code::Sdo016, Code::Sdo017]);
     assert_eq!(outcome.loud().len(), 1);
-    let statuses: Vec<Status> = outcome.transfers.iter().map(|transfer| transfer.status).collect();
+    let statuses: Vec<Status> = outcome.transfers.iter().map(|transfer| transfer.outcome.status).collect();
     assert_eq!(statuses, [Status::Failed, Status::Aborted]);
 }
 
@@ -327,14 +332,14 @@ fn late_answer_is_not_given_to_the_next_request() {
         s 43 08 10 00 31 32 33 34/s 43 09 10 00 35 36 37 38";
     let outcome = run(&frames(text));
     assert_eq!(outcome.codes(), [Code::Sdo002, Code::Sdo017, Code::Sdo020]);
-    assert_eq!(outcome.transfers.last().unwrap().kept, b"5678");
+    assert_eq!(outcome.transfers.last().unwrap().data.kept, b"5678");
 }
 
 #[test]
 fn a_capture_that_begins_between_request_and_answer() {
     let text = "s 4F 02 20 00 01/c 40 02 20 00/s 4F 02 20 00 02/c 40 02 20 00/s 4F 02 20 00 03";
     let outcome = run(&frames(text));
-    let values: Vec<u8> = outcome.transfers.iter().map(|transfer| transfer.kept[0]).collect();
+    let values: Vec<u8> = outcome.transfers.iter().map(|transfer| transfer.data.kept[0]).collect();
     assert_eq!(values, [2, 3]);
     assert!(outcome.findings.is_empty());
 }
@@ -379,8 +384,8 @@ fn essence(outcome: &Outcome) -> Vec<Essence> {
         .iter()
         .map(|t| {
             // What an aborted transfer had moved is no value.
-            let value = if t.status == Status::Ok { t.kept.clone() } else { Vec::new() };
-            (t.direction, t.mode, t.mux, t.status, value, t.abort.map(|abort| abort.code))
+            let value = if t.outcome.status == Status::Ok { t.data.kept.clone() } else { Vec::new() };
+            (t.direction, t.mode, t.mux, t.outcome.status, value, t.outcome.abort.map(|abort| abort.code))
         })
         .collect()
 }
@@ -531,7 +536,7 @@ proptest! {
         let causal: Vec<Bytes> = values.iter().flat_map(|value| session(0x2000, 0, value, 1, 0, 0)).collect();
         let outcome = run(&displace(&causal, chosen & !1));
         prop_assert!(outcome.loud().is_empty(), "{outcome:?}");
-        let seen: Vec<&[u8]> = outcome.transfers.iter().map(|t| t.kept.as_slice()).collect();
+        let seen: Vec<&[u8]> = outcome.transfers.iter().map(|t| t.data.kept.as_slice()).collect();
         prop_assert_eq!(seen, values.iter().map(|v| v.as_slice()).collect::<Vec<_>>());
     }
 
@@ -570,7 +575,7 @@ proptest! {
             .collect();
         let outcome = run(&frames);
         for transfer in &outcome.transfers {
-            prop_assert_eq!(transfer.size, transfer.kept.len() as u64);
+            prop_assert_eq!(transfer.data.size, transfer.data.kept.len() as u64);
         }
     }
 }

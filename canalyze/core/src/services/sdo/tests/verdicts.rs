@@ -11,7 +11,7 @@ const NEXT: &str = "/c 40 03 20 00/s 4F 03 20 00 77";
 fn loud(text: &str) -> Vec<(Code, u64)> {
     let outcome = run(&frames(&format!("{GOOD}{text}{NEXT}")));
     let last = outcome.transfers.last().unwrap();
-    assert_eq!((last.status, last.kept.as_slice()), (Status::Ok, [0x77].as_slice()), "{outcome:?}");
+    assert_eq!((last.outcome.status, last.data.kept.as_slice()), (Status::Ok, [0x77].as_slice()), "{outcome:?}");
     outcome.loud().iter().map(|finding| (finding.code, finding.cause.unwrap_or(finding.at).no)).collect()
 }
 
@@ -48,7 +48,7 @@ fn faults_of_block_transfers() {
 fn another_objects_answer_is_no_value() {
     let outcome = run(&frames(&format!("{GOOD}c 40 00 20 00/s 43 01 20 00 11")));
     let wrong = outcome.transfers.last().unwrap();
-    assert_eq!((wrong.status, wrong.kept.len()), (Status::Failed, 0));
+    assert_eq!((wrong.outcome.status, wrong.data.kept.len()), (Status::Failed, 0));
     assert_eq!(outcome.codes(), [Code::Sdo003]);
 }
 
@@ -59,7 +59,7 @@ fn the_servers_abort_after_the_clients_is_not_the_retrys() {
     assert_eq!(loud(text), [(Code::Sdo002, 3)]);
     let outcome = run(&frames(&format!("{GOOD}{text}")));
     let retry = outcome.transfers.last().unwrap();
-    assert_eq!((retry.status, retry.kept.as_slice()), (Status::Ok, b"1234".as_slice()));
+    assert_eq!((retry.outcome.status, retry.data.kept.as_slice()), (Status::Ok, b"1234".as_slice()));
 }
 
 #[test]
@@ -84,7 +84,7 @@ fn the_last_segment_of_a_long_sub_block_is_no_end() {
     all.extend(frames("c C1 22 22/s A2 3F 7F/c 01 40 40 40 40 40 40 40/c 82 22 22/s A2 02 7F/c D5/s A1"));
     let outcome = run(&all);
     assert!(outcome.loud().is_empty(), "{outcome:?}");
-    assert_eq!((outcome.only().size, outcome.only().retransmissions), (450, 1));
+    assert_eq!((outcome.only().data.size, outcome.only().outcome.retransmissions), (450, 1));
 }
 
 #[test]
@@ -96,7 +96,7 @@ fn refusals_alone_are_sdo() {
 #[test]
 fn the_edge_of_the_capture_is_no_fault() {
     let outcome = run(&frames("c 40 08 10 00/c 40 00 20 00/s 43 00 20 00 01"));
-    assert_eq!(outcome.transfers[0].status, Status::Incomplete);
+    assert_eq!(outcome.transfers[0].outcome.status, Status::Incomplete);
     assert!(outcome.loud().is_empty());
     for midway in [
         "s 81 00 01 02 03 04 05 06/c A2 01 7F/s C1 0C D9/c A1/c 40 00 20 00/s 43 00 20 00 01",
@@ -106,7 +106,7 @@ fn the_edge_of_the_capture_is_no_fault() {
         let outcome = run(&frames(midway));
         assert!(outcome.loud().is_empty(), "{midway}: {outcome:?}");
         let last = outcome.transfers.last().unwrap();
-        assert_eq!((last.status, last.kept[0]), (Status::Ok, 1), "{midway}");
+        assert_eq!((last.outcome.status, last.data.kept[0]), (Status::Ok, 1), "{midway}");
     }
 }
 
@@ -118,7 +118,7 @@ fn a_lost_request_while_polling_with_stamps_shifts_no_value() {
     // In ms: an answer takes 1, the client asks every 4.
     let times = [0, 1, 5, 8, 9, 12, 13];
     let outcome = run_timed(&text, |no| Some(times[no] * 1_000_000));
-    let values: Vec<u8> = outcome.transfers.iter().map(|transfer| transfer.kept[0]).collect();
+    let values: Vec<u8> = outcome.transfers.iter().map(|transfer| transfer.data.kept[0]).collect();
     assert_eq!(values, [1, 3, 4]);
     let found: Vec<_> = outcome.loud().iter().map(|f| (f.code, f.at.no)).collect();
     assert_eq!(found, [(Code::Sdo002, 3)]);
@@ -128,7 +128,7 @@ fn a_lost_request_while_polling_with_stamps_shifts_no_value() {
 fn before_next(text: &str) -> (Status, Vec<u8>) {
     let outcome = run(&frames(&format!("{GOOD}{text}{NEXT}")));
     let transfer = outcome.transfers.iter().nth_back(1).unwrap();
-    (transfer.status, transfer.kept.clone())
+    (transfer.outcome.status, transfer.data.kept.clone())
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn the_acknowledgement_that_was_owed_when_the_server_aborted() {
         let text = format!("{GOOD}{block}/s 80 04 20 00 00 00 04 05/c A2 {ackseq:02X} 02{more}{NEXT}");
         let outcome = run_timed(&frames(&text), |no| Some(no as i64 * MS + if no > 7 { delay * MS } else { 0 }));
         let last = outcome.transfers.last().unwrap();
-        assert_eq!((last.status, last.kept.as_slice()), (Status::Ok, [0x77].as_slice()), "{outcome:?}");
+        assert_eq!((last.outcome.status, last.data.kept.as_slice()), (Status::Ok, [0x77].as_slice()), "{outcome:?}");
         outcome.loud().iter().map(|finding| (finding.code, finding.at.no)).collect::<Vec<_>>()
     };
     for delay in [0, 1, 10, 200, 900] {
@@ -182,4 +182,42 @@ fn the_acknowledgement_that_was_owed_when_the_server_aborted() {
     assert_eq!(told(3, 50, ""), [(Code::Sdo007, 9)]);
     assert_eq!(told(2, 1500, ""), [(Code::Sdo007, 9)]);
     assert_eq!(told(2, 50, "/c A2 02 02"), [(Code::Sdo007, 10)]);
+}
+
+#[test]
+fn late_requests_behind_a_transfer_met_in_its_midst() {
+    // Each request is listed behind its answer; what the capture begins with belongs to a transfer before it.
+    let answers = "s 4F 02 20 01/c 40 02 20 01";
+    for (text, status) in [
+        ("c A2 01 01/s 4F 01 20 01/c 40 01 20 01", Status::Ok),
+        ("c A3/s 4F 01 20 01/c 40 01 20 01", Status::Ok),
+        ("c 60/s 80 01 20 01 00 00 02 06/c 40 01 20 01", Status::Aborted),
+    ] {
+        let outcome = run(&frames(&format!("{text}/{answers}")));
+        assert!(outcome.loud().is_empty(), "{outcome:?}");
+        let found = |index| {
+            let mut all = outcome.transfers.iter();
+            all.find(|it| it.mux == Some(Mux { index, sub: 1 })).map(|it| it.outcome.status)
+        };
+        assert_eq!((found(0x2001), found(0x2002)), (Some(status), Some(Status::Ok)), "{text}");
+    }
+}
+
+#[test]
+fn a_block_upload_that_was_not_started() {
+    let text = "c A4 04 20 00 7F/s C6 04 20 00 07/s 81 00 01 02 03 04 05 06/c A2 01 7F/s C1 0C D9/c A1";
+    assert_eq!(loud(text), [(Code::Sdo002, 5)]);
+}
+
+#[test]
+fn what_follows_from_a_fault_is_linked_to_it() {
+    // An unknown command in the place of a request, and the response that nobody asked for.
+    let outcome = run(&frames(&format!("{GOOD}c E0/s 43 00 20 00 01/{}", NEXT.trim_start_matches('/'))));
+    assert_eq!(
+        outcome.loud().iter().map(|finding| (finding.code, finding.at.no)).collect::<Vec<_>>(),
+        [(Code::Sdo023, 3)]
+    );
+    let linked: Vec<_> =
+        outcome.findings.iter().filter_map(|finding| Some((finding.code, finding.because_of?.no))).collect();
+    assert_eq!(linked, [(Code::Sdo002, 3)]);
 }

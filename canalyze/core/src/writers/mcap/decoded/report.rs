@@ -108,14 +108,14 @@ pub(super) fn transfer(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &s
     let mut words = std::mem::take(&mut decoded.words);
     words.clear();
     value::transferred(&mut words, lang, transfer);
-    let abort = transfer.abort.map(|abort| abort.code);
+    let abort = transfer.outcome.abort.map(|abort| abort.code);
     let abort_words = abort.and_then(|code| terms::abort_code(lang, code)).unwrap_or("");
     let cdr = place.cdr.begin().header(time, bus.as_bytes()).time(start).f64(duration);
     cdr.string(transfer.direction.name().as_bytes()).string(transfer.mode.name().as_bytes());
     cdr.u16(transfer.mux.map_or(0, |mux| mux.index)).u8(transfer.mux.map_or(0, |mux| mux.sub));
-    cdr.string(name).string(&words).u64(transfer.size);
-    cdr.sequence(transfer.kept.get(..DATA).unwrap_or(&transfer.kept));
-    cdr.string(transfer.status.name().as_bytes()).u32(abort.unwrap_or(0)).string(abort_words.as_bytes());
+    cdr.string(name).string(&words).u64(transfer.data.size);
+    cdr.sequence(transfer.data.kept.get(..DATA).unwrap_or(&transfer.data.kept));
+    cdr.string(transfer.outcome.status.name().as_bytes()).u32(abort.unwrap_or(0)).string(abort_words.as_bytes());
     cdr.u64(transfer.first.no).u64(transfer.last.no);
     words.clear();
     match lang {

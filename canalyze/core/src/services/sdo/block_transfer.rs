@@ -1,0 +1,497 @@
+//! What the frames of a block transfer do (CiA 301, 7.2.4.3.8 to 7.2.4.3.16).
+//!
+//! The sender's frames are segments here, not commands. In an upload the client's acknowledgement may be captured after
+//! the next segment, or after the end frame; in a download the server may acknowledge one segment more than was seen,
+//! which is then late. Which segments count stands in `block`; which frame comes here stands in `machine`.
+
+use super::block::{Block, End, Segment, Taken};
+use super::channel::{Channel, Half, Phase, strict_initiate};
+use super::exchange::wrong_size;
+use super::sequence::{FRAMES, is_strict_answer};
+use super::transfer::{Direction, Mode, Status};
+use super::wire::{self, Command, Side};
+use crate::context::Context;
+use crate::event::Place;
+use crate::finding::Code;
+use crate::frame::FrameRef;
+use crate::rules::sdo::{Sdo002, Sdo012, Sdo019};
+
+/// A segment takes at least this long on the bus, in ns: eight bytes at 1 Mbit/s.
+const SEGMENT_NS: i64 = 100_000;
+
+impl Channel {
+    /// The command of a frame by the sender of the data.
+    pub(super) fn decode_in_block(&self, block: &Block, side: Side, bytes: [u8; 8]) -> Command {
+        let plain = wire::decode(side, bytes);
+        let [command, ..] = bytes;
+        if self.pending().is_some_and(|pending| matches!(pending.command, Command::EndBlock { .. })) {
+            // All segments were sent.
+            return plain;
+        }
+        if let Command::EndBlock { .. } = plain {
+            let [_, _, _, rest @ ..] = bytes;
+            // An end that comes too early follows an acknowledgement; within a sub-block it is rather a segment
+            // after a lost one.
+            let known = block.last_was_sent() || !block.may_be_in_flight();
+            let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
+            let missed = self.awaits_segments() && command & 0x7F != block.expected() && rest == [0; 5];
+            let due = command & 0x7F == block.expected() && block.ends_unread();
+            if (block.may_end() && !due) || early || missed {
+                return plain;
+            }
+        }
+        // The sub-block is complete, and what comes is neither the next one nor a segment too many.
+        let restarts = block.owes_ack() && !block.goes_on(command & 0x7F);
+        if side == Side::Client && restarts && strict_initiate(&Half { command: plain, ..Half::of(bytes) }) {
+            return plain;
+        }
+        // The server's answer once more, before any segment.
+        if matches!(plain, Command::BlockUploadInitiated { .. })
+            && block.first_at().is_none()
+            && self.history.last_response == Some(bytes)
+        {
+            return plain;
+        }
+        // Behind the last sub-block only segment 1 could come, if it was not the last one.
+        if block.is_finished() && side == Side::Client && plain.is_initiate() && !plain.has_reserved_bits(bytes) {
+            return plain;
+        }
+        // After the end, the answer to the request that the client sends once it has confirmed.
+        if side == Side::Server && block.end.is_some() && plain.mux().is_some() && !plain.has_reserved_bits(bytes) {
+            return plain;
+        }
+        // A client that starts anew in mid-transfer: only a read, whose bytes 4..7 are 0, can be told from data.
+        if let Command::InitiateUpload(mux) = plain
+            && bytes[0] == 0x40
+            && block.expected() != 0x40
+            && mux.index >= 0x1000
+            && !plain.has_reserved_bits(bytes)
+        {
+            return plain;
+        }
+        wire::block_segment(bytes)
+    }
+
+    pub(super) fn block_initiated(&mut self, at: FrameRef, blksize: u8, crc: bool, size: Option<u32>) {
+        if let Some(transfer) = &mut self.transfer {
+            transfer.mode = Mode::Block;
+            transfer.data.initiated = Some(at);
+            transfer.outcome.crc_negotiated = Some(crc);
+            if size.is_some() {
+                transfer.data.size_indicated = size;
+            }
+        }
+        self.phase = Phase::Block(Box::new(Block::new(blksize)), None);
+    }
+
+    pub(super) fn is_upload(&self) -> bool {
+        self.transfer.as_ref().is_some_and(|transfer| transfer.direction == Direction::Upload)
+    }
+
+    /// Whether the initiate request of the transfer is not in the capture.
+    fn is_nameless(&self) -> bool {
+        self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none())
+    }
+
+    pub(super) fn block(&self) -> Option<&Block> {
+        if let Phase::Block(block, _) = &self.phase { Some(block) } else { None }
+    }
+
+    /// The frame, or, where an empty one stands for the segment that is expected, that segment: its length was
+    /// reported.
+    pub(super) fn unless_empty(&self, side: Side, half: Half) -> Half {
+        match &self.phase {
+            Phase::Block(block, _) if half.len == 0 && self.sends_data(side) => {
+                let segment = |seqno| Command::BlockSegment { seqno, last: false, data: [0; 7] };
+                Half { command: block.unread().map_or(half.command, segment), ..half }
+            }
+            _ => half,
+        }
+    }
+
+    /// Whether a frame of the server is expected while sub-blocks run; `None` where it is no part of them.
+    pub(super) fn is_due_in_block(&self, block: &Block, half: &Half) -> Option<bool> {
+        let midway = self.is_nameless();
+        match half.command {
+            // Until a segment was seen, it may be the response to a late request.
+            Command::BlockSegment { .. } if midway && (block.is_skipping() || block.first_at().is_none()) => {
+                let plain = Half { command: wire::decode(Side::Server, half.bytes), ..*half };
+                Some(!is_strict_answer(&plain))
+            }
+            Command::BlockSegment { seqno, .. } => Some(seqno != 1 || !block.owes_ack()),
+            Command::EndBlock { .. } => Some(!block.owes_ack()),
+            Command::BlockAck { ackseq, .. } => {
+                Some(self.rejects_end() || !self.may_be_sent(block.not_seen(ackseq), half))
+            }
+            Command::BlockUploadInitiated { .. } => Some(block.end.is_none()),
+            Command::BlockEnded if midway => Some(true),
+            _ => None,
+        }
+    }
+
+    /// Whether this number of segments can have been sent before an acknowledgement, and be listed behind it.
+    fn may_be_sent(&self, segments: u8, ack: &Half) -> bool {
+        // The server's frames are listed in time, while the client's last one may be late itself.
+        let heard = self.history.heard.map(|heard| heard.at);
+        let since = heard.or(self.transfer.as_ref().map(|transfer| transfer.last)).and_then(|at| at.t_ns);
+        let time = i64::from(segments) * SEGMENT_NS;
+        let fits = |(since, now): (i64, i64)| now.saturating_sub(since) >= time;
+        segments > 0 && since.zip(ack.at.t_ns).map_or(segments <= FRAMES, fits)
+    }
+
+    /// The client starts the upload.
+    pub(super) fn start_upload(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        if !std::mem::replace(&mut block.started, true) {
+            transfer.last = half.at;
+            return;
+        }
+        self.step.place = Place::Repeated;
+        let before = transfer.last;
+        if cx.evidence.recording.is_sent_again(before, half.at) {
+            self.find(Code::Sdo015, before, cx);
+        }
+    }
+
+    /// The client acknowledges segments: it should have started the upload.
+    fn judge_start(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let upload = self.is_upload();
+        if let Phase::Block(block, _) = &mut self.phase
+            && upload
+            && !std::mem::replace(&mut block.started, true)
+        {
+            let first = block.first_at().unwrap_or(half.at);
+            self.find(Sdo002::NoRequest, first, cx);
+        }
+    }
+
+    /// The client confirms an end that is not there.
+    pub(super) fn confirm_unseen(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let finished = self.block().is_some_and(Block::is_finished);
+        if self.is_nameless() {
+            self.complete(Status::Incomplete, cx);
+        } else if finished {
+            let asked = self.transfer.as_ref().map_or(half.at, |transfer| transfer.last);
+            self.find(Sdo002::NoResponse, asked, cx);
+            self.complete(Status::Incomplete, cx);
+        } else {
+            self.violation_outside(half, cx);
+        }
+    }
+
+    /// An acknowledgement by the server behind that of the last segment.
+    pub(super) fn acknowledge_end(&mut self, half: &Half, cx: &mut Context<'_>) {
+        if self.rejects_end() {
+            // It may do so again, whatever the client asks for next.
+            self.step.place = Place::Outside;
+            self.verdicts.odd_exchange.astray.get_or_insert(half.at);
+        } else {
+            self.violation_outside(half, cx);
+        }
+    }
+
+    pub(super) fn block_segment(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let Command::BlockSegment { seqno, last, data } = half.command else { return };
+        let midway = self.is_nameless();
+        let Phase::Block(block, _) = &mut self.phase else { return };
+        if block.is_finished() {
+            if seqno != 1 || block.end.is_some() {
+                self.step.place = Place::Outside;
+                self.find(Sdo012::Outside, half.at, cx);
+                self.instead_of_end(half);
+                return;
+            }
+            let guessed = block.doubts.guessed;
+            let marked = block.reopen().unwrap_or(half.at);
+            if !guessed {
+                self.find(Sdo012::Outside, marked, cx);
+            }
+        }
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        self.step.ordinal = block.ordinal(transfer.data.segments);
+        let segment = Segment { seqno, last, data, len: half.len };
+        let (taken, ack_missing) = block.segment(transfer, half.at, segment);
+        let not_resent = block.take_not_resent();
+        self.step.place = match taken {
+            Taken::InSequence => Place::Due,
+            Taken::InFlight if midway => Place::Uncaptured,
+            Taken::InFlight => Place::InFlight,
+            Taken::OutOfSequence(expected) => Place::OutOfSequence(expected),
+        };
+        if taken != Taken::InSequence {
+            self.step.ordinal = 0;
+        }
+        if let Some(due_since) = ack_missing {
+            self.find(Sdo002::NotAcknowledged, due_since, cx);
+        }
+        if let Some((ack, ackseq)) = not_resent {
+            self.find(Sdo012::NotResent { ackseq: ackseq.into() }, ack, cx);
+        }
+    }
+
+    /// The end frame by the sender of the data. That of a download is a request, which the server confirms.
+    pub(super) fn end_block(&mut self, half: Half, cx: &mut Context<'_>) {
+        if !self.may_end_here(&half, cx) {
+            return;
+        }
+        let upload = self.is_upload();
+        if let Some(block) = self.block()
+            && (block.owes_ack() || (!upload && !block.is_finished()))
+        {
+            let due_since = block.due_since().unwrap_or(half.at);
+            self.find(Sdo002::NotAcknowledged, due_since, cx);
+            self.settle_without_ack();
+        }
+        if !upload {
+            return self.request_end(half, cx);
+        }
+        self.put_end(&half);
+        if self.block().is_some_and(Block::is_finished) {
+            self.judge_end(cx);
+        }
+    }
+
+    /// Whether the transfer can go on with this end frame; if it comes too early, that is a violation.
+    fn may_end_here(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+        let upload = self.is_upload();
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return false };
+        let again = upload && block.end.is_some();
+        if block.may_end() {
+        } else if block.last_was_sent() && !transfer.data.hole {
+            let goes_on = block.finish_unacknowledged(transfer);
+            self.find(Sdo012::EarlyEnd, half.at, cx);
+            if !goes_on {
+                self.step.place = Place::Outside;
+                return false;
+            }
+        } else {
+            let (newest, unsure) = (block.newest_at().unwrap_or(half.at), block.doubts.unsure);
+            let hole = transfer.data.hole;
+            block.finish_early(transfer);
+            // Where segments are missing, the last one is among them, and that was reported.
+            if !hole && !unsure {
+                self.find(Sdo012::NoLast, newest, cx);
+                if !upload {
+                    // What the server makes of it only follows.
+                    self.unanswerable(half.at);
+                }
+            }
+        }
+        if again {
+            self.step.place = Place::Outside;
+            self.find(Sdo002::Duplicate, half.at, cx);
+        }
+        !again
+    }
+
+    /// The end frame of a download awaits its confirmation.
+    fn request_end(&mut self, half: Half, cx: &mut Context<'_>) {
+        if let Some(pending) = self.pending() {
+            if !self.settle_pending(&pending, &half, cx) {
+                self.violation_outside(&half, cx);
+            }
+        } else if self.block().is_some_and(Block::may_end) {
+            self.set_pending(half);
+        } else {
+            self.stray(&half, cx);
+        }
+    }
+
+    /// A frame of which nothing can be read, where the end of an upload may be expected: how much of the last segment
+    /// is data is not known.
+    pub(super) fn end_unread(&mut self, half: Half, cx: &mut Context<'_>) {
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        if block.may_end() && block.end.is_none() {
+            transfer.data.hole = true;
+            block.end = Some(End { at: half.at, unused: 0, crc: None });
+        } else {
+            self.respond_unasked(half, cx);
+        }
+    }
+
+    /// A frame of which nothing can be read, where an acknowledgement or a confirmation may be expected.
+    pub(super) fn acknowledge_unread(&mut self, side: Side, half: Half, cx: &mut Context<'_>) {
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        if side == Side::Client && block.is_finished() && block.end.is_some() {
+            self.confirm_end(cx);
+        } else if block.ack_unread(transfer) {
+            if block.is_finished() {
+                self.judge_end(cx);
+            }
+        } else if side == Side::Server {
+            self.respond_unasked(half, cx);
+        }
+    }
+
+    fn settle_without_ack(&mut self) {
+        if let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) {
+            block.settle_whole(transfer);
+        }
+    }
+
+    pub(super) fn acknowledge(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let Command::BlockAck { ackseq, blksize } = half.command else { return };
+        self.judge_start(half, cx);
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        if block.is_finished() {
+            self.violation_outside(half, cx);
+            return;
+        }
+        let acked = block.ack(transfer, half.at, ackseq, blksize);
+        transfer.last = half.at;
+        transfer.outcome.bad |= matches!(acked.fault, Some((Sdo012::Sequence { .. } | Sdo012::Acknowledged { .. }, _)));
+        if acked.retransmission {
+            transfer.outcome.retransmissions = transfer.outcome.retransmissions.saturating_add(1);
+        }
+        let (finished, end, not_resent) = (block.is_finished(), block.end, block.take_not_resent());
+        if let Some((ack, ackseq)) = not_resent {
+            self.find(Sdo012::NotResent { ackseq: ackseq.into() }, ack, cx);
+        }
+        if let Some((what, cause)) = acked.fault {
+            self.find(what, cause.unwrap_or(half.at), cx);
+        }
+        match end {
+            Some(_) if finished => self.judge_end(cx),
+            Some(end) => {
+                self.find(Sdo012::EarlyEnd, end.at, cx);
+                if let Phase::Block(block, _) = &mut self.phase {
+                    block.end = None;
+                }
+            }
+            None => {}
+        }
+    }
+
+    /// Size and CRC, once the end frame is seen and all segments are acknowledged.
+    fn judge_end(&mut self, cx: &mut Context<'_>) {
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
+        let Some(end) = block.end else { return };
+        let padding = block.close(transfer, end.unused);
+        if transfer.data.hole || transfer.mux.is_none() {
+            return;
+        }
+        let right = transfer.size_is_right();
+        if block.doubts.unsure && !(right && end.crc.is_none_or(|found| transfer.check_crc(found, &[]).0 == found)) {
+            transfer.data.hole = true;
+            return;
+        }
+        if !right {
+            block.doubts.bad = true;
+            let cause = transfer.data.initiated.unwrap_or(end.at);
+            let size = wrong_size(transfer);
+            self.find(size, if end.at.no == cx.at.no { cause } else { end.at }, cx);
+            return;
+        }
+        if let (Some(true), Some(found)) = (transfer.outcome.crc_negotiated, end.crc) {
+            let padding = padding.get(..usize::from(end.unused.min(7))).unwrap_or(&[]);
+            let (computed, matches) = transfer.check_crc(found, padding);
+            if computed != found {
+                block.doubts.bad = true;
+                self.find(Sdo019::Crc { computed, found, matches }, end.at, cx);
+            }
+        }
+    }
+
+    pub(super) fn confirm_end(&mut self, cx: &mut Context<'_>) {
+        let bad = self.block().is_some_and(|block| block.doubts.bad);
+        let status = match &self.transfer {
+            _ if bad => Status::Failed,
+            Some(transfer) if transfer.outcome.bad => Status::Failed,
+            Some(transfer) if transfer.data.hole || transfer.outcome.midway => Status::Incomplete,
+            _ => Status::Ok,
+        };
+        self.complete(status, cx);
+    }
+
+    fn put_end(&mut self, half: &Half) {
+        if let (Phase::Block(block, _), Command::EndBlock { unused, crc }) = (&mut self.phase, half.command) {
+            block.end = Some(End { at: half.at, unused, crc: (half.len > 2).then_some(crc) });
+        }
+    }
+
+    /// The end of a download, confirmed by the server.
+    pub(super) fn end_confirmed(&mut self, end: Half, cx: &mut Context<'_>) {
+        self.put_end(&end);
+        self.judge_end(cx);
+        self.confirm_end(cx);
+    }
+
+    /// The end of a download, which the server answered with an abort.
+    pub(super) fn judge_refused_end(&mut self, end: Half, cx: &mut Context<'_>) {
+        self.put_end(&end);
+        self.judge_end(cx);
+    }
+
+    /// Whether an acknowledgement comes instead of the confirmation of an end before which no segment was marked as the
+    /// last one: the server still waits for that.
+    fn rejects_end(&self) -> bool {
+        self.block().is_some_and(|block| !block.last_was_sent())
+            && self.pending().is_some_and(|pending| self.is_unanswerable(&pending))
+    }
+
+    /// The end of a download, after which the client went on without the server's confirmation.
+    pub(super) fn end_unconfirmed(&mut self, end: Half, cx: &mut Context<'_>) {
+        self.put_end(&end);
+        let unanswerable = self.is_unanswerable(&end);
+        match &mut self.phase {
+            // The server does not know which segment is the last one: it had no reason to take what it has.
+            Phase::Block(block, _) if unanswerable && !block.last_was_sent() => block.doubts.bad = true,
+            _ => self.judge_end(cx),
+        }
+        self.before_frame(|channel| channel.confirm_end(cx));
+    }
+
+    /// An upload whose end the client did not confirm before it went on. Returns whether it was one.
+    pub(super) fn leave_ended_block(&mut self, cx: &mut Context<'_>) -> bool {
+        let Some(end) = self.block().filter(|block| block.is_finished()).and_then(|block| block.end) else {
+            return false;
+        };
+        self.find(Sdo012::EndNotConfirmed, end.at, cx);
+        self.before_frame(|channel| channel.confirm_end(cx));
+        true
+    }
+
+    /// The capture ends long after the end frame of an upload, and nothing confirmed it.
+    pub(super) fn judge_unconfirmed_end(&mut self, cx: &mut Context<'_>) {
+        if let Some(end) = self.block().and_then(|block| block.end) {
+            self.find(Sdo012::EndNotConfirmed, end.at, cx);
+        }
+    }
+
+    /// The client has waited in vain for what the server owes while sub-blocks run: an acknowledgement, or segments.
+    pub(super) fn judge_stalled_block(&mut self, cx: &mut Context<'_>) {
+        let Some(block) = self.block() else { return };
+        let Some(transfer) = self.transfer.as_ref().filter(|transfer| transfer.mux.is_some() && !transfer.data.hole)
+        else {
+            return;
+        };
+        if block.wrong().is_some() || block.end.is_some() || self.pending().is_some() {
+            return;
+        }
+        let asked = transfer.last;
+        match block.due_since().filter(|_| block.owes_ack()) {
+            Some(due_since) if !self.is_upload() => self.find(Sdo002::NotAcknowledged, due_since, cx),
+            None if self.is_upload() && block.started => {
+                self.find(Sdo002::NoResponse, asked, cx);
+            }
+            _ => {}
+        }
+    }
+
+    /// A block transfer is aborted: was a segment out of sequence before?
+    pub(super) fn judge_aborted_block(&mut self, cx: &mut Context<'_>) {
+        if let Some((what, at)) = self.block().and_then(Block::wrong) {
+            self.find(what, at, cx);
+        }
+    }
+
+    /// The number in the acknowledgement that the client owes.
+    pub(super) fn owed_ack(&self) -> Option<u8> {
+        self.block().filter(|_| self.is_upload())?.owed_ack()
+    }
+
+    /// The next sequence number of the side that sends the data; 0 outside block transfers.
+    pub(super) fn block_seqno(&self, side: Side) -> u8 {
+        self.block().filter(|_| self.sends_data(side)).map_or(0, Block::expected)
+    }
+}

@@ -1,0 +1,205 @@
+//! What a channel may be in the midst of where the capture begins, or goes on after lost frames.
+//!
+//! Until the channel's first whole transfer several hypotheses stand: it is idle, a segmented transfer runs, a block
+//! transfer runs. While they do, nothing is a violation and nothing is a value: a block segment can look like any
+//! command. A transfer whose beginning is not in the capture is incomplete.
+
+use super::block::{Block, MOST};
+use super::channel::{Channel, Half, Phase, Segments};
+use super::transfer::{Direction, Mode, Transfer};
+use super::wire::Command;
+use crate::context::Context;
+use crate::event::Place;
+use crate::frame::FrameRef;
+
+/// What a channel may be doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Hypothesis {
+    /// No transfer runs.
+    Idle = 1,
+    /// A segmented transfer runs.
+    Segments = 2,
+    /// A block transfer runs.
+    Block = 4,
+}
+
+/// All hypotheses.
+const ALL: u8 = Hypothesis::Idle as u8 | Hypothesis::Segments as u8 | Hypothesis::Block as u8;
+
+/// What is not refuted yet.
+#[derive(Debug)]
+pub(super) struct Hypotheses {
+    possible: u8,
+    /// Number of the channel's first frame, or of the first since frames were lost.
+    first: Option<u64>,
+    /// The capture shows the channel from its first frame on.
+    whole: bool,
+    /// A frame that belongs to no transfer was reported since the channel was idle.
+    reported: bool,
+}
+
+impl Default for Hypotheses {
+    fn default() -> Self {
+        Self { possible: ALL, first: None, whole: false, reported: false }
+    }
+}
+
+impl Hypotheses {
+    /// Whether a transfer may run that the capture does not show from its beginning.
+    pub(super) fn are_open(&self) -> bool {
+        self.possible != Hypothesis::Idle as u8
+    }
+
+    fn admit(&self, hypothesis: Hypothesis) -> bool {
+        self.possible & hypothesis as u8 != 0
+    }
+
+    /// All hypotheses stand again.
+    pub(super) fn open(&mut self) {
+        (self.possible, self.reported) = (ALL, false);
+    }
+
+    /// No transfer runs but one that the capture shows.
+    pub(super) fn settle(&mut self) {
+        (self.possible, self.reported) = (Hypothesis::Idle as u8, false);
+    }
+
+    /// The same; that frames belong to no transfer was reported.
+    pub(super) fn report(&mut self) {
+        (self.possible, self.reported) = (Hypothesis::Idle as u8, true);
+    }
+
+    /// Whether it was reported that frames belong to no transfer.
+    pub(super) fn is_reported(&self) -> bool {
+        self.reported
+    }
+
+    /// What comes first does not belong to what came before the capture.
+    pub(super) fn begin_whole(&mut self) {
+        self.whole = true;
+    }
+
+    /// Whether the capture shows the channel from its first frame on.
+    pub(super) fn is_whole(&self) -> bool {
+        self.whole
+    }
+
+    /// Whether this frame is the first one, behind which something may be cut off.
+    pub(super) fn is_first(&mut self, no: u64) -> bool {
+        !self.whole && *self.first.get_or_insert(no) == no
+    }
+
+    /// Whether another frame than this one was the first.
+    pub(super) fn is_later(&self, no: u64) -> bool {
+        self.whole || self.first.is_some_and(|first| first != no)
+    }
+}
+
+impl Channel {
+    /// Whether a request is the channel's first frame: its response may lie before the capture.
+    pub(super) fn is_edge(&self, request: &Half) -> bool {
+        !self.hypotheses.whole && self.hypotheses.first == Some(request.at.no)
+    }
+
+    /// A transfer met in its midst: its initiate request is not in the capture.
+    fn begin_midway(&mut self, at: FrameRef, direction: Direction, phase: Phase, cx: &mut Context<'_>) {
+        let mode = if matches!(phase, Phase::Block(..)) { Mode::Block } else { Mode::Segmented };
+        let id = self.next_id(cx);
+        let mut transfer = Box::new(Transfer::new(self.beginning(id, at, cx), direction, mode, None));
+        transfer.outcome.midway = true;
+        self.transfer = Some(transfer);
+        self.phase = phase;
+    }
+
+    /// What was seen so far belonged to a transfer that began before the capture.
+    pub(super) fn forget_beginning(&mut self) {
+        self.transfer = None;
+        self.phase = Phase::Idle;
+        self.hypotheses.open();
+        if !self.proof.trusted {
+            self.verdicts.withheld.clear();
+            self.proof.begun = false;
+        }
+    }
+
+    /// An initiate response without its request, and the client goes on as if it had sent one. Returns whether a
+    /// transfer begins so.
+    pub(super) fn begin_from_response(&mut self, response: &Half, next: &Half, cx: &mut Context<'_>) -> bool {
+        if self.transfer.is_some() {
+            return false;
+        }
+        let [first, ..] = next.bytes;
+        let (direction, phase, size) = match (response.command, next.command) {
+            (Command::UploadInitiated(_, i), Command::SegmentRequest { toggle }) if !i.expedited => {
+                (Direction::Upload, Phase::Segments(Segments::from(toggle)), i.size())
+            }
+            (Command::DownloadInitiated(_), Command::Segment(segment)) => {
+                (Direction::Download, Phase::Segments(Segments::from(segment.toggle)), None)
+            }
+            (Command::BlockUploadInitiated { size, .. }, Command::StartBlockUpload) => {
+                (Direction::Upload, Phase::Block(Box::new(Block::new(MOST)), None), size)
+            }
+            (Command::BlockDownloadInitiated { blksize, .. }, _) if first & 0x7F == 1 => {
+                (Direction::Download, Phase::Block(Box::new(Block::new(blksize)), None), None)
+            }
+            _ => return false,
+        };
+        self.begin_midway(response.at, direction, phase, cx);
+        if let Some(transfer) = &mut self.transfer {
+            transfer.mux = response.command.mux();
+            transfer.data.size_indicated = size;
+            transfer.data.initiated = Some(response.at);
+        }
+        self.hypotheses.settle();
+        true
+    }
+
+    /// A client frame that may belong to a transfer that began before the capture.
+    pub(super) fn join(&mut self, half: &Half, cx: &mut Context<'_>) {
+        self.step.place = Place::Uncaptured;
+        if self.may_join(half) {
+            let (direction, toggle) = match half.command {
+                Command::Segment(segment) => (Direction::Download, segment.toggle),
+                Command::SegmentRequest { toggle } => (Direction::Upload, toggle),
+                _ => return,
+            };
+            let segments = Segments { asked: Some(*half), ..Segments::from(toggle) };
+            self.begin_midway(half.at, direction, Phase::Segments(segments), cx);
+        } else if half.command == Command::StartBlockUpload && self.transfer.is_none() {
+            let mut block = Block::new(MOST);
+            block.started = true;
+            self.begin_midway(half.at, Direction::Upload, Phase::Block(Box::new(block), None), cx);
+        } else if matches!(half.command, Command::BlockAck { .. }) {
+            self.join_block(half, Direction::Upload, cx);
+        }
+    }
+
+    /// Whether a client frame may be a segment, or a request for one, of a transfer that began before the capture.
+    pub(super) fn may_join(&self, half: &Half) -> bool {
+        self.hypotheses.admit(Hypothesis::Segments)
+            && self.transfer.is_none()
+            && matches!(half.command, Command::SegmentRequest { .. } | Command::Segment(_))
+    }
+
+    /// An acknowledgement without a transfer, at the beginning of the capture: a block transfer runs.
+    pub(super) fn join_block(&mut self, half: &Half, direction: Direction, cx: &mut Context<'_>) {
+        let Command::BlockAck { ackseq, blksize } = half.command else { return };
+        let valid = ackseq <= MOST && (1..=MOST).contains(&blksize) && !half.command.has_reserved_bits(half.bytes);
+        if valid && self.hypotheses.admit(Hypothesis::Block) {
+            self.proof.paired = true;
+            self.begin_midway(half.at, direction, Phase::Block(Box::new(Block::midway()), None), cx);
+        }
+    }
+
+    /// Whether two client frames in a row, before any valid exchange, are segments of a block download that began
+    /// before the capture: their first bytes count up.
+    pub(super) fn is_midway_block(&self, before: &Half, half: &Half) -> bool {
+        !self.proof.trusted && before.bytes[0] < MOST && before.bytes[0] + 1 == half.bytes[0] & 0x7F
+    }
+
+    pub(super) fn begin_midway_block(&mut self, half: &Half, cx: &mut Context<'_>) {
+        self.step.place = Place::Uncaptured;
+        self.hypotheses.open();
+        self.begin_midway(half.at, Direction::Download, Phase::Block(Box::new(Block::midway()), None), cx);
+    }
+}

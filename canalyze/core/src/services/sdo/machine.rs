@@ -1,0 +1,531 @@
+//! The protocol of a channel as one table (CiA 301, 7.2.4.3): what each frame does in each state.
+//!
+//! [`transition`] is pure; each row names its clause. What a row does stands in `exchange` (expedited and segmented
+//! transfers, aborts) and `block_transfer`. Frames come here in the order in which they were on the bus (`sequence`).
+//!
+//! The exchange is stop-and-wait: at most one request is pending. It must not read raw bytes, except to compare frames.
+
+use super::channel::{Channel, Half, Phase, Segments, strict_initiate};
+use super::sequence::within;
+use super::transfer::{Direction, Mode, Status};
+use super::wire::{self, Command, Side};
+use crate::context::Context;
+use crate::event::Place;
+use crate::finding::Code;
+use crate::rules::sdo::{Sdo002, Sdo007, Sdo012};
+
+/// A client that goes on later than this, in ns, has given up what it waited for.
+pub(super) const GIVEN_UP_NS: i64 = 20_000_000;
+
+/// What a client asks for with an initiate request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Service {
+    Upload,
+    Download,
+    BlockUpload,
+    BlockDownload,
+}
+
+/// How far a block transfer is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stage {
+    /// Initiated; no segment was sent. An upload has to be started by the client.
+    Initiated,
+    /// A sub-block runs.
+    SubBlock,
+    /// The sub-block is complete: its acknowledgement is expected.
+    Acknowledge,
+    /// The last segment was acknowledged: the end frame is expected.
+    End,
+    /// The end frame was sent: its confirmation is expected.
+    Confirm,
+}
+
+/// Where a channel stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum State {
+    /// The capture does not show yet whether a transfer runs.
+    Unknown,
+    /// No transfer runs.
+    Idle,
+    /// An initiate request awaits its response.
+    Requested(Service),
+    /// A segmented upload, and the side whose frame is expected.
+    Upload(Side),
+    /// A segmented download, likewise.
+    Download(Side),
+    BlockUpload(Stage),
+    BlockDownload(Stage),
+}
+
+/// What a frame does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Action {
+    /// An initiate request while no transfer runs.
+    Begin,
+    /// An initiate request while a transfer runs: violation, SDO008 or SDO007.
+    Restart,
+    /// An initiate request while another request is pending: violation, SDO002.
+    GiveUp,
+    /// A segment, or a request for one, that awaits its response.
+    Request,
+    /// The client sends what follows the response, which is not there: violation, SDO002.
+    GoOn,
+    /// The kind of response that is expected.
+    Answer,
+    /// Another frame of the server while a response is expected: violation, SDO002, unless another request explains it.
+    Misfit,
+    /// A frame of the server while none is expected: likewise.
+    Unasked,
+    /// A frame of the client that is not expected: violation, SDO007, unless the transfer began before the capture.
+    Stray,
+    /// A frame of the client that is not expected, while a request is pending or in a block transfer: violation,
+    /// SDO007.
+    Outside,
+    /// The capture begins in the midst of a transfer.
+    Join,
+    ClientAbort,
+    ServerAbort,
+    Start,
+    Segment,
+    Acknowledge,
+    /// An acknowledgement behind that of the last segment: violation, SDO007, unless it rejects a wrong end.
+    AcknowledgeEnd,
+    /// An acknowledgement, or a confirmation, of which nothing can be read.
+    AcknowledgeUnread,
+    /// The end frame.
+    End,
+    EndUnread,
+    ConfirmEnd,
+    /// The confirmation of an end that is not there: violation, SDO002 or SDO007.
+    ConfirmUnseen,
+    /// The response to the initiate request comes again: violation, SDO002.
+    Duplicate,
+}
+
+/// A row of the table.
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    pub(super) action: Action,
+    /// The states that may follow, where both sides keep to the protocol; none: those of the state before.
+    #[cfg_attr(not(test), expect(dead_code, reason = "documents the table, and is tested against the machine"))]
+    pub(super) to: &'static [State],
+    /// The clause of CiA 301 that the row is from, or that a violation breaks.
+    #[cfg_attr(not(test), expect(dead_code, reason = "documents the table"))]
+    pub(super) clause: &'static str,
+}
+
+/// The table. Where several rows apply, the first one counts.
+#[rustfmt::skip]
+pub(super) fn transition(state: State, side: Side, command: &Command) -> Row {
+    use Action as A;
+    use Command as C;
+    use Side::{Client, Server};
+    use Stage::{Acknowledge, Confirm, End, Initiated, SubBlock};
+    use State as S;
+    let pending = matches!(state, S::Requested(_) | S::Upload(Server) | S::Download(Server) | S::BlockDownload(Confirm));
+    let begin = match state {
+        S::Unknown | S::Idle => A::Begin,
+        _ if pending => A::GiveUp,
+        _ => A::Restart,
+    };
+    let (action, to, clause): (A, &'static [S], &'static str) = match (state, side, command) {
+        // Abort.
+        (_, Client, C::Abort(..)) => (A::ClientAbort, &[S::Idle, S::Unknown], "7.2.4.3.17"),
+        (_, Server, C::Abort(..)) => (A::ServerAbort, &[S::Idle, S::Unknown], "7.2.4.3.17"),
+
+        // Initiate requests.
+        (_, Client, C::InitiateDownload(..)) => (begin, &[S::Requested(Service::Download)], "7.2.4.3.3"),
+        (_, Client, C::InitiateUpload(_)) => (begin, &[S::Requested(Service::Upload)], "7.2.4.3.6"),
+        (_, Client, C::InitiateBlockDownload { .. }) => (begin, &[S::Requested(Service::BlockDownload)], "7.2.4.3.9"),
+        (_, Client, C::InitiateBlockUpload { .. }) => (begin, &[S::Requested(Service::BlockUpload)], "7.2.4.3.13"),
+
+        // Download, expedited or segmented.
+        (S::Requested(Service::Download), Server, C::DownloadInitiated(_)) => (A::Answer, &[S::Download(Client), S::Idle], "7.2.4.3.3"),
+        (S::Download(Client), Client, C::Segment(_)) => (A::Request, &[S::Download(Server)], "7.2.4.3.4"),
+        (S::Download(Server), Server, C::SegmentResponse { .. }) => (A::Answer, &[S::Download(Client), S::Idle], "7.2.4.3.4"),
+        (S::Requested(Service::Download) | S::Download(Server), Client, C::Segment(_)) => (A::GoOn, &[S::Download(Server)], "7.2.4.3.4"),
+
+        // Upload, expedited or segmented.
+        (S::Requested(Service::Upload), Server, C::UploadInitiated(..)) => (A::Answer, &[S::Upload(Client), S::Idle], "7.2.4.3.6"),
+        (S::Upload(Client), Client, C::SegmentRequest { .. }) => (A::Request, &[S::Upload(Server)], "7.2.4.3.7"),
+        (S::Upload(Server), Server, C::Segment(_)) => (A::Answer, &[S::Upload(Client), S::Idle], "7.2.4.3.7"),
+        (S::Requested(Service::Upload) | S::Upload(Server), Client, C::SegmentRequest { .. }) => (A::GoOn, &[S::Upload(Server)], "7.2.4.3.7"),
+
+        // Block download.
+        (S::Requested(Service::BlockDownload), Server, C::BlockDownloadInitiated { .. }) => (A::Answer, &[S::BlockDownload(Initiated)], "7.2.4.3.9"),
+        (S::BlockDownload(_), Client, C::BlockSegment { .. }) => (A::Segment, &[S::BlockDownload(SubBlock), S::BlockDownload(Acknowledge)], "7.2.4.3.10"),
+        (S::BlockDownload(End | Confirm), Server, C::BlockAck { .. }) => (A::AcknowledgeEnd, &[], "7.2.4.3.10"),
+        (S::BlockDownload(_), Server, C::BlockAck { .. }) => (A::Acknowledge, &[S::BlockDownload(SubBlock), S::BlockDownload(End)], "7.2.4.3.10"),
+        (S::BlockDownload(_), Client, C::EndBlock { .. }) => (A::End, &[S::BlockDownload(Confirm)], "7.2.4.3.11"),
+        (S::BlockDownload(_) | S::BlockUpload(_), Server, C::BlockUploadInitiated { .. }) => (A::Duplicate, &[], "7.2.4.3.13"),
+        (S::BlockDownload(Confirm), Server, C::BlockEnded) => (A::Answer, &[S::Idle], "7.2.4.3.11"),
+        (S::BlockDownload(Confirm), Server, _) => (A::Misfit, &[], "7.2.4.3.11"),
+        (S::BlockDownload(_), Server, C::Truncated(_)) => (A::AcknowledgeUnread, &[S::BlockDownload(SubBlock), S::BlockDownload(End)], "7.2.4.3.10"),
+        (S::Requested(Service::BlockDownload), Client, _) => (A::GoOn, &[S::BlockDownload(SubBlock)], "7.2.4.3.9"),
+
+        // Block upload. The server may answer as in an upload (protocol switch).
+        (S::Requested(Service::BlockUpload), Server, C::BlockUploadInitiated { .. }) => (A::Answer, &[S::BlockUpload(Initiated)], "7.2.4.3.13"),
+        (S::Requested(Service::BlockUpload), Server, C::UploadInitiated(..)) => (A::Answer, &[S::Upload(Client), S::Idle], "7.2.4.3.13"),
+        (S::Requested(Service::BlockUpload), Client, C::StartBlockUpload | C::BlockAck { .. }) => (A::GoOn, &[S::BlockUpload(SubBlock)], "7.2.4.3.13"),
+        (S::Requested(Service::BlockUpload), Client, C::SegmentRequest { .. }) => (A::GoOn, &[S::Upload(Server)], "7.2.4.3.13"),
+        (S::BlockUpload(_), Client, C::StartBlockUpload) => (A::Start, &[S::BlockUpload(SubBlock)], "7.2.4.3.13"),
+        (S::BlockUpload(_), Server, C::BlockSegment { .. }) => (A::Segment, &[S::BlockUpload(SubBlock), S::BlockUpload(Acknowledge)], "7.2.4.3.14"),
+        (S::BlockUpload(_), Client, C::BlockAck { .. }) => (A::Acknowledge, &[S::BlockUpload(SubBlock), S::BlockUpload(End)], "7.2.4.3.14"),
+        (S::BlockUpload(_), Server, C::EndBlock { .. }) => (A::End, &[S::BlockUpload(Confirm)], "7.2.4.3.15"),
+        (S::BlockUpload(_), Server, C::Truncated(_)) => (A::EndUnread, &[S::BlockUpload(Confirm)], "7.2.4.3.15"),
+        (S::BlockUpload(Confirm), Client, C::BlockEnded) => (A::ConfirmEnd, &[S::Idle], "7.2.4.3.15"),
+        (S::BlockUpload(_), Client, C::BlockEnded) => (A::ConfirmUnseen, &[S::Idle], "7.2.4.3.15"),
+        (S::BlockUpload(_), Client, C::Truncated(_)) => (A::AcknowledgeUnread, &[S::BlockUpload(SubBlock), S::BlockUpload(End), S::Idle], "7.2.4.3.14"),
+
+        // A transfer met in its midst.
+        (S::Unknown, Client, C::SegmentRequest { .. }) => (A::Join, &[S::Upload(Server)], "7.2.4.3.7"),
+        (S::Unknown, Client, C::Segment(_)) => (A::Join, &[S::Download(Server)], "7.2.4.3.4"),
+        (S::Unknown, Client, C::StartBlockUpload | C::BlockAck { .. }) => (A::Join, &[S::BlockUpload(SubBlock)], "7.2.4.3.14"),
+
+        // What is not expected.
+        (S::BlockDownload(_) | S::BlockUpload(_), Client, _) => (A::Outside, &[], "7.2.4.3.8, 7.2.4.3.12"),
+        (_, Client, _) if pending => (A::Outside, &[], "7.2.4.1"),
+        (_, Client, _) => (A::Stray, &[], "7.2.4.1"),
+        (_, Server, _) if pending => (A::Misfit, &[], "7.2.4.1"),
+        (_, Server, _) => (A::Unasked, &[], "7.2.4.1"),
+    };
+    Row { action, to, clause }
+}
+
+impl Channel {
+    /// Where the channel stands, as the table sees it.
+    pub(super) fn state(&self) -> State {
+        let upload = self.is_upload();
+        match &self.phase {
+            Phase::Idle if self.hypotheses.are_open() => State::Unknown,
+            Phase::Idle => State::Idle,
+            Phase::Initiated(request) => State::Requested(match request.command {
+                Command::InitiateDownload(..) => Service::Download,
+                Command::InitiateBlockDownload { .. } => Service::BlockDownload,
+                Command::InitiateBlockUpload { .. } => Service::BlockUpload,
+                _ => Service::Upload,
+            }),
+            Phase::Segments(segments) => {
+                let due = if segments.asked.is_some() { Side::Server } else { Side::Client };
+                if upload { State::Upload(due) } else { State::Download(due) }
+            }
+            Phase::Block(block, asked) => {
+                let stage = if block.end.is_some() || asked.is_some() {
+                    Stage::Confirm
+                } else if block.is_finished() {
+                    Stage::End
+                } else if block.owes_ack() {
+                    Stage::Acknowledge
+                } else if block.first_at().is_none() && !block.started {
+                    Stage::Initiated
+                } else {
+                    Stage::SubBlock
+                };
+                if upload { State::BlockUpload(stage) } else { State::BlockDownload(stage) }
+            }
+        }
+    }
+
+    /// A frame by the client, in its turn.
+    pub(super) fn client(&mut self, half: Half, cx: &mut Context<'_>) {
+        self.hypotheses.is_first(half.at.no);
+        self.sequence.ascertain(&half);
+        if matches!(half.command, Command::Abort(..)) {
+            self.take(Side::Client, half, cx);
+        } else if self.is_under_way(&half) {
+            self.step.place = Place::InFlight;
+        } else if let Some(half) = self.reconsider(half, cx) {
+            self.take(Side::Client, half, cx);
+        }
+    }
+
+    /// A frame by the server, in its turn.
+    pub(super) fn server(&mut self, half: Half, cx: &mut Context<'_>) {
+        self.history.heard = Some(half);
+        if !matches!(half.command, Command::Abort(..)) && self.sequence.is_in_flight(&half) {
+            self.step.place = Place::InFlight;
+            return;
+        }
+        self.take(Side::Server, half, cx);
+    }
+
+    /// Does what the table says.
+    pub(super) fn take(&mut self, side: Side, half: Half, cx: &mut Context<'_>) {
+        let half = self.unless_empty(side, half);
+        let row = transition(self.state(), side, &half.command);
+        match row.action {
+            Action::Begin => self.begin_request(half, false, cx),
+            Action::Restart => {
+                let left = self.leave_open_transfer(&half, cx);
+                self.begin_request(half, left, cx);
+            }
+            Action::GiveUp => {
+                self.give_up(cx);
+                self.begin_request(half, false, cx);
+            }
+            Action::Request => self.request(half),
+            Action::GoOn => self.go_on(half, cx),
+            Action::Answer | Action::Misfit => self.respond(half, cx),
+            Action::Unasked => self.respond_unasked(half, cx),
+            Action::Join => self.join(&half, cx),
+            Action::Stray => self.stray(&half, cx),
+            Action::Outside => self.violation_outside(&half, cx),
+            Action::ClientAbort => self.client_abort(&half, cx),
+            Action::ServerAbort => self.server_abort(&half, cx),
+            Action::Start => self.start_upload(&half, cx),
+            Action::Segment => self.block_segment(&half, cx),
+            Action::Acknowledge => self.acknowledge(&half, cx),
+            Action::AcknowledgeEnd => self.acknowledge_end(&half, cx),
+            Action::AcknowledgeUnread => self.acknowledge_unread(side, half, cx),
+            Action::End => self.end_block(half, cx),
+            Action::EndUnread => self.end_unread(half, cx),
+            Action::ConfirmEnd => self.confirm_end(cx),
+            Action::ConfirmUnseen => self.confirm_unseen(&half, cx),
+            Action::Duplicate => {
+                self.step.place = Place::Outside;
+                self.find(Sdo002::Duplicate, half.at, cx);
+            }
+        }
+    }
+
+    /// An initiate request. `left`: it leaves a transfer in its midst.
+    pub(super) fn begin_request(&mut self, half: Half, left: bool, cx: &mut Context<'_>) {
+        if !left {
+            self.verdicts.fault = None;
+        }
+        self.begin(&half, cx);
+        self.sequence.requested(&half);
+        self.history.stray = None;
+    }
+
+    fn request(&mut self, half: Half) {
+        self.step.ordinal = self.segment_ordinal(&half.command);
+        self.set_pending(half);
+    }
+
+    /// A frame that is not expected.
+    pub(super) fn violation_outside(&mut self, half: &Half, cx: &mut Context<'_>) {
+        self.step.place = Place::Outside;
+        if half.command.is_unreadable() || self.hypotheses.is_reported() {
+            return;
+        }
+        self.find(Sdo007::Outside, half.at, cx);
+        if self.transfer.is_none() {
+            self.hypotheses.report();
+        }
+    }
+
+    /// A client frame that belongs to no open transfer.
+    pub(super) fn stray(&mut self, half: &Half, cx: &mut Context<'_>) {
+        if self.hypotheses.are_open() {
+            self.join(half, cx);
+            return;
+        }
+        self.violation_outside(half, cx);
+        self.history.stray = Some(*half);
+    }
+
+    /// A new initiate request while another one has no response.
+    fn give_up(&mut self, cx: &mut Context<'_>) {
+        let Some(pending) = self.pending() else { return };
+        let edge = self.is_edge(&pending) || self.hypotheses.are_open();
+        self.history.given_up = (!edge).then_some(pending);
+        if matches!(pending.command, Command::EndBlock { .. }) {
+            self.find(Sdo012::EndNotConfirmed, pending.at, cx);
+            self.end_unconfirmed(pending, cx);
+            return;
+        }
+        self.unanswered(&pending, edge, cx);
+        if self.proof.trusted || strict_initiate(&pending) {
+            self.complete_before(if edge { Status::Incomplete } else { Status::Failed }, cx);
+        } else {
+            self.transfer = None;
+            self.phase = Phase::Idle;
+        }
+    }
+
+    fn unanswered(&mut self, pending: &Half, edge: bool, cx: &mut Context<'_>) {
+        if !edge {
+            self.find(Sdo002::NoResponse, pending.at, cx);
+        }
+    }
+
+    /// The client goes on as if its last request had been answered: the response is not in the capture.
+    fn go_on(&mut self, half: Half, cx: &mut Context<'_>) {
+        let Some(pending) = self.pending() else { return };
+        let edge = self.is_edge(&pending) || self.hypotheses.are_open();
+        let mut half = half;
+        match (pending.command, half.command) {
+            (Command::SegmentRequest { toggle }, Command::SegmentRequest { toggle: next }) if toggle != next => {
+                self.unanswered(&pending, edge, cx);
+                self.continue_segments(next);
+                if let Some(transfer) = &mut self.transfer {
+                    transfer.data.hole = true;
+                }
+            }
+            (Command::Segment(sent), Command::Segment(next)) if sent.toggle != next.toggle => {
+                self.unanswered(&pending, edge, cx);
+                self.continue_segments(next.toggle);
+                self.add_segment(pending, sent, cx);
+            }
+            (Command::InitiateUpload(_) | Command::InitiateBlockUpload { .. }, Command::SegmentRequest { .. })
+            | (Command::InitiateDownload(..), Command::Segment(_)) => {
+                self.unanswered(&pending, edge, cx);
+                if let Some(transfer) = &mut self.transfer {
+                    transfer.mode = Mode::Segmented;
+                }
+                self.phase = Phase::Segments(Segments::from(false));
+            }
+            (Command::InitiateBlockUpload { blksize, .. }, _) => {
+                self.unanswered(&pending, edge, cx);
+                self.block_initiated(pending.at, blksize, false, None);
+            }
+            (Command::InitiateBlockDownload { .. }, _) if half.bytes[0] & 0x7F == 1 => {
+                self.unanswered(&pending, edge, cx);
+                self.block_initiated(pending.at, super::block::MOST, false, None);
+                half.command = wire::block_segment(half.bytes);
+                self.step.command = half.command;
+            }
+            _ => return self.violation_outside(&half, cx),
+        }
+        self.take(Side::Client, half, cx);
+    }
+
+    /// The next segment has this toggle bit: the frames between are not in the capture.
+    fn continue_segments(&mut self, next: bool) {
+        if let Phase::Segments(segments) = &mut self.phase {
+            (segments.toggle, segments.asked) = (next, None);
+        }
+    }
+
+    /// A new initiate request while a transfer is open. Returns whether the transfer was left in its midst.
+    fn leave_open_transfer(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
+        let Some(transfer) = &self.transfer else { return false };
+        let (last, newest, uncaptured) = (transfer.last, self.newest(transfer), transfer.mux.is_none());
+        if self.is_meant_as_data() {
+            self.recognise_unmarked(cx);
+            return false;
+        }
+        if self.leave_ended_block(cx) {
+            return false;
+        }
+        if self.all_bytes_without_last() {
+            self.find(Sdo007::NoLast, last, cx);
+        } else if !uncaptured {
+            let stalled = !within(newest, half.at, GIVEN_UP_NS);
+            if stalled {
+                self.judge_stalled_block(cx);
+            }
+            self.find(Code::Sdo008, if stalled { newest } else { half.at }, cx);
+        }
+        self.complete_before(if uncaptured { Status::Incomplete } else { Status::Failed }, cx);
+        true
+    }
+
+    /// A frame of the server while a response is expected.
+    pub(super) fn respond(&mut self, half: Half, cx: &mut Context<'_>) {
+        let Some(pending) = self.pending() else { return self.respond_unasked(half, cx) };
+        // A server may switch the protocol where the client allows it; where not, the response rather belongs to a
+        // request that was given up.
+        let unasked_switch = matches!(
+            (pending.command, half.command),
+            (Command::InitiateBlockUpload { threshold: 0, .. }, Command::UploadInitiated(..))
+        );
+        if unasked_switch && self.is_late(&half) {
+            self.late(&half, cx);
+        } else if wire::fits(&pending.command, &half.command) {
+            self.sequence.abort_may_answer = false;
+            self.step.ordinal = self.segment_ordinal(&half.command);
+            self.answer(pending, half, cx);
+        } else if !self.belongs_elsewhere(&pending, &half, cx) {
+            self.misfit(pending, half, cx);
+        }
+    }
+
+    /// A response that is not the one the pending request asks for, nor one to another request.
+    fn misfit(&mut self, pending: Half, half: Half, cx: &mut Context<'_>) {
+        let fits = wire::kind_fits(&pending.command, &half.command);
+        let edge = self.is_edge(&pending);
+        if matches!(half.command, Command::Segment(_)) && self.history.last_response == Some(half.bytes) {
+            self.step.place = Place::Outside;
+            self.find(Sdo002::Duplicate, half.at, cx);
+        } else if edge && !(strict_initiate(&pending) && fits) {
+            self.step.place = Place::Uncaptured;
+        } else if fits {
+            self.proof.begun |= edge;
+            self.step.ordinal = self.segment_ordinal(&half.command);
+            self.answer(pending, half, cx);
+        } else if self.hypotheses.are_open() {
+            self.step.place = Place::Uncaptured;
+        } else {
+            self.step.place = Place::Outside;
+            if !half.command.is_unreadable() {
+                self.find(Sdo002::NoRequest, half.at, cx);
+            }
+        }
+    }
+
+    /// A frame of the server while no response is expected.
+    pub(super) fn respond_unasked(&mut self, half: Half, cx: &mut Context<'_>) {
+        let midway = self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none());
+        if matches!(self.phase, Phase::Block(..)) && midway && half.command == Command::BlockEnded {
+            self.complete(Status::Incomplete, cx);
+            return;
+        }
+        if half.command.is_unreadable() {
+            self.step.place = Place::Outside;
+            return;
+        }
+        if let Some(stray) = self.history.stray.take()
+            && wire::kind_fits(&stray.command, &half.command)
+        {
+            self.step.place = Place::Outside;
+            return;
+        }
+        if self.is_late(&half) {
+            self.late(&half, cx);
+            return;
+        }
+        self.step.ordinal = self.segment_ordinal(&half.command);
+        if self.hypotheses.are_open() && matches!(half.command, Command::BlockAck { .. }) {
+            self.step.place = Place::Uncaptured;
+            self.join_block(&half, Direction::Download, cx);
+            return;
+        }
+        self.without_request(&half, !self.proof.begun, cx);
+    }
+
+    /// A response without its request. `first`: the request may be before the capture.
+    pub(super) fn without_request(&mut self, half: &Half, first: bool, cx: &mut Context<'_>) {
+        if !first {
+            let duplicate = self.history.last_response == Some(half.bytes);
+            self.find(if duplicate { Sdo002::Duplicate } else { Sdo002::NoRequest }, half.at, cx);
+        }
+        self.continue_without_request(half, cx);
+        self.history.released = Some(*half);
+    }
+
+    /// A response whose request is not in the capture still carries its data.
+    pub(super) fn continue_without_request(&mut self, half: &Half, cx: &mut Context<'_>) {
+        let upload = self.is_upload();
+        let Phase::Segments(segments) = &mut self.phase else { return };
+        if segments.asked.is_some() {
+            return;
+        }
+        match half.command {
+            Command::Segment(segment) if upload && segment.toggle == segments.toggle => {
+                segments.toggle = !segments.toggle;
+                self.aside(|channel| channel.add_segment(*half, segment, cx));
+            }
+            Command::SegmentResponse { toggle } if !upload && toggle == segments.toggle => {
+                // The server takes the transfer for segmented.
+                (segments.unmarked, segments.toggle) = (None, !toggle);
+                if let Some(transfer) = &mut self.transfer {
+                    transfer.data.hole = true;
+                }
+            }
+            _ => {}
+        }
+    }
+}
