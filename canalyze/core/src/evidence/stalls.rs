@@ -120,7 +120,7 @@ impl Burst {
         self.to_ns.saturating_sub(self.from_ns)
     }
 
-    /// Whether the buffer must be empty by now, of a burst that is confirmed: it fills no faster than it is emptied.
+    /// Whether the buffer is likely empty by now: it fills no faster than it is emptied.
     fn is_emptied(&self) -> bool {
         self.signs.frames > SHOWN && self.until_ns.saturating_sub(self.to_ns) > self.silence_ns()
     }
@@ -202,7 +202,7 @@ impl Stalls {
             if original {
                 burst.verdict = Verdict::Confirmed;
             }
-        } else if burst.signs.frames > KEPT {
+        } else if burst.signs.frames > KEPT || burst.is_emptied() && !burst.signs.again {
             self.end_burst();
         }
     }

@@ -167,9 +167,9 @@ fn a_live_bus_does_not_wait_long_for_what_comes_behind_a_burst() {
     let frames = [(0, 0x701), (400_000, 0x181), (400_200, 0x181), (400_400, 0x182)];
     let whens = feed(&mut recording, &frames);
     assert_eq!(recording.undecided_since(), Some(2));
-    recording.advance(whens[0].at.t_ns.unwrap() + 600_000_000);
+    recording.advance(whens.first().unwrap().at.t_ns.unwrap() + 600_000_000);
     assert_eq!(recording.undecided_since(), Some(2));
-    recording.advance(whens[0].at.t_ns.unwrap() + 700_000_000);
+    recording.advance(whens.first().unwrap().at.t_ns.unwrap() + 700_000_000);
     assert_eq!(recording.undecided_since(), None);
 }
 
