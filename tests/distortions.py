@@ -99,8 +99,8 @@ def looks_sent_late(late: Frames, gap_us: int) -> bool:
     """Whether what a stall has delayed may have been sent at the time of its stamps.
 
     Physical limit: that needs a frame that came again too soon, one of a second sender that is late by something else,
-    or frames closer to each other than they can be on a bus. Frames of one node, each CAN-ID but for emergencies
-    once, look as sent late.
+    or frames closer to each other than they can be on a bus. Frames of one node, each CAN-ID but for emergencies once,
+    look as sent late.
     """
     timed = [frame for frame in late if sender(frame) is not None]
     again = Counter(frame.can_id for frame in timed if not 0x80 < frame.can_id < 0x100)

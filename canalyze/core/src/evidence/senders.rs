@@ -107,7 +107,7 @@ impl Usual {
     /// comes less often.
     fn compare(&mut self, gap: i64, least_ns: i64) -> u32 {
         let Squeezed { burst, ns, gap_ns } = self.squeezed;
-        let longer = |gap: i64| gap > SQUEEZED * ns.max(least_ns);
+        let longer = |gap: i64| gap / SQUEEZED > ns.max(least_ns);
         self.squeezed.gap_ns = gap;
         if longer(gap) && longer(gap_ns) && gap.abs_diff(gap_ns) < gap.unsigned_abs() / 4 { burst } else { 0 }
     }
@@ -164,15 +164,19 @@ impl Senders {
         // The recorder may have lengthened it.
         let across = run.is_some_and(|run| run.unusual && again.is_none() && usual.gaps > 0);
         let short = usual.gaps > 1 && usual.gap_ns > 4 * drain_ns && gap < usual.gap_ns / 4;
-        seen.compressed = short && by_itself;
-        seen.caught_up = seen.compressed && usual.before_ns > usual.gap_ns / 4 * 5;
+        // Frames of a slow buffer are compressed less; then it needs an unusual silence to tell.
+        let squeezed = usual.gaps > 1 && run.is_some_and(|run| run.unusual) && gap / 2 < usual.gap_ns / 5;
+        seen.compressed = by_itself && usual.gap_ns > 4 * drain_ns && (short || squeezed);
+        seen.caught_up = seen.compressed && usual.before_ns > usual.gap_ns.saturating_add(usual.gap_ns / 4);
         usual.before_ns = gap;
         // A silence can have brought two frames no closer than by its length.
-        if let Some(run) = again.filter(|run| gap <= (run.to_ns - run.from_ns) / 2) {
+        if let Some(run) = again.filter(|run| gap <= run.to_ns.saturating_sub(run.from_ns) / 2) {
             // What it shows of its sender is known when the burst is.
             seen.again = by_itself && usual.gaps < KNOWN;
             if seen.again {
-                usual.squeezed = Squeezed { burst: run.number, ns: gap, gap_ns: 0 };
+                let before = Some(usual.squeezed).filter(|one| one.burst == run.number);
+                let ns = before.map_or(gap, |one| one.ns.min(gap));
+                usual.squeezed = Squeezed { burst: run.number, ns, gap_ns: 0 };
             }
             return seen;
         }
@@ -195,7 +199,7 @@ impl Senders {
 
     /// Whether a CAN-ID came in a burst closer than it does behind it, as far as one gap tells.
     pub(super) fn likely_tell_of(&self, burst: u32, least_ns: i64) -> bool {
-        let longer = |one: &Squeezed| one.burst == burst && one.gap_ns > SQUEEZED * one.ns.max(least_ns);
+        let longer = |one: &Squeezed| one.burst == burst && one.gap_ns / SQUEEZED > one.ns.max(least_ns);
         self.active.iter().any(|id| self.usual.get(*id).is_some_and(|usual| longer(&usual.squeezed)))
     }
 

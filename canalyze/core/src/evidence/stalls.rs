@@ -1,10 +1,14 @@
 //! Where the recorder stood still: silences of the whole bus behind which it lists what it kept.
 //!
 //! A recorder that stands still keeps frames in a buffer and stamps them all when it goes on. What it then lists is a
-//! *burst*: after a silence of the whole bus that is longer than any lately, frames come without a pause until the
-//! buffer is empty, and among them what should have come during the silence. Until that has shown, the burst is open. A
-//! burst that is confirmed has no times of its own: each frame may have been sent at any time since the
-//! silence began. One that is refuted was ordinary traffic.
+//! *burst*: after a silence of the whole bus frames come without a pause until the buffer is empty, and among them what
+//! should have come during the silence. Until that has shown, the burst is open. A burst that is confirmed has no times of
+//! its own: each frame may have been sent at any time since the silence began. One that is refuted was ordinary traffic.
+//!
+//! Four things show a burst ([`Signs::prove`]): senders that are late by different times, as no fault of one node makes
+//! them; a CAN-ID that comes again too soon after a late or unusual one; frames closer to each other than they can be on a
+//! bus; and, after an unusual silence, as many frames as should have come in it. At the beginning of a capture nothing is
+//! known of its CAN-IDs: a burst in which one comes again waits for the frames behind it, which tell how often it comes.
 //!
 //! It must not know what a frame means.
 
@@ -83,7 +87,8 @@ impl Signs {
     fn prove(&self, unusual: bool, usual_frames: i64) -> bool {
         let (frames, close) = (i64::from(self.frames), i64::from(self.close));
         let too_close = if unusual { close > 0 } else { close > 1 && close * 4 > (frames - 1) * 3 };
-        let apart = |(least, most): (Late, Late)| most.ns - least.ns > least.room_ns + most.room_ns;
+        let apart =
+            |(least, most): (Late, Late)| most.ns.saturating_sub(least.ns) > least.room_ns.saturating_add(most.room_ns);
         let many = unusual && frames > 2 && frames * 10 >= usual_frames.saturating_mul(6);
         let squeezed = self.caught_up || self.compressed && (unusual || self.late.is_some());
         frames > 1 && (too_close || self.late.is_some_and(apart) || squeezed || many)
@@ -115,7 +120,7 @@ impl Burst {
         self.to_ns.saturating_sub(self.from_ns)
     }
 
-    /// Whether the buffer must be empty by now, of a burst that is confirmed: it fills no faster than it is emptied.
+    /// Whether the buffer is likely empty by now: it fills no faster than it is emptied.
     fn is_emptied(&self) -> bool {
         self.signs.frames > SHOWN && self.until_ns.saturating_sub(self.to_ns) > self.silence_ns()
     }
@@ -197,7 +202,7 @@ impl Stalls {
             if original {
                 burst.verdict = Verdict::Confirmed;
             }
-        } else if burst.signs.frames > KEPT {
+        } else if burst.signs.frames > KEPT || burst.is_emptied() && !burst.signs.again {
             self.end_burst();
         }
     }

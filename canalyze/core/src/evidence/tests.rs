@@ -92,6 +92,87 @@ fn a_silence_in_which_frames_are_really_missing_is_no_stall() {
     }
 }
 
+/// Frames of a slow bus: SYNC each 50 ms with one PDO, and two heartbeats each 100 ms.
+fn slow(ms: i64) -> Vec<(i64, u16)> {
+    let cycles = (0..ms / 50).flat_map(|cycle| {
+        let at = cycle * 50_000 + 137;
+        let beats = [(at + 20_000, 0x701), (at + 37_000, 0x702)].into_iter().filter(move |_| cycle % 2 == 0);
+        [(at, 0x80), (at + 500, 0x181)].into_iter().chain(beats)
+    });
+    cycles.collect()
+}
+
+#[test]
+fn a_stall_shows_by_frames_that_are_late_by_different_times() {
+    for length in [25_000, 60_000, 300_000, 2_000_000] {
+        for apart in [20, 200, 1000] {
+            let frames = stalled(&slow(4_000), 1_000_000, 1_000_000 + length, apart);
+            let mut recording = Recording::default();
+            feed(&mut recording, &frames);
+            assert!(recording.stalled().is_some(), "{length} {apart}");
+        }
+    }
+}
+
+#[test]
+fn a_sender_that_is_late_itself_is_no_stall() {
+    // A heartbeat, and a SYNC whose PDO follows it; the next ones are on time.
+    for ids in [&[0x701][..], &[0x80, 0x181]] {
+        for late in [12_000, 15_000, 18_000] {
+            let frames = slow(4_000).into_iter().map(|(at, id)| {
+                let faulty = ids.contains(&id) && (1_000_000..1_040_000).contains(&at);
+                (at + if faulty { late } else { 0 }, id)
+            });
+            let mut frames: Vec<_> = frames.collect();
+            frames.sort_unstable();
+            let mut recording = Recording::default();
+            feed(&mut recording, &frames);
+            recording.settle();
+            assert_eq!(recording.stalled(), None, "{ids:?} {late}");
+        }
+    }
+}
+
+#[test]
+fn a_stall_at_the_beginning_shows_by_the_frames_behind_it() {
+    for length in [30_000, 100_000, 600_000, 2_000_000] {
+        for apart in [20, 200, 1000] {
+            let frames = stalled(&cyclic(4_000), 200, length, apart);
+            let mut recording = Recording::default();
+            feed(&mut recording, &frames);
+            assert!(recording.stalled().is_some(), "{length} {apart}");
+            assert_eq!(recording.undecided_since(), None, "{length} {apart}");
+        }
+    }
+}
+
+#[test]
+fn a_pdo_sent_twice_at_the_beginning_is_no_stall() {
+    // After a boot-up and a silence one PDO comes twice; behind it it comes unevenly, and many others do.
+    let mut frames = vec![(0, 0x701), (400_000, 0x605), (400_300, 0x585), (400_700, 0x181), (401_700, 0x181)];
+    let mut at = 401_700;
+    for (n, gap) in (0..100).zip([12_000, 35_000, 50_000, 20_000, 80_000].into_iter().cycle()) {
+        at += gap;
+        frames.extend([(at, 0x181), (at + 2_000 + n, 0x605), (at + 2_400 + n, 0x585)]);
+    }
+    let mut recording = Recording::default();
+    feed(&mut recording, &frames);
+    assert_eq!(recording.undecided_since(), None);
+    assert_eq!(recording.stalled(), None);
+}
+
+#[test]
+fn a_live_bus_does_not_wait_long_for_what_comes_behind_a_burst() {
+    let mut recording = Recording::default();
+    let frames = [(0, 0x701), (400_000, 0x181), (400_200, 0x181), (400_400, 0x182)];
+    let whens = feed(&mut recording, &frames);
+    assert_eq!(recording.undecided_since(), Some(2));
+    recording.advance(whens.first().unwrap().at.t_ns.unwrap() + 600_000_000);
+    assert_eq!(recording.undecided_since(), Some(2));
+    recording.advance(whens.first().unwrap().at.t_ns.unwrap() + 700_000_000);
+    assert_eq!(recording.undecided_since(), None);
+}
+
 #[test]
 fn frames_captured_twice_are_duplicates_at_any_distance() {
     for apart in [1, 100, 800, 2_000, 5_000, 8_000] {
