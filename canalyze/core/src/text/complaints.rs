@@ -4,7 +4,7 @@
 //! One line each, with file and line. File names and buses come from outside: they are escaped.
 
 use super::digits::put;
-use super::{Lang, en, escape, findings, zh};
+use super::{Lang, escape, findings, losses};
 use crate::finding::Finding;
 use crate::readers::{Place, Unreadable};
 use crate::writers::loss::Loss;
@@ -158,10 +158,7 @@ pub fn lost(lang: Lang, file: &[u8], loss: Loss, count: u64) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
     put!(&mut out; ": ");
-    match lang {
-        Lang::Zh => zh::losses::loss(&mut out, loss, count),
-        Lang::En => en::losses::loss(&mut out, loss, count),
-    }
+    losses::loss(&mut out, lang, loss, count);
     String::from_utf8_lossy(&out).into_owned()
 }
 

@@ -3,7 +3,9 @@
 //! The order of words is the same in both languages, so their words stand side by side. Must not: lay out a report.
 
 use super::digits::{Hex, put};
-use super::{Lang, escape, findings, terms, value};
+use super::object::pdo_of;
+use super::value::{self, Size};
+use super::{Lang, escape, findings, terms};
 use crate::diff::course::{Deed, Kind, Moved, Service};
 use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
 use crate::frame::{CanId, FrameRef};
@@ -159,10 +161,9 @@ fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &Moved) {
         Direction::Download => lang.pick("SDO下载", "SDO download"),
     });
     if let Some(mux) = moved.mux {
-        put!(out; " ");
-        value::object(out, mux);
+        put!(out; " ", mux);
         value::name(out, lang, mux, moved.described.as_deref());
-        value::pdo_of(out, mux);
+        pdo_of(out, mux);
     }
 }
 
@@ -200,12 +201,12 @@ pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
             for (place, word) in words.iter().enumerate() {
                 put!(out; if place > 0 { ", " } else { "" });
                 let mux = Mux { index: (word >> 16) as u16, sub: (word >> 8) as u8 };
-                value::object(out, mux);
+                put!(out; mux);
                 value::name(out, lang, mux, None);
                 put!(out; " (", word & 0xFF, lang.pick("位)", if word & 0xFF == 1 { " bit)" } else { " bits)" }));
             }
         }
-        Shows::Length(bytes) => value::size(out, lang, u64::from(*bytes)),
+        Shows::Length(bytes) => put!(out; Size(lang, u64::from(*bytes))),
         Shows::Finding(finding) => {
             put!(out; finding.code.rule().id, " ");
             findings::placed(out, lang, finding, finding.at.no);
@@ -284,9 +285,7 @@ fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &Moved) {
                 _ => value::value(out, lang, None, &moved.kept, moved.size),
             }
             if !whole {
-                put!(out; " (");
-                value::size(out, lang, moved.size);
-                put!(out; ", FNV-1a ", Hex::<16>(moved.digest), ")");
+                put!(out; " (", Size(lang, moved.size), ", FNV-1a ", Hex::<16>(moved.digest), ")");
             }
         }
         Status::Aborted => {

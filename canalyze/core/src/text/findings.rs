@@ -5,7 +5,8 @@
 use std::collections::BTreeMap;
 
 use super::digits::put;
-use super::{Lang, escape, sentence, value};
+use super::object::pdo_of;
+use super::{Lang, escape, sentence};
 use crate::finding::{Code, Facts, Finding, Measured, Quantity, Said, Severity};
 
 /// The word for a severity.
@@ -67,8 +68,8 @@ fn subject(out: &mut Vec<u8>, lang: Lang, finding: &Finding, measured: Option<&M
     }
     let named = measured.is_some_and(|all| all.facts().any(|(_, fact)| matches!(fact, Quantity::Object(_))));
     if let Some(object) = finding.object.filter(|_| !named) {
-        value::object(out, object);
-        value::pdo_of(out, object);
+        put!(out; object);
+        pdo_of(out, object);
         put!(out; " ");
     }
     if finding.node.is_some() {

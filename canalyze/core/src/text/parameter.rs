@@ -1,8 +1,8 @@
 //! What the numbers in a PDO's parameters say (CiA 301, 7.5.2.35 to .38): the identifier and its flags, the
 //! transmission type, the mapped object. Appended behind the number, so that a configuration can be read line by line.
 
+use super::Lang;
 use super::digits::{Hex, put};
-use super::{Lang, value};
 use crate::services::pdo::mapping::decode_entry;
 use crate::services::sdo::wire::Mux;
 
@@ -53,9 +53,7 @@ fn entry(out: &mut Vec<u8>, lang: Lang, word: u32) {
     if word == 0 {
         return;
     }
-    put!(out; " (");
-    value::object(out, Mux { index, sub });
-    put!(out; ", ", bits, match (lang, bits) {
+    put!(out; " (", Mux { index, sub }, ", ", bits, match (lang, bits) {
         (Lang::Zh, _) => "位)",
         (Lang::En, 1) => " bit)",
         (Lang::En, _) => " bits)",

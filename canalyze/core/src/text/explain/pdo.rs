@@ -1,6 +1,6 @@
 //! The breakdown of a PDO: COB-ID, parameters, and each mapped object bit by bit.
 
-use super::{cob_id, data, say};
+use super::{cob_id, data};
 use crate::cob_id::Role;
 use crate::configuration::Provenance;
 use crate::event::{ProcessData, Signals};
@@ -24,7 +24,7 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, pdo: &ProcessData, frame: &Fr
 
 /// From where the mapping is known.
 fn provenance(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
-    put!(out; say(lang, "#   映射来源: ", "#   mapping known from: "));
+    put!(out; lang.pick("#   映射来源: ", "#   mapping known from: "));
     match (lang, from) {
         (Lang::Zh, Provenance::Observed(frame)) => put!(out; "记录中的SDO, 到第", frame, "帧为止"),
         (Lang::En, Provenance::Observed(frame)) => put!(out; "SDO in the capture, up to frame ", frame),
@@ -35,8 +35,8 @@ fn provenance(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
         (Lang::Zh, Provenance::Option) => put!(out; "选项"),
         (Lang::En, Provenance::Option) => put!(out; "an option"),
         (_, Provenance::Dcf) => put!(out; "DCF"),
-        (_, Provenance::Eds) => put!(out; say(lang, "EDS默认值", "the EDS's defaults")),
-        (_, Provenance::Default) => put!(out; say(lang, "预定义连接集", "the pre-defined connection set")),
+        (_, Provenance::Eds) => put!(out; lang.pick("EDS默认值", "the EDS's defaults")),
+        (_, Provenance::Default) => put!(out; lang.pick("预定义连接集", "the pre-defined connection set")),
     }
     put!(out; "\n");
 }

@@ -1,17 +1,17 @@
 //! The breakdown of an SDO frame: COB-ID, each bit group of the command byte, multiplexor, data, as the notes'
 //! explanation chapters give it.
 //!
-//! Both languages stand side by side. What the frame means to its transfer comes in `Step`; nothing is decided
-//! here.
+//! What the frame means to its transfer comes in `Step`; nothing is decided here.
 
-use super::{cob_id, line, say};
+use super::{cob_id, line};
 use crate::cob_id::Role;
 use crate::event::Step;
 use crate::frame::Frame;
 use crate::services::sdo::transfer::{Mode, Status, Transfer};
 use crate::services::sdo::wire::{Command, Initiate, Mux, Segment, Side};
 use crate::text::digits::{Bin, Hex, Nibbles, Put, Spaced, put};
-use crate::text::{Lang, escape, terms, value};
+use crate::text::value::Size;
+use crate::text::{Lang, escape, terms};
 
 /// Most segments whose joining is spelled out.
 const PIECES: usize = 8;
@@ -67,19 +67,19 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
             block_size(out, lang, blksize);
             let zh = "  协议切换阈值pst (0: 不允许切换) = ";
             let en = "  protocol switch threshold pst (0: no switch) = ";
-            line!(out; Hex::<2>(u64::from(threshold)), say(lang, zh, en), threshold);
+            line!(out; Hex::<2>(u64::from(threshold)), lang.pick(zh, en), threshold);
             padding(out, lang, rest.get(5..).unwrap_or(&[]));
         }
         Command::BlockAck { ackseq, blksize } => {
             let zh = "  确认序号ackseq: 按顺序收到的最后一段 = ";
             let en = "  ackseq: last segment received in sequence = ";
-            line!(out; Hex::<2>(u64::from(ackseq)), say(lang, zh, en), ackseq);
+            line!(out; Hex::<2>(u64::from(ackseq)), lang.pick(zh, en), ackseq);
             block_size(out, lang, blksize);
             padding(out, lang, rest.get(2..).unwrap_or(&[]));
         }
         Command::EndBlock { crc, .. } => {
             let [low, high] = crc.to_le_bytes();
-            let what = say(lang, "  CRC (小端格式) = ", "  CRC (little-endian) = ");
+            let what = lang.pick("  CRC (小端格式) = ", "  CRC (little-endian) = ");
             line!(out; Spaced(&[low, high]), what, Hex::<4>(u64::from(crc)), "h");
             padding(out, lang, rest.get(2..).unwrap_or(&[]));
         }
@@ -87,18 +87,18 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
         Command::Abort(mux, code) => {
             multiplexor(out, lang, mux);
             let meaning = terms::abort_code(lang, code);
-            let what = say(lang, "  中止码 (小端格式) = ", "  abort code (little-endian) = ");
+            let what = lang.pick("  中止码 (小端格式) = ", "  abort code (little-endian) = ");
             line!(
                 out;
                 Spaced(&code.to_le_bytes()), what, Hex::<8>(u64::from(code)), "h ",
-                meaning.unwrap_or(say(lang, "保留/未知", "reserved or unknown"))
+                meaning.unwrap_or(lang.pick("保留/未知", "reserved or unknown"))
             );
         }
         Command::Unknown(_) => super::data(out, lang, &rest),
         Command::Truncated(_) => super::data(out, lang, frame.payload().get(1..).unwrap_or(&[])),
     }
     if frame.len != 8 {
-        line!(out; say(lang, "长度(字节)=", "length (bytes)="), frame.len, say(lang, ", 应为8", ", shall be 8"));
+        line!(out; lang.pick("长度(字节)=", "length (bytes)="), frame.len, lang.pick(", 应为8", ", shall be 8"));
     }
     if let Some(transfer) = &step.result {
         joined(out, lang, transfer);
@@ -115,13 +115,13 @@ fn command_byte(out: &mut Vec<u8>, lang: Lang, command: u8, groups: &[Bits]) {
         let count = bits.high.saturating_sub(bits.low) + 1;
         let value = command >> bits.low & (0xFF_u16 >> (8 - count)) as u8;
         if count == 1 {
-            put!(out; say(lang, "位", "bit "), bits.low, ": ", value);
+            put!(out; lang.pick("位", "bit "), bits.low, ": ", value);
         } else {
-            put!(out; say(lang, "位", "bits "), bits.high, "-", bits.low, ": ");
+            put!(out; lang.pick("位", "bits "), bits.high, "-", bits.low, ": ");
             BinOf(value, count).put(out);
             put!(out; "b");
         }
-        let words = say(lang, bits.zh, bits.en);
+        let words = lang.pick(bits.zh, bits.en);
         match words.split_once("{}") {
             None => put!(out; " ", words),
             Some((before, after)) => put!(out; before, value, after),
@@ -266,12 +266,12 @@ fn groups(step: &Step) -> Vec<Bits> {
 
 fn multiplexor(out: &mut Vec<u8>, lang: Lang, mux: Mux) {
     let [low, high] = mux.index.to_le_bytes();
-    put!(out; "#   ", Spaced(&[low, high]), say(lang, "  索引 ", "  index "), Hex::<4>(u64::from(mux.index)), "h");
+    put!(out; "#   ", Spaced(&[low, high]), lang.pick("  索引 ", "  index "), Hex::<4>(u64::from(mux.index)), "h");
     if let Some(name) = terms::object_name(lang, mux.index, 0) {
         put!(out; " ", name);
     }
-    put!(out; say(lang, " (小端格式: 低字节在前)\n", " (little-endian: low byte first)\n"));
-    line!(out; Hex::<2>(u64::from(mux.sub)), say(lang, "  子索引 ", "  sub-index "), mux.sub);
+    put!(out; lang.pick(" (小端格式: 低字节在前)\n", " (little-endian: low byte first)\n"));
+    line!(out; Hex::<2>(u64::from(mux.sub)), lang.pick("  子索引 ", "  sub-index "), mux.sub);
 }
 
 fn initiate(out: &mut Vec<u8>, lang: Lang, i: Initiate, len: u8) {
@@ -287,15 +287,14 @@ fn initiate(out: &mut Vec<u8>, lang: Lang, i: Initiate, len: u8) {
 }
 
 fn data_size(out: &mut Vec<u8>, lang: Lang, size: u32) {
-    put!(out; "#   ", Spaced(&size.to_le_bytes()), say(lang, "  数据长度 = ", "  data size = "));
-    value::size(out, lang, u64::from(size));
-    put!(out; " (", Hex::<8>(u64::from(size)), say(lang, "h, 小端格式)\n", "h, little-endian)\n"));
+    put!(out; "#   ", Spaced(&size.to_le_bytes()), lang.pick("  数据长度 = ", "  data size = "));
+    put!(out; Size(lang, u64::from(size)), " (", Hex::<8>(u64::from(size)), lang.pick("h, 小端格式)\n", "h, little-endian)\n"));
 }
 
 fn block_size(out: &mut Vec<u8>, lang: Lang, blksize: u8) {
     let zh = "  块大小blksize: 下一子块的段数 = ";
     let en = "  blksize: segments in the next sub-block = ";
-    line!(out; Hex::<2>(u64::from(blksize)), say(lang, zh, en), blksize);
+    line!(out; Hex::<2>(u64::from(blksize)), lang.pick(zh, en), blksize);
 }
 
 fn padding(out: &mut Vec<u8>, lang: Lang, bytes: &[u8]) {
@@ -303,13 +302,11 @@ fn padding(out: &mut Vec<u8>, lang: Lang, bytes: &[u8]) {
         return;
     }
     let zero = bytes.iter().all(|byte| *byte == 0);
-    let what = match (lang, zero) {
-        (Lang::Zh, true) => "  填充字节, 保留",
-        (Lang::Zh, false) => "  保留, 应为0",
-        (Lang::En, true) => "  padding, reserved",
-        (Lang::En, false) => "  reserved, shall be 0",
-    };
-    line!(out; Spaced(bytes), what);
+    line!(out; Spaced(bytes), if zero {
+        lang.pick("  填充字节, 保留", "  padding, reserved")
+    } else {
+        lang.pick("  保留, 应为0", "  reserved, shall be 0")
+    });
 }
 
 /// `64 65  数据 "de"     00 00 00 00 00  未使用(5字节)`
@@ -317,7 +314,7 @@ fn segment_data(out: &mut Vec<u8>, lang: Lang, bytes: &[u8], carried: usize) {
     let (data, unused) = bytes.split_at_checked(carried).unwrap_or((bytes, &[]));
     put!(out; "#   ");
     if !data.is_empty() {
-        put!(out; Spaced(data), say(lang, "  数据", "  data"));
+        put!(out; Spaced(data), lang.pick("  数据", "  data"));
         if data.iter().all(|byte| (0x20..0x7F).contains(byte)) {
             put!(out; " \"");
             escape::terminal(out, data);
@@ -328,9 +325,7 @@ fn segment_data(out: &mut Vec<u8>, lang: Lang, bytes: &[u8], carried: usize) {
         if !data.is_empty() {
             put!(out; "     ");
         }
-        put!(out; Spaced(unused), say(lang, "  未使用(", "  unused ("));
-        value::size(out, lang, unused.len() as u64);
-        put!(out; ")");
+        put!(out; Spaced(unused), lang.pick("  未使用(", "  unused ("), Size(lang, unused.len() as u64), ")");
     }
     put!(out; "\n");
 }
@@ -345,7 +340,7 @@ fn joined(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     if !text || !transfer.even || pieces.len() > PIECES || transfer.kept.len() as u64 != transfer.size {
         return;
     }
-    put!(out; "#   ", say(lang, "数据拼接结果: ", "data joined: "));
+    put!(out; "#   ", lang.pick("数据拼接结果: ", "data joined: "));
     for (no, piece) in pieces.enumerate() {
         put!(out; if no > 0 { " + \"" } else { "\"" });
         escape::terminal(out, piece);
@@ -353,7 +348,5 @@ fn joined(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     }
     put!(out; " = \"");
     escape::terminal(out, &transfer.kept);
-    put!(out; "\" (");
-    value::size(out, lang, transfer.size);
-    put!(out; ")\n");
+    put!(out; "\" (", Size(lang, transfer.size), ")\n");
 }
