@@ -2,10 +2,10 @@
 //!
 //! The order of words is the same in both languages, so their words stand side by side. Must not: lay out a report.
 
-use super::digits::{Hex, put};
+use super::digits::{Hex, Padded, Spaced, put};
 use super::object::pdo_of;
 use super::value::{self, Size};
-use super::{Lang, escape, findings, terms};
+use super::{Lang, escape, findings, say, terms};
 use crate::diff::course::{Deed, Kind, Moved, Service};
 use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
 use crate::frame::{CanId, FrameRef};
@@ -228,7 +228,7 @@ fn time(out: &mut Vec<u8>, ns: i64) {
     let us = ns.unsigned_abs() / 1000;
     put!(out; us / 1000);
     if !us.is_multiple_of(1000) {
-        put!(out; ".", super::digits::Padded::<3>(us % 1000));
+        put!(out; ".", Padded::<3>(us % 1000));
         while out.last() == Some(&b'0') {
             out.pop();
         }
@@ -264,7 +264,7 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, deed: &Deed) {
             if let Some(word) = terms::lss::command(lang, specifier) {
                 put!(out; word, " ");
             }
-            put!(out; super::digits::Spaced(bytes));
+            put!(out; Spaced(bytes));
         }
     }
 }
@@ -321,5 +321,5 @@ pub fn node(out: &mut Vec<u8>, lang: Lang, node: u8) {
 
 /// How often the same difference comes.
 pub fn times(out: &mut Vec<u8>, lang: Lang, count: u64) {
-    put!(out; lang.pick(" (共", " ("), count, lang.pick("次)", " times)"));
+    say!(out, lang; zh: " (共", count, "次)"; en: " (", count, " times)");
 }

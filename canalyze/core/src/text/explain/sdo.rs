@@ -11,7 +11,7 @@ use crate::services::sdo::transfer::{Mode, Status, Transfer};
 use crate::services::sdo::wire::{Command, Initiate, Mux, Segment, Side};
 use crate::text::digits::{Bin, Hex, Nibbles, Put, Spaced, put};
 use crate::text::value::Size;
-use crate::text::{Lang, escape, terms};
+use crate::text::{Lang, escape, say, terms};
 
 /// Most segments whose joining is spelled out.
 const PIECES: usize = 8;
@@ -65,15 +65,17 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
         Command::InitiateBlockUpload { mux, blksize, threshold, .. } => {
             multiplexor(out, lang, mux);
             block_size(out, lang, blksize);
-            let zh = "  协议切换阈值pst (0: 不允许切换) = ";
-            let en = "  protocol switch threshold pst (0: no switch) = ";
-            line!(out; Hex::<2>(u64::from(threshold)), lang.pick(zh, en), threshold);
+            put!(out; "#   ", Hex::<2>(u64::from(threshold)));
+            say!(out, lang;
+                zh: "  协议切换阈值pst (0: 不允许切换) = ", threshold, "\n";
+                en: "  protocol switch threshold pst (0: no switch) = ", threshold, "\n");
             padding(out, lang, rest.get(5..).unwrap_or(&[]));
         }
         Command::BlockAck { ackseq, blksize } => {
-            let zh = "  确认序号ackseq: 按顺序收到的最后一段 = ";
-            let en = "  ackseq: last segment received in sequence = ";
-            line!(out; Hex::<2>(u64::from(ackseq)), lang.pick(zh, en), ackseq);
+            put!(out; "#   ", Hex::<2>(u64::from(ackseq)));
+            say!(out, lang;
+                zh: "  确认序号ackseq: 按顺序收到的最后一段 = ", ackseq, "\n";
+                en: "  ackseq: last segment received in sequence = ", ackseq, "\n");
             block_size(out, lang, blksize);
             padding(out, lang, rest.get(2..).unwrap_or(&[]));
         }
@@ -292,9 +294,10 @@ fn data_size(out: &mut Vec<u8>, lang: Lang, size: u32) {
 }
 
 fn block_size(out: &mut Vec<u8>, lang: Lang, blksize: u8) {
-    let zh = "  块大小blksize: 下一子块的段数 = ";
-    let en = "  blksize: segments in the next sub-block = ";
-    line!(out; Hex::<2>(u64::from(blksize)), lang.pick(zh, en), blksize);
+    put!(out; "#   ", Hex::<2>(u64::from(blksize)));
+    say!(out, lang;
+        zh: "  块大小blksize: 下一子块的段数 = ", blksize, "\n";
+        en: "  blksize: segments in the next sub-block = ", blksize, "\n");
 }
 
 fn padding(out: &mut Vec<u8>, lang: Lang, bytes: &[u8]) {

@@ -30,9 +30,10 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
     match *message {
         Message::Nmt { command, node } => node_control(out, lang, command, node),
         Message::Sync { counter: Some(counter) } => {
-            let zh = "  同步计数器 (1019h不为0时才有) = ";
-            let en = "  synchronous counter (only where 1019h is not 0) = ";
-            line!(out; Hex::<2>(u64::from(counter)), lang.pick(zh, en), counter);
+            put!(out; "#   ", Hex::<2>(u64::from(counter)));
+            say!(out, lang;
+                zh: "  同步计数器 (1019h不为0时才有) = ", counter, "\n";
+                en: "  synchronous counter (only where 1019h is not 0) = ", counter, "\n");
         }
         Message::Sync { counter: None } => {
             line!(out; lang.pick("无数据: 不带同步计数器 (1019h = 0)", "no data: no synchronous counter (1019h = 0)"));
@@ -48,8 +49,9 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
             multiplexed(out, lang, &content);
         }
         Message::PdoRequest { .. } | Message::GuardingRequest { .. } => {
-            let zh = "远程帧: 无数据, 请求长度(字节)=";
-            line!(out; lang.pick(zh, "remote frame: no data, requested length (bytes)="), frame.len);
+            say!(out, lang;
+                zh: "#   远程帧: 无数据, 请求长度(字节)=", frame.len, "\n";
+                en: "#   remote frame: no data, requested length (bytes)=", frame.len, "\n");
         }
         Message::BootUp { .. } => error_control(out, lang, 0, false),
         Message::Heartbeat { state, toggle, .. } => error_control(out, lang, state, toggle),
@@ -258,9 +260,10 @@ fn lss(out: &mut Vec<u8>, lang: Lang, message: &Message, command: Command, frame
         Command::Confirmation { of, error, specific } => {
             let word = terms::lss::error(lang, of, error).unwrap_or(unknown);
             line!(out; Hex::<2>(u64::from(error)), lang.pick("  错误码: ", "  error code: "), word);
-            let zh = "  特定错误码 (错误码为FFh时有效)";
-            let en = "  specific error code (valid where the error code is FFh)";
-            line!(out; Hex::<2>(u64::from(specific)), lang.pick(zh, en));
+            put!(out; "#   ", Hex::<2>(u64::from(specific)));
+            say!(out, lang;
+                zh: "  特定错误码 (错误码为FFh时有效)\n";
+                en: "  specific error code (valid where the error code is FFh)\n");
             reserved(out, lang, &[c, d, e, f, g]);
         }
         Command::ActivateBitTiming { delay } => {
@@ -346,8 +349,10 @@ fn errors(out: &mut Vec<u8>, lang: Lang, frame: &Frame) {
     }
     let [arbitration, controller, protocol, location, transceiver, ..] = frame.head();
     if class & error_frame::LOST_ARBITRATION != 0 {
-        let zh = "  仲裁丢失的位 (0未指明) = ";
-        line!(out; "d0: ", Hex::<2>(u64::from(arbitration)), lang.pick(zh, "  lost at bit (0 unspecified) = "), arbitration);
+        put!(out; "#   d0: ", Hex::<2>(u64::from(arbitration)));
+        say!(out, lang;
+            zh: "  仲裁丢失的位 (0未指明) = ", arbitration, "\n";
+            en: "  lost at bit (0 unspecified) = ", arbitration, "\n");
     }
     if class & error_frame::CONTROLLER != 0 {
         detail(out, lang, "d1: ", controller, terms::error_frame::CONTROLLER);
