@@ -4,6 +4,7 @@
 //! The layout is one and only the words differ: they stand in [`Lang::pick`]. A new service gets its arm in
 //! `services::message`. Must not decide anything.
 
+pub mod lss;
 pub mod mapping;
 pub mod pdo;
 pub mod sdo;
@@ -118,4 +119,14 @@ pub fn reserved(out: &mut Vec<u8>, lang: Lang, bytes: &[u8]) {
     if !bytes.is_empty() {
         line!(out; Spaced(bytes), lang.pick("  保留", "  reserved"));
     }
+}
+
+/// `#   0A  节点ID 0Ah (10)`.
+pub fn node_id(out: &mut Vec<u8>, lang: Lang, node: u8) {
+    let hex = Hex::<2>(u64::from(node));
+    put!(out; "#   ", hex, lang.pick("  节点ID ", "  node-ID "), hex, "h (", node, ")");
+    if node > 127 {
+        put!(out; lang.pick(" 无效", " invalid"));
+    }
+    put!(out; "\n");
 }

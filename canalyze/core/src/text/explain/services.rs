@@ -1,10 +1,9 @@
-//! The breakdown of every service but SDO: after the COB-ID, each field with its bytes, in the order of the frame.
+//! The breakdown of every service but SDO and LSS: after the COB-ID, each field with its bytes, in the order of the frame.
 
-use super::{cob_id, data, line, reserved};
+use super::{cob_id, data, line, node_id, reserved};
 use crate::cob_id::Role;
 use crate::frame::Frame;
 use crate::message::Message;
-use crate::services::lss::{BIT_CHECK_ANY, Command, Part, bit_rate};
 use crate::services::pdo::{Multiplexed, communication_parameter, mapping_parameter};
 use crate::services::{error_frame, usdo};
 use crate::text::digits::{Bin, Hex, Nibbles, Spaced, put};
@@ -55,7 +54,7 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
         }
         Message::BootUp { .. } => error_control(out, lang, 0, false),
         Message::Heartbeat { state, toggle, .. } => error_control(out, lang, state, toggle),
-        Message::Lss { command, .. } => lss(out, lang, message, command, frame),
+        Message::Lss { from_master, command } => super::lss::command(out, lang, from_master, command, frame),
         Message::FlyingMaster { master: Some((priority, node)), .. } => {
             line!(out; Hex::<2>(u64::from(priority)), lang.pick("  优先级 (0最高) = ", "  priority (0 is the highest) = "), priority);
             node_id(out, lang, node);
@@ -104,16 +103,6 @@ fn role(message: &Message) -> Role {
 fn phrase(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
     put!(out; "#   ");
     words::message(out, lang, Depth::Default, message, frame);
-    put!(out; "\n");
-}
-
-/// `#   0A  节点ID 0Ah (10)`.
-fn node_id(out: &mut Vec<u8>, lang: Lang, node: u8) {
-    let hex = Hex::<2>(u64::from(node));
-    put!(out; "#   ", hex, lang.pick("  节点ID ", "  node-ID "), hex, "h (", node, ")");
-    if node > 127 {
-        put!(out; lang.pick(" 无效", " invalid"));
-    }
     put!(out; "\n");
 }
 
@@ -203,102 +192,6 @@ fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed) {
     object(out, lang, content.index, content.sub);
     put!(out; "#   ", Spaced(&content.data), lang.pick("  数据(4字节) = ", "  data (4 bytes) = "));
     put!(out; u32::from_le_bytes(content.data), lang.pick(" (小端格式)\n", " (little-endian)\n"));
-}
-
-/// The command byte with the brief phrase, then each field.
-fn lss(out: &mut Vec<u8>, lang: Lang, message: &Message, command: Command, frame: &Frame) {
-    let [cs, a, b, c, d, e, f, g] = frame.head();
-    put!(out; "#   ", Hex::<2>(u64::from(cs)), lang.pick("  命令字: ", "  command specifier: "));
-    words::message(out, lang, Depth::Brief, message, frame);
-    put!(out; "\n");
-    let unknown = lang.pick("未知", "unknown");
-    match command {
-        Command::SwitchGlobal { mode } => {
-            let word = match mode {
-                0 => lang.pick("等待状态", "waiting state"),
-                1 => lang.pick("配置状态", "configuration state"),
-                _ => lang.pick("保留", "reserved"),
-            };
-            line!(out; Hex::<2>(u64::from(mode)), lang.pick("  模式: ", "  mode: "), word);
-            reserved(out, lang, &[b, c, d, e, f, g]);
-        }
-        Command::SwitchSelective { part, value } | Command::InquireResponse { part, value } => {
-            number(out, lang, terms::lss::part(lang, part), value);
-            reserved(out, lang, &[e, f, g]);
-        }
-        Command::Identify { bound, value } => {
-            number(out, lang, terms::lss::bound(lang, bound), value);
-            reserved(out, lang, &[e, f, g]);
-        }
-        Command::ConfigureNodeId { node: 0xFF } | Command::InquireNodeIdResponse { node: 0xFF } => {
-            line!(out; "FF", lang.pick("  节点ID FFh: 未配置", "  node-ID FFh: unconfigured"));
-            reserved(out, lang, &[b, c, d, e, f, g]);
-        }
-        Command::ConfigureNodeId { node } | Command::InquireNodeIdResponse { node } => {
-            node_id(out, lang, node);
-            reserved(out, lang, &[b, c, d, e, f, g]);
-        }
-        Command::ConfigureBitTiming { selector, index } => {
-            let table = if selector == 0 {
-                lang.pick("CiA位定时表", "CiA bit timing table")
-            } else if selector < 128 {
-                lang.pick("保留的位定时表", "reserved bit timing table")
-            } else {
-                lang.pick("制造商定义的位定时表", "manufacturer-specific bit timing table")
-            };
-            line!(out; Hex::<2>(u64::from(selector)), lang.pick("  表选择: ", "  table selector: "), table);
-            put!(out; "#   ", Hex::<2>(u64::from(index)), lang.pick("  表内序号: ", "  table index: "), index);
-            match bit_rate(index).filter(|_| selector == 0) {
-                Some(rate) => put!(out; " = ", rate, " kbit/s"),
-                None if selector != 0 => {}
-                None if index == 9 => put!(out; lang.pick(" = 自动检测", " = automatic detection")),
-                None => put!(out; lang.pick(" = 保留", " = reserved")),
-            }
-            put!(out; "\n");
-            reserved(out, lang, &[c, d, e, f, g]);
-        }
-        Command::Confirmation { of, error, specific } => {
-            let word = terms::lss::error(lang, of, error).unwrap_or(unknown);
-            line!(out; Hex::<2>(u64::from(error)), lang.pick("  错误码: ", "  error code: "), word);
-            put!(out; "#   ", Hex::<2>(u64::from(specific)));
-            say!(out, lang;
-                zh: "  特定错误码 (错误码为FFh时有效)\n";
-                en: "  specific error code (valid where the error code is FFh)\n");
-            reserved(out, lang, &[c, d, e, f, g]);
-        }
-        Command::ActivateBitTiming { delay } => {
-            put!(out; "#   ", Spaced(&[a, b]), lang.pick("  切换延迟 ", "  switch delay "), Hex::<4>(u64::from(delay)));
-            put!(out; "h = ", delay, lang.pick("ms (小端格式)\n", " ms (little-endian)\n"));
-            reserved(out, lang, &[c, d, e, f, g]);
-        }
-        Command::Fastscan { id_number, bit_check, sub, next } => {
-            number(out, lang, "IDNumber", id_number);
-            put!(out; "#   ", Hex::<2>(u64::from(bit_check)), "  BitCheck: ");
-            match bit_check {
-                BIT_CHECK_ANY => put!(out; lang.pick("询问是否有未配置的从站", "is there any non-configured slave?")),
-                32.. => put!(out; lang.pick("无效", "invalid")),
-                _ => put!(out; lang.pick("比较位31-", "compare bits 31-"), bit_check),
-            }
-            put!(out; "\n");
-            let part = |number| Part::from_number(number).map_or(unknown, |part| terms::lss::part(lang, part));
-            line!(out; Hex::<2>(u64::from(sub)), "  LSSSub: ", part(sub));
-            line!(out; Hex::<2>(u64::from(next)), "  LSSNext: ", part(next));
-        }
-        Command::SwitchSelectiveResponse
-        | Command::Store
-        | Command::IdentifyNonConfigured
-        | Command::IdentifySlave
-        | Command::IdentifyNonConfiguredSlave
-        | Command::Inquire { .. }
-        | Command::InquireNodeId => reserved(out, lang, &[a, b, c, d, e, f, g]),
-        Command::Unknown(_) => data(out, lang, &[a, b, c, d, e, f, g]),
-    }
-}
-
-/// `#   78 56 34 12  制造商ID 12345678h (小端格式)`.
-fn number(out: &mut Vec<u8>, lang: Lang, name: &'static str, value: u32) {
-    put!(out; "#   ", Spaced(&value.to_le_bytes()), "  ", name, " ", Hex::<8>(u64::from(value)));
-    put!(out; lang.pick("h (小端格式)\n", "h (little-endian)\n"));
 }
 
 fn usdo_header(out: &mut Vec<u8>, lang: Lang, destination: u8, command: u8, payload: &[u8]) {

@@ -28,10 +28,7 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
     let full = depth != Depth::Brief;
     match *message {
         Message::Pdo { transmit, number, node } => {
-            put!(out; Pdo { lang, transmit, number, node });
-            if full {
-                put!(out; ": ", Size(lang, frame.len.into()));
-            }
+            pdo::undecoded(out, lang, full, Pdo { lang, transmit, number, node }, frame.len);
         }
         Message::Mpdo { transmit, number, node, content } => {
             put!(out; Pdo { lang, transmit, number, node });
@@ -65,12 +62,7 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
             }
         }
         Message::Nmt { command, node } => nmt::node_control(out, lang, full, command, node),
-        Message::Time { ms, days, reserved } => {
-            put!(out; Named(lang, Role::Time));
-            if full {
-                time::content(out, lang, ms, days, reserved);
-            }
-        }
+        Message::Time { ms, days, reserved } => time::time_of_day(out, lang, full, ms, days, reserved),
         Message::Lss { from_master, command } => lss::command(out, lang, full, from_master, command),
         Message::Srdo { number, inverted, valid } => {
             put!(out; Named(lang, Role::Srdo { number, inverted }));

@@ -48,6 +48,14 @@ pub fn multiplex(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &Addressed) 
     }
 }
 
+/// A PDO of which only its length is said.
+pub fn undecoded(out: &mut Vec<u8>, lang: Lang, full: bool, pdo: Pdo, len: u8) {
+    put!(out; pdo);
+    if full {
+        put!(out; ": ", Size(lang, len.into()));
+    }
+}
+
 /// A remote request for a PDO; `len`: the length that it asks for.
 pub fn request(out: &mut Vec<u8>, lang: Lang, full: bool, pdo: Pdo, len: u8) {
     say!(out, lang; zh: "对", pdo, "的远程请求"; en: "remote request for ", pdo);

@@ -145,12 +145,7 @@ fn content(out: &mut Vec<u8>, lang: Lang, step: &Step, len: u8) {
         Command::InitiateBlockUpload { mux, crc, blksize, threshold } => {
             put!(out; lang.pick("读 ", "read "));
             named(out, lang, mux, step);
-            let crc = crc_word(lang, crc);
-            say!(out, lang; zh: ", 块传输, 块大小=", blksize, crc; en: ", block, blksize=", blksize, crc);
-            if threshold > 0 {
-                let size = Size(lang, threshold.into());
-                say!(out, lang; zh: ", 协议切换阈值=", size; en: ", protocol switch threshold ", size);
-            }
+            block_upload(out, lang, crc, blksize, threshold);
         }
         Command::BlockUploadInitiated { mux, crc, size } => {
             put!(out; mux);
@@ -209,6 +204,15 @@ fn initiated(out: &mut Vec<u8>, lang: Lang, mux: Mux, initiate: Initiate, step: 
 fn block(out: &mut Vec<u8>, lang: Lang, size: Option<u32>, crc: bool) {
     let size = Announced(lang, size);
     say!(out, lang; zh: ", 块传输, 长度", size, crc_word(lang, crc); en: ", block, ", size, crc_word(lang, crc));
+}
+
+fn block_upload(out: &mut Vec<u8>, lang: Lang, crc: bool, blksize: u8, threshold: u8) {
+    let crc = crc_word(lang, crc);
+    say!(out, lang; zh: ", 块传输, 块大小=", blksize, crc; en: ", block, blksize=", blksize, crc);
+    if threshold > 0 {
+        let size = Size(lang, threshold.into());
+        say!(out, lang; zh: ", 协议切换阈值=", size; en: ", protocol switch threshold ", size);
+    }
 }
 
 /// The size that an initiating frame announces.

@@ -1,7 +1,9 @@
 //! TIME in words (CiA 301, 7.2.6): the date and the time of day that it sets.
 
+use crate::cob_id::Role;
 use crate::services::time;
 use crate::text::digits::{Hex, Padded, Put, put};
+use crate::text::services::role::Named;
 use crate::text::{Lang, say};
 
 /// A time of day: `12:34:56.789`; hours exceed 23 where it is beyond a day.
@@ -27,8 +29,12 @@ impl Put for Date {
     }
 }
 
-/// What TIME carries: `: 2024-05-20 12:34:56.789 (45296789ms, 第14750天)`.
-pub fn content(out: &mut Vec<u8>, lang: Lang, ms: u32, days: u16, reserved: u8) {
+/// TIME and what it carries: `时间戳: 2024-05-20 12:34:56.789 (45296789ms, 第14750天)`.
+pub fn time_of_day(out: &mut Vec<u8>, lang: Lang, full: bool, ms: u32, days: u16, reserved: u8) {
+    put!(out; Named(lang, Role::Time));
+    if !full {
+        return;
+    }
     put!(out; ": ", Date(days), " ", Clock(ms));
     say!(out, lang; zh: " (", ms, "ms, 第", days, "天)"; en: " (", ms, " ms, day ", days, ")");
     if ms >= time::DAY_MS {
