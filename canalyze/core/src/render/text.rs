@@ -14,7 +14,7 @@ use crate::readers::Marker;
 use crate::services;
 use crate::services::sdo::wire::Side;
 use crate::text::digits::{hex_digits, put};
-use crate::text::{Depth, Lang, en, explain, findings, notes, zh};
+use crate::text::{Depth, Lang, explain, findings, notes, services as words};
 use crate::writers::console::{Columns, dropped};
 
 /// How time is shown (option `-t`, as candump's).
@@ -110,40 +110,28 @@ impl Lines {
     pub fn said(&self, out: &mut Vec<u8>, event: &Event, frame: &Frame) -> bool {
         match &event.what {
             What::Message(message) => {
-                match self.lang {
-                    Lang::Zh => zh::services::message(out, self.depth, message, frame),
-                    Lang::En => en::services::message(out, self.depth, message, frame),
-                }
+                words::message(out, self.lang, self.depth, message, frame);
                 out.push(b'\n');
                 if self.depth == Depth::Explain {
                     explain::services::message(out, self.lang, message, frame);
                 }
             }
             What::Pdo(data) => {
-                match self.lang {
-                    Lang::Zh => zh::pdo::process_data(out, self.depth, data, frame),
-                    Lang::En => en::pdo::process_data(out, self.depth, data, frame),
-                }
+                words::pdo::process_data(out, self.lang, self.depth, data, frame);
                 out.push(b'\n');
                 if self.depth == Depth::Explain {
                     explain::pdo::process_data(out, self.lang, data, frame);
                 }
             }
             What::Mpdo(data) => {
-                match self.lang {
-                    Lang::Zh => zh::pdo::multiplexed(out, self.depth, data),
-                    Lang::En => en::pdo::multiplexed(out, self.depth, data),
-                }
+                words::pdo::multiplex(out, self.lang, self.depth, data);
                 out.push(b'\n');
                 if self.depth == Depth::Explain {
                     explain::services::message(out, self.lang, &data.message(), frame);
                 }
             }
             What::Sdo(step) => {
-                match self.lang {
-                    Lang::Zh => zh::sdo::step(out, self.depth, step, frame.len),
-                    Lang::En => en::sdo::step(out, self.depth, step, frame.len),
-                }
+                words::sdo::step(out, self.lang, self.depth, step, frame.len);
                 out.push(b'\n');
                 if self.depth == Depth::Explain {
                     explain::sdo::step(out, self.lang, step, event.node.unwrap_or(0), frame);
@@ -210,10 +198,7 @@ impl Lines {
             }
             What::Transfer(transfer) if event.about.is_some() => {
                 put!(out; "#   ");
-                match self.lang {
-                    Lang::Zh => zh::sdo::later_result(out, transfer),
-                    Lang::En => en::sdo::later_result(out, transfer),
-                }
+                words::sdo::later_result(out, self.lang, transfer);
                 out.push(b'\n');
             }
             What::Transfer(_) | What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) => {}

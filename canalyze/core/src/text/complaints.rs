@@ -4,7 +4,7 @@
 //! One line each, with file and line. File names and buses come from outside: they are escaped.
 
 use super::digits::put;
-use super::{Lang, en, escape, findings, zh};
+use super::{Lang, escape, findings, losses, say};
 use crate::finding::Finding;
 use crate::readers::{Place, Unreadable};
 use crate::writers::loss::Loss;
@@ -12,11 +12,10 @@ use crate::writers::loss::Loss;
 fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>)) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
-    match (place, lang) {
-        (Place::Line(number), _) => put!(&mut out; ":", number, ": "),
-        (Place::Byte(offset), Lang::Zh) => put!(&mut out; ": 偏移", offset, ": "),
-        (Place::Byte(offset), Lang::En) => put!(&mut out; ": byte ", offset, ": "),
-        (Place::Live, _) => put!(&mut out; ": "),
+    match place {
+        Place::Line(number) => put!(&mut out; ":", number, ": "),
+        Place::Byte(offset) => say!(&mut out, lang; zh: ": 偏移", offset, ": "; en: ": byte ", offset, ": "),
+        Place::Live => put!(&mut out; ": "),
     }
     words(&mut out);
     String::from_utf8_lossy(&out).into_owned()
@@ -25,23 +24,20 @@ fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>))
 /// One line or record that cannot be read.
 pub fn unreadable(lang: Lang, file: &[u8], place: Place, reason: Unreadable) -> String {
     let of_text = matches!(place, Place::Line(_));
-    let words = match (lang, reason) {
-        (Lang::Zh, Unreadable::NoFrame) => "无法读取: 不是CAN帧",
-        (Lang::Zh, Unreadable::Identifier) => "无法读取: CAN标识符超出范围",
-        (Lang::Zh, Unreadable::Length) => "无法读取: 长度无效",
-        (Lang::Zh, Unreadable::Data) => "无法读取: 数据字节与长度不符",
-        (Lang::Zh, Unreadable::Cut) if of_text => "无法读取: 该行被截断",
-        (Lang::Zh, Unreadable::Cut) => "无法读取: 该记录被截断",
-        (Lang::Zh, Unreadable::CanXl) => "无法读取: 尚不支持CAN XL帧",
-        (Lang::En, Unreadable::NoFrame) => "cannot be read: no CAN frame",
-        (Lang::En, Unreadable::Identifier) => "cannot be read: CAN identifier out of range",
-        (Lang::En, Unreadable::Length) => "cannot be read: invalid length",
-        (Lang::En, Unreadable::Data) => "cannot be read: the data bytes do not match the length",
-        (Lang::En, Unreadable::Cut) if of_text => "cannot be read: the line is cut off",
-        (Lang::En, Unreadable::Cut) => "cannot be read: the record is cut off",
-        (Lang::En, Unreadable::CanXl) => "cannot be read: CAN XL frames are not supported",
-    };
-    line(lang, file, place, |out| put!(out; words))
+    line(lang, file, place, |out| {
+        say!(out, lang; zh: "无法读取: "; en: "cannot be read: ");
+        match reason {
+            Unreadable::NoFrame => say!(out, lang; zh: "不是CAN帧"; en: "no CAN frame"),
+            Unreadable::Identifier => say!(out, lang; zh: "CAN标识符超出范围"; en: "CAN identifier out of range"),
+            Unreadable::Length => say!(out, lang; zh: "长度无效"; en: "invalid length"),
+            Unreadable::Data => {
+                say!(out, lang; zh: "数据字节与长度不符"; en: "the data bytes do not match the length");
+            }
+            Unreadable::Cut if of_text => say!(out, lang; zh: "该行被截断"; en: "the line is cut off"),
+            Unreadable::Cut => say!(out, lang; zh: "该记录被截断"; en: "the record is cut off"),
+            Unreadable::CanXl => say!(out, lang; zh: "尚不支持CAN XL帧"; en: "CAN XL frames are not supported"),
+        }
+    })
 }
 
 /// All lines, or records by their offsets, of a file that cannot be read, as ranges; the list may be cut. `first` is
@@ -51,34 +47,30 @@ pub fn unreadable_lines(lang: Lang, file: &[u8], first: Place, count: u64, range
     escape::terminal(&mut out, file);
     let of_text = matches!(first, Place::Line(_));
     if first == Place::Live {
-        match lang {
-            Lang::Zh => put!(&mut out; ": 共", count, "帧无法读取"),
-            Lang::En => put!(&mut out; ": ", count, " frames cannot be read"),
-        }
+        say!(&mut out, lang; zh: ": 共", count, "帧无法读取"; en: ": ", count, " frames cannot be read");
         return String::from_utf8_lossy(&out).into_owned();
     }
-    match (lang, of_text) {
-        (Lang::Zh, true) => put!(&mut out; ": 共", count, "行无法读取: 第"),
-        (Lang::Zh, false) => put!(&mut out; ": 共", count, "条记录无法读取: 偏移"),
-        (Lang::En, true) => put!(&mut out; ": ", count, " lines cannot be read: "),
-        (Lang::En, false) => put!(&mut out; ": ", count, " records cannot be read: byte "),
-    }
+    let mut list = Vec::new();
     let mut listed = 0;
     for (no, (from, to)) in ranges.iter().enumerate() {
-        if no > 0 {
-            put!(&mut out; ", ");
-        }
-        put!(&mut out; *from);
+        put!(&mut list; if no > 0 { ", " } else { "" }, *from);
         if to > from {
-            put!(&mut out; "-", *to);
+            put!(&mut list; "-", *to);
         }
         listed += to - from + 1;
     }
     if listed < count {
-        put!(&mut out; ", ...");
+        put!(&mut list; ", ...");
     }
-    if lang == Lang::Zh && of_text {
-        put!(&mut out; "行");
+    let list = |out: &mut Vec<u8>| out.extend_from_slice(&list);
+    if of_text {
+        say!(&mut out, lang;
+            zh: ": 共", count, "行无法读取: 第", list, "行";
+            en: ": ", count, " lines cannot be read: ", list);
+    } else {
+        say!(&mut out, lang;
+            zh: ": 共", count, "条记录无法读取: 偏移", list;
+            en: ": ", count, " records cannot be read: byte ", list);
     }
     String::from_utf8_lossy(&out).into_owned()
 }
@@ -90,15 +82,16 @@ pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) 
         Place::Live => "",
         _ => lang.of(finding.code.rule().cause),
     };
-    line(lang, file, place, |out| match (lang, finding) {
-        (_, Some(finding)) => {
+    line(lang, file, place, |out| match finding {
+        Some(finding) => {
             put!(out; finding.code.rule().id, " ");
             findings::message(out, lang, finding);
             let cause = cause(finding);
             put!(out; if cause.is_empty() { "" } else { ". " }, cause);
         }
-        (Lang::Zh, None) => put!(out; "只有ERROR字样而没有内容的错误标记, 不计为帧"),
-        (Lang::En, None) => put!(out; "error marker without content, not counted as a frame"),
+        None => say!(out, lang;
+            zh: "只有ERROR字样而没有内容的错误标记, 不计为帧";
+            en: "error marker without content, not counted as a frame"),
     })
 }
 
@@ -108,18 +101,12 @@ pub fn step_back(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String
     escape::terminal(&mut out, file);
     let (seconds, ms) = (back_ns / 1_000_000_000, back_ns / 1_000_000 % 1000);
     let back = format!("{seconds}.{ms:03}");
-    match lang {
-        Lang::Zh => {
-            put!(&mut out; ": 第一帧的时间戳比 ");
-            escape::terminal(&mut out, before);
-            put!(&mut out; " 的最后一帧早", back.as_str(), " s; 仍按给出的顺序读取. 若时间戳出自同一时钟, 请用 --merge 按时间合并");
-        }
-        Lang::En => {
-            put!(&mut out; ": its first stamp is ", back.as_str(), " s before the last one of ");
-            escape::terminal(&mut out, before);
-            put!(&mut out; "; read in the given order all the same. If the stamps are of one clock, --merge joins the files by time");
-        }
-    }
+    let before = |out: &mut Vec<u8>| escape::terminal(out, before);
+    say!(&mut out, lang;
+        zh: ": 第一帧的时间戳比 ", before, " 的最后一帧早", back.as_str(), " s; 仍按给出的顺序读取. ",
+            "若时间戳出自同一时钟, 请用 --merge 按时间合并";
+        en: ": its first stamp is ", back.as_str(), " s before the last one of ", before,
+            "; read in the given order all the same. If the stamps are of one clock, --merge joins the files by time");
     String::from_utf8_lossy(&out).into_owned()
 }
 
@@ -129,27 +116,20 @@ pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
     nodes.dedup();
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
-    put!(&mut out; match (lang, nodes.len()) {
-        (Lang::Zh, _) => ": 记录中没有节点",
-        (Lang::En, 1) => ": the capture has no frame of node ",
-        (Lang::En, _) => ": the capture has no frame of nodes ",
-    });
+    let mut list = Vec::new();
     let mut rest = nodes.as_slice();
     while let [first, ..] = rest {
         let run = rest.iter().zip(*first..).take_while(|(node, due)| *node == due).count();
         let last = first + (run - 1) as u8;
-        if rest.len() < nodes.len() {
-            put!(&mut out; ", ");
-        }
-        put!(&mut out; *first);
+        put!(&mut list; if rest.len() < nodes.len() { ", " } else { "" }, *first);
         if run > 1 {
-            put!(&mut out; "-", last);
+            put!(&mut list; "-", last);
         }
         rest = rest.get(run..).unwrap_or(&[]);
     }
-    if lang == Lang::Zh {
-        put!(&mut out; "的帧");
-    }
+    let list = |out: &mut Vec<u8>| out.extend_from_slice(&list);
+    let noun = if nodes.len() == 1 { "node " } else { "nodes " };
+    say!(&mut out, lang; zh: ": 记录中没有节点", list, "的帧"; en: ": the capture has no frame of ", noun, list);
     String::from_utf8_lossy(&out).into_owned()
 }
 
@@ -158,10 +138,7 @@ pub fn lost(lang: Lang, file: &[u8], loss: Loss, count: u64) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
     put!(&mut out; ": ");
-    match lang {
-        Lang::Zh => zh::losses::loss(&mut out, loss, count),
-        Lang::En => en::losses::loss(&mut out, loss, count),
-    }
+    losses::loss(&mut out, lang, loss, count);
     String::from_utf8_lossy(&out).into_owned()
 }
 
@@ -207,36 +184,35 @@ pub fn masks(lang: Lang, mistake: &crate::masks::Mistake) -> String {
 /// Why a filter cannot be read.
 pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
     use crate::filter::{Mistake, SERVICES};
-    match (lang, mistake) {
-        (Lang::Zh, Mistake::Key(word)) => {
-            format!(
-                "过滤条件“{word}”无法识别: 应为 service= node= id= bus= t= frame= 之一, 例如 'service=sdo,emcy node=5'"
-            )
-        }
-        (Lang::En, Mistake::Key(word)) => {
-            format!(
-                "filter '{word}' is unknown: use service= node= id= bus= t= or frame=, as in 'service=sdo,emcy node=5'"
-            )
-        }
-        (lang, Mistake::Value(key, value)) => {
-            let allowed = match (lang, key.as_str()) {
-                (_, "service") => SERVICES.join(" "),
-                (Lang::Zh, "node") => "十进制节点ID或范围, 如 5 或 1-9".into(),
-                (Lang::En, "node") => "a decimal node-ID or range, such as 5 or 1-9".into(),
-                (Lang::Zh, "id") => "十六进制CAN标识符或范围, 如 185 或 180-1FF".into(),
-                (Lang::En, "id") => "a hexadecimal CAN identifier or range, such as 185 or 180-1FF".into(),
-                (Lang::Zh, "t") => "以秒计的时间段, 如 1.0..2.5 或 10..".into(),
-                (Lang::En, "t") => "a span in seconds, such as 1.0..2.5 or 10..".into(),
-                (Lang::Zh, "frame") => "帧序号或范围, 如 12 或 10-20".into(),
-                (Lang::En, "frame") => "the number of a frame or a range, such as 12 or 10-20".into(),
-                (Lang::Zh, _) => "总线名".into(),
-                (Lang::En, _) => "a bus name".into(),
+    let (key, value) = match mistake {
+        Mistake::Key(word) => {
+            let example = "'service=sdo,emcy node=5'";
+            return match lang {
+                Lang::Zh => {
+                    format!("过滤条件“{word}”无法识别: 应为 service= node= id= bus= t= frame= 之一, 例如 {example}")
+                }
+                Lang::En => {
+                    format!("filter '{word}' is unknown: use service= node= id= bus= t= or frame=, as in {example}")
+                }
             };
-            match lang {
-                Lang::Zh => format!("过滤条件 {key}= 不接受“{value}”, 可用: {allowed}"),
-                Lang::En => format!("filter {key}= does not take '{value}', use: {allowed}"),
-            }
         }
+        Mistake::Value(key, value) => (key, value),
+    };
+    let services = SERVICES.join(" ");
+    let allowed = match key.as_str() {
+        "service" => services.as_str(),
+        "node" => lang.pick("十进制节点ID或范围, 如 5 或 1-9", "a decimal node-ID or range, such as 5 or 1-9"),
+        "id" => lang.pick(
+            "十六进制CAN标识符或范围, 如 185 或 180-1FF",
+            "a hexadecimal CAN identifier or range, such as 185 or 180-1FF",
+        ),
+        "t" => lang.pick("以秒计的时间段, 如 1.0..2.5 或 10..", "a span in seconds, such as 1.0..2.5 or 10.."),
+        "frame" => lang.pick("帧序号或范围, 如 12 或 10-20", "the number of a frame or a range, such as 12 or 10-20"),
+        _ => lang.pick("总线名", "a bus name"),
+    };
+    match lang {
+        Lang::Zh => format!("过滤条件 {key}= 不接受“{value}”, 可用: {allowed}"),
+        Lang::En => format!("filter {key}= does not take '{value}', use: {allowed}"),
     }
 }
 

@@ -2,8 +2,10 @@
 //!
 //! The order of words is the same in both languages, so their words stand side by side. Must not: lay out a report.
 
-use super::digits::{Hex, put};
-use super::{Lang, escape, findings, object, terms, value};
+use super::digits::{Hex, Padded, Spaced, put};
+use super::object::pdo_of;
+use super::value::{self, Size};
+use super::{Lang, escape, findings, say, terms};
 use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
 use crate::diff::digest::{Action, Kind, Service, TransferDigest};
 use crate::frame::{CanId, FrameRef};
@@ -159,10 +161,9 @@ fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &TransferDigest) {
         Direction::Download => lang.pick("SDO下载", "SDO download"),
     });
     if let Some(mux) = moved.mux {
-        put!(out; " ");
-        object::number(out, mux);
+        put!(out; " ", mux);
         value::name(out, lang, mux, moved.described.as_deref());
-        object::pdo_of(out, mux);
+        pdo_of(out, mux);
     }
 }
 
@@ -200,12 +201,12 @@ pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
             for (place, word) in words.iter().enumerate() {
                 put!(out; if place > 0 { ", " } else { "" });
                 let mux = Mux { index: (word >> 16) as u16, sub: (word >> 8) as u8 };
-                object::number(out, mux);
+                put!(out; mux);
                 value::name(out, lang, mux, None);
                 put!(out; " (", word & 0xFF, lang.pick("位)", if word & 0xFF == 1 { " bit)" } else { " bits)" }));
             }
         }
-        Shows::Length(bytes) => value::size(out, lang, u64::from(*bytes)),
+        Shows::Length(bytes) => put!(out; Size(lang, u64::from(*bytes))),
         Shows::Finding(finding) => {
             put!(out; finding.code.rule().id, " ");
             findings::placed(out, lang, finding, finding.at.no);
@@ -227,7 +228,7 @@ fn time(out: &mut Vec<u8>, ns: i64) {
     let us = ns.unsigned_abs() / 1000;
     put!(out; us / 1000);
     if !us.is_multiple_of(1000) {
-        put!(out; ".", super::digits::Padded::<3>(us % 1000));
+        put!(out; ".", Padded::<3>(us % 1000));
         while out.last() == Some(&b'0') {
             out.pop();
         }
@@ -263,7 +264,7 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, action: &Action) {
             if let Some(word) = terms::lss::command(lang, specifier) {
                 put!(out; word, " ");
             }
-            put!(out; super::digits::Spaced(bytes));
+            put!(out; Spaced(bytes));
         }
     }
 }
@@ -284,9 +285,7 @@ fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &TransferDigest
                 _ => value::value(out, lang, None, &moved.kept, moved.size),
             }
             if !whole {
-                put!(out; " (");
-                value::size(out, lang, moved.size);
-                put!(out; ", FNV-1a ", Hex::<16>(moved.hash), ")");
+                put!(out; " (", Size(lang, moved.size), ", FNV-1a ", Hex::<16>(moved.hash), ")");
             }
         }
         Status::Aborted => {
@@ -322,5 +321,5 @@ pub fn node(out: &mut Vec<u8>, lang: Lang, node: u8) {
 
 /// How often the same difference comes.
 pub fn times(out: &mut Vec<u8>, lang: Lang, count: u64) {
-    put!(out; lang.pick(" (共", " ("), count, lang.pick("次)", " times)"));
+    say!(out, lang; zh: " (共", count, "次)"; en: " (", count, " times)");
 }

@@ -53,6 +53,13 @@ impl Put for i64 {
     }
 }
 
+/// A part that a function appends.
+impl<F: Fn(&mut Vec<u8>)> Put for F {
+    fn put(&self, out: &mut Vec<u8>) {
+        self(out);
+    }
+}
+
 /// A number in upper-case hexadecimal with a fixed count of digits; higher digits are cut off.
 #[derive(Clone, Copy, Debug)]
 pub struct Hex<const DIGITS: usize>(pub u64);

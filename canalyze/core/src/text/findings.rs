@@ -5,24 +5,25 @@
 use std::collections::BTreeMap;
 
 use super::digits::put;
-use super::{Lang, escape, object, sentence};
+use super::object::pdo_of;
+use super::{Lang, escape, say, sentence};
 use crate::finding::{Code, Facts, Finding, Measured, Quantity, Said, Severity};
 
 /// The word for a severity.
 pub fn severity(lang: Lang, severity: Severity) -> &'static str {
-    match (lang, severity) {
-        (Lang::En, _) => severity.name(),
-        (Lang::Zh, Severity::Info) => "提示",
-        (Lang::Zh, Severity::Warning) => "警告",
-        (Lang::Zh, Severity::Error) => "错误",
-    }
+    let zh = match severity {
+        Severity::Info => "提示",
+        Severity::Warning => "警告",
+        Severity::Error => "错误",
+    };
+    lang.pick(zh, severity.name())
 }
 
 /// Appends how many consequences a frame has, and of which rules.
 pub fn consequences(out: &mut Vec<u8>, lang: Lang, cause: u64, rules: &BTreeMap<Code, u64>) {
     let count: u64 = rules.values().sum();
-    put!(out; lang.pick("第", "frame "), cause, lang.pick("帧: ", ": "), count);
-    put!(out; lang.pick("条后果: ", if count == 1 { " consequence: " } else { " consequences: " }));
+    let many = if count == 1 { " consequence: " } else { " consequences: " };
+    say!(out, lang; zh: "第", cause, "帧: ", count, "条后果: "; en: "frame ", cause, ": ", count, many);
     sentence::codes(out, rules, lang.pick("、", ", "));
 }
 
@@ -31,7 +32,7 @@ pub fn consequences(out: &mut Vec<u8>, lang: Lang, cause: u64, rules: &BTreeMap<
 pub fn placed(out: &mut Vec<u8>, lang: Lang, finding: &Finding, seen_at: u64) {
     if let Some(frame) = finding.about().filter(|about| about.no != seen_at) {
         let after = if finding.node.is_some() { " " } else { ": " };
-        put!(out; lang.pick("第", "frame "), frame.no, lang.pick("帧", ""), after);
+        say!(out, lang; zh: "第", frame.no, "帧", after; en: "frame ", frame.no, after);
     }
     message(out, lang, finding);
 }
@@ -67,8 +68,8 @@ fn subject(out: &mut Vec<u8>, lang: Lang, finding: &Finding, measured: Option<&M
     }
     let named = measured.is_some_and(|all| all.facts().any(|(_, fact)| matches!(fact, Quantity::Object(_))));
     if let Some(object) = finding.object.filter(|_| !named) {
-        object::number(out, object);
-        object::pdo_of(out, object);
+        put!(out; object);
+        pdo_of(out, object);
         put!(out; " ");
     }
     if finding.node.is_some() {
@@ -78,5 +79,5 @@ fn subject(out: &mut Vec<u8>, lang: Lang, finding: &Finding, measured: Option<&M
 }
 
 fn repeated(out: &mut Vec<u8>, lang: Lang, count: u64) {
-    put!(out; lang.pick("同样的情况另有", ""), count, lang.pick("次", " more of the same"));
+    say!(out, lang; zh: "同样的情况另有", count, "次"; en: count, " more of the same");
 }

@@ -3,7 +3,8 @@
 //! The facts are the same as in the lines of the frames. It must not decide what a lane shows.
 
 use super::digits::{Hex, put};
-use super::{Lang, object, terms, value};
+use super::value::{self, Size};
+use super::{Lang, terms};
 use crate::message::Errors;
 use crate::od::{self, Value};
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
@@ -89,7 +90,7 @@ pub fn errors(out: &mut Vec<u8>, lang: Lang, errors: Errors) {
 pub fn transfer(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer, valued: bool) {
     let said = |key| find(OUTCOMES, lang, key).unwrap_or_default();
     match transfer.mux {
-        Some(mux) => object::number(out, mux),
+        Some(mux) => put!(out; mux),
         None => put!(out; said("object unknown")),
     }
     put!(out; " ", said(if transfer.direction == Direction::Upload { "read" } else { "write" }));
@@ -111,7 +112,7 @@ fn moved(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let standard = transfer.mux.and_then(|mux| od::data_type(mux.index, mux.sub));
     let data_type = transfer.described.as_ref().map_or(standard, |object| object.data_type());
     if transfer.data.size > BYTES as u64 && matches!(od::decode(data_type, &transfer.data.kept), Value::Bytes(_)) {
-        return value::size(out, lang, transfer.data.size);
+        return put!(out; Size(lang, transfer.data.size));
     }
     let mut whole = Vec::new();
     value::transferred(&mut whole, lang, transfer);

@@ -1,25 +1,33 @@
 //! The core's words, in Chinese and English, and only here and in `rules` (invariant 3).
 //!
-//! `terms` holds rows (code, zh, en); `zh` and `en` say each message and event in a sentence; `findings` and `notes`
-//! have their phrases in pairs; `explain` breaks a frame down bit by bit. It must not decide anything: it puts into
-//! words what `message`, `event` and `finding` carry.
+//! Where words stand:
+//!
+//! - what a frame of a service says: `services`, a file for each service; its breakdown bit by bit: `explain`;
+//! - what has a name (states, error codes, objects): the rows of `terms`;
+//! - values and signals: `value`, `signal`, `parameter`; what a finding or a note says: `sentence`, `findings`, `notes`.
+//!
+//! The languages of a phrase stand beside each other: in a row of a table, in [`Lang::pick`] where the rest of the line
+//! is the same, and in `say!` where each has its own order of words. A further language is one more variant of [`Lang`]
+//! and one more column or label at each of these places; the compiler names those that lack it.
+//!
+//! Must not decide anything: it puts into words what `message`, `event` and `finding` carry.
 
 pub mod complaints;
 pub mod diff;
 pub mod digits;
-pub mod en;
 pub mod escape;
 pub mod explain;
 pub mod findings;
 pub mod lane;
+pub mod losses;
 pub mod notes;
 pub mod object;
 pub mod parameter;
 pub mod sentence;
+pub mod services;
 pub mod signal;
 pub mod terms;
 pub mod value;
-pub mod zh;
 
 use crate::rules::Words;
 
@@ -40,13 +48,25 @@ impl Lang {
     }
 
     /// The one of two that is in this language.
-    pub(crate) fn pick(self, zh: &'static str, en: &'static str) -> &'static str {
+    pub(crate) const fn pick(self, zh: &'static str, en: &'static str) -> &'static str {
         match self {
             Self::Zh => zh,
             Self::En => en,
         }
     }
 }
+
+/// Appends a phrase in the chosen language, each with its parts in its own order of words:
+/// `say!(out, lang; zh: "节点", node, "的心跳"; en: "heartbeat of node ", node)`.
+macro_rules! say {
+    ($out:expr, $lang:expr; zh: $($zh:expr),+; en: $($en:expr),+) => {
+        match $lang {
+            $crate::text::Lang::Zh => $crate::text::digits::put!($out; $($zh),+),
+            $crate::text::Lang::En => $crate::text::digits::put!($out; $($en),+),
+        }
+    };
+}
+pub(crate) use say;
 
 /// How detailed a line is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

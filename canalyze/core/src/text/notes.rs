@@ -1,67 +1,66 @@
 //! Notes of what has become known of an earlier frame, in both languages.
 
 use super::digits::{Hex, put};
-use super::{Lang, sentence, terms};
+use super::{Lang, say, sentence, terms};
 use crate::event::{Note, Scanned};
 use crate::services::lss::Part;
 
 /// Appends a note; `about` is the number of the earlier frame.
 pub fn note(out: &mut Vec<u8>, lang: Lang, note: Note, about: u64) {
     match note {
-        Note::RequestNotCaptured => {
-            put!(out; lang.pick("第", "the request that frame "), about);
-            put!(out; lang.pick("帧所应答的请求不在记录中", " answers is not in the capture"));
-        }
-        Note::AnsweredByAbort => {
-            put!(out; lang.pick("第", "the request in frame "), about);
-            put!(out; lang.pick("帧的请求已由在它之前记录到的中止应答", " was answered by the abort captured before it"));
-        }
-        Note::LostByReset => {
-            put!(out; lang.pick("第", "the SDO transfer that began in frame "), about);
-            put!(out; lang.pick("帧开始的SDO传输因节点复位而终止", " was ended by a reset of the node"));
-        }
+        Note::RequestNotCaptured => say!(out, lang;
+            zh: "第", about, "帧所应答的请求不在记录中";
+            en: "the request that frame ", about, " answers is not in the capture"),
+        Note::AnsweredByAbort => say!(out, lang;
+            zh: "第", about, "帧的请求已由在它之前记录到的中止应答";
+            en: "the request in frame ", about, " was answered by the abort captured before it"),
+        Note::LostByReset => say!(out, lang;
+            zh: "第", about, "帧开始的SDO传输因节点复位而终止";
+            en: "the SDO transfer that began in frame ", about, " was ended by a reset of the node"),
         Note::LssSelected { address } => {
-            put!(out; lang.pick("从站已进入配置状态: ", "slave in configuration state: "));
+            say!(out, lang; zh: "从站已进入配置状态: "; en: "slave in configuration state: ");
             parts(out, lang, address.map(Some));
         }
         Note::Fastscan(scanned) => fastscan(out, lang, scanned, about),
-        Note::BitTimingActivated { delay, rate } => {
-            put!(out; lang.pick("此后", "the bus has to be silent for "), u32::from(delay) * 2);
-            put!(out; lang.pick("ms总线应静默, 之后", " ms, then "));
-            match rate {
-                Some(rate) => put!(out; lang.pick("波特率为", "the bit rate is "), rate, " kbit/s: "),
-                None => put!(out; lang.pick("波特率改变: ", "the bit rate is another one: ")),
-            }
-            let old = "captured at the old one there are only errors, or nothing";
-            put!(out; lang.pick("仍用旧波特率记录只会看到错误或静默", old));
-        }
-        Note::NodeIdChanged { from, to } => {
-            put!(out; lang.pick("节点", "the node-ID of node "), from, lang.pick("的节点ID改为", " is "), to);
-            put!(out; lang.pick(" (第", " now (accepted in frame "), about, lang.pick("帧接受)", ")"));
-        }
+        Note::BitTimingActivated { delay, rate } => bit_timing(out, lang, u32::from(delay) * 2, rate),
+        Note::NodeIdChanged { from, to } => say!(out, lang;
+            zh: "节点", from, "的节点ID改为", to, " (第", about, "帧接受)";
+            en: "the node-ID of node ", from, " is ", to, " now (accepted in frame ", about, ")"),
     }
+}
+
+/// A bus has another bit rate from now on, after a silence in ms.
+fn bit_timing(out: &mut Vec<u8>, lang: Lang, silence: u32, rate: Option<u16>) {
+    say!(out, lang; zh: "此后", silence, "ms总线应静默, 之后"; en: "the bus has to be silent for ", silence, " ms, then ");
+    match rate {
+        Some(rate) => say!(out, lang; zh: "波特率为", rate, " kbit/s: "; en: "the bit rate is ", rate, " kbit/s: "),
+        None => say!(out, lang; zh: "波特率改变: "; en: "the bit rate is another one: "),
+    }
+    say!(out, lang;
+        zh: "仍用旧波特率记录只会看到错误或静默";
+        en: "captured at the old one there are only errors, or nothing");
 }
 
 /// A Fastscan is over.
 fn fastscan(out: &mut Vec<u8>, lang: Lang, scanned: Scanned, about: u64) {
-    put!(out; lang.pick("第", "the Fastscan that began in frame "), about, lang.pick("帧开始的快速扫描", ""));
+    say!(out, lang; zh: "第", about, "帧开始的快速扫描"; en: "the Fastscan that began in frame ", about);
     if scanned.found {
-        put!(out; lang.pick("找到从站: ", " has found a slave: "));
+        say!(out, lang; zh: "找到从站: "; en: " has found a slave: ");
         parts(out, lang, scanned.address);
         if scanned.address.iter().any(Option::is_none) {
-            put!(out; lang.pick(", 其余部分不在记录中", ", the rest is not in the capture"));
+            say!(out, lang; zh: ", 其余部分不在记录中"; en: ", the rest is not in the capture");
         }
     } else {
-        put!(out; lang.pick("未完成", " is incomplete"));
+        say!(out, lang; zh: "未完成"; en: " is incomplete");
         if scanned.address.iter().any(Option::is_some) {
-            put!(out; lang.pick(", 已确认: ", ", confirmed: "));
+            say!(out, lang; zh: ", 已确认: "; en: ", confirmed: ");
             parts(out, lang, scanned.address);
         }
     }
     let requests = if scanned.frames == 1 { " request" } else { " requests" };
     put!(out; " (", scanned.frames, lang.pick("个请求", requests));
     if let Some(ns) = scanned.duration_ns {
-        put!(out; lang.pick(", 历时", " in "));
+        say!(out, lang; zh: ", 历时"; en: " in ");
         sentence::duration(out, ns);
     }
     put!(out; ")");

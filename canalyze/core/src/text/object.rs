@@ -1,12 +1,12 @@
-//! Which object something is about: its index and sub-index, and the PDO that it is a parameter of. The same in both
-//! languages. It must not say what it holds: `value` does.
+//! Objects of the dictionary as CiA writes them: `1008h:00`.
 
-use super::digits::{Hex, put};
+use super::digits::{Hex, Put, put};
 use crate::services::sdo::wire::Mux;
 
-/// An object as CiA writes it: `1008h:00`.
-pub fn number(out: &mut Vec<u8>, mux: Mux) {
-    put!(out; Hex::<4>(u64::from(mux.index)), "h:", Hex::<2>(u64::from(mux.sub)));
+impl Put for Mux {
+    fn put(&self, out: &mut Vec<u8>) {
+        put!(out; Hex::<4>(u64::from(self.index)), "h:", Hex::<2>(u64::from(self.sub)));
+    }
 }
 
 /// Which PDO a parameter is of: ` (TPDO1)` behind 1800h or 1A00h. Nothing for other objects.

@@ -1,8 +1,8 @@
 //! What the numbers in a PDO's parameters say (CiA 301, 7.5.2.35 to .38): the identifier and its flags, the
 //! transmission type, the mapped object. Appended behind the number, so that a configuration can be read line by line.
 
+use super::Lang;
 use super::digits::{Hex, put};
-use super::{Lang, object};
 use crate::services::pdo::mapping::decode_entry;
 use crate::services::sdo::wire::Mux;
 
@@ -31,19 +31,11 @@ fn cob_id(out: &mut Vec<u8>, lang: Lang, entry: u32, transmit: bool) {
     } else {
         put!(out; Hex::<8>(id))
     }
-    put!(out; match (lang, entry & INVALID == 0) {
-        (Lang::Zh, true) => "h, 有效",
-        (Lang::Zh, false) => "h, 无效",
-        (Lang::En, true) => "h, valid",
-        (Lang::En, false) => "h, invalid",
-    });
+    let valid = entry & INVALID == 0;
+    put!(out; if valid { lang.pick("h, 有效", "h, valid") } else { lang.pick("h, 无效", "h, invalid") });
     if transmit {
-        put!(out; match (lang, entry & NO_RTR == 0) {
-            (Lang::Zh, true) => ", 允许RTR",
-            (Lang::Zh, false) => ", 不允许RTR",
-            (Lang::En, true) => ", RTR allowed",
-            (Lang::En, false) => ", no RTR",
-        });
+        let rtr = entry & NO_RTR == 0;
+        put!(out; if rtr { lang.pick(", 允许RTR", ", RTR allowed") } else { lang.pick(", 不允许RTR", ", no RTR") });
     }
     put!(out; ")");
 }
@@ -53,32 +45,19 @@ fn entry(out: &mut Vec<u8>, lang: Lang, word: u32) {
     if word == 0 {
         return;
     }
-    put!(out; " (");
-    object::number(out, Mux { index, sub });
-    put!(out; ", ", bits, match (lang, bits) {
-        (Lang::Zh, _) => "位)",
-        (Lang::En, 1) => " bit)",
-        (Lang::En, _) => " bits)",
-    });
+    put!(out; " (", Mux { index, sub }, ", ", bits, lang.pick("位)", if bits == 1 { " bit)" } else { " bits)" }));
 }
 
 /// What a transmission type means (CiA 301, tables 67 and 71).
 pub fn transmission(lang: Lang, kind: u8) -> &'static str {
-    match (lang, kind) {
-        (Lang::Zh, 0) => "同步非循环",
-        (Lang::Zh, 1..=240) => "同步循环",
-        (Lang::Zh, 241..=251) => "保留",
-        (Lang::Zh, 252) => "仅远程帧, 同步",
-        (Lang::Zh, 253) => "仅远程帧, 事件",
-        (Lang::Zh, 254) => "事件驱动(制造商定义)",
-        (Lang::Zh, 255) => "事件驱动(设备规范定义)",
-        (Lang::En, 0) => "synchronous acyclic",
-        (Lang::En, 1..=240) => "synchronous cyclic",
-        (Lang::En, 241..=251) => "reserved",
-        (Lang::En, 252) => "RTR-only, synchronous",
-        (Lang::En, 253) => "RTR-only, event",
-        (Lang::En, 254) => "event-driven (manufacturer)",
-        (Lang::En, 255) => "event-driven (device profile)",
+    match kind {
+        0 => lang.pick("同步非循环", "synchronous acyclic"),
+        1..=240 => lang.pick("同步循环", "synchronous cyclic"),
+        241..=251 => lang.pick("保留", "reserved"),
+        252 => lang.pick("仅远程帧, 同步", "RTR-only, synchronous"),
+        253 => lang.pick("仅远程帧, 事件", "RTR-only, event"),
+        254 => lang.pick("事件驱动(制造商定义)", "event-driven (manufacturer)"),
+        255 => lang.pick("事件驱动(设备规范定义)", "event-driven (device profile)"),
     }
 }
 

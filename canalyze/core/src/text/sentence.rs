@@ -5,7 +5,9 @@
 use std::collections::BTreeMap;
 
 use super::digits::{Hex, Spaced, put};
-use super::{Lang, en, escape, object, signal, terms, value, zh};
+use super::services::sdo;
+use super::value::Size;
+use super::{Lang, escape, signal, terms};
 use crate::finding::{Code, CrcMatch, Quantity, Said};
 use crate::services::sdo::wire::Side;
 
@@ -66,7 +68,7 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         Quantity::Hex2(number) => put!(out; Hex::<2>(u64::from(number)), "h"),
         Quantity::Hex4(number) => put!(out; Hex::<4>(u64::from(number)), "h"),
         Quantity::Hex8(number) => put!(out; Hex::<8>(u64::from(number)), "h"),
-        Quantity::Object(mux) => object::number(out, mux),
+        Quantity::Object(mux) => put!(out; mux),
         Quantity::Id(id) if id.is_extended() => put!(out; Hex::<8>(u64::from(id.raw())), "h"),
         Quantity::Id(id) => put!(out; Hex::<3>(u64::from(id.raw())), "h"),
         Quantity::State(state) => match terms::nmt::state(lang, state) {
@@ -95,10 +97,7 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         Quantity::Drive(word) => {
             put!(out; crate::drive::State::of(word).map_or("", |state| terms::drive::state(lang, state)));
         }
-        Quantity::Abort(code) => match lang {
-            Lang::Zh => zh::sdo::abort(out, code),
-            Lang::En => en::sdo::abort(out, code),
-        },
+        Quantity::Abort(code) => sdo::abort(out, lang, code),
         Quantity::Mode(mode) => put!(out; i64::from(mode), " ", terms::drive::mode(lang, mode)),
         Quantity::Emcy(code) => {
             put!(out; Hex::<4>(u64::from(code)), "h");
@@ -108,7 +107,7 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         }
         Quantity::Side(Side::Client) => put!(out; lang.pick("主站", "client")),
         Quantity::Side(Side::Server) => put!(out; lang.pick("从站", "server")),
-        Quantity::Size(bytes) => value::size(out, lang, bytes),
+        Quantity::Size(bytes) => put!(out; Size(lang, bytes)),
         Quantity::Crc(matches) => put!(out; crc(lang, matches)),
         Quantity::Type(code) => match crate::od::DataType::from_code(code) {
             Some(data_type) => put!(out; data_type.name()),

@@ -18,7 +18,7 @@ use crate::drive::{self, Object, State};
 use crate::od::{self, DataType};
 use crate::services::pdo::mapping::{Mapped, Mapping, Number, Written, number};
 use crate::text::digits::{Hex, hex, put};
-use crate::text::{Lang, escape, terms, value as bytes};
+use crate::text::{Lang, escape, say, terms, value as bytes};
 
 /// Appends a signal, `速度实际值=120 rpm`. `raw` is the entry's bits, the first lowest.
 pub fn signal(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
@@ -132,17 +132,15 @@ pub fn is_quantity(mapped: &Mapped) -> bool {
 fn named(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, alone: bool) {
     let (index, sub) = (mapped.index, mapped.sub);
     if mapped.dummy {
-        put!(out; dummy(lang));
+        say!(out, lang; zh: "虚映射"; en: "dummy");
     } else if let Some(word) = standard_name(lang, mapped) {
         put!(out; word);
         // A sub-index without a name of its own has the object's, as one that never has any.
         if alone && sub > 0 && Some(word) == terms::object_name(lang, index, 0xFF) {
             put!(out; ":", Hex::<2>(u64::from(sub)));
         }
-        match (lang, drive::axis(index)) {
-            (_, None | Some(0)) => {}
-            (Lang::Zh, Some(axis)) => put!(out; "(轴", axis + 1, ")"),
-            (Lang::En, Some(axis)) => put!(out; " (axis ", axis + 1, ")"),
+        if let Some(axis) = drive::axis(index).filter(|axis| *axis > 0) {
+            say!(out, lang; zh: "(轴", axis + 1, ")"; en: " (axis ", axis + 1, ")");
         }
     } else if let Some(given) = mapped.name.as_deref().filter(|given| !given.is_empty()) {
         escape::terminal(out, given.as_bytes());
@@ -211,22 +209,17 @@ pub fn annotation(out: &mut Vec<u8>, lang: Lang, index: u16, raw: u64) {
     match Object::at(index) {
         None => {}
         Some(Object::Statusword) => {
-            put!(out; State::of(word).map_or(no_state(lang), |state| terms::drive::state(lang, state)));
+            let undefined = lang.pick("未定义的状态", "undefined state");
+            put!(out; State::of(word).map_or(undefined, |state| terms::drive::state(lang, state)));
             if drive::warning(word) {
-                put!(out; match lang {
-                    Lang::Zh => " (警告)",
-                    Lang::En => " (warning)",
-                });
+                say!(out, lang; zh: " (警告)"; en: " (warning)");
             }
         }
         Some(Object::Controlword) => {
             // Without a word before it, bit 7 is its edge and there always is a command.
             put!(out; drive::command(word, None).map_or("", |command| terms::drive::command(lang, command)));
             if drive::halt(word) {
-                put!(out; match lang {
-                    Lang::Zh => " (暂停)",
-                    Lang::En => " (halt)",
-                });
+                say!(out, lang; zh: " (暂停)"; en: " (halt)");
             }
         }
         Some(Object::ModesOfOperation | Object::ModesOfOperationDisplay) => {
@@ -241,10 +234,7 @@ pub fn annotation(out: &mut Vec<u8>, lang: Lang, index: u16, raw: u64) {
                 put!(out; mode);
             }
             if out.len() == start {
-                put!(out; match lang {
-                    Lang::Zh => "无标准模式",
-                    Lang::En => "no standard mode",
-                });
+                say!(out, lang; zh: "无标准模式"; en: "no standard mode");
             }
         }
     }
@@ -361,22 +351,6 @@ pub(crate) fn real64(out: &mut Vec<u8>, read: f64) {
         _ if read.is_finite() => write!(out, "{read:e}"),
         _ => write!(out, "{read}"),
     };
-}
-
-/// What stands in a dummy's place.
-fn dummy(lang: Lang) -> &'static str {
-    match lang {
-        Lang::Zh => "虚映射",
-        Lang::En => "dummy",
-    }
-}
-
-/// A statusword whose bits say no state.
-fn no_state(lang: Lang) -> &'static str {
-    match lang {
-        Lang::Zh => "未定义的状态",
-        Lang::En => "undefined state",
-    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 
-use super::{Depth, Lang, en, explain, zh};
+use super::{Depth, Lang, explain, services};
 use crate::cob_id::{Role, predefined};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
@@ -32,10 +32,7 @@ fn fd(id: u16, payload: &[u8]) -> Frame {
 
 fn says(lang: Lang, depth: Depth, message: &Message, frame: &Frame) -> String {
     let mut out = Vec::new();
-    match lang {
-        Lang::Zh => zh::services::message(&mut out, depth, message, frame),
-        Lang::En => en::services::message(&mut out, depth, message, frame),
-    }
+    services::message(&mut out, lang, depth, message, frame);
     String::from_utf8(out).unwrap()
 }
 

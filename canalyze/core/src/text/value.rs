@@ -4,8 +4,9 @@
 
 use std::sync::Arc;
 
-use super::digits::{Hex, Padded, Spaced, decimal, put};
-use super::{Lang, escape, object, parameter, signal, terms};
+use super::digits::{Hex, Put, Spaced, decimal, put};
+use super::services::time::Clock;
+use super::{Lang, escape, parameter, signal, terms};
 use crate::dictionary::Object;
 use crate::drive;
 use crate::od::{self, DataType, Value};
@@ -19,14 +20,26 @@ const TEXT: usize = 512;
 /// Most bytes that are shown in hexadecimal.
 const BYTES: usize = 32;
 
+/// A number of bytes: `23字节`, `23 bytes`.
+#[derive(Clone, Copy, Debug)]
+pub struct Size(pub Lang, pub u64);
+
+impl Put for Size {
+    fn put(&self, out: &mut Vec<u8>) {
+        decimal(out, self.1);
+        put!(out; match self.0 {
+            Lang::Zh => "字节",
+            Lang::En if self.1 == 1 => " byte",
+            Lang::En => " bytes",
+        });
+    }
+}
+
 /// A value. `bytes` may be only the beginning of `size` bytes.
 pub fn value(out: &mut Vec<u8>, lang: Lang, data_type: Option<DataType>, bytes: &[u8], size: u64) {
     let whole = bytes.len() as u64 == size;
     match od::decode(data_type, bytes) {
-        Value::Empty => put!(out; match lang {
-            Lang::Zh => "(空)",
-            Lang::En => "(empty)",
-        }),
+        Value::Empty => put!(out; lang.pick("(空)", "(empty)")),
         Value::Bool(value) => put!(out; if value { "TRUE" } else { "FALSE" }),
         Value::Signed(value) => {
             put!(out; value);
@@ -38,14 +51,8 @@ pub fn value(out: &mut Vec<u8>, lang: Lang, data_type: Option<DataType>, bytes: 
         }
         Value::Real(value) => out.extend_from_slice(value.to_string().as_bytes()),
         Value::Text(text) => quoted(out, text.as_bytes(), whole),
-        Value::Time { ms, days } => {
-            put!(out; days, "d ");
-            clock(out, ms);
-        }
-        Value::Difference { ms, days } => {
-            put!(out; days, "d ");
-            clock(out, ms);
-        }
+        Value::Time { ms, days } => put!(out; days, "d ", Clock(ms)),
+        Value::Difference { ms, days } => put!(out; days, "d ", Clock(ms)),
         Value::Bytes(bytes) if data_type == Some(DataType::UnicodeString) && bytes.len() % 2 == 0 => {
             quoted(out, od::unicode(bytes.get(..TEXT).unwrap_or(bytes)).as_bytes(), whole && bytes.len() <= TEXT);
         }
@@ -133,7 +140,7 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Obj
 /// is what is known of the object.
 pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping: Option<&Mapping>) {
     let mux = Mux { index: content.index, sub: content.sub };
-    object::number(out, mux);
+    put!(out; mux);
     let known = mapping.and_then(|mapping| mapping.entries.first());
     if let Some(mapped) = known.filter(|mapped| signal::has_name(lang, mapped)) {
         put!(out; " ");
@@ -172,12 +179,6 @@ fn hexadecimal(out: &mut Vec<u8>, bytes: &[u8]) {
     put!(out; "h)");
 }
 
-fn clock(out: &mut Vec<u8>, ms: u32) {
-    let (hours, minutes, seconds) = (ms / 3_600_000, ms / 60_000 % 60, ms / 1000 % 60);
-    put!(out; Padded::<2>(u64::from(hours)), ":", Padded::<2>(u64::from(minutes)), ":");
-    put!(out; Padded::<2>(u64::from(seconds)), ".", Padded::<3>(u64::from(ms % 1000)));
-}
-
 fn quoted(out: &mut Vec<u8>, text: &[u8], whole: bool) {
     put!(out; "\"");
     escape::terminal(out, text.get(..TEXT).unwrap_or(text));
@@ -194,14 +195,4 @@ pub fn segment(out: &mut Vec<u8>, bytes: &[u8]) {
     } else {
         put!(out; Spaced(bytes));
     }
-}
-
-/// A number of bytes: `23字节`, `23 bytes`.
-pub fn size(out: &mut Vec<u8>, lang: Lang, bytes: u64) {
-    decimal(out, bytes);
-    put!(out; match lang {
-        Lang::Zh => "字节",
-        Lang::En if bytes == 1 => " byte",
-        Lang::En => " bytes",
-    });
 }

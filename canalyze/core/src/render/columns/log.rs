@@ -16,7 +16,7 @@ use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
 use crate::render::jsonl::Setting;
 use crate::text::digits::{Hex, put};
-use crate::text::{Depth, Lang, en, findings, zh};
+use crate::text::{Depth, Lang, findings, services};
 
 columns! {
     /// The columns.
@@ -60,10 +60,7 @@ impl Log {
     ) {
         let Message::Emcy { node, code, .. } = *message else { return };
         self.text.clear();
-        match self.lang {
-            Lang::Zh => zh::services::message(&mut self.text, Depth::Default, message, frame),
-            Lang::En => en::services::message(&mut self.text, Depth::Default, message, frame),
-        }
+        services::message(&mut self.text, self.lang, Depth::Default, message, frame);
         let level = if code >> 8 == 0 { Severity::Info } else { Severity::Error };
         let mut word = Vec::new();
         put!(&mut word; Hex::<4>(u64::from(code)));

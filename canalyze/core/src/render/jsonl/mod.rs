@@ -35,7 +35,7 @@ use crate::finding_context::Held;
 use crate::frame::{Buses, Direction, Frame, Kind};
 use crate::render::text::Lines;
 use crate::text::digits::{Hex, Joined, fraction, put};
-use crate::text::{Depth, Lang, en, escape, findings, notes, zh};
+use crate::text::{Depth, Lang, escape, findings, notes, services as words};
 
 pub use contents::contents;
 pub use info::{DAMAGES, info};
@@ -92,10 +92,7 @@ pub fn frame(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[E
                 put!(out; ",\"service\":\"", service, "\",\"node\":");
                 number_or_null(out, event.node.map(u64::from));
                 put!(out; ",\"text\":");
-                quoted(out, |text| match setting.lang {
-                    Lang::Zh => zh::services::message(text, Depth::Default, message, frame),
-                    Lang::En => en::services::message(text, Depth::Default, message, frame),
-                });
+                quoted(out, |text| words::message(text, setting.lang, Depth::Default, message, frame));
                 codes(out, events);
                 put!(out; ",\"", service, "\":");
                 services::fields(out, setting.lang, message, frame);
@@ -104,10 +101,7 @@ pub fn frame(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[E
                 put!(out; ",\"service\":\"pdo\",\"node\":");
                 number_or_null(out, event.node.map(u64::from));
                 put!(out; ",\"text\":");
-                quoted(out, |text| match setting.lang {
-                    Lang::Zh => zh::pdo::process_data(text, Depth::Default, data, frame),
-                    Lang::En => en::pdo::process_data(text, Depth::Default, data, frame),
-                });
+                quoted(out, |text| words::pdo::process_data(text, setting.lang, Depth::Default, data, frame));
                 codes(out, events);
                 put!(out; ",\"pdo\":");
                 pdo::fields(out, setting.lang, data, frame);
@@ -116,10 +110,7 @@ pub fn frame(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[E
                 put!(out; ",\"service\":\"pdo\",\"node\":");
                 number_or_null(out, event.node.map(u64::from));
                 put!(out; ",\"text\":");
-                quoted(out, |text| match setting.lang {
-                    Lang::Zh => zh::pdo::multiplexed(text, Depth::Default, data),
-                    Lang::En => en::pdo::multiplexed(text, Depth::Default, data),
-                });
+                quoted(out, |text| words::pdo::multiplex(text, setting.lang, Depth::Default, data));
                 codes(out, events);
                 put!(out; ",\"pdo\":");
                 services::multiplexed(out, setting.lang, data, frame);
@@ -128,10 +119,7 @@ pub fn frame(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[E
                 put!(out; ",\"service\":\"sdo\",\"node\":");
                 number_or_null(out, event.node.map(u64::from));
                 put!(out; ",\"text\":");
-                quoted(out, |text| match setting.lang {
-                    Lang::Zh => zh::sdo::step(text, Depth::Default, step, frame.len),
-                    Lang::En => en::sdo::step(text, Depth::Default, step, frame.len),
-                });
+                quoted(out, |text| words::sdo::step(text, setting.lang, Depth::Default, step, frame.len));
                 codes(out, events);
                 put!(out; ",\"sdo\":");
                 sdo::fields(out, step, event.transfer, frame);

@@ -13,11 +13,11 @@
 //! Bits are counted as in the number that the shown bytes make, read little-endian. Which mapping holds is given;
 //! a payload that does not reach an entry is called short, which is no verdict on the frame.
 
-use super::say;
 use crate::drive::{self, Object, State};
 use crate::services::pdo::mapping::{Mapped, Mapping, Number, number};
-use crate::text::digits::{Hex, Nibbles, Spaced, binary, put};
-use crate::text::{Lang, signal, terms, value};
+use crate::text::digits::{Hex, Nibbles, Put, Spaced, binary, put};
+use crate::text::value::{self, Size};
+use crate::text::{Lang, say, signal, terms};
 
 /// Most bytes of a bit field that are shown in binary.
 const BINARY: usize = 4;
@@ -26,16 +26,11 @@ const LINE: usize = 16;
 
 /// Appends the breakdown of a payload, whole lines.
 pub fn mapping(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, payload: &[u8]) {
-    put!(out; say(lang, "#   映射: ", "#   mapping: "), mapping.entries.len());
-    put!(out; match lang {
-        Lang::Zh => "个对象, ",
-        Lang::En if mapping.entries.len() == 1 => " entry, ",
-        Lang::En => " entries, ",
-    });
-    bits(out, lang, mapping.bits);
-    put!(out; say(lang, ", 需", ", takes "));
-    value::size(out, lang, mapping.bytes() as u64);
-    put!(out; "\n");
+    let (count, size) = (mapping.entries.len(), Size(lang, mapping.bytes() as u64));
+    let bits = Bits(lang, mapping.bits);
+    say!(out, lang;
+        zh: "#   映射: ", count, "个对象, ", bits, ", 需", size, "\n";
+        en: "#   mapping: ", count, if count == 1 { " entry, " } else { " entries, " }, bits, ", takes ", size, "\n");
     for mapped in &mapping.entries {
         entry(out, lang, mapping, mapped, payload);
     }
@@ -43,11 +38,11 @@ pub fn mapping(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, payload: &[u8])
     let (whole, rest) = (end.div_ceil(8), 8 * end.div_ceil(8) - end);
     if rest > 0 && whole <= payload.len() {
         field(out, lang, payload, end, rest);
-        put!(out; say(lang, " | 映射之外\n", " | beyond the mapping\n"));
+        put!(out; lang.pick(" | 映射之外\n", " | beyond the mapping\n"));
     }
     for (no, beyond) in payload.get(whole..).unwrap_or_default().chunks(LINE).enumerate() {
         field(out, lang, payload, 8 * (whole + LINE * no), 8 * beyond.len());
-        put!(out; say(lang, " | 映射之外\n", " | beyond the mapping\n"));
+        put!(out; lang.pick(" | 映射之外\n", " | beyond the mapping\n"));
     }
 }
 
@@ -55,21 +50,19 @@ fn entry(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, mapped: &Mapped, payl
     field(out, lang, payload, usize::from(mapped.offset), usize::from(mapped.bits));
     put!(out; " | ", Hex::<8>(u64::from(mapped.word())), "h: ");
     match mapped.data_type {
-        Some(data_type) if mapped.dummy => put!(out; say(lang, "虚映射 ", "dummy "), data_type.name()),
-        _ if mapped.dummy => put!(out; say(lang, "虚映射 ", "dummy "), Hex::<4>(u64::from(mapped.index)), "h"),
+        Some(data_type) if mapped.dummy => put!(out; lang.pick("虚映射 ", "dummy "), data_type.name()),
+        _ if mapped.dummy => put!(out; lang.pick("虚映射 ", "dummy "), Hex::<4>(u64::from(mapped.index)), "h"),
         _ => {
-            put!(out; say(lang, "索引", "index "), Hex::<4>(u64::from(mapped.index)));
-            put!(out; say(lang, "h, 子索引", "h, sub-index "), Hex::<2>(u64::from(mapped.sub)), "h");
+            put!(out; lang.pick("索引", "index "), Hex::<4>(u64::from(mapped.index)));
+            put!(out; lang.pick("h, 子索引", "h, sub-index "), Hex::<2>(u64::from(mapped.sub)), "h");
         }
     }
-    put!(out; ", ");
-    bits(out, lang, u16::from(mapped.bits));
-    put!(out; " | ");
+    put!(out; ", ", Bits(lang, u16::from(mapped.bits)), " | ");
     match (mapping.raw(mapped, payload), mapping.octets(mapped, payload)) {
-        _ if mapped.bits == 0 => put!(out; say(lang, "没有数据位", "no bits")),
-        (None, None) if reaches(mapped, payload) => put!(out; say(lang, "超过64位", "more than 64 bits")),
-        (None, None) => put!(out; say(lang, "数据不足", "the data end before it")),
-        _ if mapped.dummy => put!(out; say(lang, "跳过", "skipped")),
+        _ if mapped.bits == 0 => put!(out; lang.pick("没有数据位", "no bits")),
+        (None, None) if reaches(mapped, payload) => put!(out; lang.pick("超过64位", "more than 64 bits")),
+        (None, None) => put!(out; lang.pick("数据不足", "the data end before it")),
+        _ if mapped.dummy => put!(out; lang.pick("跳过", "skipped")),
         (None, Some(octets)) => {
             signal::name(out, lang, mapped);
             put!(out; "=");
@@ -130,20 +123,20 @@ fn field(out: &mut Vec<u8>, lang: Lang, payload: &[u8], offset: usize, count: us
             }
         }
         if (2..=8).contains(&bytes.len()) {
-            put!(out; say(lang, " (小端格式)", " (little-endian)"));
+            put!(out; lang.pick(" (小端格式)", " (little-endian)"));
         }
         put!(out; "  ");
     }
     match end.saturating_sub(first) {
-        0 | 1 => put!(out; say(lang, "字节", "byte "), first),
-        _ => put!(out; say(lang, "字节", "bytes "), first, "-", end - 1),
+        0 | 1 => put!(out; lang.pick("字节", "byte "), first),
+        _ => put!(out; lang.pick("字节", "bytes "), first, "-", end - 1),
     }
     if aligned {
         return;
     }
     match count {
-        1 => put!(out; say(lang, " 位", " bit "), low),
-        _ => put!(out; say(lang, " 位", " bits "), low + count - 1, "-", low),
+        1 => put!(out; lang.pick(" 位", " bit "), low),
+        _ => put!(out; lang.pick(" 位", " bits "), low + count - 1, "-", low),
     }
     if let Some(raw) = crate::services::pdo::mapping::extract(payload, offset, count) {
         put!(out; ": ");
@@ -179,15 +172,15 @@ fn words(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
             set_bits(out, lang, raw, |bit| terms::find(terms::drive::STATUSWORD, lang, bit));
         }
         Some(Object::Controlword) => {
-            put!(out; say(lang, "#     位7: ", "#     bit 7: "), word >> 7 & 1);
-            put!(out; say(lang, " | 位3-0: ", " | bits 3-0: "));
+            put!(out; lang.pick("#     位7: ", "#     bit 7: "), word >> 7 & 1);
+            put!(out; lang.pick(" | 位3-0: ", " | bits 3-0: "));
             binary(out, raw, 4);
             put!(out; "b = ");
             put!(out; drive::command(word, None).map_or("", |command| terms::drive::command(lang, command)), "\n");
             set_bits(out, lang, raw, |bit| terms::find(terms::drive::CONTROLWORD, lang, bit));
         }
         Some(Object::SupportedModes) => set_bits(out, lang, raw, |bit| match bit {
-            16.. => Some(say(lang, "厂商定义的模式", "manufacturer-specific mode")),
+            16.. => Some(lang.pick("厂商定义的模式", "manufacturer-specific mode")),
             _ => Some(terms::drive::mode(lang, i8::try_from(bit).unwrap_or(i8::MAX).saturating_add(1))),
         }),
         Some(Object::ModesOfOperation | Object::ModesOfOperationDisplay) | None => {}
@@ -198,7 +191,7 @@ fn words(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
 fn set_bits(out: &mut Vec<u8>, lang: Lang, raw: u64, name: impl Fn(u8) -> Option<&'static str>) {
     let mut between = "#     ";
     for bit in (0..32_u8).filter(|bit| raw >> bit & 1 != 0) {
-        put!(out; between, say(lang, "位", "bit "), bit, ": 1 ", name(bit).unwrap_or_default());
+        put!(out; between, lang.pick("位", "bit "), bit, ": 1 ", name(bit).unwrap_or_default());
         between = " | ";
     }
     if between == " | " {
@@ -206,12 +199,13 @@ fn set_bits(out: &mut Vec<u8>, lang: Lang, raw: u64, name: impl Fn(u8) -> Option
     }
 }
 
-fn bits(out: &mut Vec<u8>, lang: Lang, count: u16) {
-    put!(out; count, match lang {
-        Lang::Zh => "位",
-        Lang::En if count == 1 => " bit",
-        Lang::En => " bits",
-    });
+/// A number of bits: `16位`, `16 bits`.
+struct Bits(Lang, u16);
+
+impl Put for Bits {
+    fn put(&self, out: &mut Vec<u8>) {
+        put!(out; self.1, self.0.pick("位", if self.1 == 1 { " bit" } else { " bits" }));
+    }
 }
 
 #[cfg(test)]

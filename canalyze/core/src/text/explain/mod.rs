@@ -1,15 +1,19 @@
 //! The breakdown under a line: COB-ID formula, bit groups, little-endian fields, data bytes, as the notes'
 //! explanation chapters give them. Whole lines, each `#   ...` and a line end.
 //!
-//! Both languages stand side by side here, since the layout is one and only the words differ. It must not decide
-//! anything.
+//! The layout is one and only the words differ: they stand in [`Lang::pick`]. A new service gets its arm in
+//! `services::message`. Must not decide anything.
 
+pub mod command_byte;
+pub mod lss;
 pub mod mapping;
 pub mod pdo;
 pub mod sdo;
 pub mod services;
 
-use super::{Lang, en, zh};
+use super::Lang;
+use super::services::role::Named;
+use super::value::Size;
 use crate::cob_id::{Role, predefined};
 use crate::frame::{Frame, Kind};
 use crate::text::digits::{Hex, Put, Spaced, put};
@@ -19,14 +23,6 @@ macro_rules! line {
     ($out:expr; $($part:expr),+ $(,)?) => { $crate::text::digits::put!($out; "#   ", $($part),+, "\n") };
 }
 pub(crate) use line;
-
-/// The word of the chosen language.
-pub(crate) const fn say(lang: Lang, zh: &'static str, en: &'static str) -> &'static str {
-    match lang {
-        Lang::Zh => zh,
-        Lang::En => en,
-    }
-}
 
 /// The identifier with its digits, three or eight: `60Ah`.
 struct Id<'a>(&'a Frame);
@@ -49,10 +45,7 @@ pub fn cob_id(out: &mut Vec<u8>, lang: Lang, role: Role, frame: &Frame) {
     }
     put!(out; "#   COB-ID ", Id(frame));
     if predefined(frame.id) != role {
-        put!(out; say(lang, ": 由配置指定, ", ": set by configuration, "));
-        noun(out, lang, role);
-        put!(out; "\n");
-        return;
+        return put!(out; lang.pick(": 由配置指定, ", ": set by configuration, "), Named(lang, role), "\n");
     }
     let node = match role {
         Role::Emcy(node) | Role::SdoResponse(node) | Role::SdoRequest(node) | Role::ErrorControl(node) => Some(node),
@@ -61,7 +54,7 @@ pub fn cob_id(out: &mut Vec<u8>, lang: Lang, role: Role, frame: &Frame) {
     };
     if let Some(node) = node {
         let base = u64::from(frame.id.raw()).saturating_sub(u64::from(node));
-        put!(out; " = ", Hex::<3>(base), say(lang, "h + 节点ID ", "h + node-ID "));
+        put!(out; " = ", Hex::<3>(base), lang.pick("h + 节点ID ", "h + node-ID "));
         put!(out; Hex::<2>(u64::from(node)), "h (", node, ")");
     }
     if let Role::Srdo { number, inverted } = role {
@@ -76,52 +69,38 @@ pub fn cob_id(out: &mut Vec<u8>, lang: Lang, role: Role, frame: &Frame) {
 fn purpose(out: &mut Vec<u8>, lang: Lang, role: Role) {
     match role {
         Role::Nmt => {
-            put!(out; say(lang, "NMT节点控制, NMT主站 -> NMT从站", "NMT node control, NMT master -> NMT slaves"))
+            put!(out; lang.pick("NMT节点控制, NMT主站 -> NMT从站", "NMT node control, NMT master -> NMT slaves"))
         }
-        Role::Sync => put!(out; say(lang, "同步报文, 生产者 -> 消费者", "SYNC, producer -> consumers")),
-        Role::Time => put!(out; say(lang, "时间戳, 生产者 -> 消费者", "TIME, producer -> consumers")),
-        Role::Emcy(_) => put!(out; say(lang, "紧急报文, 生产者 -> 消费者", "emergency, producer -> consumers")),
+        Role::Sync => put!(out; lang.pick("同步报文, 生产者 -> 消费者", "SYNC, producer -> consumers")),
+        Role::Time => put!(out; lang.pick("时间戳, 生产者 -> 消费者", "TIME, producer -> consumers")),
+        Role::Emcy(_) => put!(out; lang.pick("紧急报文, 生产者 -> 消费者", "emergency, producer -> consumers")),
         Role::Tpdo { number, .. } => {
-            put!(out; "TPDO", number, say(lang, ", 该节点 -> 消费者", ", this node -> consumers"));
+            put!(out; "TPDO", number, lang.pick(", 该节点 -> 消费者", ", this node -> consumers"));
         }
         Role::Rpdo { number, .. } => {
-            put!(out; "RPDO", number, say(lang, ", 生产者 -> 该节点", ", producer -> this node"));
+            put!(out; "RPDO", number, lang.pick(", 生产者 -> 该节点", ", producer -> this node"));
         }
-        Role::SdoRequest(_) => put!(out; say(lang, "SDO请求, 客户端 -> 服务器", "SDO request, client -> server")),
-        Role::SdoResponse(_) => put!(out; say(lang, "SDO响应, 服务器 -> 客户端", "SDO response, server -> client")),
-        Role::ErrorControl(_) => put!(out; say(
-            lang,
-            "错误控制 (启动报文, 心跳, 节点保护)",
+        Role::SdoRequest(_) => put!(out; lang.pick("SDO请求, 客户端 -> 服务器", "SDO request, client -> server")),
+        Role::SdoResponse(_) => put!(out; lang.pick("SDO响应, 服务器 -> 客户端", "SDO response, server -> client")),
+        Role::ErrorControl(_) => put!(out; lang.pick("错误控制 (启动报文, 心跳, 节点保护)",
             "error control (boot-up, heartbeat, node guarding)",
         )),
-        Role::LssRequest => put!(out; say(lang, "LSS, 主站 -> 从站", "LSS, master -> slaves")),
-        Role::LssResponse => put!(out; say(lang, "LSS, 从站 -> 主站", "LSS, slave -> master")),
+        Role::LssRequest => put!(out; lang.pick("LSS, 主站 -> 从站", "LSS, master -> slaves")),
+        Role::LssResponse => put!(out; lang.pick("LSS, 从站 -> 主站", "LSS, slave -> master")),
         Role::Gfc
         | Role::FlyingMaster(_)
         | Role::Srdo { .. }
         | Role::DynamicSdo
         | Role::Reserved
         | Role::Unassigned
-        | Role::Foreign => noun(out, lang, role),
-    }
-}
-
-fn noun(out: &mut Vec<u8>, lang: Lang, role: Role) {
-    match lang {
-        Lang::Zh => zh::services::role(out, role),
-        Lang::En => en::services::role(out, role),
+        | Role::Foreign => put!(out; Named(lang, role)),
     }
 }
 
 /// Data bytes, sixteen a line: `#   9C FF FF FF  数据(4字节)`. Nothing where there are none.
 pub fn data(out: &mut Vec<u8>, lang: Lang, bytes: &[u8]) {
     for chunk in bytes.chunks(16) {
-        put!(out; "#   ", Spaced(chunk), say(lang, "  数据(", "  data ("), chunk.len());
-        put!(out; match lang {
-            Lang::Zh => "字节)",
-            Lang::En if chunk.len() == 1 => " byte)",
-            Lang::En => " bytes)",
-        });
+        put!(out; "#   ", Spaced(chunk), lang.pick("  数据(", "  data ("), Size(lang, chunk.len() as u64), ")");
         ascii(out, chunk);
         put!(out; "\n");
     }
@@ -139,6 +118,16 @@ fn ascii(out: &mut Vec<u8>, bytes: &[u8]) {
 /// Bytes that a frame has beyond its fields: reserved.
 pub fn reserved(out: &mut Vec<u8>, lang: Lang, bytes: &[u8]) {
     if !bytes.is_empty() {
-        line!(out; Spaced(bytes), say(lang, "  保留", "  reserved"));
+        line!(out; Spaced(bytes), lang.pick("  保留", "  reserved"));
     }
+}
+
+/// `#   0A  节点ID 0Ah (10)`.
+pub fn node_id(out: &mut Vec<u8>, lang: Lang, node: u8) {
+    let hex = Hex::<2>(u64::from(node));
+    put!(out; "#   ", hex, lang.pick("  节点ID ", "  node-ID "), hex, "h (", node, ")");
+    if node > 127 {
+        put!(out; lang.pick(" 无效", " invalid"));
+    }
+    put!(out; "\n");
 }

@@ -1,12 +1,12 @@
 //! The breakdown of a PDO: COB-ID, parameters, and each mapped object bit by bit.
 
-use super::{cob_id, data, say};
+use super::{cob_id, data};
 use crate::cob_id::Role;
 use crate::configuration::Provenance;
 use crate::event::{ProcessData, Signals};
 use crate::frame::Frame;
-use crate::text::Lang;
 use crate::text::digits::put;
+use crate::text::{Lang, say};
 
 /// Appends the breakdown of a PDO with data.
 pub fn process_data(out: &mut Vec<u8>, lang: Lang, pdo: &ProcessData, frame: &Frame) {
@@ -24,19 +24,18 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, pdo: &ProcessData, frame: &Fr
 
 /// From where the mapping is known.
 fn provenance(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
-    put!(out; say(lang, "#   映射来源: ", "#   mapping known from: "));
-    match (lang, from) {
-        (Lang::Zh, Provenance::Observed(frame)) => put!(out; "记录中的SDO, 到第", frame, "帧为止"),
-        (Lang::En, Provenance::Observed(frame)) => put!(out; "SDO in the capture, up to frame ", frame),
-        (Lang::Zh, Provenance::Doubted(frame)) => put!(out; "记录中的SDO, 到第", frame, "帧为止, 此后有帧丢失"),
-        (Lang::En, Provenance::Doubted(frame)) => {
-            put!(out; "SDO in the capture, up to frame ", frame, "; frames were lost since");
-        }
-        (Lang::Zh, Provenance::Option) => put!(out; "选项"),
-        (Lang::En, Provenance::Option) => put!(out; "an option"),
-        (_, Provenance::Dcf) => put!(out; "DCF"),
-        (_, Provenance::Eds) => put!(out; say(lang, "EDS默认值", "the EDS's defaults")),
-        (_, Provenance::Default) => put!(out; say(lang, "预定义连接集", "the pre-defined connection set")),
+    put!(out; lang.pick("#   映射来源: ", "#   mapping known from: "));
+    match from {
+        Provenance::Observed(frame) => say!(out, lang;
+            zh: "记录中的SDO, 到第", frame, "帧为止";
+            en: "SDO in the capture, up to frame ", frame),
+        Provenance::Doubted(frame) => say!(out, lang;
+            zh: "记录中的SDO, 到第", frame, "帧为止, 此后有帧丢失";
+            en: "SDO in the capture, up to frame ", frame, "; frames were lost since"),
+        Provenance::Option => say!(out, lang; zh: "选项"; en: "an option"),
+        Provenance::Dcf => put!(out; "DCF"),
+        Provenance::Eds => say!(out, lang; zh: "EDS默认值"; en: "the EDS's defaults"),
+        Provenance::Default => say!(out, lang; zh: "预定义连接集"; en: "the pre-defined connection set"),
     }
     put!(out; "\n");
 }

@@ -1,26 +1,25 @@
-//! The breakdown of every service but SDO: after the COB-ID, each field with its bytes, in the order of the frame.
+//! The breakdown of every service but SDO and LSS: after the COB-ID, each field with its bytes, in the order of the frame.
 
-use super::{cob_id, data, line, reserved, say};
+use super::{cob_id, data, line, node_id, reserved};
 use crate::cob_id::Role;
 use crate::frame::Frame;
 use crate::message::Message;
-use crate::services::lss::{BIT_CHECK_ANY, Command, Part, bit_rate};
 use crate::services::pdo::{Multiplexed, communication_parameter, mapping_parameter};
-use crate::services::{error_frame, time, usdo};
-use crate::text::digits::{Bin, Hex, Nibbles, Padded, Spaced, put};
-use crate::text::{Depth, Lang, en, terms, zh};
+use crate::services::{error_frame, usdo};
+use crate::text::digits::{Bin, Hex, Nibbles, Spaced, put};
+use crate::text::services::time::{Clock, Date};
+use crate::text::{Depth, Lang, say, services as words, terms};
 
 /// Appends the breakdown of a frame, whole lines.
 pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
     match *message {
         Message::Usdo { request, source, .. } => {
             put!(out; "#   COB-ID ", Hex::<3>(u64::from(frame.id.raw())), if request { "h = 600h + " } else { "h = 580h + " });
-            put!(out; say(lang, "源节点ID ", "source node-ID "), Hex::<2>(u64::from(source)), "h (", source, "): ");
-            put!(out; match (lang, request) {
-                (Lang::Zh, true) => "USDO请求, 客户端 -> 服务器\n",
-                (Lang::Zh, false) => "USDO响应, 服务器 -> 客户端\n",
-                (Lang::En, true) => "USDO request, client -> server\n",
-                (Lang::En, false) => "USDO response, server -> client\n",
+            put!(out; lang.pick("源节点ID ", "source node-ID "), Hex::<2>(u64::from(source)), "h (", source, "): ");
+            put!(out; if request {
+                lang.pick("USDO请求, 客户端 -> 服务器\n", "USDO request, client -> server\n")
+            } else {
+                lang.pick("USDO响应, 服务器 -> 客户端\n", "USDO response, server -> client\n")
             });
         }
         Message::ErrorFrame => {}
@@ -30,12 +29,13 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
     match *message {
         Message::Nmt { command, node } => node_control(out, lang, command, node),
         Message::Sync { counter: Some(counter) } => {
-            let zh = "  同步计数器 (1019h不为0时才有) = ";
-            let en = "  synchronous counter (only where 1019h is not 0) = ";
-            line!(out; Hex::<2>(u64::from(counter)), say(lang, zh, en), counter);
+            put!(out; "#   ", Hex::<2>(u64::from(counter)));
+            say!(out, lang;
+                zh: "  同步计数器 (1019h不为0时才有) = ", counter, "\n";
+                en: "  synchronous counter (only where 1019h is not 0) = ", counter, "\n");
         }
         Message::Sync { counter: None } => {
-            line!(out; say(lang, "无数据: 不带同步计数器 (1019h = 0)", "no data: no synchronous counter (1019h = 0)"));
+            line!(out; lang.pick("无数据: 不带同步计数器 (1019h = 0)", "no data: no synchronous counter (1019h = 0)"));
         }
         Message::Time { ms, days, reserved } => time_of_day(out, lang, ms, days, reserved, payload),
         Message::Emcy { code, register, manufacturer, .. } => emcy(out, lang, code, register, &manufacturer),
@@ -48,18 +48,19 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
             multiplexed(out, lang, &content);
         }
         Message::PdoRequest { .. } | Message::GuardingRequest { .. } => {
-            let zh = "远程帧: 无数据, 请求长度(字节)=";
-            line!(out; say(lang, zh, "remote frame: no data, requested length (bytes)="), frame.len);
+            say!(out, lang;
+                zh: "#   远程帧: 无数据, 请求长度(字节)=", frame.len, "\n";
+                en: "#   remote frame: no data, requested length (bytes)=", frame.len, "\n");
         }
         Message::BootUp { .. } => error_control(out, lang, 0, false),
         Message::Heartbeat { state, toggle, .. } => error_control(out, lang, state, toggle),
-        Message::Lss { command, .. } => lss(out, lang, message, command, frame),
+        Message::Lss { from_master, command } => super::lss::command(out, lang, from_master, command, frame),
         Message::FlyingMaster { master: Some((priority, node)), .. } => {
-            line!(out; Hex::<2>(u64::from(priority)), say(lang, "  优先级 (0最高) = ", "  priority (0 is the highest) = "), priority);
+            line!(out; Hex::<2>(u64::from(priority)), lang.pick("  优先级 (0最高) = ", "  priority (0 is the highest) = "), priority);
             node_id(out, lang, node);
         }
         Message::FlyingMaster { master: None, .. } => phrase(out, lang, message, frame),
-        Message::Gfc => line!(out; say(lang, "无数据", "no data")),
+        Message::Gfc => line!(out; lang.pick("无数据", "no data")),
         Message::Usdo { destination, command, .. } => usdo_header(out, lang, destination, command, payload),
         Message::ErrorFrame => errors(out, lang, frame),
         Message::Srdo { .. } | Message::Foreign { .. } => data(out, lang, payload),
@@ -101,227 +102,112 @@ fn role(message: &Message) -> Role {
 /// The line's own sentence, as a line of the breakdown.
 fn phrase(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
     put!(out; "#   ");
-    sentence(out, lang, Depth::Default, message, frame);
-    put!(out; "\n");
-}
-
-fn sentence(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, frame: &Frame) {
-    match lang {
-        Lang::Zh => zh::services::message(out, depth, message, frame),
-        Lang::En => en::services::message(out, depth, message, frame),
-    }
-}
-
-/// `#   0A  节点ID 0Ah (10)`.
-fn node_id(out: &mut Vec<u8>, lang: Lang, node: u8) {
-    let hex = Hex::<2>(u64::from(node));
-    put!(out; "#   ", hex, say(lang, "  节点ID ", "  node-ID "), hex, "h (", node, ")");
-    if node > 127 {
-        put!(out; say(lang, " 无效", " invalid"));
-    }
+    words::message(out, lang, Depth::Default, message, frame);
     put!(out; "\n");
 }
 
 /// `#   00 20  索引2000h (小端格式)` and the sub-index.
 fn object(out: &mut Vec<u8>, lang: Lang, index: u16, sub: u8) {
-    put!(out; "#   ", Spaced(&index.to_le_bytes()), say(lang, "  索引", "  index "), Hex::<4>(u64::from(index)));
-    put!(out; say(lang, "h (小端格式)\n", "h (little-endian)\n"));
+    put!(out; "#   ", Spaced(&index.to_le_bytes()), lang.pick("  索引", "  index "), Hex::<4>(u64::from(index)));
+    put!(out; lang.pick("h (小端格式)\n", "h (little-endian)\n"));
     sub_index(out, lang, sub);
 }
 
 fn sub_index(out: &mut Vec<u8>, lang: Lang, sub: u8) {
     let hex = Hex::<2>(u64::from(sub));
-    line!(out; hex, say(lang, "  子索引", "  sub-index "), hex, "h");
+    line!(out; hex, lang.pick("  子索引", "  sub-index "), hex, "h");
 }
 
 fn node_control(out: &mut Vec<u8>, lang: Lang, command: u8, node: u8) {
-    let word = terms::nmt::command(lang, command).unwrap_or(say(lang, "未知", "unknown"));
-    line!(out; Hex::<2>(u64::from(command)), say(lang, "  命令字: ", "  command specifier: "), word);
+    let word = terms::nmt::command(lang, command).unwrap_or(lang.pick("未知", "unknown"));
+    line!(out; Hex::<2>(u64::from(command)), lang.pick("  命令字: ", "  command specifier: "), word);
     match node {
-        0 => line!(out; "00", say(lang, "  所有节点", "  all nodes")),
+        0 => line!(out; "00", lang.pick("  所有节点", "  all nodes")),
         _ => node_id(out, lang, node),
     }
 }
 
 fn time_of_day(out: &mut Vec<u8>, lang: Lang, ms: u32, days: u16, reserved: u8, payload: &[u8]) {
     let word = u64::from(ms) | u64::from(reserved) << 28;
-    let (hour, minute, second, thousandth) = time::clock(ms);
     put!(out; "#   ", Spaced(payload.get(..4).unwrap_or_default()), " = ", Hex::<8>(word));
-    put!(out; say(lang, "h (小端格式)  位31-28: ", "h (little-endian)  bits 31-28: "), Bin::<4>(u64::from(reserved)));
-    put!(out; say(lang, "b 保留 | 位27-0: 午夜起", "b reserved | bits 27-0: since midnight "), ms, say(lang, "ms = ", " ms = "));
-    put!(out; Padded::<2>(u64::from(hour)), ":", Padded::<2>(u64::from(minute)), ":");
-    put!(out; Padded::<2>(u64::from(second)), ".", Padded::<3>(u64::from(thousandth)), "\n");
-    let (year, month, day) = time::date(days);
+    put!(out; lang.pick("h (小端格式)  位31-28: ", "h (little-endian)  bits 31-28: "), Bin::<4>(u64::from(reserved)));
+    say!(out, lang;
+        zh: "b 保留 | 位27-0: 午夜起", ms, "ms = ", Clock(ms), "\n";
+        en: "b reserved | bits 27-0: since midnight ", ms, " ms = ", Clock(ms), "\n");
     put!(out; "#   ", Spaced(&days.to_le_bytes()), " = ", Hex::<4>(u64::from(days)));
-    put!(out; say(lang, "h (小端格式)  1984-01-01起", "h (little-endian)  since 1984-01-01: "), days);
-    put!(out; say(lang, "天 = ", " days = "), year, "-", Padded::<2>(u64::from(month)), "-", Padded::<2>(u64::from(day)), "\n");
+    say!(out, lang;
+        zh: "h (小端格式)  1984-01-01起", days, "天 = ", Date(days), "\n";
+        en: "h (little-endian)  since 1984-01-01: ", days, " days = ", Date(days), "\n");
 }
 
 fn emcy(out: &mut Vec<u8>, lang: Lang, code: u16, register: u8, manufacturer: &[u8; 5]) {
-    put!(out; "#   ", Spaced(&code.to_le_bytes()), say(lang, "  错误码 ", "  error code "), Hex::<4>(u64::from(code)));
-    put!(out; say(lang, "h (小端格式): ", "h (little-endian): "));
-    put!(out; terms::emcy::code(lang, code).unwrap_or(say(lang, "未知", "unknown")), "\n");
+    put!(out; "#   ", Spaced(&code.to_le_bytes()), lang.pick("  错误码 ", "  error code "), Hex::<4>(u64::from(code)));
+    put!(out; lang.pick("h (小端格式): ", "h (little-endian): "));
+    put!(out; terms::emcy::code(lang, code).unwrap_or(lang.pick("未知", "unknown")), "\n");
     put!(out; "#   ", Hex::<2>(u64::from(register)), " = ", Nibbles(register));
-    put!(out; say(lang, "  错误寄存器(1001h)", "  error register (1001h)"));
+    put!(out; lang.pick("  错误寄存器(1001h)", "  error register (1001h)"));
     let mut between = "  ";
     for bit in (0..8).filter(|bit| register & 1 << bit != 0) {
-        put!(out; between, say(lang, "位", "bit "), bit, ": 1 ", terms::emcy::register_bit(lang, bit).unwrap_or_default());
+        put!(out; between, lang.pick("位", "bit "), bit, ": 1 ", terms::emcy::register_bit(lang, bit).unwrap_or_default());
         between = " | ";
     }
     if register == 0 {
-        put!(out; say(lang, "  无错误", "  no error"));
+        put!(out; lang.pick("  无错误", "  no error"));
     }
     put!(out; "\n");
-    line!(out; Spaced(manufacturer), say(lang, "  厂商字节", "  manufacturer bytes"));
+    line!(out; Spaced(manufacturer), lang.pick("  厂商字节", "  manufacturer bytes"));
 }
 
 fn error_control(out: &mut Vec<u8>, lang: Lang, state: u8, toggle: bool) {
     let byte = state | u8::from(toggle) << 7;
-    put!(out; "#   ", Hex::<2>(u64::from(byte)), " = ", Nibbles(byte), say(lang, "  位7: ", "  bit 7: "), u8::from(toggle));
-    put!(out; match (lang, toggle) {
-        (Lang::Zh, true) => " toggle (节点保护)",
-        (Lang::Zh, false) => " (心跳中恒为0; 节点保护中为toggle位)",
-        (Lang::En, true) => " toggle (node guarding)",
-        (Lang::En, false) => " (always 0 in a heartbeat; the toggle bit of node guarding)",
+    put!(out; "#   ", Hex::<2>(u64::from(byte)), " = ", Nibbles(byte), lang.pick("  位7: ", "  bit 7: "), u8::from(toggle));
+    put!(out; if toggle {
+        lang.pick(" toggle (节点保护)", " toggle (node guarding)")
+    } else {
+        lang.pick(" (心跳中恒为0; 节点保护中为toggle位)", " (always 0 in a heartbeat; the toggle bit of node guarding)")
     });
-    put!(out; say(lang, " | 位6-0: ", " | bits 6-0: "), Hex::<2>(u64::from(state)), "h ");
-    put!(out; terms::nmt::state(lang, state).unwrap_or(say(lang, "未知状态", "unknown state")));
+    put!(out; lang.pick(" | 位6-0: ", " | bits 6-0: "), Hex::<2>(u64::from(state)), "h ");
+    put!(out; terms::nmt::state(lang, state).unwrap_or(lang.pick("未知状态", "unknown state")));
     put!(out; "\n");
 }
 
 pub(super) fn parameters(out: &mut Vec<u8>, lang: Lang, transmit: bool, number: u16) {
-    put!(out; "#   ", say(lang, "通信参数 ", "communication parameter "));
+    put!(out; "#   ", lang.pick("通信参数 ", "communication parameter "));
     put!(out; Hex::<4>(u64::from(communication_parameter(transmit, number))));
-    put!(out; say(lang, "h, 映射参数 ", "h, mapping parameter "));
+    put!(out; lang.pick("h, 映射参数 ", "h, mapping parameter "));
     put!(out; Hex::<4>(u64::from(mapping_parameter(transmit, number))));
-    put!(out; say(lang, "h: 数据的含义由映射决定\n", "h: the mapping says what the data mean\n"));
+    put!(out; lang.pick("h: 数据的含义由映射决定\n", "h: the mapping says what the data mean\n"));
 }
 
 fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed) {
     let byte = content.node | u8::from(content.destination) << 7;
-    put!(out; "#   ", Hex::<2>(u64::from(byte)), " = ", Nibbles(byte), say(lang, "  位7: ", "  bit 7: "));
-    put!(out; match (lang, content.destination) {
-        (Lang::Zh, true) => "1 目标地址模式(DAM)",
-        (Lang::Zh, false) => "0 源地址模式(SAM)",
-        (Lang::En, true) => "1 destination address mode (DAM)",
-        (Lang::En, false) => "0 source address mode (SAM)",
+    put!(out; "#   ", Hex::<2>(u64::from(byte)), " = ", Nibbles(byte), lang.pick("  位7: ", "  bit 7: "));
+    put!(out; if content.destination {
+        lang.pick("1 目标地址模式(DAM)", "1 destination address mode (DAM)")
+    } else {
+        lang.pick("0 源地址模式(SAM)", "0 source address mode (SAM)")
     });
-    put!(out; say(lang, " | 位6-0: ", " | bits 6-0: "), Hex::<2>(u64::from(content.node)));
-    put!(out; say(lang, "h 节点ID (", "h node-ID ("), content.node, ")\n");
+    put!(out; lang.pick(" | 位6-0: ", " | bits 6-0: "), Hex::<2>(u64::from(content.node)));
+    put!(out; lang.pick("h 节点ID (", "h node-ID ("), content.node, ")\n");
     object(out, lang, content.index, content.sub);
-    put!(out; "#   ", Spaced(&content.data), say(lang, "  数据(4字节) = ", "  data (4 bytes) = "));
-    put!(out; u32::from_le_bytes(content.data), say(lang, " (小端格式)\n", " (little-endian)\n"));
-}
-
-/// The command byte with the brief phrase, then each field.
-fn lss(out: &mut Vec<u8>, lang: Lang, message: &Message, command: Command, frame: &Frame) {
-    let [cs, a, b, c, d, e, f, g] = frame.head();
-    put!(out; "#   ", Hex::<2>(u64::from(cs)), say(lang, "  命令字: ", "  command specifier: "));
-    sentence(out, lang, Depth::Brief, message, frame);
-    put!(out; "\n");
-    let unknown = say(lang, "未知", "unknown");
-    match command {
-        Command::SwitchGlobal { mode } => {
-            let word = match mode {
-                0 => say(lang, "等待状态", "waiting state"),
-                1 => say(lang, "配置状态", "configuration state"),
-                _ => say(lang, "保留", "reserved"),
-            };
-            line!(out; Hex::<2>(u64::from(mode)), say(lang, "  模式: ", "  mode: "), word);
-            reserved(out, lang, &[b, c, d, e, f, g]);
-        }
-        Command::SwitchSelective { part, value } | Command::InquireResponse { part, value } => {
-            number(out, lang, terms::lss::part(lang, part), value);
-            reserved(out, lang, &[e, f, g]);
-        }
-        Command::Identify { bound, value } => {
-            number(out, lang, terms::lss::bound(lang, bound), value);
-            reserved(out, lang, &[e, f, g]);
-        }
-        Command::ConfigureNodeId { node: 0xFF } | Command::InquireNodeIdResponse { node: 0xFF } => {
-            line!(out; "FF", say(lang, "  节点ID FFh: 未配置", "  node-ID FFh: unconfigured"));
-            reserved(out, lang, &[b, c, d, e, f, g]);
-        }
-        Command::ConfigureNodeId { node } | Command::InquireNodeIdResponse { node } => {
-            node_id(out, lang, node);
-            reserved(out, lang, &[b, c, d, e, f, g]);
-        }
-        Command::ConfigureBitTiming { selector, index } => {
-            let table = if selector == 0 {
-                say(lang, "CiA位定时表", "CiA bit timing table")
-            } else if selector < 128 {
-                say(lang, "保留的位定时表", "reserved bit timing table")
-            } else {
-                say(lang, "制造商定义的位定时表", "manufacturer-specific bit timing table")
-            };
-            line!(out; Hex::<2>(u64::from(selector)), say(lang, "  表选择: ", "  table selector: "), table);
-            put!(out; "#   ", Hex::<2>(u64::from(index)), say(lang, "  表内序号: ", "  table index: "), index);
-            match bit_rate(index).filter(|_| selector == 0) {
-                Some(rate) => put!(out; " = ", rate, " kbit/s"),
-                None if selector != 0 => {}
-                None if index == 9 => put!(out; say(lang, " = 自动检测", " = automatic detection")),
-                None => put!(out; say(lang, " = 保留", " = reserved")),
-            }
-            put!(out; "\n");
-            reserved(out, lang, &[c, d, e, f, g]);
-        }
-        Command::Confirmation { of, error, specific } => {
-            let word = terms::lss::error(lang, of, error).unwrap_or(unknown);
-            line!(out; Hex::<2>(u64::from(error)), say(lang, "  错误码: ", "  error code: "), word);
-            let zh = "  特定错误码 (错误码为FFh时有效)";
-            let en = "  specific error code (valid where the error code is FFh)";
-            line!(out; Hex::<2>(u64::from(specific)), say(lang, zh, en));
-            reserved(out, lang, &[c, d, e, f, g]);
-        }
-        Command::ActivateBitTiming { delay } => {
-            put!(out; "#   ", Spaced(&[a, b]), say(lang, "  切换延迟 ", "  switch delay "), Hex::<4>(u64::from(delay)));
-            put!(out; "h = ", delay, say(lang, "ms (小端格式)\n", " ms (little-endian)\n"));
-            reserved(out, lang, &[c, d, e, f, g]);
-        }
-        Command::Fastscan { id_number, bit_check, sub, next } => {
-            number(out, lang, "IDNumber", id_number);
-            put!(out; "#   ", Hex::<2>(u64::from(bit_check)), "  BitCheck: ");
-            match bit_check {
-                BIT_CHECK_ANY => put!(out; say(lang, "询问是否有未配置的从站", "is there any non-configured slave?")),
-                32.. => put!(out; say(lang, "无效", "invalid")),
-                _ => put!(out; say(lang, "比较位31-", "compare bits 31-"), bit_check),
-            }
-            put!(out; "\n");
-            let part = |number| Part::from_number(number).map_or(unknown, |part| terms::lss::part(lang, part));
-            line!(out; Hex::<2>(u64::from(sub)), "  LSSSub: ", part(sub));
-            line!(out; Hex::<2>(u64::from(next)), "  LSSNext: ", part(next));
-        }
-        Command::SwitchSelectiveResponse
-        | Command::Store
-        | Command::IdentifyNonConfigured
-        | Command::IdentifySlave
-        | Command::IdentifyNonConfiguredSlave
-        | Command::Inquire { .. }
-        | Command::InquireNodeId => reserved(out, lang, &[a, b, c, d, e, f, g]),
-        Command::Unknown(_) => data(out, lang, &[a, b, c, d, e, f, g]),
-    }
-}
-
-/// `#   78 56 34 12  制造商ID 12345678h (小端格式)`.
-fn number(out: &mut Vec<u8>, lang: Lang, name: &'static str, value: u32) {
-    put!(out; "#   ", Spaced(&value.to_le_bytes()), "  ", name, " ", Hex::<8>(u64::from(value)));
-    put!(out; say(lang, "h (小端格式)\n", "h (little-endian)\n"));
+    put!(out; "#   ", Spaced(&content.data), lang.pick("  数据(4字节) = ", "  data (4 bytes) = "));
+    put!(out; u32::from_le_bytes(content.data), lang.pick(" (小端格式)\n", " (little-endian)\n"));
 }
 
 fn usdo_header(out: &mut Vec<u8>, lang: Lang, destination: u8, command: u8, payload: &[u8]) {
-    put!(out; "#   ", Hex::<2>(u64::from(destination)), say(lang, "  目标节点ID: ", "  destination node-ID: "));
+    put!(out; "#   ", Hex::<2>(u64::from(destination)), lang.pick("  目标节点ID: ", "  destination node-ID: "));
     match destination {
-        0 => put!(out; say(lang, "所有节点\n", "all nodes\n")),
+        0 => put!(out; lang.pick("所有节点\n", "all nodes\n")),
         _ => put!(out; destination, "\n"),
     }
-    put!(out; "#   ", Hex::<2>(u64::from(command)), say(lang, "  命令字: ", "  command specifier: "));
-    put!(out; terms::usdo::command(lang, command).unwrap_or(say(lang, "未知", "unknown")));
+    put!(out; "#   ", Hex::<2>(u64::from(command)), lang.pick("  命令字: ", "  command specifier: "));
+    put!(out; terms::usdo::command(lang, command).unwrap_or(lang.pick("未知", "unknown")));
     if command & 0x80 != 0 {
-        put!(out; say(lang, " (远程网络)", " (remote network)"));
+        put!(out; lang.pick(" (远程网络)", " (remote network)"));
     }
     put!(out; "\n");
     if let Some(session) = payload.get(2) {
-        line!(out; Hex::<2>(u64::from(*session)), say(lang, "  会话ID = ", "  session-ID = "), *session);
+        line!(out; Hex::<2>(u64::from(*session)), lang.pick("  会话ID = ", "  session-ID = "), *session);
     }
     let Some(object) = usdo::object(payload) else {
         data(out, lang, payload.get(3..).unwrap_or_default());
@@ -329,18 +215,18 @@ fn usdo_header(out: &mut Vec<u8>, lang: Lang, destination: u8, command: u8, payl
     };
     // Byte 3 is the sub-index and comes before the index here, other than in SDO.
     sub_index(out, lang, object.sub);
-    put!(out; "#   ", Spaced(&object.index.to_le_bytes()), say(lang, "  索引", "  index "));
-    put!(out; Hex::<4>(u64::from(object.index)), say(lang, "h (小端格式)\n", "h (little-endian)\n"));
+    put!(out; "#   ", Spaced(&object.index.to_le_bytes()), lang.pick("  索引", "  index "));
+    put!(out; Hex::<4>(u64::from(object.index)), lang.pick("h (小端格式)\n", "h (little-endian)\n"));
     let mut rest = payload.get(6..).unwrap_or_default();
     if let Some(code) = object.abort {
-        let word = terms::usdo::abort(lang, code).unwrap_or(say(lang, "未知", "unknown"));
-        line!(out; Hex::<2>(u64::from(code)), say(lang, "  中止码: ", "  abort code: "), word);
+        let word = terms::usdo::abort(lang, code).unwrap_or(lang.pick("未知", "unknown"));
+        line!(out; Hex::<2>(u64::from(code)), lang.pick("  中止码: ", "  abort code: "), word);
         rest = payload.get(7..).unwrap_or_default();
     }
     if let (Some(data_type), Some(size)) = (object.data_type, object.size) {
         let word = crate::od::DataType::from_code(u16::from(data_type)).map_or("-", crate::od::DataType::name);
-        line!(out; Hex::<2>(u64::from(data_type)), say(lang, "  数据类型: ", "  data type: "), word);
-        line!(out; Hex::<2>(u64::from(size)), say(lang, "  数据长度(字节) = ", "  size (bytes) = "), size);
+        line!(out; Hex::<2>(u64::from(data_type)), lang.pick("  数据类型: ", "  data type: "), word);
+        line!(out; Hex::<2>(u64::from(size)), lang.pick("  数据长度(字节) = ", "  size (bytes) = "), size);
         data(out, lang, object.data);
         rest = payload.get(8 + object.data.len()..).unwrap_or_default();
     }
@@ -349,15 +235,17 @@ fn usdo_header(out: &mut Vec<u8>, lang: Lang, destination: u8, command: u8, payl
 
 fn errors(out: &mut Vec<u8>, lang: Lang, frame: &Frame) {
     let class = error_frame::class(frame);
-    line!(out; say(lang, "错误帧, 类别 ", "error frame, class "), Hex::<8>(u64::from(class)), "h");
+    line!(out; lang.pick("错误帧, 类别 ", "error frame, class "), Hex::<8>(u64::from(class)), "h");
     for bit in error_frame::classes(frame) {
-        let word = terms::find(terms::error_frame::CLASSES, lang, bit).unwrap_or(say(lang, "未知", "unknown"));
+        let word = terms::find(terms::error_frame::CLASSES, lang, bit).unwrap_or(lang.pick("未知", "unknown"));
         line!(out; "  ", Hex::<8>(u64::from(bit)), "h  ", word);
     }
     let [arbitration, controller, protocol, location, transceiver, ..] = frame.head();
     if class & error_frame::LOST_ARBITRATION != 0 {
-        let zh = "  仲裁丢失的位 (0未指明) = ";
-        line!(out; "d0: ", Hex::<2>(u64::from(arbitration)), say(lang, zh, "  lost at bit (0 unspecified) = "), arbitration);
+        put!(out; "#   d0: ", Hex::<2>(u64::from(arbitration)));
+        say!(out, lang;
+            zh: "  仲裁丢失的位 (0未指明) = ", arbitration, "\n";
+            en: "  lost at bit (0 unspecified) = ", arbitration, "\n");
     }
     if class & error_frame::CONTROLLER != 0 {
         detail(out, lang, "d1: ", controller, terms::error_frame::CONTROLLER);
@@ -365,27 +253,27 @@ fn errors(out: &mut Vec<u8>, lang: Lang, frame: &Frame) {
     if class & error_frame::PROTOCOL != 0 {
         detail(out, lang, "d2: ", protocol, terms::error_frame::PROTOCOL);
         let unknown =
-            if location == 0 { say(lang, "未指明", "unspecified") } else { say(lang, "未知", "unknown") };
+            if location == 0 { lang.pick("未指明", "unspecified") } else { lang.pick("未知", "unknown") };
         let word = terms::find(terms::error_frame::LOCATION, lang, location).unwrap_or(unknown);
-        line!(out; "d3: ", Hex::<2>(u64::from(location)), say(lang, "  位置: ", "  location: "), word);
+        line!(out; "d3: ", Hex::<2>(u64::from(location)), lang.pick("  位置: ", "  location: "), word);
     }
     if class & error_frame::TRANSCEIVER != 0 {
         put!(out; "#   d4: ", Hex::<2>(u64::from(transceiver)), " = ", Nibbles(transceiver));
         let nibbles = [
-            (transceiver & 0x0F, say(lang, "  位3-0: ", "  bits 3-0: ")),
-            (transceiver & 0xF0, say(lang, " | 位7-4: ", " | bits 7-4: ")),
+            (transceiver & 0x0F, lang.pick("  位3-0: ", "  bits 3-0: ")),
+            (transceiver & 0xF0, lang.pick(" | 位7-4: ", " | bits 7-4: ")),
         ];
         for (wire, bits) in nibbles {
             let unknown =
-                if wire == 0 { say(lang, "未指明", "unspecified") } else { say(lang, "未知", "unknown") };
+                if wire == 0 { lang.pick("未指明", "unspecified") } else { lang.pick("未知", "unknown") };
             let word = terms::find(terms::error_frame::TRANSCEIVER, lang, wire).unwrap_or(unknown);
             put!(out; bits, word);
         }
         put!(out; "\n");
     }
     if let Some((tx, rx)) = error_frame::counters(frame) {
-        line!(out; "d6: ", Hex::<2>(u64::from(tx)), say(lang, "  发送错误计数 = ", "  TX error counter = "), tx);
-        line!(out; "d7: ", Hex::<2>(u64::from(rx)), say(lang, "  接收错误计数 = ", "  RX error counter = "), rx);
+        line!(out; "d6: ", Hex::<2>(u64::from(tx)), lang.pick("  发送错误计数 = ", "  TX error counter = "), tx);
+        line!(out; "d7: ", Hex::<2>(u64::from(rx)), lang.pick("  接收错误计数 = ", "  RX error counter = "), rx);
     }
 }
 
@@ -394,12 +282,12 @@ fn detail(out: &mut Vec<u8>, lang: Lang, name: &'static str, byte: u8, rows: &'s
     put!(out; "#   ", name, Hex::<2>(u64::from(byte)), " = ", Nibbles(byte));
     let mut between = "  ";
     for bit in (0..8u8).filter(|bit| byte & 1 << bit != 0) {
-        let word = terms::find(rows, lang, 1 << bit).unwrap_or(say(lang, "未知", "unknown"));
-        put!(out; between, say(lang, "位", "bit "), bit, ": 1 ", word);
+        let word = terms::find(rows, lang, 1 << bit).unwrap_or(lang.pick("未知", "unknown"));
+        put!(out; between, lang.pick("位", "bit "), bit, ": 1 ", word);
         between = " | ";
     }
     if byte == 0 {
-        put!(out; say(lang, "  未指明", "  unspecified"));
+        put!(out; lang.pick("  未指明", "  unspecified"));
     }
     put!(out; "\n");
 }

@@ -95,11 +95,9 @@ pub fn command(lang: Lang, command: Command) -> &'static str {
 
 /// The word for a mode of operation (6060h, 6061h). Every value has one.
 pub fn mode(lang: Lang, mode: i8) -> &'static str {
-    find(MODES, lang, mode).unwrap_or(match (lang, mode) {
-        (Lang::Zh, ..0) => "厂商定义的模式",
-        (Lang::Zh, 0..) => "保留的模式",
-        (Lang::En, ..0) => "manufacturer-specific mode",
-        (Lang::En, 0..) => "reserved mode",
+    find(MODES, lang, mode).unwrap_or(match mode {
+        ..0 => lang.pick("厂商定义的模式", "manufacturer-specific mode"),
+        0.. => lang.pick("保留的模式", "reserved mode"),
     })
 }
 

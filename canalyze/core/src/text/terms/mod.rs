@@ -28,10 +28,7 @@ pub fn find<K: Ord + Copy>(rows: &'static [Row<K>], lang: Lang, code: K) -> Opti
 
 /// One row's word.
 pub fn word<K>(lang: Lang, row: &Row<K>) -> &'static str {
-    match lang {
-        Lang::Zh => row.1,
-        Lang::En => row.2,
-    }
+    lang.pick(row.1, row.2)
 }
 
 #[cfg(test)]

@@ -27,10 +27,7 @@ pub fn object_name(lang: Lang, index: u16, sub: u8) -> Option<&'static str> {
             (row.2, row.3)
         }
     };
-    Some(match lang {
-        Lang::Zh => zh,
-        Lang::En => en,
-    })
+    Some(lang.pick(zh, en))
 }
 
 static OBJECTS: &[Object] = &[

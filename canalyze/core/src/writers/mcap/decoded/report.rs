@@ -9,7 +9,7 @@ use crate::frame::{Frame, FrameRef};
 use crate::message::Message;
 use crate::services::sdo::transfer::Transfer;
 use crate::text::digits::put;
-use crate::text::{Depth, Lang, en, findings, terms, value, zh};
+use crate::text::{Depth, findings, services, terms, value};
 
 /// Most bytes of a transfer that its message has.
 const DATA: usize = 1024;
@@ -38,10 +38,7 @@ pub(super) fn message(
         Message::Emcy { node, code, register, manufacturer, .. } => {
             let mut words = std::mem::take(&mut decoded.words);
             words.clear();
-            match decoded.lang {
-                Lang::Zh => zh::services::message(&mut words, Depth::Default, message, frame),
-                Lang::En => en::services::message(&mut words, Depth::Default, message, frame),
-            }
+            services::message(&mut words, decoded.lang, Depth::Default, message, frame);
             if let Some(channel) = decoded.channel(place, &format!("/{bus}/node{node}/emcy"), definitions::EMERGENCY) {
                 let time = place.now;
                 place.cdr.begin().header(time, bus.as_bytes()).u16(code).u8(register).array(&manufacturer);
@@ -118,10 +115,7 @@ pub(super) fn transfer(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &s
     cdr.string(transfer.outcome.status.name().as_bytes()).u32(abort.unwrap_or(0)).string(abort_words.as_bytes());
     cdr.u64(transfer.first.no).u64(transfer.last.no);
     words.clear();
-    match lang {
-        Lang::Zh => zh::sdo::result(&mut words, transfer),
-        Lang::En => en::sdo::result(&mut words, transfer),
-    }
+    services::sdo::result(&mut words, lang, transfer);
     cdr.string(&words);
     place.send(channel, at, time);
     decoded.words = words;
