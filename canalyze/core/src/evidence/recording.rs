@@ -90,16 +90,13 @@ pub struct Happened {
 /// What is known of the recording of one bus.
 #[derive(Debug, Default)]
 pub struct Recording {
-    /// Counts up where the clock was set, and where frames were lost.
-    steps: u32,
+    clock: Clock,
+    /// Counts up where frames were lost.
     losses: u32,
     /// The resolution of the stamps in ns; 0: nothing was seen.
     grain_ns: i64,
-    /// The last frame's time, and the latest since the clock was set.
+    /// The last frame's time.
     last_ns: Option<i64>,
-    latest_ns: Option<i64>,
-    /// Frames in a row that were listed in the order of their stamps.
-    in_order: u32,
     /// The last silence of the bus after which frames came in a row, in ns.
     silence_ns: i64,
     /// The last silence, and the last frame's time, of the frames that were taken.
@@ -110,6 +107,17 @@ pub struct Recording {
     duplicates: Duplicates,
     /// By option (`--jitter`), in ns.
     jitter_ns: Option<i64>,
+}
+
+/// The clock of the stamps.
+#[derive(Clone, Copy, Debug, Default)]
+struct Clock {
+    /// Counts up where it was set.
+    steps: u32,
+    /// The latest time since.
+    latest_ns: Option<i64>,
+    /// Frames in a row that were listed in the order of their stamps.
+    in_order: u32,
 }
 
 /// How late own frames were listed.
@@ -142,13 +150,13 @@ impl Recording {
             let original = happened.sighting == Sighting::Original;
             self.stalls.follow(frame, (self.last_ns, now), original, self.grain_ns);
             self.last_ns = Some(now);
-            self.latest_ns = Some(self.latest_ns.map_or(now, |latest| latest.max(now)));
+            self.clock.latest_ns = Some(self.clock.latest_ns.map_or(now, |latest| latest.max(now)));
         }
         self.stalls.decide_shown(&self.duplicates);
         if silent_ns > DRAIN_NS {
             self.silence_ns = silent_ns;
         }
-        (When { silent_ns: self.silence_ns, epoch: self.steps, ..self.at(frame.reference()) }, happened)
+        (When { silent_ns: self.silence_ns, epoch: self.clock.steps, ..self.at(frame.reference()) }, happened)
     }
 
     /// The place of a frame that was observed, once it is taken. `commands`: it is of a kind that a master sends (an SDO
@@ -195,7 +203,7 @@ impl Recording {
     /// The place of what has no frame of its own: the end of the capture, or a time at which no frame came.
     pub fn at(&self, at: FrameRef) -> When {
         let burst = self.stalls.running();
-        When { at, epoch: self.steps.saturating_add(self.losses), burst, ..When::default() }
+        When { at, epoch: self.clock.steps.saturating_add(self.losses), burst, ..When::default() }
     }
 
     /// It is `now_ns` and no frame has come. A burst that has ended by now is settled.
@@ -354,18 +362,18 @@ impl Recording {
     }
 
     fn step_of_clock(&mut self, now: i64) -> Option<i64> {
-        let back = self.latest_ns?.saturating_sub(now);
+        let back = self.clock.latest_ns?.saturating_sub(now);
         if back <= 0 {
-            self.in_order = self.in_order.saturating_add(1);
+            self.clock.in_order = self.clock.in_order.saturating_add(1);
             return None;
         }
-        let in_order = std::mem::take(&mut self.in_order) >= IN_ORDER_FRAMES;
+        let in_order = std::mem::take(&mut self.clock.in_order) >= IN_ORDER_FRAMES;
         let least_ns = if in_order { SMALL_STEP_NS.max(2 * self.grain_ns()) } else { CLOCK_STEP_NS.max(self.lag_ns()) };
         if back < least_ns {
             return None;
         }
-        self.steps = self.steps.saturating_add(1);
-        self.latest_ns = None;
+        self.clock.steps = self.clock.steps.saturating_add(1);
+        self.clock.latest_ns = None;
         self.stalls.end_burst();
         Some(-back)
     }
