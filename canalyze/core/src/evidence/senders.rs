@@ -22,6 +22,8 @@ const ON_TIME_NS: i64 = 1_000_000;
 /// The gaps of a CAN-ID that comes evenly are so many times as long as those in a burst.
 const SQUEEZED: i64 = 3;
 
+/// A CAN-ID that comes again at once more often than each so many gaps comes in pairs.
+const PAIRS: usize = 4;
 /// Gaps that are kept of a CAN-ID.
 const KEPT: usize = 5;
 
@@ -37,6 +39,9 @@ struct Usual {
     off_ns: i64,
     /// The last gap, in ns, whatever it was.
     before_ns: i64,
+    /// How often it came again in a small part of that: once for each run of frames, of which the last is kept.
+    pairs: usize,
+    pair_run: u32,
     squeezed: Squeezed,
 }
 
@@ -112,6 +117,16 @@ impl Usual {
         if longer(gap) && longer(gap_ns) && gap.abs_diff(gap_ns) < gap.unsigned_abs() / 4 { burst } else { 0 }
     }
 
+    /// It came again in a small part of its usual gap. Says whether that is unusual: some CAN-IDs come in pairs.
+    fn pair(&mut self, run: Option<Run>) -> bool {
+        let number = run.map_or(0, |run| run.number);
+        let again = number != 0 && number == self.pair_run;
+        let before = self.pairs.saturating_sub(usize::from(again));
+        self.pairs += usize::from(!again);
+        self.pair_run = number;
+        before * PAIRS <= self.gaps + PAIRS - 1
+    }
+
     fn learn(&mut self, gap: i64) {
         if let Some(slot) = self.kept.get_mut(self.gaps % KEPT) {
             *slot = gap;
@@ -166,7 +181,7 @@ impl Senders {
         let short = usual.gaps > 1 && usual.gap_ns > 4 * drain_ns && gap < usual.gap_ns / 4;
         // Frames of a slow buffer are compressed less; then it needs an unusual silence to tell.
         let squeezed = usual.gaps > 1 && run.is_some_and(|run| run.unusual) && gap / 2 < usual.gap_ns / 5;
-        seen.compressed = by_itself && usual.gap_ns > 4 * drain_ns && (short || squeezed);
+        seen.compressed = by_itself && usual.gap_ns > 4 * drain_ns && (short || squeezed) && usual.pair(run);
         seen.caught_up = seen.compressed && usual.before_ns > usual.gap_ns.saturating_add(usual.gap_ns / 4);
         usual.before_ns = gap;
         // A silence can have brought two frames no closer than by its length.
