@@ -281,7 +281,9 @@ impl Nodes {
         }
         self.guarding.frame(node, (state, toggle), guarding, cx);
         let period = self.heartbeats.period(node);
-        self.permissions.shown(node, state, cx);
+        let gap = cx.at.since(self.nmt.last_report(node));
+        let changes = gap.zip(period).is_some_and(|(gap, period)| gap < period - period / 8);
+        self.permissions.shown(node, state, changes, cx);
         self.nmt.shown(node, state, period, cx);
         if guarding || self.guarding.toggles(node) {
             self.heartbeats.known_state(node, state, cx);

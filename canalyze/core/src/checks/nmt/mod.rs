@@ -154,6 +154,11 @@ impl Nmt {
         self.nodes.get(node)?.reports.first.map(|(state, _)| state)
     }
 
+    /// The last frame in which a node has shown its state since it booted.
+    pub fn last_report(&self, node: u8) -> Option<FrameRef> {
+        self.nodes.get(node)?.reports.last
+    }
+
     /// Whether a node has shown states since it booted.
     pub fn shows(&self, node: u8) -> bool {
         self.nodes.get(node).is_some_and(|node_state| node_state.reports.count > 0)

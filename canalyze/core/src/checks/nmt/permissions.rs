@@ -149,12 +149,14 @@ impl NmtPermissions {
         }
     }
 
-    /// A node shows its state.
-    pub fn shown(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
+    /// A node shows its state. `changes`: earlier than its next heartbeat is due, so that it has just gone to that state:
+    /// what it sent shortly before, it sent in the one before.
+    pub fn shown(&mut self, node: u8, state: u8, changes: bool, cx: &mut Context<'_>) {
         let Some(period) = self.nodes.get_mut(node) else { return };
         period.leave_for(state);
         for (supposed, undecided) in std::mem::take(&mut period.undecided) {
-            if state == supposed {
+            let before = changes && cx.at.since(undecided.at).is_some_and(|age| age < OBEYED_NS);
+            if state == supposed && !before {
                 cx.report(undecided);
             } else if undecided.code == Code::Sdo011 {
                 period.vain = None;
