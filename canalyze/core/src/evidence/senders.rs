@@ -124,7 +124,7 @@ impl Usual {
         let before = self.pairs.saturating_sub(usize::from(again));
         self.pairs += usize::from(!again);
         self.pair_run = number;
-        before * PAIRS <= self.gaps + PAIRS - 1
+        before * PAIRS < self.gaps + PAIRS
     }
 
     fn learn(&mut self, gap: i64) {
