@@ -7,7 +7,7 @@ use super::emcy::Emergencies;
 use super::guarding::Guarding;
 use super::heartbeat::Heartbeats;
 use super::nmt::permissions::NmtPermissions;
-use super::nmt::{Nmt, SWITCHED_ON_NS, commanded_state};
+use super::nmt::{Nmt, OBEYED_NS, SWITCHED_ON_NS, commanded_state};
 use super::time::Times;
 use crate::cob_id::Role;
 use crate::context::Context;
@@ -289,7 +289,10 @@ impl Nodes {
             self.heartbeats.known_state(node, state, cx);
         } else {
             self.heartbeats.heartbeat(node, state, cx);
-            if cx.at.t_ns.is_some_and(|now| now < self.quiet_until_ns) {
+            // It may have been under way when the node was reset.
+            let obeying =
+                self.nmt.resetting(node).and_then(|reset| cx.at.since(reset)).is_some_and(|age| age < OBEYED_NS);
+            if obeying || cx.at.t_ns.is_some_and(|now| now < self.quiet_until_ns) {
                 self.heartbeats.pause(node, cx);
             }
         }

@@ -48,8 +48,8 @@ const LEAST_BOOT_NS: i64 = 1_000_000_000;
 const FIRST_SEEN_NS: i64 = 1_000_000_000;
 /// Heartbeat periods for which a change of state waits: two nodes with one node-ID change it in turns.
 const ALTERNATES: i64 = 3;
-/// A node obeys a command within this time, in ns.
-const FIRST_OBEYED_NS: i64 = 50_000_000;
+/// What else a node does before it obeys a command, and what others send it meanwhile, in ns.
+pub(super) const OBEYED_NS: i64 = 50_000_000;
 /// Shown states after which a node was running, and not just about to obey a reset before the capture.
 const RUNNING: u8 = 3;
 /// A node boots within this time after a frame that it has taken for a reset, in ns.
@@ -299,7 +299,7 @@ impl Nmt {
         self.causal |= before.is_some_and(|before| before != state) && allowed;
         if before == Some(state) && node_state.command.is_none() {
             node_state.allowed = 0;
-        } else if before.is_none() && cx.at.since(self.began).is_some_and(|age| age < FIRST_OBEYED_NS) {
+        } else if before.is_none() && cx.at.since(self.began).is_some_and(|age| age < OBEYED_NS) {
             // It may be about to obey a command that came just before the capture.
             node_state.allowed = bits_of(0);
         }

@@ -4,7 +4,7 @@
 //! Only a state that is known judges (`nmt`), and what was under way when the state changed is no fault. Each fault is
 //! reported once as long as the node stays in a state. It must not move states.
 
-use super::{Known, Nmt};
+use super::{Known, Nmt, OBEYED_NS};
 use crate::context::Context;
 use crate::evidence::duplicates::Sighting;
 use crate::finding::{Code, Finding};
@@ -22,8 +22,6 @@ const QUEUED_NS: i64 = 5_000_000;
 /// The same where the bus was idle just before: what is queued is sent at once.
 const PROCESSED_NS: i64 = 2_000_000;
 const IDLE_NS: i64 = 1_500_000;
-/// What else a node does before it obeys a command, and what others send it meanwhile, in ns.
-const OBEYED_NS: i64 = 50_000_000;
 /// Faults of one node whose state is not certain that are kept at most.
 const KEPT: usize = 8;
 
@@ -149,8 +147,8 @@ impl NmtPermissions {
         }
     }
 
-    /// A node shows its state. `changes`: earlier than its next heartbeat is due, so that it has just gone to that state:
-    /// what it sent shortly before, it sent in the one before.
+    /// A node shows its state. `changes`: it does so before its next heartbeat is expected, since it has just gone to that
+    /// state; what it sent shortly before, it sent in the state before.
     pub fn shown(&mut self, node: u8, state: u8, changes: bool, cx: &mut Context<'_>) {
         let Some(period) = self.nodes.get_mut(node) else { return };
         period.leave_for(state);
@@ -158,7 +156,11 @@ impl NmtPermissions {
             let before = changes && cx.at.since(undecided.at).is_some_and(|age| age < OBEYED_NS);
             if state == supposed && !before {
                 cx.report(undecided);
-            } else if undecided.code == Code::Sdo011 {
+                continue;
+            }
+            // What is dropped here may come again, and is a fault then.
+            period.state = 0;
+            if undecided.code == Code::Sdo011 {
                 period.vain = None;
             }
         }

@@ -361,3 +361,40 @@ fn heartbeats_centuries_apart() {
     }
     raised(&forth);
 }
+
+#[test]
+fn a_pdo_before_the_node_shows_that_it_has_just_changed_its_state() {
+    let before = beats("705", 100, 900, "05");
+    for ms in [6, 10, 20, 45] {
+        let pdo = format!("910 000#8005\n{} 185#01\n", 910 + ms);
+        let at_once = 911 + ms;
+        let prompt = beats("705", at_once, at_once + 400, "7F");
+        assert_eq!(raised(&sorted(&[ASKED, &before, &pdo, &prompt])), [], "{ms} ms");
+        // It is a fault behind that heartbeat, and where the node shows its state in turn only.
+        let after = format!("{}.5 185#01\n", at_once + 5);
+        assert_eq!(codes(&raised(&sorted(&[ASKED, &before, &pdo, &prompt, &after]))), ["PDO002"], "{ms} ms");
+        let in_turn = beats("705", 1000, 1400, "7F");
+        assert_eq!(codes(&raised(&sorted(&[ASKED, &before, &pdo, &in_turn]))), ["PDO002"], "{ms} ms");
+    }
+}
+
+#[test]
+fn a_reset_without_boot_up() {
+    let others = beats("706", 50, 5050, "7F");
+    let before = beats("705", 100, 900, "7F");
+    for (command, started_after) in [("81", 100), ("82", 300), ("81", 800)] {
+        let start = 950 + started_after;
+        let commands = format!("950 000#{command}05\n{start} 000#0105\n");
+        let pre_operational = beats("705", 1000, start, "7F");
+        let operational = beats("705", (start / 100 + 1) * 100, 5000, "05");
+        let text = sorted(&[ASKED, &others, &before, &commands, &pre_operational, &operational]);
+        assert_eq!(codes(&raised(&text)), ["NMT006"], "started after {started_after} ms");
+    }
+    // A device may boot for two seconds, and have sent something in the midst of obeying.
+    for boots_after in [20, 200, 1_000, 2_000] {
+        let boot_up = 950 + boots_after;
+        let parts = format!("950 000#8105\n951 705#7F\n{boot_up} 705#00\n");
+        let after = beats("705", boot_up + 100, 5000, "7F");
+        assert_eq!(raised(&sorted(&[ASKED, &others, &before, &parts, &after])), [], "boot-up after {boots_after} ms");
+    }
+}
