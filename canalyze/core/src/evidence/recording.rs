@@ -39,9 +39,6 @@ const TWO_PERIODS_TENTHS: i64 = 20;
 /// A step back of the stamps by at least this much is a clock that was set, in ns. Below, two buses or the host's own
 /// frames are listed out of order.
 const CLOCK_STEP_NS: i64 = 10_000_000;
-/// The same where so many frames before were listed in the order of their stamps.
-const SMALL_STEP_NS: i64 = 1_000_000;
-const IN_ORDER_FRAMES: u32 = 64;
 /// The part of a time between two frames, and the least in ns, by which the stamp of the first is taken to be late, where
 /// the bus was silent that long before it.
 const LATE_PART: i64 = 3;
@@ -116,8 +113,6 @@ struct Clock {
     steps: u32,
     /// The latest time since.
     latest_ns: Option<i64>,
-    /// Frames in a row that were listed in the order of their stamps.
-    in_order: u32,
 }
 
 /// How late own frames were listed.
@@ -363,13 +358,7 @@ impl Recording {
 
     fn step_of_clock(&mut self, now: i64) -> Option<i64> {
         let back = self.clock.latest_ns?.saturating_sub(now);
-        if back <= 0 {
-            self.clock.in_order = self.clock.in_order.saturating_add(1);
-            return None;
-        }
-        let in_order = std::mem::take(&mut self.clock.in_order) >= IN_ORDER_FRAMES;
-        let least_ns = if in_order { SMALL_STEP_NS.max(2 * self.grain_ns()) } else { CLOCK_STEP_NS.max(self.lag_ns()) };
-        if back < least_ns {
+        if back < CLOCK_STEP_NS.max(self.lag_ns()) {
             return None;
         }
         self.clock.steps = self.clock.steps.saturating_add(1);

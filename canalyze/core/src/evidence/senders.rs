@@ -1,4 +1,4 @@
-//! How often each CAN-ID comes: when its next frame is due, and what a silence of the bus has left out.
+//! How often each CAN-ID comes: when its next frame is expected, and what a silence of the bus has left out.
 //!
 //! This is what the recording itself is measured by; what a check owes and is owed it learns by itself
 //! ([`Period`](super::period::Period)). It must not know what a frame means, beyond which CAN-IDs come by themselves.
@@ -19,10 +19,10 @@ const SRDO: std::ops::RangeInclusive<usize> = 0x101..=0x180;
 const KNOWN: usize = 3;
 /// What comes this close to its time is on time, in ns, and further off than that it is late.
 const ON_TIME_NS: i64 = 1_000_000;
-/// The gaps of a CAN-ID that comes evenly are so many times as long as those in a burst.
+/// By how much, at least, the gaps of a CAN-ID that comes evenly are longer than those in a burst.
 const SQUEEZED: i64 = 3;
 
-/// A CAN-ID that comes again at once more often than each so many gaps comes in pairs.
+/// A CAN-ID of which more than one frame in this many comes again at once comes in pairs.
 const PAIRS: usize = 4;
 /// Gaps that are kept of a CAN-ID.
 const KEPT: usize = 5;
@@ -95,7 +95,7 @@ pub(super) struct Run {
 }
 
 impl Usual {
-    /// When the next frame is due, of a CAN-ID whose gaps are even, in ns.
+    /// When the next frame is expected, of a CAN-ID whose gaps are even, in ns.
     fn due_ns(&self) -> Option<i64> {
         let even = self.gaps >= KNOWN && self.off_ns < self.gap_ns / 8;
         even.then(|| self.last_ns.saturating_add(self.gap_ns))
@@ -231,7 +231,7 @@ impl Senders {
         self.active.iter().any(|id| self.usual.get(*id).is_some_and(|usual| longer(&usual.squeezed)))
     }
 
-    /// The nodes, one bit each, of which a frame had been expected, by so many tenths of its usual gap, during a silence.
+    /// The nodes, one bit each, of which a frame was expected during a silence, `tenths` of its usual gap after the last.
     /// A sender that fell silent before does not count.
     pub(super) fn missing(&self, from: i64, now: i64, tenths: i64) -> u128 {
         let due = |usual: &Usual| {

@@ -37,7 +37,7 @@ const KEPT: u32 = 4096;
 const DENSE: i64 = 8;
 /// Bursts remembered.
 const BURSTS: usize = 16;
-/// A silence that exceeds the longest of late so many times may be the recorder's, whoever ends it.
+/// A silence that is this many times the longest recent one may be the recorder's, whoever ends it.
 const ODD: i64 = 4;
 
 /// What became of a burst.
@@ -342,8 +342,8 @@ impl Stalls {
         Some((burst.from_ns, burst.to_ns))
     }
 
-    /// The nodes, one bit each, of which a frame had been expected, by so many tenths of its usual gap, during a silence,
-    /// if it is longer than any of late.
+    /// The nodes, one bit each, of which a frame was expected during a silence, `tenths` of its usual gap after the last;
+    /// none where such silences are usual.
     pub(super) fn missing(&self, from: i64, to: i64, tenths: i64) -> u128 {
         if self.is_unusual(to.saturating_sub(from)) { self.senders.missing(from, to, tenths) } else { 0 }
     }

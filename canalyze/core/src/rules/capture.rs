@@ -98,8 +98,8 @@ rules! {
     Cap006 "CAP006" "clock-set-back" Warning "-" [Sync, Time] {
         message "时间戳倒退" "time stamps go back";
         meaning
-            "该帧的时间戳比同一总线上的前一帧早10毫秒以上 (此前一直按序时1毫秒以上): 时钟被调整过, 或者帧的顺序不对。跨越此处的时间不作判断。"
-            "A frame's stamp is earlier than that of the frame before on the same bus, by 10 ms or more, or by 1 ms where stamps were in order until then: the clock was set, or frames stand in the wrong order. Times across the step are not judged.";
+            "该帧的时间戳比同一总线上的前一帧早10毫秒以上: 时钟被调整过, 或者帧的顺序不对。跨越此处的时间不作判断。"
+            "A frame's stamp is 10 ms or more earlier than that of the frame before on the same bus: the clock was set, or frames stand in the wrong order. Times across the step are not judged.";
         cause
             "主机时钟被调整(NTP、GPS或手动), 记录拼接的顺序不对, 或者记录被编辑过。"
             "The host's clock was set (NTP, GPS, by hand), recordings were joined out of order, or the recording was edited.";
