@@ -220,7 +220,7 @@ fn strangers(lines: [&BusDigest; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
 
 /// The cyclic streams of both captures by node and service. A stream that only one capture has, though the other one
 /// has its identifiers, is one that they take for different PDOs, since one of them does not know, or not yet, how it
-/// was configured: it goes by the name in the one that knows more.
+/// was configured: it has the name in the capture that knows more.
 fn named<'a>(lines: [&'a BusDigest; 2], alignment: &Alignment) -> [BTreeMap<(u8, Service), Cow<'a, CyclicStream>>; 2] {
     let [a, b] = lines;
     let b_knows = alignment.beyond.last().is_some_and(|(before, _)| *before);

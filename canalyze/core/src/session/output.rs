@@ -170,7 +170,7 @@ impl Output {
         self.each(|sink| sink.finding(out, view, finding));
     }
 
-    /// A file is over that had frames, and so many lines or records that cannot be read.
+    /// The end of a file that had frames; `unreadable`: its lines or records that cannot be read.
     pub(super) fn end_of_file(&mut self, unreadable: u64) {
         self.sink.end_of_file(unreadable);
     }

@@ -65,10 +65,10 @@ pub(super) trait Sink: Debug + Send + Sync {
     /// Live buses have given all until `now_ns`.
     fn until(&mut self, _out: &mut Vec<u8>, _now_ns: i64) {}
 
-    /// A file that had frames is over, with so many lines or records that cannot be read.
+    /// The end of a file that had frames; `unreadable`: its lines or records that cannot be read.
     fn end_of_file(&mut self, _unreadable: u64) {}
 
-    /// The capture is over, of which so many frames or transfers were shown.
+    /// The end of the capture; `shown`: the frames or transfers of it that were shown.
     fn finish(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _shown: u64) {}
 
     /// Whether it takes frames, and not only what ends with them.
@@ -116,7 +116,7 @@ pub(super) fn service(events: &[Event]) -> (&'static str, Option<u8>) {
     })
 }
 
-/// Only what stands beside it is written: tables.
+/// Nothing but the tables beside it is written.
 #[derive(Debug)]
 pub(super) struct Nothing;
 

@@ -32,7 +32,7 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
     }
 }
 
-/// What stands behind the command byte: `rest`.
+/// The bytes behind the command byte: `rest`.
 fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame: &Frame) {
     match command {
         Command::InitiateDownload(mux, i) | Command::UploadInitiated(mux, i) => {

@@ -48,7 +48,7 @@ pub fn multiplex(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &Addressed) 
     }
 }
 
-/// A PDO of which only its length is said.
+/// A PDO without its mapping: its length.
 pub fn undecoded(out: &mut Vec<u8>, lang: Lang, full: bool, pdo: Pdo, len: u8) {
     put!(out; pdo);
     if full {
