@@ -109,11 +109,11 @@ def looks_sent_late(late: Frames, gap_us: int) -> bool:
 
 
 def awaited(frames: Frames, at: int, lasts_us: int) -> set[int]:
-    """The nodes that send, as they did twice before, within so long after a frame."""
+    """The nodes that send within so long after a frame, by CAN-IDs that came before."""
     begin = frames[at - 1].t_us
-    before = Counter(frame.can_id for frame in frames[:at] if sender(frame) is not None)
-    soon = (frame for frame in frames[at:] if frame.t_us < begin + lasts_us)
-    return {node for frame in soon if (node := sender(frame)) is not None and before[frame.can_id] > 1}
+    before = {frame.can_id for frame in frames[:at]}
+    soon = (frame for frame in frames[at:] if frame.t_us < begin + lasts_us and frame.can_id in before)
+    return {node for frame in soon if (node := sender(frame)) is not None}
 
 
 def floored(frames: Frames, unit_us: int) -> Frames:
@@ -198,13 +198,13 @@ def _loss(lasts_us: int) -> Apply:
 def _pause(lasts_us: int) -> Apply:
     """The network stood still and went on, or its clock was put on: where least was going on, all of it is later.
 
-    Not where fewer than two nodes were awaited: the silence of one looks like a fault of that node.
+    Physical limit: where one node alone is awaited, its silence looks like a fault of that node.
     """
 
     def apply(session: Session) -> Iterator[Variant]:
         frames = list(session.frames)
         gaps = sorted(range(1, len(frames)), key=lambda at: frames[at - 1].t_us - frames[at].t_us)
-        for at in [at for at in gaps if len(awaited(frames, at, lasts_us)) > 1][:8]:
+        for at in [at for at in gaps if len(awaited(frames, at, lasts_us)) != 1][:8]:
             later = [replace(frame, t_us=frame.t_us + lasts_us) for frame in frames[at:]]
             yield f"before frame {at + 1}", log_text([*frames[:at], *later])
 
