@@ -123,16 +123,16 @@ impl Bus {
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
     /// from it.
-    pub fn step(&mut self, frame: &Frame, when: When, happened: Happened, cx: &mut Context<'_>) {
+    pub fn step(&mut self, frame: &Frame, (when, happened): &(When, Happened), cx: &mut Context<'_>) {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
-        let when = cx.evidence.recording.take(when, happened, frame, role.is_command());
+        let when = cx.evidence.recording.take(*when, happened, frame, role.is_command());
         (cx.when, cx.sighting) = (when, cx.evidence.recording.sighting(when.at, happened.sighting));
         if cx.evidence.recording.is_first_of_stall(when) {
             cx.evidence.circumstances.note(circumstance::Kind::Stall, None, when);
         }
-        if happened.paused != 0 {
-            let only = (happened.paused.count_ones() == 1).then(|| happened.paused.trailing_zeros() as u8);
+        if let Some(paused) = happened.silence.as_ref().map(|silence| silence.paused).filter(|paused| *paused != 0) {
+            let only = (paused.count_ones() == 1).then(|| paused.trailing_zeros() as u8);
             cx.evidence.circumstances.note(circumstance::Kind::Pause, only, when);
         }
         if happened.step_ns.is_some() {

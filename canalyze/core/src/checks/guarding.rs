@@ -134,6 +134,9 @@ impl Guarding {
     /// Reports which nodes the master has not asked within their life time. A silence of the whole bus is no fault of
     /// the master.
     fn overdue(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        if !self.life.may_be_due(now_ns) {
+            return;
+        }
         let now = cx.clock(now_ns);
         for (node, Owed { since, limit_ns: limit, .. }) in self.life.due(now, &cx.evidence.recording) {
             let age = cx.evidence.recording.between(since, now).unwrap_or(0);

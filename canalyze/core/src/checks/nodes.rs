@@ -11,7 +11,6 @@ use super::nmt::{Nmt, OBEYED_NS, SWITCHED_ON_NS, commanded_state};
 use super::time::Times;
 use crate::cob_id::Role;
 use crate::context::Context;
-use crate::evidence::recording::Silence;
 use crate::finding::{Finding, Verdict};
 use crate::frame::{Frame, FrameRef};
 use crate::message::{Flaw, Message};
@@ -142,8 +141,8 @@ impl Nodes {
     /// With each frame, before it is followed and after `advance`: the bus is alive.
     #[inline]
     pub fn heard(&mut self, cx: &Context<'_>) {
-        let ended = |now: i64| cx.evidence.recording.silence(now).filter(|silence| silence.to_ns == now);
-        self.silence_ns = cx.at.t_ns.and_then(ended).map_or(0, Silence::ns);
+        let ended = |now: i64| cx.evidence.recording.ended_silence(now);
+        self.silence_ns = cx.at.t_ns.and_then(ended).map_or(0, |silence| silence.ns());
         if self.paused() {
             self.times.paused();
         }

@@ -144,11 +144,16 @@ impl Duplicates {
 
     /// Takes the next frame. `squeezed`: it stands closer to the one before than it can be on a bus, so its time
     /// shows nothing.
+    #[inline]
     pub fn step(&mut self, frame: &Frame, squeezed: bool) -> Sighting {
         if self.once >= SETTLED && self.twice < self.once {
             self.suspect = None;
             return Sighting::Original;
         }
+        self.compare(frame, squeezed)
+    }
+
+    fn compare(&mut self, frame: &Frame, squeezed: bool) -> Sighting {
         self.count += 1;
         let key = key(frame);
         let isolated = self.is_isolated(key, frame) && !squeezed;

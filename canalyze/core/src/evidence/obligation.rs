@@ -50,6 +50,11 @@ impl<K: Ord + Copy> Obligations<K> {
         self.open.insert(key, owed);
     }
 
+    /// Whether nothing is owed.
+    pub fn is_empty(&self) -> bool {
+        self.open.is_empty()
+    }
+
     /// What is owed by a key.
     pub fn get(&self, key: K) -> Option<&Owed> {
         self.open.get(&key)
@@ -81,9 +86,22 @@ impl<K: Ord + Copy> Obligations<K> {
         due
     }
 
+    /// Whether something may be overdue at `now_ns`.
+    #[inline]
+    pub fn may_be_due(&self, now_ns: i64) -> bool {
+        now_ns > self.next_ns
+    }
+
     /// What is certainly overdue at `now`, in the order of the keys; it is not owed any more.
+    #[inline]
     pub fn due(&mut self, now: When, recording: &Recording) -> Vec<(K, Owed)> {
-        let Some(now_ns) = now.at.t_ns.filter(|now_ns| *now_ns > self.next_ns) else { return Vec::new() };
+        match now.at.t_ns {
+            Some(now_ns) if self.may_be_due(now_ns) => self.due_at(now_ns, now, recording),
+            _ => Vec::new(),
+        }
+    }
+
+    fn due_at(&mut self, now_ns: i64, now: When, recording: &Recording) -> Vec<(K, Owed)> {
         // Where frames may be missing, or the clock was set, it is owed anew.
         self.open.values_mut().filter(|owed| owed.since.epoch != now.epoch).for_each(|owed| owed.since = now);
         let late = |owed: &Owed| recording.certainly_later(now, owed.since, owed.limit_ns);

@@ -21,6 +21,8 @@ pub use super::stalls::Verdict;
 
 /// The coarsest resolution of stamps that is taken for one, in ns: software that prints hundredths of a second.
 const COARSEST_NS: i64 = 10_000_000;
+/// The last digit of a stamp, in ns, by the number of its decimals.
+const UNITS_NS: [i64; 10] = [1_000_000_000, 100_000_000, 10_000_000, 1_000_000, 100_000, 10_000, 1_000, 100, 10, 1];
 /// The latest that a host lists its own frames, in ns.
 const LATEST_ECHO_NS: i64 = 10_000_000;
 /// The same in frames, where there are no stamps.
@@ -34,7 +36,7 @@ pub const USUAL_ECHO_NS: i64 = 1_000_000;
 const EXCHANGES: u32 = 64;
 /// Exchanges, all of them in order, by which an own frame that is missing at the end of the capture is not awaited.
 const IN_ORDER: u32 = 16;
-/// What [`Happened::paused`] counts: frames that were expected for two periods.
+/// What [`Silence::paused`] counts.
 const TWO_PERIODS_TENTHS: i64 = 20;
 /// A step back of the stamps by at least this much is a clock that was set, in ns. Below, two buses or the host's own
 /// frames are listed out of order.
@@ -55,6 +57,8 @@ pub struct Silence {
     /// Nodes, one bit each, of which a frame was expected in it and did not come, where it was longer than any of late;
     /// bit 0: of no node.
     pub missing: u128,
+    /// The same of which a frame had been expected for two periods when it ended.
+    pub paused: u128,
     /// It exceeded the longest of late several times: what ends it may have waited with the recorder.
     pub odd: bool,
 }
@@ -72,14 +76,12 @@ impl Silence {
 }
 
 /// What happened to the recording with a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Happened {
     /// The clock was set by so many ns.
     pub step_ns: Option<i64>,
-    /// Nodes, one bit each, of which frames had been due during the silence of the whole bus before this frame.
-    pub paused: u128,
     /// The silence of the whole bus before this frame, where it concerns a verdict.
-    pub silence: Option<Silence>,
+    pub silence: Option<Box<Silence>>,
     /// The frame is one that stood shortly before already.
     pub sighting: Sighting,
 }
@@ -131,19 +133,20 @@ impl Recording {
     /// Takes the next frame of the bus: its place, and what happened to the recording with it.
     pub fn observe(&mut self, frame: &Frame) -> (When, Happened) {
         let mut happened = Happened::default();
+        let wire_ns = wire_ns(frame);
         let gap_ns = frame.t_ns.zip(self.last_ns).map_or(i64::MAX, |(now, last)| now.saturating_sub(last));
-        happened.sighting = self.duplicates.step(frame, gap_ns < wire_ns(frame));
+        happened.sighting = self.duplicates.step(frame, gap_ns < wire_ns);
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
             self.narrow_grain(frame, now);
             happened.step_ns = self.step_of_clock(now);
             silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
             if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
-                happened.silence = Some(self.measure(last, now));
-                happened.paused = self.stalls.missing(last, now, TWO_PERIODS_TENTHS);
+                happened.silence = Some(Box::new(self.measure(last, now)));
             }
             let original = happened.sighting == Sighting::Original;
-            self.stalls.follow(frame, (self.last_ns, now), original, self.grain_ns);
+            let too_close = (gap_ns < wire_ns, self.grain_ns < wire_ns);
+            self.stalls.follow(frame, (self.last_ns, now), original, too_close);
             self.last_ns = Some(now);
             self.clock.latest_ns = Some(self.clock.latest_ns.map_or(now, |latest| latest.max(now)));
         }
@@ -156,8 +159,10 @@ impl Recording {
 
     /// The place of a frame that was observed, once it is taken. `commands`: it is of a kind that a master sends (an SDO
     /// request, NMT, SYNC, TIME, an RPDO, a remote frame, LSS of the master), which may be the recording host itself.
-    pub fn take(&mut self, observed: When, happened: Happened, frame: &Frame, commands: bool) -> When {
-        self.silence = happened.silence.or(self.silence);
+    pub fn take(&mut self, observed: When, happened: &Happened, frame: &Frame, commands: bool) -> When {
+        if let Some(silence) = &happened.silence {
+            self.silence = Some(**silence);
+        }
         self.taken_ns = frame.t_ns.or(self.taken_ns);
         let own = match frame.dir {
             Some(direction) => direction == Direction::Tx,
@@ -335,9 +340,16 @@ impl Recording {
         }
     }
 
+    /// The silence of the whole bus that a frame has ended at `now_ns`, where it concerns a verdict.
+    #[inline]
+    pub fn ended_silence(&self, now_ns: i64) -> Option<&Silence> {
+        self.silence.as_ref().filter(|silence| silence.to_ns == now_ns)
+    }
+
     fn measure(&self, from_ns: i64, to_ns: i64) -> Silence {
-        let odd = self.stalls.is_odd(to_ns.saturating_sub(from_ns));
-        Silence { from_ns, to_ns, missing: self.stalls.missing(from_ns, to_ns, UNUSUAL_TENTHS), odd }
+        let missing = |tenths: i64| self.stalls.missing(from_ns, to_ns, tenths);
+        let (missing, paused) = (missing(UNUSUAL_TENTHS), missing(TWO_PERIODS_TENTHS));
+        Silence { from_ns, to_ns, missing, paused, odd: self.stalls.is_odd(to_ns.saturating_sub(from_ns)) }
     }
 
     /// What became of a burst; `None` where it is none, or forgotten: then it was settled long ago.
@@ -347,7 +359,7 @@ impl Recording {
 
     /// The multiple of which all stamps are, whatever the number of decimals they are written with.
     fn narrow_grain(&mut self, frame: &Frame, now: i64) {
-        let written = frame.stamp.map_or(1, |stamp| 10_i64.pow(9 - u32::from(stamp.decimals.min(9))));
+        let written = frame.stamp.and_then(|stamp| UNITS_NS.get(usize::from(stamp.decimals)).copied()).unwrap_or(1);
         if self.grain_ns == 0 {
             self.grain_ns = COARSEST_NS;
         }

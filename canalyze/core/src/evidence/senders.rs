@@ -112,6 +112,9 @@ impl Usual {
     /// comes less often.
     fn compare(&mut self, gap: i64, least_ns: i64) -> u32 {
         let Squeezed { burst, ns, gap_ns } = self.squeezed;
+        if burst == 0 {
+            return 0;
+        }
         let longer = |gap: i64| gap / SQUEEZED > ns.max(least_ns);
         self.squeezed.gap_ns = gap;
         if longer(gap) && longer(gap_ns) && gap.abs_diff(gap_ns) < gap.unsigned_abs() / 4 { burst } else { 0 }
@@ -132,9 +135,12 @@ impl Usual {
             *slot = gap;
         }
         self.gaps += 1;
+        // Once the last gaps are known they are looked at together, when all of them are new.
         if self.gaps >= KEPT {
-            self.gap_ns = median_of_five(self.kept);
-            self.off_ns = median_of_five(self.kept.map(|gap| gap.saturating_sub(self.gap_ns).saturating_abs()));
+            if self.gaps.is_multiple_of(KEPT) {
+                self.gap_ns = median_of_five(self.kept);
+                self.off_ns = median_of_five(self.kept.map(|gap| gap.saturating_sub(self.gap_ns).saturating_abs()));
+            }
             return;
         }
         let mut kept = self.kept;
@@ -145,7 +151,7 @@ impl Usual {
     }
 }
 
-/// The same as [`median`] without sorting: it is taken twice for each frame.
+/// The same as [`median`] without sorting: every CAN-ID takes it again and again.
 fn median_of_five([a, b, c, d, e]: [i64; KEPT]) -> i64 {
     let low = a.min(b).max(c.min(d));
     let high = a.max(b).min(c.max(d));
@@ -176,11 +182,11 @@ impl Senders {
         }
         let id = frame.id.raw() as usize | if frame.kind == Kind::Remote { REMOTE } else { 0 };
         let Some(usual) = self.usual.get_mut(id).filter(|_| !frame.id.is_extended()) else { return Seen::default() };
-        let by_itself = comes_by_itself(id) || SRDO.contains(&id);
         let gap = now.saturating_sub(usual.last_ns);
         let again = run.filter(|run| gap <= now.saturating_sub(run.to_ns));
-        let timed = by_itself && again.is_none() && usual.gap_ns > 4 * drain_ns;
-        let late = run.filter(|_| timed).and_then(|run| usual.late(run.from_ns, now));
+        let even = usual.gap_ns > 4 * drain_ns;
+        let timed = run.filter(|_| even && again.is_none() && is_timed(id));
+        let late = timed.and_then(|run| usual.late(run.from_ns, now));
         let mut seen = Seen { late, ..Seen::default() };
         let known = std::mem::replace(&mut usual.last_ns, now) != 0;
         if !known {
@@ -191,16 +197,16 @@ impl Senders {
         }
         // The recorder may have lengthened it.
         let across = run.is_some_and(|run| run.unusual && again.is_none() && usual.gaps > 0);
-        let short = usual.gaps > 1 && usual.gap_ns > 4 * drain_ns && gap < usual.gap_ns / 4;
+        let short = usual.gaps > 1 && even && gap < usual.gap_ns / 4;
         // Frames of a slow buffer are compressed less; then it needs an unusual silence to tell.
         let squeezed = usual.gaps > 1 && run.is_some_and(|run| run.unusual) && gap / 2 < usual.gap_ns / 5;
-        seen.compressed = by_itself && usual.gap_ns > 4 * drain_ns && (short || squeezed) && usual.pair(run);
+        seen.compressed = even && (short || squeezed) && is_timed(id) && usual.pair(run);
         seen.caught_up = seen.compressed && usual.before_ns > usual.gap_ns.saturating_add(usual.gap_ns / 4);
         usual.before_ns = gap;
         // A silence can have brought two frames no closer than by its length.
         if let Some(run) = again.filter(|run| gap <= run.to_ns.saturating_sub(run.from_ns) / 2) {
             // What it shows of its sender is known when the burst is.
-            seen.again = by_itself && usual.gaps < KNOWN;
+            seen.again = usual.gaps < KNOWN && is_timed(id);
             if seen.again {
                 let before = Some(usual.squeezed).filter(|one| one.burst == run.number);
                 let ns = before.map_or(gap, |one| one.ns.min(gap));
@@ -244,6 +250,11 @@ impl Senders {
         }
         nodes
     }
+}
+
+/// Whether the time at which a frame of a CAN-ID comes tells how late it is.
+fn is_timed(id: usize) -> bool {
+    comes_by_itself(id) || SRDO.contains(&id)
 }
 
 /// Whether frames of a CAN-ID come when their time has come.

@@ -153,8 +153,15 @@ pub(super) struct Stalls {
 
 impl Stalls {
     /// Takes a frame's time (the last one's, and its own, in ns). `original`: it is no duplicate; what may be one shows
-    /// nothing until that is decided. `grain_ns`: the resolution of the stamps.
-    pub(super) fn follow(&mut self, frame: &Frame, (last, now): (Option<i64>, i64), original: bool, grain_ns: i64) {
+    /// nothing until that is decided. `close`: it follows the frame before in less time than it takes on the fastest bus, and
+    /// stamps are fine enough to tell.
+    pub(super) fn follow(
+        &mut self,
+        frame: &Frame,
+        (last, now): (Option<i64>, i64),
+        original: bool,
+        close: (bool, bool),
+    ) {
         let Some(last) = last else {
             self.senders.see(frame, now, None, DRAIN_NS);
             return;
@@ -175,7 +182,7 @@ impl Stalls {
             });
         }
         let seen = self.senders.see(frame, now, self.run(), DRAIN_NS);
-        let too_close = self.is_too_close(frame, gap, grain_ns);
+        let too_close = self.is_too_close(close);
         self.compare_later(seen.tells_of);
         if seen.late.is_some_and(Late::is_on_time) {
             // What waited was listed before it.
@@ -212,20 +219,21 @@ impl Stalls {
         Some(Run { number: burst.number, from_ns: burst.from_ns, to_ns: burst.to_ns, unusual: burst.unusual })
     }
 
-    /// Whether a frame follows the one before in less time than it takes on the fastest bus, where that is rare: it was
-    /// kept in a buffer.
-    fn is_too_close(&mut self, frame: &Frame, gap: i64, grain_ns: i64) -> bool {
-        let close = gap < wire_ns(frame);
+    /// Whether a frame follows the one before too closely, where that is rare: it was kept in a buffer.
+    fn is_too_close(&mut self, (close, exact): (bool, bool)) -> bool {
         if !self.running {
             self.gaps += 1;
             self.close += u64::from(close);
         }
-        close && self.close * 16 <= self.gaps && grain_ns < wire_ns(frame)
+        close && exact && self.close * 16 <= self.gaps
     }
 
     /// Bursts that have ended and in which a CAN-ID of which little was known came again are decided by how often that
     /// one comes behind them.
     fn compare_later(&mut self, tells_of: u32) {
+        if self.bursts.is_empty() {
+            return;
+        }
         let running = self.running();
         for burst in self.bursts.iter_mut().filter(|one| one.verdict == Verdict::Open && one.number != running) {
             burst.behind += 1;

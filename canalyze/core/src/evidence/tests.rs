@@ -38,7 +38,7 @@ fn stalled(frames: &[(i64, u16)], from: i64, to: i64, apart: i64) -> Vec<(i64, u
 /// A frame that is observed and taken at once.
 fn observe(recording: &mut Recording, frame: &Frame, commands: bool) -> (When, Happened) {
     let (when, happened) = recording.observe(frame);
-    (recording.take(when, happened, frame, commands), happened)
+    (recording.take(when, &happened, frame, commands), happened)
 }
 
 fn feed(recording: &mut Recording, frames: &[(i64, u16)]) -> Vec<When> {

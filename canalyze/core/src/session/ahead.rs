@@ -18,7 +18,7 @@ use crate::frame::Frame;
 pub(super) struct Placed {
     pub(super) frame: Frame,
     /// The clock was set before it.
-    pub(super) stepped: Option<Finding>,
+    pub(super) stepped: Option<Box<Finding>>,
     /// Its place in the recording; `None` where nobody asks what frames mean.
     pub(super) seen: Option<(When, Happened)>,
 }

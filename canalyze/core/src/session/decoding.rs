@@ -109,9 +109,9 @@ impl Decoding {
     }
 
     /// Takes a frame that was observed.
-    pub(super) fn step(&mut self, frame: &Frame, seen: Option<(When, Happened)>, buses: &Buses) {
-        let Some((when, happened)) = seen else { return };
-        self.on_bus(frame.bus, frame.reference(), buses, |bus, cx| bus.step(frame, when, happened, cx));
+    pub(super) fn step(&mut self, frame: &Frame, seen: Option<&(When, Happened)>, buses: &Buses) {
+        let Some(seen) = seen else { return };
+        self.on_bus(frame.bus, frame.reference(), buses, |bus, cx| bus.step(frame, seen, cx));
         if let Some(verification) = &mut self.verification {
             verification.frame(frame, &mut self.events, buses);
         }
@@ -121,10 +121,10 @@ impl Decoding {
     }
 
     /// Something was found about the frame at hand that needs no decoding.
-    pub(super) fn find(&mut self, finding: Finding) {
+    pub(super) fn find(&mut self, finding: Box<Finding>) {
         if !self.blind {
-            let Finding { at, cause, bus, node, .. } = finding;
-            let what = What::Finding(Box::new(finding));
+            let Finding { at, cause, bus, node, .. } = *finding;
+            let what = What::Finding(finding);
             self.events.push(Event { at, about: cause, bus, node, transfer: None, what });
         }
     }
@@ -232,7 +232,15 @@ impl Decoding {
     }
 
     /// Keeps the state of a bus.
+    #[inline]
     fn know(&mut self, id: BusId, buses: &Buses) {
+        if self.state.len() <= usize::from(id.0) {
+            self.meet(id, buses);
+        }
+    }
+
+    #[cold]
+    fn meet(&mut self, id: BusId, buses: &Buses) {
         while self.state.len() <= usize::from(id.0) {
             let name = buses.name(BusId(self.state.len() as u8));
             self.state.push(Bus::new(Arc::clone(&self.network), name));

@@ -20,6 +20,8 @@ use self::decoding::Decoding;
 use self::output::Output;
 use self::tally::Tally;
 use crate::diff::digest::Digest;
+use crate::evidence::When;
+use crate::evidence::recording::Happened;
 use crate::expectation::Expectations;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
@@ -403,7 +405,7 @@ impl Stream {
             return;
         }
         match item {
-            Item::Frame(frame) => self.place(frame, buses, out),
+            Item::Frame(mut frame) => self.place(&mut frame, buses, out),
             Item::Marker(marker) => self.marker(marker, buses, out),
             Item::Unreadable { place, reason } => self.capture.unreadable(place, reason),
             Item::Damaged(damage) => self.damaged(damage, buses, out),
@@ -413,18 +415,16 @@ impl Stream {
     }
 
     /// Gives a frame its place in the capture and in the recording, and hands on what is known by that.
-    fn place(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
-        self.capture.place(&mut frame);
-        let seen = self.decoding.observe(&frame, buses);
-        let stepped = seen.as_ref().is_some_and(|(_, happened)| happened.step_ns.is_some_and(|step_ns| step_ns < 0));
-        let stepped = self.capture.stepped_back(&frame, stepped);
-        let placed = Placed { frame, stepped, seen };
-        let undecided = self.decoding.undecided_since();
-        if self.ahead.is_empty() && undecided.is_none() {
-            self.capture.take(&placed.frame, None);
-            return self.frame(placed, buses, out);
+    fn place(&mut self, frame: &mut Frame, buses: &Buses, out: &mut Vec<u8>) {
+        self.capture.place(frame);
+        let seen = self.decoding.observe(frame, buses);
+        let back = seen.as_ref().is_some_and(|(_, happened)| happened.step_ns.is_some_and(|step_ns| step_ns < 0));
+        let stepped = self.capture.stepped_back(frame, back).map(Box::new);
+        if self.ahead.is_empty() && self.decoding.undecided_since().is_none() {
+            self.capture.take(frame, None);
+            return self.frame(frame, stepped, seen.as_ref(), buses, out);
         }
-        self.ahead.hold(placed, self.capture.origin());
+        self.ahead.hold(Placed { frame: frame.clone(), stepped, seen }, self.capture.origin());
         self.release(buses, out);
     }
 
@@ -433,8 +433,9 @@ impl Stream {
         let before = self.decoding.undecided_since().unwrap_or(u64::MAX);
         while let Some((placed, origin)) = self.ahead.take_before(before) {
             if !self.output.is_done() {
-                self.capture.take(&placed.frame, Some(origin));
-                self.frame(placed, buses, out);
+                let Placed { frame, stepped, seen } = placed;
+                self.capture.take(&frame, Some(origin));
+                self.frame(&frame, stepped, seen.as_ref(), buses, out);
             }
         }
         self.capture.caught_up();
@@ -446,19 +447,25 @@ impl Stream {
         self.release(buses, out);
     }
 
-    fn frame(&mut self, placed: Placed, buses: &Buses, out: &mut Vec<u8>) {
-        let Placed { frame, stepped, seen } = placed;
-        self.decoding.step(&frame, seen, buses);
+    fn frame(
+        &mut self,
+        frame: &Frame,
+        stepped: Option<Box<Finding>>,
+        seen: Option<&(When, Happened)>,
+        buses: &Buses,
+        out: &mut Vec<u8>,
+    ) {
+        self.decoding.step(frame, seen, buses);
         if let Some(finding) = stepped {
             self.decoding.find(finding);
         }
         if self.output.has_tables() {
             let sync = self.decoding.sync(frame.bus);
-            self.output.rows(self.capture.view(buses), &frame, &mut self.decoding.events, sync);
+            self.output.rows(self.capture.view(buses), frame, &mut self.decoding.events, sync);
         }
         self.decoding.fold();
-        self.tally.frame(&frame, &self.decoding.events);
-        self.output.frame(out, self.capture.view(buses), &frame, &mut self.decoding.events);
+        self.tally.frame(frame, &self.decoding.events);
+        self.output.frame(out, self.capture.view(buses), frame, &mut self.decoding.events);
         self.decoding.clear(buses);
     }
 

@@ -41,13 +41,15 @@ const TAIL: u32 = 1 + 2 + 7 + 3;
 /// States of the stuffing: none, then runs of 1..=4 zeros, then runs of 1..=4 ones. A fifth bit is followed by its
 /// complement, which begins a run of its own.
 const STATES: usize = 9;
+/// Their rows in the table, with some to spare: each value of the low nibble has one.
+const ROWS: usize = 16;
 
 /// After a state and eight more bits: the stuff bits inserted (high nibble) and the state (low nibble).
-static STEPS: [[u8; 256]; STATES] = steps();
+static STEPS: [[u8; 256]; ROWS] = steps();
 
 #[allow(clippy::indexing_slicing, reason = "evaluated by the compiler, which refuses what is out of bounds")]
-const fn steps() -> [[u8; 256]; STATES] {
-    let mut table = [[0; 256]; STATES];
+const fn steps() -> [[u8; 256]; ROWS] {
+    let mut table = [[0; 256]; ROWS];
     let mut state = 0;
     while state < STATES {
         let mut byte = 0;
@@ -114,7 +116,7 @@ impl Stuffed {
     }
 
     fn byte(&mut self, byte: u8) {
-        let row = STEPS.get(usize::from(self.state));
+        let row = STEPS.get(usize::from(self.state & 0xF));
         let step = row.and_then(|row| row.get(usize::from(byte))).copied().unwrap_or(0);
         self.bits += u32::from(step >> 4);
         self.state = step & 0xF;

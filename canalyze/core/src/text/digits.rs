@@ -174,6 +174,11 @@ pub fn decimal(out: &mut Vec<u8>, value: u64) {
 /// A decimal number with something before it up to a width, at most 20. Right to left into a buffer, by a constant
 /// divisor: dividing by a power found at run time costs several times as much, and numbers are half of what is written.
 pub fn filled(out: &mut Vec<u8>, value: u64, width: usize, fill: u8) {
+    const EIGHT: u64 = 100_000_000;
+    if value >= EIGHT {
+        filled(out, value / EIGHT, width.saturating_sub(8), fill);
+        return out.extend_from_slice(&eight_digits((value % EIGHT) as u32));
+    }
     let mut digits = [fill; 20];
     let mut rest = value;
     let mut count = 0;

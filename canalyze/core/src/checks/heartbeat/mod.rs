@@ -248,7 +248,11 @@ impl Heartbeats {
     /// It is `now_ns`: who should have been heard and was not. `heard`: by a frame, not by the clock alone.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
-        let silence = cx.evidence.recording.silence(now_ns).filter(|silence| silence.to_ns == now_ns);
+        let recording = &cx.evidence.recording;
+        if heard && recording.ended_silence(now_ns).is_none() && !self.owed.may_be_due(now_ns) {
+            return;
+        }
+        let silence = recording.silence(now_ns).filter(|silence| silence.to_ns == now_ns);
         let silence = silence.map(|silence| self.with_producers(silence));
         let now = cx.clock(now_ns);
         if let Some(silence) = silence.filter(|_| heard && self.looked_ns != now_ns) {
@@ -410,8 +414,7 @@ impl Producer {
             && recording.teaches(last)
             && self.paused_ns == 0
             && !suspect;
-        let ended = cx.at.t_ns.and_then(|now| recording.silence(now).filter(|silence| silence.to_ns == now));
-        let held_back = ended.is_some_and(|silence| silence.odd);
+        let held_back = cx.at.t_ns.and_then(|now| recording.ended_silence(now)).is_some_and(|silence| silence.odd);
         let mut verdict = None;
         if let Some(period) = self.expected().filter(|_| !self.is_lost() && self.period.is_known()) {
             // After a pause it may come a whole period later: its clock went on meanwhile.

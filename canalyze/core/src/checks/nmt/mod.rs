@@ -369,7 +369,9 @@ impl Nmt {
             self.resolve(false, cx);
         }
         self.began.get_or_insert(cx.at);
-        self.missing_boot_ups(false, cx);
+        if !self.boot_ups.is_empty() {
+            self.missing_boot_ups(false, cx);
+        }
         self.commandless.settle(cx);
     }
 

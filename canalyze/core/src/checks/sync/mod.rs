@@ -316,12 +316,12 @@ impl Sync {
 
     /// A node is Operational, and no SYNC has come for long though the bus is alive.
     fn judge_end(&mut self, node: u8, cx: &mut Context<'_>) {
+        let Some(silence) = self.period.delay_ns(cx.at).filter(|silence| *silence > SILENT_NS) else { return };
         if self.producer.ended || self.producer.stopped != Restart::None || !cx.evidence.recording.teaches(cx.when) {
             return;
         }
         let (Some(last), Some(period)) = (self.period.sync(self.cycle()), self.period.period_ns()) else { return };
         let limit = period.saturating_mul(SILENT_PERIODS).max(SILENT_NS);
-        let silence = self.period.delay_ns(cx.at).unwrap_or(0);
         if self.activity.silence_ns > silence / 2 || !cx.evidence.recording.certainly_later(cx.when, last, limit) {
             return;
         }

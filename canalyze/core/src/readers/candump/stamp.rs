@@ -16,8 +16,41 @@ const DAY: i64 = 86_400;
 /// The stamp at the beginning of a line, and what follows its closing parenthesis.
 #[inline]
 pub(super) fn read(text: &[u8]) -> Option<(Stamp, &[u8])> {
+    if let Some(found) = microseconds(text) {
+        return Some(found);
+    }
     let inner = text.strip_prefix(b"(")?;
     seconds(inner).or_else(|| calendar(inner))
+}
+
+/// `(1549455524.265601)`, as nearly every log file has it: the same as [`seconds`] gives, eight digits at once.
+#[inline(always)]
+fn microseconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
+    let (stamp, rest) = text.split_first_chunk::<19>()?;
+    let [b'(', s0, s1, s2, s3, s4, s5, s6, s7, s8, s9, b'.', u0, u1, u2, u3, u4, u5, b')'] = *stamp else {
+        return None;
+    };
+    let high = eight_digits([b'0', b'0', b'0', b'0', b'0', b'0', s0, s1])?;
+    let low = eight_digits([s2, s3, s4, s5, s6, s7, s8, s9])?;
+    let micros = eight_digits([b'0', b'0', u0, u1, u2, u3, u4, u5])?;
+    let ns = nanoseconds(high * 100_000_000 + low, micros * 1_000);
+    Some((Stamp { form: StampForm::Seconds, ns, width: 10, decimals: 6 }, rest))
+}
+
+/// The number that eight digits are, the first one the highest; `None` where one of them is none.
+#[inline(always)]
+fn eight_digits(text: [u8; 8]) -> Option<i64> {
+    const EACH: u64 = 0x0101_0101_0101_0101;
+    let word = u64::from_le_bytes(text);
+    // A digit is 30h to 39h: its high half is 3, also with 6 added.
+    if word & EACH * 0xF0 != EACH * 0x30 || word + EACH * 6 & EACH * 0xF0 != EACH * 0x30 {
+        return None;
+    }
+    // Neighbours are joined: digits to two-digit numbers, those to four digits, those to eight.
+    let two = (word & EACH * 0x0F).wrapping_mul(10 << 8 | 1) >> 8 & 0x00FF_00FF_00FF_00FF;
+    let four = two.wrapping_mul(100 << 16 | 1) >> 16 & 0x0000_FFFF_0000_FFFF;
+    let eight = four.wrapping_mul(10_000 << 32 | 1) >> 32;
+    Some(eight as i64)
 }
 
 /// `1549455524.265601)`. Only the first nine decimals are kept: nothing on a CAN bus is finer than 1 ns.
@@ -279,6 +312,20 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn eight_digits_at_once_are_the_same(whole in "[0-9]{10}", micros in "[0-9]{6}", place in 0usize..40, odd in any::<u8>()) {
+            let mut text = format!("({whole}.{micros}) can0").into_bytes();
+            for place in [usize::MAX, place] {
+                if let Some(byte) = text.get_mut(place) {
+                    *byte = odd;
+                }
+                let slow = text.strip_prefix(b"(").and_then(seconds);
+                let fast = microseconds(&text);
+                prop_assert!(fast.is_none() || fast == slow);
+                prop_assert!(fast.is_some() || place < 19);
+            }
+        }
+
         #[test]
         fn seconds_are_stable(whole in 0u64..9_000_000_000, width in 1usize..=20, fraction in 0u64..1_000_000_000, decimals in 0usize..=9) {
             let fraction = format!("{fraction:09}");

@@ -72,7 +72,7 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
         frame.t_ns = time(no);
         at = frame.reference();
         let (when, happened) = evidence.recording.observe(&frame);
-        let when = evidence.recording.take(when, happened, &frame, *side == Side::Client);
+        let when = evidence.recording.take(when, &happened, &frame, *side == Side::Client);
         let mut cx = Context {
             events: &mut events,
             next_transfer: &mut next,
