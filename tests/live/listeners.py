@@ -26,8 +26,8 @@ from capture_frames import Recorded
 from conftest import command, environment
 from other_readers import candump_log
 
-DEADLINE_S = 30.0
-"""For what a user would see at once; a loaded machine may take its time."""
+DEADLINE_S = 120.0
+"""For what a user would see at once, or as soon as a viewer has started; a loaded machine may take its time."""
 LAST = "7FF#4C415354"
 """Ends a session: no CANopen service of the pre-defined connection set uses this identifier."""
 SELECTIVE = ("all", "fil", "inv", "sff", "eff")
