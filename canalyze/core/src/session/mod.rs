@@ -424,7 +424,7 @@ impl Stream {
             self.capture.take(frame, None);
             return self.frame(frame, stepped, seen.as_ref(), buses, out);
         }
-        self.ahead.hold(Placed { frame: frame.clone(), stepped, seen }, self.capture.origin());
+        self.ahead.hold(Placed { frame: *frame, stepped, seen }, self.capture.origin());
         self.release(buses, out);
     }
 

@@ -139,9 +139,23 @@ macro_rules! put {
 }
 pub(crate) use put;
 
+/// Two upper-case hexadecimal digits of each byte.
+static PAIRS: [[u8; 2]; 256] = pairs();
+
+#[allow(clippy::indexing_slicing, reason = "evaluated by the compiler, which refuses what is out of bounds")]
+const fn pairs() -> [[u8; 2]; 256] {
+    let (mut table, mut byte) = ([[0; 2]; 256], 0);
+    while byte < 256 {
+        table[byte] = [DIGITS[byte >> 4], DIGITS[byte & 0xF]];
+        byte += 1;
+    }
+    table
+}
+
 /// Two upper-case hexadecimal digits.
+#[inline]
 pub fn hex_digits(byte: u8) -> [u8; 2] {
-    [digit(byte >> 4), digit(byte)]
+    PAIRS.get(usize::from(byte)).copied().unwrap_or_default()
 }
 
 /// Two upper-case hexadecimal digits.

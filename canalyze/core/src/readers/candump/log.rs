@@ -8,16 +8,24 @@ use super::{Fail, stamp};
 use crate::frame::{BusId, Direction, Frame, Kind, LengthForm};
 use crate::readers::Unreadable;
 
-/// The plain line: stamp, one blank, interface, one blank, classic data frame, end. Anything else is `None`.
+/// The plain line: stamp, one blank, interface, one blank, classic data frame, end. Anything else is `None`. `last`: the
+/// interface of such a line before, which most lines name again.
 #[inline(always)]
-pub(super) fn plain(line: &[u8]) -> Option<(Frame, &[u8])> {
+pub(super) fn plain<'a>(line: &'a [u8], last: &mut Vec<u8>) -> Option<(Frame, &'a [u8])> {
     let (stamp, rest) = stamp::read(line)?;
     let rest = rest.strip_prefix(b" ")?;
-    let (bus, rest) = word(rest);
-    if !is_name(bus) {
-        return None;
-    }
-    let rest = rest.strip_prefix(b" ")?;
+    let (bus, rest) = match rest.split_at_checked(last.len()) {
+        Some((bus, [b' ', after @ ..])) if !bus.is_empty() && bus == last => (bus, after),
+        _ => {
+            let (bus, after) = word(rest);
+            if !is_name(bus) {
+                return None;
+            }
+            last.clear();
+            last.extend_from_slice(bus);
+            (bus, after.strip_prefix(b" ")?)
+        }
+    };
     let (digits, rest) = match rest {
         [a, b, c, b'#', rest @ ..] => (&[*a, *b, *c][..], rest),
         [a, b, c, d, e, f, g, h, b'#', rest @ ..] => (&[*a, *b, *c, *d, *e, *f, *g, *h][..], rest),
@@ -175,7 +183,8 @@ mod tests {
         // The two paths must never differ, or a comment at the end of a line would change its frame.
         #[test]
         fn plain_is_general(line in "(\\((0|1[0-9]{9})\\.[0-9]{1,7}\\)|\\(\\)) ?[!#a-z]{0,2}can[0-9] [0-9a-fA-F]{3}([0-9a-f]{5})?#([0-9A-Fa-f]{2}){0,9}[0-9a-gR]?") {
-            if let Some((plain, bus)) = plain(line.as_bytes()) {
+            for last in [&b""[..], b"can0"] {
+                let Some((plain, bus)) = plain(line.as_bytes(), &mut last.to_vec()) else { continue };
                 let line = general(line.as_bytes());
                 prop_assert_eq!(line.bus, bus);
                 let frame = line.frame;
@@ -188,7 +197,7 @@ mod tests {
 
     #[test]
     fn standard_identifiers_are_told_from_extended_ones() {
-        let (frame, bus) = plain(b"(0.5) can0 00000601#40").unwrap();
+        let (frame, bus) = plain(b"(0.5) can0 00000601#40", &mut Vec::new()).unwrap();
         assert_eq!((frame.id, bus), (CanId::extended(0x601), &b"can0"[..]));
     }
 }

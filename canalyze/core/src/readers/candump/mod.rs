@@ -49,6 +49,8 @@ pub struct Candump {
     skipping: bool,
     /// Room for a line without its colours.
     plain: Vec<u8>,
+    /// The interface of the last plain line.
+    interface: Vec<u8>,
     lines: u64,
     /// The error frame whose explanation (`-e`) may follow on lines of its own.
     explained: Option<Frame>,
@@ -63,6 +65,7 @@ impl Candump {
             partial: Vec::new(),
             skipping: false,
             plain: Vec::new(),
+            interface: Vec::new(),
             lines: 0,
             explained: None,
         }
@@ -163,7 +166,7 @@ impl Candump {
         if text.len() > MAX_LINE {
             return self.too_long(buses, sink);
         }
-        if let Some((frame, bus)) = log::plain(text.strip_suffix(b"\r").unwrap_or(text)) {
+        if let Some((frame, bus)) = log::plain(text.strip_suffix(b"\r").unwrap_or(text), &mut self.interface) {
             self.lines += 1;
             self.explained = None;
             let line = Line { stamp: frame.stamp, console: false, bus, what: What::Frame, frame };

@@ -40,14 +40,16 @@ fn microseconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
 /// The number that eight digits are, the first one the highest; `None` where one of them is none.
 #[inline(always)]
 fn eight_digits(text: [u8; 8]) -> Option<i64> {
-    const EACH: u64 = 0x0101_0101_0101_0101;
+    const DIGIT: u64 = 0x3030_3030_3030_3030;
+    const HIGH: u64 = 0xF0F0_F0F0_F0F0_F0F0;
+    const SIX: u64 = 0x0606_0606_0606_0606;
     let word = u64::from_le_bytes(text);
     // A digit is 30h to 39h: its high half is 3, also with 6 added.
-    if word & EACH * 0xF0 != EACH * 0x30 || word + EACH * 6 & EACH * 0xF0 != EACH * 0x30 {
+    if word & HIGH != DIGIT || (word + SIX) & HIGH != DIGIT {
         return None;
     }
     // Neighbours are joined: digits to two-digit numbers, those to four digits, those to eight.
-    let two = (word & EACH * 0x0F).wrapping_mul(10 << 8 | 1) >> 8 & 0x00FF_00FF_00FF_00FF;
+    let two = (word - DIGIT).wrapping_mul(10 << 8 | 1) >> 8 & 0x00FF_00FF_00FF_00FF;
     let four = two.wrapping_mul(100 << 16 | 1) >> 16 & 0x0000_FFFF_0000_FFFF;
     let eight = four.wrapping_mul(10_000 << 32 | 1) >> 32;
     Some(eight as i64)
