@@ -13,6 +13,9 @@ const REMOTE: usize = 0x800;
 const APERIODIC: [std::ops::RangeInclusive<usize>; 5] =
     [0x000..=0x07F, 0x081..=0x0FF, 0x101..=0x180, 0x580..=0x67F, 0x7E4..=0x7E5];
 
+/// CAN-IDs of error control.
+pub(super) const ERROR_CONTROL: std::ops::RangeInclusive<usize> = 0x701..=0x77F;
+
 /// The two frames of an SRDO are one node's, and so no two senders.
 const SRDO: std::ops::RangeInclusive<usize> = 0x101..=0x180;
 /// Gaps after which it is known how often a CAN-ID comes.
@@ -53,6 +56,18 @@ struct Squeezed {
     /// In how short a time it came again, and the last gap behind the burst, in ns.
     ns: i64,
     gap_ns: i64,
+}
+
+/// A CAN-ID that comes by itself and evenly.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Even {
+    pub(super) id: usize,
+    /// Whose heartbeat it is. 0: another CAN-ID; they may depend on each other, as PDOs do on SYNC.
+    pub(super) node: u8,
+    /// Its last frame's time, its usual gap, and how far gaps are off that, in ns.
+    pub(super) last_ns: i64,
+    pub(super) gap_ns: i64,
+    pub(super) off_ns: i64,
 }
 
 /// By how much a frame came later than it was due, and how exactly that is known, in ns.
@@ -174,8 +189,8 @@ impl Senders {
         if self.usual.is_empty() {
             self.usual = vec![Usual::default(); IDENTIFIERS];
         }
-        let id = frame.id.raw() as usize | if frame.kind == Kind::Remote { REMOTE } else { 0 };
-        let Some(usual) = self.usual.get_mut(id).filter(|_| !frame.id.is_extended()) else { return Seen::default() };
+        let Some(id) = identifier(frame) else { return Seen::default() };
+        let Some(usual) = self.usual.get_mut(id) else { return Seen::default() };
         let by_itself = comes_by_itself(id) || SRDO.contains(&id);
         let gap = now.saturating_sub(usual.last_ns);
         let again = run.filter(|run| gap <= now.saturating_sub(run.to_ns));
@@ -215,6 +230,17 @@ impl Senders {
         seen
     }
 
+    /// The CAN-IDs that come by themselves and evenly.
+    pub(super) fn even(&self) -> impl Iterator<Item = Even> {
+        let usual = |id: usize| self.usual.get(id).map(|usual| (id, usual));
+        let known = self.active.iter().filter(|id| comes_by_itself(**id)).filter_map(move |id| usual(*id));
+        known.filter(|(_, usual)| usual.due_ns().is_some()).map(move |(id, usual)| {
+            let guarded = self.active.contains(&(id | REMOTE));
+            let node = if ERROR_CONTROL.contains(&id) && !guarded { id as u8 & 0x7F } else { 0 };
+            Even { id, node, last_ns: usual.last_ns, gap_ns: usual.gap_ns, off_ns: usual.off_ns }
+        })
+    }
+
     /// How many CAN-IDs came evenly and were overdue by `room_ns` and their jitter when a silence ended, and not when it
     /// began.
     pub(super) fn overdue(&self, from: i64, to: i64, room_ns: i64) -> usize {
@@ -244,6 +270,12 @@ impl Senders {
         }
         nodes
     }
+}
+
+/// The place of a frame's CAN-ID among those that are kept: remote frames have places of their own.
+pub(super) fn identifier(frame: &Frame) -> Option<usize> {
+    let id = frame.id.raw() as usize | if frame.kind == Kind::Remote { REMOTE } else { 0 };
+    (!frame.id.is_extended()).then_some(id)
 }
 
 /// Whether frames of a CAN-ID come when their time has come.

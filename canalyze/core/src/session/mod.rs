@@ -34,6 +34,7 @@ use crate::readers::{Contents, Damage, Format as Input, Item, Marker, Reader, Se
 use crate::render::columns::{self, Batch};
 use crate::render::jsonl;
 use crate::render::text::Time;
+use crate::rules::capture::{Cap006, Cap007};
 use crate::select::Select;
 use crate::text::{Depth, Lang, complaints};
 use crate::writers::{self, Loss};
@@ -416,9 +417,8 @@ impl Stream {
     fn place(&mut self, mut frame: Frame, buses: &Buses, out: &mut Vec<u8>) {
         self.capture.place(&mut frame);
         let seen = self.decoding.observe(&frame, buses);
-        let stepped = seen.as_ref().is_some_and(|(_, happened)| happened.step_ns.is_some_and(|step_ns| step_ns < 0));
-        let stepped = self.capture.stepped_back(&frame, stepped);
-        let placed = Placed { frame, stepped, seen };
+        let before = self.capture.before(&frame);
+        let placed = Placed { frame, before, seen };
         let undecided = self.decoding.undecided_since();
         if self.ahead.is_empty() && undecided.is_none() {
             self.capture.take(&placed.frame, None);
@@ -447,10 +447,21 @@ impl Stream {
     }
 
     fn frame(&mut self, placed: Placed, buses: &Buses, out: &mut Vec<u8>) {
-        let Placed { frame, stepped, seen } = placed;
+        let Placed { frame, before, seen } = placed;
+        let holed = before.filter(|_| self.decoding.is_behind_hole(&frame));
+        if let Some(before) = holed {
+            self.output.gap(frame.bus);
+            self.decoding.lost(frame.bus, before, buses);
+            self.aside(buses, out);
+        }
+        let stepped = before.filter(|_| seen.is_some_and(|(_, happened)| happened.step_ns.is_some()));
         self.decoding.step(&frame, seen, buses);
-        if let Some(finding) = stepped {
-            self.decoding.find(finding);
+        let apart = |before: FrameRef| Some(frame.t_ns?.saturating_sub(before.t_ns?));
+        if let Some((before, apart)) = holed.and_then(|before| Some((before, apart(before)?))) {
+            self.decoding.find(&frame, Cap007::Silent { silence: apart }.into(), before);
+        }
+        if let Some((before, apart)) = stepped.and_then(|before| Some((before, apart(before)?))) {
+            self.decoding.find(&frame, Cap006::Back { back: apart.saturating_neg() }.into(), before);
         }
         if self.output.has_tables() {
             let sync = self.decoding.sync(frame.bus);

@@ -1,0 +1,215 @@
+//! Holes of a recording that nothing announces: frames of some time are not in it, or its clock was put on.
+//!
+//! The whole bus is silent, and behind the silence several senders that come evenly, and independently of each other, come
+//! as they would have come: each a whole number of its periods after its last frame ([`Guess::Missing`]), or all of them
+//! late by the same time ([`Guess::Later`]). No fault of one node does that. A sender that does not come back, or that
+//! begins anew, fell silent itself; what comes late by different times waited for the recorder
+//! ([`Stalls`](super::stalls::Stalls)). It must not know more of a frame than who sends it.
+
+use std::collections::BTreeSet;
+
+use crate::frame::{Frame, Kind};
+
+use super::duplicates::PATIENCE_NS;
+use super::senders::{Even, identifier};
+use super::stalls::Verdict;
+
+/// The least by which a sender that comes evenly is off its time, in ns, and the same as a part of its period.
+const OFF_NS: i64 = 1_000_000;
+const OFF_PART: i64 = 32;
+/// The part of its period by which a sender's time may be uncertain, to show anything.
+const SHOWS_PART: i64 = 4;
+/// How exact the period of a sender is known, as a part of it: several periods add up.
+const PERIOD_PART: i64 = 1024;
+/// Most frames that wait until it is known whether a silence is a hole.
+const KEPT: u64 = 16_384;
+/// Senders, independent of each other, that show a hole.
+const SENDERS: usize = 2;
+/// Holes remembered.
+const HOLES: usize = 16;
+
+/// A sender that was expected when the bus fell silent.
+#[derive(Clone, Copy, Debug)]
+struct Sender {
+    even: Even,
+    /// By how much it may be off its time, in ns.
+    room_ns: i64,
+    /// A frame of it was due in the silence.
+    missed: bool,
+    /// It came again.
+    back: bool,
+}
+
+/// What may have happened.
+#[derive(Clone, Debug, Default)]
+struct Guess {
+    /// The senders that show it.
+    shown: BTreeSet<u8>,
+    /// Error control shows otherwise.
+    refuted: bool,
+}
+
+impl Guess {
+    fn take(&mut self, sender: &Sender, fits: bool, shows: bool) {
+        if fits && shows {
+            self.shown.insert(sender.even.node);
+        }
+        self.refuted |= !fits && sender.even.node > 0;
+    }
+
+    fn is_sure(&self) -> bool {
+        !self.refuted && self.shown.len() >= SENDERS
+    }
+}
+
+/// A silence that may be a hole.
+#[derive(Clone, Debug)]
+struct Doubt {
+    /// The number of the first frame behind it.
+    first: u64,
+    from_ns: i64,
+    to_ns: i64,
+    senders: Vec<Sender>,
+    /// Frames are missing; or the clock was put on, by a time between these, in ns.
+    missing: Guess,
+    later: Guess,
+    by_ns: (i64, i64),
+}
+
+impl Doubt {
+    /// A sender has come again at `now`.
+    fn heard(&mut self, place: usize, now: i64) {
+        let Some(sender) = self.senders.get_mut(place) else { return };
+        sender.back = true;
+        let sender = *sender;
+        let Sender { even, room_ns, missed, .. } = sender;
+        let after_ns = now.saturating_sub(even.last_ns);
+        let late_ns = after_ns.saturating_sub(even.gap_ns);
+        let on_time = late_ns.saturating_abs() <= room_ns;
+        let fits = if missed { self.in_phase(&sender, now) } else { on_time };
+        self.missing.take(&sender, fits, missed);
+        let (least, most) = (late_ns.saturating_sub(room_ns), late_ns.saturating_add(room_ns));
+        let both = (self.by_ns.0.max(least), self.by_ns.1.min(most));
+        let fits = both.0 <= both.1 && !on_time;
+        if fits {
+            self.by_ns = both;
+        }
+        self.later.take(&sender, fits, true);
+    }
+
+    /// Whether a sender of which frames were due in the silence has come in time behind it, and in its phase as far as
+    /// that is known.
+    fn in_phase(&self, sender: &Sender, now: i64) -> bool {
+        let Even { last_ns, gap_ns, off_ns, .. } = sender.even;
+        let after_ns = now.saturating_sub(last_ns);
+        let periods = after_ns.saturating_add(gap_ns / 2) / gap_ns.max(1);
+        let off = after_ns.saturating_sub(periods.saturating_mul(gap_ns)).saturating_abs();
+        let room_ns = sender.room_ns.saturating_add(periods.saturating_mul(off_ns / 2 + gap_ns / PERIOD_PART));
+        off <= room_ns && now <= self.to_ns.saturating_add(gap_ns).saturating_add(sender.room_ns)
+    }
+
+    /// Senders that must have come again by `now`, and have not.
+    fn overdue(&mut self, now: i64) {
+        let silence_ns = self.to_ns.saturating_sub(self.from_ns);
+        for sender in self.senders.iter().filter(|sender| !sender.back) {
+            let Sender { even, room_ns, missed, .. } = *sender;
+            let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
+            let again_ns = self.to_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
+            if now > if missed { again_ns } else { due_ns } {
+                self.missing.take(sender, false, false);
+            }
+            if now > due_ns.saturating_add(silence_ns) {
+                self.later.take(sender, false, false);
+            }
+        }
+    }
+
+    /// Whether no further frame tells more.
+    fn is_over(&self, frame: &Frame, now: i64) -> bool {
+        let waits = |sender: &Sender| {
+            let longest_ns = self.to_ns.saturating_sub(self.from_ns).saturating_add(2 * sender.even.gap_ns);
+            !sender.back && now <= self.to_ns.saturating_add(longest_ns)
+        };
+        let refuted = self.missing.refuted && self.later.refuted;
+        refuted || frame.no > self.first + KEPT || !self.senders.iter().any(waits)
+    }
+}
+
+/// The holes of a bus.
+#[derive(Debug, Default)]
+pub(super) struct Holes {
+    doubt: Option<Doubt>,
+    /// The numbers of the frames behind the last ones.
+    found: Vec<u64>,
+}
+
+impl Holes {
+    /// Whether a frame is the first one behind a hole.
+    pub(super) fn is_behind(&self, number: u64) -> bool {
+        self.found.contains(&number)
+    }
+
+    /// The number of the first frame of which it is not known yet whether it is behind a hole.
+    pub(super) fn undecided_since(&self) -> Option<u64> {
+        self.doubt.as_ref().map(|doubt| doubt.first)
+    }
+
+    /// No further frame tells.
+    pub(super) fn settle(&mut self) {
+        self.doubt = None;
+    }
+
+    /// It is `now_ns` on a live bus: nobody waits long for what comes.
+    pub(super) fn advance(&mut self, now_ns: i64) {
+        if self.doubt.as_ref().is_some_and(|doubt| now_ns.saturating_sub(doubt.to_ns) > PATIENCE_NS) {
+            self.settle();
+        }
+    }
+
+    /// A frame has ended a silence (from, to in ns). `even`: the senders that come evenly.
+    pub(super) fn begin(&mut self, frame: &Frame, (from_ns, to_ns): (i64, i64), even: impl Iterator<Item = Even>) {
+        if self.doubt.is_some() || restarts(frame) {
+            return;
+        }
+        let expected = |even: Even| {
+            let room_ns = (4 * even.off_ns).max(OFF_NS).max(even.gap_ns / OFF_PART);
+            let due_ns = even.last_ns.saturating_add(even.gap_ns);
+            let missed = due_ns.saturating_add(room_ns) < to_ns;
+            let shows = room_ns <= even.gap_ns / SHOWS_PART && due_ns.saturating_add(room_ns) > from_ns;
+            shows.then_some(Sender { even, room_ns, missed, back: false })
+        };
+        let senders: Vec<Sender> = even.filter_map(expected).collect();
+        let missed: BTreeSet<u8> = senders.iter().filter(|one| one.missed).map(|one| one.even.node).collect();
+        if !missed.is_empty() {
+            let (missing, later) = (Guess { refuted: missed.len() < SENDERS, ..Guess::default() }, Guess::default());
+            let by_ns = (1, to_ns.saturating_sub(from_ns));
+            self.doubt = Some(Doubt { first: frame.no, from_ns, to_ns, senders, missing, later, by_ns });
+        }
+    }
+
+    /// The next frame, at `now`. `burst`: what became of the burst behind the silence that began then.
+    pub(super) fn follow(&mut self, frame: &Frame, now: i64, burst: impl Fn(i64) -> Option<Verdict>) {
+        let Some(doubt) = &mut self.doubt else { return };
+        let id = identifier(frame);
+        if let Some(place) = doubt.senders.iter().position(|one| Some(one.even.id) == id && !one.back) {
+            doubt.heard(place, now);
+        }
+        doubt.overdue(now);
+        let (sure, burst) = (doubt.missing.is_sure() || doubt.later.is_sure(), burst(doubt.from_ns));
+        if burst == Some(Verdict::Confirmed) || restarts(frame) || doubt.is_over(frame, now) && !sure {
+            self.doubt = None;
+        } else if sure && burst != Some(Verdict::Open) {
+            if self.found.len() == HOLES {
+                self.found.remove(0);
+            }
+            self.found.push(doubt.first);
+            self.doubt = None;
+        }
+    }
+}
+
+/// Whether a frame shows that nodes begin anew: an NMT command, or a boot-up.
+fn restarts(frame: &Frame) -> bool {
+    let id = identifier(frame).unwrap_or(usize::MAX);
+    frame.kind == Kind::Data && (id == 0 || super::senders::ERROR_CONTROL.contains(&id) && frame.payload() == [0])
+}
