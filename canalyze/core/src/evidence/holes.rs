@@ -14,11 +14,10 @@ use super::duplicates::PATIENCE_NS;
 use super::senders::{Even, identifier};
 use super::stalls::Verdict;
 
-/// The least by which a sender that comes evenly is off its time, in ns, and the same as a part of its period.
+/// The least by which a sender that comes evenly is off its time, in ns, and the most, as a part of its period, by which
+/// it may be off to show anything.
 const OFF_NS: i64 = 1_000_000;
-const OFF_PART: i64 = 32;
-/// The part of its period by which a sender's time may be uncertain, to show anything.
-const SHOWS_PART: i64 = 4;
+const SHOWS_PART: i64 = 8;
 /// How exact the period of a sender is known, as a part of it: several periods add up.
 const PERIOD_PART: i64 = 1024;
 /// Most frames that wait until it is known whether a silence is a hole.
@@ -36,8 +35,11 @@ struct Sender {
     room_ns: i64,
     /// A frame of it was due in the silence.
     missed: bool,
-    /// It came again.
-    back: bool,
+    /// When it came again, in ns.
+    back_ns: Option<i64>,
+    /// Whether that was its own time: what stands in a row behind a silence may have waited for the recorder, unless it
+    /// goes on from there.
+    firm: bool,
 }
 
 /// What may have happened.
@@ -51,7 +53,7 @@ struct Guess {
 
 impl Guess {
     fn take(&mut self, sender: &Sender, fits: bool, shows: bool) {
-        if fits && shows {
+        if fits && shows && sender.firm {
             self.shown.insert(sender.even.node);
         }
         self.refuted |= !fits && sender.even.node > 0;
@@ -77,41 +79,57 @@ struct Doubt {
 }
 
 impl Doubt {
-    /// A sender has come again at `now`.
-    fn heard(&mut self, place: usize, now: i64) {
-        let Some(sender) = self.senders.get_mut(place) else { return };
-        sender.back = true;
+    /// A frame of a sender has come at `now`. `in_row`: without a pause since the silence.
+    fn heard(&mut self, place: usize, now: i64, in_row: bool) {
+        let Some(sender) = self.senders.get_mut(place).filter(|sender| !sender.firm) else { return };
+        if let Some(back_ns) = sender.back_ns {
+            let after_ns = now.saturating_sub(back_ns);
+            sender.firm = after_ns.saturating_sub(sender.even.gap_ns).saturating_abs() <= sender.room_ns;
+            let (sender, gone_on) = (*sender, sender.firm);
+            return if gone_on { self.judge(&sender, back_ns) } else { self.refute(&sender) };
+        }
+        (sender.back_ns, sender.firm) = (Some(now), !in_row);
         let sender = *sender;
-        let Sender { even, room_ns, missed, .. } = sender;
-        let after_ns = now.saturating_sub(even.last_ns);
-        let late_ns = after_ns.saturating_sub(even.gap_ns);
+        self.judge(&sender, now);
+    }
+
+    /// Takes what it shows that a sender has come again then.
+    fn judge(&mut self, sender: &Sender, back_ns: i64) {
+        let Sender { even, room_ns, missed, .. } = *sender;
+        let late_ns = back_ns.saturating_sub(even.last_ns).saturating_sub(even.gap_ns);
         let on_time = late_ns.saturating_abs() <= room_ns;
-        let fits = if missed { self.in_phase(&sender, now) } else { on_time };
-        self.missing.take(&sender, fits, missed);
+        let fits = if missed { self.in_phase(sender, back_ns) } else { on_time };
+        self.missing.take(sender, fits, missed);
         let (least, most) = (late_ns.saturating_sub(room_ns), late_ns.saturating_add(room_ns));
         let both = (self.by_ns.0.max(least), self.by_ns.1.min(most));
-        let fits = both.0 <= both.1 && !on_time;
+        let fits = both.0 <= both.1 && late_ns / SHOWS_PART > room_ns;
         if fits {
             self.by_ns = both;
         }
-        self.later.take(&sender, fits, true);
+        self.later.take(sender, fits, true);
+    }
+
+    /// A sender does not go on as it came again.
+    fn refute(&mut self, sender: &Sender) {
+        self.missing.take(sender, false, false);
+        self.later.take(sender, false, false);
     }
 
     /// Whether a sender of which frames were due in the silence has come in time behind it, and in its phase as far as
     /// that is known.
-    fn in_phase(&self, sender: &Sender, now: i64) -> bool {
+    fn in_phase(&self, sender: &Sender, back_ns: i64) -> bool {
         let Even { last_ns, gap_ns, off_ns, .. } = sender.even;
-        let after_ns = now.saturating_sub(last_ns);
+        let after_ns = back_ns.saturating_sub(last_ns);
         let periods = after_ns.saturating_add(gap_ns / 2) / gap_ns.max(1);
         let off = after_ns.saturating_sub(periods.saturating_mul(gap_ns)).saturating_abs();
         let room_ns = sender.room_ns.saturating_add(periods.saturating_mul(off_ns / 2 + gap_ns / PERIOD_PART));
-        off <= room_ns && now <= self.to_ns.saturating_add(gap_ns).saturating_add(sender.room_ns)
+        off <= room_ns && back_ns <= self.to_ns.saturating_add(gap_ns).saturating_add(sender.room_ns)
     }
 
     /// Senders that must have come again by `now`, and have not.
     fn overdue(&mut self, now: i64) {
         let silence_ns = self.to_ns.saturating_sub(self.from_ns);
-        for sender in self.senders.iter().filter(|sender| !sender.back) {
+        for sender in self.senders.iter().filter(|sender| sender.back_ns.is_none()) {
             let Sender { even, room_ns, missed, .. } = *sender;
             let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
             let again_ns = self.to_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
@@ -127,8 +145,8 @@ impl Doubt {
     /// Whether no further frame tells more.
     fn is_over(&self, frame: &Frame, now: i64) -> bool {
         let waits = |sender: &Sender| {
-            let longest_ns = self.to_ns.saturating_sub(self.from_ns).saturating_add(2 * sender.even.gap_ns);
-            !sender.back && now <= self.to_ns.saturating_add(longest_ns)
+            let longest_ns = self.to_ns.saturating_sub(self.from_ns).saturating_add(3 * sender.even.gap_ns);
+            !sender.firm && now <= self.to_ns.saturating_add(longest_ns)
         };
         let refuted = self.missing.refuted && self.later.refuted;
         refuted || frame.no > self.first + KEPT || !self.senders.iter().any(waits)
@@ -141,6 +159,8 @@ pub(super) struct Holes {
     doubt: Option<Doubt>,
     /// The numbers of the frames behind the last ones.
     found: Vec<u64>,
+    /// The end of the last one, in ns: what came last before it is not known to come evenly across it.
+    behind_ns: Option<i64>,
 }
 
 impl Holes {
@@ -152,6 +172,11 @@ impl Holes {
     /// The number of the first frame of which it is not known yet whether it is behind a hole.
     pub(super) fn undecided_since(&self) -> Option<u64> {
         self.doubt.as_ref().map(|doubt| doubt.first)
+    }
+
+    /// The clock was set back.
+    pub(super) fn set_back(&mut self) {
+        (self.doubt, self.behind_ns) = (None, None);
     }
 
     /// No further frame tells.
@@ -172,11 +197,12 @@ impl Holes {
             return;
         }
         let expected = |even: Even| {
-            let room_ns = (4 * even.off_ns).max(OFF_NS).max(even.gap_ns / OFF_PART);
+            let room_ns = (4 * even.off_ns).max(OFF_NS);
             let due_ns = even.last_ns.saturating_add(even.gap_ns);
             let missed = due_ns.saturating_add(room_ns) < to_ns;
             let shows = room_ns <= even.gap_ns / SHOWS_PART && due_ns.saturating_add(room_ns) > from_ns;
-            shows.then_some(Sender { even, room_ns, missed, back: false })
+            let known = self.behind_ns.is_none_or(|behind_ns| even.last_ns >= behind_ns);
+            (shows && known).then_some(Sender { even, room_ns, missed, back_ns: None, firm: false })
         };
         let senders: Vec<Sender> = even.filter_map(expected).collect();
         let missed: BTreeSet<u8> = senders.iter().filter(|one| one.missed).map(|one| one.even.node).collect();
@@ -188,11 +214,11 @@ impl Holes {
     }
 
     /// The next frame, at `now`. `burst`: what became of the burst behind the silence that began then.
-    pub(super) fn follow(&mut self, frame: &Frame, now: i64, burst: impl Fn(i64) -> Option<Verdict>) {
+    pub(super) fn follow(&mut self, frame: &Frame, now: i64, burst: impl Fn(i64) -> Option<Verdict>, in_row: bool) {
         let Some(doubt) = &mut self.doubt else { return };
         let id = identifier(frame);
-        if let Some(place) = doubt.senders.iter().position(|one| Some(one.even.id) == id && !one.back) {
-            doubt.heard(place, now);
+        if let Some(place) = doubt.senders.iter().position(|one| Some(one.even.id) == id) {
+            doubt.heard(place, now, in_row);
         }
         doubt.overdue(now);
         let (sure, burst) = (doubt.missing.is_sure() || doubt.later.is_sure(), burst(doubt.from_ns));
@@ -203,6 +229,7 @@ impl Holes {
                 self.found.remove(0);
             }
             self.found.push(doubt.first);
+            self.behind_ns = Some(doubt.to_ns);
             self.doubt = None;
         }
     }

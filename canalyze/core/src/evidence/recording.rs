@@ -142,7 +142,9 @@ impl Recording {
             silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
             if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
                 happened.silence = Some(self.measure(last, now));
-                self.holes.begin(frame, (last, now), self.stalls.even());
+                if !self.duplicates.are_proven() && self.duplicates.undecided_since().is_none() {
+                    self.holes.begin(frame, (last, now), self.stalls.even());
+                }
                 happened.paused = self.stalls.missing(last, now, TWO_PERIODS_TENTHS);
             }
             let original = happened.sighting == Sighting::Original;
@@ -152,7 +154,8 @@ impl Recording {
         }
         self.stalls.decide_shown(&self.duplicates);
         if let Some(now) = frame.t_ns {
-            self.holes.follow(frame, now, |from_ns| self.stalls.verdict_behind(from_ns));
+            let in_row = self.stalls.running() != 0;
+            self.holes.follow(frame, now, |from_ns| self.stalls.verdict_behind(from_ns), in_row);
         }
         if silent_ns > DRAIN_NS {
             self.silence_ns = silent_ns;
@@ -377,6 +380,7 @@ impl Recording {
         }
         self.clock.steps = self.clock.steps.saturating_add(1);
         self.clock.latest_ns = None;
+        self.holes.set_back();
         self.stalls.end_burst();
         Some(-back)
     }
