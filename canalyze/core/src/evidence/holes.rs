@@ -12,7 +12,7 @@ use crate::frame::{Frame, Kind};
 
 use super::duplicates::PATIENCE_NS;
 use super::senders::{Even, identifier};
-use super::stalls::Verdict;
+use super::stalls::{Stalls, Verdict};
 
 /// The least by which a sender that comes evenly is off its time, in ns, and the most, as a part of its period, by which
 /// it may be off to show anything.
@@ -88,7 +88,10 @@ impl Doubt {
             let (sender, gone_on) = (*sender, sender.firm);
             return if gone_on { self.judge(&sender, back_ns) } else { self.refute(&sender) };
         }
-        (sender.back_ns, sender.firm) = (Some(now), !in_row);
+        // Of what waited, all that was due in a longer time would have come at once.
+        let late_ns = now.saturating_sub(sender.even.last_ns).saturating_sub(sender.even.gap_ns);
+        let waited = in_row && late_ns <= sender.even.gap_ns.saturating_add(sender.room_ns);
+        (sender.back_ns, sender.firm) = (Some(now), !waited);
         let sender = *sender;
         self.judge(&sender, now);
     }
@@ -191,37 +194,47 @@ impl Holes {
         }
     }
 
-    /// A frame has ended a silence (from, to in ns). `even`: the senders that come evenly.
-    pub(super) fn begin(&mut self, frame: &Frame, (from_ns, to_ns): (i64, i64), even: impl Iterator<Item = Even>) {
+    /// A frame has ended a silence (from, to in ns). `even`: the senders that come evenly. `grain_ns`: the resolution of
+    /// the stamps.
+    pub(super) fn begin(
+        &mut self,
+        frame: &Frame,
+        (from_ns, to_ns): (i64, i64),
+        even: impl Iterator<Item = Even>,
+        grain_ns: i64,
+    ) {
         if self.doubt.is_some() || restarts(frame) {
             return;
         }
         let expected = |even: Even| {
-            let room_ns = (4 * even.off_ns).max(OFF_NS);
-            let due_ns = even.last_ns.saturating_add(even.gap_ns);
-            let missed = due_ns.saturating_add(room_ns) < to_ns;
-            let shows = room_ns <= even.gap_ns / SHOWS_PART && due_ns.saturating_add(room_ns) > from_ns;
+            let room_ns = (4 * even.off_ns).max(OFF_NS).max(2 * grain_ns);
+            let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
             let known = self.behind_ns.is_none_or(|behind_ns| even.last_ns >= behind_ns);
-            (shows && known).then_some(Sender { even, room_ns, missed, back_ns: None, firm: false })
+            let shows = known && room_ns <= even.gap_ns / SHOWS_PART && due_ns > from_ns;
+            shows.then_some(Sender { even, room_ns, missed: due_ns < to_ns, back_ns: None, firm: false })
         };
         let senders: Vec<Sender> = even.filter_map(expected).collect();
-        let missed: BTreeSet<u8> = senders.iter().filter(|one| one.missed).map(|one| one.even.node).collect();
-        if !missed.is_empty() {
-            let (missing, later) = (Guess { refuted: missed.len() < SENDERS, ..Guess::default() }, Guess::default());
+        let independent = |of: &dyn Fn(&Sender) -> bool| {
+            let nodes: BTreeSet<u8> = senders.iter().filter(|one| of(one)).map(|one| one.even.node).collect();
+            nodes.len()
+        };
+        let missed = independent(&|sender| sender.missed);
+        if missed > 0 && independent(&|_| true) >= SENDERS {
+            let (missing, later) = (Guess { refuted: missed < SENDERS, ..Guess::default() }, Guess::default());
             let by_ns = (1, to_ns.saturating_sub(from_ns));
             self.doubt = Some(Doubt { first: frame.no, from_ns, to_ns, senders, missing, later, by_ns });
         }
     }
 
-    /// The next frame, at `now`. `burst`: what became of the burst behind the silence that began then.
-    pub(super) fn follow(&mut self, frame: &Frame, now: i64, burst: impl Fn(i64) -> Option<Verdict>, in_row: bool) {
+    /// The next frame, at `now`.
+    pub(super) fn follow(&mut self, frame: &Frame, now: i64, stalls: &Stalls) {
         let Some(doubt) = &mut self.doubt else { return };
         let id = identifier(frame);
         if let Some(place) = doubt.senders.iter().position(|one| Some(one.even.id) == id) {
-            doubt.heard(place, now, in_row);
+            doubt.heard(place, now, stalls.runs_since(doubt.from_ns));
         }
         doubt.overdue(now);
-        let (sure, burst) = (doubt.missing.is_sure() || doubt.later.is_sure(), burst(doubt.from_ns));
+        let (sure, burst) = (doubt.missing.is_sure() || doubt.later.is_sure(), stalls.verdict_behind(doubt.from_ns));
         if burst == Some(Verdict::Confirmed) || restarts(frame) || doubt.is_over(frame, now) && !sure {
             self.doubt = None;
         } else if sure && burst != Some(Verdict::Open) {

@@ -143,7 +143,7 @@ impl Recording {
             if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
                 happened.silence = Some(self.measure(last, now));
                 if !self.duplicates.are_proven() && self.duplicates.undecided_since().is_none() {
-                    self.holes.begin(frame, (last, now), self.stalls.even());
+                    self.holes.begin(frame, (last, now), self.stalls.even(), self.grain_ns);
                 }
                 happened.paused = self.stalls.missing(last, now, TWO_PERIODS_TENTHS);
             }
@@ -154,8 +154,7 @@ impl Recording {
         }
         self.stalls.decide_shown(&self.duplicates);
         if let Some(now) = frame.t_ns {
-            let in_row = self.stalls.running() != 0;
-            self.holes.follow(frame, now, |from_ns| self.stalls.verdict_behind(from_ns), in_row);
+            self.holes.follow(frame, now, &self.stalls);
         }
         if silent_ns > DRAIN_NS {
             self.silence_ns = silent_ns;

@@ -20,6 +20,8 @@ pub(super) const ERROR_CONTROL: std::ops::RangeInclusive<usize> = 0x701..=0x77F;
 const SRDO: std::ops::RangeInclusive<usize> = 0x101..=0x180;
 /// Gaps after which it is known how often a CAN-ID comes.
 const KNOWN: usize = 3;
+/// How much closer two gaps must be, that are all that is known.
+const EXACT: i64 = 64;
 /// What comes this close to its time is on time, in ns, and further off than that it is late.
 const ON_TIME_NS: i64 = 1_000_000;
 /// By how much, at least, the gaps of a CAN-ID that comes evenly are longer than those in a burst.
@@ -114,6 +116,17 @@ impl Usual {
     fn due_ns(&self) -> Option<i64> {
         let even = self.gaps >= KNOWN && self.off_ns < self.gap_ns / 8;
         even.then(|| self.last_ns.saturating_add(self.gap_ns))
+    }
+
+    /// Its usual gap and how far gaps are off it, in ns, where they are even. The last two tell, where little else is known.
+    fn even(&self) -> Option<(i64, i64)> {
+        if self.due_ns().is_some() {
+            return Some((self.gap_ns, self.off_ns));
+        }
+        let kept = |before: usize| self.kept.get(self.gaps.checked_sub(before)? % KEPT).copied();
+        let (last, before) = (kept(1)?, kept(2)?);
+        let off_ns = last.saturating_sub(before).saturating_abs();
+        (off_ns < last / EXACT).then_some((last, off_ns))
     }
 
     /// How late it is at `now`. Where several were due and one has come, others are missing: it is not late.
@@ -232,12 +245,13 @@ impl Senders {
 
     /// The CAN-IDs that come by themselves and evenly.
     pub(super) fn even(&self) -> impl Iterator<Item = Even> {
-        let usual = |id: usize| self.usual.get(id).map(|usual| (id, usual));
-        let known = self.active.iter().filter(|id| comes_by_itself(**id)).filter_map(move |id| usual(*id));
-        known.filter(|(_, usual)| usual.due_ns().is_some()).map(move |(id, usual)| {
+        let known = self.active.iter().filter(|id| comes_by_itself(**id));
+        known.filter_map(|id| {
+            let usual = self.usual.get(*id)?;
+            let (gap_ns, off_ns) = usual.even()?;
             let guarded = self.active.contains(&(id | REMOTE));
-            let node = if ERROR_CONTROL.contains(&id) && !guarded { id as u8 & 0x7F } else { 0 };
-            Even { id, node, last_ns: usual.last_ns, gap_ns: usual.gap_ns, off_ns: usual.off_ns }
+            let node = if ERROR_CONTROL.contains(id) && !guarded { *id as u8 & 0x7F } else { 0 };
+            Some(Even { id: *id, node, last_ns: usual.last_ns, gap_ns, off_ns })
         })
     }
 

@@ -342,6 +342,11 @@ impl Stalls {
         Some((burst.from_ns, burst.to_ns))
     }
 
+    /// Whether frames have come without a pause since the silence that began then.
+    pub(super) fn runs_since(&self, from_ns: i64) -> bool {
+        self.run().is_some_and(|run| run.from_ns == from_ns)
+    }
+
     /// What became of the burst behind the silence that began then; `None` where there is none any more.
     pub(super) fn verdict_behind(&self, from_ns: i64) -> Option<Verdict> {
         self.bursts.iter().rev().find(|burst| burst.from_ns == from_ns).map(|burst| burst.verdict)
