@@ -164,6 +164,8 @@ pub(super) struct Holes {
     found: Vec<u64>,
     /// The end of the last one, in ns: what came last before it is not known to come evenly across it.
     behind_ns: Option<i64>,
+    /// Until when a live bus has said that it gave all that there was, in ns.
+    given_ns: Option<i64>,
 }
 
 impl Holes {
@@ -179,7 +181,7 @@ impl Holes {
 
     /// The clock was set back.
     pub(super) fn set_back(&mut self) {
-        (self.doubt, self.behind_ns) = (None, None);
+        (self.doubt, self.behind_ns, self.given_ns) = (None, None, None);
     }
 
     /// No further frame tells.
@@ -189,6 +191,7 @@ impl Holes {
 
     /// It is `now_ns` on a live bus: nobody waits long for what comes.
     pub(super) fn advance(&mut self, now_ns: i64) {
+        self.given_ns = Some(now_ns);
         if self.doubt.as_ref().is_some_and(|doubt| now_ns.saturating_sub(doubt.to_ns) > PATIENCE_NS) {
             self.settle();
         }
@@ -203,7 +206,8 @@ impl Holes {
         even: impl Iterator<Item = Even>,
         grain_ns: i64,
     ) {
-        if self.doubt.is_some() || restarts(frame) {
+        let given = self.given_ns.is_some_and(|given_ns| given_ns > from_ns);
+        if given || self.doubt.is_some() || restarts(frame) {
             return;
         }
         let expected = |even: Even| {
