@@ -1,8 +1,8 @@
 //! Holes of a recording that nothing announces: frames of some time are not in it, or its clock was put on.
 //!
 //! The whole bus is silent, and behind the silence several senders that come evenly, and independently of each other, come
-//! as they would have come: each a whole number of its periods after its last frame ([`Guess::Missing`]), or all of them
-//! late by the same time ([`Guess::Later`]). No fault of one node does that. A sender that does not come back, or that
+//! as they would have come: each a whole number of its periods after its last frame, so that frames are missing, or all of
+//! them late by the same time, so that the clock was put on. No fault of one node does that. A sender that does not come back, or that
 //! begins anew, fell silent itself; what comes late by different times waited for the recorder
 //! ([`Stalls`](super::stalls::Stalls)). It must not know more of a frame than who sends it.
 
@@ -162,8 +162,8 @@ pub(super) struct Holes {
     doubt: Option<Doubt>,
     /// The numbers of the frames behind the last ones.
     found: Vec<u64>,
-    /// The end of the last one, in ns: what came last before it is not known to come evenly across it.
-    behind_ns: Option<i64>,
+    /// Since when the recording is known to go on, in ns: what came last before that tells nothing of what is due.
+    since_ns: i64,
     /// Until when a live bus has said that it gave all that there was, in ns.
     given_ns: Option<i64>,
 }
@@ -179,9 +179,9 @@ impl Holes {
         self.doubt.as_ref().map(|doubt| doubt.first)
     }
 
-    /// The clock was set back.
-    pub(super) fn set_back(&mut self) {
-        (self.doubt, self.behind_ns, self.given_ns) = (None, None, None);
+    /// The recording begins, goes on where frames were lost, or its clock was set.
+    pub(super) fn start(&mut self, now: i64) {
+        *self = Self { found: std::mem::take(&mut self.found), since_ns: now, ..Self::default() };
     }
 
     /// No further frame tells.
@@ -213,7 +213,7 @@ impl Holes {
         let expected = |even: Even| {
             let room_ns = (4 * even.off_ns).max(OFF_NS).max(2 * grain_ns);
             let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
-            let known = self.behind_ns.is_none_or(|behind_ns| even.last_ns >= behind_ns);
+            let known = (self.since_ns..=from_ns).contains(&even.last_ns);
             let shows = known && room_ns <= even.gap_ns / SHOWS_PART && due_ns > from_ns;
             shows.then_some(Sender { even, room_ns, missed: due_ns < to_ns, back_ns: None, firm: false })
         };
@@ -246,7 +246,7 @@ impl Holes {
                 self.found.remove(0);
             }
             self.found.push(doubt.first);
-            self.behind_ns = Some(doubt.to_ns);
+            self.since_ns = doubt.to_ns;
             self.doubt = None;
         }
     }

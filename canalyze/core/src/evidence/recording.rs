@@ -139,6 +139,9 @@ impl Recording {
         if let Some(now) = frame.t_ns {
             self.narrow_grain(frame, now);
             happened.step_ns = self.step_of_clock(now);
+            if happened.step_ns.is_some() || self.last_ns.is_none() {
+                self.holes.start(now);
+            }
             silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
             if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
                 happened.silence = Some(self.measure(last, now));
@@ -379,7 +382,6 @@ impl Recording {
         }
         self.clock.steps = self.clock.steps.saturating_add(1);
         self.clock.latest_ns = None;
-        self.holes.set_back();
         self.stalls.end_burst();
         Some(-back)
     }

@@ -249,8 +249,8 @@ impl Senders {
         known.filter_map(|id| {
             let usual = self.usual.get(*id)?;
             let (gap_ns, off_ns) = usual.even()?;
-            let guarded = self.active.contains(&(id | REMOTE));
-            let node = if ERROR_CONTROL.contains(id) && !guarded { *id as u8 & 0x7F } else { 0 };
+            let heartbeat = ERROR_CONTROL.contains(id) && !self.active.contains(&(id | REMOTE));
+            let node = if heartbeat { *id as u8 & 0x7F } else { 0 };
             Some(Even { id: *id, node, last_ns: usual.last_ns, gap_ns, off_ns })
         })
     }
