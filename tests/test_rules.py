@@ -44,6 +44,7 @@ RAISED: dict[str, list[Raised]] = {
     "CAP004": [("CAP004", 3, None)],
     "CAP005": [("CAP005", 5, None)],
     "CAP006": [("CAP006", 5, 3)],
+    "CAP007": [("CAP007", 10, 8)],
     "DRV001": [("DRV001", 18, 17)],
     "DRV002": [("DRV002", 20, 14)],
     "DRV003": [("DRV005", 13, None), ("DRV003", 15, 13)],

@@ -7,6 +7,7 @@
 
 pub mod circumstance;
 pub mod duplicates;
+mod holes;
 pub mod obligation;
 pub mod pending;
 pub mod period;

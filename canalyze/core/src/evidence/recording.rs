@@ -14,6 +14,7 @@
 use crate::frame::{Direction, Frame, FrameRef, Kind};
 
 use super::duplicates::{Duplicates, Sighting};
+use super::holes::Holes;
 use super::stalls::{DRAIN_NS, SHORTEST_STALL_NS, Stalls, UNUSUAL_TENTHS, wire_ns};
 use super::when::When;
 
@@ -104,6 +105,7 @@ pub struct Recording {
     stalls: Stalls,
     echo: Echo,
     duplicates: Duplicates,
+    holes: Holes,
     /// By option (`--jitter`), in ns.
     jitter_ns: Option<i64>,
 }
@@ -140,9 +142,15 @@ impl Recording {
         if let Some(now) = frame.t_ns {
             self.narrow_grain(frame, now);
             happened.step_ns = self.step_of_clock(now);
+            if happened.step_ns.is_some() || self.last_ns.is_none() {
+                self.holes.start(now);
+            }
             silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
             if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
                 happened.silence = Some(Box::new(self.measure(last, now)));
+                if !self.duplicates.are_proven() && self.duplicates.undecided_since().is_none() {
+                    self.holes.begin(frame, (last, now), self.stalls.even(), self.grain_ns);
+                }
             }
             let original = happened.sighting == Sighting::Original;
             let too_close = (gap_ns < wire_ns, self.grain_ns < wire_ns);
@@ -151,6 +159,9 @@ impl Recording {
             self.clock.latest_ns = Some(self.clock.latest_ns.map_or(now, |latest| latest.max(now)));
         }
         self.stalls.decide_shown(&self.duplicates);
+        if let Some(now) = frame.t_ns {
+            self.holes.follow(frame, now, &self.stalls);
+        }
         if silent_ns > DRAIN_NS {
             self.silence_ns = silent_ns;
         }
@@ -183,16 +194,20 @@ impl Recording {
 
     /// The number of the first frame of which it is not known yet what the recording did with it.
     pub fn undecided_since(&self) -> Option<u64> {
-        match (self.stalls.undecided_since(), self.duplicates.undecided_since()) {
-            (Some(burst), Some(suspect)) => Some(burst.min(suspect)),
-            (burst, suspect) => burst.or(suspect),
-        }
+        let open = [self.stalls.undecided_since(), self.duplicates.undecided_since(), self.holes.undecided_since()];
+        open.into_iter().flatten().min()
     }
 
     /// No further frame tells what the recording did: what is open is decided by what was seen.
     pub fn settle(&mut self) {
         self.duplicates.settle();
         self.stalls.settle(&self.duplicates);
+        self.holes.settle();
+    }
+
+    /// Whether a frame is the first one behind a hole of the recording that nothing announces.
+    pub fn is_behind_hole(&self, at: FrameRef) -> bool {
+        self.holes.is_behind(at.no)
     }
 
     /// Whether a frame is the first after a time for which the recorder stood still.
@@ -210,13 +225,17 @@ impl Recording {
     pub fn advance(&mut self, now_ns: i64) {
         self.duplicates.advance(now_ns);
         self.stalls.advance(self.last_ns, now_ns, &self.duplicates);
+        self.holes.advance(now_ns);
     }
 
-    /// Frames are missing here.
+    /// Frames are missing here, before those that were observed but not taken.
     pub fn lost(&mut self) {
         self.losses = self.losses.saturating_add(1);
-        (self.last_ns, self.taken_ns, self.silence) = (None, None, None);
-        self.stalls.end_burst();
+        if self.taken_ns == self.last_ns {
+            self.last_ns = None;
+            self.stalls.end_burst();
+        }
+        (self.taken_ns, self.silence) = (None, None);
     }
 
     /// A request and its answer were seen, the request listed `late_ns` after the answer (0: before it).

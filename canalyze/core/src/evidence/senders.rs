@@ -13,10 +13,15 @@ const REMOTE: usize = 0x800;
 const APERIODIC: [std::ops::RangeInclusive<usize>; 5] =
     [0x000..=0x07F, 0x081..=0x0FF, 0x101..=0x180, 0x580..=0x67F, 0x7E4..=0x7E5];
 
+/// CAN-IDs of error control.
+pub(super) const ERROR_CONTROL: std::ops::RangeInclusive<usize> = 0x701..=0x77F;
+
 /// The two frames of an SRDO are one node's, and so no two senders.
 const SRDO: std::ops::RangeInclusive<usize> = 0x101..=0x180;
 /// Gaps after which it is known how often a CAN-ID comes.
 const KNOWN: usize = 3;
+/// How much closer two gaps must be, that are all that is known.
+const EXACT: i64 = 64;
 /// What comes this close to its time is on time, in ns, and further off than that it is late.
 const ON_TIME_NS: i64 = 1_000_000;
 /// By how much, at least, the gaps of a CAN-ID that comes evenly are longer than those in a burst.
@@ -53,6 +58,18 @@ struct Squeezed {
     /// In how short a time it came again, and the last gap behind the burst, in ns.
     ns: i64,
     gap_ns: i64,
+}
+
+/// A CAN-ID that comes by itself and evenly.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Even {
+    pub(super) id: usize,
+    /// Whose heartbeat it is. 0: another CAN-ID; they may depend on each other, as PDOs do on SYNC.
+    pub(super) node: u8,
+    /// Its last frame's time, its usual gap, and how far gaps are off that, in ns.
+    pub(super) last_ns: i64,
+    pub(super) gap_ns: i64,
+    pub(super) off_ns: i64,
 }
 
 /// By how much a frame came later than it was due, and how exactly that is known, in ns.
@@ -99,6 +116,17 @@ impl Usual {
     fn due_ns(&self) -> Option<i64> {
         let even = self.gaps >= KNOWN && self.off_ns < self.gap_ns / 8;
         even.then(|| self.last_ns.saturating_add(self.gap_ns))
+    }
+
+    /// Its usual gap and how far gaps are off it, in ns, where they are even. The last two tell, where little else is known.
+    fn even(&self) -> Option<(i64, i64)> {
+        if self.due_ns().is_some() {
+            return Some((self.gap_ns, self.off_ns));
+        }
+        let kept = |before: usize| self.kept.get(self.gaps.checked_sub(before)? % KEPT).copied();
+        let (last, before) = (kept(1)?, kept(2)?);
+        let off_ns = last.saturating_sub(before).saturating_abs();
+        (off_ns < last / EXACT).then_some((last, off_ns))
     }
 
     /// How late it is at `now`. Where several were due and one has come, others are missing: it is not late.
@@ -180,8 +208,8 @@ impl Senders {
         if self.usual.is_empty() {
             self.usual = vec![Usual::default(); IDENTIFIERS];
         }
-        let id = frame.id.raw() as usize | if frame.kind == Kind::Remote { REMOTE } else { 0 };
-        let Some(usual) = self.usual.get_mut(id).filter(|_| !frame.id.is_extended()) else { return Seen::default() };
+        let Some(id) = identifier(frame) else { return Seen::default() };
+        let Some(usual) = self.usual.get_mut(id) else { return Seen::default() };
         let gap = now.saturating_sub(usual.last_ns);
         let again = run.filter(|run| gap <= now.saturating_sub(run.to_ns));
         let even = usual.gap_ns > 4 * drain_ns;
@@ -221,6 +249,18 @@ impl Senders {
         seen
     }
 
+    /// The CAN-IDs that come by themselves and evenly.
+    pub(super) fn even(&self) -> impl Iterator<Item = Even> {
+        let known = self.active.iter().filter(|id| comes_by_itself(**id));
+        known.filter_map(|id| {
+            let usual = self.usual.get(*id)?;
+            let (gap_ns, off_ns) = usual.even()?;
+            let heartbeat = ERROR_CONTROL.contains(id) && !self.active.contains(&(id | REMOTE));
+            let node = if heartbeat { *id as u8 & 0x7F } else { 0 };
+            Some(Even { id: *id, node, last_ns: usual.last_ns, gap_ns, off_ns })
+        })
+    }
+
     /// How many CAN-IDs came evenly and were overdue by `room_ns` and their jitter when a silence ended, and not when it
     /// began.
     pub(super) fn overdue(&self, from: i64, to: i64, room_ns: i64) -> usize {
@@ -255,6 +295,12 @@ impl Senders {
 /// Whether the time at which a frame of a CAN-ID comes tells how late it is.
 fn is_timed(id: usize) -> bool {
     comes_by_itself(id) || SRDO.contains(&id)
+}
+
+/// The place of a frame's CAN-ID among those that are kept: remote frames have places of their own.
+pub(super) fn identifier(frame: &Frame) -> Option<usize> {
+    let id = frame.id.raw() as usize | if frame.kind == Kind::Remote { REMOTE } else { 0 };
+    (!frame.id.is_extended()).then_some(id)
 }
 
 /// Whether frames of a CAN-ID come when their time has come.

@@ -15,7 +15,7 @@
 use crate::frame::{Frame, Kind};
 
 use super::duplicates::{Duplicates, PATIENCE_NS};
-use super::senders::{Late, Run, Seen, Senders};
+use super::senders::{Even, Late, Run, Seen, Senders};
 
 /// A silence shorter than this is no stall, in ns: it moves no verdict.
 pub(super) const SHORTEST_STALL_NS: i64 = 10_000_000;
@@ -348,6 +348,21 @@ impl Stalls {
     pub(super) fn last_stall(&self) -> Option<(i64, i64)> {
         let burst = self.bursts.iter().rev().find(|burst| burst.verdict == Verdict::Confirmed)?;
         Some((burst.from_ns, burst.to_ns))
+    }
+
+    /// Whether frames have come without a pause since the silence that began then.
+    pub(super) fn runs_since(&self, from_ns: i64) -> bool {
+        self.run().is_some_and(|run| run.from_ns == from_ns)
+    }
+
+    /// What became of the burst behind the silence that began then; `None` where there is none any more.
+    pub(super) fn verdict_behind(&self, from_ns: i64) -> Option<Verdict> {
+        self.bursts.iter().rev().find(|burst| burst.from_ns == from_ns).map(|burst| burst.verdict)
+    }
+
+    /// The CAN-IDs that come by themselves and evenly.
+    pub(super) fn even(&self) -> impl Iterator<Item = Even> {
+        self.senders.even()
     }
 
     /// The nodes, one bit each, of which a frame was expected during a silence, `tenths` of its usual gap after the last;

@@ -237,6 +237,105 @@ fn a_clock_that_is_set_back_begins_an_epoch() {
     }
 }
 
+/// A network, `ms` long: SYNC each 10 ms with a PDO, and a heartbeat each 100 ms of so many nodes, all a bit off.
+fn beating(nodes: i64, ms: i64) -> Vec<(i64, u16)> {
+    let off = |cycle: i64, id: i64| (cycle * 7919 + id * 31) % 5 * 100;
+    let mut out: Vec<(i64, u16)> = (0..ms / 10)
+        .flat_map(|cycle| {
+            let at = cycle * 10_000 + 137 + off(cycle, 0);
+            let node = cycle % 10;
+            let beat = (node < nodes).then_some((at + 3_000 + off(cycle, node), 0x701 + node as u16));
+            [(at, 0x80), (at + 500, 0x181)].into_iter().chain(beat)
+        })
+        .collect();
+    out.sort_unstable();
+    out
+}
+
+/// The frames behind which the recording is found to have holes.
+fn holes(frames: &[(i64, u16)]) -> Vec<u64> {
+    let mut recording = Recording::default();
+    let frames: Vec<Frame> = (1..).zip(frames).map(|(no, (at, id))| frame(no, *id, &[no as u8, 5], *at)).collect();
+    frames.iter().for_each(|frame| {
+        recording.observe(frame);
+    });
+    recording.settle();
+    let numbers = frames.iter().filter(|frame| recording.is_behind_hole(frame.reference())).map(|frame| frame.no);
+    numbers.collect()
+}
+
+/// The number of the first frame from a time on.
+fn first(frames: &[(i64, u16)], from: i64) -> u64 {
+    1 + frames.iter().take_while(|(at, _)| *at < from).count() as u64
+}
+
+#[test]
+fn lost_frames_and_a_clock_that_was_put_on_are_a_hole() {
+    for nodes in [1, 2, 5, 10] {
+        for lasts in [30_000, 100_000, 700_000, 5_000_000, 60_000_000] {
+            for from in [500_000, 1_001_000, 1_330_000] {
+                let frames = beating(nodes, 3_000 + lasts / 1000);
+                // A heartbeat is due in each, but for the first one of the single node.
+                let left: Vec<_> =
+                    frames.iter().copied().filter(|(at, _)| !(from..from + lasts).contains(at)).collect();
+                let lost = (1..=nodes).contains(&(from % 100_000 / 10_000 + 1)) || lasts >= 100_000;
+                let behind = first(&frames, from);
+                assert_eq!(holes(&left), if lost { vec![behind] } else { vec![] }, "{nodes} {lasts} {from}");
+                let later = |(at, id): (i64, u16)| (if at < from { at } else { at + lasts }, id);
+                let later: Vec<_> = beating(nodes, 3_000).into_iter().map(later).collect();
+                assert_eq!(holes(&later), [behind], "{nodes}, put on {lasts} {from}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_happened_on_the_bus_is_no_hole() {
+    let (from, to) = (1_000_000, 1_700_000);
+    let silent = |ids: fn(u16) -> bool| {
+        let gone = move |(at, id): &(i64, u16)| (from..to).contains(at) && ids(*id);
+        move |frames: Vec<(i64, u16)>| frames.into_iter().filter(|one| !gone(one)).collect::<Vec<_>>()
+    };
+    let beats_only = || beating(3, 3_000).into_iter().filter(|(_, id)| *id > 0x700).collect::<Vec<_>>();
+    assert_eq!(holes(&beating(3, 3_000)), [] as [u64; 0]);
+    // One node, SYNC with what follows it, or two of three nodes.
+    assert_eq!(holes(&silent(|id| id == 0x701)(beating(3, 3_000))), [] as [u64; 0]);
+    assert_eq!(holes(&silent(|id| id < 0x700)(beating(3, 3_000))), [] as [u64; 0]);
+    assert_eq!(holes(&silent(|id| id != 0x703)(beats_only())), [] as [u64; 0]);
+    // A node that never comes back, and nodes that go on in other phases.
+    let lost = |(at, id): &(i64, u16)| *id == 0x701 || *id == 0x702 && *at < to;
+    let lost: Vec<_> = silent(|_| true)(beats_only()).into_iter().filter(lost).collect();
+    assert_eq!(holes(&lost), [] as [u64; 0]);
+    let phase = |(at, id): (i64, u16)| (at + if at > to { i64::from(id - 0x700) * 17_000 } else { 0 }, id);
+    let mut other: Vec<_> = silent(|_| true)(beats_only()).into_iter().map(phase).collect();
+    other.sort_unstable();
+    assert_eq!(holes(&other), [] as [u64; 0]);
+    // A command, or a boot-up, comes first.
+    for (id, payload) in [(0, &[1, 0][..]), (0x701, &[0])] {
+        let frames = silent(|_| true)(beating(3, 3_000));
+        let mut recording = Recording::default();
+        for (no, (at, one)) in (1..).zip(&frames) {
+            if no == first(&frames, to) {
+                recording.observe(&frame(no, id, payload, to - 3_000));
+            }
+            recording.observe(&frame(no + 1, *one, &[5], *at));
+        }
+        assert!((1..=frames.len() as u64 + 1).all(|no| !recording.is_behind_hole(frame(no, 0, &[], 0).reference())));
+    }
+}
+
+#[test]
+fn a_stall_is_no_hole() {
+    for length in [12_000, 20_000, 33_000, 60_000, 100_000, 104_000, 300_000, 5_000_000] {
+        for apart in [20, 200, 1000] {
+            for from in (1_000_000..1_100_000).step_by(3_700) {
+                let frames = stalled(&beating(4, 4_000 + length / 1000 * 3), from, from + length, apart);
+                assert_eq!(holes(&frames), [] as [u64; 0], "{length} {apart} {from}");
+            }
+        }
+    }
+}
+
 #[test]
 fn frames_that_are_listed_out_of_order_are_no_steps() {
     for late in [500, 2_000, 4_000, 9_000] {

@@ -107,4 +107,18 @@ rules! {
             "时间戳倒退{back}"
             "its stamp is {back} earlier";
     }
+
+    /// Frames of some time are not in the recording, and nothing says so.
+    Cap007 "CAP007" "recording-hole" Warning "-" [Sync, ErrorControl] {
+        message "记录中有空缺" "the recording has a hole";
+        meaning
+            "该帧之前总线上没有任何报文, 而几个互不相关的节点此时都应发送; 之后它们又按原来的周期继续: 记录缺了这段时间的帧, 或者时钟被向前调整。跨越此处的内容不作判断。"
+            "Nothing was on the bus before this frame, though several nodes that do not depend on each other had to send; then all go on in their periods: the frames of this time are not in the recording, or its clock was put on. Nothing is judged across it.";
+        cause
+            "接收缓冲区溢出, 适配器一时断开, 记录被暂停、剪去一段或拼接, 或者主机时钟被调整。"
+            "A receive buffer overflowed, the adapter was disconnected for a while, the recording was paused, cut or joined, or the host's clock was set.";
+        Silent { silence: Ns }
+            "{silence}内没有任何帧, 而有几个节点应当发送; 之后都照常继续"
+            "no frame for {silence}, though several nodes had to send; then all of them go on as before";
+    }
 }

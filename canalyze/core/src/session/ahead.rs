@@ -10,15 +10,14 @@ use std::collections::VecDeque;
 use super::capture::Origin;
 use crate::evidence::When;
 use crate::evidence::recording::Happened;
-use crate::finding::Finding;
-use crate::frame::Frame;
+use crate::frame::{Frame, FrameRef};
 
 /// A frame and its place.
 #[derive(Debug)]
 pub(super) struct Placed {
     pub(super) frame: Frame,
-    /// The clock was set before it.
-    pub(super) stepped: Option<Box<Finding>>,
+    /// The frame before it on its bus, where their stamps can be compared.
+    pub(super) before: Option<FrameRef>,
     /// Its place in the recording; `None` where nobody asks what frames mean.
     pub(super) seen: Option<(When, Happened)>,
 }

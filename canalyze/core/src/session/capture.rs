@@ -12,7 +12,7 @@ use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::inputs::{ABSOLUTE_NS, File, Unreadable};
 use crate::readers::{Damage, DamageKind, Marker, Place, Unreadable as Reason};
 use crate::render::jsonl;
-use crate::rules::capture::{Cap001, Cap002, Cap004, Cap005, Cap006};
+use crate::rules::capture::{Cap001, Cap002, Cap004, Cap005};
 use crate::text::{Lang, complaints};
 use crate::writers;
 
@@ -149,22 +149,14 @@ impl Capture {
         self.of_held = None;
     }
 
-    /// The finding that the clock was set back before this frame (`stepped`), where the frame before it on its bus is in
-    /// the same file. Forward, a clock that was set looks like a pause.
-    pub(super) fn stepped_back(&mut self, frame: &Frame, stepped: bool) -> Option<Finding> {
+    /// The frame before this one on its bus, where it is in the same file and both stamps can be compared.
+    pub(super) fn before(&mut self, frame: &Frame) -> Option<FrameRef> {
         let bus = usize::from(frame.bus.0);
         if self.file.last.len() <= bus {
             self.file.last.resize(bus + 1, None);
         }
-        let at = frame.reference();
-        let before = self.file.last.get_mut(bus)?.replace(at)?;
-        if !stepped || self.file.misread {
-            return None;
-        }
-        let back = before.t_ns?.saturating_sub(at.t_ns?);
-        let Verdict { code, facts } = Cap006::Back { back }.into();
-        let (cause, bus) = (Some(before), frame.bus);
-        Some(Finding { code, at, cause, bus, node: None, object: None, facts, because_of: None })
+        let before = self.file.last.get_mut(bus)?.replace(frame.reference());
+        before.filter(|_| !self.file.misread)
     }
 
     /// The first frame of a file. Files whose stamps are absolute and files whose stamps count from a date follow one

@@ -12,7 +12,7 @@ use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
 use crate::evidence::{Evidence, When};
 use crate::expectation::{Expectations, Verification};
-use crate::finding::Finding;
+use crate::finding::{Finding, Verdict};
 use crate::frame::{BusId, Buses, Frame, FrameRef};
 use crate::network::Network;
 use crate::repeats::Repeats;
@@ -120,12 +120,19 @@ impl Decoding {
         }
     }
 
-    /// Something was found about the frame at hand that needs no decoding.
-    pub(super) fn find(&mut self, finding: Box<Finding>) {
+    /// Whether a frame is the first behind a hole of the recording.
+    pub(super) fn is_behind_hole(&self, frame: &Frame) -> bool {
+        let evidence = self.evidence.get(usize::from(frame.bus.0));
+        evidence.is_some_and(|evidence| evidence.recording.is_behind_hole(frame.reference()))
+    }
+
+    /// Something was found about the frame at hand and the one before it on its bus that needs no decoding.
+    pub(super) fn find(&mut self, frame: &Frame, what: Verdict, before: FrameRef) {
         if !self.blind {
-            let Finding { at, cause, bus, node, .. } = *finding;
-            let what = What::Finding(finding);
-            self.events.push(Event { at, about: cause, bus, node, transfer: None, what });
+            let (at, cause, bus, Verdict { code, facts }) = (frame.reference(), Some(before), frame.bus, what);
+            let finding = Finding { code, at, cause, bus, node: None, object: None, facts, because_of: None };
+            let what = What::Finding(Box::new(finding));
+            self.events.push(Event { at, about: cause, bus, node: None, transfer: None, what });
         }
     }
 

@@ -36,6 +36,7 @@ use crate::readers::{Contents, Damage, Format as Input, Item, Marker, Reader, Se
 use crate::render::columns::{self, Batch};
 use crate::render::jsonl;
 use crate::render::text::Time;
+use crate::rules::capture::{Cap006, Cap007};
 use crate::select::Select;
 use crate::text::{Depth, Lang, complaints};
 use crate::writers::{self, Loss};
@@ -418,13 +419,12 @@ impl Stream {
     fn place(&mut self, frame: &mut Frame, buses: &Buses, out: &mut Vec<u8>) {
         self.capture.place(frame);
         let seen = self.decoding.observe(frame, buses);
-        let back = seen.as_ref().is_some_and(|(_, happened)| happened.step_ns.is_some_and(|step_ns| step_ns < 0));
-        let stepped = self.capture.stepped_back(frame, back).map(Box::new);
+        let before = self.capture.before(frame);
         if self.ahead.is_empty() && self.decoding.undecided_since().is_none() {
             self.capture.take(frame, None);
-            return self.frame(frame, stepped, seen.as_ref(), buses, out);
+            return self.frame(frame, before, seen.as_ref(), buses, out);
         }
-        self.ahead.hold(Placed { frame: *frame, stepped, seen }, self.capture.origin());
+        self.ahead.hold(Placed { frame: *frame, before, seen }, self.capture.origin());
         self.release(buses, out);
     }
 
@@ -433,9 +433,9 @@ impl Stream {
         let before = self.decoding.undecided_since().unwrap_or(u64::MAX);
         while let Some((placed, origin)) = self.ahead.take_before(before) {
             if !self.output.is_done() {
-                let Placed { frame, stepped, seen } = placed;
+                let Placed { frame, before, seen } = placed;
                 self.capture.take(&frame, Some(origin));
-                self.frame(&frame, stepped, seen.as_ref(), buses, out);
+                self.frame(&frame, before, seen.as_ref(), buses, out);
             }
         }
         self.capture.caught_up();
@@ -450,14 +450,25 @@ impl Stream {
     fn frame(
         &mut self,
         frame: &Frame,
-        stepped: Option<Box<Finding>>,
+        before: Option<FrameRef>,
         seen: Option<&(When, Happened)>,
         buses: &Buses,
         out: &mut Vec<u8>,
     ) {
+        let holed = before.filter(|_| self.decoding.is_behind_hole(frame));
+        if let Some(before) = holed {
+            self.output.gap(frame.bus);
+            self.decoding.lost(frame.bus, before, buses);
+            self.aside(buses, out);
+        }
+        let stepped = before.filter(|_| seen.is_some_and(|(_, happened)| happened.step_ns.is_some()));
         self.decoding.step(frame, seen, buses);
-        if let Some(finding) = stepped {
-            self.decoding.find(finding);
+        let apart = |before: FrameRef| Some(frame.t_ns?.saturating_sub(before.t_ns?));
+        if let Some((before, apart)) = holed.and_then(|before| Some((before, apart(before)?))) {
+            self.decoding.find(frame, Cap007::Silent { silence: apart }.into(), before);
+        }
+        if let Some((before, apart)) = stepped.and_then(|before| Some((before, apart(before)?))) {
+            self.decoding.find(frame, Cap006::Back { back: apart.saturating_neg() }.into(), before);
         }
         if self.output.has_tables() {
             let sync = self.decoding.sync(frame.bus);

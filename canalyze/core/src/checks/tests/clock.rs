@@ -1,4 +1,5 @@
-//! Stamps that go back: one finding for each step of 10 ms or more, at the frame after it, on each bus by itself.
+//! Stamps that go back: one finding for each step of 10 ms or more, at the frame after it, on each bus by itself. Stamps
+//! that go forth, or frames of some time that are not there: one finding, where several senders show it.
 
 use super::{Raised, log, raised};
 
@@ -26,4 +27,21 @@ fn each_step_back_is_found_once() {
     // Two buses, each on its own.
     let other = log(&beats(500.0, 10)).replace("can0", "can1");
     none(&(log(&beats(1000.0, 10)) + &other));
+}
+
+/// Heartbeats of two nodes each 100 ms, so many ms long; without those in a time, and all later by so much behind it.
+fn two(ms: u32, without: std::ops::Range<u32>, by: u32) -> String {
+    let at = (0..ms / 50).map(|no| (no * 50, 5 + no % 2)).filter(|(at, _)| !without.contains(at));
+    at.map(|(at, node)| format!("{}.137 70{node}#05\n", at + if at < without.end { 0 } else { by })).collect()
+}
+
+#[test]
+fn a_hole_is_found_once_and_nothing_beside_it() {
+    for (without, by) in
+        [(1000..1300, 0), (1000..5000, 0), (1000..1000, 30), (1000..1000, 7_777), (1000..1000, 3_600_000)]
+    {
+        let found = raised(&log(&two(without.end + 1_000, without.clone(), by)));
+        assert_eq!(found, [("CAP007".into(), 21, Some(20))], "{without:?} {by}");
+    }
+    assert_eq!(raised(&log(&two(3_000, 0..0, 0))), []);
 }
