@@ -90,7 +90,7 @@ class Note:
     """What became known only later, said at the frame that proves it."""
 
     note: str
-    """request_not_captured, answered_by_abort, lost_by_reset, node_id_changed ..."""
+    """request_not_captured, lost_by_reset, node_id_changed ..."""
     frame: int
     """The frame that proves it."""
     line: int | None

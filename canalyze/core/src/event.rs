@@ -184,8 +184,6 @@ pub enum Place {
 pub enum Note {
     /// The request that a response answers is not in the capture.
     RequestNotCaptured,
-    /// The request was answered by the abort that was captured before it.
-    AnsweredByAbort,
     /// A reset or boot-up of the server ended the transfer.
     LostByReset,
     /// LSS: the slave with this address has entered the configuration state.

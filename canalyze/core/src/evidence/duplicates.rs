@@ -221,8 +221,8 @@ impl Duplicates {
         ((least - room).max(0)..=(most + room).min(APART_NS), if several { count } else { 0 })
     }
 
-    /// Whether a frame is the duplicate of one before, where it is known how far apart they are. The order of both
-    /// sightings is the same: what came before the original is not seen again.
+    /// Whether a frame is the duplicate of one before, where it is known how far apart they are. Both sightings are in the
+    /// same order: what stood before the original has been seen again, or is overdue and will not be.
     fn pair(&mut self, now: &Seen) -> bool {
         let (usual, _) = self.usual_ns();
         let in_time = |seen: &Seen| match seen.age_ns(now) {
@@ -230,9 +230,13 @@ impl Duplicates {
             None => now.count - seen.count <= APART_FRAMES,
         };
         let middle = usual.start().midpoint(*usual.end());
-        let off = |seen: &Seen| seen.age_ns(now).map_or(0, |age| age.abs_diff(middle));
-        let equal = self.recent.iter().enumerate().filter(|(_, seen)| seen.key == now.key && in_time(seen));
-        let Some((place, _)) = equal.min_by_key(|(_, seen)| off(seen)) else { return false };
+        let overdue = |seen: &Seen| seen.age_ns(now).is_none_or(|age| age >= middle);
+        let Some(place) = self.recent.iter().position(|seen| seen.key == now.key && in_time(seen)) else {
+            return false;
+        };
+        if !self.recent.iter().take(place).all(overdue) {
+            return false;
+        }
         let original = self.recent.drain(..=place).next_back();
         if let Some(original) = original {
             self.learn(&original, now);

@@ -11,9 +11,6 @@ pub fn note(out: &mut Vec<u8>, lang: Lang, note: Note, about: u64) {
         Note::RequestNotCaptured => say!(out, lang;
             zh: "第", about, "帧所应答的请求不在记录中";
             en: "the request that frame ", about, " answers is not in the capture"),
-        Note::AnsweredByAbort => say!(out, lang;
-            zh: "第", about, "帧的请求已由在它之前记录到的中止应答";
-            en: "the request in frame ", about, " was answered by the abort captured before it"),
         Note::LostByReset => say!(out, lang;
             zh: "第", about, "帧开始的SDO传输因节点复位而终止";
             en: "the SDO transfer that began in frame ", about, " was ended by a reset of the node"),

@@ -15,7 +15,7 @@ const PARTS: [&str; 4] = ["vendor", "product", "revision", "serial"];
 /// Appends `,"facts":{...}` to a note; most have none.
 pub(super) fn note(out: &mut Vec<u8>, note: Note) {
     match note {
-        Note::RequestNotCaptured | Note::AnsweredByAbort | Note::LostByReset => put!(out; ",\"facts\":{}"),
+        Note::RequestNotCaptured | Note::LostByReset => put!(out; ",\"facts\":{}"),
         Note::LssSelected { address } => {
             put!(out; ",\"facts\":{");
             parts(out, address.map(Some));

@@ -212,7 +212,6 @@ fn note(out: &mut Vec<u8>, setting: Setting<'_>, event: &Event, note: Note) {
     let about = event.about.unwrap_or(event.at);
     put!(out; "{\"kind\":\"note\",\"note\":\"", match note {
         Note::RequestNotCaptured => "request_not_captured",
-        Note::AnsweredByAbort => "answered_by_abort",
         Note::LostByReset => "lost_by_reset",
         Note::LssSelected { .. } => "lss_selected",
         Note::Fastscan(Scanned { found: true, .. }) => "fastscan_found",

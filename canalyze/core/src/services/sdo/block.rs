@@ -88,10 +88,8 @@ struct SubBlock {
     segments: Vec<Segment>,
     /// Highest sequence number sent, in sequence or not.
     sent: u8,
-    /// Segments sent, in sequence or not.
-    count: u8,
-    /// Sequence number of the segment with c = 1, and which segment of the sub-block it was.
-    last_at: Option<(u8, u8)>,
+    /// Sequence number of the segment with c = 1.
+    last_at: Option<u8>,
     wrong: Option<Wrong>,
 }
 
@@ -102,7 +100,7 @@ impl SubBlock {
 
     fn is_complete(&self, blksize: u8) -> bool {
         let taken = self.segments.len();
-        taken >= usize::from(blksize) || self.last_at.is_some_and(|(seqno, _)| usize::from(seqno) == taken)
+        taken >= usize::from(blksize) || self.last_at.is_some_and(|seqno| usize::from(seqno) == taken)
     }
 
     /// Whether its newest segment came in an empty frame: it may have been the last one.
@@ -114,9 +112,8 @@ impl SubBlock {
         let Segment { seqno, last, .. } = segment;
         let expected = self.expected();
         self.sent = self.sent.max(seqno);
-        self.count = self.count.saturating_add(1);
         if last {
-            self.last_at = Some((seqno, self.count));
+            self.last_at = Some(seqno);
         }
         if seqno == expected && seqno <= blksize {
             self.segments.push(segment);
@@ -129,11 +126,13 @@ impl SubBlock {
 
 /// From which segment on frames count again after an acknowledgement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Resume {
+pub enum Resume {
     /// From any.
     Now,
-    /// From sequence number 1 on; everything sent was acknowledged, or nothing is known of it.
+    /// From sequence number 1 on; everything sent was acknowledged.
     AtFirst,
+    /// From sequence number 1 on; nothing is known of what was sent.
+    Unknown,
     /// From sequence number 1 on; others may be under way, since a part was acknowledged early.
     BehindInFlight,
 }
@@ -150,22 +149,13 @@ pub type Acknowledgement = (FrameRef, u8);
 
 /// Frames that findings are about.
 #[derive(Clone, Copy, Debug, Default)]
-struct Marks {
-    first: Option<FrameRef>,
-    newest: Option<FrameRef>,
+pub struct Marks {
+    /// The transfer's first segment.
+    pub first: Option<FrameRef>,
+    /// Its newest one.
+    pub newest: Option<FrameRef>,
     /// The segment that completed the sub-block: since then an acknowledgement is expected.
-    complete: Option<FrameRef>,
-}
-
-/// Why the data may not be what was sent.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Doubts {
-    /// Size or CRC were wrong.
-    pub bad: bool,
-    /// An acknowledgement could not be read: what was sent again is not known.
-    pub unsure: bool,
-    /// That the last segment was acknowledged was made out from numbers of which one is wrong.
-    pub guessed: bool,
+    pub complete: Option<FrameRef>,
 }
 
 /// The data phase of a block transfer.
@@ -175,22 +165,24 @@ pub struct Block {
     blksize: u8,
     current: SubBlock,
     rest: Option<Rest>,
-    /// The acknowledgement after which the sender went on with other data.
-    not_resent: Option<Acknowledgement>,
-    resume: Resume,
+    /// The acknowledgement after which the sender went on with other data, until it is reported.
+    pub not_resent: Option<Acknowledgement>,
+    /// From which segment on frames count.
+    pub resume: Resume,
     /// The last acknowledged segment: only the end frame shows how much of it is data.
     tail: Option<Segment>,
-    /// The last segment was acknowledged.
-    finished: bool,
+    /// The last segment was acknowledged: the end frame is expected.
+    pub finished: bool,
     /// A segment marked as last was sent, acknowledged or not.
-    last_sent: bool,
-    marks: Marks,
+    pub last_sent: bool,
+    /// Frames that findings are about.
+    pub marks: Marks,
     /// The end frame, once seen.
     pub end: Option<End>,
     /// The client's start of an upload has been seen.
     pub started: bool,
-    /// Why the data may not be what was sent.
-    pub doubts: Doubts,
+    /// An acknowledgement could not be read: what was sent again is not known.
+    pub unsure: bool,
 }
 
 impl Block {
@@ -208,33 +200,13 @@ impl Block {
             marks: Marks::default(),
             end: None,
             started: false,
-            doubts: Doubts::default(),
+            unsure: false,
         }
     }
 
     /// A data phase met in its midst: it counts from the next sub-block on.
     pub fn midway() -> Self {
-        Self { resume: Resume::AtFirst, started: true, ..Self::new(MOST) }
-    }
-
-    /// The transfer's first segment.
-    pub fn first_at(&self) -> Option<FrameRef> {
-        self.marks.first
-    }
-
-    /// Its newest one.
-    pub fn newest_at(&self) -> Option<FrameRef> {
-        self.marks.newest
-    }
-
-    /// Whether the segment marked as last was acknowledged: the end frame is expected.
-    pub fn is_finished(&self) -> bool {
-        self.finished
-    }
-
-    /// The segment since which an acknowledgement is expected.
-    pub fn due_since(&self) -> Option<FrameRef> {
-        self.marks.complete
+        Self { resume: Resume::Unknown, started: true, ..Self::new(MOST) }
     }
 
     /// Whether an acknowledgement is expected.
@@ -251,12 +223,7 @@ impl Block {
     /// Whether the end frame may come: the last segment was sent, though perhaps not yet acknowledged.
     pub fn may_end(&self) -> bool {
         let current = &self.current;
-        self.finished || self.ends_unread() || (current.last_at.is_some() && current.is_complete(self.blksize))
-    }
-
-    /// Whether the newest segment came in an empty frame.
-    pub fn ends_unread(&self) -> bool {
-        self.current.ends_unread()
+        self.finished || (current.last_at.is_some() && current.is_complete(self.blksize))
     }
 
     /// The sequence number of the segment that an empty frame by the sender of the data stands for, where one was
@@ -264,12 +231,7 @@ impl Block {
     pub fn unread(&self) -> Option<u8> {
         let current = &self.current;
         let ended = self.finished || self.end.is_some() || (self.owes_ack() && current.last_at.is_some());
-        (!ended && current.wrong.is_none() && !self.may_be_in_flight()).then(|| self.expected())
-    }
-
-    /// Whether the segment marked as last was sent at all.
-    pub fn last_was_sent(&self) -> bool {
-        self.last_sent
+        (!ended && current.wrong.is_none() && self.resume != Resume::BehindInFlight).then(|| self.expected())
     }
 
     /// The sequence number that is expected.
@@ -290,9 +252,9 @@ impl Block {
 
     /// How many segments an acknowledgement of `ackseq` covers that were not seen, and may be listed late.
     pub fn not_seen(&self, ackseq: u8) -> u8 {
-        let resumes = self.resume == Resume::AtFirst;
-        let settled = self.current.wrong.is_some() || self.owes_ack() || resumes || self.finished;
-        if settled || ackseq > self.blksize { 0 } else { ackseq.saturating_sub(self.current.segments.len() as u8) }
+        let unknown = self.resume == Resume::Unknown;
+        let settled = self.current.wrong.is_some() || self.owes_ack() || unknown || self.finished;
+        if settled { 0 } else { ackseq.saturating_sub(self.current.segments.len() as u8) }
     }
 
     /// Takes a segment. Returns how it was taken, and the frame after which an acknowledgement is missing from the
@@ -328,18 +290,12 @@ impl Block {
     /// The first segment after an acknowledgement of a part: is it the first of the others? If not, the sender takes
     /// these for acknowledged as well.
     fn resume(&mut self, transfer: &mut Transfer, segment: &Segment) {
-        self.last_sent &= self.rest.is_none();
         if let Some(Rest { segments, ack }) = self.rest.take()
             && segments.first().is_some_and(|first| !first.is_like(segment))
         {
             self.commit(transfer, &segments);
             self.not_resent = Some(ack);
         }
-    }
-
-    /// The acknowledgement after which the sender did not send again what was not acknowledged, once.
-    pub fn take_not_resent(&mut self) -> Option<Acknowledgement> {
-        self.not_resent.take()
     }
 
     /// The end frame came though segments up to the last one were not acknowledged: the sender takes them for it.
@@ -361,19 +317,10 @@ impl Block {
     /// A segment that does not begin a new sub-block though the current one is complete. One that goes on counting
     /// after a segment marked as last shows that the mark was wrong.
     fn beyond_complete(&mut self, at: FrameRef, segment: Segment) -> Taken {
-        let Segment { seqno, last, .. } = segment;
+        let seqno = segment.seqno;
         let goes_on = seqno == self.current.expected() && seqno <= self.blksize;
         match self.current.last_at {
-            None if seqno == self.current.expected() => {
-                // The sender does not know where the sub-block ends.
-                self.current.wrong.get_or_insert(Wrong { at, expected: 1, what: sequence(1, seqno) });
-                self.current.segments.push(segment);
-                self.current.sent = self.current.sent.max(seqno);
-                self.current.count = self.current.count.saturating_add(1);
-                self.current.last_at = last.then_some((seqno, self.current.count));
-                Taken::OutOfSequence(1)
-            }
-            Some((marked, _)) if goes_on => {
+            Some(marked) if goes_on => {
                 let marked_at = self.marks.complete.unwrap_or(at);
                 self.current.wrong.get_or_insert(Wrong { at: marked_at, expected: marked, what: Sdo012::Outside });
                 self.current.last_at = None;
@@ -396,9 +343,7 @@ impl Block {
         let whole = unread || (!self.finished && current.is_complete(self.blksize));
         let in_sequence = current.segments.len() as u8;
         if ackseq > current.sent {
-            // The receiver took what came for what was expected: then its number is what was wrong.
-            let numbered = current.wrong.is_some() && ackseq <= current.count;
-            if transfer.mux.is_some() && !numbered {
+            if transfer.mux.is_some() {
                 acked.fault = Some((Sdo012::Acknowledged { ackseq: ackseq.into(), sent: current.sent.into() }, None));
             }
             transfer.data.hole = true;
@@ -416,11 +361,7 @@ impl Block {
         let rest =
             current.segments.get(usize::from(ackseq)..).filter(|rest| !rest.is_empty() && current.wrong.is_none());
         self.rest = rest.map(|rest| Rest { segments: rest.to_vec(), ack: (at, ackseq) });
-        // After a wrong number the acknowledgement counts: it accepts that number of segments, the last among them.
-        self.finished =
-            current.last_at.is_some_and(|(seqno, nth)| ackseq >= seqno || (current.wrong.is_some() && ackseq >= nth))
-                || (unread && self.end.is_some());
-        self.doubts.guessed = current.last_at.is_some_and(|(seqno, _)| ackseq < seqno);
+        self.finished = current.last_at.is_some_and(|seqno| ackseq >= seqno);
         self.resume = match self.finished || whole {
             true => Resume::Now,
             false if ackseq >= current.sent => Resume::AtFirst,
@@ -440,8 +381,8 @@ impl Block {
         if self.finished || self.current.segments.is_empty() {
             return false;
         }
-        self.doubts.unsure = true;
-        let resume = if self.owes_ack() { Resume::AtFirst } else { Resume::BehindInFlight };
+        self.unsure = true;
+        let resume = if self.owes_ack() { Resume::Unknown } else { Resume::BehindInFlight };
         self.settle_whole(transfer);
         self.finished = self.end.is_some();
         self.resume = if self.finished { Resume::Now } else { resume };
@@ -470,16 +411,6 @@ impl Block {
     pub fn finish_early(&mut self, transfer: &mut Transfer) {
         self.settle_whole(transfer);
         self.finished = true;
-    }
-
-    /// Whether frames count again only from sequence number 1 on.
-    pub fn is_skipping(&self) -> bool {
-        self.resume != Resume::Now
-    }
-
-    /// Whether a frame out of sequence may be one that was under way when the sub-block was acknowledged early.
-    pub fn may_be_in_flight(&self) -> bool {
-        self.resume == Resume::BehindInFlight
     }
 
     /// Adds the data bytes of the last segment; returns its padding.

@@ -4,7 +4,7 @@
 //! the next segment, or after the end frame; in a download the server may acknowledge one segment more than was seen,
 //! which is then late. Which segments count stands in `block`; which frame comes here stands in `machine`.
 
-use super::block::{Block, End, Segment, Taken};
+use super::block::{Block, End, Resume, Segment, Taken};
 use super::channel::{Channel, Half, Phase, strict_initiate};
 use super::exchange::wrong_size;
 use super::sequence::{FRAMES, is_strict_answer};
@@ -32,28 +32,21 @@ impl Channel {
             let [_, _, _, rest @ ..] = bytes;
             // An end that comes too early follows an acknowledgement; within a sub-block it is rather a segment
             // after a lost one.
-            let known = block.last_was_sent() || !block.may_be_in_flight();
-            let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
-            let missed = self.awaits_segments() && command & 0x7F != block.expected() && rest == [0; 5];
-            let due = command & 0x7F == block.expected() && block.ends_unread();
-            if (block.may_end() && !due) || early || missed {
+            let early = block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
+            if block.may_end() || early {
                 return plain;
             }
         }
         // The sub-block is complete, and what comes is neither the next one nor a segment too many.
-        let restarts = block.owes_ack() && !block.goes_on(command & 0x7F);
+        let restarts = block.finished || (block.owes_ack() && !block.goes_on(command & 0x7F));
         if side == Side::Client && restarts && strict_initiate(&Half { command: plain, ..Half::of(bytes) }) {
             return plain;
         }
         // The server's answer once more, before any segment.
         if matches!(plain, Command::BlockUploadInitiated { .. })
-            && block.first_at().is_none()
+            && block.marks.first.is_none()
             && self.history.last_response == Some(bytes)
         {
-            return plain;
-        }
-        // Behind the last sub-block only segment 1 could come, if it was not the last one.
-        if block.is_finished() && side == Side::Client && plain.is_initiate() && !plain.has_reserved_bits(bytes) {
             return plain;
         }
         // After the end, the answer to the request that the client sends once it has confirmed.
@@ -114,15 +107,13 @@ impl Channel {
         let midway = self.is_nameless();
         match half.command {
             // Until a segment was seen, it may be the response to a late request.
-            Command::BlockSegment { .. } if midway && (block.is_skipping() || block.first_at().is_none()) => {
+            Command::BlockSegment { .. } if midway && (block.resume != Resume::Now || block.marks.first.is_none()) => {
                 let plain = Half { command: wire::decode(Side::Server, half.bytes), ..*half };
                 Some(!is_strict_answer(&plain))
             }
             Command::BlockSegment { seqno, .. } => Some(seqno != 1 || !block.owes_ack()),
             Command::EndBlock { .. } => Some(!block.owes_ack()),
-            Command::BlockAck { ackseq, .. } => {
-                Some(self.rejects_end() || !self.may_be_sent(block.not_seen(ackseq), half))
-            }
+            Command::BlockAck { ackseq, .. } => Some(!self.may_be_sent(block.not_seen(ackseq), half)),
             Command::BlockUploadInitiated { .. } => Some(block.end.is_none()),
             Command::BlockEnded if midway => Some(true),
             _ => None,
@@ -160,14 +151,14 @@ impl Channel {
             && upload
             && !std::mem::replace(&mut block.started, true)
         {
-            let first = block.first_at().unwrap_or(half.at);
+            let first = block.marks.first.unwrap_or(half.at);
             self.find(Sdo002::NoRequest, first, cx);
         }
     }
 
     /// The client confirms an end that is not there.
     pub(super) fn confirm_unseen(&mut self, half: &Half, cx: &mut Context<'_>) {
-        let finished = self.block().is_some_and(Block::is_finished);
+        let finished = self.block().is_some_and(|block| block.finished);
         if self.is_nameless() {
             self.complete(Status::Incomplete, cx);
         } else if finished {
@@ -179,39 +170,24 @@ impl Channel {
         }
     }
 
-    /// An acknowledgement by the server behind that of the last segment.
-    pub(super) fn acknowledge_end(&mut self, half: &Half, cx: &mut Context<'_>) {
-        if self.rejects_end() {
-            // It may do so again, whatever the client asks for next.
-            self.step.place = Place::Outside;
-            self.verdicts.odd_exchange.astray.get_or_insert(half.at);
-        } else {
-            self.violation_outside(half, cx);
-        }
-    }
-
     pub(super) fn block_segment(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Command::BlockSegment { seqno, last, data } = half.command else { return };
         let midway = self.is_nameless();
         let Phase::Block(block, _) = &mut self.phase else { return };
-        if block.is_finished() {
+        if block.finished {
             if seqno != 1 || block.end.is_some() {
                 self.step.place = Place::Outside;
                 self.find(Sdo012::Outside, half.at, cx);
-                self.instead_of_end(half);
                 return;
             }
-            let guessed = block.doubts.guessed;
             let marked = block.reopen().unwrap_or(half.at);
-            if !guessed {
-                self.find(Sdo012::Outside, marked, cx);
-            }
+            self.find(Sdo012::Outside, marked, cx);
         }
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         self.step.ordinal = block.ordinal(transfer.data.segments);
         let segment = Segment { seqno, last, data, len: half.len };
         let (taken, ack_missing) = block.segment(transfer, half.at, segment);
-        let not_resent = block.take_not_resent();
+        let not_resent = block.not_resent.take();
         self.step.place = match taken {
             Taken::InSequence => Place::Due,
             Taken::InFlight if midway => Place::Uncaptured,
@@ -236,17 +212,19 @@ impl Channel {
         }
         let upload = self.is_upload();
         if let Some(block) = self.block()
-            && (block.owes_ack() || (!upload && !block.is_finished()))
+            && (block.owes_ack() || (!upload && !block.finished))
         {
-            let due_since = block.due_since().unwrap_or(half.at);
+            let due_since = block.marks.complete.unwrap_or(half.at);
             self.find(Sdo002::NotAcknowledged, due_since, cx);
-            self.settle_without_ack();
+            if let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) {
+                block.settle_whole(transfer);
+            }
         }
         if !upload {
             return self.request_end(half, cx);
         }
         self.put_end(&half);
-        if self.block().is_some_and(Block::is_finished) {
+        if self.block().is_some_and(|block| block.finished) {
             self.judge_end(cx);
         }
     }
@@ -257,7 +235,7 @@ impl Channel {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return false };
         let again = upload && block.end.is_some();
         if block.may_end() {
-        } else if block.last_was_sent() && !transfer.data.hole {
+        } else if block.last_sent && !transfer.data.hole {
             let goes_on = block.finish_unacknowledged(transfer);
             self.find(Sdo012::EarlyEnd, half.at, cx);
             if !goes_on {
@@ -265,16 +243,12 @@ impl Channel {
                 return false;
             }
         } else {
-            let (newest, unsure) = (block.newest_at().unwrap_or(half.at), block.doubts.unsure);
+            let (newest, unsure) = (block.marks.newest.unwrap_or(half.at), block.unsure);
             let hole = transfer.data.hole;
             block.finish_early(transfer);
             // Where segments are missing, the last one is among them, and that was reported.
             if !hole && !unsure {
                 self.find(Sdo012::NoLast, newest, cx);
-                if !upload {
-                    // What the server makes of it only follows.
-                    self.unanswerable(half.at);
-                }
             }
         }
         if again {
@@ -312,10 +286,10 @@ impl Channel {
     /// A frame of which nothing can be read, where an acknowledgement or a confirmation may be expected.
     pub(super) fn acknowledge_unread(&mut self, side: Side, half: Half, cx: &mut Context<'_>) {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
-        if side == Side::Client && block.is_finished() && block.end.is_some() {
+        if side == Side::Client && block.finished && block.end.is_some() {
             self.confirm_end(cx);
         } else if block.ack_unread(transfer) {
-            if block.is_finished() {
+            if block.finished {
                 self.judge_end(cx);
             }
         } else if side == Side::Server {
@@ -323,17 +297,11 @@ impl Channel {
         }
     }
 
-    fn settle_without_ack(&mut self) {
-        if let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) {
-            block.settle_whole(transfer);
-        }
-    }
-
     pub(super) fn acknowledge(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Command::BlockAck { ackseq, blksize } = half.command else { return };
         self.judge_start(half, cx);
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
-        if block.is_finished() {
+        if block.finished {
             self.violation_outside(half, cx);
             return;
         }
@@ -343,7 +311,7 @@ impl Channel {
         if acked.retransmission {
             transfer.outcome.retransmissions = transfer.outcome.retransmissions.saturating_add(1);
         }
-        let (finished, end, not_resent) = (block.is_finished(), block.end, block.take_not_resent());
+        let (finished, end, not_resent) = (block.finished, block.end, block.not_resent.take());
         if let Some((ack, ackseq)) = not_resent {
             self.find(Sdo012::NotResent { ackseq: ackseq.into() }, ack, cx);
         }
@@ -371,12 +339,12 @@ impl Channel {
             return;
         }
         let right = transfer.size_is_right();
-        if block.doubts.unsure && !(right && end.crc.is_none_or(|found| transfer.check_crc(found, &[]).0 == found)) {
+        if block.unsure && !(right && end.crc.is_none_or(|found| transfer.check_crc(found, &[]).0 == found)) {
             transfer.data.hole = true;
             return;
         }
         if !right {
-            block.doubts.bad = true;
+            transfer.outcome.bad = true;
             let cause = transfer.data.initiated.unwrap_or(end.at);
             let size = wrong_size(transfer);
             self.find(size, if end.at.no == cx.at.no { cause } else { end.at }, cx);
@@ -386,16 +354,14 @@ impl Channel {
             let padding = padding.get(..usize::from(end.unused.min(7))).unwrap_or(&[]);
             let (computed, matches) = transfer.check_crc(found, padding);
             if computed != found {
-                block.doubts.bad = true;
+                transfer.outcome.bad = true;
                 self.find(Sdo019::Crc { computed, found, matches }, end.at, cx);
             }
         }
     }
 
     pub(super) fn confirm_end(&mut self, cx: &mut Context<'_>) {
-        let bad = self.block().is_some_and(|block| block.doubts.bad);
         let status = match &self.transfer {
-            _ if bad => Status::Failed,
             Some(transfer) if transfer.outcome.bad => Status::Failed,
             Some(transfer) if transfer.data.hole || transfer.outcome.midway => Status::Incomplete,
             _ => Status::Ok,
@@ -409,41 +375,15 @@ impl Channel {
         }
     }
 
-    /// The end of a download, confirmed by the server.
-    pub(super) fn end_confirmed(&mut self, end: Half, cx: &mut Context<'_>) {
-        self.put_end(&end);
+    /// The end of a download, once it is known whether the server confirms it.
+    pub(super) fn settle_end(&mut self, end: &Half, cx: &mut Context<'_>) {
+        self.put_end(end);
         self.judge_end(cx);
-        self.confirm_end(cx);
-    }
-
-    /// The end of a download, which the server answered with an abort.
-    pub(super) fn judge_refused_end(&mut self, end: Half, cx: &mut Context<'_>) {
-        self.put_end(&end);
-        self.judge_end(cx);
-    }
-
-    /// Whether an acknowledgement comes instead of the confirmation of an end before which no segment was marked as the
-    /// last one: the server still waits for that.
-    fn rejects_end(&self) -> bool {
-        self.block().is_some_and(|block| !block.last_was_sent())
-            && self.pending().is_some_and(|pending| self.is_unanswerable(&pending))
-    }
-
-    /// The end of a download, after which the client went on without the server's confirmation.
-    pub(super) fn end_unconfirmed(&mut self, end: Half, cx: &mut Context<'_>) {
-        self.put_end(&end);
-        let unanswerable = self.is_unanswerable(&end);
-        match &mut self.phase {
-            // The server does not know which segment is the last one: it had no reason to take what it has.
-            Phase::Block(block, _) if unanswerable && !block.last_was_sent() => block.doubts.bad = true,
-            _ => self.judge_end(cx),
-        }
-        self.before_frame(|channel| channel.confirm_end(cx));
     }
 
     /// An upload whose end the client did not confirm before it went on. Returns whether it was one.
     pub(super) fn leave_ended_block(&mut self, cx: &mut Context<'_>) -> bool {
-        let Some(end) = self.block().filter(|block| block.is_finished()).and_then(|block| block.end) else {
+        let Some(end) = self.block().filter(|block| block.finished).and_then(|block| block.end) else {
             return false;
         };
         self.find(Sdo012::EndNotConfirmed, end.at, cx);
@@ -465,11 +405,11 @@ impl Channel {
         else {
             return;
         };
-        if block.wrong().is_some() || block.end.is_some() || self.pending().is_some() {
+        if block.end.is_some() || self.pending().is_some() {
             return;
         }
         let asked = transfer.last;
-        match block.due_since().filter(|_| block.owes_ack()) {
+        match block.marks.complete.filter(|_| block.owes_ack()) {
             Some(due_since) if !self.is_upload() => self.find(Sdo002::NotAcknowledged, due_since, cx),
             None if self.is_upload() && block.started => {
                 self.find(Sdo002::NoResponse, asked, cx);
@@ -483,11 +423,6 @@ impl Channel {
         if let Some((what, at)) = self.block().and_then(Block::wrong) {
             self.find(what, at, cx);
         }
-    }
-
-    /// The number in the acknowledgement that the client owes.
-    pub(super) fn owed_ack(&self) -> Option<u8> {
-        self.block().filter(|_| self.is_upload())?.owed_ack()
     }
 
     /// The next sequence number of the side that sends the data; 0 outside block transfers.

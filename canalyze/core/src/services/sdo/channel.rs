@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::block::Block;
 use super::hypotheses::Hypotheses;
-use super::judgement::{OddExchange, Proof, Verdicts};
+use super::judgement::{Proof, Verdicts};
 use super::sequence::{Sequence, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Initiate, Mux, Side};
@@ -178,7 +178,10 @@ impl Channel {
 
     /// The last request to this server was one that it must not answer, if any.
     pub fn asked_in_vain(&mut self, request: Option<FrameRef>) {
-        self.verdicts.in_vain = request;
+        let pending = self.pending().map(|pending| pending.at.no);
+        if request.is_some_and(|request| pending == Some(request.no)) {
+            self.verdicts.unanswerable = request;
+        }
     }
 
     /// The server was only looked for, as all others were.
@@ -265,13 +268,11 @@ impl Channel {
     /// Takes a frame that the capture shows for the first time. Returns the transfer that ran before it.
     fn sight(&mut self, side: Side, half: Half, cx: &mut Context<'_>) -> Option<(TransferId, Option<Mux>)> {
         self.proof.count(side, half.at);
-        self.excuse_answer();
         let half = self.order_before(side, half, cx);
         self.step.command = half.command;
         let later = self.proof.first != Some(half.at) || self.hypotheses.is_later(half.at.no);
         self.proof.weigh(&half, later);
         let before = self.identity();
-        self.note_unreadable(side, &half);
         match side {
             Side::Client => {
                 self.order_client(half, cx);
@@ -405,7 +406,7 @@ impl Channel {
 
     /// The newest frame of a transfer.
     pub(super) fn newest(&self, transfer: &Transfer) -> FrameRef {
-        let segment = self.block().and_then(Block::newest_at);
+        let segment = self.block().and_then(|block| block.marks.newest);
         segment.filter(|at| at.no > transfer.last.no).unwrap_or(transfer.last)
     }
 
@@ -470,7 +471,6 @@ impl Channel {
         self.history = History::default();
         self.given_up_write = GivenUpWrite::default();
         self.sequence = Sequence::default();
-        self.verdicts.odd_exchange = OddExchange::default();
         self.verdicts.fault = None;
         self.hypotheses = Hypotheses::default();
         if reset {
@@ -490,7 +490,6 @@ impl Channel {
     /// The capture is over: what is still open is incomplete, and what was withheld is reported once.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.own = false;
-        self.excuse_answer();
         self.order_rest(cx);
         let aged = |from: FrameRef| match (from.t_ns, cx.at.t_ns) {
             (Some(from), Some(to)) => to.saturating_sub(from) > UNANSWERED_NS,
@@ -499,7 +498,6 @@ impl Channel {
         let idle_is_old = self.transfer.as_ref().is_some_and(|transfer| aged(transfer.last));
         if let Some(pending) = self.pending()
             && self.is_overdue(&pending, cx)
-            && !self.sequence.abort_may_answer
             && !self.sequence.may_be_answered(&pending)
         {
             self.find(Sdo002::NoResponse, pending.at, cx);
@@ -521,8 +519,6 @@ impl Channel {
         let nameless = !self.proof.trusted && !self.pending().is_some_and(|pending| strict_initiate(&pending));
         if nameless {
             self.transfer = None;
-        } else if self.sequence.abort_may_answer && self.pending().is_some() {
-            self.answered_by_abort(cx);
         } else {
             self.complete(Status::Incomplete, cx);
         }

@@ -6,14 +6,15 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, Half, Phase, Segments, UNANSWERED_NS, strict_initiate};
+use super::block::Block;
+use super::channel::{Channel, Half, Phase, Segments, strict_initiate};
 use super::judgement::Refused;
 use super::machine::GIVEN_UP_NS;
-use super::sequence::within;
+use super::sequence::{UnderWay, within};
 use super::transfer::{Abort, Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::context::Context;
-use crate::event::{Note, Place};
+use crate::event::Place;
 use crate::frame::FrameRef;
 use crate::od::{self, DataType};
 use crate::rules::sdo::{Sdo001, Sdo002, Sdo003, Sdo004, Sdo006, Sdo007, Sdo016, Sdo017, Sdo020, Sdo021, Sdo022};
@@ -22,34 +23,6 @@ use crate::rules::sdo::{Sdo001, Sdo002, Sdo003, Sdo004, Sdo006, Sdo007, Sdo016, 
 const TIMED_OUT: u32 = 0x0504_0000;
 /// Refused writes that are remembered.
 const REFUSED: usize = 64;
-
-/// After an abort: frames of the other side may still be under way.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct UnderWay {
-    pub(super) side: Side,
-    /// The abort.
-    pub(super) at: FrameRef,
-    /// The next sequence number of a block transfer's segments; 0 outside block transfers.
-    pub(super) seqno: u8,
-    /// The number in the acknowledgement that the client owed: it may be slow.
-    pub(super) owed: Option<u8>,
-    /// No request was pending when the server aborted: the one that it refuses may be late.
-    pub(super) unasked: bool,
-}
-
-impl UnderWay {
-    /// Whether a frame is the next block segment.
-    pub(super) fn continues(&self, half: &Half) -> bool {
-        let [command, ..] = half.bytes;
-        self.seqno != 0 && command & 0x7F == self.seqno
-    }
-
-    /// Whether a client frame is the acknowledgement that was owed, still in time.
-    pub(super) fn is_owed(&mut self, half: &Half) -> bool {
-        let Command::BlockAck { ackseq, .. } = half.command else { return false };
-        self.owed.take() == Some(ackseq) && within(self.at, half.at, UNANSWERED_NS)
-    }
-}
 
 impl Channel {
     /// A request and the response that answers it, in causal order.
@@ -79,7 +52,10 @@ impl Channel {
                 Command::InitiateBlockDownload { crc: client, size, .. },
                 Command::BlockDownloadInitiated { crc: server, blksize, .. },
             ) => self.block_initiated(request.at, blksize, client && server, size.filter(|_| request.len == 8)),
-            (Command::EndBlock { .. }, _) => self.end_confirmed(request, cx),
+            (Command::EndBlock { .. }, _) => {
+                self.settle_end(&request, cx);
+                self.confirm_end(cx);
+            }
             _ => {}
         }
     }
@@ -95,13 +71,8 @@ impl Channel {
         self.history.last_request = Some(request.command);
         self.history.last_response = Some(response.bytes);
         self.sequence.answered = (request.at.no < response.at.no).then_some(*response);
-        if request.command.is_initiate() {
-            // A segment of the transfer before can no longer come.
-            self.history.given_up = self.history.given_up.filter(|request| request.command.is_initiate());
-        }
         if fits {
             self.proof.paired = true;
-            self.verdicts.odd_exchange.astray = None;
             if request.command.is_initiate() && !self.proof.trusted {
                 self.trust(cx);
             }
@@ -197,11 +168,7 @@ impl Channel {
     fn check_toggle(&mut self, request: (FrameRef, bool), response: (FrameRef, bool), cx: &mut Context<'_>) {
         let Phase::Segments(segments) = &mut self.phase else { return };
         let due = segments.toggle;
-        let first_seen = self.transfer.as_ref().is_some_and(|t| t.mux.is_none() && t.data.segments == 0);
         segments.toggle = if request.1 == response.1 { !request.1 } else { !due };
-        if first_seen {
-            return;
-        }
         let wrong = if request.1 != due {
             Some((request, Side::Client))
         } else if response.1 != due {
@@ -319,7 +286,7 @@ impl Channel {
                     }
                     self.judge_refused_segment(pending, cx);
                 }
-                (Side::Server, Command::EndBlock { .. }) => self.judge_refused_end(pending, cx),
+                (Side::Server, Command::EndBlock { .. }) => self.settle_end(&pending, cx),
                 _ => {}
             }
         }
@@ -343,11 +310,7 @@ impl Channel {
             transfer.last = at;
         }
         self.complete(Status::Aborted, cx);
-        if self.proof.begun {
-            self.hypotheses.settle();
-        } else {
-            self.hypotheses.open();
-        }
+        self.hypotheses.settle();
     }
 
     /// The client reports a timeout although no response was pending.
@@ -379,26 +342,6 @@ impl Channel {
         }
     }
 
-    /// The pending request was answered by the abort that was captured before it.
-    pub(super) fn answered_by_abort(&mut self, cx: &mut Context<'_>) {
-        self.sequence.abort_may_answer = false;
-        let (Some(pending), Some((object, code))) = (self.pending(), self.sequence.last_abort) else { return };
-        if strict_initiate(&pending) && pending.command.mux() == Some(object) {
-            self.trust(cx);
-        }
-        let own = self.own;
-        if pending.at.no != cx.at.no {
-            self.note(Note::AnsweredByAbort, pending.at, cx);
-            self.own = false;
-        }
-        if let Some(transfer) = &mut self.transfer {
-            transfer.outcome.reordered = true;
-            transfer.outcome.abort = Some(Abort { code, by: Side::Server });
-        }
-        self.complete(Status::Aborted, cx);
-        self.own = own;
-    }
-
     pub(super) fn client_abort(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Command::Abort(mux, code) = half.command else { return };
         self.judge_object(half, Side::Client, mux, cx);
@@ -406,21 +349,18 @@ impl Channel {
         let pending = self.pending();
         self.abort(Side::Client, half.at, code, cx);
         self.history.given_up = pending.or(self.history.given_up);
-        self.sequence.abort_may_answer = false;
         self.sequence.under_way = Some(UnderWay { side: Side::Server, at: half.at, seqno, owed: None, unasked: false });
     }
 
     pub(super) fn server_abort(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Command::Abort(mux, code) = half.command else { return };
-        self.leave_refused_before(mux, cx);
         let pending = self.pending();
         let seqno = self.block_seqno(Side::Client);
-        let owed = self.owed_ack();
+        let owed = self.block().filter(|_| self.is_upload()).and_then(Block::owed_ack);
         let unasked = pending.is_none_or(|pending| self.is_edge(&pending));
-        if unasked && self.transfer.is_none() && self.history.given_up.take().is_some() {
-            // Both sides gave up, or the server refuses late: the abort is not for what the client asks next.
-            self.abort(Side::Server, half.at, code, cx);
-            return;
+        if pending.is_none() {
+            // Both sides gave up, or the server refuses late.
+            self.history.given_up = None;
         }
         if let Some(pending) = pending {
             self.attempted(&pending);
@@ -439,23 +379,7 @@ impl Channel {
         self.abort(Side::Server, half.at, code, cx);
         self.refuse(written, half.at, code);
         self.sequence.answered = pending.map(|_| *half);
-        self.sequence.abort_may_answer = false;
-        self.sequence.last_abort = Some((mux, code));
         self.sequence.under_way = Some(UnderWay { side: Side::Client, at: half.at, seqno, owed, unasked });
-    }
-
-    /// An abort for this object: the pending request may have been answered before.
-    fn leave_refused_before(&mut self, mux: Mux, cx: &mut Context<'_>) {
-        let other = |pending: &Half| pending.command.mux() != Some(mux);
-        if self.pending().is_some_and(|pending| other(&pending) && self.sequence.may_be_answered(&pending)) {
-            self.leave_answered(cx);
-        }
-        if let Some(pending) = self.pending().filter(other)
-            && self.sequence.abort_may_answer
-            && pending.command.mux() == self.sequence.last_abort.map(|(object, _)| object)
-        {
-            self.answered_by_abort(cx);
-        }
     }
 
     /// The object that the transfer writes.

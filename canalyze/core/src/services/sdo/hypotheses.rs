@@ -12,24 +12,10 @@ use crate::context::Context;
 use crate::event::Place;
 use crate::frame::FrameRef;
 
-/// What a channel may be doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Hypothesis {
-    /// No transfer runs.
-    Idle = 1,
-    /// A segmented transfer runs.
-    Segments = 2,
-    /// A block transfer runs.
-    Block = 4,
-}
-
-/// All hypotheses.
-const ALL: u8 = Hypothesis::Idle as u8 | Hypothesis::Segments as u8 | Hypothesis::Block as u8;
-
-/// What is not refuted yet.
+/// Whether anything but idleness is possible.
 #[derive(Debug)]
 pub(super) struct Hypotheses {
-    possible: u8,
+    open: bool,
     /// Number of the channel's first frame, or of the first since frames were lost.
     first: Option<u64>,
     /// The capture shows the channel from its first frame on.
@@ -40,33 +26,29 @@ pub(super) struct Hypotheses {
 
 impl Default for Hypotheses {
     fn default() -> Self {
-        Self { possible: ALL, first: None, whole: false, reported: false }
+        Self { open: true, first: None, whole: false, reported: false }
     }
 }
 
 impl Hypotheses {
     /// Whether a transfer may run that the capture does not show from its beginning.
     pub(super) fn are_open(&self) -> bool {
-        self.possible != Hypothesis::Idle as u8
-    }
-
-    fn admit(&self, hypothesis: Hypothesis) -> bool {
-        self.possible & hypothesis as u8 != 0
+        self.open
     }
 
     /// All hypotheses stand again.
     pub(super) fn open(&mut self) {
-        (self.possible, self.reported) = (ALL, false);
+        (self.open, self.reported) = (true, false);
     }
 
     /// No transfer runs but one that the capture shows.
     pub(super) fn settle(&mut self) {
-        (self.possible, self.reported) = (Hypothesis::Idle as u8, false);
+        (self.open, self.reported) = (false, false);
     }
 
     /// The same; that frames belong to no transfer was reported.
     pub(super) fn report(&mut self) {
-        (self.possible, self.reported) = (Hypothesis::Idle as u8, true);
+        (self.open, self.reported) = (false, true);
     }
 
     /// Whether it was reported that frames belong to no transfer.
@@ -176,7 +158,7 @@ impl Channel {
 
     /// Whether a client frame may be a segment, or a request for one, of a transfer that began before the capture.
     pub(super) fn may_join(&self, half: &Half) -> bool {
-        self.hypotheses.admit(Hypothesis::Segments)
+        self.hypotheses.open
             && self.transfer.is_none()
             && matches!(half.command, Command::SegmentRequest { .. } | Command::Segment(_))
     }
@@ -185,7 +167,7 @@ impl Channel {
     pub(super) fn join_block(&mut self, half: &Half, direction: Direction, cx: &mut Context<'_>) {
         let Command::BlockAck { ackseq, blksize } = half.command else { return };
         let valid = ackseq <= MOST && (1..=MOST).contains(&blksize) && !half.command.has_reserved_bits(half.bytes);
-        if valid && self.hypotheses.admit(Hypothesis::Block) {
+        if valid && self.hypotheses.open {
             self.proof.paired = true;
             self.begin_midway(half.at, direction, Phase::Block(Box::new(Block::midway()), None), cx);
         }

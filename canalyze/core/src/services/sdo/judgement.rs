@@ -11,25 +11,10 @@ use crate::event::{Event, Note, Place, What};
 use crate::evidence::Rules;
 use crate::finding::{Code, Finding, Severity, Verdict};
 use crate::frame::FrameRef;
-use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo007, Sdo010, Sdo012, Sdo018, Sdo020, Sdo023, Sdo030, Sdo031};
+use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, Sdo023, Sdo030, Sdo031};
 
 /// Odd frames on a channel that has shown no valid exchange, from which on it is not taken for SDO.
 const FOREIGN: u64 = 16;
-/// What was odd about the last exchange: findings in other words about the same frames follow from it.
-#[derive(Debug, Default)]
-pub(super) struct OddExchange {
-    /// The last client frame, where nothing could be read from it.
-    request: Option<FrameRef>,
-    /// The response after such a one, and that one.
-    asked: Option<(FrameRef, FrameRef)>,
-    /// The request that something else than an answer came after, and what explains that.
-    answered: Option<(FrameRef, FrameRef)>,
-    /// The last frame that is missing, or that nothing could be read from.
-    broken: Option<FrameRef>,
-    /// A frame that belongs to nothing, since which none has been answered as it should.
-    pub(super) astray: Option<FrameRef>,
-}
-
 /// A write that the server refused.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Refused {
@@ -103,15 +88,14 @@ impl Proof {
 pub(super) struct Verdicts {
     /// What waits until the channel has shown that it is one.
     pub(super) withheld: Vec<Finding>,
-    pub(super) odd_exchange: OddExchange,
     /// The first finding above info since the channel was last idle: what else is wrong follows from it.
     pub(super) fault: Option<FrameRef>,
     /// Writes that were refused and not made good.
     pub(super) refused: Vec<Refused>,
     /// The object of the next finding, where it is not the transfer's.
     pub(super) about: Option<Mux>,
-    /// The last request was one to a server that must not answer.
-    pub(super) in_vain: Option<FrameRef>,
+    /// The last request to the server while it must not answer.
+    pub(super) unanswerable: Option<FrameRef>,
     /// The server was only looked for, as all others were.
     pub(super) scanned: bool,
 }
@@ -181,10 +165,8 @@ impl Channel {
         if !self.proof.begun && !self.proof.is_first_exchange() && !always {
             return;
         }
-        let consequence = self.consequence(&verdict, offender);
-        if consequence.is_some() && !self.proof.trusted {
-            return;
-        }
+        let missing = [Sdo002::NoResponse.into(), Sdo012::EndNotConfirmed.into()].contains(&verdict);
+        let in_vain = self.verdicts.unanswerable.filter(|request| missing && request.no == offender.no);
         let object = match &mut self.transfer {
             Some(transfer) => {
                 transfer.note_finding(code);
@@ -201,7 +183,7 @@ impl Channel {
         let lost = || {
             evidence.circumstances.excuse(Rules::SdoAnswer, node, cx.when, &evidence.recording).filter(|_| unanswered)
         };
-        let because_of = consequence.or_else(|| self.explain(&verdict, at, offender)).or_else(lost);
+        let because_of = in_vain.or_else(|| self.explain(&verdict, at, offender)).or_else(lost);
         let cause = (offender.no != at.no).then_some(offender);
         let bus = self.server.bus;
         self.report(Finding { code, at, cause, bus, node, object, facts: verdict.facts, because_of }, cx);
@@ -280,104 +262,9 @@ impl Channel {
         }
     }
 
-    /// The finding that says the same in other words, if any. One wrong frame leaves two gaps: what it should have been
-    /// is missing, and what it is belongs to nothing. And once it is not known what the two sides are talking about,
-    /// all that does not fit follows from that, until they fit again.
-    fn consequence(&mut self, verdict: &Verdict, offender: FrameRef) -> Option<FrameRef> {
-        let code = verdict.code;
-        let is = |other: Verdict| *verdict == other;
-        let odd = &mut self.verdicts.odd_exchange;
-        let asked = odd.asked.filter(|(response, _)| response.no == offender.no).map(|(_, request)| request);
-        let explained = if code == Code::Sdo008 {
-            let transfer = self.transfer.as_ref();
-            let broken = odd.broken.filter(|broken| transfer.is_some_and(|it| it.first.no <= broken.no));
-            broken.or(transfer.filter(|it| it.outcome.findings.contains(&Code::Sdo004)).map(|it| it.first))
-        } else if is(Sdo002::NotAcknowledged.into()) {
-            odd.broken.filter(|broken| broken.no >= offender.no)
-        } else if is(Sdo002::Duplicate.into()) {
-            asked
-        } else {
-            None
-        };
-        if explained.is_some() {
-            return self.verdicts.fault.or(explained);
-        }
-        if matches!(code, Code::Sdo002 | Code::Sdo023) && odd.broken.is_none_or(|broken| broken.no < offender.no) {
-            odd.broken = Some(offender);
-        }
-        if is(Sdo002::NoResponse.into()) || is(Sdo012::EndNotConfirmed.into()) {
-            let by = odd.answered.filter(|(request, _)| request.no == offender.no).map(|(_, by)| by);
-            return by.map(|by| self.verdicts.fault.unwrap_or(by));
-        }
-        if is(Sdo002::NoRequest.into()) {
-            if asked.is_some() {
-                return self.verdicts.fault.or(asked);
-            }
-            self.answered_oddly(offender);
-        } else if !is(Sdo007::Outside.into()) {
-            return None;
-        }
-        let astray = &mut self.verdicts.odd_exchange.astray;
-        let before = *astray;
-        astray.get_or_insert(offender);
-        before
-    }
-
-    /// Something came in the place of the response to the pending request, and a finding reports it.
-    fn answered_oddly(&mut self, by: FrameRef) {
-        if let Some(pending) = self.pending() {
-            self.verdicts.odd_exchange.answered = Some((pending.at, by));
-        }
-    }
-
-    /// A request may be left without a response, since it should not have been sent.
-    pub(super) fn unanswerable(&mut self, request: FrameRef) {
-        self.verdicts.odd_exchange.answered = Some((request, request));
-    }
-
-    /// The pending request may be left without a response if it should not have been sent.
-    pub(super) fn excuse_answer(&mut self) {
-        if let (Some(vain), Some(pending)) = (self.verdicts.in_vain, self.pending())
-            && vain.no == pending.at.no
-        {
-            self.unanswerable(vain);
-        }
-    }
-
     /// Whether a request may be left without a response.
     pub(super) fn is_unanswerable(&self, request: &Half) -> bool {
-        self.verdicts.odd_exchange.answered.is_some_and(|(answered, _)| answered.no == request.at.no)
-    }
-
-    /// In the place of a block transfer's end came what does not belong there, and a finding reports it: what answers
-    /// it answers the end.
-    pub(super) fn instead_of_end(&mut self, half: &Half) {
-        match self.step.side {
-            Side::Client => self.verdicts.odd_exchange.request = Some(half.at),
-            Side::Server => {
-                self.verdicts.odd_exchange.answered = self.transfer.as_ref().map(|transfer| (transfer.last, half.at));
-            }
-        }
-    }
-
-    /// A frame that says nothing stands for the request or the response that it should have been.
-    pub(super) fn note_unreadable(&mut self, side: Side, half: &Half) {
-        let unreadable = half.command.is_unreadable();
-        let odd = &mut self.verdicts.odd_exchange;
-        if unreadable {
-            odd.broken = Some(half.at);
-        }
-        match side {
-            Side::Client => odd.request = unreadable.then_some(half.at),
-            Side::Server => {
-                if let Some(request) = odd.request.take() {
-                    odd.asked = Some((half.at, request));
-                }
-                if unreadable {
-                    self.answered_oddly(half.at);
-                }
-            }
-        }
+        self.verdicts.unanswerable.is_some_and(|unanswerable| unanswerable.no == request.at.no)
     }
 
     pub(super) fn trust(&mut self, cx: &mut Context<'_>) {
@@ -399,21 +286,11 @@ impl Channel {
         if self.proof.proven || self.verdicts.scanned || self.proof.paired {
             return;
         }
-        if self.proof.plausible > 0
-            && self.proof.responses > 0
-            && self.verdicts.withheld.len() == 1
-            && self.proof.odd <= 1
-        {
-            // One frame is wrong, and the others can only be SDO.
-            self.trust(cx);
-            return;
-        }
         let unanswered = self.proof.requests > 0 && self.proof.responses == 0 && self.proof.plausible > 0;
-        let nothing_odd = self.verdicts.withheld.iter().all(|finding| finding.severity() < Severity::Error);
         let frames = self.proof.requests.saturating_add(self.proof.responses);
         // A request at the capture's end may still be answered, and its answer may have been before the capture.
         let waited = first.t_ns.zip(cx.at.t_ns).map_or(0, |(first, now)| now.saturating_sub(first)) > UNANSWERED_NS;
-        if frames < 2 && !(unanswered && nothing_odd && waited) {
+        if frames < 2 && !(unanswered && waited) {
             return;
         }
         let what: Verdict =

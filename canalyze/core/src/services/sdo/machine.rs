@@ -89,8 +89,6 @@ pub(super) enum Action {
     Start,
     Segment,
     Acknowledge,
-    /// An acknowledgement behind that of the last segment: violation, SDO007, unless it rejects a wrong end.
-    AcknowledgeEnd,
     /// An acknowledgement, or a confirmation, of which nothing can be read.
     AcknowledgeUnread,
     /// The end frame.
@@ -155,7 +153,7 @@ pub(super) fn transition(state: State, side: Side, command: &Command) -> Row {
         // Block download.
         (S::Requested(Service::BlockDownload), Server, C::BlockDownloadInitiated { .. }) => (A::Answer, &[S::BlockDownload(Initiated)], "7.2.4.3.9"),
         (S::BlockDownload(_), Client, C::BlockSegment { .. }) => (A::Segment, &[S::BlockDownload(SubBlock), S::BlockDownload(Acknowledge)], "7.2.4.3.10"),
-        (S::BlockDownload(End | Confirm), Server, C::BlockAck { .. }) => (A::AcknowledgeEnd, &[], "7.2.4.3.10"),
+        (S::BlockDownload(End | Confirm), Server, C::BlockAck { .. }) => (A::Outside, &[], "7.2.4.3.10"),
         (S::BlockDownload(_), Server, C::BlockAck { .. }) => (A::Acknowledge, &[S::BlockDownload(SubBlock), S::BlockDownload(End)], "7.2.4.3.10"),
         (S::BlockDownload(_), Client, C::EndBlock { .. }) => (A::End, &[S::BlockDownload(Confirm)], "7.2.4.3.11"),
         (S::BlockDownload(_) | S::BlockUpload(_), Server, C::BlockUploadInitiated { .. }) => (A::Duplicate, &[], "7.2.4.3.13"),
@@ -213,11 +211,11 @@ impl Channel {
             Phase::Block(block, asked) => {
                 let stage = if block.end.is_some() || asked.is_some() {
                     Stage::Confirm
-                } else if block.is_finished() {
+                } else if block.finished {
                     Stage::End
                 } else if block.owes_ack() {
                     Stage::Acknowledge
-                } else if block.first_at().is_none() && !block.started {
+                } else if block.marks.first.is_none() && !block.started {
                     Stage::Initiated
                 } else {
                     Stage::SubBlock
@@ -261,8 +259,8 @@ impl Channel {
                 self.begin_request(half, left, cx);
             }
             Action::GiveUp => {
-                self.give_up(cx);
-                self.begin_request(half, false, cx);
+                let left = self.give_up(cx);
+                self.begin_request(half, left, cx);
             }
             Action::Request => self.request(half),
             Action::GoOn => self.go_on(half, cx),
@@ -276,7 +274,6 @@ impl Channel {
             Action::Start => self.start_upload(&half, cx),
             Action::Segment => self.block_segment(&half, cx),
             Action::Acknowledge => self.acknowledge(&half, cx),
-            Action::AcknowledgeEnd => self.acknowledge_end(&half, cx),
             Action::AcknowledgeUnread => self.acknowledge_unread(side, half, cx),
             Action::End => self.end_block(half, cx),
             Action::EndUnread => self.end_unread(half, cx),
@@ -295,7 +292,7 @@ impl Channel {
             self.verdicts.fault = None;
         }
         self.begin(&half, cx);
-        self.sequence.requested(&half);
+        self.sequence.under_way = None;
         self.history.stray = None;
     }
 
@@ -326,23 +323,24 @@ impl Channel {
         self.history.stray = Some(*half);
     }
 
-    /// A new initiate request while another one has no response.
-    fn give_up(&mut self, cx: &mut Context<'_>) {
-        let Some(pending) = self.pending() else { return };
+    /// A new initiate request while another one has no response. Returns whether a transfer was left in its midst.
+    fn give_up(&mut self, cx: &mut Context<'_>) -> bool {
+        let Some(pending) = self.pending() else { return false };
         let edge = self.is_edge(&pending) || self.hypotheses.are_open();
         self.history.given_up = (!edge).then_some(pending);
         if matches!(pending.command, Command::EndBlock { .. }) {
             self.find(Sdo012::EndNotConfirmed, pending.at, cx);
-            self.end_unconfirmed(pending, cx);
-            return;
+            if let (Phase::Block(block, _), Some(transfer)) = (&self.phase, &mut self.transfer) {
+                // The server does not know which segment is the last one: it had no reason to take what it has.
+                transfer.outcome.bad |= !block.last_sent && !block.unsure && !transfer.data.hole;
+            }
+            self.settle_end(&pending, cx);
+            self.before_frame(|channel| channel.confirm_end(cx));
+            return true;
         }
         self.unanswered(&pending, edge, cx);
-        if self.proof.trusted || strict_initiate(&pending) {
-            self.complete_before(if edge { Status::Incomplete } else { Status::Failed }, cx);
-        } else {
-            self.transfer = None;
-            self.phase = Phase::Idle;
-        }
+        self.complete_before(if edge { Status::Incomplete } else { Status::Failed }, cx);
+        false
     }
 
     fn unanswered(&mut self, pending: &Half, edge: bool, cx: &mut Context<'_>) {
@@ -426,16 +424,7 @@ impl Channel {
     /// A frame of the server while a response is expected.
     pub(super) fn respond(&mut self, half: Half, cx: &mut Context<'_>) {
         let Some(pending) = self.pending() else { return self.respond_unasked(half, cx) };
-        // A server may switch the protocol where the client allows it; where not, the response rather belongs to a
-        // request that was given up.
-        let unasked_switch = matches!(
-            (pending.command, half.command),
-            (Command::InitiateBlockUpload { threshold: 0, .. }, Command::UploadInitiated(..))
-        );
-        if unasked_switch && self.is_late(&half) {
-            self.late(&half, cx);
-        } else if wire::fits(&pending.command, &half.command) {
-            self.sequence.abort_may_answer = false;
+        if wire::fits(&pending.command, &half.command) {
             self.step.ordinal = self.segment_ordinal(&half.command);
             self.answer(pending, half, cx);
         } else if !self.belongs_elsewhere(&pending, &half, cx) {
@@ -446,18 +435,14 @@ impl Channel {
     /// A response that is not the one the pending request asks for, nor one to another request.
     fn misfit(&mut self, pending: Half, half: Half, cx: &mut Context<'_>) {
         let fits = wire::kind_fits(&pending.command, &half.command);
-        let edge = self.is_edge(&pending);
         if matches!(half.command, Command::Segment(_)) && self.history.last_response == Some(half.bytes) {
             self.step.place = Place::Outside;
             self.find(Sdo002::Duplicate, half.at, cx);
-        } else if edge && !(strict_initiate(&pending) && fits) {
+        } else if self.is_edge(&pending) && !(strict_initiate(&pending) && fits) {
             self.step.place = Place::Uncaptured;
         } else if fits {
-            self.proof.begun |= edge;
             self.step.ordinal = self.segment_ordinal(&half.command);
             self.answer(pending, half, cx);
-        } else if self.hypotheses.are_open() {
-            self.step.place = Place::Uncaptured;
         } else {
             self.step.place = Place::Outside;
             if !half.command.is_unreadable() {
@@ -493,7 +478,7 @@ impl Channel {
             self.join_block(&half, Direction::Download, cx);
             return;
         }
-        self.without_request(&half, !self.proof.begun, cx);
+        self.without_request(&half, false, cx);
     }
 
     /// A response without its request. `first`: the request may be before the capture.
@@ -510,9 +495,6 @@ impl Channel {
     pub(super) fn continue_without_request(&mut self, half: &Half, cx: &mut Context<'_>) {
         let upload = self.is_upload();
         let Phase::Segments(segments) = &mut self.phase else { return };
-        if segments.asked.is_some() {
-            return;
-        }
         match half.command {
             Command::Segment(segment) if upload && segment.toggle == segments.toggle => {
                 segments.toggle = !segments.toggle;

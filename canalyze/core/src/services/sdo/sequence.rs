@@ -10,10 +10,8 @@
 use std::collections::VecDeque;
 
 use super::channel::{Channel, Half, Phase, UNANSWERED_NS, strict_initiate};
-use super::exchange::UnderWay;
-use super::machine::{Action, transition};
 use super::transfer::{Direction, Status};
-use super::wire::{self, Command, Mux, Side};
+use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::{Note, Place};
 use crate::evidence::recording::USUAL_ECHO_NS;
@@ -36,6 +34,38 @@ pub(super) struct Held {
     age: u8,
 }
 
+/// After an abort: frames of the other side may still be under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct UnderWay {
+    pub(super) side: Side,
+    /// The abort.
+    pub(super) at: FrameRef,
+    /// The next sequence number of a block transfer's segments; 0 outside block transfers.
+    pub(super) seqno: u8,
+    /// The number in the acknowledgement that the client owed: it may be slow.
+    pub(super) owed: Option<u8>,
+    /// No request was pending when the server aborted: the one that it refuses may be late.
+    pub(super) unasked: bool,
+}
+
+impl UnderWay {
+    /// Whether a frame is the next block segment; the one behind it is the next then.
+    fn continues(&mut self, half: &Half) -> bool {
+        let [command, ..] = half.bytes;
+        let continues = self.seqno != 0 && command & 0x7F == self.seqno;
+        if continues {
+            self.seqno = (self.seqno + 1) & 0x7F;
+        }
+        continues
+    }
+
+    /// Whether a client frame is the acknowledgement that was owed, still in time.
+    fn is_owed(&mut self, half: &Half) -> bool {
+        let Command::BlockAck { ackseq, .. } = half.command else { return false };
+        self.owed.take() == Some(ackseq) && within(self.at, half.at, UNANSWERED_NS)
+    }
+}
+
 /// Frames whose turn has not come, and what is known of the order of the others.
 #[derive(Debug, Default)]
 pub(super) struct Sequence {
@@ -45,10 +75,6 @@ pub(super) struct Sequence {
     /// How late the recording host lists its own frames at most, in ns.
     lag_ns: i64,
     pub(super) under_way: Option<UnderWay>,
-    /// The pending request may be what the server's abort before it answered.
-    pub(super) abort_may_answer: bool,
-    /// The object and code of the server's last abort.
-    pub(super) last_abort: Option<(Mux, u32)>,
     /// The last response or refusal, where its request was captured before it.
     pub(super) answered: Option<Half>,
     /// It is known which responses belong to which requests: where a capture begins with requests for one object that
@@ -70,12 +96,6 @@ impl Sequence {
         self.certain |= self.answered.is_some_and(own);
     }
 
-    /// An initiate request has come: the abort before it may be its answer.
-    pub(super) fn requested(&mut self, request: &Half) {
-        let under_way = self.under_way.take();
-        self.abort_may_answer = under_way.is_some_and(|it| it.unasked && self.within_lag(it.at, request.at));
-    }
-
     /// Whether the response before this request may be its own, captured before it.
     pub(super) fn may_be_answered(&self, request: &Half) -> bool {
         !self.certain
@@ -85,12 +105,7 @@ impl Sequence {
 
     /// Whether a frame of the server was on its way when the client aborted.
     pub(super) fn is_in_flight(&mut self, half: &Half) -> bool {
-        let Some(under_way) = self.under_way.as_mut().filter(|it| it.side == Side::Server) else { return false };
-        let continues = under_way.continues(half);
-        if continues {
-            under_way.seqno = (under_way.seqno + 1) & 0x7F;
-        }
-        continues
+        self.under_way.as_mut().is_some_and(|it| it.side == Side::Server && it.continues(half))
     }
 }
 
@@ -133,11 +148,7 @@ impl Channel {
     /// Takes a frame of the server.
     pub(super) fn order_server(&mut self, half: Half, fresh: bool, cx: &mut Context<'_>) {
         let answers = self.pending().is_some_and(|pending| wire::fits(&pending.command, &half.command));
-        if answers && self.pending().is_some_and(|pending| self.is_edge(&pending)) {
-            // What waits answers requests before the capture.
-            self.sequence.held.clear();
-        }
-        if answers || self.ends(&half) {
+        if answers {
             self.release_all(cx);
         } else if self.sequence.held.len() == MOST_HELD {
             self.release(cx);
@@ -164,7 +175,9 @@ impl Channel {
             // The frame it waits for may lie beyond the edge, unless there was time enough.
             if within(held.half.at, cx.at, UNANSWERED_NS) {
                 let Some(held) = self.sequence.held.pop_front() else { return };
-                self.at_the_edge(&held.half, cx);
+                if self.pending().is_some_and(|pending| strict_initiate(&pending)) {
+                    self.respond(held.half, cx);
+                }
             } else {
                 self.release(cx);
             }
@@ -174,11 +187,6 @@ impl Channel {
     /// The frame as it is read where the transfer stands now.
     fn decoded(&self, side: Side, half: Half) -> Half {
         Half { command: self.decode(side, half.bytes, half.len), ..half }
-    }
-
-    /// Whether an abort ends a transfer that runs, so that it waits for nothing.
-    fn ends(&self, half: &Half) -> bool {
-        matches!(half.command, Command::Abort(..)) && self.is_due(half)
     }
 
     /// The line of a frame that waits: what it is if its request comes.
@@ -289,14 +297,12 @@ impl Channel {
                 (Command::BlockAck { ackseq, .. }, _) => {
                     block.owes_ack() && (block.owed_ack() == Some(ackseq) || !self.holds_sub_block(ackseq))
                 }
-                (Command::Truncated(_), _) => block.owes_ack() || block.end.is_some(),
                 (Command::BlockEnded, _) => block.end.is_some(),
                 _ => false,
             };
         }
         let refused = matches!(answer, Command::Abort(object, _) if half.command.mux() == Some(object));
-        (refused || wire::fits(&half.command, &answer))
-            && (self.pending().is_some() || self.may_join(&half) || self.can_request(&half))
+        refused || wire::fits(&half.command, &answer)
     }
 
     /// Whether the frames that wait are a whole sub-block of this number of segments, the last of them marked.
@@ -306,11 +312,6 @@ impl Channel {
             _ => None,
         });
         held.any(|(seqno, last)| last && seqno == segments)
-    }
-
-    /// Whether an acknowledgement waits for block segments that may be late.
-    pub(super) fn awaits_segments(&self) -> bool {
-        self.sequence.held.front().is_some_and(|held| matches!(held.half.command, Command::BlockAck { .. }))
     }
 
     /// Whether a request that fits the first frame that waits may as well be answered by the next: that one is the
@@ -344,27 +345,21 @@ impl Channel {
         });
     }
 
-    /// Whether a client frame begins or continues a transfer where the channel stands.
-    fn can_request(&self, half: &Half) -> bool {
-        let row = transition(self.state(), Side::Client, &half.command);
-        matches!(row.action, Action::Begin | Action::Restart | Action::GiveUp | Action::Request)
-    }
-
     /// Whether a frame of the server is expected, or a fault whatever the client sends: one that is not may have come
     /// before the client's frame that it answers.
     pub(super) fn is_due(&self, half: &Half) -> bool {
-        let in_flight = |it: UnderWay| it.side == Side::Server && it.continues(half);
+        let in_flight = |mut it: UnderWay| it.side == Side::Server && it.continues(half);
         if half.command.is_unreadable() || self.sequence.under_way.is_some_and(in_flight) {
             return true;
         }
         let pending = self.pending();
-        if let Command::Abort(..) = half.command {
-            let other = |it: Half| self.sequence.may_be_answered(&it) && !wire::may_answer(&it.command, &half.command);
-            let ends = pending.is_some()
-                || self.history.given_up.is_some()
-                || self.history.stray.is_some()
-                || self.transfer.is_some();
-            return ends && !pending.is_some_and(other);
+        if let Command::Abort(object, _) = half.command {
+            // Where the capture begins, it may be the answer to a request that is listed behind it.
+            let ends = match pending {
+                Some(pending) if self.is_edge(&pending) => pending.command.mux() == Some(object),
+                _ => self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_some()),
+            };
+            return ends || self.history.given_up.is_some() || self.history.stray.is_some();
         }
         if let Phase::Block(block, _) = &self.phase
             && let Some(due) = self.is_due_in_block(block, half)
@@ -378,32 +373,23 @@ impl Channel {
         let Some(pending) = pending else {
             return self.history.stray.is_some_and(|stray| wire::kind_fits(&stray.command, &half.command));
         };
-        let again = matches!(half.command, Command::Segment(_)) && self.history.last_response == Some(half.bytes);
-        let edge = self.is_edge(&pending);
         let misfit = wire::kind_fits(&pending.command, &half.command)
-            && !edge
-            && !self.sequence.abort_may_answer
+            && !self.is_edge(&pending)
             && !self.sequence.may_be_answered(&pending);
-        let block = edge && pending.command.is_block_initiate() && matches!(half.command, Command::BlockAck { .. });
-        again || misfit || block || wire::fits(&pending.command, &half.command)
+        let block = self.is_edge(&pending)
+            && pending.command.is_block_initiate()
+            && matches!(half.command, Command::BlockAck { .. });
+        misfit || block || wire::fits(&pending.command, &half.command)
     }
 
     /// Whether a client frame was on its way when the server aborted.
     pub(super) fn is_under_way(&mut self, half: &Half) -> bool {
-        let idle = matches!(self.phase, Phase::Idle);
-        let Some(mut under_way) = self.sequence.under_way else { return false };
-        if under_way.side != Side::Client || half.command.is_initiate() {
-            return false;
-        }
-        let continues = under_way.continues(half);
-        if continues {
-            under_way.seqno = (under_way.seqno + 1) & 0x7F;
-        }
-        let soon = self.sequence.within_lag(under_way.at, half.at);
-        let refused = idle && std::mem::take(&mut under_way.unasked) && soon;
-        let under_way_still = continues || under_way.is_owed(half) || refused;
-        self.sequence.under_way = Some(under_way);
-        under_way_still
+        let (idle, lag_ns) = (matches!(self.phase, Phase::Idle), self.sequence.lag_ns);
+        let sent_before = |it: &&mut UnderWay| it.side == Side::Client && !half.command.is_initiate();
+        let Some(under_way) = self.sequence.under_way.as_mut().filter(sent_before) else { return false };
+        under_way.continues(half)
+            || under_way.is_owed(half)
+            || (idle && std::mem::take(&mut under_way.unasked) && within(under_way.at, half.at, lag_ns))
     }
 
     /// What a client frame shows of its last request and of the response before it. Returns the frame as it is read
@@ -439,14 +425,8 @@ impl Channel {
     /// A client frame while its last request was not answered: was it, before it was captured? Returns whether the
     /// frame needs nothing more.
     pub(super) fn settle_pending(&mut self, pending: &Half, half: &Half, cx: &mut Context<'_>) -> bool {
-        let object = self.sequence.last_abort.map(|(object, _)| object);
-        let refused = self.sequence.abort_may_answer && object.is_some() && pending.command.mux() == object;
-        if half.command.is_initiate() && !refused && self.sequence.may_be_answered(pending) {
+        if half.command.is_initiate() && self.sequence.may_be_answered(pending) {
             self.leave_answered(cx);
-            return false;
-        }
-        if self.sequence.abort_may_answer {
-            self.answered_by_abort(cx);
             return false;
         }
         if pending.bytes == half.bytes && pending.len == half.len {
@@ -454,10 +434,9 @@ impl Channel {
             return true;
         }
         // Of initiates only those with reserved bytes can be told from data.
-        let initiate = strict_initiate(half)
-            && !half.command.has_invalid_block_size()
-            && !matches!(half.command, Command::InitiateDownload(..));
-        if !initiate && self.is_midway_block(pending, half) {
+        let initiate = strict_initiate(half) && !matches!(half.command, Command::InitiateDownload(..));
+        let midway = !initiate && self.is_midway_block(pending, half);
+        if midway {
             self.forget_beginning();
             self.begin_midway_block(half, cx);
             return true;
@@ -498,19 +477,11 @@ impl Channel {
     /// Whether the segments that are about to come may be those of this request, captured after the response to it, and
     /// not those of the request before, whose response is not in the capture.
     fn has_begun(&self, half: &Half) -> bool {
-        matches!(self.phase, Phase::Segments(_))
-            && self.pending().is_none()
-            && self.sequence.may_be_answered(half)
-            && self.transfer.as_ref().is_some_and(|transfer| transfer.data.segments == 0)
+        matches!(self.phase, Phase::Segments(_)) && self.pending().is_none() && self.sequence.may_be_answered(half)
     }
 
-    /// The pending request was answered before it was captured, by an abort or by what was taken for the response to
-    /// another request.
-    pub(super) fn leave_answered(&mut self, cx: &mut Context<'_>) {
-        if self.sequence.abort_may_answer {
-            self.answered_by_abort(cx);
-            return;
-        }
+    /// The pending request was answered before it was captured, by what was taken for the response to another request.
+    fn leave_answered(&mut self, cx: &mut Context<'_>) {
         self.sequence.certain = true;
         self.complete_before(Status::Incomplete, cx);
     }
@@ -525,16 +496,11 @@ impl Channel {
             self.join_block(half, Direction::Download, cx);
             return true;
         }
-        if self.is_late(half) {
+        let late = self.is_late(half);
+        if late {
             self.late(half, cx);
-            return true;
         }
-        let answered = self.sequence.abort_may_answer || self.sequence.may_be_answered(pending);
-        if answered {
-            self.leave_answered(cx);
-            self.respond_unasked(*half, cx);
-        }
-        answered
+        late
     }
 
     /// The client's frame before a frame of the server is not in the capture, or not on the bus.
@@ -547,21 +513,6 @@ impl Channel {
         }
         self.history.heard = Some(*half);
         self.without_request(half, first, cx);
-    }
-
-    /// A frame that waits where the capture ends: what it answers may lie beyond the edge.
-    fn at_the_edge(&mut self, half: &Half, cx: &mut Context<'_>) {
-        match (&mut self.phase, &mut self.transfer, half.command) {
-            (Phase::Block(block, _), Some(transfer), Command::BlockAck { ackseq, blksize }) => {
-                let _: super::block::Acked = block.ack(transfer, half.at, ackseq, blksize);
-            }
-            (_, _, Command::Abort(..)) => self.server(*half, cx),
-            _ => match self.pending() {
-                Some(pending) if strict_initiate(&pending) => self.respond(*half, cx),
-                Some(_) => {}
-                None => self.continue_without_request(half, cx),
-            },
-        }
     }
 }
 

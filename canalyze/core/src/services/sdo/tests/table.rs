@@ -4,7 +4,7 @@ use super::*;
 use crate::services::sdo::machine::{Action, State, transition};
 
 /// The actions that no frame of a conformant session may need.
-const VIOLATIONS: [Action; 9] = [
+const VIOLATIONS: [Action; 8] = [
     Action::Restart,
     Action::GiveUp,
     Action::GoOn,
@@ -12,7 +12,6 @@ const VIOLATIONS: [Action; 9] = [
     Action::Unasked,
     Action::Stray,
     Action::Outside,
-    Action::AcknowledgeEnd,
     Action::ConfirmUnseen,
 ];
 
