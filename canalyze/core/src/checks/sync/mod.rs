@@ -132,7 +132,9 @@ impl Sync {
                 let stops = match command {
                     START => Restart::None,
                     PRE_OPERATIONAL if node != 0 => Restart::None,
-                    STOP | PRE_OPERATIONAL | RESET_NODE | RESET_COMMUNICATION => Restart::Perhaps,
+                    PRE_OPERATIONAL => Restart::Perhaps,
+                    STOP | RESET_NODE | RESET_COMMUNICATION if node == 0 => Restart::Likely,
+                    STOP | RESET_NODE | RESET_COMMUNICATION => Restart::Perhaps,
                     _ => return self.restart(None, Restart::Likely),
                 };
                 self.restart(Some(node).filter(|node| *node != 0), stops);
@@ -208,7 +210,7 @@ impl Sync {
         let producer = node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
         self.producer.restarted |= producer;
         if producer && stops != Restart::None {
-            let certain = node.is_none() || self.settings.producer.is_some();
+            let certain = self.settings.producer.is_some();
             self.producer.stopped = self.producer.stopped.max(if certain { Restart::Likely } else { stops });
         }
     }

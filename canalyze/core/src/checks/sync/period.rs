@@ -250,7 +250,21 @@ impl SyncPeriod {
         let _ = self.period.take(gap.ns, recording.grain_ns(), gap.now.at);
         let Some(period) = self.period.learnt_ns() else { return };
         let agreeing = self.early.iter().filter(|gap| close(gap.ns, period)).count();
-        if agreeing >= ENOUGH && agreeing * 4 >= self.early.len() * 3 {
+        // Listed late now and then, gaps differ and make up for each other: then a few show no period.
+        let uneven =
+            self.early.iter().any(|gap| close(gap.ns, period) && gap.ns.abs_diff(period) > period.unsigned_abs() / 16);
+        let enough = if uneven { GAPS * 3 / 4 } else { ENOUGH };
+        if agreeing >= enough && agreeing * 4 >= self.early.len() * 3 {
+            if uneven {
+                // Only the mean of many is a period then.
+                let sum: i64 = self.early.iter().filter(|gap| close(gap.ns, period)).map(|gap| gap.ns).sum();
+                let mean = sum / agreeing.max(1) as i64;
+                self.period.forget();
+                for _ in 0..agreeing {
+                    let _ = self.period.take(mean, recording.grain_ns(), gap.now.at);
+                }
+            }
+            let Some(period) = self.period.learnt_ns() else { return };
             self.regular = true;
             // What the first gaps were is known only now.
             for gap in std::mem::take(&mut self.early) {
@@ -263,7 +277,7 @@ impl SyncPeriod {
     fn judge(&mut self, gap: Gap, period: i64, new: bool, recording: &Recording, out: &mut Vec<Irregular>) {
         let before_ns = std::mem::replace(&mut self.second.before_ns, gap.ns);
         let room = self.room_ns(period, recording);
-        if is_pause(gap, period, room) {
+        if is_pause(gap, period) {
             out.extend(self.lateness(period, recording));
             self.calm_from = gap.cycle + 1;
             if new {
@@ -386,14 +400,14 @@ impl SyncPeriod {
 }
 
 /// Whether the producer was stopped, or the whole network stood still.
-fn is_pause(gap: Gap, period: i64, room: i64) -> bool {
+fn is_pause(gap: Gap, period: i64) -> bool {
     if gap.ns / PAUSE > period && gap.silent {
         return true;
     }
     let exact = match gap.restart {
         Restart::None => return false,
         // A SYNC that is missing in the old phase is no restart of the producer.
-        Restart::Perhaps => room.min(period / 16),
+        Restart::Perhaps => period / 16,
         Restart::Likely => -1,
     };
     gap.ns > period && !close(gap.ns, period) && gap.ns.abs_diff(period.saturating_mul(2)) as i64 > exact
