@@ -58,11 +58,16 @@ pub struct Sync {
     /// The last SYNC whose counter had a gap before it.
     miscounted: Option<u64>,
     producer: Producer,
-    /// The last frame of any kind, and the longest silence of the bus since the last SYNC, in ns.
-    heard_ns: Option<i64>,
-    silence_ns: i64,
+    activity: Activity,
     /// The period before the last change that was reported, in ns, and the frame of the change.
     changed: Option<(i64, FrameRef)>,
+}
+
+/// The last frame of any kind, and the longest silence of the bus since the last SYNC, in ns.
+#[derive(Debug, Default)]
+struct Activity {
+    heard_ns: Option<i64>,
+    silence_ns: i64,
 }
 
 /// Whether the producer still sends SYNC.
@@ -99,8 +104,8 @@ impl Sync {
 
     /// A frame of any kind was heard.
     pub fn heard(&mut self, now_ns: i64) {
-        if let Some(before) = self.heard_ns.replace(now_ns) {
-            self.silence_ns = self.silence_ns.max(now_ns.saturating_sub(before));
+        if let Some(before) = self.activity.heard_ns.replace(now_ns) {
+            self.activity.silence_ns = self.activity.silence_ns.max(now_ns.saturating_sub(before));
         }
     }
 
@@ -221,7 +226,7 @@ impl Sync {
         }
         let at = frame.reference();
         let silent = self.is_silent(at);
-        self.silence_ns = 0;
+        self.activity.silence_ns = 0;
         let Producer { restarted, stopped, ended } = std::mem::take(&mut self.producer);
         let stopped = if ended { Restart::Likely } else { stopped };
         let wrong = self.lengths.judge(frame.len, self.settings.any_overflow, restarted, cx);
@@ -253,7 +258,7 @@ impl Sync {
 
     /// Whether the whole bus was silent for most of the time since the last SYNC.
     fn is_silent(&self, at: FrameRef) -> bool {
-        self.period.delay_ns(at).is_some_and(|gap| self.silence_ns > gap / 2)
+        self.period.delay_ns(at).is_some_and(|gap| self.activity.silence_ns > gap / 2)
     }
 
     /// Takes a counter value. `again`: the producer may have restarted with it.
