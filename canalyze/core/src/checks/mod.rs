@@ -245,7 +245,7 @@ impl Checks {
     ) {
         let PdoName { transmit, number, node } = name;
         self.nodes.pdo(transmit, number, node, cx);
-        self.drives.blind(node);
+        self.drives.blind(node, cx);
         if matches!(message, Message::Malformed { .. }) {
             let object = Mux { index: communication_parameter(transmit, number), sub: 0 };
             cx.raise(Mpd001::Length { found: frame.len.into() }, Some(node), Some(object), None);
@@ -297,7 +297,7 @@ impl Checks {
     pub fn follow(&mut self, message: &Message, nodes: &PerNode<Node>, frame: &Frame, cx: &mut Context<'_>) {
         self.nodes.follow(message, frame, nodes, cx);
         match *message {
-            Message::BootUp { node } => self.drives.booted(node, cx),
+            Message::BootUp { node } => self.drives.booted(node),
             Message::Emcy { node, code, .. } => self.drives.emcy(node, code, cx),
             _ => {}
         }
@@ -353,7 +353,7 @@ impl Checks {
         self.pdo_identifiers.reconfigured();
         self.pdo_length.reset(node, cx);
         self.pdo_timing.forget(node);
-        self.drives.forget(node, cx);
+        self.drives.forget(node);
         self.srdos.interrupt(cx.at.no, false);
     }
 
@@ -361,7 +361,7 @@ impl Checks {
     pub fn lost(&mut self, cx: &mut Context<'_>) {
         self.nodes.lost(cx);
         self.pdo_timing.forget(None);
-        self.drives.forget(None, cx);
+        self.drives.forget(None);
         self.srdos.interrupt(cx.at.no, true);
         self.pdo_length.lost(cx);
         self.pdo_configuration.lost();
@@ -372,7 +372,6 @@ impl Checks {
     /// The capture is over.
     pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         self.error_frames.finish(cx);
-        self.drives.finish(cx);
         self.nodes.finish(cx);
         self.sync.finish(nodes, cx);
         self.lss.finish(cx);

@@ -20,17 +20,28 @@ pub enum Kind {
     Stall,
     /// The whole bus, or its recorder, paused: frames of this node, or (`None`) of several, had been expected.
     Pause,
-    /// Two SYNC producers, or none any more, were reported.
+    /// A SYNC that was missing or one too many was reported, or that none come any more.
     SyncBroken,
+    /// Two SYNC producers were reported. It holds until SYNCs come as of one.
+    TwoSyncProducers,
     /// A node was reported lost, or that it has not come back from a reset. It holds until the node is heard.
     NodeLost,
     /// Two nodes with one node-ID were reported.
     SharedId,
 }
 
+impl Kind {
+    /// Whether it excuses what was owed since, until it is over.
+    fn lasts(self) -> bool {
+        matches!(self, Self::TwoSyncProducers | Self::NodeLost | Self::SharedId)
+    }
+}
+
 /// What rules are about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rules {
+    /// The period and the counter of SYNC.
+    Sync,
     /// Synchronous PDOs in their cycles.
     SynchronousPdo,
     /// Event-driven PDOs: inhibit time, event timer, deadline.
@@ -56,7 +67,7 @@ enum Scope {
     Node,
 }
 
-use Rules::{EventPdo, Nmt, SdoAnswer, SdoTime, Srdo, SynchronousPdo};
+use Rules::{EventPdo, Nmt, SdoAnswer, SdoTime, Srdo, Sync, SynchronousPdo};
 
 /// What excuses what: what happened, whom it concerns, which rules. A kind or a family stands here once somebody notes
 /// or asks for it.
@@ -65,6 +76,7 @@ const EXCUSES: &[(Kind, Scope, &[Rules])] = &[
     (Kind::Stall, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
     (Kind::Pause, Scope::Others, &[EventPdo, Srdo, SdoTime]),
     (Kind::SyncBroken, Scope::Bus, &[SynchronousPdo]),
+    (Kind::TwoSyncProducers, Scope::Bus, &[Sync, SynchronousPdo]),
     (Kind::NodeLost, Scope::Node, &[SynchronousPdo, EventPdo, Srdo, SdoTime, SdoAnswer]),
     (Kind::SharedId, Scope::Node, &[Nmt]),
 ];
@@ -97,8 +109,14 @@ impl Circumstances {
     }
 
     /// It is over: what it would excuse from here on is not excused.
-    pub fn over(&mut self, kind: Kind, node: u8) {
-        self.past.retain(|one| one.kind != kind || one.node != Some(node));
+    pub fn over(&mut self, kind: Kind, node: impl Into<Option<u8>>) {
+        let node = node.into();
+        self.past.retain(|one| one.kind != kind || one.node != node);
+    }
+
+    /// Whether it has happened lately, or holds.
+    pub fn holds(&self, kind: Kind) -> bool {
+        self.past.iter().any(|one| one.kind == kind)
     }
 
     /// The frame of the latest circumstance that excuses a breach of such rules by a node (`None`: of the bus), by what
@@ -106,7 +124,7 @@ impl Circumstances {
     pub fn excuse(&self, rules: Rules, node: Option<u8>, since: When, recording: &Recording) -> Option<FrameRef> {
         let mut past = self.past.iter().rev();
         let found = past.find(|one| {
-            let after = matches!(one.kind, Kind::NodeLost | Kind::SharedId) || recording.may_precede(since, one.when);
+            let after = one.kind.lasts() || recording.may_precede(since, one.when);
             after && EXCUSES.iter().any(|row| one.fits(row, rules, node))
         });
         found.map(|one| one.when.at)

@@ -278,6 +278,11 @@ impl Recording {
         self.duplicates.are_refuted()
     }
 
+    /// How exact a person says that the stamps are, in ns.
+    pub fn stated_jitter_ns(&self) -> Option<i64> {
+        self.jitter_ns
+    }
+
     /// By how much a frame may have been stamped late, in ns: no longer than the bus was silent before it, as what waits
     /// is stamped in a row. Nothing, where a person says how exact the stamps are.
     pub fn lateness_ns(&self, when: When) -> i64 {

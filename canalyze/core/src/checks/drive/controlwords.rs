@@ -3,6 +3,7 @@
 //! It must not judge what they lead to.
 
 use super::Sample;
+use crate::drive;
 use crate::frame::FrameRef;
 
 /// Controlwords kept for an axis at most.
@@ -50,12 +51,18 @@ impl Controlwords {
     }
 
     /// Those that a drive may have obeyed since it reported `from`; `None` where not all are known.
-    pub(super) fn since(&self, from: &Sample) -> Option<&[(u16, FrameRef)]> {
+    fn since(&self, from: &Sample) -> Option<&[(u16, FrameRef)]> {
         let in_force = self.list.iter().rposition(|(_, at)| match (at.t_ns, from.at.t_ns) {
             (Some(began), Some(reported)) => began <= reported.saturating_sub(LAG) && at.no < from.at.no,
             _ => at.no.saturating_add(LAG_FRAMES) <= from.at.no,
         });
         self.list.get(in_force.or(self.fresh.then_some(0))?..)
+    }
+
+    /// Whether they explain a change of state; `None` where not all are known.
+    pub(super) fn explain(&self, from: &Sample, to: &Sample) -> Option<bool> {
+        let words = self.since(from)?;
+        Some(drive::explained(from.state, to.state, words.iter().map(|(word, _)| *word)))
     }
 
     /// The last one before a frame.

@@ -58,9 +58,9 @@ impl Axis {
         let what = Drv002::StillIn { controlword: order.word, statusword: sample.word, after };
         let finding = cx.verdict(what, Some(place.node.id()), Some(controlword(place.axis)), Some(order.at));
         // What causes the fault is still there: resets that are tried again follow from that.
-        let because_of = self.faults.vain.filter(|_| order.command == Command::FaultReset);
+        let because_of = self.vain.filter(|_| order.command == Command::FaultReset);
         if order.command == Command::FaultReset {
-            self.faults.vain = because_of.or(Some(order.at));
+            self.vain = because_of.or(Some(order.at));
         }
         cx.report(Finding { because_of, ..finding });
     }

@@ -14,25 +14,20 @@ mod watch;
 
 use self::controlwords::Controlwords;
 use self::effect::{Order, leads_out};
-use self::fault::{Announced, Faults, Unannounced, announced, raise_fault};
+use self::fault::EmcyDue;
 use self::watch::{Watch, Watched};
 use super::PdoName;
 use crate::context::Context;
 use crate::drive::{self, Command, Object, Reach, State};
-use crate::finding::Finding;
+use crate::finding::Code;
 use crate::frame::{Frame, FrameRef};
 use crate::node::{Node, PerNode};
-use crate::rules::drive::{Drv001, Drv003, Drv004};
+use crate::rules::drive::{Drv001, Drv004};
 use crate::services::heartbeat::OPERATIONAL;
 use crate::services::pdo::mapping::extract;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
-/// How long the frame that explains a state may be captured after it: more than an adapter delays its own frames, less
-/// than masters take from one controlword to the next.
-const SETTLED: i64 = 50_000_000;
-/// The same in frames.
-const SETTLED_FRAMES: u64 = 64;
 /// Time for a command that takes away, and for a mode.
 const PROMPT: i64 = 1_000_000_000;
 /// Steps upward that show a node of unknown type to be a drive.
@@ -46,14 +41,12 @@ struct Sample {
     at: FrameRef,
 }
 
-/// What was reported and not explained, until what may come late has come.
+/// A change of state that no controlword explains so far.
 #[derive(Clone, Copy, Debug)]
 struct Jump {
+    axis: u8,
     from: Sample,
     to: Sample,
-    due_ns: i64,
-    /// The node is known to be a drive.
-    judged: bool,
 }
 
 /// A mode of operation that was requested.
@@ -74,10 +67,9 @@ struct Axis {
     controlwords: Controlwords,
     sample: Option<Sample>,
     jump: Option<Jump>,
-    /// A jump of a node that was not yet known to be a drive: its frame and what was measured.
-    suspect: Option<(FrameRef, Drv001)>,
     order: Option<Order>,
-    faults: Faults,
+    /// The first fault reset without effect since it is in fault.
+    vain: Option<FrameRef>,
     request: Option<Request>,
     likeness: Likeness,
 }
@@ -97,25 +89,18 @@ struct Drive {
     axes: [Option<Box<Axis>>; drive::AXES as usize],
     /// Its last EMCY with an error.
     emcy: Option<FrameRef>,
-    /// The last fault of any axis that nothing explains.
+    /// The last fault of any axis that nothing explained.
     fault: Option<FrameRef>,
     /// It has booted up in the capture.
     fresh: bool,
 }
 
 /// The drives of a bus.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Drives {
     nodes: PerNode<Drive>,
     watch: Watch,
-    /// The earliest time at which something becomes due, in ns.
-    due_ns: i64,
-}
-
-impl Default for Drives {
-    fn default() -> Self {
-        Self { nodes: PerNode::default(), watch: Watch::default(), due_ns: i64::MAX }
-    }
+    emcy_due: EmcyDue,
 }
 
 /// Where a value was seen, and what the bus knows of the node it belongs to.
@@ -151,12 +136,12 @@ impl Drives {
         cx: &mut Context<'_>,
     ) {
         if !pdo.transmit && !read {
-            self.blind(pdo.node);
+            self.blind(pdo.node, cx);
         }
         if !self.watch.holds(frame.id, nodes) {
             return;
         }
-        let Self { nodes: drives, watch, due_ns } = self;
+        let Self { nodes: drives, watch, emcy_due } = self;
         for Watched { node, transmit, number, objects } in watch.of(frame.id) {
             // An identifier has one sender; whose it is, is known to the bus.
             if *transmit && !(pdo.transmit && (pdo.node, pdo.number) == (*node, *number)) {
@@ -164,7 +149,7 @@ impl Drives {
             }
             let (Some(known), drive) = (nodes.get(*node), drives.entry(*node)) else { continue };
             if objects.is_empty() {
-                drive.blind();
+                drive.blind(cx);
             }
             for part in objects {
                 let Some(raw) = extract(frame.payload(), usize::from(part.offset), usize::from(part.bits)) else {
@@ -173,11 +158,11 @@ impl Drives {
                 let place = Place { node: known, axis: part.axis, at: cx.at, state: state(*node), by_pdo: true };
                 match (part.object, transmit) {
                     (Object::Controlword, false) => {
-                        drive.sent(place, raw as u16);
+                        drive.sent(place, raw as u16, cx);
                         drive.taken(place, raw as u16);
                     }
                     (Object::ModesOfOperation, false) => drive.requested(place, raw as u8),
-                    (Object::Statusword, true) => drive.reported(place, raw as u16, due_ns, cx),
+                    (Object::Statusword, true) => drive.reported(place, raw as u16, emcy_due, cx),
                     (Object::ModesOfOperationDisplay, true) => drive.displayed(place, raw as u8, cx),
                     _ => {}
                 }
@@ -186,9 +171,9 @@ impl Drives {
     }
 
     /// A controlword may have come that nobody can read.
-    pub fn blind(&mut self, node: u8) {
+    pub fn blind(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some(drive) = self.nodes.get_mut(node) {
-            drive.blind();
+            drive.blind(cx);
         }
     }
 
@@ -211,19 +196,19 @@ impl Drives {
         let fits = crate::od::data_type(mux.index, mux.sub).and_then(crate::od::DataType::size);
         if !whole || fits != Some(transfer.data.kept.len()) || transfer.data.size != transfer.data.kept.len() as u64 {
             if object == Object::Controlword && transfer.direction == Direction::Download {
-                drive.blind();
+                drive.blind(cx);
             }
             return;
         }
         let raw = transfer.data.kept.iter().rev().fold(0, |raw, byte| raw << 8 | u16::from(*byte));
         match (object, transfer.direction) {
-            (Object::Controlword, Direction::Upload) => drive.sent(place, raw),
+            (Object::Controlword, Direction::Upload) => drive.sent(place, raw, cx),
             (Object::Controlword, Direction::Download) => {
-                drive.sent(place, raw);
+                drive.sent(place, raw, cx);
                 drive.taken(place, raw);
             }
             (Object::ModesOfOperation, Direction::Download) => drive.requested(place, raw as u8),
-            (Object::Statusword, Direction::Upload) => drive.reported(place, raw, &mut self.due_ns, cx),
+            (Object::Statusword, Direction::Upload) => drive.reported(place, raw, &mut self.emcy_due, cx),
             (Object::ModesOfOperationDisplay, Direction::Upload) => drive.displayed(place, raw as u8, cx),
             _ => {}
         }
@@ -235,37 +220,18 @@ impl Drives {
             && let Some(drive) = self.nodes.get_mut(node)
         {
             drive.emcy = Some(cx.at);
-            for (number, axis) in drive.axes.iter_mut().enumerate() {
-                if let Some(axis) = axis
-                    && let Some(fault) = axis.faults.unannounced.take()
-                {
-                    axis.faults.fault = Some(cx.at);
-                    raise_fault(node, number as u8, fault.fault, Some(cx.at), cx);
-                }
-            }
+            self.emcy_due.announced(node, cx);
         }
     }
 
-    /// It is `now_ns`: jumps that nothing has explained, faults that nothing has announced.
+    /// It is `now_ns`: faults that no EMCY has announced by now.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        if now_ns < self.due_ns {
-            return;
-        }
-        self.due_ns = i64::MAX;
-        for (node, drive) in self.nodes.iter_mut() {
-            for (number, axis) in drive.axes.iter_mut().enumerate() {
-                if let Some(axis) = axis {
-                    axis.settle((node, number as u8), now_ns, &mut drive.fault, cx);
-                    let open = [axis.jump.map(|jump| jump.due_ns), axis.faults.unannounced.map(|fault| fault.due_ns)];
-                    self.due_ns = open.into_iter().flatten().fold(self.due_ns, i64::min);
-                }
-            }
-        }
+        self.emcy_due.advance(now_ns, cx);
     }
 
     /// A node boots up: it has got no controlword yet.
-    pub fn booted(&mut self, node: u8, cx: &mut Context<'_>) {
-        self.forget(Some(node), cx);
+    pub fn booted(&mut self, node: u8) {
+        self.forget(Some(node));
         let drive = self.nodes.entry(node);
         drive.fresh = true;
         for axis in drive.axes.iter_mut().flatten() {
@@ -274,8 +240,8 @@ impl Drives {
     }
 
     /// A node (or all) was reset, or frames were lost: what was seen before explains nothing.
-    pub fn forget(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
-        self.release(node, cx);
+    pub fn forget(&mut self, node: Option<u8>) {
+        self.emcy_due.forget(node);
         for (id, drive) in self.nodes.iter_mut() {
             if node.is_none_or(|node| node == id) {
                 drive.fresh = false;
@@ -284,26 +250,6 @@ impl Drives {
                 }
             }
         }
-    }
-}
-
-impl Drives {
-    /// Faults of a node (or all) that no EMCY has announced, and none will.
-    fn release(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
-        for (id, drive) in self.nodes.iter_mut().filter(|(id, _)| node.is_none_or(|node| node == *id)) {
-            for (number, axis) in drive.axes.iter_mut().enumerate() {
-                if let Some(axis) = axis
-                    && let Some(fault) = axis.faults.unannounced.take()
-                {
-                    axis.unexplained((id, number as u8), fault.fault, &mut drive.fault, cx);
-                }
-            }
-        }
-    }
-
-    /// The capture is over.
-    pub fn finish(&mut self, cx: &mut Context<'_>) {
-        self.release(None, cx);
     }
 }
 
@@ -317,19 +263,21 @@ impl Drive {
         )
     }
 
-    fn blind(&mut self) {
+    fn blind(&mut self, cx: &mut Context<'_>) {
         self.fresh = false;
         for axis in self.axes.iter_mut().flatten() {
-            (axis.jump, axis.order) = (None, None);
+            axis.order = None;
             axis.controlwords.forget();
+            axis.reconsider(cx);
         }
     }
 
     /// A controlword was sent: the drive may have taken it.
-    fn sent(&mut self, place: Place<'_>, word: u16) {
+    fn sent(&mut self, place: Place<'_>, word: u16, cx: &mut Context<'_>) {
         if let Some(axis) = self.axis(place.axis) {
             axis.controlwords.by_pdo |= place.by_pdo;
-            axis.controlwords.send(word, place.at);
+            axis.controlwords.send(word, cx.at);
+            axis.reconsider(cx);
         }
     }
 
@@ -387,7 +335,7 @@ impl Drive {
     }
 
     /// A statusword is reported.
-    fn reported(&mut self, place: Place<'_>, word: u16, due_ns: &mut i64, cx: &mut Context<'_>) {
+    fn reported(&mut self, place: Place<'_>, word: u16, emcy_due: &mut EmcyDue, cx: &mut Context<'_>) {
         let (emcy, mut fault) = (self.emcy, self.fault);
         let Some(axis) = self.axis(place.axis) else { return };
         let Some(state) = State::of(word) else {
@@ -396,42 +344,28 @@ impl Drive {
             return;
         };
         let sample = Sample { word, state, at: place.at };
-        if let Some(jump) = axis.jump
-            && place.at.no.saturating_sub(jump.to.at.no) >= SETTLED_FRAMES
-            && place.at.t_ns.is_none()
-        {
-            axis.jump = None;
-            axis.raise_jump(place.node.id(), place.axis, jump, cx);
-        }
         axis.effect(place, sample, cx);
         let Some(before) = axis.sample.replace(sample).filter(|before| before.state != state) else { return };
         let judged = axis.is_drive(place);
         if !is_fault(state) {
-            (axis.faults.fault, axis.faults.vain) = (None, None);
+            axis.vain = None;
         } else if !is_fault(before.state) && judged {
-            match announced(place, before, sample, emcy) {
-                Announced::By(emcy) => {
-                    axis.faults.fault = Some(emcy);
-                    raise_fault(place.node.id(), place.axis, sample, Some(emcy), cx);
-                }
-                Announced::Later(due_ns) => axis.faults.unannounced = Some(Unannounced { fault: sample, due_ns }),
-                Announced::Never => axis.unexplained((place.node.id(), place.axis), sample, &mut fault, cx),
-            }
+            emcy_due.entered(place, (before, sample), emcy, &mut fault, cx);
         }
-        axis.follow(place, before, sample, judged);
-        if judged && let Some((at, what)) = axis.suspect.take() {
-            cx.raise(what, Some(place.node.id()), Some(statusword(place.axis)), Some(at));
-        }
-        let open = [axis.jump.map(|jump| jump.due_ns), axis.faults.unannounced.map(|fault| fault.due_ns)];
-        *due_ns = open.into_iter().flatten().fold(*due_ns, i64::min);
+        axis.follow(place, before, sample, judged, cx);
         self.fault = fault;
     }
 }
 
 impl Axis {
-    fn explains(&self, from: &Sample, to: &Sample) -> Option<bool> {
-        let words = self.controlwords.since(from)?;
-        Some(drive::explained(from.state, to.state, words.iter().map(|(word, _)| *word)))
+    /// A controlword has come, or may have, that explains the last change of state.
+    fn reconsider(&mut self, cx: &mut Context<'_>) {
+        if let Some(Jump { axis, to, .. }) =
+            self.jump.take_if(|jump| self.controlwords.explain(&jump.from, &jump.to) != Some(false))
+        {
+            let about = |at: FrameRef, object: Option<Mux>| at == to.at && object == Some(statusword(axis));
+            cx.evidence.pending.withdraw(|finding| finding.code == Code::Drv001 && about(finding.at, finding.object));
+        }
     }
 
     /// Whether the node is a drive.
@@ -443,8 +377,8 @@ impl Axis {
     }
 
     /// A state has followed another one.
-    fn follow(&mut self, place: Place<'_>, before: Sample, sample: Sample, judged: bool) {
-        match self.explains(&before, &sample) {
+    fn follow(&mut self, place: Place<'_>, before: Sample, sample: Sample, judged: bool, cx: &mut Context<'_>) {
+        match self.controlwords.explain(&before, &sample) {
             Some(true) if matches!(drive::reach(before.state, sample.state), Reach::Directly(2..=4)) => {
                 self.likeness.climbed = self.likeness.climbed.saturating_add(1);
             }
@@ -453,39 +387,15 @@ impl Axis {
                 // A controlword in an unknown PDO is not seen.
                 let all_seen = self.controlwords.by_pdo || place.state.is_some_and(|state| state != OPERATIONAL);
                 let restarted = sample.state == State::NotReadyToSwitchOn;
-                let possible = judged || place.device().is_none();
-                if possible && remote && all_seen && !restarted && self.jump.is_none() {
-                    let due_ns = sample.at.t_ns.map_or(i64::MAX, |now| now.saturating_add(SETTLED));
-                    self.jump = Some(Jump { from: before, to: sample, due_ns, judged });
+                if judged && remote && all_seen && !restarted {
+                    self.jump = Some(Jump { axis: place.axis, from: before, to: sample });
+                    let controlword = self.controlwords.before(sample.at);
+                    let what = Drv001::Unexplained { from: before.word, to: sample.word, controlword };
+                    let finding = cx.verdict(what, Some(place.node.id()), Some(statusword(place.axis)), None);
+                    cx.report_listed(finding);
                 }
             }
             _ => {}
-        }
-    }
-
-    /// What has waited long enough.
-    fn settle(&mut self, (node, axis): (u8, u8), now_ns: i64, first: &mut Option<FrameRef>, cx: &mut Context<'_>) {
-        if let Some(jump) = self.jump.take_if(|jump| now_ns >= jump.due_ns) {
-            self.raise_jump(node, axis, jump, cx);
-        }
-        if let Some(Unannounced { fault, .. }) = self.faults.unannounced.take_if(|fault| now_ns >= fault.due_ns) {
-            self.unexplained((node, axis), fault, first, cx);
-            let what = Drv003::Unannounced { statusword: fault.word };
-            let finding = cx.verdict(what, Some(node), Some(statusword(axis)), Some(fault.at));
-            cx.report(Finding { because_of: self.faults.fault, ..finding });
-        }
-    }
-
-    fn raise_jump(&mut self, node: u8, axis: u8, jump: Jump, cx: &mut Context<'_>) {
-        if self.explains(&jump.from, &jump.to) != Some(false) {
-            return;
-        }
-        let controlword = self.controlwords.before(jump.to.at);
-        let what = Drv001::Unexplained { from: jump.from.word, to: jump.to.word, controlword };
-        if jump.judged {
-            cx.raise(what, Some(node), Some(statusword(axis)), Some(jump.to.at));
-        } else {
-            self.suspect = Some((jump.to.at, what));
         }
     }
 }

@@ -7,7 +7,6 @@
 pub mod configured;
 pub mod counter;
 mod follower;
-pub mod jitter;
 pub mod length;
 pub mod period;
 pub mod settings;
@@ -25,12 +24,13 @@ use crate::cob_id::Role;
 use crate::context::Context;
 use crate::event::Placement;
 use crate::evidence::circumstance::Kind;
-use crate::finding::{Code, Finding, Verdict};
+use crate::evidence::{Rules, When};
+use crate::finding::{Code, Finding};
 use crate::frame::{CanId, Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
-use crate::rules::sync::{Syn001, Syn002, Syn003, Syn006, Syn011, Syn012, Syn013};
+use crate::rules::sync::{Syn001, Syn002, Syn003, Syn006, Syn013};
 use crate::services::heartbeat::OPERATIONAL;
 use crate::services::nmt::{PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP};
 use crate::services::sdo::wire::Mux;
@@ -63,12 +63,10 @@ pub struct Sync {
     changed: Option<(i64, FrameRef)>,
 }
 
-/// Whether other frames come between SYNCs.
+/// The last frame of any kind, and the longest silence of the bus since the last SYNC, in ns.
 #[derive(Debug, Default)]
 struct Activity {
-    /// The last frame of the bus, in ns.
-    last_ns: Option<i64>,
-    /// Its longest silence since the last SYNC, in ns.
+    heard_ns: Option<i64>,
     silence_ns: i64,
 }
 
@@ -85,8 +83,7 @@ struct Producer {
 impl Sync {
     /// SYNC on a bus of which nothing was seen.
     pub fn new(network: &Network, nodes: &PerNode<Node>) -> Self {
-        let settings = Settings::compile(network, nodes);
-        Self { settings, period: SyncPeriod::new(network.jitter_ns), ..Self::default() }
+        Self { settings: Settings::compile(network, nodes), ..Self::default() }
     }
 
     /// The least synchronous window in force on the bus, in ns; `None` where there is none or none is known.
@@ -107,7 +104,7 @@ impl Sync {
 
     /// A frame of any kind was heard.
     pub fn heard(&mut self, now_ns: i64) {
-        if let Some(before) = self.activity.last_ns.replace(now_ns) {
+        if let Some(before) = self.activity.heard_ns.replace(now_ns) {
             self.activity.silence_ns = self.activity.silence_ns.max(now_ns.saturating_sub(before));
         }
     }
@@ -138,15 +135,14 @@ impl Sync {
             }
             Message::Nmt { command, node } if node <= LAST_NODE => {
                 let stops = match command {
-                    STOP => Restart::Hardly,
                     START => Restart::None,
-                    PRE_OPERATIONAL if node == 0 => Restart::Configuring,
-                    PRE_OPERATIONAL => Restart::None,
-                    RESET_NODE | RESET_COMMUNICATION => Restart::Perhaps,
-                    _ => Restart::Likely,
+                    PRE_OPERATIONAL if node != 0 => Restart::None,
+                    PRE_OPERATIONAL => Restart::Perhaps,
+                    STOP | RESET_NODE | RESET_COMMUNICATION if node == 0 => Restart::Likely,
+                    STOP | RESET_NODE | RESET_COMMUNICATION => Restart::Perhaps,
+                    _ => return self.restart(None, Restart::Likely),
                 };
-                let unread = !matches!(command, STOP | START | PRE_OPERATIONAL | RESET_NODE | RESET_COMMUNICATION);
-                self.restart(Some(node).filter(|node| *node != 0 && !unread), stops);
+                self.restart(Some(node).filter(|node| *node != 0), stops);
             }
             // What cannot be read may have been any command to any node.
             Message::Nmt { .. } | Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => {
@@ -192,7 +188,6 @@ impl Sync {
             self.lengths.reconfigured();
         }
         self.id = None;
-        self.window.because_of = None;
     }
 
     /// Frames of the bus were lost.
@@ -216,15 +211,11 @@ impl Sync {
 
     /// A node, or all, got an NMT command or has booted.
     fn restart(&mut self, node: Option<u8>, stops: Restart) {
-        if matches!(stops, Restart::Perhaps | Restart::Likely) {
-            self.window.restart(node);
-        } else {
-            self.window.pause(node);
-        }
+        self.window.pause(node);
         let producer = node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
         self.producer.restarted |= producer;
         if producer && stops != Restart::None {
-            let certain = (node.is_none() && stops != Restart::Configuring) || self.settings.producer.is_some();
+            let certain = self.settings.producer.is_some();
             self.producer.stopped = self.producer.stopped.max(if certain { Restart::Likely } else { stops });
         }
     }
@@ -234,11 +225,9 @@ impl Sync {
             return;
         }
         let at = frame.reference();
-        let silent = self.period.delay_ns(at).is_some_and(|gap| self.activity.silence_ns > gap / 2);
-        let ended = std::mem::take(&mut self.producer.ended);
+        let silent = self.is_silent(at);
         self.activity.silence_ns = 0;
-        let restarted = std::mem::take(&mut self.producer.restarted);
-        let stopped = std::mem::take(&mut self.producer.stopped);
+        let Producer { restarted, stopped, ended } = std::mem::take(&mut self.producer);
         let stopped = if ended { Restart::Likely } else { stopped };
         let wrong = self.lengths.judge(frame.len, self.settings.any_overflow, restarted, cx);
         let period = self.period.period_ns();
@@ -257,16 +246,19 @@ impl Sync {
             self.window.first_sync(cx);
         }
         if self.period.is_single() && !self.counter.are_two() {
-            self.window.because_of = None;
+            cx.evidence.circumstances.over(Kind::TwoSyncProducers, None);
         }
         if self.window.stood_still() && at.t_ns.is_none() {
             self.period.disturbed();
         }
         self.configured.compare(&self.settings, &self.period, cx);
-        if at.t_ns.is_none() && self.settings.period_ns.is_some() && !self.window.set_reported() {
-            cx.raise(Syn011::NoStamps, None, None, None);
-        }
+        self.window.report_unjudged(&self.period, self.settings.period_ns.filter(|_| at.t_ns.is_none()), cx);
         self.configured.judge(&self.settings, self.period.cycle(), nodes, cx);
+    }
+
+    /// Whether the whole bus was silent for most of the time since the last SYNC.
+    fn is_silent(&self, at: FrameRef) -> bool {
+        self.period.delay_ns(at).is_some_and(|gap| self.activity.silence_ns > gap / 2)
     }
 
     /// Takes a counter value. `again`: the producer may have restarted with it.
@@ -289,20 +281,19 @@ impl Sync {
                 (cx.at, Syn002::OutOfRange { found: found.into(), limit: limit.into() })
             }
             Miscount::Two { found, expected, at } => {
-                if self.window.because_of.is_none() {
-                    let what = Syn006::Counters { found: found.into(), expected: expected.into() };
-                    self.two_producers(Finding { at, ..cx.verdict(what, None, None, None) }, cx);
-                }
-                return;
+                let what = Syn006::Counters { found: found.into(), expected: expected.into() };
+                return self.two_producers(Finding { at, ..cx.verdict(what, None, None, None) }, cx);
             }
         };
         self.report(Finding { at, ..cx.verdict(what, None, None, None) }, cx);
     }
 
     /// Two producers: they explain what waits and what comes.
-    fn two_producers(&mut self, finding: Finding, cx: &mut Context<'_>) {
-        self.window.because_of = Some(finding.at);
-        cx.evidence.circumstances.note(Kind::SyncBroken, None, cx.when);
+    fn two_producers(&self, finding: Finding, cx: &mut Context<'_>) {
+        if cx.evidence.circumstances.holds(Kind::TwoSyncProducers) {
+            return;
+        }
+        cx.evidence.circumstances.note(Kind::TwoSyncProducers, None, When { at: finding.at, ..cx.when });
         cx.evidence.pending.explain(finding.at, is_of_sync);
         cx.report(finding);
     }
@@ -310,8 +301,7 @@ impl Sync {
     /// Reports what a second producer may explain.
     fn report(&self, finding: Finding, cx: &mut Context<'_>) {
         let period_ns = self.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
-        let finding = Finding { because_of: self.window.because_of, ..finding };
-        cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
+        cx.report_later(cx.excused(Rules::Sync, cx.when, finding), period_ns.saturating_mul(EXPLAINED));
     }
 
     /// A node is Operational, and no SYNC has come for long though the bus is alive.
@@ -322,7 +312,7 @@ impl Sync {
         }
         let (Some(last), Some(period)) = (self.period.sync(self.cycle()), self.period.period_ns()) else { return };
         let limit = period.saturating_mul(SILENT_PERIODS).max(SILENT_NS);
-        if self.activity.silence_ns > silence / 2 || !cx.evidence.recording.certainly_later(cx.when, last, limit) {
+        if self.is_silent(cx.at) || !cx.evidence.recording.certainly_later(cx.when, last, limit) {
             return;
         }
         self.producer.ended = true;
@@ -332,44 +322,25 @@ impl Sync {
 
     /// Reports what gaps between SYNCs have turned out to be.
     fn report_irregular(&mut self, irregular: Irregular, cx: &mut Context<'_>) {
-        let period = self.period.period_ns().unwrap_or(0);
-        let tolerance = self.period.tolerance_ns(&cx.evidence.recording).unwrap_or(0);
-        let before = |cycle: u64| self.period.frame(cycle.saturating_sub(1));
-        let (cycle, cause, what): (_, _, Verdict) = match irregular {
-            Irregular::Late { gap_ns: gap, cycle, missing } => {
-                let at = self.period.frame(cycle);
-                if missing > 0 && at.is_some_and(|at| self.miscounted == Some(at.no)) {
-                    // The counter has shown it.
-                    return;
-                }
-                let what = match missing {
-                    ..=0 => Syn003::Late { gap, period, tolerance, missing: 1 },
-                    _ => Syn003::Missing { gap, period, tolerance, missing: missing.unsigned_abs() },
-                };
-                (cycle, before(cycle), what.into())
-            }
-            Irregular::CaughtUp { gap_ns: gap, cycle } => (cycle, None, Syn012::Late { gap, period }.into()),
-            Irregular::Extra { gap_ns: gap, cycle } => {
-                (cycle, before(cycle), Syn003::Early { gap, period, tolerance }.into())
-            }
-            Irregular::Two { short_ns: short, long_ns: long, cycle } => {
-                if self.window.because_of.is_none() {
-                    let what = Syn006::Interleaved { short, long, period };
-                    let finding = cx.verdict(what, None, None, before(cycle));
-                    let at = self.period.frame(cycle).unwrap_or(cx.at);
-                    self.two_producers(Finding { at, ..finding }, cx);
-                }
-                return;
-            }
-            Irregular::Changed { from_ns, to_ns, since } => return self.report_change(from_ns, to_ns, since, cx),
-            Irregular::Unsteady { off_ns, cycle } => (cycle, None, Syn003::Unsteady { jitter: off_ns, period }.into()),
+        let (cycle, what) = match irregular {
+            Irregular::Changed(from_ns, to_ns, since) => return self.report_change(from_ns, to_ns, since, cx),
+            Irregular::Sync(cycle, what) => (cycle, what),
         };
         let at = self.period.frame(cycle).unwrap_or(cx.at);
-        if let Some(sync) = self.period.sync(cycle).filter(|_| what.code == Code::Syn003) {
-            cx.evidence.circumstances.note(Kind::SyncBroken, None, sync);
-            cx.evidence.pending.explain(at, |finding| is_of_sync(finding) && is_of_pdo(finding));
+        let before = self.period.frame(cycle.saturating_sub(1)).filter(|_| what.code != Code::Syn012);
+        let finding = Finding { at, ..cx.verdict(what, None, None, before) };
+        match finding.code {
+            Code::Syn006 => return self.two_producers(finding, cx),
+            // The counter has shown it.
+            Code::Syn003 if self.miscounted == Some(at.no) => return,
+            Code::Syn003 => {
+                let sync = self.period.sync(cycle).unwrap_or(cx.when);
+                cx.evidence.circumstances.note(Kind::SyncBroken, None, sync);
+                cx.evidence.pending.explain(at, |finding| is_of_sync(finding) && is_of_pdo(finding));
+            }
+            _ => {}
         }
-        self.report(Finding { at, ..cx.verdict(what, None, None, cause) }, cx);
+        self.report(finding, cx);
     }
 
     /// The period is another one, and nothing was written that explains it. The way back follows from the change.
@@ -380,10 +351,10 @@ impl Sync {
         }
         cx.evidence.pending.explain(since, is_of_sync);
         let finding = cx.verdict(Syn003::Changed { period: to_ns, expected: from_ns }, None, None, None);
-        let because_of = back.map(|(_, at)| at).or(self.window.because_of);
         self.configured.compared = true;
         self.window.restart(None);
-        cx.report(Finding { at: since, because_of, ..finding });
+        let finding = Finding { at: since, because_of: back.map(|(_, at)| at), ..finding };
+        cx.report(cx.excused(Rules::Sync, cx.when, finding));
     }
 }
 

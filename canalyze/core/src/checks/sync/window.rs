@@ -6,7 +6,6 @@
 //! listed late or lost). Without stamps what came near a SYNC may belong to either cycle. RPDOs are placed and not
 //! judged: they are actuated with the next SYNC, whenever they come. It must not judge the SYNCs themselves.
 
-use super::jitter::Spread;
 use super::period::SyncPeriod;
 use crate::configuration::Provenance;
 use crate::context::Context;
@@ -46,8 +45,6 @@ pub struct SyncWindow {
     reported: bool,
     /// Cycles in a row, up to the running one, in which no synchronous TPDO of any node came.
     empty: u8,
-    /// What explains findings on PDOs: two producers were reported.
-    pub because_of: Option<FrameRef>,
 }
 
 /// A PDO that came.
@@ -75,7 +72,6 @@ struct Track {
     asked: bool,
     /// It came before any SYNC.
     before: u8,
-    delays: Spread,
 }
 
 /// What a PDO is configured to.
@@ -105,7 +101,6 @@ struct Judged<'a> {
     period: &'a SyncPeriod,
     window_ns: Option<i64>,
     node: u8,
-    because_of: Option<FrameRef>,
 }
 
 impl SyncWindow {
@@ -147,13 +142,12 @@ impl SyncWindow {
         }
         track.configured.needed = if from > Provenance::Eds { ESTABLISHED } else { ESTABLISHED_BY_EDS };
         track.configured.shown = matches!(from, Provenance::Observed(_));
-        track.take(&Judged { period, window_ns, node, because_of: self.because_of }, cx);
+        track.take(&Judged { period, window_ns, node }, cx);
         self.alive(node, period, cx);
     }
 
     /// A node has shown that it is Operational: what it should have sent is missing.
     pub fn alive(&mut self, node: u8, period: &SyncPeriod, cx: &mut Context<'_>) {
-        let because_of = self.because_of;
         let Some(tracks) = self.nodes.get_mut(node) else { return };
         for track in tracks {
             let n = u64::from(track.configured.kind);
@@ -173,7 +167,7 @@ impl SyncWindow {
                 let due = track.phase + n;
                 let what = Syn008::Since { cycle: due, since: period.cycle() - due };
                 let finding = cx.verdict(what, Some(node), Some(track.object()), period.frame(due));
-                cx.report_timed(Finding { because_of, ..finding });
+                cx.report_timed(cx.excused(Rules::SynchronousPdo, cx.when, finding));
             }
         }
     }
@@ -247,12 +241,12 @@ impl SyncWindow {
         self.nodes.get(node)?.iter().find(|track| track.number == number)
     }
 
-    /// Reports once that windows cannot be judged: without stamps, or because the tolerance is larger than they are.
-    fn report_unjudged(&mut self, period: &SyncPeriod, window_ns: Option<i64>, cx: &mut Context<'_>) {
-        let Some(window) = window_ns.filter(|_| !self.reported && period.cycle() > 0) else { return };
+    /// Reports once that times cannot be judged: without stamps, or because the tolerance is larger than `limit_ns`.
+    pub fn report_unjudged(&mut self, period: &SyncPeriod, limit_ns: Option<i64>, cx: &mut Context<'_>) {
+        let Some(window) = limit_ns.filter(|_| !self.reported && period.cycle() > 0) else { return };
         let what = match period.tolerance_ns(&cx.evidence.recording) {
             _ if cx.at.t_ns.is_none() => Syn011::NoStamps,
-            Some(tolerance) if tolerance >= window && period.measured() >= MEASURED => {
+            Some(tolerance) if tolerance >= window && period.cycle() > MEASURED => {
                 Syn011::Tolerance { tolerance, window }
             }
             _ => return,
@@ -260,42 +254,31 @@ impl SyncWindow {
         self.reported = true;
         cx.raise(what, None, None, None);
     }
-
-    /// It was reported elsewhere that times cannot be judged.
-    pub fn set_reported(&mut self) -> bool {
-        std::mem::replace(&mut self.reported, true)
-    }
 }
 
-/// How many cycles lie between two frames of a PDO.
+/// How many cycles lie between two frames of a PDO, at least and at most: by the SYNCs listed between, and by the time in
+/// periods.
 #[derive(Clone, Copy, Debug)]
 struct Passed {
-    /// By the SYNCs listed between.
     syncs: u64,
-    /// By the time, in periods, at least and at most; `None` without stamps.
-    periods: Option<(u64, u64)>,
+    least: u64,
+    most: u64,
 }
 
 impl Passed {
     fn between(last: Arrival, now: Arrival, period: &SyncPeriod, recording: &Recording) -> Self {
         let count = |gap: i64, period: i64| u64::try_from((gap + period / 2) / period.max(1)).unwrap_or(0);
-        let periods = recording.between(last.when, now.when).map(|gap| {
-            let scale = period.scale_ns(recording);
-            scale.map_or((0, u64::MAX), |(least, most)| (count(gap, most), count(gap, least)))
-        });
-        Self { syncs: now.cycle.saturating_sub(last.cycle), periods }
+        let syncs = now.cycle.saturating_sub(last.cycle);
+        let (least, most) = match (recording.between(last.when, now.when), period.scale_ns(recording)) {
+            (Some(gap), Some((least, most))) => (count(gap, most), count(gap, least)),
+            (Some(_), None) => (0, u64::MAX),
+            (None, _) => (syncs, syncs),
+        };
+        Self { syncs, least: least.min(syncs), most: most.max(syncs) }
     }
 
     fn is(self, n: u64) -> bool {
-        self.syncs == n || self.periods.is_some_and(|(least, most)| least <= n && n <= most)
-    }
-
-    fn more_than(self, n: u64) -> bool {
-        self.syncs > n && self.periods.is_none_or(|(least, _)| least > n)
-    }
-
-    fn less_than(self, n: u64) -> bool {
-        self.syncs < n && self.periods.is_none_or(|(_, most)| most < n)
+        (self.least..=self.most).contains(&n)
     }
 }
 
@@ -311,7 +294,6 @@ impl Track {
             touched: false,
             asked: false,
             before: 0,
-            delays: Spread::default(),
         }
     }
 
@@ -372,7 +354,6 @@ impl Track {
         let recording = &cx.evidence.recording;
         let Some(sync) = known.period.sync(now.cycle) else { return };
         let Some(delay) = recording.between(sync, now.when) else { return };
-        self.delays.record(delay);
         let period = known.period.period_ns().filter(|period| delay < *period);
         let (Some(window), Some(tolerance), Some(period)) =
             (known.window_ns, known.period.tolerance_ns(recording), period)
@@ -411,7 +392,7 @@ impl Track {
         let absent = self.open.absent.take();
         let doubled = std::mem::take(&mut self.open.doubled);
         let reported = std::mem::take(&mut self.open.reported);
-        if passed.less_than(1) {
+        if passed.most < 1 {
             return self.second(last, now, (absent, doubled), known, cx);
         }
         if self.configured.kind == 0 {
@@ -423,29 +404,26 @@ impl Track {
             self.phase = now.cycle;
             return;
         }
-        let multiple =
-            passed.syncs.is_multiple_of(n) || passed.periods.is_some_and(|(least, _)| least.is_multiple_of(n));
+        let multiple = passed.syncs.is_multiple_of(n) || passed.least.is_multiple_of(n);
         if !judged {
             (self.steady, self.phase) = (0, now.cycle);
             return;
         }
-        if passed.more_than(n) && multiple {
-            let count = passed.periods.map_or(passed.syncs, |(least, _)| least).min(passed.syncs) / n;
+        if passed.least > n && multiple {
+            let count = passed.least / n;
             let due = last.cycle + n;
             self.phase = now.cycle;
             self.open.absent = Some(due);
             let what = Syn008::Missing { cycle: due, count: count.max(2) - 1 };
             let finding = cx.verdict(what, Some(known.node), Some(self.object()), known.period.frame(due));
             self.report(finding, last.when, known, cx);
-        } else if passed.periods.is_none() {
+        } else if now.when.at.t_ns.is_none() {
             // One cycle to either side may be a late echo, or a recorder that stood still.
             self.phase = now.cycle;
-        } else if passed.more_than(n) || passed.less_than(n) {
+        } else {
             let what = Syn010::TransmissionType { found: passed.syncs, expected: n };
             let finding = cx.verdict(what, Some(known.node), Some(self.object()), Some(last.when.at));
             self.report(finding, last.when, known, cx);
-        } else {
-            self.phase = now.cycle;
         }
     }
 
@@ -469,10 +447,10 @@ impl Track {
             self.phase = now.cycle;
             let about = |finding: &Finding| finding.code == Code::Syn008 && finding.object == Some(object);
             cx.evidence.pending.withdraw(|finding| about(finding) && finding.node == Some(node));
-            let near = |period: i64| self.delays.p99_ns() > period / 2;
-            // Without stamps the SYNC between may as well have come early; and what always comes near the next SYNC
-            // comes after it now and then.
-            if now.when.at.t_ns.is_none() || known.period.period_ns().is_some_and(near) {
+            // Without stamps the SYNC between may as well have come early; and two that are most of a period apart came in
+            // two cycles, whose SYNCs are not listed in time.
+            let apart = cx.evidence.recording.between(last.when, now.when);
+            if apart.is_none_or(|apart| known.period.period_ns().is_some_and(|period| apart > period / 2)) {
                 return;
             }
             let what = Syn010::OtherCycle { expected: missing, found: now.cycle };
@@ -498,7 +476,6 @@ impl Track {
 
     /// Reports what was not as it should be since a frame; as a consequence, where SYNC was irregular since then.
     fn report(&self, finding: Finding, since: When, known: &Judged<'_>, cx: &mut Context<'_>) {
-        let finding = Finding { because_of: known.because_of, ..finding };
         let finding = cx.excused(Rules::SynchronousPdo, since, finding);
         let period_ns = known.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
         cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));

@@ -90,7 +90,7 @@ fn a_jump_is_raised_when_what_may_be_late_has_come() {
     let known = raised(&log(&(KNOWN.to_owned() + &jump)));
     assert_eq!(codes(&known), ["DRV001"]);
     // Not yet at the end of the capture.
-    let early = cycles(10.0, &[(0x0006, 0x0231, 150), (0x0006, 0x0237, 5)]);
+    let early = cycles(10.0, &[(0x0006, 0x0231, 150), (0x0006, 0x0237, 1)]);
     assert_eq!(raised(&log(&(KNOWN.to_owned() + &early))), []);
     // The controlword comes behind it.
     let late = cycles(10.0, &[(0x0006, 0x0231, 150), (0x0006, 0x0237, 1), (0x000F, 0x0237, 30)]);
