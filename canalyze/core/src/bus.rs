@@ -151,6 +151,8 @@ impl Bus {
             Role::Srdo { number, inverted } if frame.kind == Kind::Data => self.srdo(number, inverted, frame, cx),
             _ => self.message(role, frame, cx),
         }
+        // What this frame has explained goes out with it, whether or not a clock ticks before the next one.
+        cx.release();
     }
 
     fn sdo(&mut self, side: Side, node: u8, frame: &Frame, cx: &mut Context<'_>) {

@@ -392,7 +392,7 @@ impl Axis {
                     let controlword = self.controlwords.before(sample.at);
                     let what = Drv001::Unexplained { from: before.word, to: sample.word, controlword };
                     let finding = cx.verdict(what, Some(place.node.id()), Some(statusword(place.axis)), None);
-                    cx.report_listed(finding);
+                    cx.report_listed(finding, 0);
                 }
             }
             _ => {}
