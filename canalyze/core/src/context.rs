@@ -76,14 +76,9 @@ impl Context<'_> {
     /// Reports a finding that rests on the time of the frame at hand, or on a deadline that has passed by it: none
     /// where the recorder had stood still.
     pub fn report_timed(&mut self, finding: Finding) {
-        if self.is_timed() {
+        if self.evidence.recording.verdict(self.when.burst) != Some(recording::Verdict::Confirmed) {
             self.emit(finding);
         }
-    }
-
-    /// Whether the time of the frame at hand shows anything: not where the recorder had stood still.
-    pub fn is_timed(&self) -> bool {
-        self.evidence.recording.verdict(self.when.burst) != Some(recording::Verdict::Confirmed)
     }
 
     /// A finding about what was owed since a frame, linked to the circumstance that excuses it, if one does.
@@ -113,16 +108,9 @@ impl Context<'_> {
     }
 
     /// Reports a finding unless a command, listed late, permits it after all (see
-    /// [`Pending::withdraw`](crate::evidence::Pending::withdraw)), or something explains it within `wait_ns`.
-    pub fn report_listed(&mut self, finding: Finding, wait_ns: i64) {
-        if let Some(finding) = self.evidence.pending.keep(finding, Until::Listed(wait_ns), self.when) {
-            self.emit(finding);
-        }
-    }
-
-    /// Reports what waits to be confirmed where `verdict` says that it is a finding, and drops what it says is none.
-    pub fn decide(&mut self, verdict: impl FnMut(&Finding) -> Option<bool>) {
-        for finding in self.evidence.pending.decide(verdict) {
+    /// [`Pending::withdraw`](crate::evidence::Pending::withdraw)).
+    pub fn report_listed(&mut self, finding: Finding) {
+        if let Some(finding) = self.evidence.pending.keep(finding, Until::Listed, self.when) {
             self.emit(finding);
         }
     }
@@ -139,7 +127,7 @@ impl Context<'_> {
 
     /// The capture is over, or frames were lost: reports what waits and stands.
     pub fn release_all(&mut self) {
-        for finding in self.evidence.pending.finish(self.at, &self.evidence.recording) {
+        for finding in self.evidence.pending.finish(&self.evidence.recording) {
             self.emit(finding);
         }
     }

@@ -18,6 +18,7 @@ use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::node::{Node, PerNode};
 use crate::rules::guarding::{Grd001, Grd002, Grd003, Grd004, Grd005};
+use crate::rules::heartbeat::Hbt003;
 
 /// An answer comes within this time of its request, in ns.
 const ANSWER_NS: i64 = 500_000_000;
@@ -27,15 +28,29 @@ const UNANSWERED_NS: i64 = 1_000_000_000;
 const ROUND_NS: i64 = 10_000_000_000;
 /// A request this old before a reset was not answered, in ns.
 const SLOW_NS: i64 = 50_000_000;
+/// Frames in a row with the same toggle bit from which on they are no answers.
+const SAME: u8 = 3;
 /// Frames without request from which on a guarded node sends heartbeats as well.
 const UNASKED: u8 = 3;
+
+/// The only frame with toggle bit 1, until there is a second.
+#[derive(Clone, Copy, Debug)]
+struct Lone {
+    at: FrameRef,
+    byte: u8,
+    /// Frames without it in a row after that one and the next, and the first of them.
+    same: Option<(u8, FrameRef)>,
+}
 
 #[derive(Debug, Default)]
 struct Guarded {
     /// Requests in the capture.
     requests: u64,
+    lone: Option<Lone>,
     /// The last request.
     asked: Option<FrameRef>,
+    /// The same, until its answer.
+    request: Option<When>,
     /// An answer came just before it, which may have been its own.
     doubtful: bool,
     /// The toggle bit of the last answer, where the next one follows from it.
@@ -53,22 +68,28 @@ struct Guarded {
 }
 
 /// The guarded nodes of a bus.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Guarding {
     nodes: PerNode<Guarded>,
     /// The node life times in ns (100Ch times 100Dh); 0: none, or not known.
     life_ns: PerNode<i64>,
     /// The next request that the master owes a node.
     life: Obligations<u8>,
-    /// The answer that a node owes to the last request.
-    answers: Obligations<u8>,
+    /// When the first open request is too old, or earlier.
+    next: i64,
+}
+
+impl Default for Guarding {
+    fn default() -> Self {
+        Self { nodes: PerNode::default(), life_ns: PerNode::default(), life: Obligations::default(), next: i64::MAX }
+    }
 }
 
 impl Guarding {
     /// Whether a frame on a node's error-control identifier is a guarding answer.
     pub fn is_answer(&self, node: u8, toggle: bool, heartbeats: &Heartbeats, cx: &Context<'_>) -> bool {
         let Some(guarded) = self.nodes.get(node) else { return toggle };
-        let asked = self.is_asked(node, cx) && (guarded.toggles || !heartbeats.is_producer(node));
+        let asked = guarded.is_asked(cx) && (guarded.toggles || !heartbeats.is_producer(node));
         toggle || asked || guarded.toggles && guarded.requests == 0
     }
 
@@ -126,18 +147,10 @@ impl Guarding {
         }
     }
 
-    /// Whether a frame may be the answer to a request. In a burst of the recorder it is, however late it is.
-    fn is_asked(&self, node: u8, cx: &Context<'_>) -> bool {
-        let recording = &cx.evidence.recording;
-        let late = |asked: When| {
-            cx.at.t_ns.is_some() && recording.teaches(cx.when) && recording.certainly_later(cx.when, asked, ANSWER_NS)
-        };
-        self.answers.get(node).is_some_and(|owed| !late(owed.since))
-    }
-
     /// A request of the master.
     pub fn request(&mut self, node: u8, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
-        if self.answers.get(node).is_some() && cx.sighting == Sighting::Suspect {
+        let pending = self.nodes.get(node).is_some_and(|guarded| guarded.request.is_some());
+        if pending && cx.sighting == Sighting::Suspect {
             return;
         }
         self.await_request(node, heartbeats, cx);
@@ -152,7 +165,7 @@ impl Guarding {
             if !counted {
                 guarded.answer_at(node, toggle, frame, cx);
             }
-            self.answers.met(node);
+            guarded.request = None;
             return;
         }
         if guarded.requests == 1 && guarded.toggle == Some(false) {
@@ -162,28 +175,55 @@ impl Guarding {
         guarded.expire(node, cx);
         let just_answered = guarded.answer.is_some_and(|answer| !cx.evidence.recording.is_settled(answer, cx.at));
         let doubtful = std::mem::replace(&mut guarded.doubtful, just_answered);
-        let before = self.answers.met(node).filter(|_| !doubtful);
-        self.answers.open(node, Owed { since: cx.when, limit_ns: UNANSWERED_NS, why: Some(cx.at) });
-        let Some(before) = before.map(|owed| owed.since.at) else { return };
-        guarded.missed(node, before, heartbeats, nmt, cx);
+        if let Some(before) = guarded.request.replace(cx.when).map(|when| when.at).filter(|_| !doubtful) {
+            if heartbeats.is_producer(node) && !guarded.toggles {
+                if !guarded.both {
+                    guarded.both = true;
+                    cx.raise(Grd003::Requests, Some(node), None, Some(before));
+                }
+            } else {
+                guarded.unanswered(node, before, nmt, cx);
+            }
+        }
+        if let Some(now) = cx.at.t_ns {
+            self.next = self.next.min(now.saturating_add(UNANSWERED_NS));
+        }
     }
 
     /// A node's answer, or a heartbeat of a node that may be guarded.
-    pub fn frame(&mut self, node: u8, toggle: bool, answer: bool, cx: &mut Context<'_>) {
+    pub fn frame(&mut self, node: u8, (state, toggle): (u8, bool), answer: bool, cx: &mut Context<'_>) {
+        let guarded = self.nodes.entry(node);
         if is_duplicate(cx) {
             return;
         }
-        let answer = answer && self.is_asked(node, cx);
-        let guarded = self.nodes.entry(node);
+        if toggle {
+            let lone = Lone { at: cx.at, byte: state | 0x80, same: None };
+            let before = std::mem::replace(&mut guarded.lone, Some(lone).filter(|_| !guarded.toggles));
+            if let Some((_, first)) = before.and_then(|lone| lone.same) {
+                report_toggle(node, false, first, cx);
+                guarded.toggle = None;
+            }
+        } else if let Some(lone) =
+            guarded.lone.as_mut().filter(|_| guarded.requests == 0 && guarded.toggle == Some(false))
+        {
+            // Without requests: after one frame with toggle bit 1 two or more come without: no answers.
+            let (count, first) = lone.same.map_or((1, cx.at), |(count, first)| (count + 1, first));
+            lone.same = Some((count, first));
+            if count >= SAME {
+                guarded.was_heartbeat(node, cx);
+            }
+            return;
+        }
         guarded.toggles |= toggle;
-        guarded.expire(node, cx);
-        if answer {
-            self.answers.met(node);
+        if guarded.is_asked(cx) && answer {
+            guarded.request = None;
             if std::mem::take(&mut guarded.silent) {
                 cx.evidence.circumstances.over(Kind::NodeLost, node);
             }
+            guarded.expire(node, cx);
             return guarded.answer_at(node, toggle, cx.at, cx);
         }
+        guarded.expire(node, cx);
         let counts = toggle || guarded.toggles && guarded.requests == 0;
         guarded.ahead = Some((cx.at, toggle, counts));
         if counts {
@@ -193,35 +233,37 @@ impl Guarding {
 
     /// An answer that cannot be read.
     pub fn excuse(&mut self, node: u8) {
-        self.answers.met(node);
         if let Some(guarded) = self.nodes.get_mut(node) {
-            guarded.toggle = None;
+            (guarded.request, guarded.toggle) = (None, None);
         }
     }
 
     /// The node is reset, or has booted: its toggle bit starts at 0 again.
     pub fn restart(&mut self, node: u8, nmt: &Nmt, cx: &mut Context<'_>) {
         self.life.void(|id| node == 0 || node == *id);
-        for (id, guarded) in self.nodes.iter_mut().filter(|(id, _)| node == 0 || node == *id) {
-            let request = self.answers.met(id).map(|owed| owed.since).filter(|request| {
-                cx.evidence.recording.certainly_later(cx.when, *request, SLOW_NS) && !guarded.doubtful
-            });
-            if let Some(request) = request {
-                guarded.unanswered(id, request.at, nmt, cx);
+        for (id, guarded) in self.nodes.iter_mut() {
+            if node == 0 || node == id {
+                let request = guarded.request.filter(|request| {
+                    cx.evidence.recording.certainly_later(cx.when, *request, SLOW_NS) && !guarded.doubtful
+                });
+                if let Some(request) = request {
+                    guarded.unanswered(id, request.at, nmt, cx);
+                }
+                // A single frame with toggle bit 1 stays undecided: the frames from here on decide.
+                (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
+                (guarded.silent, guarded.unasked) = (false, 0);
             }
-            (guarded.toggle, guarded.ahead) = (None, None);
-            (guarded.silent, guarded.unasked) = (false, 0);
         }
     }
 
     /// Frames were lost, requests and answers among them.
     pub fn forget(&mut self) {
         self.life.void(|_| true);
-        self.answers.void(|_| true);
         for (_, guarded) in self.nodes.iter_mut() {
-            (guarded.toggle, guarded.ahead) = (None, None);
+            (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
             // By now it may send heartbeats instead.
             (guarded.toggles, guarded.requests, guarded.unasked) = (false, 0, 0);
+            guarded.lone = None;
         }
     }
 
@@ -229,12 +271,22 @@ impl Guarding {
     #[inline]
     pub fn advance(&mut self, now_ns: i64, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
         self.overdue(now_ns, cx);
-        let now = cx.clock(now_ns);
-        for (node, Owed { since, limit_ns, .. }) in self.answers.due(now, &cx.evidence.recording) {
-            let Some(guarded) = self.nodes.get_mut(node).filter(|guarded| !guarded.doubtful) else { continue };
-            let fell = since.at.t_ns.map_or(0, |since| since.saturating_add(limit_ns));
-            if !is_of_all(node, fell, limit_ns, cx.evidence.recording.silence(now_ns)) {
-                guarded.missed(node, since.at, heartbeats, nmt, cx);
+        if now_ns < self.next {
+            return;
+        }
+        let (now, silence) = (cx.clock(now_ns), cx.evidence.recording.silence(now_ns));
+        self.next = i64::MAX;
+        for (node, guarded) in self.nodes.iter_mut() {
+            let Some(request) = guarded.request else { continue };
+            let due = request.at.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
+            if due > now_ns || !cx.evidence.recording.certainly_later(now, request, UNANSWERED_NS) {
+                // In a burst of the recorder the answer may still come.
+                self.next = self.next.min(due);
+            } else if guarded.doubtful || is_of_all(node, due, UNANSWERED_NS, silence) {
+                guarded.request = None;
+            } else if guarded.toggles || !heartbeats.is_producer(node) {
+                guarded.request = None;
+                guarded.unanswered(node, request.at, nmt, cx);
             }
         }
     }
@@ -250,6 +302,24 @@ impl Guarding {
 }
 
 impl Guarded {
+    /// Whether a frame may be the answer to a request. In a burst of the recorder it is, however late it is.
+    fn is_asked(&self, cx: &Context<'_>) -> bool {
+        let recording = &cx.evidence.recording;
+        let late = |asked: When| {
+            cx.at.t_ns.is_some() && recording.teaches(cx.when) && recording.certainly_later(cx.when, asked, ANSWER_NS)
+        };
+        self.request.is_some_and(|asked| !late(asked))
+    }
+
+    /// The frame with bit 7 was a heartbeat after all.
+    fn was_heartbeat(&mut self, node: u8, cx: &mut Context<'_>) {
+        if let Some(Lone { at, byte: found, .. }) = self.lone.take() {
+            let finding = cx.verdict(Hbt003::ToggleBit { found }, Some(node), None, None);
+            cx.report(Finding { at, ..finding });
+        }
+        (self.toggles, self.toggle, self.ahead, self.answer) = (false, None, None, None);
+    }
+
     fn answer_at(&mut self, node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
         self.answer = Some(at);
         if self.toggle == Some(toggle) {
@@ -258,15 +328,6 @@ impl Guarded {
             return report_toggle(node, toggle, at, cx);
         }
         self.toggle = Some(toggle);
-    }
-
-    /// A request had no answer. A node that sends heartbeats owes none.
-    fn missed(&mut self, node: u8, request: FrameRef, heartbeats: &Heartbeats, nmt: &Nmt, cx: &mut Context<'_>) {
-        if self.toggles || !heartbeats.is_producer(node) {
-            self.unanswered(node, request, nmt, cx);
-        } else if self.requests > 1 && !std::mem::replace(&mut self.both, true) {
-            cx.raise(Grd003::Requests, Some(node), None, Some(request));
-        }
     }
 
     fn unanswered(&mut self, node: u8, request: FrameRef, nmt: &Nmt, cx: &mut Context<'_>) {

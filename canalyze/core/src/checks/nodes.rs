@@ -11,7 +11,7 @@ use super::nmt::{Nmt, OBEYED_NS, SWITCHED_ON_NS, commanded_state};
 use super::time::Times;
 use crate::cob_id::Role;
 use crate::context::Context;
-use crate::finding::{Code, Finding, Verdict};
+use crate::finding::{Finding, Verdict};
 use crate::frame::{Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
@@ -26,6 +26,8 @@ use crate::services::sdo::wire::Side;
 
 /// A silence of the bus this long was not recorded, in ns.
 pub(super) const PAUSE_NS: i64 = 10_000_000_000;
+/// Frames of a wrong length that are kept at most.
+const MISSHAPEN: usize = 16;
 
 /// How a node shows that it is there (CiA 301, 7.2.8.2.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +59,11 @@ pub struct Nodes {
     permissions: NmtPermissions,
     /// How long the bus was silent before the frame at hand, in ns.
     silence_ns: i64,
+    /// Until when no node sends anything, since the bit rate is switched (CiA 305); a heartbeat during that time begins
+    /// no series of heartbeats.
+    quiet_until_ns: i64,
+    /// Frames of a wrong length of nodes that have not shown yet that they are nodes.
+    misshapen: Vec<Finding>,
 }
 
 impl Nodes {
@@ -70,6 +77,8 @@ impl Nodes {
             times: Times::default(),
             permissions: NmtPermissions::default(),
             silence_ns: 0,
+            quiet_until_ns: i64::MIN,
+            misshapen: Vec::new(),
         }
     }
 
@@ -123,7 +132,9 @@ impl Nodes {
     /// With each frame, before it is followed: what nothing has explained by now.
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {
-        self.confirm_lengths(cx);
+        if !self.misshapen.is_empty() {
+            self.release_misshapen(cx);
+        }
         self.nmt.settle(cx);
     }
 
@@ -183,8 +194,10 @@ impl Nodes {
             Message::Time { ms, days, reserved } => self.times.judge(ms, days, reserved, cx),
             Message::Lss { from_master: true, command } => {
                 self.nmt.lss(command, cx.at);
-                if matches!(command, Lss::ActivateBitTiming { .. }) {
+                if let Lss::ActivateBitTiming { delay } = command {
                     self.heartbeats.pause(0, cx);
+                    let silence = 2_000_000 * i64::from(delay);
+                    self.quiet_until_ns = frame.t_ns.map_or(i64::MIN, |now| now.saturating_add(silence));
                 }
             }
             _ => {}
@@ -203,7 +216,10 @@ impl Nodes {
         };
         let finding = cx.verdict(what, node, None, None);
         if !self.is_present(node) {
-            return cx.evidence.pending.keep_unconfirmed(finding);
+            if self.misshapen.len() < MISSHAPEN {
+                self.misshapen.push(finding);
+            }
+            return;
         }
         cx.report(finding);
         if let Role::ErrorControl(node) = role {
@@ -240,11 +256,11 @@ impl Nodes {
     }
 
     /// Reports frames of a wrong length whose nodes have shown by now that they are nodes.
-    fn confirm_lengths(&self, cx: &mut Context<'_>) {
-        let of_length = |one: &Finding| matches!(one.code, Code::Emc006 | Code::Hbt006 | Code::Tim001);
-        if cx.evidence.pending.unconfirmed().iter().any(of_length) {
-            cx.decide(|one| (of_length(one) && self.is_present(one.node)).then_some(true));
-        }
+    fn release_misshapen(&mut self, cx: &mut Context<'_>) {
+        let (shown, waiting) =
+            std::mem::take(&mut self.misshapen).into_iter().partition(|finding| self.is_present(finding.node));
+        self.misshapen = waiting;
+        shown.into_iter().for_each(|finding: Finding| cx.report(finding));
     }
 
     fn error_control(&mut self, node: u8, state: u8, toggle: bool, guarding: bool, cx: &mut Context<'_>) {
@@ -262,7 +278,7 @@ impl Nodes {
             }
             self.heartbeats.pause(node, cx);
         }
-        self.guarding.frame(node, toggle, guarding, cx);
+        self.guarding.frame(node, (state, toggle), guarding, cx);
         let period = self.heartbeats.period(node);
         let gap = cx.at.since(self.nmt.last_report(node));
         let changes = gap.zip(period).is_some_and(|(gap, period)| gap < period - period / 8);
@@ -275,7 +291,7 @@ impl Nodes {
             // It may have been under way when the node was reset.
             let obeying =
                 self.nmt.resetting(node).and_then(|reset| cx.at.since(reset)).is_some_and(|age| age < OBEYED_NS);
-            if obeying {
+            if obeying || cx.at.t_ns.is_some_and(|now| now < self.quiet_until_ns) {
                 self.heartbeats.pause(node, cx);
             }
         }
@@ -327,14 +343,14 @@ impl Nodes {
     /// Frames of the bus were lost.
     pub fn lost(&mut self, cx: &mut Context<'_>) {
         self.nmt.forget();
-        self.permissions.forget(cx);
+        self.permissions.forget();
         self.heartbeats.forget(cx);
         self.guarding.forget();
     }
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
-        self.confirm_lengths(cx);
+        self.release_misshapen(cx);
         self.heartbeats.finish(cx);
         self.nmt.finish(cx);
         self.guarding.finish(&self.nmt, cx);

@@ -2,11 +2,9 @@
 //!
 //! A finding waits for a time in which a cause may show itself, for a node's next sign of life, or for a command that is
 //! listed late. It then goes out as it is, linked to its cause, or, where that command permits what happened, not at
-//! all. The queue is bounded in time and count; what is too much for it goes out at once. Aside wait findings that are
-//! none without further evidence: that the node exists, that the traffic is of that service, that the node was in that
-//! state. It must not judge.
+//! all. The queue is bounded in time and count; what is too much for it goes out at once. It must not judge.
 
-use crate::finding::Finding;
+use crate::finding::{Code, Finding};
 use crate::frame::FrameRef;
 
 use super::recording::{Recording, Verdict};
@@ -14,8 +12,6 @@ use super::when::When;
 
 /// Findings that wait at most (invariant 6).
 const KEPT: usize = 256;
-/// The same of those that are not confirmed; further ones are none.
-const UNCONFIRMED: usize = 64;
 
 /// What a finding waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,9 +20,8 @@ pub enum Until {
     Explained(i64),
     /// The node's next sign of life: without it, the loss of the node explains it.
     Alive,
-    /// An own frame that was on the bus before it and is listed late, and, for so many ns, something that explains it.
-    /// Where the recorder had stood still, it is none.
-    Listed(i64),
+    /// An own frame that was on the bus before it and is listed late. Where the recorder had stood still, it is none.
+    Listed,
 }
 
 /// A finding that waits.
@@ -41,8 +36,6 @@ struct Waiting {
 #[derive(Debug, Default)]
 pub struct Pending {
     waiting: Vec<Waiting>,
-    /// Findings that are none unless they are confirmed.
-    unconfirmed: Vec<Finding>,
     /// Nodes, one bit each, that owe a sign of life.
     watched: u128,
 }
@@ -58,32 +51,6 @@ impl Pending {
         }
         self.waiting.push(Waiting { finding, until, since });
         None
-    }
-
-    /// Keeps a finding that is none unless it is confirmed.
-    pub fn keep_unconfirmed(&mut self, finding: Finding) {
-        if self.unconfirmed.len() < UNCONFIRMED {
-            self.unconfirmed.push(finding);
-        }
-    }
-
-    /// Takes what waits to be confirmed out of the queue, where `verdict` says whether it is a finding. Gives those that
-    /// are.
-    pub fn decide(&mut self, mut verdict: impl FnMut(&Finding) -> Option<bool>) -> Vec<Finding> {
-        let mut confirmed = Vec::new();
-        for finding in std::mem::take(&mut self.unconfirmed) {
-            match verdict(&finding) {
-                Some(true) => confirmed.push(finding),
-                Some(false) => {}
-                None => self.unconfirmed.push(finding),
-            }
-        }
-        confirmed
-    }
-
-    /// What waits to be confirmed.
-    pub fn unconfirmed(&self) -> &[Finding] {
-        &self.unconfirmed
     }
 
     /// Whether nothing waits.
@@ -133,9 +100,9 @@ impl Pending {
         node.is_some_and(|node| self.watched & 1 << (node & 0x7F) != 0)
     }
 
-    /// Whether a finding that fits waits.
-    pub fn holds(&self, fits: impl Fn(&Finding) -> bool) -> bool {
-        self.waiting.iter().any(|waiting| fits(&waiting.finding))
+    /// Whether a finding of a rule waits for a node.
+    pub fn holds(&self, code: Code, node: Option<u8>) -> bool {
+        self.waiting.iter().any(|waiting| waiting.finding.code == code && waiting.finding.node == node)
     }
 
     /// What has waited long enough at `now`, oldest first.
@@ -155,12 +122,9 @@ impl Pending {
 
     /// The capture is over, or frames were lost: everything that waits, but for what a command may permit that the
     /// capture would have listed late.
-    pub fn finish(&mut self, now: FrameRef, recording: &Recording) -> Vec<Finding> {
+    pub fn finish(&mut self, recording: &Recording) -> Vec<Finding> {
         let waiting = std::mem::take(&mut self.waiting).into_iter();
-        let stands = |one: &Waiting| {
-            let listed = !matches!(one.until, Until::Listed(_)) || recording.lists_in_order();
-            listed || recording.is_settled(one.since.at, now)
-        };
+        let stands = |one: &Waiting| one.until != Until::Listed || recording.lists_in_order();
         waiting.filter(stands).map(|one| one.finding).collect()
     }
 }
@@ -168,17 +132,18 @@ impl Pending {
 impl Waiting {
     /// Whether it goes out (true), is none (false), or still waits.
     fn outcome(&self, now: When, recording: &Recording) -> Option<bool> {
-        let (ns, listed) = match self.until {
-            Until::Alive => return None,
-            Until::Listed(_) if recording.verdict(self.since.burst) == Some(Verdict::Confirmed) => return Some(false),
-            Until::Listed(ns) => (ns, recording.is_settled(self.since.at, now.at)),
-            Until::Explained(ns) => (ns, true),
-        };
-        let over = match recording.between(self.since, now) {
-            Some(age) => !(0..=ns).contains(&age),
-            None if now.epoch != self.since.epoch => true,
-            None => ns == 0 || now.at.no > self.since.at.no + FRAMES,
-        };
-        (listed && (over || self.finding.because_of.is_some())).then_some(true)
+        match self.until {
+            Until::Alive => None,
+            Until::Listed if recording.verdict(self.since.burst) == Some(Verdict::Confirmed) => Some(false),
+            Until::Listed => recording.is_settled(self.since.at, now.at).then_some(true),
+            Until::Explained(ns) => {
+                let over = match recording.between(self.since, now) {
+                    Some(age) => !(0..=ns).contains(&age),
+                    None if now.epoch != self.since.epoch => true,
+                    None => now.at.no > self.since.at.no + FRAMES,
+                };
+                (over || self.finding.because_of.is_some()).then_some(true)
+            }
+        }
     }
 }

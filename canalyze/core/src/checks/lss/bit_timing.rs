@@ -1,6 +1,6 @@
 //! A bit timing that LSS has configured (CiA 305): activated in time, and the silence that follows.
 
-use super::confirmation::Confirmation;
+use super::withheld::Withheld;
 use crate::context::Context;
 use crate::event::{Event, Note, What};
 use crate::finding::Code;
@@ -87,7 +87,7 @@ impl BitTiming {
     }
 
     /// A frame during the silence. Error frames are what a change of the bit rate looks like.
-    pub fn heard(&mut self, now_ns: i64, findings: &Confirmation, cx: &mut Context<'_>) {
+    pub fn heard(&mut self, now_ns: i64, findings: &mut Withheld, cx: &mut Context<'_>) {
         let Some(silence) = self.silence.take_if(|silence| silence.from_ns <= now_ns) else { return };
         if now_ns >= silence.to_ns {
             return;
@@ -104,7 +104,7 @@ impl BitTiming {
     }
 
     /// It is `now_ns`: whether it should be activated, or at least stored, by now.
-    pub fn advance(&mut self, now_ns: i64, findings: &Confirmation, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: i64, findings: &mut Withheld, cx: &mut Context<'_>) {
         let overdue = |accepted: &mut Accepted| accepted.until_ns.is_some_and(|until| until <= now_ns);
         if let Some(Accepted { at, stored: false, .. }) = self.accepted.take_if(overdue) {
             findings.raise_timed(Code::Lss006, None, Some(at), cx);

@@ -3,8 +3,6 @@
 //! Of each kind only the last request is kept: LSS frames carry no number. It must not
 //! judge what a request without answer, or an answer without request, means.
 
-use std::collections::BTreeMap;
-
 use crate::frame::FrameRef;
 use crate::services::lss::{Bound, Command, Part, Setting};
 
@@ -16,7 +14,7 @@ const ANSWER_NS: i64 = 1_000_000_000;
 const STORE_NS: i64 = 5_000_000_000;
 
 /// The kinds of request that are answered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exchange {
     /// 43, answered by 44.
     Selective,
@@ -30,11 +28,20 @@ pub enum Exchange {
     BitTiming,
     /// 17, likewise.
     Store,
-    /// 5A to 5D.
-    Inquire(Part),
+    /// 5A.
+    InquireVendor,
+    /// 5B.
+    InquireProduct,
+    /// 5C.
+    InquireRevision,
+    /// 5D.
+    InquireSerial,
     /// 5E.
     InquireNodeId,
 }
+
+/// How many kinds there are.
+const KINDS: usize = 11;
 
 impl Exchange {
     /// The kind of a master's command.
@@ -46,7 +53,7 @@ impl Exchange {
             Command::ConfigureNodeId { .. } => Some(Self::NodeId),
             Command::ConfigureBitTiming { .. } => Some(Self::BitTiming),
             Command::Store => Some(Self::Store),
-            Command::Inquire { part } => Some(Self::Inquire(part)),
+            Command::Inquire { part } => Some(Self::inquires(part)),
             Command::InquireNodeId => Some(Self::InquireNodeId),
             _ => None,
         }
@@ -61,9 +68,18 @@ impl Exchange {
             Command::Confirmation { of: Setting::NodeId, .. } => Some(Self::NodeId),
             Command::Confirmation { of: Setting::BitTiming, .. } => Some(Self::BitTiming),
             Command::Confirmation { of: Setting::Store, .. } => Some(Self::Store),
-            Command::InquireResponse { part, .. } => Some(Self::Inquire(part)),
+            Command::InquireResponse { part, .. } => Some(Self::inquires(part)),
             Command::InquireNodeIdResponse { .. } => Some(Self::InquireNodeId),
             _ => None,
+        }
+    }
+
+    fn inquires(part: Part) -> Self {
+        match part {
+            Part::Vendor => Self::InquireVendor,
+            Part::Product => Self::InquireProduct,
+            Part::Revision => Self::InquireRevision,
+            Part::Serial => Self::InquireSerial,
         }
     }
 
@@ -76,7 +92,10 @@ impl Exchange {
             Self::NodeId => 0x11,
             Self::BitTiming => 0x13,
             Self::Store => 0x17,
-            Self::Inquire(part) => 0x5A + part.number(),
+            Self::InquireVendor => 0x5A,
+            Self::InquireProduct => 0x5B,
+            Self::InquireRevision => 0x5C,
+            Self::InquireSerial => 0x5D,
             Self::InquireNodeId => 0x5E,
         }
     }
@@ -99,11 +118,6 @@ impl Exchange {
     /// that were switched to configuration together.
     pub fn is_shared(self) -> bool {
         matches!(self, Self::Identify | Self::NonConfigured | Self::BitTiming | Self::Store)
-    }
-
-    /// Whether one slave owes an answer: not where all are asked who they are.
-    fn is_owed(self) -> bool {
-        !matches!(self, Self::Identify | Self::NonConfigured)
     }
 
     /// How long the answer may take, in ns.
@@ -160,7 +174,7 @@ pub struct Early {
 /// The requests of a master.
 #[derive(Debug, Default)]
 pub struct Exchanges {
-    asked: BTreeMap<Exchange, Asked>,
+    asked: [Option<Asked>; KINDS],
     early: Vec<Early>,
     /// How late the recording lists the master's frames at most, in ns.
     pub lag_ns: i64,
@@ -199,24 +213,24 @@ impl Exchanges {
 
     /// A request.
     pub fn open(&mut self, exchange: Exchange, request: Asked) {
-        let before = self.asked.get(&exchange);
-        // It repeats one that was answered.
-        let again = before.is_some_and(|before| {
-            let early = before.surplus.is_some_and(|answer| close(answer, request.at, self.lag_ns));
-            early || before.at.no + 2 >= request.at.no && before.answered
-        });
-        let owed = before.map_or(1, |before| before.owed.saturating_add(1));
-        self.asked.insert(exchange, Asked { owed, answered: again, ..request });
+        if let Some(slot) = self.asked.get_mut(exchange as usize) {
+            let before = slot.map_or(0, |before| before.owed);
+            let again = slot.is_some_and(|before| {
+                let early = before.surplus.is_some_and(|answer| close(answer, request.at, self.lag_ns));
+                early || before.at.no + 2 >= request.at.no && before.answered
+            });
+            *slot = Some(Asked { owed: before.saturating_add(1), answered: again, ..request });
+        }
     }
 
     /// Whether an answer of this kind has a request.
     pub fn explains(&self, exchange: Exchange) -> bool {
-        self.asked.get(&exchange).is_some_and(|asked| asked.owed > 0 || exchange.is_shared())
+        self.get(exchange).is_some_and(|asked| asked.owed > 0 || exchange.is_shared())
     }
 
     /// Whether a request of this kind was seen so shortly before `at` that answers to it may still come.
     pub fn is_recent(&self, exchange: Exchange, at: FrameRef) -> bool {
-        self.asked.get(&exchange).is_some_and(|asked| match (asked.at.t_ns, at.t_ns) {
+        self.get(exchange).is_some_and(|asked| match (asked.at.t_ns, at.t_ns) {
             (Some(asked), Some(at)) => at.saturating_sub(asked) <= exchange.limit_ns(),
             _ => true,
         })
@@ -224,7 +238,7 @@ impl Exchanges {
 
     /// The request that the answer at `at` belongs to; it owes one less.
     pub fn answered(&mut self, exchange: Exchange, at: FrameRef) -> Option<Asked> {
-        let asked = self.asked.get_mut(&exchange)?;
+        let asked = self.asked.get_mut(exchange as usize)?.as_mut()?;
         asked.surplus = (asked.owed == 0).then_some(at);
         asked.owed = asked.owed.saturating_sub(1);
         asked.answered = true;
@@ -236,12 +250,12 @@ impl Exchanges {
 
     /// Takes the early answer that an open request may have: the master goes on, or the request is answered.
     pub fn take_early(&mut self, exchange: Exchange) -> Option<Early> {
-        self.asked.get_mut(&exchange)?.early.take()
+        self.asked.get_mut(exchange as usize)?.as_mut()?.early.take()
     }
 
     /// The same of any kind.
     pub fn take_any_early(&mut self) -> Option<Early> {
-        self.asked.values_mut().find_map(|asked| asked.early.take())
+        self.asked.iter_mut().flatten().find_map(|asked| asked.early.take())
     }
 
     /// Keeps an answer whose request may follow. Right at the capture's beginning its request is just not captured.
@@ -264,16 +278,20 @@ impl Exchanges {
 
     /// A request that is not answered in time.
     pub fn overdue(&mut self, now_ns: i64) -> Option<(Exchange, Asked)> {
-        let late = |at: FrameRef, limit_ns| at.t_ns.is_some_and(|at| at.saturating_add(limit_ns) <= now_ns);
-        self.settle_first(|exchange, asked| exchange.is_owed() && asked.owes() && late(asked.at, exchange.limit_ns()))
+        let late = |asked: &Asked, exchange: Exchange| {
+            asked.at.t_ns.is_some_and(|at| at.saturating_add(exchange.limit_ns()) <= now_ns)
+        };
+        OWING.iter().find_map(|exchange| {
+            let asked = self.asked.get_mut(*exchange as usize)?.as_mut()?;
+            let due = asked.owes() && late(asked, *exchange);
+            due.then(|| settled(asked, *exchange))
+        })
     }
 
     /// The open request of a kind: the master does not wait for its answer any more.
     pub fn give_up(&mut self, exchange: Exchange) -> Option<Asked> {
-        let asked = self.asked.get_mut(&exchange)?;
-        let open = asked.owes();
-        asked.settled |= open;
-        open.then_some(*asked)
+        let asked = self.asked.get_mut(exchange as usize)?.as_mut()?;
+        asked.owes().then(|| settled(asked, exchange).1)
     }
 
     /// A request to a selected slave that nobody has answered, though the master has gone on. `now` is a frame by which
@@ -293,16 +311,11 @@ impl Exchanges {
         // An answer that waits for its request may be the one that is owed, with a wrong specifier.
         let waits = self.early.iter().map(|early| early.at.no).max().unwrap_or(0);
         let over = |asked: FrameRef| over(asked) && asked.no > waits;
-        self.settle_first(|exchange, asked| {
-            exchange.configures() && asked.owes() && !asked.answered && asked.certain && over(asked.at)
+        OWING.iter().filter(|exchange| exchange.configures()).find_map(|exchange| {
+            let asked = self.asked.get_mut(*exchange as usize)?.as_mut()?;
+            let open = asked.owes() && !asked.answered && asked.certain;
+            (open && over(asked.at)).then(|| settled(asked, *exchange))
         })
-    }
-
-    /// The first request that fits: it is reported, and not owed any more.
-    fn settle_first(&mut self, fits: impl Fn(Exchange, &Asked) -> bool) -> Option<(Exchange, Asked)> {
-        let (exchange, asked) = self.asked.iter_mut().find(|(exchange, asked)| fits(**exchange, asked))?;
-        asked.settled = true;
-        Some((*exchange, *asked))
     }
 
     /// A frame cannot be read: it may be any answer, or (`request`) any request.
@@ -325,26 +338,50 @@ impl Exchanges {
 
     /// An answer cannot be read: it may be one that is owed.
     pub fn excuse(&mut self) {
-        for asked in self.asked.values_mut().filter(|asked| asked.owed > 0) {
+        for asked in self.asked.iter_mut().flatten().filter(|asked| asked.owed > 0) {
             asked.answered = true;
         }
     }
 
     /// Nothing is owed any more: slaves were reset, or change their bit rate.
     pub fn forgive(&mut self) {
-        for asked in self.asked.values_mut() {
+        for asked in self.asked.iter_mut().flatten() {
             asked.settled = true;
         }
     }
 
     /// When something becomes due, in ns.
     pub fn due(&self) -> Option<i64> {
-        let open = self.asked.iter().filter(|(exchange, asked)| exchange.is_owed() && asked.owes());
-        let open = open.filter_map(|(exchange, asked)| Some(asked.at.t_ns?.saturating_add(exchange.limit_ns())));
+        let open = OWING.iter().filter_map(|exchange| {
+            let asked = self.get(*exchange).filter(|asked| asked.owes())?;
+            Some(asked.at.t_ns?.saturating_add(exchange.limit_ns()))
+        });
         let early = self.early.iter().filter_map(|early| Some(early.at.t_ns?.saturating_add(self.lag_ns + 1)));
         open.chain(early).min()
     }
+
+    fn get(&self, exchange: Exchange) -> Option<&Asked> {
+        self.asked.get(exchange as usize)?.as_ref()
+    }
 }
+
+fn settled(asked: &mut Asked, exchange: Exchange) -> (Exchange, Asked) {
+    asked.settled = true;
+    (exchange, *asked)
+}
+
+/// The kinds to which one slave owes an answer.
+const OWING: [Exchange; 9] = [
+    Exchange::Selective,
+    Exchange::NodeId,
+    Exchange::BitTiming,
+    Exchange::Store,
+    Exchange::InquireVendor,
+    Exchange::InquireProduct,
+    Exchange::InquireRevision,
+    Exchange::InquireSerial,
+    Exchange::InquireNodeId,
+];
 
 /// Whether only slaves in the configuration state take a command.
 pub fn configures(command: Command) -> bool {

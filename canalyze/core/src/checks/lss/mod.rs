@@ -6,19 +6,18 @@
 //! answer. It must not follow Fastscan's bits (`fastscan`) or the fate of node-IDs (`node_id`).
 
 pub mod bit_timing;
-mod confirmation;
 pub mod exchange;
 pub mod fastscan;
 pub mod node_id;
 pub mod selection;
+pub mod withheld;
 
 use self::bit_timing::BitTiming;
-use self::confirmation::Confirmation;
 use self::exchange::{Asked, Early, Exchange, Exchanges, configures, specifier};
 use self::fastscan::{Fastscan, Over, Step};
 use self::node_id::{Before, NodeIds};
 use self::selection::{Selected, Selection};
-
+use self::withheld::Withheld;
 use crate::cob_id::Role;
 use crate::configuration::Provenance;
 use crate::context::Context;
@@ -39,7 +38,7 @@ const PATIENCE_NS: i64 = 5_000_000_000;
 /// LSS on one bus.
 #[derive(Debug, Default)]
 pub struct Lss {
-    findings: Confirmation,
+    findings: Withheld,
     selection: Selection,
     exchanges: Exchanges,
     scan: Fastscan,
@@ -80,7 +79,7 @@ impl Lss {
             Message::BootUp { node } => {
                 self.settle_early(nodes, cx);
                 self.restarted(cx);
-                if let Some((from, since)) = self.node_ids.booted(node, cx.at, &self.findings, cx) {
+                if let Some((from, since)) = self.node_ids.booted(node, cx.at, &mut self.findings, cx) {
                     cx.push(Some(since), Some(node), What::Note(Note::NodeIdChanged { from, to: node }));
                     moved = Some((from, node));
                 }
@@ -105,7 +104,7 @@ impl Lss {
         if cx.evidence.recording.verdict(cx.when.burst) == Some(Verdict::Confirmed) {
             return;
         }
-        self.bit_timing.heard(now_ns, &self.findings, cx);
+        self.bit_timing.heard(now_ns, &mut self.findings, cx);
         let stale = self.exchanges.stale(now_ns);
         self.all_unexplained(stale, cx);
         while let Some((exchange, asked)) = self.exchanges.overdue(now_ns) {
@@ -116,8 +115,8 @@ impl Lss {
             self.scan.lost();
             self.scanned(over, cx);
         }
-        self.bit_timing.advance(now_ns, &self.findings, cx);
-        self.node_ids.advance(now_ns, &self.findings, cx);
+        self.bit_timing.advance(now_ns, &mut self.findings, cx);
+        self.node_ids.advance(now_ns, &mut self.findings, cx);
         self.schedule();
     }
 
@@ -268,7 +267,7 @@ impl Lss {
     ) {
         let Some(asked) = self.exchanges.answered(exchange, at) else { return };
         if plain && asked.plain {
-            self.findings.confirm(cx);
+            self.findings.show(cx);
         }
         if exchange.configures() {
             self.show_selected(asked, cx);

@@ -4,7 +4,7 @@
 //! the next reset of its communication, or as it restarts if it was stored. It must not guess which node a slave was:
 //! where that is not certain a new node-ID is only a new node.
 
-use super::confirmation::Confirmation;
+use super::withheld::Withheld;
 use crate::context::Context;
 use crate::frame::FrameRef;
 use crate::rules::lss::Lss005;
@@ -106,7 +106,7 @@ impl NodeIds {
         &mut self,
         node: u8,
         at: FrameRef,
-        findings: &Confirmation,
+        findings: &mut Withheld,
         cx: &mut Context<'_>,
     ) -> Option<(u8, FrameRef)> {
         if let Some(place) = self.changes.iter().position(|change| change.to == node && change.active) {
@@ -135,7 +135,7 @@ impl NodeIds {
     }
 
     /// It is `now_ns`: who should have booted up by now.
-    pub fn advance(&mut self, now_ns: i64, findings: &Confirmation, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: i64, findings: &mut Withheld, cx: &mut Context<'_>) {
         for change in &mut self.changes {
             if let Some((since, until)) = change.expected
                 && now_ns > until

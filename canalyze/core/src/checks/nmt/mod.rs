@@ -2,22 +2,22 @@
 //!
 //! A state is unknown until the node shows it: by a heartbeat or a guarding answer. A boot-up shows that the node
 //! is there, not where it went from Initialisation (1F80h lets it start itself). A command shows what is expected; it
-//! proves nothing, since it is not confirmed. What no command explains waits (`evidence::pending`), since the master's own
-//! frames may be captured late. While no command was seen at all it waits longer: 000h may have been filtered out of the
-//! capture. Where states change as only a master makes them change, it was, and nothing of this kind is reported. It
-//! must not judge other services: those are `permissions`'.
+//! proves nothing, since it is not confirmed. Changes that no command explains are held back, since
+//! the master's own frames may be captured late. It must not judge other services: those are `permissions`'.
 
+pub mod commandless;
 mod node_state;
 pub mod permissions;
 
-use self::node_state::{Command, NodeState, Reports, bit, bits_of};
+use self::commandless::Commandless;
+use self::node_state::{Command, NodeState, Reports, Spontaneous, Suspect, bit, bits_of};
 use crate::context::Context;
 use crate::evidence::Obligations;
 use crate::evidence::Rules;
 use crate::evidence::circumstance::Kind as Circumstance;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
-use crate::finding::{Code, Finding, Verdict};
+use crate::finding::{Finding, Verdict};
 use crate::frame::FrameRef;
 use crate::node::PerNode;
 use crate::rules::heartbeat::Hbt004;
@@ -28,13 +28,14 @@ use crate::services::nmt;
 
 /// After a bus was silent for this long, boot-ups are those of a network that was switched on, in ns.
 pub(super) const SWITCHED_ON_NS: i64 = 2_000_000_000;
-/// Nodes that are switched on together, that LSS sends back to waiting, or that have taken a frame that cannot be read
-/// for a reset, boot within this time, in ns.
+/// Nodes that are switched on together boot within this time, in ns.
 const POWER_UP_NS: i64 = 5_000_000_000;
 /// The same in frames, without stamps.
 const TOGETHER: u64 = 10;
 /// Several resets in a row may yield as many boot-ups within this time, in ns.
 pub(super) const RESETS_NS: i64 = 1_000_000_000;
+/// How long after LSS sends its slaves back to waiting a boot-up is due to that, in ns.
+const ACTIVATED_NS: i64 = 5_000_000_000;
 /// Two boot-ups of one node-ID closer than this come from two nodes, in ns.
 const TWO_BOOT_UPS_NS: i64 = 20_000_000;
 /// A node whose boot-up follows its last heartbeat within this time did not lose its power, in ns.
@@ -43,18 +44,37 @@ const RESTART_NS: i64 = 1_000_000_000;
 const BOOT_NS: i64 = 3_000_000_000;
 /// The same at a capture's end, of a node that has sent nothing since.
 const LEAST_BOOT_NS: i64 = 1_000_000_000;
+/// A node may show its old state for so long after a command that it was not seen before, in ns.
+const FIRST_SEEN_NS: i64 = 1_000_000_000;
 /// Heartbeat periods for which a change of state waits: two nodes with one node-ID change it in turns.
 const ALTERNATES: i64 = 3;
 /// What else a node does before it obeys a command, and what others send it meanwhile, in ns.
 pub(super) const OBEYED_NS: i64 = 50_000_000;
 /// Shown states after which a node was running, and not just about to obey a reset before the capture.
 const RUNNING: u8 = 3;
-/// While no command was seen, how long what no command explains waits, in ns.
-const COMMANDLESS_NS: i64 = 10_000_000_000;
-/// Nodes change their states together within this time, in ns: their heartbeats show it one after the other.
-const TOGETHER_NS: i64 = 1_000_000_000;
+/// A node boots within this time after a frame that it has taken for a reset, in ns.
+const GARBLED_NS: i64 = 5_000_000_000;
 /// Extended commands that are not CiA 301's but known: sleep and standby.
 const EXTENSIONS: [u8; 2] = [0x50, 0x60];
+
+/// Whether the network was switched off and on again.
+#[derive(Clone, Copy, Debug)]
+struct Power {
+    /// All nodes, if several, have just booted without command.
+    all: bool,
+    /// The nodes that have not, and the number of the last frame of any of them.
+    others: u32,
+    heard: u64,
+}
+
+impl Power {
+    /// Whether it is still to be seen what became of the nodes other than the one that booted at `boot`: none of them
+    /// has been heard since.
+    fn is_open(self, boot: FrameRef, at: FrameRef) -> bool {
+        let soon = at.since(boot).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS);
+        self.others > 0 && self.heard < boot.no && soon
+    }
+}
 
 /// A state that is known, for verdicts on other services.
 #[derive(Clone, Copy, Debug)]
@@ -75,10 +95,8 @@ pub struct Known {
 #[derive(Debug, Default)]
 pub struct Nmt {
     nodes: PerNode<NodeState>,
-    /// A command was seen.
-    commanded: bool,
-    /// States have changed as only commands can explain, and none was seen: the capture lacks them.
-    filtered: bool,
+    suspects: u32,
+    commandless: Commandless,
     /// Boot-ups that are due after a reset.
     boot_ups: Obligations<u8>,
     /// The last command to all, as it concerns a node that was not seen by then.
@@ -92,6 +110,9 @@ pub struct Nmt {
     switched_on: Option<i64>,
     /// The last frame on NMT's identifier that is no command: what it was meant as, nodes may have obeyed.
     garbled: Option<FrameRef>,
+    /// Commands came before their effects, and never after: the capture is in causal order.
+    causal: bool,
+    late: bool,
 }
 
 impl Nmt {
@@ -121,7 +142,8 @@ impl Nmt {
             }
             _ => {
                 let seen = node_state.reports.last.or(node_state.boots.last);
-                let doubtful = node_state.reports.unsettled || seen.is_some_and(commanded);
+                let doubtful =
+                    node_state.reports.unsettled || node_state.suspect.is_some() || seen.is_some_and(commanded);
                 node_state.reports.first.map(|(state, at)| Known { state, at, shown: true, may_start_itself, doubtful })
             }
         }
@@ -155,7 +177,7 @@ impl Nmt {
 
     /// Whether the capture shows any command.
     pub fn commanded(&self) -> bool {
-        self.commanded
+        self.commandless.commanded()
     }
 
     /// Whether anything was seen of a node.
@@ -170,6 +192,7 @@ impl Nmt {
 
     /// The node that has sent a frame. One that is seen for the first time may be obeying a command to all.
     fn meet(nodes: &mut PerNode<NodeState>, broadcast: Option<Command>, node: u8, at: FrameRef) -> &mut NodeState {
+        let broadcast = broadcast.filter(|command| at.since(command.at).is_none_or(|age| age < FIRST_SEEN_NS));
         let node_state = nodes.entry(node);
         if let Some(command) = broadcast.filter(|_| !node_state.present) {
             node_state.command = Some(command);
@@ -193,7 +216,7 @@ impl Nmt {
             self.garbled = Some(cx.at);
             return cx.raise(Nmt001::Command { found: specifier }, None, None, None);
         };
-        self.commanded = true;
+        self.commandless.command(cx);
         match node {
             0 => self.broadcast = Some(Command::new(state, specifier, cx.at, false)),
             1..=127 => _ = self.nodes.entry(node),
@@ -207,10 +230,12 @@ impl Nmt {
         // Of all, those are meant that are there.
         let meant = |(id, node_state): &(u8, &mut NodeState)| if explicit { *id == node } else { node_state.present };
         for (id, node_state) in self.nodes.iter_mut().filter(meant) {
-            node_state.commanded(id, (state, specifier, explicit), cx);
+            let explained = node_state.commanded(id, (state, specifier, explicit), cx);
             if state == 0 && !crossed && node_state.owes_boot_up(explicit, cx) {
                 self.boot_ups.open(id, Owed { since: cx.when, limit_ns: LEAST_BOOT_NS, why: Some(cx.at) });
             }
+            self.late |= explained;
+            self.suspects = self.suspects.saturating_sub(u32::from(explained));
         }
     }
 
@@ -233,34 +258,30 @@ impl Nmt {
             self.moved = Some(cx.at);
         }
         node_state.forget_answered_resets(cx.at);
+        self.causal |= node_state.reset.count > 0;
         let soon = |then: Option<i64>, limit_ns: i64| {
             then.zip(cx.at.t_ns).is_some_and(|(then, now)| (0..limit_ns).contains(&now.saturating_sub(then)))
         };
         let garbled = self.garbled.is_some_and(|garbled| {
             node_state.reports.last.is_none_or(|last| last.no < garbled.no)
-                && cx.at.since(garbled).is_none_or(|age| age < POWER_UP_NS)
+                && cx.at.since(garbled).is_none_or(|age| age < GARBLED_NS)
         });
-        let switched = soon(self.activated, POWER_UP_NS) || soon(self.switched_on, POWER_UP_NS);
+        let switched = soon(self.activated, ACTIVATED_NS) || soon(self.switched_on, POWER_UP_NS);
         let explained = node_state.reset.count > 0 || node_state.given || switched || garbled;
         let before = (node_state.boots.last, node_state.reports);
         node_state.boot(cx.at);
         if explained {
             return;
         }
+        let duplicate = cx.sighting == Sighting::Suspect;
         let Some(what) = spontaneous_boot(before, cx.at) else { return };
-        let finding = cx.verdict(what, Some(node), None, None);
-        node_state.boots.unexplained = Some(cx.at);
-        if cx.sighting == Sighting::Suspect {
-            // It may stand in the capture a second time.
-            cx.evidence.pending.keep_unconfirmed(finding);
-        } else if finding.code == Code::Hbt004 {
-            cx.report_listed(finding, 0);
-        } else if self.is_power_cycle(cx.at) {
-            cx.evidence.pending.withdraw(|one| one.code == Code::Nmt003);
-        } else {
-            // The others may follow: then the network was switched off and on.
-            self.find(finding, SWITCHED_ON_NS, cx);
+        if matches!(what, Spontaneous::TwoBootUps { .. }) && duplicate && node_state.suspect.is_some() {
+            // What is suspected already may stand here a second time.
+            return;
         }
+        self.suspects += u32::from(node_state.suspect.is_none());
+        node_state.boots.unexplained = Some(cx.at);
+        node_state.suspect = Some(Suspect { at: cx.at, what, duplicate });
     }
 
     /// A node shows its state. `period_ns`: how often it does so, where that is known.
@@ -275,6 +296,7 @@ impl Nmt {
         let allowed = node_state.allowed & bit(state) != 0 || node_state.reset.awaited || garbled;
         node_state.allowed &= !bit(state);
         let before = node_state.reports.first.map(|(before, _)| before);
+        self.causal |= before.is_some_and(|before| before != state) && allowed;
         if before == Some(state) && node_state.command.is_none() {
             node_state.allowed = 0;
         } else if before.is_none() && cx.at.since(self.began).is_some_and(|age| age < OBEYED_NS) {
@@ -292,50 +314,21 @@ impl Nmt {
         }
         node_state.reports.first = Some((state, cx.at));
         let Some(before) = before else { return };
-        let unsettled = node_state.reports.unsettled;
-        node_state.reports.unsettled |= !allowed && !starts_itself;
-        let excused = node_state.excused.take().filter(|(from, _)| unsettled && *from == state && !allowed);
-        if let Some((_, finding)) = excused {
+        if let Some((from, finding)) = node_state.excused.take()
+            && node_state.reports.unsettled
+            && from == state
+            && !allowed
+        {
             // It was never in the other state: no error brings a node back by itself.
-            return self.find(finding, 0, cx);
+            self.commandless.find(finding, 0, cx);
         }
-        if allowed || starts_itself || unsettled {
+        if allowed || starts_itself || node_state.reports.unsettled {
             return;
         }
-        let finding = cx.verdict(Nmt004::Changed { from: before, to: state }, Some(node), None, None);
-        // An error makes a node leave Operational, or stop (1029h); nothing else.
-        if (before == OPERATIONAL || state == STOPPED) && node_state.has_emergency(cx.at) {
-            let excused = cx.verdict(Nmt005::Changed { from: before, to: state }, Some(node), None, None);
-            node_state.excused = Some((before, finding));
-            return self.find(excused, 0, cx);
-        }
-        self.changed(node, state, &finding, cx);
+        self.suspects += u32::from(node_state.suspect.is_none());
         let wait_ns = period_ns.map_or(0, |period_ns| period_ns.saturating_mul(ALTERNATES));
-        self.find(cx.excused(Rules::Nmt, cx.when, finding), wait_ns, cx);
-    }
-
-    /// A node has gone to the state `to` without command. What nodes do by themselves is to leave Operational for
-    /// Pre-operational, each for its own reasons.
-    fn changed(&mut self, node: u8, to: u8, finding: &Finding, cx: &mut Context<'_>) {
-        let alike = |other: &Finding| {
-            other.code == Code::Nmt004
-                && other.node != Some(node)
-                && other.facts == finding.facts
-                && finding.at.since(other.at).is_none_or(|age| age < TOGETHER_NS)
-        };
-        if !self.commanded && (to != PRE_OPERATIONAL || cx.evidence.pending.holds(alike)) {
-            self.filtered = true;
-            cx.evidence.pending.withdraw(|one| matches!(one.code, Code::Nmt003 | Code::Nmt004 | Code::Nmt005));
-        }
-    }
-
-    /// What no command explains so far. `wait_ns`: how long something else may explain it.
-    fn find(&self, finding: Finding, wait_ns: i64, cx: &mut Context<'_>) {
-        if self.commanded {
-            cx.report_listed(finding, wait_ns);
-        } else if !self.filtered {
-            cx.report_listed(finding, COMMANDLESS_NS.max(wait_ns));
-        }
+        let what = Spontaneous::Change { from: before, to: state, wait_ns };
+        node_state.suspect = Some(Suspect { at: cx.at, what, duplicate: false });
     }
 
     /// A node's error control frame that cannot be read: it may be the boot-up that is due after a reset.
@@ -369,20 +362,26 @@ impl Nmt {
         self.nodes.entry(node).given = true;
     }
 
-    /// Reports which boot-ups are missing. Called with each frame before it is followed.
+    /// Reports what stayed unexplained, and which boot-ups are missing. Called with each frame before it is followed.
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {
+        if self.suspects > 0 {
+            self.resolve(false, cx);
+        }
         self.began.get_or_insert(cx.at);
         if !self.boot_ups.is_empty() {
             self.missing_boot_ups(false, cx);
         }
+        self.commandless.settle(cx);
     }
 
-    /// The capture is over.
+    /// The capture is over: no command can follow any more, where commands have come before their effects.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        if self.suspects > 0 && self.causal && !self.late {
+            self.resolve(true, cx);
+        }
         self.missing_boot_ups(true, cx);
-        let once = !cx.evidence.recording.shows_twice();
-        cx.decide(|one| (one.code == Code::Hbt004).then_some(once));
+        self.commandless.finish(cx);
     }
 
     /// Reports nodes that have not booted after a reset.
@@ -412,16 +411,64 @@ impl Nmt {
         }
     }
 
-    /// Whether all nodes, if several, have booted without command lately: the network was switched off and on. A master
-    /// without commands keeps its own power.
-    fn is_power_cycle(&self, at: FrameRef) -> bool {
-        let booted = |node_state: &NodeState| {
-            let boot = node_state.boots.unexplained;
-            boot.is_some_and(|boot| at.since(boot).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS))
-        };
-        let others = |node_state: &NodeState| node_state.managed || node_state.boots.last.is_some();
-        let present = || self.nodes.iter().map(|(_, node_state)| node_state).filter(|one| one.present);
-        present().filter(|one| booted(one)).count() > 1 && !present().any(|one| !booted(one) && others(one))
+    fn resolve(&mut self, over: bool, cx: &mut Context<'_>) {
+        let recording = &cx.evidence.recording;
+        let (twice, once) = (recording.shows_twice(), recording.shows_once());
+        let power = self.power(cx.at);
+        for (node, node_state) in self.nodes.iter_mut() {
+            let recording = &cx.evidence.recording;
+            let Some(suspect) = node_state.suspect else { continue };
+            let settled = recording.is_settled(suspect.at, cx.at) && !(suspect.duplicate && !twice && !once);
+            let booted = matches!(suspect.what, Spontaneous::BootUp { .. } | Spontaneous::Restart { .. });
+            if !over && (!settled || booted && power.is_open(suspect.at, cx.at)) {
+                continue;
+            }
+            node_state.suspect = None;
+            self.suspects = self.suspects.saturating_sub(1);
+            if twice && suspect.duplicate || booted && power.all {
+                continue;
+            }
+            let of = |what: Verdict| Finding { at: suspect.at, ..cx.verdict(what, Some(node), None, None) };
+            let Spontaneous::Change { from, to, wait_ns } = suspect.what else {
+                let finding = of(boot_verdict(suspect));
+                match suspect.what {
+                    Spontaneous::TwoBootUps { .. } => cx.report(finding),
+                    _ => self.commandless.find(finding, 0, cx),
+                }
+                continue;
+            };
+            node_state.reports.unsettled = true;
+            let finding = of(Nmt004::Changed { from, to }.into());
+            // An error makes a node leave Operational, or stop (1029h); nothing else.
+            if (from == OPERATIONAL || to == STOPPED) && node_state.has_emergency(suspect.at) {
+                let excused = of(Nmt005::Changed { from, to }.into());
+                node_state.excused = Some((from, finding));
+                self.commandless.find(excused, 0, cx);
+                continue;
+            }
+            self.commandless.changed(node, to, &finding);
+            // Two nodes with one node-ID seem to change their state.
+            self.commandless.find(cx.excused(Rules::Nmt, cx.when, finding), wait_ns, cx);
+        }
+    }
+
+    /// Which nodes have booted without command lately, and which have not. A master without commands keeps its own
+    /// power.
+    fn power(&self, at: FrameRef) -> Power {
+        let (mut count, mut power) = (0, Power { all: false, others: 0, heard: 0 });
+        for (_, node_state) in self.nodes.iter().filter(|(_, node_state)| node_state.present) {
+            let again = node_state
+                .boots
+                .unexplained
+                .is_some_and(|boot| at.since(boot).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS));
+            if again {
+                count += 1;
+            } else if node_state.managed || node_state.boots.last.is_some() {
+                power.others += 1;
+                power.heard = power.heard.max(node_state.heard.map_or(0, |heard| heard.no));
+            }
+        }
+        Power { all: count > 1 && power.others == 0, ..power }
     }
 
     /// Frames were lost: commands and boot-ups may be among them.
@@ -430,8 +477,10 @@ impl Nmt {
             let NodeState { present, managed, given, .. } = *node_state;
             *node_state = NodeState { present, managed, given, ..NodeState::default() };
         }
+        self.suspects = 0;
         self.boot_ups.void(|_| true);
         (self.broadcast, self.began) = (None, None);
+        self.commandless.forget();
     }
 }
 
@@ -447,16 +496,27 @@ pub fn commanded_state(specifier: u8) -> Option<u8> {
 }
 
 /// What an unexplained boot-up is, after the boot-up before it and the states that the node has shown.
-fn spontaneous_boot((last, reports): (Option<FrameRef>, Reports), at: FrameRef) -> Option<Verdict> {
-    let Some(last) = last else {
-        // The last boot-up is not in the capture, but the node was running.
-        let last = reports.last.filter(|_| reports.count >= RUNNING)?;
-        let after = at.since(last).filter(|after| *after < RESTART_NS)?;
-        return Some(Nmt003::WhileRunning { after }.into());
-    };
-    Some(match at.since(last) {
-        Some(gap @ 0..TWO_BOOT_UPS_NS) => Hbt004::BootUps { gap }.into(),
-        Some(after) => Nmt003::SinceBootUp { after }.into(),
-        None => Nmt003::BootUp.into(),
-    })
+fn spontaneous_boot((last, reports): (Option<FrameRef>, Reports), at: FrameRef) -> Option<Spontaneous> {
+    let within = |then: FrameRef, limit_ns: i64| at.since(then).is_some_and(|gap| gap < limit_ns);
+    match (last, reports.last.filter(|_| reports.count >= RUNNING)) {
+        (Some(last), _) if at.since(last).is_some_and(|gap| (0..TWO_BOOT_UPS_NS).contains(&gap)) => {
+            Some(Spontaneous::TwoBootUps { last })
+        }
+        (Some(last), _) => Some(Spontaneous::BootUp { last }),
+        (None, Some(last)) if within(last, RESTART_NS) => Some(Spontaneous::Restart { last }),
+        (None, _) => None,
+    }
+}
+
+/// What is reported of a boot-up.
+fn boot_verdict(suspect: Suspect) -> Verdict {
+    let after = |last: FrameRef| suspect.at.since(last);
+    match suspect.what {
+        Spontaneous::TwoBootUps { last } => Hbt004::BootUps { gap: after(last).unwrap_or(0) }.into(),
+        Spontaneous::Restart { last } => Nmt003::WhileRunning { after: after(last).unwrap_or(0) }.into(),
+        Spontaneous::BootUp { last } => {
+            after(last).map_or(Nmt003::BootUp, |after| Nmt003::SinceBootUp { after }).into()
+        }
+        Spontaneous::Change { from, to, .. } => Nmt004::Changed { from, to }.into(),
+    }
 }

@@ -5,7 +5,7 @@
 
 use super::RESETS_NS;
 use crate::context::Context;
-use crate::finding::{Code, Finding};
+use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::rules::nmt::Nmt002;
 use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
@@ -42,6 +42,7 @@ pub(super) struct NodeState {
     pub(super) emergency: Option<FrameRef>,
     /// A change that it explained: the state before, and what would have been reported.
     pub(super) excused: Option<(u8, Finding)>,
+    pub(super) suspect: Option<Suspect>,
 }
 
 /// The states that a node has shown since its last boot-up.
@@ -97,6 +98,35 @@ impl Command {
     }
 }
 
+/// What looks spontaneous and may still be explained.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Suspect {
+    pub(super) at: FrameRef,
+    pub(super) what: Spontaneous,
+    /// The frame may be one that stands in the capture a second time.
+    pub(super) duplicate: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Spontaneous {
+    /// `wait_ns`: for how long two nodes that change state in turns may explain it.
+    Change {
+        from: u8,
+        to: u8,
+        wait_ns: i64,
+    },
+    BootUp {
+        last: FrameRef,
+    },
+    /// The last boot-up is not in the capture, but the node was running.
+    Restart {
+        last: FrameRef,
+    },
+    TwoBootUps {
+        last: FrameRef,
+    },
+}
+
 impl NodeState {
     /// Resets that a boot-up has answered long ago explain no further one.
     pub(super) fn forget_answered_resets(&mut self, at: FrameRef) {
@@ -117,6 +147,7 @@ impl NodeState {
             boots: Boots { last: Some(at), unexplained: None },
             reset: Reset { count, at: self.reset.at, ..Reset::default() },
             emergency: self.emergency,
+            suspect: self.suspect,
             ..Self::default()
         };
     }
@@ -128,40 +159,38 @@ impl NodeState {
         self.emergency.is_some_and(before)
     }
 
-    /// Takes out what waits of a boot-up or a change of state that a command, listed late, explains. Says whether there
-    /// was any.
-    fn explained(&mut self, node: u8, state: u8, cx: &mut Context<'_>) -> bool {
-        let changed = self.reports.first.filter(|(to, _)| *to == state || state == 0 && *to == PRE_OPERATIONAL);
-        let booted = self.boots.last.filter(|_| state == 0);
-        let late = |at: FrameRef| !cx.evidence.recording.is_settled(at, cx.at);
-        let numbers = [changed.map(|(_, at)| at), booted].map(|at| at.filter(|at| late(*at)).map(|at| at.no));
-        let of_nmt = |code| matches!(code, Code::Nmt003 | Code::Nmt004 | Code::Nmt005 | Code::Hbt004);
-        let fits = |one: &Finding| one.node == Some(node) && of_nmt(one.code) && numbers.contains(&Some(one.at.no));
-        let explained = cx.evidence.pending.withdraw(fits);
-        self.reports.unsettled &= !explained;
-        explained
-    }
-
-    /// Takes a command.
-    pub(super) fn commanded(&mut self, node: u8, (state, specifier, explicit): (u8, u8, bool), cx: &mut Context<'_>) {
+    /// Takes a command. Says whether it explains what was suspected.
+    pub(super) fn commanded(
+        &mut self,
+        node: u8,
+        (state, specifier, explicit): (u8, u8, bool),
+        cx: &mut Context<'_>,
+    ) -> bool {
         let at = cx.at;
         self.managed |= explicit;
         self.restarted_silently(node, cx);
-        let explains = self.explained(node, state, cx);
+        let explains = self.suspect.is_some_and(|suspect| match suspect.what {
+            // Some boot without a word.
+            Spontaneous::Change { to, .. } => state == to || (state == 0 && to == PRE_OPERATIONAL),
+            _ => state == 0,
+        });
+        if explains {
+            self.suspect = None;
+        }
         // A reset just after a boot-up may have been sent before it, to a node that was not there yet.
         let crossed = state == 0 && self.boots.last.is_some_and(|boot| !cx.evidence.recording.is_settled(boot, at));
         let sure = (explicit || self.managed) && !crossed;
         let command = Command::new(state, specifier, at, sure);
         if state == 0 {
             if explains {
-                return;
+                return true;
             }
             self.reset.count = (self.reset.count + 1).min(3);
             (self.reset.at, self.reset.specifier) = (Some(at), specifier);
             (self.reset.awaited, self.reset.heard) = (true, false);
             self.allowed = bits_of(0);
             self.command = Some(command);
-            return;
+            return false;
         }
         self.allowed |= bit(state);
         let there = self.reports.first.is_some_and(|(shown, _)| shown == state) && (explains || self.command.is_none());
@@ -169,6 +198,7 @@ impl NodeState {
         if there {
             self.allowed = 0;
         }
+        explains
     }
 
     /// Whether a reset must be followed by a boot-up: not where one came just before it, which may be its answer.

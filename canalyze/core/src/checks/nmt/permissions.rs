@@ -22,6 +22,8 @@ const QUEUED_NS: i64 = 5_000_000;
 /// The same where the bus was idle just before: what is queued is sent at once.
 const PROCESSED_NS: i64 = 2_000_000;
 const IDLE_NS: i64 = 1_500_000;
+/// Faults of one node whose state is not certain that are kept at most.
+const KEPT: usize = 8;
 
 /// The time that a node spends in a state.
 #[derive(Debug, Default)]
@@ -34,8 +36,11 @@ struct StatePeriod {
     request: Option<FrameRef>,
     /// The same where it is a fault by itself, unless a late command permits it.
     vain: Option<FrameRef>,
-    /// The state that what waits to be confirmed supposes; 0: that the node has not booted since it was reset.
-    supposed: u8,
+    /// What a node has sent whose state is not certain, since it may have started itself or not obeyed a command:
+    /// the next state it shows decides.
+    undecided: Vec<(u8, Finding)>,
+    /// An SDO response or EMCY after a reset: the boot-up decides whether it came before it.
+    early: Option<Finding>,
 }
 
 /// Verdicts on what nodes send in their states.
@@ -114,24 +119,12 @@ impl NmtPermissions {
         }
     }
 
-    /// Keeps the first finding on what a node has sent after a reset: a boot-up shows that it came before that.
-    fn early(&mut self, reset: FrameRef, finding: Finding, cx: &mut Context<'_>) {
-        let late = cx.at.since(reset).is_some_and(|age| age >= OBEYED_NS);
-        let Some(node) = finding.node.filter(|_| late) else { return };
-        let mut waiting = cx.evidence.pending.unconfirmed().iter();
-        if !waiting.any(|one| is_of_state(one, node)) {
-            self.suppose(0, finding, cx);
+    /// Keeps the first finding on what a node has sent after a reset and before its boot-up.
+    fn early(&mut self, reset: FrameRef, finding: Finding, cx: &Context<'_>) {
+        let age = reset.t_ns.zip(cx.at.t_ns).map(|(reset, now)| now.saturating_sub(reset));
+        if let (Some(node), Some(OBEYED_NS..)) = (finding.node, age) {
+            self.nodes.entry(node).early.get_or_insert(finding);
         }
-    }
-
-    /// Keeps a finding that is one if a node is in the state `supposed`, as it is to show.
-    fn suppose(&mut self, supposed: u8, finding: Finding, cx: &mut Context<'_>) {
-        let Some(node) = finding.node else { return };
-        let period = self.nodes.entry(node);
-        if std::mem::replace(&mut period.supposed, supposed) != supposed {
-            cx.decide(|one| is_of_state(one, node).then_some(false));
-        }
-        cx.evidence.pending.keep_unconfirmed(finding);
     }
 
     /// A command to go to a state, 0 where it is none: what came just before it may have been permitted by it.
@@ -148,7 +141,10 @@ impl NmtPermissions {
     pub fn boot_up(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(period) = self.nodes.get_mut(node) else { return };
         period.leave_for(0);
-        cx.decide(|one| is_of_state(one, node).then_some(period.supposed == 0));
+        period.undecided.clear();
+        if let Some(early) = period.early.take() {
+            cx.report(early);
+        }
     }
 
     /// A node shows its state. `changes`: it does so before its next heartbeat is expected, since it has just gone to that
@@ -156,29 +152,23 @@ impl NmtPermissions {
     pub fn shown(&mut self, node: u8, state: u8, changes: bool, cx: &mut Context<'_>) {
         let Some(period) = self.nodes.get_mut(node) else { return };
         period.leave_for(state);
-        if period.supposed == 0 {
-            return;
+        for (supposed, undecided) in std::mem::take(&mut period.undecided) {
+            let before = changes && cx.at.since(undecided.at).is_some_and(|age| age < OBEYED_NS);
+            if state == supposed && !before {
+                cx.report(undecided);
+                continue;
+            }
+            // What is dropped here may come again, and is a fault then.
+            period.state = 0;
+            if undecided.code == Code::Sdo011 {
+                period.vain = None;
+            }
         }
-        let now = cx.at;
-        cx.decide(|one| {
-            if !is_of_state(one, node) {
-                return None;
-            }
-            let before = changes && now.since(one.at).is_some_and(|age| age < OBEYED_NS);
-            let stands = state == period.supposed && !before;
-            if !stands {
-                // What is dropped here may come again, and is a fault then.
-                period.state = 0;
-                period.vain = period.vain.filter(|_| one.code != Code::Sdo011);
-            }
-            Some(stands)
-        });
     }
 
     /// Frames were lost, a command may be among them.
-    pub fn forget(&mut self, cx: &mut Context<'_>) {
+    pub fn forget(&mut self) {
         *self = Self::default();
-        cx.decide(|one| one.node.is_some_and(|node| is_of_state(one, node)).then_some(false));
     }
 
     fn period(&mut self, node: u8, known: Known) -> &mut StatePeriod {
@@ -195,9 +185,12 @@ impl NmtPermissions {
     fn judge(&mut self, nmt: &Nmt, known: Known, finding: Finding, cx: &mut Context<'_>) {
         let Some(node) = finding.node else { return };
         if !known.doubtful && (known.shown || !nmt.shows(node)) {
-            return cx.report_listed(finding, 0);
+            return cx.report_listed(finding);
         }
-        self.suppose(known.state, finding, cx);
+        let undecided = &mut self.nodes.entry(node).undecided;
+        if undecided.len() < KEPT {
+            undecided.push((known.state, finding));
+        }
     }
 }
 
@@ -217,12 +210,6 @@ impl StatePeriod {
             self.state = 0;
         }
     }
-}
-
-/// Whether a finding is one on what a node has sent in its state.
-fn is_of_state(finding: &Finding, node: u8) -> bool {
-    let of_state = matches!(finding.code, Code::Pdo002 | Code::Pdo003 | Code::Sdo011 | Code::Emc004);
-    of_state && finding.node == Some(node)
 }
 
 /// Whether a command to go to a state, 0 where it is a reset, may permit what would be a fault before it.

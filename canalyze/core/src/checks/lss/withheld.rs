@@ -1,21 +1,23 @@
-//! Whether the traffic on LSS's identifiers is LSS.
+//! Findings that wait until the traffic on LSS's identifiers has shown that it is LSS.
 //!
-//! A network that is no CANopen may use any identifier for something else, and a verdict on it would be wrong: findings
-//! wait to be confirmed. An answer to a request shows it; at the end of the capture, enough valid frames do. It must not
-//! judge.
+//! A network that is no CANopen may use any identifier for something else, and a verdict on it would be wrong. An
+//! answer to a request shows it; at the end of the capture, enough valid frames do. It must not judge.
 
 use crate::context::Context;
 use crate::finding::{Code, Finding, Verdict};
 use crate::frame::FrameRef;
 
+/// Findings kept while they wait.
+const KEPT: usize = 16;
 /// Valid LSS frames for each finding, before the traffic counts as LSS.
 const VALID: usize = 3;
 
-/// What shows that it is LSS.
+/// The findings of LSS on a bus.
 #[derive(Debug, Default)]
-pub struct Confirmation {
-    /// It is.
-    confirmed: bool,
+pub struct Withheld {
+    /// It is LSS: nothing is withheld any more.
+    shown: bool,
+    waiting: Vec<Finding>,
     /// The first LSS frame.
     first: Option<FrameRef>,
     /// Frames with a known command and unused bytes 0; and whether one of a slave is among them.
@@ -23,7 +25,7 @@ pub struct Confirmation {
     answered: bool,
 }
 
-impl Confirmation {
+impl Withheld {
     /// A frame on LSS's identifiers; `valid`: with a known command and unused bytes 0.
     pub fn follow(&mut self, at: FrameRef, from_master: bool, valid: bool) {
         self.first.get_or_insert(at);
@@ -31,33 +33,43 @@ impl Confirmation {
         self.answered |= valid && !from_master;
     }
 
-    /// Reports a finding at the frame at hand, once it is known to be one.
-    pub fn raise(&self, what: impl Into<Verdict>, node: Option<u8>, cause: Option<FrameRef>, cx: &mut Context<'_>) {
+    /// Reports a finding at the frame at hand, or keeps it.
+    pub fn raise(&mut self, what: impl Into<Verdict>, node: Option<u8>, cause: Option<FrameRef>, cx: &mut Context<'_>) {
         let finding = cx.verdict(what, node, None, cause);
-        if self.confirmed {
+        if self.shown {
             cx.report(finding);
         } else {
-            cx.evidence.pending.keep_unconfirmed(finding);
+            self.keep(finding);
         }
     }
 
     /// The same of what rests on a deadline (see [`Context::report_timed`]).
     pub fn raise_timed(
-        &self,
+        &mut self,
         what: impl Into<Verdict>,
         node: Option<u8>,
         cause: Option<FrameRef>,
         cx: &mut Context<'_>,
     ) {
-        if cx.is_timed() {
-            self.raise(what, node, cause, cx);
+        let finding = cx.verdict(what, node, None, cause);
+        if self.shown {
+            cx.report_timed(finding);
+        } else {
+            self.keep(finding);
+        }
+    }
+
+    fn keep(&mut self, finding: Finding) {
+        if self.waiting.len() < KEPT {
+            self.waiting.push(finding);
         }
     }
 
     /// The traffic is LSS.
-    pub fn confirm(&mut self, cx: &mut Context<'_>) {
-        if !std::mem::replace(&mut self.confirmed, true) {
-            cx.decide(|one| is_of_lss(one).then_some(true));
+    pub fn show(&mut self, cx: &mut Context<'_>) {
+        self.shown = true;
+        for finding in std::mem::take(&mut self.waiting) {
+            cx.report(finding);
         }
     }
 
@@ -65,16 +77,12 @@ impl Confirmation {
     /// once, at the first frame, that it does not look like LSS.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         let Some(first) = self.first else { return };
-        let waiting = || cx.evidence.pending.unconfirmed().iter().filter(|one| is_of_lss(one));
-        let enough = self.answered && self.valid >= VALID.max(waiting().count() * VALID);
-        if enough || waiting().all(|one| one.code == Code::Lss012) {
-            self.confirm(cx);
+        let waiting = std::mem::take(&mut self.waiting);
+        let enough = self.answered && self.valid >= VALID.max(waiting.len() * VALID);
+        if enough || waiting.iter().all(|finding| finding.code == Code::Lss012) {
+            waiting.into_iter().for_each(|finding| cx.report(finding));
         } else {
             cx.report(Finding { at: first, ..cx.verdict(Code::Lss030, None, None, None) });
         }
     }
-}
-
-fn is_of_lss(finding: &Finding) -> bool {
-    finding.code.rule().id.starts_with("LSS")
 }
