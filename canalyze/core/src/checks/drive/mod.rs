@@ -19,7 +19,7 @@ use self::watch::{Watch, Watched};
 use super::PdoName;
 use crate::context::Context;
 use crate::drive::{self, Command, Object, Reach, State};
-use crate::finding::Code;
+use crate::finding::{Code, Finding};
 use crate::frame::{Frame, FrameRef};
 use crate::node::{Node, PerNode};
 use crate::rules::drive::{Drv001, Drv004};
@@ -67,6 +67,8 @@ struct Axis {
     controlwords: Controlwords,
     sample: Option<Sample>,
     jump: Option<Jump>,
+    /// The finding about it, of a node that is not yet known to be a drive.
+    suspect: Option<Box<Finding>>,
     order: Option<Order>,
     /// The first fault reset without effect since it is in fault.
     vain: Option<FrameRef>,
@@ -353,6 +355,9 @@ impl Drive {
             emcy_due.entered(place, (before, sample), emcy, &mut fault, cx);
         }
         axis.follow(place, before, sample, judged, cx);
+        if judged && let Some(finding) = axis.suspect.take() {
+            cx.report(*finding);
+        }
         self.fault = fault;
     }
 }
@@ -360,9 +365,12 @@ impl Drive {
 impl Axis {
     /// A controlword has come, or may have, that explains the last change of state.
     fn reconsider(&mut self, cx: &mut Context<'_>) {
-        if let Some(Jump { axis, to, .. }) =
-            self.jump.take_if(|jump| self.controlwords.explain(&jump.from, &jump.to) != Some(false))
-        {
+        let recording = &cx.evidence.recording;
+        let listed_late = |jump: &mut Jump| {
+            !recording.is_settled(jump.to.at, cx.at) && self.controlwords.explain(&jump.from, &jump.to) != Some(false)
+        };
+        if let Some(Jump { axis, to, .. }) = self.jump.take_if(listed_late) {
+            self.suspect.take_if(|finding| finding.at == to.at);
             let about = |at: FrameRef, object: Option<Mux>| at == to.at && object == Some(statusword(axis));
             cx.evidence.pending.withdraw(|finding| finding.code == Code::Drv001 && about(finding.at, finding.object));
         }
@@ -387,12 +395,16 @@ impl Axis {
                 // A controlword in an unknown PDO is not seen.
                 let all_seen = self.controlwords.by_pdo || place.state.is_some_and(|state| state != OPERATIONAL);
                 let restarted = sample.state == State::NotReadyToSwitchOn;
-                if judged && remote && all_seen && !restarted {
+                if remote && all_seen && !restarted {
                     self.jump = Some(Jump { axis: place.axis, from: before, to: sample });
                     let controlword = self.controlwords.before(sample.at);
                     let what = Drv001::Unexplained { from: before.word, to: sample.word, controlword };
                     let finding = cx.verdict(what, Some(place.node.id()), Some(statusword(place.axis)), None);
-                    cx.report_listed(finding, 0);
+                    if judged {
+                        cx.report_listed(finding);
+                    } else if place.device().is_none() {
+                        self.suspect.get_or_insert_with(|| Box::new(finding));
+                    }
                 }
             }
             _ => {}
