@@ -87,6 +87,8 @@ pub struct Duplicates {
     /// By a part of their key; empty until the first frame.
     last: Vec<Last>,
     count: u64,
+    /// The resolution of the stamps, in ns.
+    grain_ns: i64,
     /// Frames that stood twice, right behind each other.
     pairs: u64,
     /// How long isolated frames were before their duplicates, in ns, and their CAN-IDs; latest last.
@@ -143,13 +145,14 @@ impl Duplicates {
     }
 
     /// Takes the next frame. `squeezed`: it stands closer to the one before than it can be on a bus, so its time
-    /// shows nothing.
+    /// shows nothing. `grain_ns`: the resolution of the stamps.
     #[inline]
-    pub fn step(&mut self, frame: &Frame, squeezed: bool) -> Sighting {
+    pub fn step(&mut self, frame: &Frame, squeezed: bool, grain_ns: i64) -> Sighting {
         if self.once >= SETTLED && self.twice < self.once {
             self.suspect = None;
             return Sighting::Original;
         }
+        self.grain_ns = grain_ns;
         self.compare(frame, squeezed)
     }
 
@@ -230,7 +233,7 @@ impl Duplicates {
             None => now.count - seen.count <= APART_FRAMES,
         };
         let middle = usual.start().midpoint(*usual.end());
-        let overdue = |seen: &Seen| seen.age_ns(now).is_none_or(|age| age >= middle);
+        let overdue = |seen: &Seen| seen.age_ns(now).is_none_or(|age| age.saturating_add(self.grain_ns) >= middle);
         let Some(place) = self.recent.iter().position(|seen| seen.key == now.key && in_time(seen)) else {
             return false;
         };

@@ -137,7 +137,7 @@ impl Recording {
         let mut happened = Happened::default();
         let wire_ns = wire_ns(frame);
         let gap_ns = frame.t_ns.zip(self.last_ns).map_or(i64::MAX, |(now, last)| now.saturating_sub(last));
-        happened.sighting = self.duplicates.step(frame, gap_ns < wire_ns);
+        happened.sighting = self.duplicates.step(frame, gap_ns < wire_ns, self.grain_ns);
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
             self.narrow_grain(frame, now);
