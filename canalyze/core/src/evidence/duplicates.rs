@@ -171,6 +171,9 @@ impl Duplicates {
             return sighting;
         }
         let again = self.resembles(&now);
+        if !again {
+            self.unlearn(&now);
+        }
         self.recent.push_back(Seen { isolated: isolated && !again, again, ..now });
         if again && !self.are_refuted() && !self.given_up {
             self.suspect.get_or_insert(now);
@@ -206,6 +209,21 @@ impl Duplicates {
             self.apart_ns.pop_front();
         }
         self.apart_ns.push_back((original.age_ns(now).unwrap_or(0), now.id));
+    }
+
+    /// A frame that has stood twice and stands a third time is sent again and again: it shows nothing.
+    fn unlearn(&mut self, now: &Seen) {
+        let near = |seen: &Seen| match seen.age_ns(now) {
+            Some(age) => (0..=APART_NS).contains(&age),
+            None => now.count - seen.count <= APART_FRAMES,
+        };
+        let paired = |seen: &&mut Seen| seen.key == now.key && seen.isolated && seen.again && near(seen);
+        let Some(original) = self.recent.iter_mut().find(paired) else { return };
+        original.isolated = false;
+        self.twice = self.twice.saturating_sub(1);
+        if let Some(place) = self.apart_ns.iter().rposition(|(_, id)| *id == now.id) {
+            self.apart_ns.remove(place);
+        }
     }
 
     /// How long after its original a duplicate comes, in ns, with some room: what most of the isolated frames have shown

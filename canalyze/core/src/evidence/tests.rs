@@ -388,3 +388,19 @@ fn what_is_owed_is_due_once_it_certainly_is() {
     }
     assert_eq!(due, [(1, 101)]);
 }
+
+#[test]
+fn what_is_sent_again_and_again_behind_pauses_stands_once() {
+    let mut recording = Recording::default();
+    let (mut no, mut t_us) = (0, 4_000_000_001);
+    for _ in 0..60 {
+        t_us += 50_000;
+        for byte in [0x40, 0x60, 0x70].into_iter().cycle().take(15) {
+            for id in [0x60A, 0x58A] {
+                (no, t_us) = (no + 1, t_us + 60);
+                observe(&mut recording, &frame(no, id, &[byte], t_us), false);
+                assert!(!recording.shows_twice(), "{no}");
+            }
+        }
+    }
+}
