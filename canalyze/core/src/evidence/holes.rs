@@ -2,8 +2,8 @@
 //!
 //! The whole bus is silent, and behind the silence several senders that come evenly, and independently of each other, come
 //! as they would have come: each a whole number of its periods after its last frame, so that frames are missing, or all of
-//! them late by the same time, so that the clock was put on. No fault of one node does that. A sender that does not come back, or that
-//! begins anew, fell silent itself; what comes late by different times waited for the recorder
+//! them late by the same time, so that the clock was put on. No fault of one node does that. A sender that does not come back,
+//! or that begins anew, fell silent itself; what comes late by different times waited for the recorder
 //! ([`Stalls`](super::stalls::Stalls)). It must not know more of a frame than who sends it.
 
 use std::collections::BTreeSet;

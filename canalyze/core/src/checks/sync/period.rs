@@ -29,6 +29,8 @@ const EXTRA_WITHIN: u64 = 6;
 const UNSTEADY: u32 = 11;
 /// Gaps that a mean is taken of.
 const MEANT: u64 = 8;
+/// No producer is this fast, in ns: what comes faster was kept in a buffer.
+const FASTEST_NS: i64 = 200_000;
 
 /// Whether the producer may have restarted since the last SYNC.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -248,7 +250,7 @@ impl SyncPeriod {
         }
         self.early.push(gap);
         let _ = self.period.take(gap.ns, recording.grain_ns(), gap.now.at);
-        let Some(period) = self.period.learnt_ns() else { return };
+        let Some(period) = self.period.learnt_ns().filter(|period| *period >= FASTEST_NS) else { return };
         let agreeing = self.early.iter().filter(|gap| close(gap.ns, period)).count();
         // Listed late now and then, gaps differ and make up for each other: then a few show no period.
         let uneven =
