@@ -211,7 +211,7 @@ impl Duplicates {
         self.apart_ns.push_back((original.age_ns(now).unwrap_or(0), now.id));
     }
 
-    /// A frame that has stood twice and stands a third time is sent again and again: it shows nothing.
+    /// A frame that is listed a third time is sent again and again: it does not show that the capture lists frames twice.
     fn unlearn(&mut self, now: &Seen) {
         let near = |seen: &Seen| match seen.age_ns(now) {
             Some(age) => (0..=APART_NS).contains(&age),

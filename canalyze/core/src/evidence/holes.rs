@@ -37,8 +37,8 @@ struct Sender {
     missed: bool,
     /// When it came again, in ns.
     back_ns: Option<i64>,
-    /// Whether that was its own time: what stands in a row behind a silence may have waited for the recorder, unless it
-    /// goes on from there.
+    /// Whether that was its own time: frames that follow a silence without a pause may have waited for the recorder,
+    /// unless the sender keeps its period from there.
     firm: bool,
 }
 
@@ -162,7 +162,7 @@ pub(super) struct Holes {
     doubt: Option<Doubt>,
     /// The numbers of the frames behind the last ones.
     found: Vec<u64>,
-    /// Since when the recording is known to go on, in ns: what came last before that tells nothing of what is due.
+    /// Since when the recording is known to go on, in ns: from a frame before that nothing is known of when the next is due.
     since_ns: i64,
     /// Until when a live bus has said that it gave all that there was, in ns.
     given_ns: Option<i64>,

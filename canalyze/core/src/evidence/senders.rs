@@ -20,7 +20,7 @@ pub(super) const ERROR_CONTROL: std::ops::RangeInclusive<usize> = 0x701..=0x77F;
 const SRDO: std::ops::RangeInclusive<usize> = 0x101..=0x180;
 /// Gaps after which it is known how often a CAN-ID comes.
 const KNOWN: usize = 3;
-/// How much closer two gaps must be, that are all that is known.
+/// Where only two gaps are known, they may differ by this part of one at most.
 const EXACT: i64 = 64;
 /// What comes this close to its time is on time, in ns, and further off than that it is late.
 const ON_TIME_NS: i64 = 1_000_000;

@@ -237,7 +237,7 @@ fn a_clock_that_is_set_back_begins_an_epoch() {
     }
 }
 
-/// A network, `ms` long: SYNC each 10 ms with a PDO, and a heartbeat each 100 ms of so many nodes, all a bit off.
+/// A network for `ms`: SYNC and a PDO every 10 ms, and the heartbeats of some nodes every 100 ms, none of them exact.
 fn beating(nodes: i64, ms: i64) -> Vec<(i64, u16)> {
     let off = |cycle: i64, id: i64| (cycle * 7919 + id * 31) % 5 * 100;
     let mut out: Vec<(i64, u16)> = (0..ms / 10)
@@ -275,7 +275,7 @@ fn lost_frames_and_a_clock_that_was_put_on_are_a_hole() {
         for lasts in [30_000, 100_000, 700_000, 5_000_000, 60_000_000] {
             for from in [500_000, 1_001_000, 1_330_000] {
                 let frames = beating(nodes, 3_000 + lasts / 1000);
-                // A heartbeat is due in each, but for the first one of the single node.
+                // Each silence holds back a heartbeat, but for the first one where there is a single node.
                 let left: Vec<_> =
                     frames.iter().copied().filter(|(at, _)| !(from..from + lasts).contains(at)).collect();
                 let lost = (1..=nodes).contains(&(from % 100_000 / 10_000 + 1)) || lasts >= 100_000;

@@ -245,12 +245,15 @@ impl SyncPeriod {
         if let Some(period) = self.period_ns() {
             return self.judge(gap, period, true, recording, out);
         }
+        if gap.ns < FASTEST_NS {
+            return;
+        }
         if self.early.len() == GAPS {
             self.early.remove(0);
         }
         self.early.push(gap);
         let _ = self.period.take(gap.ns, recording.grain_ns(), gap.now.at);
-        let Some(period) = self.period.learnt_ns().filter(|period| *period >= FASTEST_NS) else { return };
+        let Some(period) = self.period.learnt_ns() else { return };
         let agreeing = self.early.iter().filter(|gap| close(gap.ns, period)).count();
         // Listed late now and then, gaps differ and make up for each other: then a few show no period.
         let uneven =

@@ -29,7 +29,7 @@ fn each_step_back_is_found_once() {
     none(&(log(&beats(1000.0, 10)) + &other));
 }
 
-/// Heartbeats of two nodes each 100 ms, so many ms long; without those in a time, and all later by so much behind it.
+/// Heartbeats of two nodes every 100 ms, for some time in ms; those within a range are left out, those behind it are late.
 fn two(ms: u32, without: std::ops::Range<u32>, by: u32) -> String {
     let at = (0..ms / 50).map(|no| (no * 50, 5 + no % 2)).filter(|(at, _)| !without.contains(at));
     at.map(|(at, node)| format!("{}.137 70{node}#05\n", at + if at < without.end { 0 } else { by })).collect()

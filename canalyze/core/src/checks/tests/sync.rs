@@ -66,6 +66,16 @@ fn codes(raised: &[Raised]) -> Vec<&str> {
 }
 
 #[test]
+fn syncs_out_of_a_buffer_are_no_period() {
+    for apart_us in [50, 100, 190] {
+        let buffered: String =
+            (0..40).map(|number| format!("{} 080#\n", f64::from(number * apart_us) / 1000.0)).collect();
+        let regular: String = (1..60).map(|cycle| format!("{} 080#\n", 10 * cycle)).collect();
+        assert_eq!(raised(&log(&(buffered + &regular))), nothing(), "{apart_us} us");
+    }
+}
+
+#[test]
 fn sound_captures_cut_anywhere() {
     let whole = capture(24, |_| 0.0);
     let lines: Vec<&str> = whole.lines().collect();
