@@ -12,7 +12,6 @@ use crate::context::Context;
 use crate::evidence::circumstance::Kind;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
-use crate::evidence::recording::Silence;
 use crate::evidence::{Obligations, When};
 use crate::finding::Finding;
 use crate::frame::FrameRef;
@@ -141,7 +140,7 @@ impl Guarding {
         for (node, Owed { since, limit_ns: limit, .. }) in self.life.due(now, &cx.evidence.recording) {
             let age = cx.evidence.recording.between(since, now).unwrap_or(0);
             let fell = since.at.t_ns.map_or(0, |since| since.saturating_add(limit));
-            if !is_of_all(node, fell, limit, cx.evidence.recording.silence(now_ns)) {
+            if !cx.evidence.recording.was_silent(node, fell, limit, now_ns) {
                 cx.raise(Grd005::Expired { age, limit }, Some(node), None, Some(since.at));
             }
         }
@@ -274,7 +273,7 @@ impl Guarding {
         if now_ns < self.next {
             return;
         }
-        let (now, silence) = (cx.clock(now_ns), cx.evidence.recording.silence(now_ns));
+        let now = cx.clock(now_ns);
         self.next = i64::MAX;
         for (node, guarded) in self.nodes.iter_mut() {
             let Some(request) = guarded.request else { continue };
@@ -282,7 +281,7 @@ impl Guarding {
             if due > now_ns || !cx.evidence.recording.certainly_later(now, request, UNANSWERED_NS) {
                 // In a burst of the recorder the answer may still come.
                 self.next = self.next.min(due);
-            } else if guarded.doubtful || is_of_all(node, due, UNANSWERED_NS, silence) {
+            } else if guarded.doubtful || cx.evidence.recording.was_silent(node, due, UNANSWERED_NS, now_ns) {
                 guarded.request = None;
             } else if guarded.toggles || !heartbeats.is_producer(node) {
                 guarded.request = None;
@@ -372,9 +371,4 @@ fn report_toggle(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
 /// too.
 fn is_duplicate(cx: &Context<'_>) -> bool {
     cx.sighting == Sighting::Suspect && cx.evidence.recording.teaches(cx.when)
-}
-
-/// Whether a time fell into a silence of the whole bus.
-fn is_of_all(node: u8, fell_ns: i64, period_ns: i64, silence: Option<Silence>) -> bool {
-    silence.is_some_and(|one| (one.from_ns..=one.to_ns).contains(&fell_ns) && one.is_of_all(node, period_ns))
 }

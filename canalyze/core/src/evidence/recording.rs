@@ -364,6 +364,13 @@ impl Recording {
         }
     }
 
+    /// Whether what a node owes fell due in a silence of the whole bus that may last at `now_ns` and is not its own fault.
+    /// `period_ns`: how often it is due.
+    pub fn was_silent(&self, node: u8, fell_ns: i64, period_ns: i64, now_ns: i64) -> bool {
+        let holds = |one: &Silence| (one.from_ns..=one.to_ns).contains(&fell_ns) && one.is_of_all(node, period_ns);
+        self.silence(now_ns).is_some_and(|silence| holds(&silence))
+    }
+
     /// The silence of the whole bus that a frame has ended at `now_ns`, where it concerns a verdict.
     #[inline]
     pub fn ended_silence(&self, now_ns: i64) -> Option<&Silence> {

@@ -68,9 +68,13 @@ struct Sent {
 impl PdoTiming {
     /// A data frame of a PDO.
     pub fn sent(&mut self, node: u8, pdo: &Pdo, cx: &mut Context<'_>) {
-        let event_driven = pdo.transmission.is_some_and(|(kind, from)| kind >= EVENT_DRIVEN && !from.is_doubted());
-        if !event_driven || cx.at.t_ns.is_none() {
+        let Some((kind, from)) = pdo.transmission else { return };
+        if kind < EVENT_DRIVEN || cx.at.t_ns.is_none() {
             return;
+        }
+        if from.is_doubted() {
+            // Nothing is owed while it is not known whether a write took effect.
+            return self.reconfigured(node, pdo.transmit, pdo.number);
         }
         let name = (node, pdo.transmit, pdo.number);
         let inhibit = pdo.inhibit.filter(|_| pdo.transmit).map_or(0, trusted) * 100_000;
@@ -118,7 +122,10 @@ impl PdoTiming {
         let silent = cx.when.silent_ns >= gap - sent.timer_ns;
         let limit =
             if silent { owed.limit_ns.max(2 * sent.timer_ns - tolerance(sent.timer_ns)) } else { owed.limit_ns };
-        let excused = cx.evidence.circumstances.excuse(Rules::EventPdo, Some(node), owed.since, recording).is_some();
+        let now_ns = cx.at.t_ns.unwrap_or(0);
+        let held_back = recording.was_silent(node, now_ns.saturating_sub(gap - sent.timer_ns), sent.timer_ns, now_ns);
+        let excused =
+            held_back || cx.evidence.circumstances.excuse(Rules::EventPdo, Some(node), owed.since, recording).is_some();
         if excused || !recording.certainly_later(cx.when, owed.since, limit) {
             return false;
         }
