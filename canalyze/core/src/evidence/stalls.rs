@@ -184,7 +184,7 @@ impl Stalls {
         let seen = self.senders.see(frame, now, self.run(), DRAIN_NS);
         let too_close = self.is_too_close(close);
         self.compare_later(seen.tells_of);
-        if seen.late.is_some_and(Late::is_on_time) {
+        if seen.late.is_some_and(Late::is_on_time) && !too_close {
             // What waited was listed before it.
             self.end_burst();
         }
