@@ -172,6 +172,9 @@ impl Bus {
         let before = cx.events.len();
         channel.asked_in_vain(key.1.is_none().then(|| self.checks.nodes.asked_in_vain(node)).flatten());
         channel.step(side, frame, cx);
+        if cx.sighting == Sighting::Duplicate {
+            return;
+        }
         self.checks.due(frame, cx);
         if key.1.is_none() {
             let object = match cx.events.get(before).map(|event| &event.what) {

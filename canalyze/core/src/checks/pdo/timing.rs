@@ -69,12 +69,8 @@ impl PdoTiming {
     /// A data frame of a PDO.
     pub fn sent(&mut self, node: u8, pdo: &Pdo, cx: &mut Context<'_>) {
         let Some((kind, from)) = pdo.transmission else { return };
-        if kind < EVENT_DRIVEN || cx.at.t_ns.is_none() {
+        if kind < EVENT_DRIVEN || from.is_doubted() || cx.at.t_ns.is_none() {
             return;
-        }
-        if from.is_doubted() {
-            // Nothing is owed while it is not known whether a write took effect.
-            return self.reconfigured(node, pdo.transmit, pdo.number);
         }
         let name = (node, pdo.transmit, pdo.number);
         let inhibit = pdo.inhibit.filter(|_| pdo.transmit).map_or(0, trusted) * 100_000;
