@@ -411,11 +411,12 @@ fn is_pause(gap: Gap, period: i64) -> bool {
     }
     let exact = match gap.restart {
         Restart::None => return false,
-        // A SYNC that is missing in the old phase is no restart of the producer.
-        Restart::Perhaps => period / 16,
+        // SYNCs that are missing in the old phase are no restart of the producer.
+        Restart::Perhaps => period / 64,
         Restart::Likely => -1,
     };
-    gap.ns > period && !close(gap.ns, period) && gap.ns.abs_diff(period.saturating_mul(2)) as i64 > exact
+    let off = (gap.ns + period / 2) % period.max(1) - period / 2;
+    gap.ns > period && !close(gap.ns, period) && off.abs() > exact
 }
 
 /// How late a frame may be listed, in ns.
