@@ -16,9 +16,9 @@ use crate::context::Context;
 use crate::dictionary::Object;
 use crate::drive;
 use crate::event::{Addressed, ProcessData, Signals, Step, Unmapped, What};
+use crate::evidence::circumstance;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
-use crate::evidence::{When, circumstance};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
@@ -123,20 +123,20 @@ impl Bus {
 
     /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
     /// from it.
-    pub fn step(&mut self, frame: &Frame, (when, happened): &(When, Happened), cx: &mut Context<'_>) {
+    pub fn step(&mut self, frame: &Frame, happened: &Happened, cx: &mut Context<'_>) {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
-        let when = cx.evidence.recording.take(*when, happened, frame, role.is_command());
-        (cx.when, cx.sighting) = (when, cx.evidence.recording.sighting(when.at, happened.sighting));
-        if cx.evidence.recording.is_first_of_stall(when) {
-            cx.evidence.circumstances.note(circumstance::Kind::Stall, None, when);
+        cx.evidence.recording.take(&mut cx.when, happened, frame, role.is_command());
+        cx.sighting = cx.evidence.recording.sighting(cx.at, happened.sighting);
+        if cx.evidence.recording.is_first_of_stall(cx.when) {
+            cx.evidence.circumstances.note(circumstance::Kind::Stall, None, cx.when);
         }
         if let Some(paused) = happened.silence.as_ref().map(|silence| silence.paused).filter(|paused| *paused != 0) {
             let only = (paused.count_ones() == 1).then(|| paused.trailing_zeros() as u8);
-            cx.evidence.circumstances.note(circumstance::Kind::Pause, only, when);
+            cx.evidence.circumstances.note(circumstance::Kind::Pause, only, cx.when);
         }
         if happened.step_ns.is_some() {
-            cx.evidence.circumstances.note(circumstance::Kind::Gap, None, when);
+            cx.evidence.circumstances.note(circumstance::Kind::Gap, None, cx.when);
         }
         let data = frame.kind != Kind::Remote && frame.kind != Kind::Error;
         match role {

@@ -116,10 +116,15 @@ impl Context<'_> {
     }
 
     /// Reports what has waited long enough by the frame at hand.
+    #[inline]
     pub fn release(&mut self) {
-        if self.evidence.pending.is_empty() {
-            return;
+        if !self.evidence.pending.is_empty() {
+            self.release_waiting();
         }
+    }
+
+    #[cold]
+    fn release_waiting(&mut self) {
         for finding in self.evidence.pending.release(self.when, &self.evidence.recording) {
             self.emit(finding);
         }
@@ -141,6 +146,7 @@ impl Context<'_> {
     }
 
     /// Appends an event at the frame at hand.
+    #[inline]
     pub fn push(&mut self, about: Option<FrameRef>, node: Option<u8>, what: What) {
         self.events.push(Event { at: self.at, about, bus: self.bus, node, transfer: None, what });
     }

@@ -203,7 +203,11 @@ impl Frame {
 
     /// The payload bytes; empty for a remote frame.
     pub fn payload(&self) -> &[u8] {
-        if self.kind == Kind::Remote { &[] } else { self.data.get(..usize::from(self.len)).unwrap_or(&self.data) }
+        if matches!(self.kind, Kind::Remote) {
+            &[]
+        } else {
+            self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
+        }
     }
 
     /// The first eight payload bytes, zero-extended: what a classic service decodes.

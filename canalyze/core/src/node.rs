@@ -43,11 +43,13 @@ impl<T: Default> PerNode<T> {
     }
 
     /// The same, to change it.
+    #[inline]
     pub fn get_mut(&mut self, node: u8) -> Option<&mut T> {
         self.slots.get_mut(usize::from(node)).and_then(Option::as_deref_mut)
     }
 
     /// What is kept for a node, made where there is nothing yet.
+    #[inline]
     pub fn entry(&mut self, node: u8) -> &mut T {
         match self.slots.get_mut(usize::from(node)) {
             Some(slot) => slot.get_or_insert_default(),

@@ -133,9 +133,6 @@ impl Guarding {
     /// Reports which nodes the master has not asked within their life time. A silence of the whole bus is no fault of
     /// the master.
     fn overdue(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        if !self.life.may_be_due(now_ns) {
-            return;
-        }
         let now = cx.clock(now_ns);
         for (node, Owed { since, limit_ns: limit, .. }) in self.life.due(now, &cx.evidence.recording) {
             let age = cx.evidence.recording.between(since, now).unwrap_or(0);
@@ -269,10 +266,15 @@ impl Guarding {
     /// It is `now_ns`: which request should have been answered.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
-        self.overdue(now_ns, cx);
-        if now_ns < self.next {
-            return;
+        if self.life.may_be_due(now_ns) {
+            self.overdue(now_ns, cx);
         }
+        if now_ns >= self.next {
+            self.miss(now_ns, nmt, heartbeats, cx);
+        }
+    }
+
+    fn miss(&mut self, now_ns: i64, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
         let now = cx.clock(now_ns);
         self.next = i64::MAX;
         for (node, guarded) in self.nodes.iter_mut() {

@@ -78,6 +78,7 @@ pub struct Fit {
 
 impl Fit {
     /// Of a frame and what its bytes are.
+    #[inline]
     pub fn of(content: &Signals, frame: &Frame) -> Self {
         let misfit = misfit(content, frame);
         Self {
@@ -141,7 +142,7 @@ impl Checks {
         self.nodes.settle(cx);
         if let Some(now_ns) = frame.t_ns {
             self.pass(now_ns, true, cx);
-            self.pdo_timing.advance(cx);
+            self.pdo_timing.advance(now_ns, cx);
             self.sync.heard(now_ns);
         }
         self.nodes.heard(cx);

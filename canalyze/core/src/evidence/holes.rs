@@ -171,7 +171,7 @@ pub(super) struct Holes {
 impl Holes {
     /// Whether a frame is the first one behind a hole.
     pub(super) fn is_behind(&self, number: u64) -> bool {
-        self.found.contains(&number)
+        !self.found.is_empty() && self.found.contains(&number)
     }
 
     /// The number of the first frame of which it is not known yet whether it is behind a hole.

@@ -41,7 +41,7 @@ const IN_ORDER: u32 = 16;
 const TWO_PERIODS_TENTHS: i64 = 20;
 /// A step back of the stamps by at least this much is a clock that was set, in ns. Below, two buses or the host's own
 /// frames are listed out of order.
-const CLOCK_STEP_NS: i64 = 10_000_000;
+const CLOCK_STEP_NS: i64 = LATEST_ECHO_NS;
 /// The part of a time between two frames, and the least in ns, by which the stamp of the first is taken to be late, where
 /// the bus was silent that long before it.
 const LATE_PART: i64 = 3;
@@ -136,8 +136,9 @@ impl Recording {
     pub fn observe(&mut self, frame: &Frame) -> (When, Happened) {
         let mut happened = Happened::default();
         let wire_ns = wire_ns(frame);
-        let gap_ns = frame.t_ns.zip(self.last_ns).map_or(i64::MAX, |(now, last)| now.saturating_sub(last));
-        happened.sighting = self.duplicates.step(frame, gap_ns < wire_ns, self.grain_ns);
+        let gap = frame.t_ns.zip(self.last_ns).map(|(now, last)| now.saturating_sub(last));
+        let close = gap.is_some_and(|gap| gap < wire_ns);
+        happened.sighting = self.duplicates.step(frame, close, self.grain_ns);
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
             self.narrow_grain(frame, now);
@@ -145,7 +146,7 @@ impl Recording {
             if happened.step_ns.is_some() || self.last_ns.is_none() {
                 self.holes.start(now);
             }
-            silent_ns = self.last_ns.map_or(0, |last| now.saturating_sub(last).max(0));
+            silent_ns = gap.map_or(0, |gap| gap.max(0));
             if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
                 happened.silence = Some(Box::new(self.measure(last, now)));
                 if !self.duplicates.are_proven() && self.duplicates.undecided_since().is_none() {
@@ -153,8 +154,8 @@ impl Recording {
                 }
             }
             let original = happened.sighting == Sighting::Original;
-            let too_close = (gap_ns < wire_ns, self.grain_ns < wire_ns);
-            self.stalls.follow(frame, (self.last_ns, now), original, too_close);
+            let too_close = (close, self.grain_ns < wire_ns);
+            self.stalls.follow(frame, (self.last_ns, now, silent_ns), original, too_close);
             self.last_ns = Some(now);
             self.clock.latest_ns = Some(self.clock.latest_ns.map_or(now, |latest| latest.max(now)));
         }
@@ -165,21 +166,22 @@ impl Recording {
         if silent_ns > DRAIN_NS {
             self.silence_ns = silent_ns;
         }
-        (When { silent_ns: self.silence_ns, epoch: self.clock.steps, ..self.at(frame.reference()) }, happened)
+        let (at, epoch, burst) = (frame.reference(), self.clock.steps, self.stalls.running());
+        (When { at, epoch, burst, own: false, silent_ns: self.silence_ns }, happened)
     }
 
-    /// The place of a frame that was observed, once it is taken. `commands`: it is of a kind that a master sends (an SDO
+    /// Completes the place of a frame that was observed, once it is taken. `commands`: it is of a kind that a master sends (an SDO
     /// request, NMT, SYNC, TIME, an RPDO, a remote frame, LSS of the master), which may be the recording host itself.
-    pub fn take(&mut self, observed: When, happened: &Happened, frame: &Frame, commands: bool) -> When {
+    pub fn take(&mut self, when: &mut When, happened: &Happened, frame: &Frame, commands: bool) {
         if let Some(silence) = &happened.silence {
             self.silence = Some(**silence);
         }
         self.taken_ns = frame.t_ns.or(self.taken_ns);
-        let own = match frame.dir {
+        when.own = match frame.dir {
             Some(direction) => direction == Direction::Tx,
             None => commands || frame.kind == Kind::Remote,
         };
-        When { own, epoch: observed.epoch.saturating_add(self.losses), ..observed }
+        when.epoch = when.epoch.saturating_add(self.losses);
     }
 
     /// Whether a frame that was observed as such is a duplicate, once it is taken. What comes from a buffer is close to
@@ -190,6 +192,15 @@ impl Recording {
             Sighting::Suspect if at.t_ns.is_some_and(near_burst) => Sighting::Original,
             decided => decided,
         }
+    }
+
+    /// Whether it is known of every frame so far what the recording did with it.
+    #[inline]
+    pub fn is_decided(&self) -> bool {
+        let (stalls, duplicates, holes) = (&self.stalls, &self.duplicates, &self.holes);
+        stalls.undecided_since().is_none()
+            && duplicates.undecided_since().is_none()
+            && holes.undecided_since().is_none()
     }
 
     /// The number of the first frame of which it is not known yet what the recording did with it.
@@ -206,8 +217,9 @@ impl Recording {
     }
 
     /// Whether a frame is the first one behind a hole of the recording that nothing announces.
-    pub fn is_behind_hole(&self, at: FrameRef) -> bool {
-        self.holes.is_behind(at.no)
+    #[inline]
+    pub fn is_behind_hole(&self, number: u64) -> bool {
+        self.holes.is_behind(number)
     }
 
     /// Whether a frame is the first after a time for which the recorder stood still.
@@ -401,7 +413,7 @@ impl Recording {
 
     fn step_of_clock(&mut self, now: i64) -> Option<i64> {
         let back = self.clock.latest_ns?.saturating_sub(now);
-        if back < CLOCK_STEP_NS.max(self.lag_ns()) {
+        if back < CLOCK_STEP_NS {
             return None;
         }
         self.clock.steps = self.clock.steps.saturating_add(1);

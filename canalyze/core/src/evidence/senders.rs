@@ -158,17 +158,73 @@ impl Usual {
         before * PAIRS < self.gaps + PAIRS
     }
 
+    /// A frame came at `now`, neither too early nor in a burst: gives what [`Self::compare`] does.
+    #[inline]
+    fn take(&mut self, now: i64, drain_ns: i64) -> u32 {
+        let gap = now.saturating_sub(self.last_ns);
+        (self.last_ns, self.before_ns) = (now, gap);
+        let tells_of = self.compare(gap, drain_ns);
+        self.learn(gap);
+        tells_of
+    }
+
+    /// Looks closely at a frame, which came at `now`. Out of line: few frames need it.
+    #[inline(never)]
+    fn see(&mut self, id: usize, now: i64, run: Option<Run>, drain_ns: i64) -> Seen {
+        let gap = now.saturating_sub(self.last_ns);
+        let again = run.filter(|run| gap <= now.saturating_sub(run.to_ns));
+        let even = self.gap_ns > 4 * drain_ns;
+        let timed = run.filter(|_| even && again.is_none() && is_timed(id));
+        let late = timed.and_then(|run| self.late(run.from_ns, now));
+        let mut seen = Seen { late, ..Seen::default() };
+        let known = std::mem::replace(&mut self.last_ns, now) != 0;
+        if !known || gap < 0 {
+            return seen;
+        }
+        // The recorder may have lengthened it.
+        let across = run.is_some_and(|run| run.unusual && again.is_none() && self.gaps > 0);
+        let short = self.gaps > 1 && even && gap < self.gap_ns / 4;
+        // Frames of a slow buffer are compressed less; then it needs an unusual silence to tell.
+        let squeezed = self.gaps > 1 && run.is_some_and(|run| run.unusual) && gap / 2 < self.gap_ns / 5;
+        seen.compressed = even && (short || squeezed) && is_timed(id) && self.pair(run);
+        seen.caught_up = seen.compressed && self.before_ns > self.gap_ns.saturating_add(self.gap_ns / 4);
+        self.before_ns = gap;
+        // A silence can have brought two frames no closer than by its length.
+        if let Some(run) = again.filter(|run| gap <= run.to_ns.saturating_sub(run.from_ns) / 2) {
+            // What it shows of its sender is known when the burst is.
+            seen.again = self.gaps < KNOWN && is_timed(id);
+            if seen.again {
+                let before = Some(self.squeezed).filter(|one| one.burst == run.number);
+                let ns = before.map_or(gap, |one| one.ns.min(gap));
+                self.squeezed = Squeezed { burst: run.number, ns, gap_ns: 0 };
+            }
+            return seen;
+        }
+        seen.tells_of = self.compare(gap, drain_ns);
+        if !short && !across {
+            self.learn(gap);
+        }
+        seen
+    }
+
+    #[inline]
     fn learn(&mut self, gap: i64) {
-        if let Some(slot) = self.kept.get_mut(self.gaps % KEPT) {
+        let place = self.gaps % KEPT;
+        if let Some(slot) = self.kept.get_mut(place) {
             *slot = gap;
         }
         self.gaps += 1;
         // Once the last gaps are known they are looked at together, when all of them are new.
+        if self.gaps < KEPT || place + 1 == KEPT {
+            self.average();
+        }
+    }
+
+    #[inline(never)]
+    fn average(&mut self) {
         if self.gaps >= KEPT {
-            if self.gaps.is_multiple_of(KEPT) {
-                self.gap_ns = median_of_five(self.kept);
-                self.off_ns = median_of_five(self.kept.map(|gap| gap.saturating_sub(self.gap_ns).saturating_abs()));
-            }
+            self.gap_ns = median_of_five(self.kept);
+            self.off_ns = median_of_five(self.kept.map(|gap| gap.saturating_sub(self.gap_ns).saturating_abs()));
             return;
         }
         let mut kept = self.kept;
@@ -210,43 +266,13 @@ impl Senders {
         }
         let Some(id) = identifier(frame) else { return Seen::default() };
         let Some(usual) = self.usual.get_mut(id) else { return Seen::default() };
-        let gap = now.saturating_sub(usual.last_ns);
-        let again = run.filter(|run| gap <= now.saturating_sub(run.to_ns));
-        let even = usual.gap_ns > 4 * drain_ns;
-        let timed = run.filter(|_| even && again.is_none() && is_timed(id));
-        let late = timed.and_then(|run| usual.late(run.from_ns, now));
-        let mut seen = Seen { late, ..Seen::default() };
-        let known = std::mem::replace(&mut usual.last_ns, now) != 0;
-        if !known {
+        if usual.last_ns == 0 {
             self.active.push(id);
+        } else if run.is_none() && now.saturating_sub(usual.last_ns) > usual.gap_ns / 4 {
+            // All that it shows is how often it comes.
+            return Seen { tells_of: usual.take(now, drain_ns), ..Seen::default() };
         }
-        if !known || gap < 0 {
-            return seen;
-        }
-        // The recorder may have lengthened it.
-        let across = run.is_some_and(|run| run.unusual && again.is_none() && usual.gaps > 0);
-        let short = usual.gaps > 1 && even && gap < usual.gap_ns / 4;
-        // Frames of a slow buffer are compressed less; then it needs an unusual silence to tell.
-        let squeezed = usual.gaps > 1 && run.is_some_and(|run| run.unusual) && gap / 2 < usual.gap_ns / 5;
-        seen.compressed = even && (short || squeezed) && is_timed(id) && usual.pair(run);
-        seen.caught_up = seen.compressed && usual.before_ns > usual.gap_ns.saturating_add(usual.gap_ns / 4);
-        usual.before_ns = gap;
-        // A silence can have brought two frames no closer than by its length.
-        if let Some(run) = again.filter(|run| gap <= run.to_ns.saturating_sub(run.from_ns) / 2) {
-            // What it shows of its sender is known when the burst is.
-            seen.again = usual.gaps < KNOWN && is_timed(id);
-            if seen.again {
-                let before = Some(usual.squeezed).filter(|one| one.burst == run.number);
-                let ns = before.map_or(gap, |one| one.ns.min(gap));
-                usual.squeezed = Squeezed { burst: run.number, ns, gap_ns: 0 };
-            }
-            return seen;
-        }
-        seen.tells_of = usual.compare(gap, drain_ns);
-        if !short && !across {
-            usual.learn(gap);
-        }
-        seen
+        usual.see(id, now, run, drain_ns)
     }
 
     /// The CAN-IDs that come by themselves and evenly.

@@ -152,13 +152,13 @@ pub(super) struct Stalls {
 }
 
 impl Stalls {
-    /// Takes a frame's time (the last one's, and its own, in ns). `original`: it is no duplicate; what may be one shows
+    /// Takes a frame's time (the last one's, its own, and how long the bus was silent between them, in ns). `original`: it is no duplicate; what may be one shows
     /// nothing until that is decided. `close`: it follows the frame before in less time than it takes on the fastest bus, and
     /// stamps are fine enough to tell.
     pub(super) fn follow(
         &mut self,
         frame: &Frame,
-        (last, now): (Option<i64>, i64),
+        (last, now, gap): (Option<i64>, i64, i64),
         original: bool,
         close: (bool, bool),
     ) {
@@ -166,7 +166,6 @@ impl Stalls {
             self.senders.see(frame, now, None, DRAIN_NS);
             return;
         };
-        let gap = now.saturating_sub(last).max(0);
         if gap > DRAIN_NS {
             self.end_burst();
         }

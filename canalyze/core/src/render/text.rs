@@ -32,9 +32,6 @@ pub enum Time {
     None,
 }
 
-/// The column in which comments begin, counted from the first data byte: eight bytes and their blanks.
-const DATA_WIDTH: usize = 23;
-
 /// The text renderer: what the lines so far decide of the next ones.
 #[derive(Debug)]
 pub struct Lines {
@@ -249,19 +246,16 @@ pub fn explain(out: &mut Vec<u8>, lang: Lang, frame: &Frame, buses: &Buses) {
 
 /// The data, filled up to the column of the comments.
 fn data(out: &mut Vec<u8>, frame: &Frame) {
-    out.push(b' ');
-    // Eight bytes in one piece: what nearly every frame needs.
-    let mut field = [b' '; DATA_WIDTH];
+    // Eight bytes, each behind a blank, in one piece: what nearly every frame needs.
+    let mut field = [b' '; 24];
     let payload = frame.payload();
     if frame.kind == Kind::Remote {
-        for (slot, byte) in field.iter_mut().zip(b"remote request") {
+        for (slot, byte) in field.iter_mut().zip(b" remote request") {
             *slot = *byte;
         }
     }
-    for (slots, byte) in field.chunks_mut(3).zip(payload) {
-        if let [high, low, ..] = slots {
-            [*high, *low] = hex_digits(*byte);
-        }
+    for ([_, high, low], byte) in field.as_chunks_mut::<3>().0.iter_mut().zip(payload) {
+        [*high, *low] = hex_digits(*byte);
     }
     out.extend_from_slice(&field);
     for byte in payload.iter().skip(8) {

@@ -10,7 +10,7 @@ use crate::context::{Chunk, Context};
 use crate::event::{Event, What};
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
-use crate::evidence::{Evidence, When};
+use crate::evidence::{Evidence, Recording, When};
 use crate::expectation::{Expectations, Verification};
 use crate::finding::{Finding, Verdict};
 use crate::frame::{BusId, Buses, Frame, FrameRef};
@@ -93,6 +93,12 @@ impl Decoding {
         Some(self.evidence.get_mut(usize::from(frame.bus.0))?.recording.observe(frame))
     }
 
+    /// Whether it is known of every frame so far what the recordings did with it.
+    #[inline]
+    pub(super) fn is_decided(&self) -> bool {
+        self.evidence.iter().all(|evidence| evidence.recording.is_decided())
+    }
+
     /// The number of the first frame of which it is not known yet what the recording did with it.
     pub(super) fn undecided_since(&self) -> Option<u64> {
         self.evidence.iter().filter_map(|evidence| evidence.recording.undecided_since()).min()
@@ -110,8 +116,8 @@ impl Decoding {
 
     /// Takes a frame that was observed.
     pub(super) fn step(&mut self, frame: &Frame, seen: Option<&(When, Happened)>, buses: &Buses) {
-        let Some(seen) = seen else { return };
-        self.on_bus(frame.bus, frame.reference(), buses, |bus, cx| bus.step(frame, seen, cx));
+        let Some((when, happened)) = seen else { return };
+        self.on_bus(frame.bus, buses, |_| *when, |bus, cx| bus.step(frame, happened, cx));
         if let Some(verification) = &mut self.verification {
             verification.frame(frame, &mut self.events, buses);
         }
@@ -123,7 +129,7 @@ impl Decoding {
     /// Whether a frame is the first behind a hole of the recording.
     pub(super) fn is_behind_hole(&self, frame: &Frame) -> bool {
         let evidence = self.evidence.get(usize::from(frame.bus.0));
-        evidence.is_some_and(|evidence| evidence.recording.is_behind_hole(frame.reference()))
+        evidence.is_some_and(|evidence| evidence.recording.is_behind_hole(frame.no))
     }
 
     /// Something was found about the frame at hand and the one before it on its bus that needs no decoding.
@@ -139,7 +145,7 @@ impl Decoding {
     /// Frames of a bus are missing here, behind the frame `last`.
     pub(super) fn lost(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
         let from = self.events.len();
-        self.on_bus(bus, last, buses, |bus, cx| bus.lost(None, false, cx));
+        self.on_bus(bus, buses, |recording| recording.at(last), |bus, cx| bus.lost(None, false, cx));
         if let Some(verification) = &mut self.verification {
             verification.asides(&mut self.events, from, buses);
             verification.lost(bus, buses);
@@ -148,7 +154,7 @@ impl Decoding {
 
     /// An error frame of which the capture shows no content, behind the frame `last`.
     pub(super) fn bare_error(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
-        self.on_bus(bus, last, buses, Bus::bare_error);
+        self.on_bus(bus, buses, |recording| recording.at(last), Bus::bare_error);
     }
 
     /// Frames of any bus are missing here.
@@ -161,7 +167,8 @@ impl Decoding {
     /// It is `now_ns` on the clock of the frames.
     pub(super) fn advance(&mut self, now_ns: i64, last: FrameRef, buses: &Buses) {
         for index in 0..self.state.len() {
-            self.on_bus(BusId(index as u8), last, buses, |bus, cx| bus.advance(now_ns, cx));
+            let at = |recording: &Recording| recording.at(last);
+            self.on_bus(BusId(index as u8), buses, at, |bus, cx| bus.advance(now_ns, cx));
         }
         if let Some(verification) = &mut self.verification {
             verification.advance(now_ns, last, &mut self.events, buses);
@@ -171,7 +178,7 @@ impl Decoding {
     /// The capture is over, but for what was only counted.
     pub(super) fn finish(&mut self, last: FrameRef, buses: &Buses) {
         for index in 0..self.state.len() {
-            self.on_bus(BusId(index as u8), last, buses, Bus::finish);
+            self.on_bus(BusId(index as u8), buses, |recording| recording.at(last), Bus::finish);
         }
         if let Some(verification) = self.verification.as_mut().filter(|_| last.no > 0) {
             verification.asides(&mut self.events, 0, buses);
@@ -185,6 +192,7 @@ impl Decoding {
     }
 
     /// The events were written: keeps of them what is handed out, and forgets them.
+    #[inline]
     pub(super) fn clear(&mut self, buses: &Buses) {
         if self.extract {
             self.hand_out(buses);
@@ -216,21 +224,29 @@ impl Decoding {
         absent
     }
 
-    fn on_bus(&mut self, id: BusId, at: FrameRef, buses: &Buses, act: impl FnOnce(&mut Bus, &mut Context<'_>)) {
+    /// Hands a bus what concerns it, at a place in its recording.
+    #[inline]
+    fn on_bus(
+        &mut self,
+        id: BusId,
+        buses: &Buses,
+        when: impl FnOnce(&Recording) -> When,
+        act: impl FnOnce(&mut Bus, &mut Context<'_>),
+    ) {
         if self.blind {
             return;
         }
         self.know(id, buses);
         let index = usize::from(id.0);
         let (Some(bus), Some(evidence)) = (self.state.get_mut(index), self.evidence.get_mut(index)) else { return };
-        let when = evidence.recording.at(at);
+        let when = when(&evidence.recording);
         let mut cx = Context {
             events: &mut self.events,
             next_transfer: &mut self.next_transfer,
             extract: self.extract,
             chunks: &mut self.chunks,
             bus: id,
-            at,
+            at: when.at,
             evidence,
             when,
             sighting: Sighting::Original,

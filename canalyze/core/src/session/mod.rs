@@ -388,7 +388,7 @@ impl Session {
 }
 
 impl Stream {
-    fn item(&mut self, item: Item, buses: &Buses, out: &mut Vec<u8>) {
+    fn item(&mut self, mut item: Item, buses: &Buses, out: &mut Vec<u8>) {
         if self.output.is_done() {
             return;
         }
@@ -398,15 +398,16 @@ impl Stream {
             }
             return info.take(&item);
         }
-        match item {
-            Item::Frame(_) | Item::Unreadable { .. } | Item::Until { .. } => {}
+        match &mut item {
+            Item::Frame(frame) => return self.place(frame, buses, out),
+            Item::Unreadable { .. } | Item::Until { .. } => {}
             _ => self.settle(buses, out),
         }
         if self.output.is_done() {
             return;
         }
         match item {
-            Item::Frame(mut frame) => self.place(&mut frame, buses, out),
+            Item::Frame(_) => {}
             Item::Marker(marker) => self.marker(marker, buses, out),
             Item::Unreadable { place, reason } => self.capture.unreadable(place, reason),
             Item::Damaged(damage) => self.damaged(damage, buses, out),
@@ -420,9 +421,9 @@ impl Stream {
         self.capture.place(frame);
         let seen = self.decoding.observe(frame, buses);
         let before = self.capture.before(frame);
-        if self.ahead.is_empty() && self.decoding.undecided_since().is_none() {
+        if self.ahead.is_empty() && self.decoding.is_decided() {
             self.capture.take(frame, None);
-            return self.frame(frame, before, seen.as_ref(), buses, out);
+            return self.frame(frame, before.as_ref(), seen.as_ref(), buses, out);
         }
         self.ahead.hold(Placed { frame: *frame, before, seen }, self.capture.origin());
         self.release(buses, out);
@@ -435,7 +436,7 @@ impl Stream {
             if !self.output.is_done() {
                 let Placed { frame, before, seen } = placed;
                 self.capture.take(&frame, Some(origin));
-                self.frame(&frame, before, seen.as_ref(), buses, out);
+                self.frame(&frame, before.as_ref(), seen.as_ref(), buses, out);
             }
         }
         self.capture.caught_up();
@@ -450,25 +451,28 @@ impl Stream {
     fn frame(
         &mut self,
         frame: &Frame,
-        before: Option<FrameRef>,
+        before: Option<&FrameRef>,
         seen: Option<&(When, Happened)>,
         buses: &Buses,
         out: &mut Vec<u8>,
     ) {
-        let holed = before.filter(|_| self.decoding.is_behind_hole(frame));
-        if let Some(before) = holed {
+        let holed = self.decoding.is_behind_hole(frame);
+        let stepped = seen.is_some_and(|(_, happened)| happened.step_ns.is_some());
+        if holed && let Some(before) = before {
             self.output.gap(frame.bus);
-            self.decoding.lost(frame.bus, before, buses);
+            self.decoding.lost(frame.bus, *before, buses);
             self.aside(buses, out);
         }
-        let stepped = before.filter(|_| seen.is_some_and(|(_, happened)| happened.step_ns.is_some()));
         self.decoding.step(frame, seen, buses);
-        let apart = |before: FrameRef| Some(frame.t_ns?.saturating_sub(before.t_ns?));
-        if let Some((before, apart)) = holed.and_then(|before| Some((before, apart(before)?))) {
-            self.decoding.find(frame, Cap007::Silent { silence: apart }.into(), before);
-        }
-        if let Some((before, apart)) = stepped.and_then(|before| Some((before, apart(before)?))) {
-            self.decoding.find(frame, Cap006::Back { back: apart.saturating_neg() }.into(), before);
+        if (holed || stepped)
+            && let Some((before, apart)) = before.and_then(|before| Some((*before, frame.reference().since(*before)?)))
+        {
+            if holed {
+                self.decoding.find(frame, Cap007::Silent { silence: apart }.into(), before);
+            }
+            if stepped {
+                self.decoding.find(frame, Cap006::Back { back: apart.saturating_neg() }.into(), before);
+            }
         }
         if self.output.has_tables() {
             let sync = self.decoding.sync(frame.bus);

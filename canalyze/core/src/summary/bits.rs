@@ -10,29 +10,42 @@ use crate::frame::{Frame, Kind};
 
 /// Generator polynomial of the CRC-15 of classic frames, without its highest term.
 const POLYNOMIAL: u16 = 0x4599;
-/// What eight bits do to the CRC; here and not by a library's digest, so that a byte goes through CRC and stuffing in
-/// one turn.
-static CRC15: [u16; 256] = crc15();
+/// Bytes that are taken at once.
+const BYTES: usize = 4;
+/// What a byte adds to the CRC, by the number of bytes behind it: the CRC is the sum of what its bytes add, so none of those
+/// that are taken at once has to wait for the one before.
+static CRC15: [[u16; 256]; BYTES] = crc15();
 
 #[allow(clippy::indexing_slicing, reason = "evaluated by the compiler, which refuses what is out of bounds")]
-const fn crc15() -> [u16; 256] {
-    let mut table = [0; 256];
+const fn crc15() -> [[u16; 256]; BYTES] {
+    let mut table = [[0; 256]; BYTES];
     let mut byte = 0;
     while byte < 256 {
-        let (mut crc, mut bit) = ((byte as u16) << 7, 0);
-        while bit < 8 {
-            crc = if crc & 0x4000 == 0 { crc << 1 } else { crc << 1 ^ POLYNOMIAL };
-            bit += 1;
+        let (mut crc, mut behind) = ((byte as u16) << 7, 0);
+        while behind < BYTES {
+            let mut bit = 0;
+            while bit < 8 {
+                crc = if crc & 0x4000 == 0 { crc << 1 } else { crc << 1 ^ POLYNOMIAL };
+                bit += 1;
+            }
+            crc &= 0x7FFF;
+            table[behind][byte] = crc;
+            behind += 1;
         }
-        table[byte] = crc & 0x7FFF;
         byte += 1;
     }
     table
 }
 
-fn crc_step(crc: u16, byte: u8) -> u16 {
-    let place = usize::from((crc >> 7) as u8 ^ byte);
-    (crc << 8 ^ CRC15.get(place).copied().unwrap_or(0)) & 0x7FFF
+/// The CRC of a row of bits that ends with the lowest one. Leading zeros change nothing, as it begins with 0.
+fn crc(row: u128) -> u16 {
+    let bytes = row.to_be_bytes();
+    let (words, _) = bytes.as_chunks::<BYTES>();
+    words.iter().fold(0, |crc, word| {
+        let word = u32::from_be_bytes(*word) ^ u32::from(crc) << 17;
+        let adds = CRC15.iter().zip(word.to_le_bytes());
+        adds.fold(0, |crc, (table, byte)| crc ^ table.get(usize::from(byte)).copied().unwrap_or(0))
+    })
 }
 
 /// CRC delimiter, acknowledgement slot and delimiter, end of frame (7), intermission (3).
@@ -41,32 +54,26 @@ const TAIL: u32 = 1 + 2 + 7 + 3;
 /// States of the stuffing: none, then runs of 1..=4 zeros, then runs of 1..=4 ones. A fifth bit is followed by its
 /// complement, which begins a run of its own.
 const STATES: usize = 9;
-/// Their rows in the table, with some to spare: each value of the low nibble has one.
-const ROWS: usize = 16;
-
-/// After a state and eight more bits: the stuff bits inserted (high nibble) and the state (low nibble).
-static STEPS: [[u8; 256]; ROWS] = steps();
+/// After a state and eight more bits (its place is both in a row): the stuff bits inserted (high nibble) and the state (low
+/// nibble). There are more places than states, so that no place has to be checked.
+static STEPS: [u8; 0x1000] = steps();
 
 #[allow(clippy::indexing_slicing, reason = "evaluated by the compiler, which refuses what is out of bounds")]
-const fn steps() -> [[u8; 256]; ROWS] {
-    let mut table = [[0; 256]; ROWS];
-    let mut state = 0;
-    while state < STATES {
-        let mut byte = 0;
-        while byte < 256 {
-            let (mut now, mut stuffed, mut bit) = (state as u8, 0u8, 8);
-            while bit > 0 {
-                bit -= 1;
-                let one = byte >> bit & 1 == 1;
-                (now, stuffed) = match next(now, one) {
-                    0 => (if one { 1 } else { 5 }, stuffed + 1),
-                    state => (state, stuffed),
-                };
-            }
-            table[state][byte] = stuffed << 4 | now;
-            byte += 1;
+const fn steps() -> [u8; 0x1000] {
+    let mut table = [0; 0x1000];
+    let mut place = 0;
+    while place < STATES << 8 {
+        let (mut now, mut stuffed, mut bit) = ((place >> 8) as u8, 0, 8);
+        while bit > 0 {
+            bit -= 1;
+            let one = place >> bit & 1 == 1;
+            (now, stuffed) = match next(now, one) {
+                0 => (if one { 1 } else { 5 }, stuffed + 1),
+                state => (state, stuffed),
+            };
         }
-        state += 1;
+        table[place] = stuffed << 4 | now;
+        place += 1;
     }
     table
 }
@@ -81,57 +88,19 @@ const fn next(state: u8, one: bool) -> u8 {
     }
 }
 
-/// A row of bits, counted with their stuff bits.
-#[derive(Default)]
-struct Stuffed {
-    bits: u32,
-    state: u8,
-    /// Bits that do not fill a byte yet.
-    rest: u64,
-    waiting: u32,
-    last: u64,
-}
+/// Changing bits. They call for no stuff bit, nor do they alter those of a row that begins with SOF behind them: they fill
+/// its first byte.
+const FILL: u128 = u128::MAX / 3;
 
-impl Stuffed {
-    /// The lowest `count` bits of a value, at most 40, highest first.
-    fn push(&mut self, value: u64, count: u32) {
-        self.rest = self.rest << count | value;
-        self.waiting += count;
-        self.bits += count;
-        self.last = value & 1;
-        while self.waiting >= 8 {
-            self.waiting -= 8;
-            self.byte((self.rest >> self.waiting) as u8);
-        }
-        self.rest &= 0xFF;
-    }
-
-    /// Eight bits: the row stays as far from the end of a byte as it is.
-    fn octet(&mut self, byte: u8) {
-        self.rest = self.rest << 8 | u64::from(byte);
-        self.bits += 8;
-        self.last = u64::from(byte & 1);
-        self.byte((self.rest >> self.waiting) as u8);
-        self.rest &= 0xFF;
-    }
-
-    fn byte(&mut self, byte: u8) {
-        let row = STEPS.get(usize::from(self.state & 0xF));
-        let step = row.and_then(|row| row.get(usize::from(byte))).copied().unwrap_or(0);
-        self.bits += u32::from(step >> 4);
-        self.state = step & 0xF;
-    }
-
-    /// All bits; the last byte is filled with changing bits, which call for no stuff bit.
-    fn total(mut self) -> u32 {
-        if self.waiting > 0 {
-            let open = 8 - self.waiting;
-            // The first of them is unlike the last bit of the row.
-            let changing = (if self.last == 0 { 0xAA } else { 0x55 }) >> self.waiting;
-            self.byte((self.rest << open | changing) as u8);
-        }
-        self.bits
-    }
+/// The stuff bits that a row of so many bits calls for, which ends with the lowest one, and whole bytes behind it.
+fn stuff_bits(row: u128, bits: u32, behind: &[u8]) -> u32 {
+    let filled = (FILL << bits | row).to_be_bytes();
+    let row = filled.get(16 - bits.div_ceil(8) as usize..).unwrap_or(&filled);
+    let follow = |(step, stuffed): (u8, u32), byte: &u8| {
+        let step = STEPS.get(usize::from(step & 0xF) << 8 | usize::from(*byte)).copied().unwrap_or(0);
+        (step, stuffed + u32::from(step >> 4))
+    };
+    row.iter().chain(behind).fold((0, 0), follow).1
 }
 
 /// Bits of a frame on the wire, at the nominal rate, with the intermission after it.
@@ -163,35 +132,26 @@ fn classic(frame: &Frame) -> u32 {
     // r0, or r1 and r0, then the DLC.
     let reserved = if frame.id.is_extended() { 2 } else { 1 };
     let (header, count) = (value << (reserved + 4) | dlc, count + reserved + 4);
-    let data = frame.payload().get(..usize::from(frame.len.min(8))).unwrap_or(&[]);
-    // Leading zeros change nothing in a CRC that begins with 0.
-    let [_, _, _, a, b, c, d, e] = header.to_be_bytes();
-    let mut crc = [a, b, c, d, e].into_iter().fold(0, crc_step);
-    let mut row = Stuffed::default();
-    row.push(header, count);
-    for byte in data {
-        crc = crc_step(crc, *byte);
-        row.octet(*byte);
-    }
-    row.push(u64::from(crc), 15);
-    row.total() + TAIL
+    let data_bits = if remote { 0 } else { 8 * u32::from(frame.len.min(8)) };
+    let data = u64::from_be_bytes(frame.head());
+    let row = (u128::from(header) << 64 | u128::from(data)) >> (64 - data_bits);
+    let (row, bits) = (row << 15 | u128::from(crc(row)), count + data_bits + 15);
+    bits + stuff_bits(row, bits, &[]) + TAIL
 }
 
 fn fd(frame: &Frame, brs: bool, esi: bool) -> u32 {
     let (value, count) = arbitration(frame, false);
-    let mut row = Stuffed::default();
     // FDF = 1, res = 0, BRS.
-    row.push(value << 3 | 0b100 | u64::from(brs), count + 3);
+    let (header, count) = (u128::from(value << 3 | 0b100 | u64::from(brs)), count + 3);
     if brs {
-        return row.total() + TAIL;
+        return count + stuff_bits(header, count, &[]) + TAIL;
     }
-    row.push(u64::from(esi) << 4 | fd_dlc(frame.len), 5);
-    for byte in frame.payload() {
-        row.octet(*byte);
-    }
+    let (header, count) = (header << 5 | u128::from(u64::from(esi) << 4 | fd_dlc(frame.len)), count + 5);
+    let data = frame.payload();
+    let stuffed = stuff_bits(header, count, data);
     // Stuff count and parity (4), CRC-17 or CRC-21, and a fixed stuff bit before them and after every four bits.
     let check = if frame.len <= 16 { 4 + 17 } else { 4 + 21 };
-    row.total() + check + 1 + check / 4 + TAIL
+    count + 8 * data.len() as u32 + stuffed + check + 1 + check / 4 + TAIL
 }
 
 /// The DLC of so many bytes.

@@ -189,6 +189,14 @@ pub fn decimal(out: &mut Vec<u8>, value: u64) {
 /// divisor: dividing by a power found at run time costs several times as much, and numbers are half of what is written.
 pub fn filled(out: &mut Vec<u8>, value: u64, width: usize, fill: u8) {
     const EIGHT: u64 = 100_000_000;
+    if value < 100 && width <= 2 {
+        let (tens, ones) = (value as u8 / 10, value as u8 % 10);
+        return match (tens, width) {
+            (0, 0 | 1) => out.push(b'0' + ones),
+            (0, _) => out.extend_from_slice(&[fill, b'0' + ones]),
+            _ => out.extend_from_slice(&[b'0' + tens, b'0' + ones]),
+        };
+    }
     if value >= EIGHT {
         filled(out, value / EIGHT, width.saturating_sub(8), fill);
         return out.extend_from_slice(&eight_digits((value % EIGHT) as u32));

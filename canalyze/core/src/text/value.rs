@@ -27,11 +27,11 @@ pub struct Size(pub Lang, pub u64);
 impl Put for Size {
     fn put(&self, out: &mut Vec<u8>) {
         decimal(out, self.1);
-        put!(out; match self.0 {
-            Lang::Zh => "字节",
-            Lang::En if self.1 == 1 => " byte",
-            Lang::En => " bytes",
-        });
+        match self.0 {
+            Lang::Zh => put!(out; "字节"),
+            Lang::En if self.1 == 1 => put!(out; " byte"),
+            Lang::En => put!(out; " bytes"),
+        }
     }
 }
 

@@ -65,7 +65,14 @@ impl EmcyDue {
     }
 
     /// It is `now_ns`: reports faults that no EMCY has announced by now.
+    #[inline]
     pub(super) fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        if self.owed.may_be_due(now_ns) {
+            self.miss(now_ns, cx);
+        }
+    }
+
+    fn miss(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         for ((node, axis, word), owed) in self.owed.due(cx.clock(now_ns), &cx.evidence.recording) {
             let fault = Some(owed.since.at);
             let what = Drv003::Unannounced { statusword: word };

@@ -227,6 +227,7 @@ impl Drives {
     }
 
     /// It is `now_ns`: faults that no EMCY has announced by now.
+    #[inline]
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         self.emcy_due.advance(now_ns, cx);
     }

@@ -52,9 +52,10 @@ impl Watch {
     }
 
     /// Whether an identifier carries anything of a drive.
+    #[inline]
     pub(super) fn holds(&mut self, id: CanId, nodes: &PerNode<Node>) -> bool {
         if !self.compiled {
-            *self = Self::compile(nodes);
+            self.compile(nodes);
         }
         if id.is_extended() {
             return self.pdos.contains_key(&id);
@@ -68,8 +69,9 @@ impl Watch {
         self.pdos.get(&id).map_or(&[], Vec::as_slice)
     }
 
-    fn compile(nodes: &PerNode<Node>) -> Self {
-        let mut made = Self { compiled: true, ..Self::default() };
+    #[cold]
+    fn compile(&mut self, nodes: &PerNode<Node>) {
+        *self = Self { compiled: true, ..Self::default() };
         for (id, node) in nodes.iter() {
             for pdo in node.pdos() {
                 let objects = match &pdo.content {
@@ -85,15 +87,14 @@ impl Watch {
                     continue;
                 }
                 let (transmit, number) = (pdo.transmit, pdo.number);
-                made.pdos.entry(cob.id).or_default().push(Watched { node: id, transmit, number, objects });
+                self.pdos.entry(cob.id).or_default().push(Watched { node: id, transmit, number, objects });
                 if !cob.id.is_extended()
-                    && let Some(bits) = made.standard.get_mut(cob.id.raw() as usize / 64)
+                    && let Some(bits) = self.standard.get_mut(cob.id.raw() as usize / 64)
                 {
                     *bits |= 1 << (cob.id.raw() % 64);
                 }
             }
         }
-        made
     }
 }
 

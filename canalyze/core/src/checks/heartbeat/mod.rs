@@ -248,11 +248,14 @@ impl Heartbeats {
     /// It is `now_ns`: who should have been heard and was not. `heard`: by a frame, not by the clock alone.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
-        let recording = &cx.evidence.recording;
-        if heard && recording.ended_silence(now_ns).is_none() && !self.owed.may_be_due(now_ns) {
-            return;
+        let ended = cx.evidence.recording.ended_silence(now_ns).is_some();
+        if !heard || ended || self.owed.may_be_due(now_ns) {
+            self.judge(now_ns, heard, cx);
         }
-        let silence = recording.silence(now_ns).filter(|silence| silence.to_ns == now_ns);
+    }
+
+    fn judge(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
+        let silence = cx.evidence.recording.silence(now_ns).filter(|silence| silence.to_ns == now_ns);
         let silence = silence.map(|silence| self.with_producers(silence));
         let now = cx.clock(now_ns);
         if let Some(silence) = silence.filter(|_| heard && self.looked_ns != now_ns) {

@@ -96,10 +96,14 @@ impl Lss {
     }
 
     /// It is `now_ns`: what is overdue, and whether the frame at hand, if any, breaks the silence.
+    #[inline]
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        if self.due_ns.is_none_or(|due_ns| now_ns < due_ns) {
-            return;
+        if self.due_ns.is_some_and(|due_ns| now_ns >= due_ns) {
+            self.judge_due(now_ns, cx);
         }
+    }
+
+    fn judge_due(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         // In a burst an answer may stand behind frames that came after it was due.
         if cx.evidence.recording.verdict(cx.when.burst) == Some(Verdict::Confirmed) {
             return;

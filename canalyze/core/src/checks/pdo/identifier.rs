@@ -40,10 +40,17 @@ impl PdoIdentifiers {
     }
 
     /// A PDO's frame.
+    #[inline]
     pub fn used(&mut self, id: CanId, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if !self.compiled {
             self.compile(nodes);
         }
+        if !self.shared.is_empty() {
+            self.judge(id, cx);
+        }
+    }
+
+    fn judge(&mut self, id: CanId, cx: &mut Context<'_>) {
         let Some((one, other, reported)) = self.shared.get_mut(&id).filter(|(.., reported)| !reported) else { return };
         *reported = true;
         let written = |name: &Name| self.written.get(name).copied();

@@ -55,6 +55,7 @@ pub struct Misfit {
 }
 
 /// Compares a frame with the mapping by which it is decoded.
+#[inline]
 pub fn misfit(content: &Signals, frame: &Frame) -> Option<Misfit> {
     let (mapping, from, consumer) = match content {
         Signals::Mapped(mapping, from) => (mapping, *from, None),

@@ -98,7 +98,14 @@ impl PdoTiming {
     }
 
     /// A frame has come: which PDOs should have come before it.
-    pub fn advance(&mut self, cx: &mut Context<'_>) {
+    #[inline]
+    pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        if self.due.may_be_due(now_ns) {
+            self.judge_due(cx);
+        }
+    }
+
+    fn judge_due(&mut self, cx: &mut Context<'_>) {
         for (name, owed) in self.due.due(cx.when, &cx.evidence.recording) {
             if !self.overdue(name, owed, cx) {
                 // Only the silence of the bus was too long: it is owed from its end on.

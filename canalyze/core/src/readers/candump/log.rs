@@ -9,21 +9,19 @@ use crate::frame::{BusId, Direction, Frame, Kind, LengthForm};
 use crate::readers::Unreadable;
 
 /// The plain line: stamp, one blank, interface, one blank, classic data frame, end. Anything else is `None`. `last`: the
-/// interface of such a line before, which most lines name again.
+/// interface of such a line before, which most lines name again; the interface is given where it is another one.
 #[inline(always)]
-pub(super) fn plain<'a>(line: &'a [u8], last: &mut Vec<u8>) -> Option<(Frame, &'a [u8])> {
+pub(super) fn plain<'a>(line: &'a [u8], last: &[u8]) -> Option<(Frame, Option<&'a [u8]>)> {
     let (stamp, rest) = stamp::read(line)?;
     let rest = rest.strip_prefix(b" ")?;
     let (bus, rest) = match rest.split_at_checked(last.len()) {
-        Some((bus, [b' ', after @ ..])) if !bus.is_empty() && bus == last => (bus, after),
+        Some((bus, [b' ', after @ ..])) if !bus.is_empty() && bus == last => (None, after),
         _ => {
             let (bus, after) = word(rest);
             if !is_name(bus) {
                 return None;
             }
-            last.clear();
-            last.extend_from_slice(bus);
-            (bus, after.strip_prefix(b" ")?)
+            (Some(bus), after.strip_prefix(b" ")?)
         }
     };
     let (digits, rest) = match rest {
@@ -184,9 +182,9 @@ mod tests {
         #[test]
         fn plain_is_general(line in "(\\((0|1[0-9]{9})\\.[0-9]{1,7}\\)|\\(\\)) ?[!#a-z]{0,2}can[0-9] [0-9a-fA-F]{3}([0-9a-f]{5})?#([0-9A-Fa-f]{2}){0,9}[0-9a-gR]?") {
             for last in [&b""[..], b"can0"] {
-                let Some((plain, bus)) = plain(line.as_bytes(), &mut last.to_vec()) else { continue };
+                let Some((plain, bus)) = plain(line.as_bytes(), last) else { continue };
                 let line = general(line.as_bytes());
-                prop_assert_eq!(line.bus, bus);
+                prop_assert_eq!(line.bus, bus.unwrap_or(last));
                 let frame = line.frame;
                 prop_assert!(matches!(line.what, What::Frame));
                 prop_assert_eq!((frame.id, frame.kind, frame.len, frame.data), (plain.id, plain.kind, plain.len, plain.data));
@@ -197,7 +195,7 @@ mod tests {
 
     #[test]
     fn standard_identifiers_are_told_from_extended_ones() {
-        let (frame, bus) = plain(b"(0.5) can0 00000601#40", &mut Vec::new()).unwrap();
-        assert_eq!((frame.id, bus), (CanId::extended(0x601), &b"can0"[..]));
+        let (frame, bus) = plain(b"(0.5) can0 00000601#40", b"").unwrap();
+        assert_eq!((frame.id, bus), (CanId::extended(0x601), Some(&b"can0"[..])));
     }
 }

@@ -16,7 +16,7 @@ use memchr::memchr;
 use self::lex::{is_blank, is_hex, is_name, skip_blanks, word};
 use self::stamp::Clock;
 use super::{Item, Marker, Place, Unreadable};
-use crate::frame::{Buses, CanId, Frame, Kind, Stamp, StampForm};
+use crate::frame::{BusId, Buses, CanId, Frame, Kind, Stamp, StampForm};
 
 /// A line longer than this is no line. The longest real one is an FD frame in bits, about 700 bytes.
 const MAX_LINE: usize = 64 * 1024;
@@ -49,8 +49,9 @@ pub struct Candump {
     skipping: bool,
     /// Room for a line without its colours.
     plain: Vec<u8>,
-    /// The interface of the last plain line.
+    /// The interface of the last plain line, and its bus.
     interface: Vec<u8>,
+    bus: BusId,
     lines: u64,
     /// The error frame whose explanation (`-e`) may follow on lines of its own.
     explained: Option<Frame>,
@@ -66,6 +67,7 @@ impl Candump {
             skipping: false,
             plain: Vec::new(),
             interface: Vec::new(),
+            bus: BusId::default(),
             lines: 0,
             explained: None,
         }
@@ -166,10 +168,16 @@ impl Candump {
         if text.len() > MAX_LINE {
             return self.too_long(buses, sink);
         }
-        if let Some((frame, bus)) = log::plain(text.strip_suffix(b"\r").unwrap_or(text), &mut self.interface) {
+        if let Some((mut frame, interface)) = log::plain(text.strip_suffix(b"\r").unwrap_or(text), &self.interface) {
             self.lines += 1;
             self.explained = None;
-            let line = Line { stamp: frame.stamp, console: false, bus, what: What::Frame, frame };
+            if let Some(name) = interface {
+                self.interface.clear();
+                self.interface.extend_from_slice(name);
+                self.bus = buses.intern(name);
+            }
+            frame.bus = self.bus;
+            let line = Line { stamp: frame.stamp, console: false, bus: b"", what: What::Frame, frame };
             self.give(line, buses, sink);
         } else {
             self.other_line(text, last, buses, sink);
@@ -205,6 +213,9 @@ impl Candump {
         {
             fail.reason = Unreadable::Cut;
         }
+        if let What::Frame = line.what {
+            line.frame.bus = buses.intern(line.bus);
+        }
         self.give(line, buses, sink);
         self.plain = plain;
     }
@@ -221,13 +232,7 @@ impl Candump {
         }
         let item = match line.what {
             What::Nothing => return,
-            What::Frame => Item::Frame(Frame {
-                line: Some(self.lines),
-                t_ns,
-                stamp: line.stamp,
-                bus: buses.intern(line.bus),
-                ..line.frame
-            }),
+            What::Frame => Item::Frame(Frame { line: Some(self.lines), t_ns, stamp: line.stamp, ..line.frame }),
             What::Dropped { count, total } => Item::Marker(Marker::Dropped {
                 bus: buses.intern(line.bus),
                 count,
@@ -263,7 +268,7 @@ struct Line<'a> {
     /// The interface; empty when none was named.
     bus: &'a [u8],
     what: What,
-    /// The frame, where it holds one; bus, line, stamp and time are not set in it.
+    /// The frame, where it holds one; line, stamp and time are not set in it.
     frame: Frame,
 }
 

@@ -30,10 +30,9 @@ fn microseconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
     let [b'(', s0, s1, s2, s3, s4, s5, s6, s7, s8, s9, b'.', u0, u1, u2, u3, u4, u5, b')'] = *stamp else {
         return None;
     };
-    let high = eight_digits([b'0', b'0', b'0', b'0', b'0', b'0', s0, s1])?;
-    let low = eight_digits([s2, s3, s4, s5, s6, s7, s8, s9])?;
-    let micros = eight_digits([b'0', b'0', u0, u1, u2, u3, u4, u5])?;
-    let ns = nanoseconds(high * 100_000_000 + low, micros * 1_000);
+    let high = eight_digits([s0, s1, s2, s3, s4, s5, s6, s7])?;
+    let low = eight_digits([s8, s9, u0, u1, u2, u3, u4, u5])?;
+    let ns = (high * 100_000_000 + low).checked_mul(1_000).unwrap_or_else(|| nanoseconds(i64::MAX, 0));
     Some((Stamp { form: StampForm::Seconds, ns, width: 10, decimals: 6 }, rest))
 }
 

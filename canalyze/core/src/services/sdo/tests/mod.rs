@@ -71,8 +71,8 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
         frame.no = no as u64 + 1;
         frame.t_ns = time(no);
         at = frame.reference();
-        let (when, happened) = evidence.recording.observe(&frame);
-        let when = evidence.recording.take(when, &happened, &frame, *side == Side::Client);
+        let (mut when, happened) = evidence.recording.observe(&frame);
+        evidence.recording.take(&mut when, &happened, &frame, *side == Side::Client);
         let mut cx = Context {
             events: &mut events,
             next_transfer: &mut next,
