@@ -93,8 +93,9 @@ pub struct Recording {
     clock: Clock,
     /// Counts up where frames were lost.
     losses: u32,
-    /// The resolution of the stamps in ns; 0: nothing was seen.
+    /// The resolution of the stamps in ns; 0: nothing was seen. And what all of them are multiples of.
     grain_ns: i64,
+    divisor_ns: i64,
     /// The last frame's time.
     last_ns: Option<i64>,
     /// The last silence of the bus after which frames came in a row, in ns.
@@ -400,14 +401,12 @@ impl Recording {
         self.stalls.verdict(burst)
     }
 
-    /// The multiple of which all stamps are, whatever the number of decimals they are written with.
+    /// What all stamps are whole multiples of, whatever the number of decimals they are written with.
     fn narrow_grain(&mut self, frame: &Frame, now: i64) {
         let written = frame.stamp.and_then(|stamp| UNITS_NS.get(usize::from(stamp.decimals)).copied()).unwrap_or(1);
-        if self.grain_ns == 0 {
-            self.grain_ns = COARSEST_NS;
-        }
-        while self.grain_ns > written && now % self.grain_ns != 0 {
-            self.grain_ns /= 10;
+        if self.grain_ns == 0 || self.grain_ns > written && now % self.divisor_ns.max(1) != 0 {
+            self.divisor_ns = common_divisor(now.saturating_abs(), self.divisor_ns);
+            self.grain_ns = self.divisor_ns.max(written).min(COARSEST_NS);
         }
     }
 
@@ -426,4 +425,12 @@ impl Recording {
     pub fn last_ns(&self) -> Option<i64> {
         self.last_ns
     }
+}
+
+/// The greatest common divisor (Euclid's algorithm).
+fn common_divisor(mut a: i64, mut b: i64) -> i64 {
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a
 }
