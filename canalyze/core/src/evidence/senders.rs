@@ -121,7 +121,9 @@ impl Usual {
     /// Its usual gap and how far gaps are off it, in ns, where they are even. The last two tell, where little else is known.
     fn even(&self) -> Option<(i64, i64)> {
         if self.due_ns().is_some() {
-            return Some((self.gap_ns, self.off_ns));
+            // Gaps that a stall may have lengthened were left out: the last one, whatever it was, has to be like them.
+            let as_usual = self.before_ns.abs_diff(self.gap_ns) < self.gap_ns.unsigned_abs() / 2;
+            return as_usual.then_some((self.gap_ns, self.off_ns));
         }
         let kept = |before: usize| self.kept.get(self.gaps.checked_sub(before)? % KEPT).copied();
         let (last, before) = (kept(1)?, kept(2)?);
