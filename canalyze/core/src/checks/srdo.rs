@@ -244,12 +244,6 @@ impl Srdos {
         let (Report::Late(Half { when: since, .. }, ..) | Report::Slow(since, ..)) = report else {
             return cx.report(finding);
         };
-        if let (Report::Slow(_, gap, _, (_, _, ms)), Some(now_ns)) = (report, cx.at.t_ns) {
-            let fell_ns = now_ns.saturating_sub(gap - ms * MS);
-            if cx.evidence.recording.was_silent(node, fell_ns, ms * MS, now_ns) {
-                return;
-            }
-        }
         cx.report_timed(cx.excused(Rules::Srdo, since, finding));
     }
 

@@ -229,6 +229,16 @@ fn a_late_echo_is_an_interval() {
 }
 
 #[test]
+fn the_resolution_of_stamps_is_what_all_of_them_are_multiples_of() {
+    for unit in [1, 5, 64, 100, 1000, 4000, 8000, 10_000] {
+        let mut recording = Recording::default();
+        let floored: Vec<(i64, u16)> = cyclic(3000).into_iter().map(|(us, id)| (us - us % unit, id)).collect();
+        feed(&mut recording, &floored);
+        assert_eq!(recording.grain_ns(), unit * 1000, "{unit} us");
+    }
+}
+
+#[test]
 fn a_clock_that_is_set_back_begins_an_epoch() {
     for (back, stepped) in [(2_000, false), (9_000, false), (15_000, true), (3_600_000_000, true)] {
         let mut recording = Recording::default();

@@ -126,7 +126,9 @@ impl PdoTiming {
         let limit =
             if silent { owed.limit_ns.max(2 * sent.timer_ns - tolerance(sent.timer_ns)) } else { owed.limit_ns };
         let now_ns = cx.at.t_ns.unwrap_or(0);
-        let held_back = recording.was_silent(node, now_ns.saturating_sub(gap - sent.timer_ns), sent.timer_ns, now_ns);
+        // One long silence may be the recorder's; a PDO that has not come in two of them has stopped.
+        let period_ns = if owed.since.at == last.at { sent.timer_ns } else { i64::MAX };
+        let held_back = recording.was_silent(node, now_ns.saturating_sub(gap - sent.timer_ns), period_ns, now_ns);
         let excused =
             held_back || cx.evidence.circumstances.excuse(Rules::EventPdo, Some(node), owed.since, recording).is_some();
         if excused || !recording.certainly_later(cx.when, owed.since, limit) {

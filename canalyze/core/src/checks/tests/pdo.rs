@@ -270,6 +270,10 @@ fn event_timer() {
     // Where nothing else is ever sent, silence is the PDO's own.
     assert_eq!(with("100 185#01\n 200 185#01\n 300 185#01\n 500 185#01\n 600 185#01"), ["PDO005 14"]);
     assert_eq!(with("100 185#01\n 200 185#01\n 300 185#01\n 480 185#01\n 500 185#01"), [""; 0]);
+    // A silence of many periods may be the recorder's, where hardly anything else is sent; but not two of them.
+    let alone: String = (1..20).map(|n| format!("{} 185#01\n", n * 100)).collect();
+    assert_eq!(with(&format!("{alone} 4000 706#05\n 4010 185#01\n")), [""; 0]);
+    assert_eq!(with(&format!("{alone} 4000 706#05\n 6000 706#05\n 8000 706#05\n")), ["PDO005 31"]);
     // The end of the capture proves nothing.
     assert_eq!(with("100 185#01"), [""; 0]);
 }
