@@ -93,9 +93,7 @@ pub struct Recording {
     clock: Clock,
     /// Counts up where frames were lost.
     losses: u32,
-    /// The resolution of the stamps in ns; 0: nothing was seen. And what all of them are multiples of.
-    grain_ns: i64,
-    divisor_ns: i64,
+    grain: Grain,
     /// The last frame's time.
     last_ns: Option<i64>,
     /// The last silence of the bus after which frames came in a row, in ns.
@@ -109,6 +107,26 @@ pub struct Recording {
     holes: Holes,
     /// By option (`--jitter`), in ns.
     jitter_ns: Option<i64>,
+}
+
+/// The resolution of the stamps.
+#[derive(Clone, Copy, Debug, Default)]
+struct Grain {
+    /// In ns; 0: nothing was seen.
+    ns: i64,
+    /// What all stamps are whole multiples of, in ns.
+    divisor_ns: i64,
+}
+
+impl Grain {
+    /// Takes a stamp: with how many decimals it is written tells less than what all of them are multiples of.
+    fn narrow(&mut self, frame: &Frame, now: i64) {
+        let written = frame.stamp.and_then(|stamp| UNITS_NS.get(usize::from(stamp.decimals)).copied()).unwrap_or(1);
+        if self.ns == 0 || self.ns > written && now % self.divisor_ns.max(1) != 0 {
+            self.divisor_ns = common_divisor(now.saturating_abs(), self.divisor_ns);
+            self.ns = self.divisor_ns.max(written).min(COARSEST_NS);
+        }
+    }
 }
 
 /// The clock of the stamps.
@@ -139,10 +157,10 @@ impl Recording {
         let wire_ns = wire_ns(frame);
         let gap = frame.t_ns.zip(self.last_ns).map(|(now, last)| now.saturating_sub(last));
         let close = gap.is_some_and(|gap| gap < wire_ns);
-        happened.sighting = self.duplicates.step(frame, close, self.grain_ns);
+        happened.sighting = self.duplicates.step(frame, close, self.grain.ns);
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
-            self.narrow_grain(frame, now);
+            self.grain.narrow(frame, now);
             happened.step_ns = self.step_of_clock(now);
             if happened.step_ns.is_some() || self.last_ns.is_none() {
                 self.holes.start(now);
@@ -151,11 +169,11 @@ impl Recording {
             if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
                 happened.silence = Some(Box::new(self.measure(last, now)));
                 if !self.duplicates.are_proven() && self.duplicates.undecided_since().is_none() {
-                    self.holes.begin(frame, (last, now), self.stalls.even(), self.grain_ns);
+                    self.holes.begin(frame, (last, now), self.stalls.even(), self.grain.ns);
                 }
             }
             let original = happened.sighting == Sighting::Original;
-            let too_close = (close, self.grain_ns < wire_ns);
+            let too_close = (close, self.grain.ns < wire_ns);
             self.stalls.follow(frame, (self.last_ns, now, silent_ns), original, too_close);
             self.last_ns = Some(now);
             self.clock.latest_ns = Some(self.clock.latest_ns.map_or(now, |latest| latest.max(now)));
@@ -259,7 +277,7 @@ impl Recording {
 
     /// The resolution of the stamps in ns; at least 1.
     pub fn grain_ns(&self) -> i64 {
-        self.grain_ns.max(1)
+        self.grain.ns.max(1)
     }
 
     /// How late an own frame may be listed at most, in ns.
@@ -399,15 +417,6 @@ impl Recording {
     /// What became of a burst; `None` where it is none, or forgotten: then it was settled long ago.
     pub fn verdict(&self, burst: u32) -> Option<Verdict> {
         self.stalls.verdict(burst)
-    }
-
-    /// What all stamps are whole multiples of, whatever the number of decimals they are written with.
-    fn narrow_grain(&mut self, frame: &Frame, now: i64) {
-        let written = frame.stamp.and_then(|stamp| UNITS_NS.get(usize::from(stamp.decimals)).copied()).unwrap_or(1);
-        if self.grain_ns == 0 || self.grain_ns > written && now % self.divisor_ns.max(1) != 0 {
-            self.divisor_ns = common_divisor(now.saturating_abs(), self.divisor_ns);
-            self.grain_ns = self.divisor_ns.max(written).min(COARSEST_NS);
-        }
     }
 
     fn step_of_clock(&mut self, now: i64) -> Option<i64> {
