@@ -66,14 +66,27 @@ def test_every_frame_twice_without_stamps(name: str) -> None:
     quiet(analyze(console_text(copy for frame in RECORDED[name] for copy in (frame, frame))))
 
 
-def test_every_frame_twice_with_frames_between() -> None:
-    """The second adapter is late by more than the server takes to answer."""
+@pytest.mark.parametrize(
+    ("apart_us", "late_us"),
+    [
+        (20_000, 120),
+        pytest.param(
+            *(500, 40),
+            marks=pytest.mark.xfail(
+                strict=True, reason="too few isolated frames before the first block show that frames stand twice"
+            ),
+        ),
+    ],
+)
+def test_every_frame_twice_with_frames_between(apart_us: int, late_us: int) -> None:
+    """The second adapter is late by more than the server takes to answer; heartbeats go before, this far apart."""
     channel = Channel(5)
     session = block_upload(channel, 0x2004, 0, bytes(100), blksize=5) + block_download(channel, 0x2004, 0, bytes(60))
     session += segmented_upload(channel, 0x1008, 0, b"a device with a name")
-    beats = [CanFrame("can0", 0x701 + t_us // 20_000 % 4, b"\x05", t_us) for t_us in range(0, 400_000, 20_000)]
-    spread = [replace(frame, t_us=410_000 + 100 * number) for number, frame in enumerate(session)]
-    doubled = [copy for frame in [*beats, *spread] for copy in (frame, replace(frame, t_us=frame.t_us + 120))]
+    beats = [CanFrame("can0", 0x701 + number % 4, b"\x05", number * apart_us) for number in range(16)]
+    spread = [replace(frame, t_us=16 * apart_us + 2_000 + 100 * number) for number, frame in enumerate(session)]
+    doubled = [copy for frame in beats for copy in (frame, replace(frame, t_us=frame.t_us + late_us))]
+    doubled += [copy for frame in spread for copy in (frame, replace(frame, t_us=frame.t_us + 120))]
     said = analyze(log_text(sorted(doubled, key=lambda frame: frame.t_us)))
     quiet(said)
     assert [row["status"] for row in said.transfers] == ["ok"] * 3

@@ -189,8 +189,9 @@ impl Recording {
         (When { at, epoch, burst, own: false, silent_ns: self.silence_ns }, happened)
     }
 
-    /// Completes the place of a frame that was observed, once it is taken. `commands`: it is of a kind that a master sends (an SDO
-    /// request, NMT, SYNC, TIME, an RPDO, a remote frame, LSS of the master), which may be the recording host itself.
+    /// Completes the place of a frame that was observed, once it is taken. `commands`: it is of a kind that a master
+    /// sends (an SDO request, NMT, SYNC, TIME, an RPDO, a remote frame, LSS of the master), which may be the recording
+    /// host itself.
     pub fn take(&mut self, when: &mut When, happened: &Happened, frame: &Frame, commands: bool) {
         if let Some(silence) = &happened.silence {
             self.silence = Some(**silence);

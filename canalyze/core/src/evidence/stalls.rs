@@ -152,9 +152,9 @@ pub(super) struct Stalls {
 }
 
 impl Stalls {
-    /// Takes a frame's time (the last one's, its own, and how long the bus was silent between them, in ns). `original`: it is no duplicate; what may be one shows
-    /// nothing until that is decided. `close`: it follows the frame before in less time than it takes on the fastest bus, and
-    /// stamps are fine enough to tell.
+    /// Takes a frame's time (the last one's, its own, and how long the bus was silent between them, in ns). `original`:
+    /// it is no duplicate; what may be one shows nothing until that is decided. `close`: it follows the frame before in
+    /// less time than it takes on the fastest bus, and stamps are fine enough to tell.
     pub(super) fn follow(
         &mut self,
         frame: &Frame,

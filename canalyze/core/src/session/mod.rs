@@ -398,16 +398,14 @@ impl Stream {
             }
             return info.take(&item);
         }
-        match &mut item {
-            Item::Frame(frame) => return self.place(frame, buses, out),
-            Item::Unreadable { .. } | Item::Until { .. } => {}
-            _ => self.settle(buses, out),
-        }
-        if self.output.is_done() {
-            return;
+        if !matches!(item, Item::Frame(_) | Item::Unreadable { .. } | Item::Until { .. }) {
+            self.settle(buses, out);
+            if self.output.is_done() {
+                return;
+            }
         }
         match item {
-            Item::Frame(_) => {}
+            Item::Frame(ref mut frame) => self.place(frame, buses, out),
             Item::Marker(marker) => self.marker(marker, buses, out),
             Item::Unreadable { place, reason } => self.capture.unreadable(place, reason),
             Item::Damaged(damage) => self.damaged(damage, buses, out),

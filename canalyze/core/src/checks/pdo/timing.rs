@@ -122,13 +122,14 @@ impl PdoTiming {
         let Some(last) = sent.when else { return false };
         let Some(gap) = recording.between(last, cx.when) else { return false };
         // While the bus is silent one frame may wait with the recorder, but not two.
-        let silent = cx.when.silent_ns >= gap - sent.timer_ns;
+        let silent = cx.when.silent_ns >= gap.saturating_sub(sent.timer_ns);
         let limit =
             if silent { owed.limit_ns.max(2 * sent.timer_ns - tolerance(sent.timer_ns)) } else { owed.limit_ns };
         let now_ns = cx.at.t_ns.unwrap_or(0);
         // One long silence may be the recorder's; a PDO that has not come in two of them has stopped.
         let period_ns = if owed.since.at == last.at { sent.timer_ns } else { i64::MAX };
-        let held_back = recording.was_silent(node, now_ns.saturating_sub(gap - sent.timer_ns), period_ns, now_ns);
+        let held_back =
+            recording.was_silent(node, now_ns.saturating_sub(gap.saturating_sub(sent.timer_ns)), period_ns, now_ns);
         let excused =
             held_back || cx.evidence.circumstances.excuse(Rules::EventPdo, Some(node), owed.since, recording).is_some();
         if excused || !recording.certainly_later(cx.when, owed.since, limit) {

@@ -415,7 +415,7 @@ fn is_pause(gap: Gap, period: i64) -> bool {
         Restart::Perhaps => period / 64,
         Restart::Likely => -1,
     };
-    let off = (gap.ns + period / 2) % period.max(1) - period / 2;
+    let off = gap.ns.saturating_add(period / 2) % period.max(1) - period / 2;
     gap.ns > period && !close(gap.ns, period) && off.abs() > exact
 }
 
