@@ -128,7 +128,8 @@ def waits_for_the_interface(bus: Listeners, go: object, come: object) -> None:
     before = Heartbeats(LINK)
     before.start(5, 6)
     cansend(LINK, "60A#4008100000000000", "58A#4108100017000000", "60A#6000000000000000")
-    wait_until(lambda: sniff.out.count(b'"id":"705"') > 4 and b'"id":"58A"' in sniff.out, "frames before")
+    shown = Heartbeats.SHOW_THE_PERIOD
+    wait_until(lambda: sniff.out.count(b'"id":"705"') > shown and b'"id":"58A"' in sniff.out, "frames before")
     go()  # type: ignore[operator]
     sniff.wait_for_complaint(LINK)
     before.close()
@@ -140,7 +141,7 @@ def waits_for_the_interface(bus: Listeners, go: object, come: object) -> None:
     after = Heartbeats(LINK)
     try:
         after.resume(5, 6)
-        wait_until(lambda: sniff.out.count(b'"id":"705"') > count + 3, "heartbeats after")
+        wait_until(lambda: sniff.out.count(b'"id":"705"') > count + shown, "heartbeats after")
         cansend(LINK, "60A#4000100000000000", "58A#4300100091010F00")
         wait_until(lambda: b"91010F00" in sniff.out, "the transfer after")
         time.sleep(2 * Heartbeats.PERIOD_S)
