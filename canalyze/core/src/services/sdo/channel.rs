@@ -35,6 +35,8 @@ pub(super) struct Half {
     pub(super) at: FrameRef,
     pub(super) when: When,
     pub(super) command: Command,
+    /// How it is read while the channel may be in the midst of anything.
+    pub(super) reading: Option<Command>,
     pub(super) bytes: [u8; 8],
     pub(super) len: u8,
 }
@@ -42,7 +44,7 @@ pub(super) struct Half {
 impl Half {
     /// Eight bytes without a place in the capture.
     pub(super) fn of(bytes: [u8; 8]) -> Self {
-        Self { at: FrameRef::default(), when: When::default(), command: Command::Unknown(0), bytes, len: 8 }
+        Self { at: FrameRef::default(), when: When::default(), command: Command::Unknown(0), reading: None, bytes, len: 8 }
     }
 }
 
@@ -136,6 +138,11 @@ pub struct Channel {
     recent: VecDeque<(Half, Step)>,
 }
 
+/// Whether a capture that has run for `heard_ns` without a frame of a channel shows it from its first frame on.
+pub fn is_whole(heard_ns: i64) -> bool {
+    heard_ns > UNANSWERED_NS
+}
+
 fn empty_step() -> Step {
     Step {
         side: Side::Client,
@@ -171,9 +178,14 @@ impl Channel {
     /// The capture has run for `heard_ns` without a frame of the channel, or its server has `booted` since it began:
     /// what comes first does not belong to what came before the capture.
     pub fn idle_for(&mut self, heard_ns: i64, booted: bool) {
-        if booted || heard_ns > UNANSWERED_NS {
+        if booted || is_whole(heard_ns) {
             self.hypotheses.begin_whole();
         }
+    }
+
+    /// Whether what its next frame is may show only by the one behind it.
+    pub fn is_ambiguous(&self) -> bool {
+        self.hypotheses.are_open() && !self.hypotheses.is_whole() && matches!(self.phase, Phase::Idle)
     }
 
     /// The last request to this server was one that it must not answer, if any.
@@ -223,15 +235,18 @@ impl Channel {
         self.server.description.as_ref()?.get(index, sub).cloned()
     }
 
-    /// Takes one frame of the channel (classic, data): appends one `What::Sdo` event and what follows from it.
-    pub fn step(&mut self, side: Side, frame: &Frame, cx: &mut Context<'_>) {
+    /// Takes one frame of the channel (classic, data): appends one `What::Sdo` event and what follows from it. `next`: the
+    /// next frame of the channel, where it was read ahead.
+    pub fn step(&mut self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>, cx: &mut Context<'_>) {
         let half = Half {
             at: frame.reference(),
             when: cx.when,
-            command: self.decode(side, frame.head(), frame.len),
+            command: Command::Unknown(0),
+            reading: self.is_ambiguous().then(|| self.read_open(side, frame, next)),
             bytes: frame.head(),
             len: frame.len,
         };
+        let half = self.decoded(side, half);
         self.given_up_write.confirmed = None;
         if cx.sighting == Sighting::Duplicate {
             let step = self.duplicate(side, &half);
