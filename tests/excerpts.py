@@ -118,6 +118,7 @@ def generated(seed: int) -> list[CanFrame]:
     """Transfers of every kind with two nodes at a time, beside heartbeats."""
     rng = random.Random(seed)
     streams: list[list[CanFrame]] = []
+    ends: dict[int, int] = {}
     for node in rng.sample(range(1, 128), 2):
         channel, now, frames = Channel(node), rng.randint(0, 50_000), []
         for _ in range(rng.randint(3, 7)):
@@ -126,8 +127,11 @@ def generated(seed: int) -> list[CanFrame]:
                 now += rng.randint(150, 400) if not is_client(frame) else rng.randint(client // 2, client)
                 frames.append(replace(frame, t_us=now))
             now += rng.choice([2_000, 20_000, 200_000])
-        beats = range(rng.randint(0, 99_999), now, 100_000)
-        streams += [frames, [CanFrame("can0", 0x700 + node, b"\x05", beat) for beat in beats]]
+        streams.append(frames)
+        ends[node] = now
+    for node in ends:
+        beats = range(rng.randint(0, 99_999), max(ends.values()), 100_000)
+        streams.append([CanFrame("can0", 0x700 + node, b"\x05", beat) for beat in beats])
     return sorted((frame for stream in streams for frame in stream), key=lambda frame: frame.t_us)
 
 
@@ -241,7 +245,7 @@ CUTS: dict[str, Callable[[Sequence[CanFrame], random.Random], Excerpt]] = {
 
 # -- what is false
 
-_VALUE = re.compile(r" = (.+)$")
+_VALUE = re.compile(r" = ([^;]+)(?:;|$)")
 
 
 def _bare(value: str) -> str:
@@ -268,6 +272,7 @@ def false_statements(whole: Analysis, said: Analysis, origin: Sequence[int]) -> 
 
 
 def _of_frames(whole: Analysis, said: Analysis, origin: Sequence[int]) -> Iterator[str]:
+    values = {row["text"] for row in whole.transfers}
     for row in said.frames:
         true = whole.frames[_key(row, origin)]
         where = f"frame {true['frame']} {true['id']}#{true['data']}"
@@ -280,7 +285,7 @@ def _of_frames(whole: Analysis, said: Analysis, origin: Sequence[int]) -> Iterat
             yield f"object {where}: {row['text']!r}, is {true['text']!r}"
         elif ours["command"] not in (theirs["command"], None, "undetermined"):
             yield f"command {where}: {row['text']!r}, is {true['text']!r}"
-        elif (value := _VALUE.search(row["text"])) and _bare(value[1]) not in true["text"]:
+        elif any(_bare(value) not in true["text"] + str(values) for value in _VALUE.findall(row["text"])):
             yield f"value {where}: {row['text']!r}, is {true['text']!r}"
 
 
@@ -300,7 +305,7 @@ def _of_transfers(whole: Analysis, said: Analysis, origin: Sequence[int]) -> Ite
             yield f"phantom {where}: {stated}"
             continue
         being = f"{true['direction']} {true['index']}:{true['sub']} = {true['data']} {true['status']}"
-        if of_frame.get(last) is not true:
+        if of_frame.get(last) is not true and (row["status"], row["data"]) != (true["status"], true["data"]):
             yield f"joined {where}: {stated}, is {being}"
         if row["index"] is not None and (row["index"], row["sub"]) != (true["index"], true["sub"]):
             yield f"object {where}: {stated}, is {being}"

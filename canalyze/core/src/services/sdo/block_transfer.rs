@@ -82,7 +82,7 @@ impl Channel {
     }
 
     /// Whether the initiate request of the transfer is not in the capture.
-    fn is_nameless(&self) -> bool {
+    pub(super) fn is_nameless(&self) -> bool {
         self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none())
     }
 
@@ -181,7 +181,12 @@ impl Channel {
                 return;
             }
             let marked = block.reopen().unwrap_or(half.at);
-            self.find(Sdo012::Outside, marked, cx);
+            if block.is_answered() {
+                self.find(Sdo012::Outside, marked, cx);
+            } else if let Some(transfer) = &mut self.transfer {
+                // The receiver has asked for them again, which is not in the capture.
+                transfer.data.hole = true;
+            }
         }
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         self.step.ordinal = block.ordinal(transfer.data.segments);

@@ -183,11 +183,6 @@ impl Channel {
         }
     }
 
-    /// Whether what its next frame is may show only by the one behind it.
-    pub fn is_ambiguous(&self) -> bool {
-        self.hypotheses.are_open() && !self.hypotheses.is_whole() && matches!(self.phase, Phase::Idle)
-    }
-
     /// The last request to this server was one that it must not answer, if any.
     pub fn asked_in_vain(&mut self, request: Option<FrameRef>) {
         let pending = self.pending().map(|pending| pending.at.no);
@@ -242,7 +237,7 @@ impl Channel {
             at: frame.reference(),
             when: cx.when,
             command: Command::Unknown(0),
-            reading: self.is_ambiguous().then(|| self.read_open(side, frame, next)),
+            reading: self.reading(side, frame, next, cx),
             bytes: frame.head(),
             len: frame.len,
         };
@@ -392,11 +387,27 @@ impl Channel {
 
     /// Ends the transfer, whatever its phase.
     pub(super) fn complete(&mut self, status: Status, cx: &mut Context<'_>) {
-        self.phase = Phase::Idle;
-        let Some(mut transfer) = self.transfer.take() else { return };
+        let Some(mut transfer) = self.transfer.take() else {
+            self.phase = Phase::Idle;
+            return;
+        };
         transfer.described = self.described(transfer.mux);
-        transfer.outcome.status = if transfer.outcome.bad && status == Status::Ok { Status::Failed } else { status };
-        transfer.last = if cx.at.no > transfer.last.no && status != Status::Incomplete { cx.at } else { transfer.last };
+        let status = if transfer.outcome.bad && status == Status::Ok { Status::Failed } else { status };
+        // What began before the capture cannot be judged as a whole.
+        let judged = status != Status::Failed || !transfer.outcome.midway;
+        let status = if judged { status } else { Status::Incomplete };
+        transfer.outcome.status = status;
+        transfer.last = match status {
+            Status::Incomplete => transfer.last,
+            // The frame at hand belongs to what comes behind it.
+            Status::Failed if !self.own => self.newest(&transfer),
+            _ if cx.at.no > transfer.last.no => cx.at,
+            _ => transfer.last,
+        };
+        self.phase = Phase::Idle;
+        if self.is_one_sided() {
+            self.hypotheses.open();
+        }
         let transfer = Arc::new(*transfer);
         let left =
             matches!(transfer.outcome.status, Status::Failed | Status::Aborted) && transfer.mode == Mode::Expedited;

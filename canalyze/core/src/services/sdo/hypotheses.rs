@@ -6,7 +6,7 @@
 
 use super::block::{Block, MOST};
 use super::channel::{Channel, Half, Phase, Segments, strict_initiate};
-use super::transfer::{Direction, Mode, Transfer};
+use super::transfer::{Direction, Mode, Status, Transfer};
 use super::sequence::is_strict_answer;
 use super::wire::{self, Command, Mux, Side};
 use crate::context::Context;
@@ -82,26 +82,71 @@ impl Hypotheses {
 }
 
 impl Channel {
+    /// Whether what its next frame is may show only by the one behind it: a transfer may run that began before the
+    /// capture, or of which the capture shows one side only.
+    pub fn is_ambiguous(&self) -> bool {
+        match &self.phase {
+            Phase::Idle => self.hypotheses.open && (!self.hypotheses.whole || self.is_one_sided()),
+            Phase::Initiated(request) => self.is_edge(request),
+            Phase::Segments(_) => false,
+            Phase::Block(..) => self.is_nameless(),
+        }
+    }
+
+    /// Whether only requests, or only responses, are in the capture.
+    pub(super) fn is_one_sided(&self) -> bool {
+        (self.proof.requests == 0) != (self.proof.responses == 0)
+    }
+
+    /// Whether nothing was seen of the channel before that could be another reading of its frame.
+    fn is_alone(&self) -> bool {
+        self.hypotheses.whole && self.hypotheses.before.is_none()
+    }
+
+    /// How the next frame is read where it is ambiguous. A block transfer met in its midst may have ended unseen.
+    pub(super) fn reading(
+        &mut self,
+        side: Side,
+        frame: &Frame,
+        next: Option<&(Side, Frame)>,
+        cx: &mut Context<'_>,
+    ) -> Option<Command> {
+        let [first, ..] = frame.head();
+        let reading = self.is_ambiguous().then(|| self.read_open(side, frame, next));
+        self.hypotheses.before = Some((side, first));
+        if self.is_nameless()
+            && self.sends_data(side)
+            && self.block().is_some_and(|block| block.is_off(first & 0x7F))
+            && !matches!(reading, None | Some(Command::BlockSegment { .. } | Command::EndBlock { .. } | Command::Abort(..)))
+        {
+            self.complete_before(Status::Incomplete, cx);
+            self.hypotheses.open();
+        }
+        reading
+    }
+
     /// How a frame is read while the channel may be in the midst of anything: by its command byte, as a segment of a
     /// block transfer, or not at all. The frames before and behind it tell.
-    pub(super) fn read_open(&mut self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>) -> Command {
+    fn read_open(&self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>) -> Command {
         let bytes = frame.head();
         let plain = wire::decode_frame(side, bytes, frame.len);
-        let before = self.hypotheses.before.replace((side, bytes[0]));
+        let before = self.hypotheses.before;
         if frame.len != 8 || bytes[0] & 0x7F == 0 || matches!(plain, Command::Abort(..)) {
             return plain;
         }
         let next = next.map(|(by, next)| (*by, next.head(), wire::decode_frame(*by, next.head(), next.len)));
         let block = is_segment(side, bytes[0], before, next.as_ref());
-        let answer = self.sequence.first_held().is_some_and(|held| wire::may_answer(&plain, &held));
+        let held = self.sequence.first_held().filter(|_| side == Side::Client);
+        let answer = held.is_some_and(|held| wire::may_answer(&plain, &held));
         let fits = answer || next.is_some_and(|(by, next, other)| by != side && follows(&plain, &other, next[0]));
-        let sound = !plain.is_unreadable() && !plain.has_reserved_bits(bytes);
+        let sound = plain.mux().is_some_and(is_standard)
+            || !plain.is_unreadable() && !plain.has_reserved_bits(bytes);
         match block {
             // An answer that names the object is no coincidence.
             _ if fits && (block != Some(true) || plain.mux().is_some()) => plain,
             Some(true) => wire::block_segment(bytes),
             Some(false) if sound => plain,
-            None if sound && is_unlike_data(side, &plain, bytes) => plain,
+            None if sound && (self.is_alone() || is_unlike_data(side, &plain, bytes)) => plain,
             _ => Command::Undetermined(bytes),
         }
     }
@@ -147,7 +192,7 @@ impl Channel {
                 (Direction::Download, Phase::Segments(Segments::from(segment.toggle)), None)
             }
             (Command::BlockUploadInitiated { size, .. }, Command::StartBlockUpload) => {
-                (Direction::Upload, Phase::Block(Box::new(Block::new(MOST)), None), size)
+                (Direction::Upload, Phase::Block(Box::new(Block::new(0)), None), size)
             }
             (Command::BlockDownloadInitiated { blksize, .. }, _) if first & 0x7F == 1 => {
                 (Direction::Download, Phase::Block(Box::new(Block::new(blksize)), None), None)
@@ -181,7 +226,7 @@ impl Channel {
             let segments = Segments { asked: Some(*half), ..Segments::from(toggle) };
             self.begin_midway(half.at, direction, Phase::Segments(segments), cx);
         } else if half.command == Command::StartBlockUpload && self.transfer.is_none() {
-            let mut block = Block::new(MOST);
+            let mut block = Block::new(0);
             block.started = true;
             self.begin_midway(half.at, Direction::Upload, Phase::Block(Box::new(block), None), cx);
         } else if matches!(half.command, Command::BlockAck { .. }) {
@@ -234,6 +279,7 @@ fn is_segment(
         Command::BlockAck { ackseq, blksize } if (1..=MOST).contains(blksize) && !other.has_reserved_bits(*bytes) => {
             (*ackseq == seqno).then_some(true)
         }
+        Command::StartBlockUpload if seqno == 1 => Some(true),
         Command::Abort(..) => None,
         _ => Some(false),
     });
@@ -271,9 +317,10 @@ fn follows(plain: &Command, other: &Command, first: u8) -> bool {
 fn is_unlike_data(side: Side, plain: &Command, bytes: [u8; 8]) -> bool {
     let half = Half { command: *plain, ..Half::of(bytes) };
     match plain {
+        _ if plain.mux().is_some_and(is_standard) => true,
         Command::InitiateDownload(_, i) | Command::UploadInitiated(_, i) => {
             let strict = if side == Side::Client { strict_initiate(&half) } else { is_strict_answer(&half) };
-            strict && i.expedited && i.size_indicated && (i.unused > 0 || plain.mux().is_some_and(is_standard))
+            strict && i.expedited && i.size_indicated && i.unused > 0
         }
         Command::BlockAck { ackseq, blksize } => *ackseq <= MOST && (1..=MOST).contains(blksize),
         Command::Segment(_) | Command::SegmentRequest { .. } | Command::SegmentResponse { .. } => false,

@@ -346,7 +346,7 @@ impl Channel {
             return true;
         }
         self.unanswered(&pending, edge, cx);
-        self.complete_before(if edge { Status::Incomplete } else { Status::Failed }, cx);
+        self.complete_before(if edge { Status::Incomplete } else { self.given_up() }, cx);
         false
     }
 
@@ -388,7 +388,7 @@ impl Channel {
             }
             (Command::InitiateBlockDownload { .. }, _) if half.bytes[0] & 0x7F == 1 => {
                 self.unanswered(&pending, edge, cx);
-                self.block_initiated(pending.at, super::block::MOST, false, None);
+                self.block_initiated(pending.at, 0, false, None);
                 half.command = wire::block_segment(half.bytes);
                 self.step.command = half.command;
             }
@@ -424,8 +424,13 @@ impl Channel {
             }
             self.find(Code::Sdo008, if stalled { newest } else { half.at }, cx);
         }
-        self.complete_before(if uncaptured { Status::Incomplete } else { Status::Failed }, cx);
+        self.complete_before(if uncaptured { Status::Incomplete } else { self.given_up() }, cx);
         true
+    }
+
+    /// How a transfer ended that the client left: of a server that was never heard, frames may not be recorded.
+    fn given_up(&self) -> Status {
+        if self.proof.responses == 0 { Status::Incomplete } else { Status::Failed }
     }
 
     /// A frame of the server while a response is expected.

@@ -410,6 +410,8 @@ impl Channel {
         {
             return None;
         }
+        let half = if half.reading.is_some() { self.decoded(Side::Client, half) } else { half };
+        self.step.command = half.command;
         if let Some(released) = self.history.released.take()
             && self.begin_from_response(&released, &half, cx)
         {
@@ -449,7 +451,11 @@ impl Channel {
             return true;
         }
         let edge = self.is_edge(pending) || self.hypotheses.are_open();
-        if edge && pending.command.is_block_initiate() && !half.command.is_initiate() {
+        let goes_on = match pending.command {
+            Command::InitiateBlockDownload { .. } => half.bytes[0] & 0x7F == 1,
+            _ => half.command == Command::StartBlockUpload,
+        };
+        if edge && pending.command.is_block_initiate() && !goes_on && !half.command.is_initiate() {
             self.forget_beginning();
         }
         false
