@@ -122,18 +122,11 @@ impl Decoding {
 
     /// Whether a frame belongs to the same SDO channel as another one.
     pub(super) fn is_of_channel(&self, one: &Frame, other: &Frame) -> bool {
-        one.bus == other.bus
-            && self.state.get(usize::from(one.bus.0)).is_some_and(|bus| bus.is_of_channel(one, other))
+        one.bus == other.bus && self.state.get(usize::from(one.bus.0)).is_some_and(|bus| bus.is_of_channel(one, other))
     }
 
     /// Takes a frame that was observed. `next`: the next one of its SDO channel, where it was read ahead.
-    pub(super) fn step(
-        &mut self,
-        frame: &Frame,
-        seen: Option<&(When, Happened)>,
-        next: Option<&Frame>,
-        buses: &Buses,
-    ) {
+    pub(super) fn step(&mut self, frame: &Frame, seen: Option<&(When, Happened)>, next: Option<&Frame>, buses: &Buses) {
         let Some((when, happened)) = seen else { return };
         self.on_bus(
             frame.bus,

@@ -310,6 +310,7 @@ impl Channel {
             self.violation_outside(half, cx);
             return;
         }
+        self.proof.paired |= !half.command.has_reserved_bits(half.bytes);
         let acked = block.ack(transfer, half.at, ackseq, blksize);
         transfer.last = half.at;
         transfer.outcome.bad |= matches!(acked.fault, Some((Sdo012::Sequence { .. } | Sdo012::Acknowledged { .. }, _)));

@@ -44,7 +44,14 @@ pub(super) struct Half {
 impl Half {
     /// Eight bytes without a place in the capture.
     pub(super) fn of(bytes: [u8; 8]) -> Self {
-        Self { at: FrameRef::default(), when: When::default(), command: Command::Unknown(0), reading: None, bytes, len: 8 }
+        Self {
+            at: FrameRef::default(),
+            when: When::default(),
+            command: Command::Unknown(0),
+            reading: None,
+            bytes,
+            len: 8,
+        }
     }
 }
 

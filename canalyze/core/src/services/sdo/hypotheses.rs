@@ -6,8 +6,8 @@
 
 use super::block::{Block, MOST};
 use super::channel::{Channel, Half, Phase, Segments, strict_initiate};
-use super::transfer::{Direction, Mode, Status, Transfer};
 use super::sequence::is_strict_answer;
+use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Mux, Side};
 use crate::context::Context;
 use crate::event::Place;
@@ -116,8 +116,8 @@ impl Channel {
         self.hypotheses.before = Some((side, first));
         if self.is_nameless()
             && self.sends_data(side)
-            && self.block().is_some_and(|block| block.is_off(first & 0x7F))
-            && !matches!(reading, None | Some(Command::BlockSegment { .. } | Command::EndBlock { .. } | Command::Abort(..)))
+            && let Some(block) = self.block()
+            && (block.end.is_some() || (block.is_off(first & 0x7F) && reading.is_some_and(|it| !it.is_of_block())))
         {
             self.complete_before(Status::Incomplete, cx);
             self.hypotheses.open();
@@ -139,8 +139,7 @@ impl Channel {
         let held = self.sequence.first_held().filter(|_| side == Side::Client);
         let answer = held.is_some_and(|held| wire::may_answer(&plain, &held));
         let fits = answer || next.is_some_and(|(by, next, other)| by != side && follows(&plain, &other, next[0]));
-        let sound = plain.mux().is_some_and(is_standard)
-            || !plain.is_unreadable() && !plain.has_reserved_bits(bytes);
+        let sound = plain.mux().is_some_and(is_standard) || !plain.is_unreadable() && !plain.has_reserved_bits(bytes);
         match block {
             // An answer that names the object is no coincidence.
             _ if fits && (block != Some(true) || plain.mux().is_some()) => plain,
@@ -214,7 +213,6 @@ impl Channel {
         self.step.place = Place::Uncaptured;
         if matches!(half.command, Command::BlockSegment { .. }) {
             let direction = if side == Side::Client { Direction::Download } else { Direction::Upload };
-            self.proof.paired = true;
             self.begin_midway(half.at, direction, Phase::Block(Box::new(Block::midway()), None), cx);
             self.block_segment(half, cx);
         } else if self.may_join(half) {
@@ -273,7 +271,7 @@ fn is_segment(
     next: Option<&(Side, [u8; 8], Command)>,
 ) -> Option<bool> {
     let (seqno, last) = (first & 0x7F, first & 0x80 != 0);
-    let goes_on = before.filter(|(by, _)| *by == side).map(|(_, before)| before + 1 == first & 0x7F);
+    let goes_on = before.filter(|(by, _)| *by == side).map(|(_, before)| before < MOST && before + 1 == seqno);
     let ends = next.map(|(by, bytes, other)| match other {
         _ if *by == side => Some(!last && bytes[0] & 0x7F == seqno + 1),
         Command::BlockAck { ackseq, blksize } if (1..=MOST).contains(blksize) && !other.has_reserved_bits(*bytes) => {

@@ -266,6 +266,11 @@ impl Command {
         matches!(self, Self::Unknown(_) | Self::Truncated(_) | Self::Undetermined(_))
     }
 
+    /// Whether the sender of a block transfer's data may send it.
+    pub fn is_of_block(&self) -> bool {
+        matches!(self, Self::BlockSegment { .. } | Self::EndBlock { .. } | Self::Abort(..))
+    }
+
     /// Whether a client starts a transfer with it.
     pub fn is_initiate(&self) -> bool {
         matches!(
