@@ -295,6 +295,7 @@ impl Block {
         if self.blksize == 0 && seqno == 1 && !self.owes_ack() && !self.current.segments.is_empty() {
             // The next sub-block: the acknowledgement of this one is not in the capture, nor perhaps its end.
             self.settle_whole(transfer);
+            (self.finished, self.last_sent) = (false, false);
             transfer.data.hole = true;
         }
         if self.owes_ack() {

@@ -32,7 +32,8 @@ impl Channel {
             let [_, _, _, rest @ ..] = bytes;
             // An end that comes too early follows an acknowledgement; within a sub-block it is rather a segment
             // after a lost one.
-            let early = block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
+            let known = block.resume != Resume::Unknown || block.is_off(command & 0x7F);
+            let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
             if block.may_end() || early {
                 return plain;
             }

@@ -144,7 +144,7 @@ impl Channel {
             // An answer that names the object is no coincidence.
             _ if fits && (block != Some(true) || plain.mux().is_some()) => plain,
             Some(true) => wire::block_segment(bytes),
-            Some(false) if sound => plain,
+            Some(false) if sound && plain.mux().is_none_or(is_usable) => plain,
             None if sound && (self.is_alone() || is_unlike_data(side, &plain, bytes)) => plain,
             _ => Command::Undetermined(bytes),
         }
@@ -325,6 +325,11 @@ fn is_unlike_data(side: Side, plain: &Command, bytes: [u8; 8]) -> bool {
         Command::EndBlock { .. } | Command::BlockEnded | Command::StartBlockUpload => true,
         _ => strict_initiate(&half) || is_strict_answer(&half),
     }
+}
+
+/// Whether a device may have an object (CiA 301, table 36).
+fn is_usable(object: Mux) -> bool {
+    (0x1000..0xA000).contains(&object.index)
 }
 
 /// Whether CiA 301 or a profile knows an object.

@@ -386,7 +386,7 @@ impl Channel {
                 self.unanswered(&pending, edge, cx);
                 self.block_initiated(pending.at, blksize, false, None);
             }
-            (Command::InitiateBlockDownload { .. }, _) if half.bytes[0] & 0x7F == 1 => {
+            (Command::InitiateBlockDownload { .. }, _) if half.bytes[0] & 0x7F == 1 || self.is_one_sided() => {
                 self.unanswered(&pending, edge, cx);
                 self.block_initiated(pending.at, 0, false, None);
                 half.command = wire::block_segment(half.bytes);
