@@ -212,6 +212,7 @@ RAISED: dict[str, list[Raised]] = {
     "SDO020-timeout": [("SDO002", 4, 3), ("SDO017", 4, None), ("SDO020", 5, 3)],
     "SDO021": [("SDO021", 3, None)],
     "SDO022": [("SDO022", 4, None)],
+    "SDO024": [("SDO024", 8, None)],
     "SDO023": [("SDO023", 3, None)],
     "SDO023-response": [("SDO023", 4, None)],
     "SDO030": [("SDO030", 1, None)],

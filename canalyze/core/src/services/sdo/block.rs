@@ -80,6 +80,8 @@ pub struct Acked {
     pub retransmission: bool,
     /// A violation, and the earlier frame it is about.
     pub fault: Option<(Sdo012, Option<FrameRef>)>,
+    /// Segments that the receiver has got and that are not in the capture.
+    pub missing: u8,
 }
 
 /// A sub-block: segments in sequence since the last acknowledgement.
@@ -91,6 +93,10 @@ struct SubBlock {
     /// Sequence number of the segment with c = 1.
     last_at: Option<u8>,
     wrong: Option<Wrong>,
+    /// Those behind a gap, while numbers ascend: whether the receiver has got what is missing shows its acknowledgement.
+    behind: Vec<Segment>,
+    /// Some number came again, or is lower than one before.
+    descends: bool,
 }
 
 impl SubBlock {
@@ -111,6 +117,7 @@ impl SubBlock {
     fn take(&mut self, blksize: u8, at: FrameRef, segment: Segment) -> Taken {
         let Segment { seqno, last, .. } = segment;
         let expected = self.expected();
+        self.descends |= seqno <= self.sent;
         self.sent = self.sent.max(seqno);
         if last {
             self.last_at = Some(seqno);
@@ -120,7 +127,28 @@ impl SubBlock {
             return Taken::InSequence;
         }
         self.wrong.get_or_insert(Wrong { at, expected, what: sequence(expected, seqno) });
+        self.behind.push(segment);
         Taken::OutOfSequence(expected)
+    }
+
+    /// How many segments up to `ackseq` the receiver has got that were not seen, of a sub-block of up to `most`: numbers
+    /// ascend, none of them is behind the last one, and it acknowledges beyond the gap, or the whole sub-block.
+    fn not_captured(&self, ackseq: u8, most: u8) -> u8 {
+        let seen = self.segments.len() + self.behind.len();
+        let ends = self.last_at.is_none_or(|last| last == ackseq) && ackseq <= most;
+        let gap = self.wrong.is_some() && ackseq == self.sent;
+        let tail = seen > 0 && ackseq > self.sent && ackseq == most;
+        if self.descends || !ends || !(gap || tail) { 0 } else { ackseq.saturating_sub(seen as u8) }
+    }
+
+    /// All segments up to `ackseq`, in their places; what was not captured is empty.
+    fn in_place(self, ackseq: u8) -> Vec<Segment> {
+        let mut seen = self.segments.into_iter().chain(self.behind).peekable();
+        let at = |seqno| {
+            let segment = seen.next_if(|segment| segment.seqno == seqno);
+            segment.unwrap_or(Segment { seqno, last: false, data: [0; 7], len: 0 })
+        };
+        (1..=ackseq).map(at).collect()
     }
 }
 
@@ -369,6 +397,18 @@ impl Block {
         // What came in an empty frame may have been the last segment.
         let unread = current.ends_unread() && usize::from(ackseq) == current.segments.len();
         let whole = unread || (!self.finished && current.is_complete(self.most()));
+        acked.missing = current.not_captured(ackseq, self.most());
+        if acked.missing > 0 {
+            transfer.data.hole = true;
+            self.finished = current.last_at.is_some();
+            let segments = current.in_place(ackseq);
+            self.commit(transfer, &segments);
+            (self.rest, self.resume) = (None, Resume::Now);
+            if (1..=MOST).contains(&blksize) {
+                self.blksize = blksize;
+            }
+            return acked;
+        }
         let in_sequence = current.segments.len() as u8;
         if ackseq > current.sent {
             if transfer.mux.is_some() {
@@ -468,5 +508,7 @@ fn sequence(expected: u8, found: u8) -> Sdo012 {
 fn append(transfer: &mut Transfer, segment: &Segment, bytes: usize) {
     let carried = segment.carried().min(bytes);
     transfer.data.hole |= carried < bytes;
-    transfer.append(segment.data.get(..carried).unwrap_or(&[]));
+    // What is missing keeps its place.
+    let shown = if segment.len == 0 { bytes } else { carried };
+    transfer.append(segment.data.get(..shown).unwrap_or(&[]));
 }

@@ -14,7 +14,7 @@ use crate::context::Context;
 use crate::event::Place;
 use crate::finding::Code;
 use crate::frame::FrameRef;
-use crate::rules::sdo::{Sdo002, Sdo012, Sdo019};
+use crate::rules::sdo::{Sdo002, Sdo012, Sdo019, Sdo024};
 
 /// A segment takes at least this long on the bus, in ns: eight bytes at 1 Mbit/s.
 const SEGMENT_NS: i64 = 100_000;
@@ -315,6 +315,10 @@ impl Channel {
         let acked = block.ack(transfer, half.at, ackseq, blksize);
         transfer.last = half.at;
         transfer.outcome.bad |= matches!(acked.fault, Some((Sdo012::Sequence { .. } | Sdo012::Acknowledged { .. }, _)));
+        if acked.missing > 0 {
+            self.find(Sdo024::Missing { missing: acked.missing.into() }, half.at, cx);
+        }
+        let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         if acked.retransmission {
             transfer.outcome.retransmissions = transfer.outcome.retransmissions.saturating_add(1);
         }
