@@ -53,7 +53,9 @@ class Excerpt:
             if count := holes.get(number):
                 total += count
                 bus = self.frames[min(number, len(self.frames) - 1)].bus
-                lines.append(f"DROPCOUNT: dropped {count} CAN frames on '{bus}' socket (total drops {total})\n".encode())
+                lines.append(
+                    f"DROPCOUNT: dropped {count} CAN frames on '{bus}' socket (total drops {total})\n".encode()
+                )
             if number < len(self.frames):
                 lines.append(self.frames[number].log_line().encode())
         return b"".join(lines)
@@ -259,7 +261,7 @@ def _bare(value: str) -> str:
 
 
 def _key(row: Row, origin: Sequence[int]) -> int:
-    return origin[row["frame"] - 1]
+    return origin[int(row["frame"]) - 1]
 
 
 def false_statements(whole: Analysis, said: Analysis, origin: Sequence[int]) -> Iterator[str]:

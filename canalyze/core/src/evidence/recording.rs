@@ -11,7 +11,7 @@
 //! ([`Recording::observe`]), and verdicts take it once nothing about it is open any more
 //! ([`Recording::undecided_since`]).
 
-use crate::frame::{Direction, Frame, FrameRef, Kind};
+use crate::frame::{CanId, Direction, Frame, FrameRef, Kind};
 
 use super::duplicates::{Duplicates, Sighting};
 use super::holes::Holes;
@@ -101,6 +101,9 @@ pub struct Recording {
     /// The last silence, and the last frame's time, of the frames that were taken.
     silence: Option<Silence>,
     taken_ns: Option<i64>,
+    /// The CAN-ID of the first of them, and whether others have another one.
+    only: Option<CanId>,
+    several: bool,
     stalls: Stalls,
     echo: Echo,
     duplicates: Duplicates,
@@ -197,11 +200,17 @@ impl Recording {
             self.silence = Some(**silence);
         }
         self.taken_ns = frame.t_ns.or(self.taken_ns);
+        self.several |= *self.only.get_or_insert(frame.id) != frame.id;
         when.own = match frame.dir {
             Some(direction) => direction == Direction::Tx,
             None => commands || frame.kind == Kind::Remote,
         };
         when.epoch = when.epoch.saturating_add(self.losses);
+    }
+
+    /// Whether more than one CAN-ID is in the capture so far: it is not what a filter has left.
+    pub fn shows_several(&self) -> bool {
+        self.several
     }
 
     /// Whether a frame that was observed as such is a duplicate, once it is taken. What comes from a buffer is close to

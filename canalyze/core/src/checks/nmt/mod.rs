@@ -425,7 +425,8 @@ impl Nmt {
             }
             node_state.suspect = None;
             self.suspects = self.suspects.saturating_sub(1);
-            if twice && suspect.duplicate || booted && power.all {
+            // Where the capture shows one CAN-ID only, it would not show the command.
+            if twice && suspect.duplicate || booted && power.all || !cx.evidence.recording.shows_several() {
                 continue;
             }
             let of = |what: Verdict| Finding { at: suspect.at, ..cx.verdict(what, Some(node), None, None) };

@@ -244,7 +244,7 @@ impl Channel {
             at: frame.reference(),
             when: cx.when,
             command: Command::Unknown(0),
-            reading: self.reading(side, frame, next, cx),
+            reading: self.reading(side, frame, next),
             bytes: frame.head(),
             len: frame.len,
         };

@@ -215,7 +215,7 @@ impl Channel {
             status = Status::Failed;
         }
         self.complete(status, cx);
-        if status == Status::Failed {
+        if status == Status::Failed && !self.is_one_sided() {
             // Where the last segment was not the last one, the others belong to nothing.
             self.hypotheses.report();
         }

@@ -24,8 +24,8 @@ pub(super) struct Hypotheses {
     whole: bool,
     /// A frame that belongs to no transfer was reported since the channel was idle.
     reported: bool,
-    /// The frame before, while they are open: who sent it, and its first byte.
-    before: Option<(Side, u8)>,
+    /// The frame before: who sent it, its first byte, and whether it is known to be no segment of a block.
+    before: Option<(Side, u8, bool)>,
 }
 
 impl Default for Hypotheses {
@@ -103,26 +103,27 @@ impl Channel {
         self.hypotheses.whole && self.hypotheses.before.is_none()
     }
 
-    /// How the next frame is read where it is ambiguous. A block transfer met in its midst may have ended unseen.
-    pub(super) fn reading(
-        &mut self,
-        side: Side,
-        frame: &Frame,
-        next: Option<&(Side, Frame)>,
-        cx: &mut Context<'_>,
-    ) -> Option<Command> {
+    /// How the next frame is read where it is ambiguous.
+    pub(super) fn reading(&mut self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>) -> Option<Command> {
         let [first, ..] = frame.head();
         let reading = self.is_ambiguous().then(|| self.read_open(side, frame, next));
-        self.hypotheses.before = Some((side, first));
-        if self.is_nameless()
-            && self.sends_data(side)
-            && let Some(block) = self.block()
-            && (block.end.is_some() || (block.is_off(first & 0x7F) && reading.is_some_and(|it| !it.is_of_block())))
-        {
+        let plain = !matches!(reading, Some(Command::BlockSegment { .. } | Command::Undetermined(_)));
+        self.hypotheses.before = Some((side, first, plain && self.block().is_none()));
+        reading
+    }
+
+    /// A block transfer met in its midst has ended unseen where a frame does not belong to it.
+    pub(super) fn leave_midway(&mut self, side: Side, half: &Half, cx: &mut Context<'_>) {
+        let sends = self.sends_data(side);
+        let belongs = |block: &Block| match half.reading {
+            Some(reading) if !sends => reading.is_of_receiver(),
+            Some(reading) => block.end.is_none() && (reading.is_of_sender() || !block.is_off(half.bytes[0] & 0x7F)),
+            None => true,
+        };
+        if self.is_nameless() && self.block().is_some_and(|block| !belongs(block)) {
             self.complete_before(Status::Incomplete, cx);
             self.hypotheses.open();
         }
-        reading
     }
 
     /// How a frame is read while the channel may be in the midst of anything: by its command byte, as a segment of a
@@ -267,11 +268,12 @@ impl Channel {
 fn is_segment(
     side: Side,
     first: u8,
-    before: Option<(Side, u8)>,
+    before: Option<(Side, u8, bool)>,
     next: Option<&(Side, [u8; 8], Command)>,
 ) -> Option<bool> {
     let (seqno, last) = (first & 0x7F, first & 0x80 != 0);
-    let goes_on = before.filter(|(by, _)| *by == side).map(|(_, before)| before < MOST && before + 1 == seqno);
+    let counts = |(_, before, plain): (Side, u8, bool)| !plain && before < MOST && before + 1 == seqno;
+    let goes_on = before.filter(|(by, ..)| *by == side).map(counts);
     let ends = next.map(|(by, bytes, other)| match other {
         _ if *by == side => Some(!last && bytes[0] & 0x7F == seqno + 1),
         Command::BlockAck { ackseq, blksize } if (1..=MOST).contains(blksize) && !other.has_reserved_bits(*bytes) => {

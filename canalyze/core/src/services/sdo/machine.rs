@@ -315,7 +315,7 @@ impl Channel {
             return;
         }
         self.find(Sdo007::Outside, half.at, cx);
-        if self.transfer.is_none() {
+        if self.transfer.is_none() && !self.is_one_sided() {
             self.hypotheses.report();
         }
     }

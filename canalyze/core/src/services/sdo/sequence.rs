@@ -121,11 +121,11 @@ impl Channel {
             self.history.released = None;
         }
         self.sequence.lag_ns = cx.evidence.recording.lag_ns();
-        if self.sequence.held.is_empty() {
-            return half;
+        if !self.sequence.held.is_empty() {
+            self.decide(Some(&half).filter(|_| side == Side::Server), cx);
+            self.release_expired(cx);
         }
-        self.decide(Some(&half).filter(|_| side == Side::Server), cx);
-        self.release_expired(cx);
+        self.leave_midway(side, &half, cx);
         self.decoded(side, half)
     }
 
@@ -250,6 +250,7 @@ impl Channel {
     fn release(&mut self, cx: &mut Context<'_>) {
         let Some(held) = self.sequence.held.pop_front() else { return };
         self.aside(|channel| {
+            channel.leave_midway(Side::Server, &held.half, cx);
             let half = channel.decoded(Side::Server, held.half);
             channel.step.place = if held.first { Place::Uncaptured } else { Place::Due };
             channel.judge_frame(&half, cx);

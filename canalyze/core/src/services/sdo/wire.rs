@@ -267,8 +267,13 @@ impl Command {
     }
 
     /// Whether the sender of a block transfer's data may send it.
-    pub fn is_of_block(&self) -> bool {
+    pub fn is_of_sender(&self) -> bool {
         matches!(self, Self::BlockSegment { .. } | Self::EndBlock { .. } | Self::Abort(..))
+    }
+
+    /// Whether the receiver of a block transfer's data may send it once it has begun.
+    pub fn is_of_receiver(&self) -> bool {
+        matches!(self, Self::BlockAck { .. } | Self::BlockEnded | Self::StartBlockUpload | Self::Abort(..))
     }
 
     /// Whether a client starts a transfer with it.
