@@ -214,6 +214,9 @@ class Reading:
         if capture.format == "candump" and not self._given_format and not capture.damage:
             return SourceError("source.nothing", name=capture.name)
         form = self._words.of("info.title", capture.kind)
+        dialect = json.loads(self._session.contents())["dialect"]
+        if dialect.get("identifiers") == "implausible":
+            return SourceError("source.implausible", name=capture.name, form=form)
         return SourceError("source.frameless", name=capture.name, form=form)
 
     def _results(self, result: bytes, *, hold: bool) -> Iterator[bytes]:

@@ -3,6 +3,7 @@
 //! It takes what a reader gives and keeps figures only, in bounded memory. Must not: decode, judge, or know a format.
 
 use crate::frame::{Direction, Frame, Kind, MAX_BUSES, StampForm};
+use crate::readers::listing::LeftOut;
 use crate::readers::{Damage, Item, Marker, Place};
 
 /// Damages that are listed one by one; more are only counted.
@@ -55,6 +56,8 @@ pub struct Info {
     pub gaps: u64,
     /// How many, as said there.
     pub dropped: u64,
+    /// Where the file itself shows that rows are left out.
+    pub left_out: LeftOut,
     /// Error markers without content.
     pub error_markers: u64,
     /// The first damages.
@@ -92,8 +95,9 @@ impl Info {
                 self.gaps += 1;
                 self.dropped = self.dropped.saturating_add(*count);
             }
+            Item::Marker(Marker::LeftOut { count, .. }) => self.left_out.add(*count),
             Item::Marker(Marker::Error { .. }) => self.error_markers += 1,
-            Item::Marker(Marker::Backward { .. }) | Item::Gap { .. } | Item::Until { .. } => {}
+            Item::Marker(Marker::Backward { .. } | Marker::Swapped) | Item::Gap { .. } | Item::Until { .. } => {}
         }
     }
 

@@ -23,6 +23,7 @@ use crate::frame::{BusId, Direction, Frame, FrameRef, Kind};
 use crate::message::Message;
 use crate::network::Network;
 use crate::readers::Marker;
+use crate::readers::listing::LeftOut;
 use crate::services::sdo::wire::Side;
 
 /// Services in the order of their identifiers, by the names of filters and JSON.
@@ -74,6 +75,8 @@ pub struct Capture {
     pub reordered: u64,
     /// Lines that could not be read.
     pub unreadable: u64,
+    /// Where a file itself shows that rows are left out.
+    pub left_out: LeftOut,
     /// The greatest time so far in ns.
     high_ns: i64,
 }
@@ -204,6 +207,11 @@ impl Bus {
     fn lost(&mut self, count: u64) {
         self.gaps += 1;
         self.dropped = self.dropped.saturating_add(count);
+        self.interrupted();
+    }
+
+    /// Frames are missing here: no time may be measured across.
+    fn interrupted(&mut self) {
         self.sync.lost();
         self.pdos.lost();
         for node in self.nodes.iter_mut().flatten() {
@@ -378,8 +386,12 @@ impl Summary {
     pub fn marker(&mut self, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, .. } => self.bus(bus).lost(count),
+            Marker::LeftOut { count, .. } => {
+                self.capture.left_out.add(count);
+                self.buses.values_mut().for_each(|bus| bus.interrupted());
+            }
             Marker::Error { bus, .. } => self.bus(bus).errors += 1,
-            Marker::Backward { .. } | Marker::Start { .. } => {}
+            Marker::Backward { .. } | Marker::Start { .. } | Marker::Swapped => {}
         }
     }
 

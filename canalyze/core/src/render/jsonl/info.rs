@@ -14,13 +14,14 @@
 //! | `backward` `backward_most_us` | how often a stamp is earlier than the one before, and the longest such step |
 //! | `unreadable` | null or `{"count", "first_line", "first_offset"}` |
 //! | `gaps` `dropped` `error_markers` | reports of lost frames, frames said to be lost, error markers without content |
+//! | `left_out` | null or `{"places", "uncounted", "rows"}`: where the file itself shows that rows are missing, those of them without a count, and the rows that the others count |
 //! | `damage` | list of `{"kind", "line", "offset", "bytes", "frames"}`, the first 64 |
 //! | `damages` | how many in all |
 //! | `contents` | see `contents` |
 //!
 //! The command adds `format`, `compression` and `size`, which are not known here.
 
-use super::{Setting, contents, name_or_null, number_or_null, seconds};
+use super::{Setting, contents, left_out, name_or_null, number_or_null, seconds};
 use crate::frame::{BusId, Stamp, StampForm};
 use crate::info::{Info, Zone};
 use crate::readers::{Contents, Damage, DamageKind, Place};
@@ -65,6 +66,8 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
         None => put!(out; "null"),
     }
     put!(out; ",\"gaps\":", info.gaps, ",\"dropped\":", info.dropped, ",\"error_markers\":", info.error_markers);
+    put!(out; ",\"left_out\":");
+    left_out(out, &info.left_out);
     put!(out; ",\"damage\":[");
     for (no, one) in info.damage.iter().enumerate() {
         put!(out; if no > 0 { "," } else { "" });
