@@ -66,10 +66,11 @@ class PythonCanCapture:
 
     format: Final = "packed"
 
-    def __init__(self, source: "Opened", head: bytes, form: str, *, trusting: bool = False) -> None:
+    def __init__(self, source: "Opened", head: bytes, form: str, *, trusting: bool = False, asked: bool = False) -> None:
         """Take over the source; `head` is what was read of it already, `form` one of TITLES.
 
-        trusting: in this process whatever the form, though the file may bring it down. SourceError if what the form
+        trusting: in this process whatever the form, though the file may bring it down. asked: the user says that it has
+        this form. SourceError if what the form
         needs is not installed.
         """
         self.name = source.name
@@ -78,6 +79,7 @@ class PythonCanCapture:
         self.regular = source.regular
         self._source = source
         self._form = form
+        self._asked = asked
         self._heard = _Heard()
         self._remarks: list[CanalyzeError] = []
         self._apart = form == "mf4" and not trusting
@@ -229,7 +231,12 @@ class PythonCanCapture:
 
     def refused(self, problem: str) -> SourceError:
         """Give the error of a file that cannot be read at all."""
-        return SourceError("bridge.unreadable", name=self.name, form=TITLES[self._form], problem=problem)
+        said: dict[str, str] = {"name": self.name, "form": TITLES[self._form], "problem": problem}
+        if self._asked:
+            from canalyze.sources.format import input_formats
+
+            return SourceError("bridge.unfit", **said, formats=", ".join(input_formats()))
+        return SourceError("bridge.unreadable", **said)
 
 
 def _batched(records: Iterator[bytes]) -> Iterator[bytes]:

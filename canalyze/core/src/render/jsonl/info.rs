@@ -8,7 +8,7 @@
 //! | `kinds` | `{"data", "remote", "fd", "error", "standard", "extended"}`: counts; the last two of the first three |
 //! | `directions` | `{"rx", "tx"}`: counts, where the format tells |
 //! | `unstamped` | frames without a stamp |
-//! | `first_t` `last_t` `seconds` | the stamps of the first frame and the last one and the time between, as strings |
+//! | `first_t` `last_t` `seconds` | the stamps of the first frame and the last one and the time between, without what the clock was set back, as strings |
 //! | `first_date` `last_date` `zone` | the same as dates; `utc`, or `local` where no zone is told; null where unknown |
 //! | `decimals` | digits after the point of a stamp: null or `[fewest, most]` |
 //! | `backward` `backward_most_us` | how often a stamp is earlier than the one before, and the longest such step |
@@ -55,7 +55,7 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
     put!(out; info.error, ",\"standard\":", info.standard, ",\"extended\":", info.extended);
     put!(out; "},\"directions\":{\"rx\":", info.rx, ",\"tx\":", info.tx, "},\"unstamped\":", info.unstamped);
     times(out, info);
-    put!(out; ",\"backward\":", info.backward, ",\"backward_most_us\":", info.backward_most_ns.unsigned_abs() / 1000);
+    put!(out; ",\"backward\":", info.span.backward, ",\"backward_most_us\":", info.span.backward_most_ns.unsigned_abs() / 1000);
     put!(out; ",\"unreadable\":");
     match info.first_unreadable {
         Some(place) => {
@@ -80,8 +80,8 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
 
 fn times(out: &mut Vec<u8>, info: &Info) {
     let decimals = info.decimals.map_or(9, |(_, most)| most);
-    let (first, last) = (info.span_ns.map(|span| span.0), info.span_ns.map(|span| span.1));
-    let elapsed = info.span_ns.map(|(first, last)| last.saturating_sub(first));
+    let ends = info.span.ends_ns;
+    let (first, last, elapsed) = (ends.map(|ends| ends.0), ends.map(|ends| ends.1), info.span.elapsed_ns);
     for (key, ns) in [("first_t", first), ("last_t", last), ("seconds", elapsed)] {
         put!(out; ",\"", key, "\":");
         seconds(out, ns, decimals);

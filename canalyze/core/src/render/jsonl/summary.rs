@@ -70,21 +70,21 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
 
 /// Time measured in ns, where there is any.
 fn elapsed(capture: &Capture) -> Option<u64> {
-    capture.elapsed_ns.map(i64::unsigned_abs).filter(|elapsed| *elapsed > 0)
+    capture.span.elapsed_ns.map(i64::unsigned_abs).filter(|elapsed| *elapsed > 0)
 }
 
 fn capture(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
     let capture = &summary.capture;
-    let stamped = capture.elapsed_ns.is_some();
+    let stamped = capture.span.elapsed_ns.is_some();
     put!(out; "{\"kind\":\"summary_capture\",\"files\":", capture.files, ",\"frames\":", capture.frames);
     put!(out; ",\"unstamped\":", capture.unstamped, ",\"buses\":", summary.buses.len(), ",\"first_t\":");
     seconds(out, capture.first.and_then(|first| first.t_ns), setting.decimals);
     put!(out; ",\"last_t\":");
     seconds(out, capture.last.t_ns, setting.decimals);
     put!(out; ",\"seconds\":");
-    seconds(out, capture.elapsed_ns, setting.decimals);
-    put!(out; ",\"backward\":", capture.backward, ",\"backward_most_us\":");
-    us_or_null(out, stamped.then_some(capture.backward_most_ns));
+    seconds(out, capture.span.elapsed_ns, setting.decimals);
+    put!(out; ",\"backward\":", capture.span.backward, ",\"backward_most_us\":");
+    us_or_null(out, stamped.then_some(capture.span.backward_most_ns));
     put!(out; ",\"pause_us\":");
     us_or_null(out, capture.pause.map(|(ns, _)| ns));
     put!(out; ",\"pause_frame\":");
