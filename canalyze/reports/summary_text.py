@@ -405,7 +405,7 @@ def _ranges(numbers: Sequence[int]) -> str:
 
 
 def left_out_key(left_out: Record) -> str:
-    """Give the key of the sentence about rows that a file shows to be left out, by how many places tell their number."""
+    """Give the key of the sentence about rows that are left out, by how many places tell their number."""
     if left_out["uncounted"] == left_out["places"]:
         return "left_out_unknown"
     return "left_out_partly" if left_out["uncounted"] else "left_out"

@@ -66,7 +66,9 @@ class PythonCanCapture:
 
     format: Final = "packed"
 
-    def __init__(self, source: "Opened", head: bytes, form: str, *, trusting: bool = False, asked: bool = False) -> None:
+    def __init__(
+        self, source: "Opened", head: bytes, form: str, *, trusting: bool = False, asked: bool = False
+    ) -> None:
         """Take over the source; `head` is what was read of it already, `form` one of TITLES.
 
         trusting: in this process whatever the form, though the file may bring it down. asked: the user says that it has

@@ -32,7 +32,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "summary.left_out_partly",
         "缺行：{places} 处，其中 {uncounted} 处未注明数目，其余共 {rows} 行；间隔时间不跨越缺行处",
-        "rows left out: in {places} places, {uncounted} of them without a number, {rows} in the others; no interval is measured across them",
+        "rows left out: in {places} places, {uncounted} of them without a number, {rows} in the others; "
+        "no interval is measured across them",
     ),
     ("summary.unreadable", "无法读取的行：{count}", "lines that cannot be read: {count}"),
     (

@@ -30,6 +30,14 @@ pub fn unquoted(mut text: &[u8]) -> &[u8] {
     text
 }
 
+/// What stands behind the bullet of a list, `- ` or `* `.
+pub fn item(text: &[u8]) -> Option<&[u8]> {
+    match text {
+        [b'-' | b'*' | b'+', rest @ ..] => Some(skip_blanks(rest)).filter(|after| after.len() < rest.len()),
+        _ => None,
+    }
+}
+
 /// A row's number and what follows it: `14)`, `14.`, `14:`, `[14]` before a blank; without any mark, `bare`.
 pub fn numbered(text: &[u8]) -> Option<(u64, &[u8], bool)> {
     let (inner, bracket) = match text {

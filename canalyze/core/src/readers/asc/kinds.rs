@@ -51,6 +51,9 @@ pub(super) fn of<'a>(word: &'a [u8], behind: Words<'_>, last: bool) -> Option<&'
     let variable = matches!(behind.peek(), b":=");
     // A global marker: `GMR_Group: name`.
     let marker = lower.starts_with(b"gm");
+    if lower == b"can" && !is_status(behind) {
+        return None; // a row of a trace window, `CAN 1  601  Rx ...`
+    }
     if is(BARE) {
         return Some(word);
     }
@@ -64,6 +67,12 @@ pub(super) fn of<'a>(word: &'a [u8], behind: Words<'_>, last: bool) -> Option<&'
         _ if variable => b"environment variable",
         _ => word,
     })
+}
+
+/// Whether `1 Status:chip status error active` follows.
+fn is_status(mut words: Words<'_>) -> bool {
+    words.next().is_some_and(|channel| channel.iter().all(u8::is_ascii_digit))
+        && words.peek().get(..6).is_some_and(|word| word.eq_ignore_ascii_case(b"status"))
 }
 
 /// Whether a direction and the letter of a data or remote frame stand in the line.

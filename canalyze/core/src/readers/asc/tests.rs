@@ -260,6 +260,7 @@ fn what_is_no_frame_is_counted_by_kind() {
         "1.0 Something of its own",
         "1.0 1 Something of its own",
         "1.0 Warning: buffer overrun",
+        "1.0 CAN 1  601  CAN Frame  Rx  8  40 18 10 01 00 00 00 00",
         "1.0 can0 601 [8] 40 18 10 01 00 00 00 00",
         "1.0 Comment Rx d 1 40",
         "1.0 601 8 40 18 10 01 00 00 00 00",

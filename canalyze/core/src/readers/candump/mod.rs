@@ -331,6 +331,11 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
             return Line { row: Some(number), ..line };
         }
     }
+    if let Some(item) = listing::item(text)
+        && let line @ Line { what: What::Frame, .. } = unnumbered(item)
+    {
+        return line;
+    }
     let mut line = unnumbered(text);
     if let What::Nothing | What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) = line.what {
         match listing::omission(text) {
@@ -420,6 +425,10 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
         return made(console::frame(text, &mut line.frame));
     }
     let stamped = line.stamp.is_some();
+    if is_label(first) && console::is_meant(rest) {
+        line.console = true;
+        return made(console::frame(rest, &mut line.frame));
+    }
     if rest.is_empty() || !is_name(first) {
         line.console = stamped;
         return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: rest.is_empty() && stamped });
@@ -431,12 +440,18 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
     }
     let mut what = made(console::frame(rest, &mut line.frame));
     match &mut what {
-        What::Frame => line.bus = first,
+        What::Frame => line.bus = first.strip_suffix(b":").unwrap_or(first),
         // Two words of prose are no frame that was cut: there must be a stamp, or a direction, or a numbered interface.
         What::Unreadable(fail) => fail.end &= stamped || first.iter().any(u8::is_ascii_digit),
         _ => {}
     }
     what
+}
+
+/// A word before an identifier that names the column, and no interface.
+fn is_label(word: &[u8]) -> bool {
+    let word = word.strip_suffix(b":").unwrap_or(word);
+    [&b"id"[..], b"cob-id", b"cobid", b"can-id"].iter().any(|label| word.eq_ignore_ascii_case(label))
 }
 
 fn made(frame: Result<(), Fail>) -> What {
@@ -448,6 +463,9 @@ fn made(frame: Result<(), Fail>) -> What {
 
 /// A line that begins with neither a stamp nor a letter nor a digit.
 fn without_frame(text: &[u8]) -> What {
+    if is_clock(text) {
+        return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
+    }
     if stamp::is_meant(text) {
         return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: memchr(b')', text).is_none() });
     }
@@ -457,6 +475,14 @@ fn without_frame(text: &[u8]) -> What {
         _ => first_char(text).is_some_and(|char| !char.is_alphanumeric() && !char.is_control()),
     };
     if mark { What::Nothing } else { What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false }) }
+}
+
+/// `[12:34:56.789] ...`, a time as loggers write it: what follows is meant, and never candump's.
+fn is_clock(text: &[u8]) -> bool {
+    let Some(inner) = text.strip_prefix(b"[") else { return false };
+    let digits = inner.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let behind = inner.get(digits..).unwrap_or_default();
+    digits > 0 && matches!(behind, [b':' | b'.' | b'-', digit, ..] if digit.is_ascii_digit())
 }
 
 fn first_char(text: &[u8]) -> Option<char> {

@@ -322,6 +322,29 @@ fn numbers_of_rows() {
 }
 
 #[test]
+fn what_people_write_before_a_frame() {
+    for (line, frame) in [
+        ("- can0 601 [1] 40", "can0 601 1 40"),
+        ("* 601 [1] 40", "601 1 40"),
+        ("Rx 601 [1] 40", "rx 601 1 40"),
+        ("TX: 601 [1] 40", "tx 601 1 40"),
+        ("can0 Tx 601 [1] 40", "can0 tx 601 1 40"),
+        ("ID: 601 [1] 40", "601 1 40"),
+        ("COB-ID 601 [1] 40", "601 1 40"),
+        ("can0: 601 [1] 40", "can0 601 1 40"),
+    ] {
+        assert_eq!(read(&format!("{line}\n")), format!("1: {frame}\n1 lines\n"), "{line}");
+    }
+    for line in ["[12:34:56.789] can0 601 [1] 40", "[0.5] can0 601 [1] 40", "[2024-01-01 12:00:00] 601#40", "ID: reset"]
+    {
+        assert_eq!(read(&format!("{line}\n")), "1! NoFrame\n1 lines\n", "{line}");
+    }
+    for line in ["- remark", "* 601", "[1] a footnote", "- see 601 again"] {
+        assert_eq!(read(&format!("{line}\n")), "1 lines\n", "{line}");
+    }
+}
+
+#[test]
 fn a_number_is_a_row_or_a_bus() {
     // Three that grow are rows; else they name the interface.
     assert_eq!(read("1 601 [1] 40\n2 601 [1] 41\n3 601 [1] 42\n"), "1: 601 1 40\n2: 601 1 41\n3: 601 1 42\n3 lines\n");
