@@ -393,6 +393,9 @@ def sniff(head: bytes, complete: bool) -> str | None:
     bzip2 (to be unpacked first), utf-16 utf-16le utf-16be (text of another encoding).
     """
 
+def omission(line: bytes) -> int | None:
+    """Rows that a line of a listing says were left out, -1 where it does not tell how many; None for any other line."""
+
 def class_of(kind: str, number: int) -> str | None:
     """The class by which lanes of the timeline (table `lanes`) show a state as it is on the wire.
 

@@ -13,7 +13,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 
 from canalyze.errors import SourceError
-from canalyze.sources.format import Capture, open_capture
+from canalyze.sources.format import Capture, input_formats, open_capture
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -214,6 +214,11 @@ class Reading:
         if capture.format == "candump" and not self._given_format and not capture.damage:
             return SourceError("source.nothing", name=capture.name)
         form = self._words.of("info.title", capture.kind)
+        dialect = json.loads(self._session.contents())["dialect"]
+        if dialect.get("identifiers") == "implausible":
+            return SourceError("source.implausible", name=capture.name, form=form)
+        if self._given_format:
+            return SourceError("source.unfit", name=capture.name, form=form, formats=", ".join(input_formats()))
         return SourceError("source.frameless", name=capture.name, form=form)
 
     def _results(self, result: bytes, *, hold: bool) -> Iterator[bytes]:

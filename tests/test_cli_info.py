@@ -144,6 +144,32 @@ def test_a_format_that_was_asked_for_is_named(canalyze: Runner, tmp_path: Path) 
         done = canalyze("--lang", "en", "decode", "--input-format", form, "a.log")
         assert (done.code, done.out) == (2, "")
         assert f"read as {title}, no CAN frame in it" in done.complaints[-1]
+        assert "candump, asc, mcap, pcap, pcapng, blf, trc, mf4, csv, db" in done.complaints[-1]
+
+
+def test_a_format_that_does_not_fit_names_those_that_there_are(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "a.log").write_text(LOG)
+    for lang in ("en", "zh"):
+        for form in ("asc", "trc", "csv", "db", "pcapng", "nothing"):
+            done = canalyze("--lang", lang, "decode", "--input-format", form, "a.log")
+            assert (done.code, done.out) == (2, ""), form
+            assert "candump, asc, mcap, pcap, pcapng, blf, trc, mf4, csv, db" in done.complaints[-1], form
+    # Where nobody has said what it is there is nothing to choose.
+    (tmp_path / "a.asc").write_text("date Sam Sep 30 15:06:13.191 2017\nbase hex  timestamps absolute\n")
+    assert "--input-format" not in canalyze("--lang", "en", "decode", "a.asc").err
+
+
+@pytest.mark.parametrize(
+    "stamps",
+    [(1, 3, 9), (1, 5, 3, 9), (100, 5, 7, 9), (10, 2, 12, 1), (5, 4.9995, 5.2), (7,), (9, 1, 1, 1)],
+)
+def test_a_time_span_is_the_same_in_every_report(canalyze: Runner, tmp_path: Path, stamps: tuple[float, ...]) -> None:
+    (tmp_path / "a.log").write_text("".join(f"({1_700_000_000 + at:.6f}) can0 701#05\n" for at in stamps))
+    keys = ("first_t", "last_t", "seconds", "backward", "backward_most_us")
+    (whole,) = records(canalyze("info", "--format", "jsonl", "a.log"))
+    capture = records(canalyze("summary", "--format", "jsonl", "a.log"))[0]
+    assert [whole[key] for key in keys] == [capture[key] for key in keys]
+    assert float(whole["seconds"]) >= 0
 
 
 def test_info_takes_what_says_how_topics_are_read(canalyze: Runner, tmp_path: Path) -> None:

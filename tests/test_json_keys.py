@@ -31,7 +31,17 @@ INFO = {
     "": {
         *("kind", "file", "format", "compression", "size", "frames", "buses", "kinds", "directions", "unstamped"),
         *("first_t", "last_t", "seconds", "first_date", "last_date", "zone", "decimals", "backward"),
-        *("backward_most_us", "unreadable", "gaps", "dropped", "error_markers", "damage", "damages", "contents"),
+        *(
+            "backward_most_us",
+            "unreadable",
+            "gaps",
+            "dropped",
+            "left_out",
+            "error_markers",
+            "damage",
+            "damages",
+            "contents",
+        ),
     },
     "buses": {"bus", "frames"},
     "kinds": {"data", "remote", "fd", "error", "standard", "extended"},

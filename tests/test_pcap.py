@@ -7,10 +7,11 @@ the tests that need them are skipped.
 from __future__ import annotations
 
 import json
+import random
 import shutil
 import struct
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -171,3 +172,62 @@ def test_standard_input_and_any_name(canalyze: Runner, tmp_path: Path) -> None:
     expected = [short(row) for row in frames(canalyze, "capture.log")]
     done = canalyze("decode", "--format", "jsonl", "-", stdin=file)
     assert [short(row) for row in map(json.loads, done.lines) if row["kind"] == "frame"] == expected
+
+
+def swapped(file: bytes) -> bytes:
+    """The same pcap file with its identifiers in the other byte order, as programs write it that pack it themselves."""
+    out, at = bytearray(file), 24
+    while at < len(out):
+        out[at + 16 : at + 20] = out[at + 16 : at + 20][::-1]
+        at += 16 + struct.unpack_from("<I", out, at + 8)[0]
+    return bytes(out)
+
+
+def of_pcapng(file: bytes) -> bytes:
+    """The packets of a pcap file in a pcapng file."""
+
+    def block(kind: int, body: bytes) -> bytes:
+        body += bytes(-len(body) % 4)
+        size = struct.pack("<I", len(body) + 12)
+        return struct.pack("<I", kind) + size + body + size
+
+    out = block(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1)) + block(1, struct.pack("<HHI", SOCKETCAN, 0, 0))
+    at = 24
+    while at < len(file):
+        _, _, size, _ = struct.unpack_from("<IIII", file, at)
+        out += block(6, struct.pack("<IIIII", 0, 0, at, size, size) + file[at + 16 : at + 16 + size])
+        at += 16 + size
+    return out
+
+
+@pytest.mark.parametrize("change", [bytes, of_pcapng], ids=["pcap", "pcapng"])
+@pytest.mark.parametrize("ids", [(0x601, 0x581), (0x181, 0x182, 0x80), (0x701,), (EXTENDED | 0x181, 0x60A, 0x58A)])
+def test_identifiers_in_the_wrong_byte_order_are_read(
+    canalyze: Runner, tmp_path: Path, ids: Sequence[int], change: Callable[[bytes], bytes]
+) -> None:
+    data = bytes.fromhex("4000100000000000")
+    right = pcap("<", False, SOCKETCAN, [(ids[at % len(ids)], 0, data) for at in range(50)])
+    (tmp_path / "right.pcap").write_bytes(change(right))
+    (tmp_path / "wrong.pcap").write_bytes(change(swapped(right)))
+    expected = [short(row) for row in frames(canalyze, "right.pcap")]
+    assert [int(one[0], 16) for one in expected][: len(ids)] == [can_id & 0x1FFF_FFFF for can_id in ids]
+    rows = map(json.loads, canalyze("decode", "--format", "jsonl", "wrong.pcap").lines)
+    assert [short(row) for row in rows if row["kind"] == "frame"] == expected
+    for lang, words in (("en", "little-endian, against the format"), ("zh", "小端序")):
+        said, clean = (canalyze("summary", "--lang", lang, name) for name in ("wrong.pcap", "right.pcap"))
+        assert ([words in line for line in said.complaints], clean.err) == ([True], "")
+    assert "identifiers: little-endian" in canalyze("info", "--lang", "en", "wrong.pcap").out
+    assert "identifiers" not in canalyze("info", "--lang", "en", "right.pcap").out
+
+
+@pytest.mark.parametrize("change", [bytes, of_pcapng], ids=["pcap", "pcapng"])
+def test_packets_that_hold_no_identifiers_are_refused(
+    canalyze: Runner, tmp_path: Path, change: Callable[[bytes], bytes]
+) -> None:
+    source = random.Random(227)
+    for seed in range(20):
+        ids = [source.randrange(1 << 32) if seed % 2 else 0x0102_0304 + at for at in range(300)]
+        (tmp_path / "a.pcap").write_bytes(change(pcap("<", False, SOCKETCAN, [(one, 0, b"\1") for one in ids])))
+        done = canalyze("decode", "--lang", "en", "a.pcap")
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1), seed
+        assert "no CAN identifier in either byte order" in done.err

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from canalyze.layout import pad, width
 from canalyze.output import Output, printable
+from canalyze.reports.summary_text import left_out_key
 from canalyze.words import Words
 
 Record = Mapping[str, Any]
@@ -109,6 +110,9 @@ def _quality(record: Record, words: Words) -> Iterator[str]:
         yield words("info.unreadable", count=unreadable["count"], place=place)
     if record["gaps"]:
         yield words("info.gaps", count=record["gaps"], frames=record["dropped"])
+    left_out = record["left_out"]
+    if left_out:
+        yield words(f"info.{left_out_key(left_out)}", **left_out)
     if record["error_markers"]:
         yield words("info.error_markers", count=record["error_markers"])
     for damage in record["damage"][:_LISTED]:
@@ -120,7 +124,7 @@ def _quality(record: Record, words: Words) -> Iterator[str]:
         )
         yield words("info.then").join([fact, *lost])
     yield from _more(record["damage"], record["damages"], words)
-    if not (unreadable or record["gaps"] or record["error_markers"] or record["damages"]):
+    if not (unreadable or record["gaps"] or left_out or record["error_markers"] or record["damages"]):
         yield words("info.whole")
 
 

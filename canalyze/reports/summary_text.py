@@ -130,6 +130,9 @@ class _Report:
             lines.append(words("summary.unstamped", count=capture["unstamped"]))
         if capture["gaps"]:
             lines.append(words("summary.gaps", count=capture["gaps"], frames=capture["dropped"]))
+        left_out = capture["left_out"]
+        if left_out:
+            lines.append(words(f"summary.{left_out_key(left_out)}", **left_out))
         if capture["unreadable"]:
             lines.append(words("summary.unreadable", count=capture["unreadable"]))
         if capture["backward"]:
@@ -399,3 +402,10 @@ def _ranges(numbers: Sequence[int]) -> str:
         else:
             runs.append([number])
     return ",".join("-".join(map(str, run)) for run in runs)
+
+
+def left_out_key(left_out: Record) -> str:
+    """Give the key of the sentence about rows that are left out, by how many places tell their number."""
+    if left_out["uncounted"] == left_out["places"]:
+        return "left_out_unknown"
+    return "left_out_partly" if left_out["uncounted"] else "left_out"

@@ -191,7 +191,7 @@ def open_capture(name: str, asked: str | None = None, shown: str | None = None) 
         if form in BRIDGED.values():
             from canalyze.sources.pythoncan import PythonCanCapture
 
-            return PythonCanCapture(opened, opened.head, form)
+            return PythonCanCapture(opened, opened.head, form, asked=asked is not None)
         if form not in FORMATS:
             raise SourceError("source.other", name=source.name, kind=form)
         return Capture(opened, form)

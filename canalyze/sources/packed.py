@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 _FRAME: Final = struct.Struct("<BBBBBBBxIIq").pack
 _OTHER: Final = struct.Struct("<BBHIqq").pack
-_BUS, _START, _DAMAGE, _UNREADABLE, _PASSED_OVER, _DIALECT = 2, 3, 4, 5, 6, 7
+_BUS, _START, _DAMAGE, _UNREADABLE, _PASSED_OVER, _DIALECT, _LEFT_OUT = 2, 3, 4, 5, 6, 7, 9
 _STAMP, _FD, _BRS, _ESI, _RX, _TX = 1, 2, 4, 8, 16, 32
 _EFF, _RTR, _ERR = 0x8000_0000, 0x4000_0000, 0x2000_0000
 _MOST_ID: Final = 0x1FFF_FFFF
@@ -58,6 +58,11 @@ def unreadable(reason: int, line: int) -> bytes:
 def passed_over(what: str, count: int) -> bytes:
     """So many records of a kind are no frames."""
     return _other(_PASSED_OVER, 0, count, text=what)
+
+
+def left_out(rows: int | None, line: int, last: int | None = None) -> bytes:
+    """Rows are missing before this line; `last` is the number of the row before the gap, where rows have numbers."""
+    return _other(_LEFT_OUT, 0, -1 if rows is None else rows, -1 if last is None else last, text=str(line))
 
 
 def dialect(name: str, value: str) -> bytes:

@@ -33,7 +33,7 @@ from canalyze.sources.blf import PYTHON_CAN, Damage, Objects
 from canalyze.sources.database import Copy, copied
 from canalyze.sources.library import has_asammdf, library
 from canalyze.sources.packed import Packer, Unfit
-from canalyze.sources.trace import Lines, Trc
+from canalyze.sources.trace import Lines, Rows, Trc, number_of
 
 if TYPE_CHECKING:
     from can import Message
@@ -66,10 +66,13 @@ class PythonCanCapture:
 
     format: Final = "packed"
 
-    def __init__(self, source: "Opened", head: bytes, form: str, *, trusting: bool = False) -> None:
+    def __init__(
+        self, source: "Opened", head: bytes, form: str, *, trusting: bool = False, asked: bool = False
+    ) -> None:
         """Take over the source; `head` is what was read of it already, `form` one of TITLES.
 
-        trusting: in this process whatever the form, though the file may bring it down. SourceError if what the form
+        trusting: in this process whatever the form, though the file may bring it down. asked: the user says that it has
+        this form. SourceError if what the form
         needs is not installed.
         """
         self.name = source.name
@@ -78,6 +81,7 @@ class PythonCanCapture:
         self.regular = source.regular
         self._source = source
         self._form = form
+        self._asked = asked
         self._heard = _Heard()
         self._remarks: list[CanalyzeError] = []
         self._apart = form == "mf4" and not trusting
@@ -229,7 +233,12 @@ class PythonCanCapture:
 
     def refused(self, problem: str) -> SourceError:
         """Give the error of a file that cannot be read at all."""
-        return SourceError("bridge.unreadable", name=self.name, form=TITLES[self._form], problem=problem)
+        said: dict[str, str] = {"name": self.name, "form": TITLES[self._form], "problem": problem}
+        if self._asked:
+            from canalyze.sources.format import input_formats
+
+            return SourceError("bridge.unfit", **said, formats=", ".join(input_formats()))
+        return SourceError("bridge.unreadable", **said)
 
 
 def _batched(records: Iterator[bytes]) -> Iterator[bytes]:
@@ -352,7 +361,8 @@ class _Text:
         self.packer = packer
         self.capture = capture
         self.counts: Counter[str] = Counter()
-        self._out: list[bytes] = []
+        self.out: list[bytes] = []
+        """Records that are not given yet."""
         self.before: Callable[[Message], None] | None = None
         """Looks at a message before it is packed."""
         lines.unanswered = self._unanswered
@@ -375,7 +385,7 @@ class _Text:
     def drain(self) -> Iterator[bytes]:
         """Read the lines that are there; one that the library cannot read costs only itself."""
         lines, frame, before = self.lines, self.packer.frame, self.before
-        out = self._out
+        out = self.out
         append = out.append
         while lines.waiting:
             try:
@@ -396,7 +406,7 @@ class _Text:
         out.clear()
 
     def _unanswered(self) -> None:
-        self._out.append(self.nothing())
+        self.out.append(self.nothing())
 
     def nothing(self) -> bytes:
         """Give the record of a line of which nothing came."""
@@ -412,15 +422,20 @@ class _Trc(_Text):
     """PEAK's traces."""
 
     def __init__(self, capture: PythonCanCapture) -> None:
+        from canalyze._core import omission
+
         self._trc = Trc()
         super().__init__(capture, Lines(self._trc.change), Packer(3, directed=False, bus=_peak))
         self.before = self._settle
         self._begun = False
+        self._rows = Rows()
+        self._omission = omission
+        self.lines.aside = self._aside
         self._reader = library().TRCReader(cast("TextIO", self.lines))
 
     def feed(self, data: bytes) -> Iterator[bytes]:
         self.lines.feed(data)
-        if self.lines.waiting:
+        if self.lines.waiting and self._trc.decided:
             yield from self._begin()
             yield from self.drain()
 
@@ -443,7 +458,23 @@ class _Trc(_Text):
         if self.lines.waiting:
             yield from self._begin()
         yield from super().end(broken=broken)
+        self._left_out(self._rows.settle())
+        yield b"".join(self.out)
         yield from _channels(self.packer, 0)
+
+    def _aside(self) -> bool:
+        """Follow the numbers of the rows; take a line that only says that rows were left out."""
+        at, line = self.lines.number, self.lines.line
+        number = number_of(line)
+        if number is None and (left_out := self._omission(line.encode("latin-1"))) is not None:
+            self._rows.mark(left_out, at)
+            return True
+        self._left_out(self._rows.row(number, at))
+        return False
+
+    def _left_out(self, missing: tuple[int | None, int, int | None] | None) -> None:
+        if missing:
+            self.out.append(packed.left_out(*missing))
 
     def reader(self) -> "Iterator[Message]":
         return iter(self._reader)

@@ -7,6 +7,7 @@ python-can.
 """
 
 import datetime
+import re
 from collections import deque
 from collections.abc import Callable, Iterator
 from decimal import Decimal, InvalidOperation
@@ -15,6 +16,24 @@ from typing import Final
 _LONGEST: Final = 64 << 10
 """Longest line that is read; a longer one is none of these formats'."""
 _EPOCH: Final = datetime.date(1899, 12, 30)
+_TYPE: Final = "(?:Rx|Tx|Warng|Error)"
+_ID: Final = "[0-9A-Fa-f]{3,8}"
+_ROWS: Final[tuple[tuple[str, str, re.Pattern[str]], ...]] = tuple(
+    (version, columns, re.compile(row))
+    for version, columns, row in (
+        ("1.0", "", rf"\d+\)\s+[\d.]+\s+{_ID}\s+\d\b"),
+        ("1.1", "", rf"\d+\)\s+[\d.]+\s+{_TYPE}\s+{_ID}\s+\d\b"),
+        ("1.3", "", rf"\d+\)\s+[\d.]+\s+\d\s+{_TYPE}\s+{_ID}\s+-\s+\d"),
+        ("1.2", "", rf"\d+\)\s+[\d.]+\s+\d\s+{_TYPE}\s+{_ID}\s+\d\b"),
+        ("2.1", "N,O,T,B,I,d,R,L,D", rf"\d+\s+[\d.]+\s+[A-Z]{{2}}\s+\d{{1,2}}\s+(?:{_ID}\s+)?{_TYPE}\s+-\s"),
+        ("2.0", "N,O,T,I,d,l,D", rf"\d+\s+[\d.]+\s+[A-Z]{{2}}\s+(?:{_ID}\s+)?{_TYPE}\s"),
+    )
+)
+"""How a row looks in each version, and its columns where the header would name them."""
+_UNDECIDED: Final = 1000
+"""Lines without a header and of no version's form that are read before it is taken for the first version."""
+_NUMBER: Final = re.compile(r"(\d{1,12})(?:\)\s|\s+[\d.]+\s)")
+_REMARK: Final = re.compile(r"\s+(?:;|#|//|<-|\u2190).*$")
 _VERSIONS: Final = frozenset({"1.0", "1.1", "1.2", "1.3", "2.0", "2.1"})
 
 
@@ -32,6 +51,8 @@ class Lines:
         """The number of a last line that lacks its end, and may be cut."""
         self.unanswered: Callable[[], None] = lambda: None
         """Called when a further line is wanted, and nothing came of the last one."""
+        self.aside: Callable[[], bool] = lambda: False
+        """Looks at the line that is to be handed out; what it takes for itself the reader never sees."""
         self._change = change
         self._lines: deque[tuple[int, str]] = deque()
         self._before: list[str] = []
@@ -86,6 +107,8 @@ class Lines:
                 self.number, self.line = 0, self._before.pop(0)
             elif lines:
                 self.number, self.line = lines.popleft()
+                if self.aside():
+                    continue
                 self.answered = False
             else:
                 return
@@ -118,6 +141,9 @@ class Trc:
         """What python-can has to see of it."""
         self.complete = False
         """A line behind it has come."""
+        self.decided = False
+        """The version is known, from the header or from the rows."""
+        self._undecided = 0
         self._columns: list[str] = []
         self._point = (0, 0, 3)
         """Where the point and the end of the last stamp were, and the digits that it had."""
@@ -129,8 +155,14 @@ class Trc:
 
     def change(self, line: str) -> str | None:
         """Take a line: those of the header are kept back, those of version 1.2 become what 1.3 would have."""
+        line = _unquoted(line)
+        if line.startswith("```"):
+            return None
         if not line.startswith(";"):
             self.complete = True
+            self._decide(line)
+            if self.version.startswith("2"):  # whose data are the rest of the line
+                line = _REMARK.sub("", line)
             parts = line.split(None, 5) if self.version == "1.2" else []
             # Version 1.3 has a reserved column behind the identifier, and is else the same.
             return " ".join([*parts[:5], "-", parts[5]]) if len(parts) == 6 else line
@@ -150,6 +182,28 @@ class Trc:
             case _:
                 pass
         return None
+
+    def _decide(self, line: str) -> None:
+        """Find out the version by a row, where no header has named it, or has not named the columns."""
+        if self.decided:
+            return
+        if self.version and (self._columns or not self.version.startswith("2")):
+            self.decided = True
+            return
+        self._undecided += 1
+        for version, columns, row in _ROWS:
+            if (self.version or version) == version and row.match(line):
+                self._take(version, columns)
+        self.decided = self.decided or self._undecided >= _UNDECIDED
+
+    def _take(self, version: str, columns: str) -> None:
+        if not self.decided and version != "1.0":
+            self.version = version
+            self.header.append(f";$FILEVERSION={'1.3' if version == '1.2' else version}")
+            if columns:
+                self._columns = columns.split(",")
+                self.header.append(f";$COLUMNS={columns}")
+        self.decided = True
 
     def _at(self, letter: str, place: dict[str, int]) -> int | None:
         if self.version.startswith("2"):
@@ -200,6 +254,51 @@ class Trc:
         at = self._at("B", {"1.2": 2, "1.3": 2})
         parts = line.split()
         return int(parts[at]) if at is not None and at < len(parts) and parts[at].isdecimal() else 1
+
+
+def _unquoted(line: str) -> str:
+    """Give a line without the marks of a quotation."""
+    while line.startswith(("> ", ">\t", ">>")):
+        line = line[1:].lstrip()
+    return line
+
+
+def number_of(row: str) -> int | None:
+    """Give the number of a row; None if it has none."""
+    found = _NUMBER.match(row)
+    return int(found[1]) if found else None
+
+
+class Rows:
+    """The numbers of rows, and marks that some were left out."""
+
+    def __init__(self) -> None:
+        """No row has come."""
+        self._last: int | None = None
+        self._mark: tuple[int | None, int] | None = None
+
+    def mark(self, rows: int, line: int) -> None:
+        """Take a mark: how many rows it tells, -1 for none. Several in a row are one."""
+        known, first = self._mark or (None, line)
+        self._mark = (known if known is not None or rows < 0 else rows, first)
+
+    def row(self, number: int | None, line: int) -> tuple[int | None, int, int | None] | None:
+        """Take a row: give how many are missing before it, where that is, and the number before; None if none is."""
+        last = self._last
+        if number is None:
+            # A row that cannot be read is one.
+            self._last = None if last is None else last + 1
+            return self.settle()
+        self._last = number
+        if last is None or number <= last + 1:
+            return self.settle()
+        self._mark = None
+        return number - last - 1, line, last
+
+    def settle(self) -> tuple[int | None, int, None] | None:
+        """Give what a mark told, of which no number tells more."""
+        mark, self._mark = self._mark, None
+        return (*mark, None) if mark else None
 
 
 def _date(days: str) -> int | None:

@@ -218,6 +218,23 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}：作为{form}读取，里面没有CAN帧；文件里有什么，见 canalyze info",
         "{name}: read as {form}, no CAN frame in it; canalyze info shows what it has",
     ),
+    (
+        "source.unfit",
+        "{name}：作为{form}读取，里面没有CAN帧；--input-format 可以是 {formats}；不给出时自动识别",
+        "{name}: read as {form}, no CAN frame in it; --input-format takes {formats}; without it the format is told by "
+        "the content",
+    ),
+    (
+        "bridge.unfit",
+        "{name}：不能作为{form}读取（python-can报告：{problem}）；--input-format 可以是 {formats}；不给出时自动识别",
+        "{name}: cannot be read as {form} (python-can says: {problem}); --input-format takes {formats}; without it the "
+        "format is told by the content",
+    ),
+    (
+        "source.implausible",
+        "{name}：作为{form}读取，但大多数记录按两种字节序都不是CAN标识符；未读取任何帧",
+        "{name}: read as {form}, but most records hold no CAN identifier in either byte order; no frame was read",
+    ),
     ("bridge.said", "{name}：python-can报告：{problem}", "{name}: python-can says: {problem}"),
     (
         "bridge.unreadable",

@@ -92,6 +92,17 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("info.not_read", "不读作CAN帧", "not read as CAN frames"),
     ("info.unreadable", "无法读取：{count}处，首先是{place}", "cannot be read: {count}, first {place}"),
     ("info.gaps", "丢帧：记录程序报告 {count} 次，共 {frames} 帧", "dropped: {frames} frames, in {count} reports"),
+    ("info.left_out", "缺行：{places} 处，共 {rows} 行", "rows left out: {rows}, in {places} places"),
+    (
+        "info.left_out_unknown",
+        "缺行：{places} 处，均未注明数目",
+        "rows left out: in {places} places, how many is not told",
+    ),
+    (
+        "info.left_out_partly",
+        "缺行：{places} 处，其中 {uncounted} 处未注明数目，其余共 {rows} 行",
+        "rows left out: in {places} places, {uncounted} of them without a number, {rows} in the others",
+    ),
     ("info.error_markers", "没有内容的错误标记：{count}", "error markers without content: {count}"),
     ("info.damage", "损坏：{place}，{kind}", "damage at {place}: {kind}"),
     ("info.lost_bytes", "损失{count}字节", "{count} bytes lost"),

@@ -19,6 +19,22 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "丢帧：记录程序报告 {count} 次，共 {frames} 帧；间隔时间不跨越丢帧处",
         "dropped: {frames} frames, in {count} reports; no interval is measured across a gap",
     ),
+    (
+        "summary.left_out",
+        "缺行：{places} 处，共 {rows} 行；间隔时间不跨越缺行处",
+        "rows left out: {rows}, in {places} places; no interval is measured across them",
+    ),
+    (
+        "summary.left_out_unknown",
+        "缺行：{places} 处，均未注明数目；间隔时间不跨越缺行处",
+        "rows left out: in {places} places, how many is not told; no interval is measured across them",
+    ),
+    (
+        "summary.left_out_partly",
+        "缺行：{places} 处，其中 {uncounted} 处未注明数目，其余共 {rows} 行；间隔时间不跨越缺行处",
+        "rows left out: in {places} places, {uncounted} of them without a number, {rows} in the others; "
+        "no interval is measured across them",
+    ),
     ("summary.unreadable", "无法读取的行：{count}", "lines that cannot be read: {count}"),
     (
         "summary.backward",

@@ -3,7 +3,9 @@
 //! It takes what a reader gives and keeps figures only, in bounded memory. Must not: decode, judge, or know a format.
 
 use crate::frame::{Direction, Frame, Kind, MAX_BUSES, StampForm};
+use crate::readers::listing::LeftOut;
 use crate::readers::{Damage, Item, Marker, Place};
+use crate::span::Span;
 
 /// Damages that are listed one by one; more are only counted.
 const LISTED: usize = 64;
@@ -35,14 +37,10 @@ pub struct Info {
     pub tx: u64,
     /// Frames without a stamp.
     pub unstamped: u64,
-    /// The first stamp and the last one, in order of the file, in ns.
-    pub span_ns: Option<(i64, i64)>,
+    /// The stamps, in order of the file.
+    pub span: Span,
     /// Fewest and most digits after the point.
     pub decimals: Option<(u8, u8)>,
-    /// How often a stamp is earlier than the one before.
-    pub backward: u64,
-    /// The longest such step in ns.
-    pub backward_most_ns: i64,
     /// The date from which the stamps count, where the file has one.
     pub date_ns: Option<i64>,
     /// The stamps are written as dates.
@@ -55,6 +53,8 @@ pub struct Info {
     pub gaps: u64,
     /// How many, as said there.
     pub dropped: u64,
+    /// Where the file itself shows that rows are left out.
+    pub left_out: LeftOut,
     /// Error markers without content.
     pub error_markers: u64,
     /// The first damages.
@@ -92,8 +92,9 @@ impl Info {
                 self.gaps += 1;
                 self.dropped = self.dropped.saturating_add(*count);
             }
+            Item::Marker(Marker::LeftOut { count, .. }) => self.left_out.add(*count),
             Item::Marker(Marker::Error { .. }) => self.error_markers += 1,
-            Item::Marker(Marker::Backward { .. }) | Item::Gap { .. } | Item::Until { .. } => {}
+            Item::Marker(Marker::Backward { .. } | Marker::Swapped) | Item::Gap { .. } | Item::Until { .. } => {}
         }
     }
 
@@ -127,17 +128,12 @@ impl Info {
         self.calendar |= stamp.form == StampForm::Calendar;
         let (fewest, most) = self.decimals.unwrap_or((stamp.decimals, stamp.decimals));
         self.decimals = Some((fewest.min(stamp.decimals), most.max(stamp.decimals)));
-        let (first, last) = self.span_ns.unwrap_or((t_ns, t_ns));
-        if t_ns < last {
-            self.backward += 1;
-            self.backward_most_ns = self.backward_most_ns.max(last.saturating_sub(t_ns));
-        }
-        self.span_ns = Some((first, t_ns));
+        self.span.take(t_ns);
     }
 
     /// The dates of the first frame and the last one in ns since 1970-01-01, where the file tells them.
     pub fn dates(&self) -> Option<(i64, i64, Zone)> {
-        let (first, last) = self.span_ns?;
+        let (first, last) = self.span.ends_ns?;
         match self.date_ns {
             Some(date) => Some((first.saturating_add(date), last.saturating_add(date), Zone::Local)),
             None if self.calendar => Some((first, last, Zone::Local)),
@@ -164,8 +160,8 @@ mod tests {
             info.take(&item);
         }
         assert_eq!((info.frames, info.data, info.remote, info.error, info.standard), (4, 2, 1, 1, 3));
-        assert_eq!((info.buses.as_slice(), info.span_ns), (&[3, 0, 1][..], Some((5, 11))));
-        assert_eq!((info.backward, info.backward_most_ns, info.decimals), (1, 2, Some((6, 6))));
+        assert_eq!((info.buses.as_slice(), info.span.ends_ns), (&[3, 0, 1][..], Some((5, 11))));
+        assert_eq!((info.span.backward, info.span.backward_most_ns, info.decimals), (1, 2, Some((6, 6))));
         assert_eq!(info.dates(), None);
         info.take(&Item::Marker(Marker::Start { date_ns: 1000 }));
         assert_eq!(info.dates(), Some((1005, 1011, Zone::Local)));

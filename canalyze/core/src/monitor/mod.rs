@@ -157,8 +157,10 @@ impl Monitor {
     /// What the capturing program says of itself.
     pub fn marker(&mut self, marker: &Marker) {
         self.summary.marker(marker);
-        if let Marker::Dropped { bus, .. } = marker {
-            self.objects.lost(*bus);
+        match marker {
+            Marker::Dropped { bus, .. } => self.objects.lost(*bus),
+            Marker::LeftOut { .. } => self.summary.buses.keys().for_each(|bus| self.objects.lost(*bus)),
+            _ => {}
         }
     }
 

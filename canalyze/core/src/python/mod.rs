@@ -17,7 +17,7 @@ use self::network::{Dictionary, Expectations, Network};
 use self::session::Session;
 use crate::frame::Buses;
 use crate::readers::candump;
-use crate::readers::{Format as Input, sniff};
+use crate::readers::{Format as Input, listing, sniff};
 use crate::render;
 use crate::render::columns::Name;
 use crate::rules::RULES;
@@ -81,6 +81,12 @@ fn sniffed(head: &[u8], complete: bool) -> Option<&'static str> {
 }
 
 #[pyfunction]
+fn omission(line: &[u8]) -> Option<i64> {
+    let found = listing::omission(line)?;
+    Some(found.count.and_then(|count| i64::try_from(count).ok()).unwrap_or(-1))
+}
+
+#[pyfunction]
 fn class_of(kind: &str, number: u16) -> Option<&'static str> {
     render::columns::class_of(kind, number)
 }
@@ -99,6 +105,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(rules, module)?)?;
     module.add_function(wrap_pyfunction!(explain, module)?)?;
     module.add_function(wrap_pyfunction!(sniffed, module)?)?;
+    module.add_function(wrap_pyfunction!(omission, module)?)?;
     module.add_function(wrap_pyfunction!(class_of, module)?)?;
     module.add("TABLES", Name::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
     module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;

@@ -6,6 +6,7 @@
 
 pub mod asc;
 pub mod candump;
+pub mod listing;
 pub mod live;
 pub mod mcap;
 pub mod packed;
@@ -122,7 +123,7 @@ impl Reader {
             Self::Candump(reader) => reader.interrupt(buses, sink),
             Self::Packed(reader) => reader.interrupt(buses, sink),
             Self::Live(reader) => reader.interrupt(buses, sink),
-            Self::Asc(reader) => reader.interrupt(),
+            Self::Asc(reader) => reader.interrupt(buses, sink),
             Self::Mcap(reader) => reader.interrupt(buses, sink),
             Self::Pcap(reader) => reader.interrupt(buses, sink),
         }
@@ -267,6 +268,17 @@ pub enum Marker {
         /// Where it is said.
         place: Place,
     },
+    /// The file itself shows that frames are missing here, on whatever bus: its row numbers jump, or a line says so.
+    LeftOut {
+        /// How many rows, where it is told. Rows that are no frames count as well.
+        count: Option<u64>,
+        /// The numbers of the rows before and behind the gap, where they show it.
+        rows: Option<(u64, u64)>,
+        /// Where.
+        place: Place,
+    },
+    /// The identifiers of the file stand in the wrong byte order, and are read in that order.
+    Swapped,
     /// An error marker without any content (`can0  ERROR`).
     Error {
         /// The bus it was seen on.

@@ -26,6 +26,7 @@
 //! | 6 passed over | 0 | how many | 0 | of which kind |
 //! | 7 dialect | a row of [`PROPERTIES`] | 0 | 0 | its value |
 //! | 8 dropped | index of the bus | frames lost on it | 0 | |
+//! | 9 left out | 0 | rows, -1 where that is not told | number of the row before, -1 for none | decimal number of the line |
 //!
 //! Must not: trust the stream, which may be anything. What is none of this ends it with one damage.
 
@@ -55,6 +56,8 @@ pub mod kind {
     pub const DIALECT: u8 = 7;
     /// Frames that the capturing program lost.
     pub const DROPPED: u8 = 8;
+    /// Rows that the file itself shows to be missing.
+    pub const LEFT_OUT: u8 = 9;
 }
 
 /// Bits of a frame's flags.
@@ -244,6 +247,14 @@ impl Packed {
                 let place = Place::Byte(self.taken);
                 Some(Item::Marker(Marker::Dropped { bus, count, total: self.lost, place }))
             }
+            kind::LEFT_OUT => {
+                let count = u64::try_from(number).ok();
+                let last = u64::try_from(further).ok();
+                let rows = last.zip(count).map(|(last, count)| (last, last.saturating_add(count).saturating_add(1)));
+                let line = std::str::from_utf8(text).ok().and_then(|digits| digits.parse().ok());
+                let place = line.map_or(Place::Byte(self.taken), Place::Line);
+                Some(Item::Marker(Marker::LeftOut { count, rows, place }))
+            }
             _ => return None,
         })
     }
@@ -414,6 +425,8 @@ mod tests {
             record(7, 1, 0, 0, b"2.1"),
             record(3, 0, 1_700_000_000_000_000_000, 0, b""),
             record(5, 3, 12, 0, b""),
+            record(9, 0, 5, 14, b"12"),
+            record(9, 0, -1, -1, b"13"),
             record(6, 0, 2, 0, b"ST"),
             record(6, 0, 3, 0, b"ST"),
             record(4, 4, 99, -1, b""),
@@ -422,7 +435,10 @@ mod tests {
         reader.finish(&mut buses, &mut |item, _| items.push(item));
         assert!(matches!(items[0], Item::Marker(Marker::Start { date_ns: 1_700_000_000_000_000_000 })));
         assert!(matches!(items[1], Item::Unreadable { place: Place::Line(12), .. }));
-        let Item::Damaged(damage) = items[2] else { panic!("{items:?}") };
+        let [Item::Marker(jump), Item::Marker(mark)] = items[2..4] else { panic!("{items:?}") };
+        assert_eq!(jump, Marker::LeftOut { count: Some(5), rows: Some((14, 20)), place: Place::Line(12) });
+        assert_eq!(mark, Marker::LeftOut { count: None, rows: None, place: Place::Line(13) });
+        let Item::Damaged(damage) = items[4] else { panic!("{items:?}") };
         assert_eq!((damage.place, damage.kind, damage.bytes), (Place::Byte(99), DamageKind::Rest, None));
         let contents = reader.contents();
         assert_eq!(contents.dialect, [("version", b"2.1".to_vec())]);

@@ -1,8 +1,12 @@
 //! Which format an input has, told by its first bytes: never by its name.
 //!
-//! Binary formats have a sign of their own. Text is decided by its first line that is neither blank nor a comment of
-//! both families. Everything that is nothing else is candump's text, whose reader says line by line what it cannot
-//! read. Must not: read frames, or look further than [`HEAD`].
+//! Binary formats have a sign of their own. Text is decided by its first line that belongs to one format: what people
+//! write above the rows that they paste tells nothing. Everything that is nothing else is candump's text, whose reader
+//! says line by line what it cannot read. Must not: look further than [`HEAD`].
+
+use super::candump;
+use super::listing::{numbered, unquoted};
+use crate::frame::Buses;
 
 /// Most that is ever looked at.
 pub const HEAD: usize = 64 * 1024;
@@ -71,18 +75,23 @@ pub fn sniff(head: &[u8], complete: bool) -> Option<&'static str> {
 
 fn text(head: &[u8], complete: bool) -> Option<&'static str> {
     let mut rest = head.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(head);
+    let mut otherwise = "candump";
     loop {
         let end = memchr::memchr(b'\n', rest);
         if end.is_none() && !complete {
             return None;
         }
         let (line, after) = rest.split_at_checked(end.unwrap_or(rest.len())).unwrap_or((rest, &[]));
-        if let Some(name) = line_of(line.trim_ascii()) {
+        let line = unquoted(line.trim_ascii());
+        if let Some(name) = line_of(line) {
             return Some(name);
+        }
+        if line.first() == Some(&b';') {
+            otherwise = "trc"; // a comment of PEAK's, unless frames of candump's follow
         }
         match after.get(1..) {
             Some(next) if !next.is_empty() || !complete => rest = next,
-            _ => return Some("candump"),
+            _ => return Some(otherwise),
         }
     }
 }
@@ -92,8 +101,9 @@ fn line_of(line: &[u8]) -> Option<&'static str> {
     let lower = line.to_ascii_lowercase();
     match line.first() {
         None | Some(b'#') => return None,
-        Some(b';') => return Some("trc"),
-        _ if line.starts_with(b"//") => return None,
+        _ if line.starts_with(b";$") => return Some("trc"),
+        _ if line.starts_with(b"//") || line.first() == Some(&b';') => return None,
+        _ if is_trc_row(line) => return Some("trc"),
         _ => {}
     }
     if lower.starts_with(b"timestamp,arbitration_id,") {
@@ -111,12 +121,41 @@ fn line_of(line: &[u8]) -> Option<&'static str> {
         b"no" => second == b"internal" && third == b"events",
         _ => false,
     };
-    // A line of Vector's without its header: time, then channel or the kind of an event.
+    // A line of Vector's without its header: time, then channel and more, or the kind of an event.
+    let event = second.iter().all(u8::is_ascii_digit) && !second.is_empty() && !third.is_empty();
+    let event = event || matches!(second, b"canfd" | b"canxl" | b"start" | b"can" | b"log" | b"sv:" | b"comment:");
     let stamp = first.iter().filter(|byte| **byte == b'.').count() == 1
         && first.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.')
         && first.first().is_some_and(u8::is_ascii_digit)
         && first.last().is_some_and(u8::is_ascii_digit);
-    Some(if header || stamp && !second.is_empty() { "asc" } else { "candump" })
+    if header || stamp && event {
+        return Some("asc");
+    }
+    candump::line(line, &mut Buses::default()).map(|_| "candump")
+}
+
+/// A row of PEAK's in any version, its header being left out: number, offset in ms, then type, bus or identifier.
+fn is_trc_row(line: &[u8]) -> bool {
+    let Some((_, rest, bare)) = numbered(line) else { return false };
+    let mut words = rest.split(|byte| byte.is_ascii_whitespace()).filter(|word| !word.is_empty());
+    let mut next = || words.next().unwrap_or_default();
+    let (offset, first, second, third) = (next(), next(), next(), next());
+    let number = |word: &[u8]| !word.is_empty() && word.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.');
+    let id = |word: &[u8]| matches!(word.len(), 3 | 4 | 8) && word.iter().all(u8::is_ascii_hexdigit);
+    let is_type = |word: &[u8]| matches!(word, b"Rx" | b"Tx" | b"Warng" | b"Error");
+    let short = |word: &[u8]| word.len() <= 2 && word.iter().all(u8::is_ascii_digit) && !word.is_empty();
+    if !number(offset) || line.len() - rest.len() < 2 {
+        return false;
+    }
+    if bare {
+        // 2.0 and 2.1
+        let kind = matches!(first, b"DT" | b"FD" | b"FB" | b"FE" | b"BI" | b"RR" | b"ST" | b"EC" | b"ER" | b"EV");
+        return kind && (short(second) || id(second) || is_type(second));
+    }
+    // 1.0; 1.1; 1.2 and 1.3
+    id(first) && short(second)
+        || is_type(first) && id(second) && short(third)
+        || short(first) && is_type(second) && id(third)
 }
 
 #[cfg(test)]
@@ -137,6 +176,20 @@ mod tests {
             (b"0.000000 Start of measurement\n", "asc"),
             (b"Begin TriggerBlock\n", "asc"),
             (b"no internal events logged\n", "asc"),
+            (b"     1)      1841  0001  8  00 00\n", "trc"),
+            (b"     1)      1059.9  Rx         0300  2  00 00\n", "trc"),
+            (b"> 1)      1059.9  Warng  FFFFFFFF  4  00 00 00 08  BUSHEAVY\n", "trc"),
+            (b"     1)      1059.900 1  Rx        0300 2  00 00\n", "trc"),
+            (b"     1)      1059.900 1  Rx        0300 -  2    00 00\n", "trc"),
+            (b"      1      1059.900 DT     0300 Rx 2  00 00\n", "trc"),
+            (b"      2     17540.300 ST          Rx    00 00 00 08\n", "trc"),
+            (b"      1      1059.900 DT 1      0300 Rx -  2    00 00\n", "trc"),
+            (b"This is the trace:\n```\n...\n     14)      1059.9  Rx         0300  2  00 00\n", "trc"),
+            (b";---+--   ----+----\n  1) 1.5 Rx 0300 1 00\n", "trc"),
+            (b"; a remark\n(1.5) can0 601#40\n", "candump"),
+            (b"1) can0 601 [1] 40\n", "candump"),
+            (b"1) see 601\n0.5 seconds later it stops\n", "candump"),
+            (b"The trace:\n0.000000 1 601 Rx d 1 40\n", "asc"),
             (b"date of the recording\n(1.5) can0 601#40\n", "candump"),
             (b"192.168.1.1 host\n", "candump"),
             (b"(1.5) can0 601#40\n0.000000 1 601 Rx d 1 40\n", "candump"),

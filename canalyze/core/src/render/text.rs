@@ -15,7 +15,7 @@ use crate::services;
 use crate::services::sdo::wire::Side;
 use crate::text::digits::{hex_digits, put};
 use crate::text::{Depth, Lang, explain, findings, notes, services as words};
-use crate::writers::console::{Columns, dropped};
+use crate::writers::console::{Columns, dropped, left_out};
 
 /// How time is shown (option `-t`, as candump's).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -206,8 +206,9 @@ impl Lines {
     pub fn marker(&mut self, out: &mut Vec<u8>, marker: &Marker, buses: &Buses) {
         match *marker {
             Marker::Dropped { bus, count, total, .. } => dropped(out, buses.name(bus), count, total),
+            Marker::LeftOut { count, .. } => left_out(out, count),
             Marker::Error { bus, stamp, .. } => self.columns.error(out, stamp.as_ref(), buses.name(bus)),
-            Marker::Backward { .. } | Marker::Start { .. } => {}
+            Marker::Backward { .. } | Marker::Start { .. } | Marker::Swapped => {}
         }
     }
 

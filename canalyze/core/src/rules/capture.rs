@@ -121,4 +121,24 @@ rules! {
             "{silence}内没有任何帧, 而有几个节点应当发送; 之后都照常继续"
             "no frame for {silence}, though several nodes had to send; then all of them go on as before";
     }
+
+    /// The file itself shows that rows are left out.
+    Cap008 "CAP008" "rows-left-out" Warning "-" [] {
+        message "记录中缺少一部分帧" "frames are left out of the capture";
+        meaning
+            "文件自身表明此处缺少帧: 行号不连续, 或者有省略标记。跨越此处的toggle位、序列号和应答不再判断, 进行中的传输记为不完整。"
+            "The file itself shows that frames are missing here: its row numbers jump, or a mark says that rows were left out. Across the gap no toggle bit, sequence number or answer is judged, and open transfers are incomplete.";
+        cause
+            "摘录时删去了一部分, 列表按标识符筛选过, 或者记录程序丢帧。"
+            "The excerpt was shortened, the listing was filtered, or the recording program lost frames.";
+        Rows { rows: Count, last: Count, next: Count }
+            "行号从{last}跳到{next}: 缺{rows}行"
+            "row {last} is followed by row {next}: {rows|row is|rows are} missing";
+        Counted { rows: Count }
+            "此处注明略去{rows}行"
+            "{rows|row is|rows are} left out, as it says here";
+        Uncounted
+            "此处略去了若干行, 未注明数目"
+            "rows are left out here, how many is not told";
+    }
 }

@@ -221,7 +221,7 @@ macro_rules! codes {
 
 codes! {
     bus: Bus001 Bus002 Bus003 Bus004 Bus005 Bus006 Bus007 Bus008;
-    capture: Cap001 Cap002 Cap003 Cap004 Cap005 Cap006 Cap007;
+    capture: Cap001 Cap002 Cap003 Cap004 Cap005 Cap006 Cap007 Cap008;
     drive: Drv001 Drv002 Drv003 Drv004 Drv005;
     description: Eds001 Eds002 Eds003 Eds004;
     emcy: Emc001 Emc002 Emc003 Emc004 Emc005 Emc006 Emc007 Emc008 Emc009 Emc010;

@@ -12,7 +12,7 @@ use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::inputs::{ABSOLUTE_NS, File, Unreadable};
 use crate::readers::{Damage, DamageKind, Marker, Place, Unreadable as Reason};
 use crate::render::jsonl;
-use crate::rules::capture::{Cap001, Cap002, Cap004, Cap005};
+use crate::rules::capture::{Cap001, Cap002, Cap004, Cap005, Cap008};
 use crate::text::{Lang, complaints};
 use crate::writers;
 
@@ -200,6 +200,11 @@ impl Capture {
             Marker::Dropped { bus, count, total, place } => {
                 (Some(Cap002::Dropped { frames: count, total }.into()), place, bus)
             }
+            Marker::LeftOut { count, rows, place } => (Some(left_out(count, rows)), place, BusId(0)),
+            Marker::Swapped => {
+                self.complaints.push(complaints::swapped(self.lang, &self.file.name));
+                return None;
+            }
             Marker::Backward { place } => {
                 self.file.misread = true;
                 (Some(Code::Cap003.into()), place, BusId(0))
@@ -282,5 +287,14 @@ impl Capture {
             Place::Byte(_) | Place::Live => self.last,
         };
         Finding { code, at, cause: None, bus, node: None, object: None, facts, because_of: None }
+    }
+}
+
+/// The sentence about rows that are left out.
+fn left_out(count: Option<u64>, rows: Option<(u64, u64)>) -> Verdict {
+    match (count, rows) {
+        (Some(rows), Some((last, next))) => Cap008::Rows { rows, last, next }.into(),
+        (Some(rows), None) => Cap008::Counted { rows }.into(),
+        (None, _) => Cap008::Uncounted.into(),
     }
 }

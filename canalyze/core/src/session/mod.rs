@@ -501,6 +501,9 @@ impl Stream {
             self.tally.dropped(bus, count);
             self.decoding.lost(bus, self.capture.last, buses);
         }
+        if let Marker::LeftOut { .. } = marker {
+            self.decoding.all_lost(self.capture.last, buses);
+        }
         if let Marker::Error { bus, place, .. } = marker {
             let at = FrameRef { line: place.line(), ..self.capture.last };
             self.decoding.bare_error(bus, at, buses);

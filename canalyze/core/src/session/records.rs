@@ -116,8 +116,10 @@ impl Sink for Records {
         if let Some(summary) = &mut self.summary {
             summary.marker(marker);
         }
-        if let (Some(observed), Marker::Dropped { bus, .. }) = (&mut self.observed, marker) {
-            observed.lost(Some(*bus));
+        match (&mut self.observed, marker) {
+            (Some(observed), Marker::Dropped { bus, .. }) => observed.lost(Some(*bus)),
+            (Some(observed), Marker::LeftOut { .. }) => observed.lost(None),
+            _ => {}
         }
     }
 

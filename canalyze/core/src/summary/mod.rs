@@ -23,7 +23,9 @@ use crate::frame::{BusId, Direction, Frame, FrameRef, Kind};
 use crate::message::Message;
 use crate::network::Network;
 use crate::readers::Marker;
+use crate::readers::listing::LeftOut;
 use crate::services::sdo::wire::Side;
+use crate::span::Span;
 
 /// Services in the order of their identifiers, by the names of filters and JSON.
 pub const SERVICES: [&str; 15] = [
@@ -46,9 +48,6 @@ pub const SERVICES: [&str; 15] = [
 const PDO: usize = 7;
 const SDO: usize = 8;
 
-/// A stamp this much earlier than a former one means that the clock was set back; below, frames changed places.
-const SET_BACK_NS: i64 = 1_000_000_000;
-
 /// The capture as a whole.
 #[derive(Clone, Debug, Default)]
 pub struct Capture {
@@ -62,48 +61,32 @@ pub struct Capture {
     pub first: Option<FrameRef>,
     /// The last frame.
     pub last: FrameRef,
-    /// Time from the first stamp to the last one in ns, without what the clock was set back.
-    pub elapsed_ns: Option<i64>,
-    /// Stamps earlier than the one before.
-    pub backward: u64,
-    /// The greatest of these steps in ns.
-    pub backward_most_ns: i64,
+    /// The stamps.
+    pub span: Span,
     /// The longest time in ns without a frame, and the frame that ended it.
     pub pause: Option<(i64, FrameRef)>,
     /// SDO requests captured after their response.
     pub reordered: u64,
     /// Lines that could not be read.
     pub unreadable: u64,
-    /// The greatest time so far in ns.
-    high_ns: i64,
+    /// Where a file itself shows that rows are left out.
+    pub left_out: LeftOut,
 }
 
 impl Capture {
     fn take(&mut self, frame: &Frame) {
         self.frames += 1;
-        let before_ns = self.last.t_ns;
         self.last = frame.reference();
         self.first.get_or_insert(self.last);
         let Some(now_ns) = frame.t_ns else {
             self.unstamped += 1;
             return;
         };
-        let Some(elapsed_ns) = &mut self.elapsed_ns else {
-            (self.elapsed_ns, self.high_ns) = (Some(0), now_ns);
-            return;
-        };
-        let step_ns = before_ns.map_or(0, |before_ns| now_ns.saturating_sub(before_ns));
-        if step_ns < 0 {
-            self.backward += 1;
-            self.backward_most_ns = self.backward_most_ns.max(step_ns.saturating_neg());
-        } else if self.pause.is_none_or(|(longest, _)| step_ns > longest) {
+        let step_ns = self.span.take(now_ns).filter(|step_ns| *step_ns >= 0);
+        if let Some(step_ns) = step_ns
+            && self.pause.is_none_or(|(longest, _)| step_ns > longest)
+        {
             self.pause = Some((step_ns, self.last));
-        }
-        if now_ns > self.high_ns {
-            *elapsed_ns = elapsed_ns.saturating_add(now_ns.saturating_sub(self.high_ns));
-            self.high_ns = now_ns;
-        } else if self.high_ns.saturating_sub(now_ns) >= SET_BACK_NS {
-            self.high_ns = now_ns;
         }
     }
 }
@@ -204,6 +187,11 @@ impl Bus {
     fn lost(&mut self, count: u64) {
         self.gaps += 1;
         self.dropped = self.dropped.saturating_add(count);
+        self.interrupted();
+    }
+
+    /// Frames are missing here: no time may be measured across.
+    fn interrupted(&mut self) {
         self.sync.lost();
         self.pdos.lost();
         for node in self.nodes.iter_mut().flatten() {
@@ -350,7 +338,7 @@ impl Summary {
     /// Takes a frame and what it means.
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         self.capture.take(frame);
-        let at_ns = frame.t_ns.and(self.capture.elapsed_ns);
+        let at_ns = frame.t_ns.and(self.capture.span.elapsed_ns);
         let bus = self.buses.entry(frame.bus).or_default();
         bus.take(frame, at_ns, self.bit_time);
         for event in events {
@@ -378,8 +366,12 @@ impl Summary {
     pub fn marker(&mut self, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, .. } => self.bus(bus).lost(count),
+            Marker::LeftOut { count, .. } => {
+                self.capture.left_out.add(count);
+                self.buses.values_mut().for_each(|bus| bus.interrupted());
+            }
             Marker::Error { bus, .. } => self.bus(bus).errors += 1,
-            Marker::Backward { .. } | Marker::Start { .. } => {}
+            Marker::Backward { .. } | Marker::Start { .. } | Marker::Swapped => {}
         }
     }
 

@@ -95,6 +95,16 @@ pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) 
     })
 }
 
+/// A file's identifiers are read in another byte order than its format has.
+pub fn swapped(lang: Lang, file: &[u8]) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    say!(&mut out, lang;
+        zh: ": CAN标识符以小端序写入, 不符合该格式 (应为大端序); 已按小端序读取";
+        en: ": its CAN identifiers are little-endian, against the format, which has them big-endian; read as little-endian");
+    String::from_utf8_lossy(&out).into_owned()
+}
+
 /// A file that goes on where another ended begins before that end, by so much.
 pub fn step_back(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String {
     let mut out = Vec::new();

@@ -119,7 +119,10 @@ impl Asc {
                 self.held = held;
             }
             Marker::Error { .. } => self.losses.count(Loss::ErrorFrame),
-            Marker::Start { .. } | Marker::Backward { .. } => {}
+            Marker::LeftOut { count, .. } => {
+                Note::LeftOut(count).write(if self.origin.is_some() { out } else { &mut self.held });
+            }
+            Marker::Start { .. } | Marker::Backward { .. } | Marker::Swapped => {}
         }
     }
 

@@ -59,7 +59,8 @@ impl Console {
                 out.extend_from_slice(if stamp.is_some() { b" " } else { b"  " });
                 self.columns.error(out, stamp.as_ref(), &name_of(setting.buses, bus, &mut self.losses));
             }
-            Marker::Start { .. } | Marker::Backward { .. } => {}
+            Marker::LeftOut { count, .. } => left_out(out, count),
+            Marker::Start { .. } | Marker::Backward { .. } | Marker::Swapped => {}
         }
     }
 }
@@ -131,6 +132,14 @@ pub fn dropped(out: &mut Vec<u8>, name: &[u8], count: u64, total: u64) {
     put!(out; "DROPCOUNT: dropped ", count, if count == 1 { " CAN frame on '" } else { " CAN frames on '" });
     escape::terminal(out, name);
     put!(out; "' socket (total drops ", total, ")\n");
+}
+
+/// The line of rows that are left out, as people write it and readers take it.
+pub fn left_out(out: &mut Vec<u8>, count: Option<u64>) {
+    match count {
+        Some(count) => put!(out; "... ", count, if count == 1 { " row" } else { " rows" }, " left out ...\n"),
+        None => put!(out; "...\n"),
+    }
 }
 
 /// A stamp with its digits as they were written.

@@ -65,7 +65,8 @@ impl Log {
                 console::dropped(out, &name_of(setting.buses, bus, &mut self.losses), count, total);
             }
             Marker::Error { .. } => self.losses.count(Loss::ErrorFrame),
-            Marker::Start { .. } | Marker::Backward { .. } => {}
+            Marker::LeftOut { count, .. } => console::left_out(out, count),
+            Marker::Start { .. } | Marker::Backward { .. } | Marker::Swapped => {}
         }
     }
 }

@@ -77,7 +77,11 @@ impl Packed {
                 };
                 self.frame(out, setting, &frame);
             }
-            Marker::Start { .. } | Marker::Backward { .. } => {}
+            Marker::LeftOut { count, rows, .. } => {
+                self.losses.count(Loss::Gap);
+                left_out(out, count, rows);
+            }
+            Marker::Start { .. } | Marker::Backward { .. } | Marker::Swapped => {}
         }
     }
 
@@ -94,4 +98,12 @@ impl Packed {
         out.extend_from_slice(&head);
         out.extend_from_slice(name);
     }
+}
+
+/// The record of rows that are left out; it has no line, because the rows have none here.
+fn left_out(out: &mut Vec<u8>, count: Option<u64>, rows: Option<(u64, u64)>) {
+    let signed = |number: Option<u64>| number.and_then(|number| i64::try_from(number).ok()).unwrap_or(-1);
+    out.extend_from_slice(&[kind::LEFT_OUT, 0, 0, 0, 0, 0, 0, 0]);
+    out.extend_from_slice(&signed(count).to_le_bytes());
+    out.extend_from_slice(&signed(rows.map(|(last, _)| last)).to_le_bytes());
 }

@@ -89,7 +89,8 @@ impl Pcapng {
                 }
             }
             Marker::Error { .. } => self.losses.count(Loss::ErrorFrame),
-            Marker::Start { .. } | Marker::Backward { .. } => {}
+            Marker::LeftOut { .. } => self.losses.count(Loss::Gap),
+            Marker::Start { .. } | Marker::Backward { .. } | Marker::Swapped => {}
         }
     }
 

@@ -10,6 +10,7 @@ mod clock;
 mod date;
 mod fd;
 mod header;
+mod kinds;
 pub(crate) mod notes;
 #[cfg(test)]
 mod tests;
@@ -23,6 +24,7 @@ use self::notes::Note;
 pub(crate) use self::words::fd_code;
 use self::words::{Fail, Words};
 use super::candump::lex::skip_blanks;
+use super::listing::{self, Gaps, Omission};
 use super::{Contents, Item, Marker, Place, Unreadable};
 use crate::frame::{BusId, Buses, Frame, Kind, Stamp};
 
@@ -53,6 +55,7 @@ pub struct Asc {
     without_stamps: bool,
     /// What the comment before says of an error frame.
     error: Option<Note>,
+    gaps: Gaps,
     /// Whether the numbers of CAN FD were last seen to be hexadecimal in a file of base 10.
     fd_hexadecimal: bool,
 }
@@ -97,10 +100,12 @@ impl Asc {
             self.line(&last, true, buses, sink);
         }
         self.skipping = false;
+        self.gaps.settle(buses, sink);
     }
 
     /// Takes the end of what was read so far, where the reading was broken off: the last line is not there yet.
-    pub fn interrupt(&mut self) {
+    pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.gaps.settle(buses, sink);
         self.partial.clear();
         self.skipping = false;
     }
@@ -158,19 +163,22 @@ impl Asc {
 
     fn other_line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let text = skip_blanks(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)).trim_ascii_end();
+        let text = listing::unquoted(text);
         let result = match text {
-            [] | [b'#', ..] => Ok(()),
+            [] | [b'#', ..] | [b'`', b'`', b'`', ..] => Ok(()),
             [b'/', b'/', ..] => {
                 self.comment(text, buses, sink);
                 return;
             }
             _ => match words::stamp(text) {
                 Some((stamp, rest)) => self.event(stamp, Words::new(rest), last, buses, sink),
-                None => self.header.line(text).map(|said| match said {
-                    Said::Nothing => {}
-                    Said::Relative(relative) => self.clock.set_relative(relative),
-                    Said::Date(date_ns) => self.clock.set_date(date_ns),
-                }),
+                None => match listing::omission(text) {
+                    Some(omission) => {
+                        self.gaps.mark(omission, Place::Line(self.lines));
+                        Ok(())
+                    }
+                    None => self.header_line(text),
+                },
             },
         };
         self.error = None;
@@ -178,6 +186,15 @@ impl Asc {
             let reason = if last && end { Unreadable::Cut } else { reason };
             sink(Item::Unreadable { place: Place::Line(self.lines), reason }, buses);
         }
+    }
+
+    fn header_line(&mut self, text: &[u8]) -> Result<(), Fail> {
+        match self.header.line(text)? {
+            Said::Nothing => {}
+            Said::Relative(relative) => self.clock.set_relative(relative),
+            Said::Date(date_ns) => self.clock.set_date(date_ns),
+        }
+        Ok(())
     }
 
     fn comment(&mut self, text: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
@@ -195,6 +212,7 @@ impl Asc {
             Note::Directions(known) => self.without_directions = !known,
             Note::Stamps(known) => self.without_stamps = !known,
             Note::Error(..) => self.error = Some(note),
+            Note::LeftOut(count) => self.gaps.mark(Omission { count }, Place::Line(self.lines)),
             Note::Dropped(count, channel, total) => {
                 let place = Place::Line(self.lines);
                 let bus = self.bus(channel, buses);
@@ -250,28 +268,12 @@ impl Asc {
         Ok(())
     }
 
-    /// An event that is no frame, `words` being what follows its kind: counted, unless it was meant as a frame.
+    /// An event that is no frame, `words` being what follows its kind: counted, if the kind is known.
     fn other_event(&mut self, kind: &[u8], words: Words<'_>, last: bool) -> Result<(), Fail> {
-        // Kinds of Vector's that have a direction, or one word only.
-        const KNOWN: [&[u8]; 4] = [b"J1939TP", b"OverloadFrame", b"TxRq", b"Li"];
-        if !KNOWN.iter().any(|known| kind.eq_ignore_ascii_case(known)) {
-            let (mut left, mut before) = (words, false);
-            while let Some(word) = left.next() {
-                if before && matches!(word, b"d" | b"r") {
-                    return Err(Fail { reason: Unreadable::NoFrame, end: false });
-                }
-                before = words::way(word).is_some();
-            }
-            if last && words.is_empty() {
-                return Err(Fail { reason: Unreadable::NoFrame, end: true });
-            }
+        match kinds::of(kind, words, last) {
+            Some(kind) => self.header.pass(kind),
+            None => return Err(Fail { reason: Unreadable::NoFrame, end: words.is_empty() }),
         }
-        self.header.pass(match kind {
-            // `CAN 1 Status:`
-            b"CAN" => b"CAN Status",
-            b"Start" => b"Start of measurement",
-            _ => kind,
-        });
         Ok(())
     }
 
@@ -289,6 +291,7 @@ impl Asc {
         if let Some(date_ns) = self.clock.start() {
             sink(Item::Marker(Marker::Start { date_ns }), buses);
         }
+        self.gaps.row(buses, sink);
         sink(Item::Frame(frame), buses);
     }
 

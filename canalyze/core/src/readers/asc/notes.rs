@@ -26,6 +26,8 @@ pub(crate) enum Note {
     Error(CanId, Vec<u8>),
     /// Frames were lost: how many, on which channel, and how many in total.
     Dropped(u64, Channel, u64),
+    /// Rows were left out: how many, where that was told.
+    LeftOut(Option<u64>),
 }
 
 impl Note {
@@ -44,6 +46,8 @@ impl Note {
                 let _ = write!(out, "error {:08X}", class.raw());
                 data.iter().try_for_each(|byte| write!(out, " {byte:02X}"))
             }
+            Self::LeftOut(Some(count)) => write!(out, "{count} rows left out"),
+            Self::LeftOut(None) => write!(out, "rows left out"),
             Self::Dropped(count, channel, total) => {
                 write!(out, "dropped {count} on channel {channel}, {total} in total")
             }
@@ -79,7 +83,12 @@ impl Note {
                 let total = count_of_total(&mut words)?;
                 Self::Dropped(count, channel, total)
             }
-            _ => return None,
+            first => {
+                let counted = count(first);
+                let rows = if counted.is_some() { words.next()? } else { first };
+                (rows == b"rows" && words.next()? == b"left" && words.next()? == b"out").then_some(())?;
+                Self::LeftOut(counted)
+            }
         };
         words.is_empty().then_some(note)
     }
@@ -151,6 +160,8 @@ mod tests {
             (Note::Directions(false), "// canalyze: directions unknown\n"),
             (Note::Stamps(true), "// canalyze: stamps known\n"),
             (Note::Error(CanId::extended(0x88), vec![0, 0xA]), "// canalyze: error 00000088 00 0A\n"),
+            (Note::LeftOut(Some(6)), "// canalyze: 6 rows left out\n"),
+            (Note::LeftOut(None), "// canalyze: rows left out\n"),
             (Note::Dropped(3, 1, 5), "// canalyze: dropped 3 on channel 1, 5 in total\n"),
         ] {
             let mut out = Vec::new();
@@ -174,6 +185,8 @@ mod tests {
             "// canalyze: error FFFFFFFF",
             "// canalyze: error 0 00 00 00 00 00 00 00 00 00",
             "// canalyze: dropped many on channel 1, 5 in total",
+            "// canalyze: rows left",
+            "// canalyze: many rows left out",
             "// canalyze:",
             "// version 9.0.0",
         ] {

@@ -20,6 +20,10 @@ fn items(text: &[u8], cuts: &[usize]) -> (String, Contents) {
         Item::Marker(Marker::Dropped { bus, count, total, .. }) => {
             writeln!(out, "dropped {count} {total} {}", String::from_utf8_lossy(buses.name(bus))).unwrap();
         }
+        Item::Marker(Marker::LeftOut { count, place, .. }) => {
+            let count = count.map_or("?".to_owned(), |count| count.to_string());
+            writeln!(out, "Left out {count} at {}", place.line().unwrap()).unwrap();
+        }
         Item::Unreadable { place, reason } => writeln!(out, "{}! {reason:?}", place.line().unwrap()).unwrap(),
         other => writeln!(out, "{other:?}").unwrap(),
     };
@@ -228,7 +232,8 @@ fn what_is_no_frame_is_counted_by_kind() {
         ("1.0 GMR_Group: Group 1", "GMR_Group"),
         ("1.0 log trigger event", "log"),
         ("1.0 log direct start (0ms)", "log"),
-        ("1.0 Something of its own", "Something"),
+        ("1.0 TFS: [3,1] Test case 1 passed", "TFS"),
+        ("1.0 Lamp := 1", "environment variable"),
         ("1.0 Li 1 3c Rx 8 01 02", "Li"),
     ] {
         assert_eq!(one("", line), format!("({kind})"), "{line}");
@@ -251,9 +256,20 @@ fn what_is_no_frame_is_counted_by_kind() {
     ] {
         assert_eq!(one("", line), "", "{line}");
     }
-    let many: String = (0..100).map(|kind| format!("1.0 kind{kind} x\n1.0 kind{kind} x\n")).collect();
+    for line in [
+        "1.0 Something of its own",
+        "1.0 1 Something of its own",
+        "1.0 Warning: buffer overrun",
+        "1.0 CAN 1  601  CAN Frame  Rx  8  40 18 10 01 00 00 00 00",
+        "1.0 can0 601 [8] 40 18 10 01 00 00 00 00",
+        "1.0 Comment Rx d 1 40",
+        "1.0 601 8 40 18 10 01 00 00 00 00",
+    ] {
+        assert_eq!(one("", line), "! NoFrame", "{line}");
+    }
+    let many: String = (0..100).map(|kind| format!("1.0 GM{kind} x\n1.0 GM{kind} x\n")).collect();
     let kinds = items(many.as_bytes(), &[]).1.passed_over;
-    assert_eq!((kinds.len(), &kinds[63], &kinds[0]), (64, &(b"...".to_vec(), 74), &(b"kind0".to_vec(), 2)));
+    assert_eq!((kinds.len(), &kinds[63], &kinds[0]), (64, &(b"...".to_vec(), 74), &(b"GM0".to_vec(), 2)));
 }
 
 #[test]
@@ -354,7 +370,7 @@ fn a_file_that_is_cut() {
     let mut reader = Asc::default();
     let mut buses = Buses::default();
     reader.feed(b"1.0 1 601 R", &mut buses, &mut |_, _| panic!());
-    reader.interrupt();
+    reader.interrupt(&mut buses, &mut |_, _| panic!());
     reader.finish(&mut buses, &mut |_, _| panic!());
 }
 
@@ -467,4 +483,17 @@ proptest! {
         let counted: u64 = contents.passed_over.iter().map(|(_, count)| count).sum();
         prop_assert_eq!(shown.lines().count() as u64 + counted, 2, "{}", shown);
     }
+}
+
+#[test]
+fn what_is_pasted_from_a_forum() {
+    let frame = "1 601 Rx d 1 40";
+    assert_eq!(
+        read(&format!("```\n> 1.0 {frame}\n...\n> 1.5 {frame}\n[5 lines omitted]\n```\n")),
+        "2: 1000000000 can0 rx 601 1 40\nLeft out ? at 3\n4: 1500000000 can0 rx 601 1 40\nLeft out 5 at 5\n6 lines\n"
+    );
+    assert_eq!(
+        read(&format!("1.0 {frame}\n// canalyze: 6 rows left out\n1.5 {frame}\n")),
+        "1: 1000000000 can0 rx 601 1 40\nLeft out 6 at 2\n3: 1500000000 can0 rx 601 1 40\n3 lines\n"
+    );
 }

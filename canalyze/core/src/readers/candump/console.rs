@@ -12,7 +12,7 @@ use crate::readers::Unreadable;
 /// Whether the words from here on are `ID [length]` or begin with a direction: no interface stands before.
 pub(super) fn is_meant(text: &[u8]) -> bool {
     let (first, rest) = word(text);
-    matches!(first, b"TX" | b"RX") || is_hex(first) && matches!(skip_blanks(rest), [b'[' | b'{', ..])
+    way(first).is_some() || is_hex(first) && matches!(skip_blanks(rest), [b'[' | b'{', ..])
 }
 
 /// A frame, from the direction or the identifier on, into an empty one.
@@ -63,12 +63,27 @@ pub(super) fn frame(text: &[u8], frame: &mut Frame) -> Result<(), Fail> {
     Ok(())
 }
 
+/// `TX` and `RX`, as candump has them, and as people write them: `Rx`, `rx:`.
+#[inline(always)]
+fn way(word: &[u8]) -> Option<Direction> {
+    match word {
+        [b'T' | b't', b'X' | b'x'] | [b'T' | b't', b'X' | b'x', b':'] => Some(Direction::Tx),
+        [b'R' | b'r', b'X' | b'x'] | [b'R' | b'r', b'X' | b'x', b':'] => Some(Direction::Rx),
+        _ => None,
+    }
+}
+
 /// `TX - -`, `RX B E`: direction, bit rate switch, error state. People cut the flags off, so they may be missing.
 #[inline(always)]
 fn direction(text: &[u8]) -> (Option<Direction>, (bool, bool), &[u8]) {
     let (dir, rest) = match text {
-        [b'T', b'X', b' ' | b'\t', rest @ ..] => (Direction::Tx, rest),
-        [b'R', b'X', b' ' | b'\t', rest @ ..] => (Direction::Rx, rest),
+        [b'T' | b't' | b'R' | b'r', b'X' | b'x', ..] => {
+            let (first, rest) = word(text);
+            match way(first).filter(|_| !rest.is_empty()) {
+                Some(dir) => (dir, rest),
+                None => return (None, (false, false), text),
+            }
+        }
         _ => return (None, (false, false), text),
     };
     let rest = skip_blanks(rest);

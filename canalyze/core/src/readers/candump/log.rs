@@ -183,7 +183,7 @@ mod tests {
         fn plain_is_general(line in "(\\((0|1[0-9]{9})\\.[0-9]{1,7}\\)|\\(\\)) ?[!#a-z]{0,2}can[0-9] [0-9a-fA-F]{3}([0-9a-f]{5})?#([0-9A-Fa-f]{2}){0,9}[0-9a-gR]?") {
             for last in [&b""[..], b"can0"] {
                 let Some((plain, bus)) = plain(line.as_bytes(), last) else { continue };
-                let line = general(line.as_bytes());
+                let line = general(line.as_bytes(), false);
                 prop_assert_eq!(line.bus, bus.unwrap_or(last));
                 let frame = line.frame;
                 prop_assert!(matches!(line.what, What::Frame));

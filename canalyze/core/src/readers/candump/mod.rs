@@ -15,6 +15,7 @@ use memchr::memchr;
 
 use self::lex::{is_blank, is_hex, is_name, skip_blanks, word};
 use self::stamp::Clock;
+use super::listing::{self, Gaps, Omission};
 use super::{Item, Marker, Place, Unreadable};
 use crate::frame::{BusId, Buses, CanId, Frame, Kind, Stamp, StampForm};
 
@@ -55,6 +56,9 @@ pub struct Candump {
     lines: u64,
     /// The error frame whose explanation (`-e`) may follow on lines of its own.
     explained: Option<Frame>,
+    gaps: Gaps,
+    /// A number before a frame is the row's, and no interface's name: the beginning of the file shows it.
+    rows: bool,
 }
 
 impl Candump {
@@ -70,6 +74,8 @@ impl Candump {
             bus: BusId::default(),
             lines: 0,
             explained: None,
+            gaps: Gaps::default(),
+            rows: false,
         }
     }
 
@@ -92,11 +98,13 @@ impl Candump {
             self.line(&last, true, buses, sink);
         }
         self.skipping = false;
+        self.gaps.settle(buses, sink);
     }
 
     /// Takes the end of what was read so far, where the reading was broken off: the last line is not there yet.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.release_head(buses, sink);
+        self.gaps.settle(buses, sink);
         self.partial.clear();
         self.skipping = false;
     }
@@ -111,11 +119,14 @@ impl Candump {
         // A last line that is cut by the limit is left out: half a stamp is another stamp.
         let end = if head.len() < HEAD { head.len() } else { memchr::memrchr(b'\n', &head).unwrap_or(0) };
         let mut plain = Vec::new();
+        let mut numbers = Numbers::default();
         let lines = head.get(..end).unwrap_or(&head).split(|&byte| byte == b'\n');
         self.clock.decide(lines.filter_map(|text| {
-            let line = general(without_colours(text, &mut plain));
+            let line = general(without_colours(text, &mut plain), false);
+            numbers.take(&line);
             line.stamp.filter(|_| line.console)
         }));
+        self.rows = numbers.are_rows();
         self.split(&head, buses, sink);
     }
 
@@ -177,7 +188,7 @@ impl Candump {
                 self.bus = buses.intern(name);
             }
             frame.bus = self.bus;
-            let line = Line { stamp: frame.stamp, console: false, bus: b"", what: What::Frame, frame };
+            let line = Line { stamp: frame.stamp, console: false, bus: b"", row: None, what: What::Frame, frame };
             self.give(line, buses, sink);
         } else {
             self.other_line(text, last, buses, sink);
@@ -187,7 +198,7 @@ impl Candump {
     fn other_line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.lines += 1;
         let mut plain = std::mem::take(&mut self.plain);
-        let mut line = general(without_colours(text, &mut plain));
+        let mut line = general(without_colours(text, &mut plain), self.rows);
         let indented = text.first() == Some(&b'\t');
         if indented && let Some(error) = &self.explained {
             let (frame, bare) = (&line.frame, line.stamp.is_none() && line.bus.is_empty());
@@ -230,8 +241,14 @@ impl Candump {
                 sink(Item::Marker(Marker::Backward { place: Place::Line(self.lines) }), buses);
             }
         }
+        match (&line.what, line.row) {
+            (What::Frame | What::Dropped { .. } | What::Error, None) => self.gaps.row(buses, sink),
+            (What::Nothing | What::LeftOut(_), _) | (_, None) => {}
+            (_, Some(row)) => self.gaps.numbered(row, Place::Line(self.lines), buses, sink),
+        }
         let item = match line.what {
             What::Nothing => return,
+            What::LeftOut(omission) => return self.gaps.mark(omission, Place::Line(self.lines)),
             What::Frame => Item::Frame(Frame { line: Some(self.lines), t_ns, stamp: line.stamp, ..line.frame }),
             What::Dropped { count, total } => Item::Marker(Marker::Dropped {
                 bus: buses.intern(line.bus),
@@ -254,7 +271,7 @@ impl Candump {
 pub fn line(text: &[u8], buses: &mut Buses) -> Option<Frame> {
     let text = text.strip_suffix(b"\n").unwrap_or(text);
     let mut plain = Vec::new();
-    let line = general(without_colours(text, &mut plain));
+    let line = general(without_colours(text, &mut plain), false);
     let What::Frame = line.what else { return None };
     Some(Frame { t_ns: line.stamp.map(|stamp| stamp.ns), stamp: line.stamp, bus: buses.intern(line.bus), ..line.frame })
 }
@@ -267,6 +284,8 @@ struct Line<'a> {
     console: bool,
     /// The interface; empty when none was named.
     bus: &'a [u8],
+    /// The number of the row, where it has one.
+    row: Option<u64>,
     what: What,
     /// The frame, where it holds one; line, stamp and time are not set in it.
     frame: Frame,
@@ -282,6 +301,8 @@ enum What {
         total: u64,
     },
     Error,
+    /// Rows were left out here.
+    LeftOut(Omission),
     Unreadable(Fail),
 }
 
@@ -293,11 +314,44 @@ struct Fail {
     end: bool,
 }
 
-/// Any line. Its colours are gone already.
-fn general(text: &[u8]) -> Line<'_> {
+/// Any line. Its colours are gone already. `rows`: a bare number before a frame is the row's.
+fn general(text: &[u8], rows: bool) -> Line<'_> {
     let text = skip_blanks(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)).trim_ascii_end();
+    let whole = text;
+    let text = listing::unquoted(text);
+    if let Some((number, rest, bare)) = listing::numbered(text) {
+        let line = unnumbered(rest);
+        let meant = match line.what {
+            What::Frame | What::Dropped { .. } | What::Error => true,
+            What::Unreadable(fail) => fail.reason != Unreadable::NoFrame || line.stamp.is_some(),
+            What::Nothing | What::LeftOut(_) => false,
+        };
+        // `1  601   [8] ...` may as well have an interface with a number for a name.
+        if meant && (!bare || rows || line.stamp.is_some() || !line.bus.is_empty()) {
+            return Line { row: Some(number), ..line };
+        }
+    }
+    if let Some(item) = listing::item(text)
+        && let line @ Line { what: What::Frame, .. } = unnumbered(item)
+    {
+        return line;
+    }
+    let mut line = unnumbered(text);
+    if let What::Nothing | What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) = line.what {
+        match listing::omission(text) {
+            Some(omission) => (line.stamp, line.what) = (None, What::LeftOut(omission)),
+            // What is quoted and no frame is what somebody said.
+            None if text.len() < whole.len() && line.stamp.is_none() => line.what = What::Nothing,
+            None => {}
+        }
+    }
+    line
+}
+
+/// A line behind its number.
+fn unnumbered(text: &[u8]) -> Line<'_> {
     let frame = Frame::classic(CanId::standard(0), &[]);
-    let mut line = Line { stamp: None, console: false, bus: b"", what: What::Nothing, frame };
+    let mut line = Line { stamp: None, console: false, bus: b"", row: None, what: What::Nothing, frame };
     let Some(first) = text.first() else { return line };
     let rest = match stamp::read(text) {
         Some((stamp, rest)) if rest.first().is_none_or(|&byte| is_blank(byte)) => {
@@ -328,6 +382,32 @@ fn general(text: &[u8]) -> Line<'_> {
     line
 }
 
+/// What stands where an interface has its name, in the lines of a file's beginning.
+#[derive(Debug, Default)]
+struct Numbers {
+    last: u64,
+    count: u64,
+    /// Something else than a number that grows.
+    other: bool,
+}
+
+impl Numbers {
+    fn take(&mut self, line: &Line<'_>) {
+        if !line.console || !matches!(line.what, What::Frame) {
+            return;
+        }
+        let number = std::str::from_utf8(line.bus).ok().and_then(|name| name.parse().ok());
+        self.other |= number.is_none_or(|number| self.count > 0 && number <= self.last);
+        self.last = number.unwrap_or(0);
+        self.count += 1;
+    }
+
+    /// Whether they number the rows: no bus has another name in each line.
+    fn are_rows(&self) -> bool {
+        self.count >= 3 && !self.other
+    }
+}
+
 /// The words after the stamp: interface and frame, or frame alone, in either family.
 fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
     let (first, after) = word(text);
@@ -345,6 +425,10 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
         return made(console::frame(text, &mut line.frame));
     }
     let stamped = line.stamp.is_some();
+    if is_label(first) && console::is_meant(rest) {
+        line.console = true;
+        return made(console::frame(rest, &mut line.frame));
+    }
     if rest.is_empty() || !is_name(first) {
         line.console = stamped;
         return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: rest.is_empty() && stamped });
@@ -356,12 +440,18 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
     }
     let mut what = made(console::frame(rest, &mut line.frame));
     match &mut what {
-        What::Frame => line.bus = first,
+        What::Frame => line.bus = first.strip_suffix(b":").unwrap_or(first),
         // Two words of prose are no frame that was cut: there must be a stamp, or a direction, or a numbered interface.
         What::Unreadable(fail) => fail.end &= stamped || first.iter().any(u8::is_ascii_digit),
         _ => {}
     }
     what
+}
+
+/// A word before an identifier that names the column, and no interface.
+fn is_label(word: &[u8]) -> bool {
+    let word = word.strip_suffix(b":").unwrap_or(word);
+    [&b"id"[..], b"cob-id", b"cobid", b"can-id"].iter().any(|label| word.eq_ignore_ascii_case(label))
 }
 
 fn made(frame: Result<(), Fail>) -> What {
@@ -373,6 +463,9 @@ fn made(frame: Result<(), Fail>) -> What {
 
 /// A line that begins with neither a stamp nor a letter nor a digit.
 fn without_frame(text: &[u8]) -> What {
+    if is_clock(text) {
+        return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
+    }
     if stamp::is_meant(text) {
         return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: memchr(b')', text).is_none() });
     }
@@ -382,6 +475,14 @@ fn without_frame(text: &[u8]) -> What {
         _ => first_char(text).is_some_and(|char| !char.is_alphanumeric() && !char.is_control()),
     };
     if mark { What::Nothing } else { What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false }) }
+}
+
+/// `[12:34:56.789] ...`, a time as loggers write it: what follows is meant, and never candump's.
+fn is_clock(text: &[u8]) -> bool {
+    let Some(inner) = text.strip_prefix(b"[") else { return false };
+    let digits = inner.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let behind = inner.get(digits..).unwrap_or_default();
+    digits > 0 && matches!(behind, [b':' | b'.' | b'-', digit, ..] if digit.is_ascii_digit())
 }
 
 fn first_char(text: &[u8]) -> Option<char> {

@@ -256,8 +256,6 @@ fn what_is_no_frame_and_says_nothing() {
         "-> 601#40",
         "← 主站发送",
         "^^^^ Object 1018",
-        "...",
-        "…",
         "(254)",
         "(254) of 601",
         "(COB-ID 018A)",
@@ -282,6 +280,82 @@ fn what_is_no_frame_and_says_nothing() {
     ] {
         assert_eq!(read(&format!("{line}\n")), "1 lines\n", "{line:?}");
     }
+}
+
+#[test]
+fn rows_that_are_left_out() {
+    let frame = "can0  601   [1]  40";
+    let left_out = |count: Option<u64>, rows: Option<(u64, u64)>, line| {
+        format!("{:?}\n", Marker::LeftOut { count, rows, place: Place::Line(line) })
+    };
+    let one = |line: u64| format!("{line}: can0 601 1 40\n");
+    let marked = |mark: &str| read(&format!("{frame}\n{mark}\n{frame}\n"));
+    assert_eq!(marked("..."), one(1) + &left_out(None, None, 2) + &one(3) + "3 lines\n");
+    assert_eq!(marked("(12 frames dropped)"), one(1) + &left_out(Some(12), None, 2) + &one(3) + "3 lines\n");
+    assert_eq!(marked(".\n.\n."), one(1) + &left_out(None, None, 2) + &one(5) + "5 lines\n");
+    assert_eq!(marked("...\n省略25帧\n..."), one(1) + &left_out(Some(25), None, 2) + &one(5) + "5 lines\n");
+    assert_eq!(read(&format!("...\n{frame}")), left_out(None, None, 1) + &one(2) + "2 lines\n");
+    assert_eq!(read(&format!("{frame}\n...")), one(1) + &left_out(None, None, 2) + "2 lines\n");
+    assert_eq!(marked("... and then nothing"), one(1) + &one(3) + "3 lines\n");
+}
+
+#[test]
+fn numbers_of_rows() {
+    let numbered =
+        |rows: &[&str]| read(&rows.iter().map(|row| format!("{row} can0  601   [1]  40\n")).collect::<String>());
+    let all = |lines: u64| (1..=lines).map(|line| format!("{line}: can0 601 1 40\n")).collect::<String>();
+    let with = |at: u64, lines: u64, count, rows| {
+        let marker = Marker::LeftOut { count: Some(count), rows: Some(rows), place: Place::Line(at) };
+        let next = format!("{at}: ");
+        (all(lines) + &format!("{lines} lines\n")).replace(&next, &format!("{marker:?}\n{next}"))
+    };
+    for whole in [["1)", "2)", "3)", "4)"], ["1", "2", "3", "4"], ["14.", "15.", "1.", "2."], ["7:", "7:", "6:", "5:"]]
+    {
+        assert_eq!(numbered(&whole), all(4) + "4 lines\n", "{whole:?}");
+    }
+    assert_eq!(numbered(&["13)", "14)", "20)", "21)"]), with(3, 4, 5, (14, 20)));
+    assert_eq!(numbered(&["[1]", "> [3]"]), with(2, 2, 1, (1, 3)));
+    // The mark is where the numbers tell how many, and an unreadable row is a row.
+    let marked = read("1) can0 601 [1] 40\n...\n9) can0 601 [1] 40\n10) can0 601 [1] 4\n11) can0 601 [1] 40\n");
+    let marker = Marker::LeftOut { count: Some(7), rows: Some((1, 9)), place: Place::Line(3) };
+    assert_eq!(marked, format!("1: can0 601 1 40\n{marker:?}\n3: can0 601 1 40\n4! Data\n5: can0 601 1 40\n5 lines\n"));
+}
+
+#[test]
+fn what_people_write_before_a_frame() {
+    for (line, frame) in [
+        ("- can0 601 [1] 40", "can0 601 1 40"),
+        ("* 601 [1] 40", "601 1 40"),
+        ("Rx 601 [1] 40", "rx 601 1 40"),
+        ("TX: 601 [1] 40", "tx 601 1 40"),
+        ("can0 Tx 601 [1] 40", "can0 tx 601 1 40"),
+        ("ID: 601 [1] 40", "601 1 40"),
+        ("COB-ID 601 [1] 40", "601 1 40"),
+        ("can0: 601 [1] 40", "can0 601 1 40"),
+    ] {
+        assert_eq!(read(&format!("{line}\n")), format!("1: {frame}\n1 lines\n"), "{line}");
+    }
+    for line in ["[12:34:56.789] can0 601 [1] 40", "[0.5] can0 601 [1] 40", "[2024-01-01 12:00:00] 601#40", "ID: reset"]
+    {
+        assert_eq!(read(&format!("{line}\n")), "1! NoFrame\n1 lines\n", "{line}");
+    }
+    for line in ["- remark", "* 601", "[1] a footnote", "- see 601 again"] {
+        assert_eq!(read(&format!("{line}\n")), "1 lines\n", "{line}");
+    }
+}
+
+#[test]
+fn a_number_is_a_row_or_a_bus() {
+    // Three that grow are rows; else they name the interface.
+    assert_eq!(read("1 601 [1] 40\n2 601 [1] 41\n3 601 [1] 42\n"), "1: 601 1 40\n2: 601 1 41\n3: 601 1 42\n3 lines\n");
+    assert_eq!(
+        read("1 601 [1] 40\n2 601 [1] 41\n1 601 [1] 42\n"),
+        "1: 1 601 1 40\n2: 2 601 1 41\n3: 1 601 1 42\n3 lines\n"
+    );
+    assert_eq!(read("1) 601 [1] 40\n"), "1: 601 1 40\n1 lines\n");
+    assert_eq!(read("1) (1.5) can0 601#40\n"), "1: 1500000000 can0 601 1 40\n1 lines\n");
+    assert_eq!(read("> can0 601 [1] 40\n"), "1: can0 601 1 40\n1 lines\n");
+    assert_eq!(read("> remark\n1) remark\n1. see 601 [1]\n"), "2! NoFrame\n3! Data\n3 lines\n");
 }
 
 #[test]

@@ -5,8 +5,9 @@
 use std::io::Write;
 
 use super::Order;
+use super::identifiers::Reading;
 use super::link::{self, Failed, Link};
-use super::tally::Tally;
+use super::tally::{Passed, Tally};
 use crate::frame::{BusId, Buses, Direction, MAX_BUS_NAME, Stamp, StampForm};
 use crate::readers::{Item, Marker, Place};
 
@@ -114,7 +115,16 @@ impl Interface {
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
     ) {
-        match link::frame(self.link, packet.data, packet.size, order) {
+        if let Some(votes) = &mut tally.votes {
+            if self.link == Link::SocketCan {
+                votes.take(packet.data, packet.at);
+            }
+            return;
+        }
+        if tally.reading == Reading::Neither && self.link == Link::SocketCan {
+            return tally.pass(Passed::Packet(227));
+        }
+        match link::frame(self.link, packet.data, packet.size, (order, tally.reading.order())) {
             Ok(found) => {
                 let mut frame = found.frame;
                 frame.bus = self.bus(found.interface, buses);

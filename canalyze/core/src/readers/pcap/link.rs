@@ -1,6 +1,6 @@
 //! What is in a packet: a CAN frame behind SocketCAN's header, bare or in a cooked capture.
 //!
-//! The header of LINKTYPE_CAN_SOCKETCAN has its identifier big-endian. Behind a cooked header it is as the kernel had it,
+//! The header of LINKTYPE_CAN_SOCKETCAN has its identifier big-endian (but see `identifiers`). Behind a cooked header it is as the kernel had it,
 //! in the order of the host that wrote the file, which is that of the file's own numbers: libpcap swaps it by that rule
 //! when a file comes from a host of the other kind. Must not: take a frame of which bytes are missing.
 
@@ -70,11 +70,13 @@ pub(super) enum Failed {
     Unreadable(Unreadable),
 }
 
-/// The frame in a packet, of which `bytes` were captured and which had `size` on the wire.
+/// The frame in a packet, of which `bytes` were captured and which had `size` on the wire. The orders are those of the
+/// file's numbers, and of the identifiers of LINKTYPE_CAN_SOCKETCAN.
 #[inline(always)]
-pub(super) fn frame(link: Link, bytes: &[u8], size: u32, order: Order) -> Result<Found, Failed> {
+pub(super) fn frame(link: Link, bytes: &[u8], size: u32, orders: (Order, Order)) -> Result<Found, Failed> {
+    let (order, identifiers) = orders;
     if link == Link::SocketCan {
-        let frame = socketcan(bytes, size, Order::Big, None).map_err(Failed::Unreadable)?;
+        let frame = socketcan(bytes, size, identifiers, None).map_err(Failed::Unreadable)?;
         return Ok(Found { frame, interface: None });
     }
     if link == Link::Upper { upper(bytes, size, order) } else { cooked(link, bytes, size, order) }

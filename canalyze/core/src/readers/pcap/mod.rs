@@ -6,6 +6,7 @@
 //! nothing, and nothing is skipped on its word alone. Must not: call a packet of another link type a fault.
 
 mod blocks;
+mod identifiers;
 mod interface;
 mod legacy;
 mod link;
@@ -14,14 +15,30 @@ mod tally;
 mod tests;
 
 use self::blocks::Blocks;
+use self::identifiers::{Reading, Votes};
 use self::legacy::Legacy;
 use self::tally::Tally;
-use super::{Contents, Damage, DamageKind, Item, Place, Unreadable};
+use super::{Contents, Damage, DamageKind, Item, Marker, Place, Unreadable};
 use crate::frame::{Buses, Frame};
 
 /// A reader of pcap and pcapng files. One for each file.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Pcap {
+    records: Records,
+    /// The beginning of the file, until it is known how its identifiers are read.
+    trial: Option<Box<Trial>>,
+}
+
+/// A beginning that is read once before it is read to be given out.
+#[derive(Debug, Default)]
+struct Trial {
+    head: Vec<u8>,
+    records: Records,
+}
+
+/// Records as they come.
+#[derive(Debug, Default)]
+struct Records {
     form: Form,
     /// Bytes of a record whose end has not come yet; those before `gone` are done with.
     held: Vec<u8>,
@@ -55,9 +72,65 @@ enum Step {
     Lost,
 }
 
+impl Default for Pcap {
+    fn default() -> Self {
+        let mut trial = Box::<Trial>::default();
+        trial.records.tally.votes = Some(Votes::default());
+        Self { records: Records::default(), trial: Some(trial) }
+    }
+}
+
 impl Pcap {
     /// Takes the next bytes, in any chunking.
-    pub fn feed(&mut self, mut bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let Some(trial) = &mut self.trial else { return self.records.feed(bytes, buses, sink) };
+        trial.head.extend_from_slice(bytes);
+        trial.records.feed(bytes, &mut Buses::default(), &mut |_, _| {});
+        let votes = trial.records.tally.votes.as_ref();
+        if let Some(reading) = votes.and_then(|votes| votes.decided(trial.records.at)) {
+            self.begin(reading, buses, sink);
+        }
+    }
+
+    /// Takes the end: a record that is not whole was cut off.
+    pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.settle(buses, sink);
+        self.records.finish(buses, sink);
+    }
+
+    /// Takes the end of what was read so far, where the reading was broken off: the last record is not there yet.
+    pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.settle(buses, sink);
+        self.records.interrupt(buses, sink);
+    }
+
+    /// Version, resolution and interfaces; packets and blocks that hold no frame.
+    pub fn contents(&self) -> Contents {
+        self.trial.as_ref().map_or(&self.records, |trial| &trial.records).tally.contents()
+    }
+
+    /// The file is over before it was certain how its identifiers are read.
+    fn settle(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let votes = self.trial.as_ref().and_then(|trial| trial.records.tally.votes.as_ref());
+        if let Some(reading) = votes.map(Votes::judge) {
+            self.begin(reading, buses, sink);
+        }
+    }
+
+    /// Gives out what was held back.
+    fn begin(&mut self, reading: Reading, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let Some(trial) = self.trial.take() else { return };
+        self.records.tally.identifiers(reading);
+        if reading == Reading::Little {
+            sink(Item::Marker(Marker::Swapped), buses);
+        }
+        self.records.feed(&trial.head, buses, sink);
+    }
+}
+
+impl Records {
+    /// Takes the next bytes, in any chunking.
+    fn feed(&mut self, mut bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         // A record that was begun gets no more than it needs, so that all others are read where they are.
         while self.gone < self.held.len() {
             let lacking = self.need.saturating_sub(self.held.len() - self.gone);
@@ -80,7 +153,7 @@ impl Pcap {
     }
 
     /// Takes the end: a record that is not whole was cut off.
-    pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let held = std::mem::take(&mut self.held);
         self.run(held.get(self.gone..).unwrap_or_default(), true, buses, sink);
         self.gone = 0;
@@ -91,18 +164,13 @@ impl Pcap {
     }
 
     /// Takes the end of what was read so far, where the reading was broken off: the last record is not there yet.
-    pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let sought = matches!(&self.form, Form::Blocks(blocks) if blocks.seeks());
         if !sought {
             self.held.clear();
             self.gone = 0;
         }
         self.finish(buses, sink);
-    }
-
-    /// Version, resolution and interfaces; packets and blocks that hold no frame.
-    pub fn contents(&self) -> Contents {
-        self.tally.contents()
     }
 
     /// Reads records to the last whole one. Gives back how many bytes are done with.

@@ -5,6 +5,7 @@
 use std::io::Write;
 
 use super::Order;
+use super::identifiers::{Reading, Votes};
 use crate::readers::Contents;
 
 /// Kinds that are counted apart; all others are counted together.
@@ -28,6 +29,10 @@ pub(super) enum Passed {
 /// What was met so far.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
+    /// How identifiers are read where the format has them big-endian.
+    pub(super) reading: Reading,
+    /// Packets are only looked at to find that out.
+    pub(super) votes: Option<Votes>,
     dialect: Vec<(&'static str, Vec<u8>)>,
     interfaces: usize,
     passed: Vec<(Passed, u64)>,
@@ -52,6 +57,16 @@ impl Tally {
         let known = self.dialect.iter().any(|(other, text)| *other == name && text == value);
         if !known && self.dialect.len() < 2 * INTERFACES {
             self.dialect.push((name, value.to_vec()));
+        }
+    }
+
+    /// Notes how identifiers are read, where that is not as the format has them.
+    pub(super) fn identifiers(&mut self, reading: Reading) {
+        self.reading = reading;
+        match reading {
+            Reading::Big => {}
+            Reading::Little => self.note("identifiers", b"little-endian"),
+            Reading::Neither => self.note("identifiers", b"implausible"),
         }
     }
 

@@ -292,7 +292,7 @@ impl Columns {
         if let Some(cycles) = &mut self.cycles {
             match finding.code {
                 Code::Cap002 => cycles.lost(Some(finding.bus)),
-                Code::Cap004 => cycles.lost(None),
+                Code::Cap004 | Code::Cap008 => cycles.lost(None),
                 _ => {}
             }
         }

@@ -8,19 +8,20 @@
 //! | `kinds` | `{"data", "remote", "fd", "error", "standard", "extended"}`: counts; the last two of the first three |
 //! | `directions` | `{"rx", "tx"}`: counts, where the format tells |
 //! | `unstamped` | frames without a stamp |
-//! | `first_t` `last_t` `seconds` | the stamps of the first frame and the last one and the time between, as strings |
+//! | `first_t` `last_t` `seconds` | the stamps of the first frame and the last one and the time between, without what the clock was set back, as strings |
 //! | `first_date` `last_date` `zone` | the same as dates; `utc`, or `local` where no zone is told; null where unknown |
 //! | `decimals` | digits after the point of a stamp: null or `[fewest, most]` |
 //! | `backward` `backward_most_us` | how often a stamp is earlier than the one before, and the longest such step |
 //! | `unreadable` | null or `{"count", "first_line", "first_offset"}` |
 //! | `gaps` `dropped` `error_markers` | reports of lost frames, frames said to be lost, error markers without content |
+//! | `left_out` | null or `{"places", "uncounted", "rows"}`: where the file itself shows that rows are missing, those of them without a count, and the rows that the others count |
 //! | `damage` | list of `{"kind", "line", "offset", "bytes", "frames"}`, the first 64 |
 //! | `damages` | how many in all |
 //! | `contents` | see `contents` |
 //!
 //! The command adds `format`, `compression` and `size`, which are not known here.
 
-use super::{Setting, contents, name_or_null, number_or_null, seconds};
+use super::{Setting, contents, left_out, name_or_null, number_or_null, seconds};
 use crate::frame::{BusId, Stamp, StampForm};
 use crate::info::{Info, Zone};
 use crate::readers::{Contents, Damage, DamageKind, Place};
@@ -54,7 +55,7 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
     put!(out; info.error, ",\"standard\":", info.standard, ",\"extended\":", info.extended);
     put!(out; "},\"directions\":{\"rx\":", info.rx, ",\"tx\":", info.tx, "},\"unstamped\":", info.unstamped);
     times(out, info);
-    put!(out; ",\"backward\":", info.backward, ",\"backward_most_us\":", info.backward_most_ns.unsigned_abs() / 1000);
+    put!(out; ",\"backward\":", info.span.backward, ",\"backward_most_us\":", info.span.backward_most_ns.unsigned_abs() / 1000);
     put!(out; ",\"unreadable\":");
     match info.first_unreadable {
         Some(place) => {
@@ -65,6 +66,8 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
         None => put!(out; "null"),
     }
     put!(out; ",\"gaps\":", info.gaps, ",\"dropped\":", info.dropped, ",\"error_markers\":", info.error_markers);
+    put!(out; ",\"left_out\":");
+    left_out(out, &info.left_out);
     put!(out; ",\"damage\":[");
     for (no, one) in info.damage.iter().enumerate() {
         put!(out; if no > 0 { "," } else { "" });
@@ -77,8 +80,8 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
 
 fn times(out: &mut Vec<u8>, info: &Info) {
     let decimals = info.decimals.map_or(9, |(_, most)| most);
-    let (first, last) = (info.span_ns.map(|span| span.0), info.span_ns.map(|span| span.1));
-    let elapsed = info.span_ns.map(|(first, last)| last.saturating_sub(first));
+    let ends = info.span.ends_ns;
+    let (first, last, elapsed) = (ends.map(|ends| ends.0), ends.map(|ends| ends.1), info.span.elapsed_ns);
     for (key, ns) in [("first_t", first), ("last_t", last), ("seconds", elapsed)] {
         put!(out; ",\"", key, "\":");
         seconds(out, ns, decimals);

@@ -2,7 +2,7 @@
 //!
 //! | kind | keys |
 //! |---|---|
-//! | `summary_capture` | `files frames unstamped buses first_t last_t seconds backward backward_most_us pause_us pause_frame reordered unreadable gaps dropped bit_rate` |
+//! | `summary_capture` | `files frames unstamped buses first_t last_t seconds backward backward_most_us pause_us pause_frame reordered unreadable gaps dropped left_out bit_rate` |
 //! | `summary_bus` | `bus frames rate peak_rate_1s peak_rate_100ms sent_by_host remote fd fd_switched extended errors gaps dropped services bits load load_peak_1s load_peak_1s_frame load_peak_100ms load_peak_100ms_frame burst` |
 //! | `summary_sync` | `bus frames period counted counter_min counter_max counter_jumps` |
 //! | `summary_node` | `bus node name name_from frames sent tpdo rpdo tpdo_rate rpdo_rate state state_text state_name changes states boot_ups error_control heartbeats heartbeat sdo response aborts emcys emcy` |
@@ -27,7 +27,7 @@
 //! is `description` or `1008`; `error_control` is `heartbeat`, `guarding` or null. `before_sync` are PDOs captured before
 //! their SYNC: they are not in `delay`.
 
-use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};
+use super::{Setting, left_out, name_or_null, number_or_null, quoted, seconds, truth};
 use crate::finding::{Code, Severity};
 use crate::frame::FrameRef;
 use crate::services::sdo::wire::Side;
@@ -70,21 +70,21 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
 
 /// Time measured in ns, where there is any.
 fn elapsed(capture: &Capture) -> Option<u64> {
-    capture.elapsed_ns.map(i64::unsigned_abs).filter(|elapsed| *elapsed > 0)
+    capture.span.elapsed_ns.map(i64::unsigned_abs).filter(|elapsed| *elapsed > 0)
 }
 
 fn capture(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
     let capture = &summary.capture;
-    let stamped = capture.elapsed_ns.is_some();
+    let stamped = capture.span.elapsed_ns.is_some();
     put!(out; "{\"kind\":\"summary_capture\",\"files\":", capture.files, ",\"frames\":", capture.frames);
     put!(out; ",\"unstamped\":", capture.unstamped, ",\"buses\":", summary.buses.len(), ",\"first_t\":");
     seconds(out, capture.first.and_then(|first| first.t_ns), setting.decimals);
     put!(out; ",\"last_t\":");
     seconds(out, capture.last.t_ns, setting.decimals);
     put!(out; ",\"seconds\":");
-    seconds(out, capture.elapsed_ns, setting.decimals);
-    put!(out; ",\"backward\":", capture.backward, ",\"backward_most_us\":");
-    us_or_null(out, stamped.then_some(capture.backward_most_ns));
+    seconds(out, capture.span.elapsed_ns, setting.decimals);
+    put!(out; ",\"backward\":", capture.span.backward, ",\"backward_most_us\":");
+    us_or_null(out, stamped.then_some(capture.span.backward_most_ns));
     put!(out; ",\"pause_us\":");
     us_or_null(out, capture.pause.map(|(ns, _)| ns));
     put!(out; ",\"pause_frame\":");
@@ -92,6 +92,8 @@ fn capture(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
     put!(out; ",\"reordered\":", capture.reordered, ",\"unreadable\":", capture.unreadable);
     put!(out; ",\"gaps\":", summary.buses.values().map(|bus| bus.gaps).sum::<u64>());
     put!(out; ",\"dropped\":", summary.buses.values().map(|bus| bus.dropped).fold(0, u64::saturating_add));
+    put!(out; ",\"left_out\":");
+    left_out(out, &capture.left_out);
     put!(out; ",\"bit_rate\":");
     number_or_null(out, summary.network.bit_rate.map(u64::from));
     put!(out; "}\n");

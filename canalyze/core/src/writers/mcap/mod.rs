@@ -175,13 +175,13 @@ impl Mcap {
     /// An error marker becomes an error frame of no class.
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match *marker {
-            Marker::Dropped { .. } => self.losses.count(Loss::Gap),
+            Marker::Dropped { .. } | Marker::LeftOut { .. } => self.losses.count(Loss::Gap),
             Marker::Error { bus, stamp, .. } => {
                 let t_ns = stamp.map(|stamp| stamp.ns);
                 let bare = Frame::classic(CanId::standard(0), &[]);
                 self.frame(out, setting, &Frame { bus, t_ns, stamp, kind: Kind::Error, ..bare });
             }
-            Marker::Start { .. } | Marker::Backward { .. } => {}
+            Marker::Start { .. } | Marker::Backward { .. } | Marker::Swapped => {}
         }
     }
 

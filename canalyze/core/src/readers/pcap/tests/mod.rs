@@ -380,7 +380,41 @@ fn direction_and_losses() {
 }
 
 #[test]
+fn identifiers_in_the_wrong_byte_order() {
+    let ids = [0x601, 0x581, 0x000, 0x181, 0x8181_0203, 0x4000_0701, 0x2000_0004, 0x601, 0x602];
+    for order in [Order::Little, Order::Big] {
+        for blocks in [false, true] {
+            let file = |swapped: bool| {
+                let head = [shb(order), made::idb(order, 227, 0, &[])].concat();
+                let mut file = if blocks { head } else { legacy(order, false, 227) };
+                for id in ids {
+                    let packet = classic(if swapped { u32::swap_bytes(id) } else { id }, &[1, 2]);
+                    file.extend(if blocks { epb(order, 0, 5, &packet, &[]) } else { record(order, 0, 5, &packet) });
+                }
+                file
+            };
+            let (right, wrong) = (read(&file(false)), read(&file(true)));
+            assert_eq!(wrong, format!("Swapped\n{right}identifiers: little-endian\n"));
+            assert!(right.contains("can0 601 2 0102\n") && right.contains("can0 01810203 2 0102\n"), "{right}");
+            assert!(right.contains("can0 701 rtr 2\n") && right.contains("can0 00000004 error 2"), "{right}");
+        }
+    }
+}
+
+#[test]
+fn packets_that_hold_no_identifiers() {
+    let file: Vec<u8> =
+        (0..100u32).flat_map(|no| record(Order::Little, 0, no, &classic(0x1234_5678 + no, &[1]))).collect();
+    let head = legacy(Order::Little, false, 227);
+    assert_eq!(read(&[head, file].concat()), "identifiers: implausible\n100 x CAN_SOCKETCAN (227)\n");
+}
+
+#[test]
 fn memory_stays_bounded() {
+    let held = |reader: &Pcap| {
+        let trial = reader.trial.as_ref().map_or(0, |trial| trial.head.capacity() + trial.records.held.capacity());
+        reader.records.held.capacity() + trial
+    };
     let order = Order::Little;
     // A length that is claimed, and nothing but zeros behind it.
     let claims = |kind: u32, len: u32| [shb(order), four(order, kind).to_vec(), four(order, len).to_vec()].concat();
@@ -392,10 +426,10 @@ fn memory_stays_bounded() {
         let mut reader = Pcap::default();
         let mut buses = Buses::default();
         reader.feed(&file, &mut buses, &mut |_, _| {});
-        assert!(reader.held.capacity() < 1024);
+        assert!(held(&reader) < 1024);
         for _ in 0..most / 200_000 {
             reader.feed(&[0; 100_000], &mut buses, &mut |_, _| {});
-            assert!(reader.held.capacity() <= most);
+            assert!(held(&reader) <= 2 * most);
         }
     }
     let mut reader = Pcap::default();

@@ -155,7 +155,7 @@ impl Lanes {
     pub(super) fn finding(&mut self, done: &mut Vec<Batch>, finding: &Finding) {
         match finding.code {
             Code::Cap002 => self.lost(done, finding.bus),
-            Code::Cap004 => {
+            Code::Cap004 | Code::Cap008 => {
                 for index in 0..self.buses.len() {
                     self.lost(done, BusId(index as u8));
                 }

@@ -1,0 +1,88 @@
+//! Kinds of events that are no frames, by the word that names them.
+//!
+//! What begins with a time and is none of them is not understood, and is said so: a frame of a program that writes its
+//! columns otherwise would be missed without a word. Must not: count anything.
+
+use super::words::{self, Words};
+
+/// Kinds that have a direction, or one word only, in lower-case letters.
+const BARE: &[&[u8]] = &[b"j1939tp", b"overloadframe", b"txrq", b"li"];
+/// Kinds that have more words, up to a colon, in lower-case letters.
+const KNOWN: &[&[u8]] = &[
+    b"a429",
+    b"ad",
+    b"afdx",
+    b"can",
+    b"comment",
+    b"diag",
+    b"eth",
+    b"ethernet",
+    b"fr",
+    b"gps",
+    b"isotp",
+    b"j1587",
+    b"j1708",
+    b"log",
+    b"most",
+    b"n2k",
+    b"signal",
+    b"start",
+    b"statistic",
+    b"status",
+    b"stop",
+    b"sv",
+    b"sys",
+    b"tfs",
+    b"tp",
+    b"trigger",
+    b"watermark",
+    b"wlan",
+];
+/// Longest word that is compared.
+const LONGEST: usize = 16;
+
+/// The name under which an event is counted, by its first word and those behind it; `None` if it is not known. `last`:
+/// the file may be cut behind it.
+pub(super) fn of<'a>(word: &'a [u8], behind: Words<'_>, last: bool) -> Option<&'a [u8]> {
+    let name = word.split(|&byte| byte == b':').next().filter(|name| !name.is_empty()).unwrap_or(word);
+    let lower = name.get(..name.len().min(LONGEST)).unwrap_or(name).to_ascii_lowercase();
+    let is = |kinds: &[&[u8]]| kinds.contains(&lower.as_slice());
+    // An environment variable has its own name: `Lamp := 1`.
+    let variable = matches!(behind.peek(), b":=");
+    // A global marker: `GMR_Group: name`.
+    let marker = lower.starts_with(b"gm");
+    if lower == b"can" && !is_status(behind) {
+        return None; // a row of a trace window, `CAN 1  601  Rx ...`
+    }
+    if is(BARE) {
+        return Some(word);
+    }
+    if !(is(KNOWN) || variable || marker) || is_meant_as_frame(behind) || last && behind.is_empty() {
+        return None;
+    }
+    Some(match lower.as_slice() {
+        // `CAN 1 Status:`
+        b"can" => b"CAN Status",
+        b"start" => b"Start of measurement",
+        _ if variable => b"environment variable",
+        _ => word,
+    })
+}
+
+/// Whether `1 Status:chip status error active` follows.
+fn is_status(mut words: Words<'_>) -> bool {
+    words.next().is_some_and(|channel| channel.iter().all(u8::is_ascii_digit))
+        && words.peek().get(..6).is_some_and(|word| word.eq_ignore_ascii_case(b"status"))
+}
+
+/// Whether a direction and the letter of a data or remote frame stand in the line.
+fn is_meant_as_frame(mut words: Words<'_>) -> bool {
+    let mut before = false;
+    while let Some(word) = words.next() {
+        if before && matches!(word, b"d" | b"r") {
+            return true;
+        }
+        before = words::way(word).is_some();
+    }
+    false
+}

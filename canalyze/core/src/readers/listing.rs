@@ -1,0 +1,337 @@
+//! What people and programs put around the rows of a listing: quote marks, row numbers, and words that rows were left
+//! out.
+//!
+//! Both readers of text need it, and so does the one in Python. A mark of omission is a line of its own: an ellipsis, a
+//! word for cutting, or a count of rows with such a word. A line that holds any other word is a comment, because a
+//! false gap takes judgement away where nothing is missing. Must not: know what a row is.
+
+use super::candump::lex::{is_blank, skip_blanks};
+use super::{Item, Marker, Place};
+use crate::frame::Buses;
+
+/// A line that stands for rows that were left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Omission {
+    /// How many, where it says so.
+    pub count: Option<u64>,
+}
+
+/// Longest line that is looked at: no such mark is longer.
+const LONGEST: usize = 80;
+
+/// The text without the marks of a quotation, `> ` or `> > `.
+pub fn unquoted(mut text: &[u8]) -> &[u8] {
+    while let [b'>', rest @ ..] = text {
+        if !rest.first().is_none_or(|&byte| is_blank(byte) || byte == b'>') {
+            break;
+        }
+        text = skip_blanks(rest);
+    }
+    text
+}
+
+/// What stands behind the bullet of a list, `- ` or `* `.
+pub fn item(text: &[u8]) -> Option<&[u8]> {
+    match text {
+        [b'-' | b'*' | b'+', rest @ ..] => Some(skip_blanks(rest)).filter(|after| after.len() < rest.len()),
+        _ => None,
+    }
+}
+
+/// A row's number and what follows it: `14)`, `14.`, `14:`, `[14]` before a blank; without any mark, `bare`.
+pub fn numbered(text: &[u8]) -> Option<(u64, &[u8], bool)> {
+    let (inner, bracket) = match text {
+        [b'[', rest @ ..] => (rest, true),
+        _ => (text, false),
+    };
+    let end = inner.iter().position(|byte| !byte.is_ascii_digit()).unwrap_or(inner.len());
+    let (digits, rest) = inner.split_at_checked(end)?;
+    let number = std::str::from_utf8(digits).ok().filter(|digits| digits.len() <= 12)?.parse().ok()?;
+    let (rest, bare) = match rest {
+        [b']', rest @ ..] if bracket => (rest, false),
+        _ if bracket => return None,
+        [b')' | b'.' | b':', rest @ ..] => (rest, false),
+        _ => (rest, true),
+    };
+    let after = skip_blanks(rest);
+    (after.len() < rest.len() && !after.is_empty()).then_some((number, after, bare))
+}
+
+/// Reads a line of text as a mark of omission.
+pub fn omission(line: &[u8]) -> Option<Omission> {
+    let line = unquoted(line.trim_ascii());
+    if line.is_empty() || line.len() > LONGEST {
+        return None;
+    }
+    let text = std::str::from_utf8(line).ok()?;
+    if matches!(text, "." | "\u{22EE}" | "\u{FE19}") {
+        return Some(Omission { count: None }); // an ellipsis that runs downwards
+    }
+    let scissors = ["8<", ">8", "%<", ">%"].iter().any(|mark| text.contains(mark));
+    if scissors && text.chars().all(|char| matches!(char, '-' | ' ' | '8' | '%' | '<' | '>')) {
+        return Some(Omission { count: None });
+    }
+    let inner = text.trim_matches(is_decoration);
+    let dots = text.matches('.').count() >= 3 || text.contains('\u{2026}');
+    if inner.is_empty() {
+        let only_dots = text.chars().all(|char| !matches!(char, '/' | '#' | ';') && is_decoration(char));
+        return (dots && only_dots).then_some(Omission { count: None });
+    }
+    let decorated = dots || !text.starts_with(char::is_alphanumeric);
+    in_english(inner, decorated, dots).or_else(|| in_chinese(inner))
+}
+
+fn is_decoration(char: char) -> bool {
+    matches!(
+        char,
+        '.' | '\u{2026}' | '-' | '_' | '*' | '=' | '~' | '<' | '>' | '(' | ')' | '[' | ']' | '{' | '}' | '#' | '/'
+    ) || matches!(char, ';' | ' ' | '\t' | '\u{FF08}' | '\u{FF09}' | '\u{3010}' | '\u{3011}' | '\u{3002}' | '\u{2014}')
+}
+
+/// `25 frames omitted`, `snip`, `... 25 more lines ...`: every word is one of few, or it is prose. `decorated`: it does
+/// not begin as a sentence does; `dots`: it has an ellipsis.
+fn in_english(text: &str, decorated: bool, dots: bool) -> Option<Omission> {
+    const CUTS: &[&str] = &[
+        "dropped",
+        "omitted",
+        "omit",
+        "skipped",
+        "skip",
+        "snip",
+        "snipped",
+        "snippet",
+        "cut",
+        "removed",
+        "deleted",
+        "missing",
+        "lost",
+        "truncated",
+        "elided",
+        "hidden",
+        "left",
+        "shortened",
+        "shown",
+    ];
+    const ROWS: &[&str] = &[
+        "frame", "frames", "message", "messages", "line", "lines", "row", "rows", "packet", "packets", "record",
+        "records", "entry", "entries",
+    ];
+    const OTHER: &[&str] = &[
+        "more", "can", "other", "some", "many", "several", "are", "were", "was", "is", "of", "the", "here", "not",
+        "out", "a", "few",
+    ];
+    let (mut count, mut cuts, mut rows, mut more, mut words) = (None, 0, 0, false, 0);
+    for word in text.split([' ', '\t', ',']).filter(|word| !word.is_empty()) {
+        let word = word.trim_matches(is_decoration).to_ascii_lowercase();
+        let is = |list: &[&str]| list.contains(&word.as_str());
+        words += 1;
+        match word.parse::<u64>() {
+            Ok(number) if count.is_none() => count = Some(number),
+            Ok(_) => return None,
+            Err(_) if is(CUTS) => cuts += 1,
+            Err(_) if is(ROWS) => rows += 1,
+            Err(_) if is(OTHER) || word.is_empty() => more |= word == "more",
+            Err(_) => return None,
+        }
+    }
+    let count = count.filter(|count| *count > 0);
+    let said = match (cuts, rows) {
+        (1.., 1..) => true,
+        (1.., 0) => decorated && words <= 3 || matches!(text, "snip" | "SNIP" | "omitted" | "snipped"),
+        (0, 1..) => (more || dots) && count.is_some(),
+        _ => false,
+    };
+    (said && words <= 8).then_some(Omission { count })
+}
+
+/// `省略25帧`, `中间略`: made of few pieces, one of them a word for leaving out.
+fn in_chinese(text: &str) -> Option<Omission> {
+    const CUTS: &[&str] = &["省略", "略去", "略", "丢失", "丢弃", "丢", "删节", "删去", "删除", "跳过"];
+    const OTHER: &[&str] = &[
+        "中间", "此处", "这里", "以下", "以上", "其余", "其他", "后面", "前面", "部分", "下面", "若干", "中", "后",
+        "前", "下", "上", "共", "帧", "条", "行", "个", "报文", "消息", "数据", "记录", "了", "已", "被", "的", "CAN",
+        " ", "\u{2026}", ".", ",", "\u{FF0C}",
+    ];
+    let (mut rest, mut cuts, mut count) = (text, 0, None);
+    while !rest.is_empty() {
+        let digits = rest.find(|char: char| !char.is_ascii_digit()).unwrap_or(rest.len());
+        if let (1.., Some((number, after))) = (digits, rest.split_at_checked(digits)) {
+            if count.is_some() {
+                return None;
+            }
+            count = Some(number.parse::<u64>().ok()?);
+            rest = after;
+            continue;
+        }
+        let piece = |list: &[&str]| list.iter().find_map(|piece| rest.strip_prefix(piece));
+        rest = match piece(CUTS) {
+            Some(after) => {
+                cuts += 1;
+                after
+            }
+            None => piece(OTHER)?,
+        };
+    }
+    (cuts > 0).then_some(Omission { count: count.filter(|count| *count > 0) })
+}
+
+/// Places where a file shows by itself that rows are left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// How many places.
+    pub places: u64,
+    /// Those of them that do not tell how many rows.
+    pub uncounted: u64,
+    /// Rows that the others tell.
+    pub rows: u64,
+}
+
+impl LeftOut {
+    /// One place more, and how many rows it tells.
+    pub fn add(&mut self, rows: Option<u64>) {
+        self.places += 1;
+        self.uncounted += u64::from(rows.is_none());
+        self.rows = self.rows.saturating_add(rows.unwrap_or(0));
+    }
+}
+
+/// What a listing has shown of rows that are missing, until the next row tells all of it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Gaps {
+    /// The number of the last row that had one.
+    last: Option<u64>,
+    /// A mark of omission since the last row: what it counts, and where it is.
+    marked: Option<(Omission, Place)>,
+}
+
+impl Gaps {
+    /// A mark of omission; several of them in a row are one.
+    pub(super) fn mark(&mut self, omission: Omission, place: Place) {
+        let (known, _) = self.marked.get_or_insert((omission, place));
+        known.count = known.count.or(omission.count);
+    }
+
+    /// A row without a number: what was left out before it.
+    #[inline(always)]
+    pub(super) fn row(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if self.marked.is_some() {
+            self.settle(buses, sink);
+        }
+    }
+
+    /// A row with this number. A number that is not greater than the last one begins anew.
+    pub(super) fn numbered(&mut self, number: u64, place: Place, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let last = self.last.replace(number);
+        match last.and_then(|last| Some((last, number.checked_sub(last)?.checked_sub(1)?))) {
+            Some((last, missing @ 1..)) => {
+                self.marked = None;
+                let rows = Some((last, number));
+                sink(Item::Marker(Marker::LeftOut { count: Some(missing), rows, place }), buses);
+            }
+            _ => self.settle(buses, sink),
+        }
+    }
+
+    /// Nothing comes after the mark but the end.
+    pub(super) fn settle(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if let Some((Omission { count }, place)) = self.marked.take() {
+            sink(Item::Marker(Marker::LeftOut { count, rows: None, place }), buses);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Omission, numbered, omission, unquoted};
+
+    #[test]
+    fn marks_of_omission() {
+        for (line, count) in [
+            ("...", None),
+            ("  ... ", None),
+            ("....", None),
+            ("\u{2026}", None),
+            ("[...]", None),
+            ("(\u{2026})", None),
+            (". . .", None),
+            (".", None),
+            ("\u{22EE}", None),
+            ("> ...", None),
+            ("* ... *", None),
+            ("<snip>", None),
+            ("-- snip --", None),
+            ("[SNIP]", None),
+            ("snip", None),
+            ("--- 8< ---", None),
+            ("----->8-----", None),
+            ("[cut]", None),
+            ("<truncated>", None),
+            ("(12 frames dropped)", Some(12)),
+            ("12 frames omitted", Some(12)),
+            ("1 line skipped", Some(1)),
+            ("... 25 frames ...", Some(25)),
+            ("... 25 more lines ...", Some(25)),
+            ("[25 more messages]", Some(25)),
+            ("... 25 frames left out ...", Some(25)),
+            ("# 7 CAN frames lost", Some(7)),
+            ("(some lines were removed here)", None),
+            ("... (omitted) ...", None),
+            ("省略", None),
+            ("(略)", None),
+            ("……", None),
+            ("（中间省略25帧）", Some(25)),
+            ("以下略", None),
+            ("... 省略 25 条报文 ...", Some(25)),
+            ("丢失3帧", Some(3)),
+            ("【此处省略若干行】", None),
+        ] {
+            assert_eq!(omission(line.as_bytes()), Some(Omission { count }), "{line}");
+        }
+    }
+
+    #[test]
+    fn comments_and_frames_are_none() {
+        for line in [
+            "",
+            "-----",
+            "---",
+            "# ",
+            "//",
+            "..",
+            "->",
+            "(254)",
+            "5",
+            "12 frames",
+            "... and then the node is silent",
+            "no frames were lost",
+            "nothing dropped",
+            "all 12 frames of the node are shown here, none is missing",
+            "the frame is dropped by the node",
+            "cut",
+            "lost",
+            "// 5 of 7",
+            "can0  601   [8]  40 18 10 01 00 00 00 00",
+            "601#4018100100000000",
+            "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 5)",
+            "省电模式",
+            "战略",
+            "没有丢失",
+        ] {
+            assert_eq!(omission(line.as_bytes()), None, "{line}");
+        }
+    }
+
+    #[test]
+    fn rows_and_quotations() {
+        assert_eq!(unquoted(b"> > can0"), b"can0");
+        assert_eq!(unquoted(b">> can0"), b"can0");
+        assert_eq!(unquoted(b">can0"), b">can0");
+        assert_eq!(numbered(b"14) can0"), Some((14, &b"can0"[..], false)));
+        assert_eq!(numbered(b"[14]  601"), Some((14, &b"601"[..], false)));
+        assert_eq!(numbered(b"14: 601"), Some((14, &b"601"[..], false)));
+        assert_eq!(numbered(b"14 601"), Some((14, &b"601"[..], true)));
+        for text in [&b"14"[..], b"14) ", b"14)x", b"[14 x", b"(14) x", b"14,5 x", b"0.123 x", b"1234567890123 x"] {
+            assert_eq!(numbered(text), None, "{}", String::from_utf8_lossy(text));
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! How long a capture lasts by its stamps, of which some may be earlier than the one before.
+//!
+//! One answer for all that say it, so that no two reports of one capture differ. Must not: know what a frame is.
+
+/// A stamp this much earlier than a former one means that the clock was set back; below, frames changed places.
+const SET_BACK_NS: i64 = 1_000_000_000;
+
+/// The stamps of a capture, as they came.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Span {
+    /// The first and the last one, in ns.
+    pub ends_ns: Option<(i64, i64)>,
+    /// Time from the first to the last one in ns, without what the clock was set back.
+    pub elapsed_ns: Option<i64>,
+    /// Stamps earlier than the one before.
+    pub backward: u64,
+    /// The greatest of these steps in ns.
+    pub backward_most_ns: i64,
+    /// The greatest stamp since the clock was set back.
+    high_ns: i64,
+}
+
+impl Span {
+    /// Takes the next stamp; gives the time since the one before, in ns, where there is one.
+    pub fn take(&mut self, now_ns: i64) -> Option<i64> {
+        let (Some((first_ns, last_ns)), Some(elapsed_ns)) = (self.ends_ns, &mut self.elapsed_ns) else {
+            (self.ends_ns, self.elapsed_ns, self.high_ns) = (Some((now_ns, now_ns)), Some(0), now_ns);
+            return None;
+        };
+        let step_ns = now_ns.saturating_sub(last_ns);
+        if step_ns < 0 {
+            self.backward += 1;
+            self.backward_most_ns = self.backward_most_ns.max(step_ns.saturating_neg());
+        }
+        if now_ns > self.high_ns {
+            *elapsed_ns = elapsed_ns.saturating_add(now_ns.saturating_sub(self.high_ns));
+            self.high_ns = now_ns;
+        } else if self.high_ns.saturating_sub(now_ns) >= SET_BACK_NS {
+            self.high_ns = now_ns;
+        }
+        self.ends_ns = Some((first_ns, now_ns));
+        Some(step_ns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Span;
+
+    #[test]
+    fn stamps_that_go_back() {
+        const S: i64 = 1_000_000_000;
+        for (stamps, elapsed, backward, most) in [
+            (&[5][..], 0, 0, 0),
+            (&[1, 3, 9], 8, 0, 0),
+            (&[1, 5, 3, 9], 10, 1, 2),
+            (&[100, 5, 7, 9], 4, 1, 95),
+            (&[10, 2, 12, 1], 10, 2, 11),
+        ] {
+            let mut span = Span::default();
+            for stamp in stamps {
+                span.take(stamp * S);
+            }
+            let found = (span.elapsed_ns, span.backward, span.backward_most_ns);
+            assert_eq!(found, (Some(elapsed * S), backward, most * S), "{stamps:?}");
+        }
+        let mut swapped = Span::default();
+        assert_eq!([5, 7, 6, 8].map(|ns| swapped.take(ns)), [None, Some(2), Some(-1), Some(2)]);
+        assert_eq!((swapped.elapsed_ns, swapped.ends_ns), (Some(3), Some((5, 8))));
+    }
+}

@@ -1,0 +1,229 @@
+"""What people paste: rows of a listing without its header, numbered, quoted, shortened, between lines of prose.
+
+Each form is told from its neighbour: the whole listing, of which nothing may be said to be left out. What a listing
+leaves out is a gap, in `info`, `summary` and `check`. Must not: decide how a single line is read, which the readers'
+own tests do.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import can
+import pytest
+from conftest import Runner
+
+from canalyze._core import omission, sniff
+
+Frame = tuple[int, int, bytes]
+"""Offset in ms, identifier, data."""
+
+
+def session(count: int = 40) -> list[Frame]:
+    """Reads of one object again and again, each with its answer."""
+    request, answer = bytes.fromhex("4000100000000000"), bytes.fromhex("4300100092010200")
+    return [(10 * at + 5, *((0x60A, request) if at % 2 == 0 else (0x58A, answer))) for at in range(count)]
+
+
+def _row_1_0(number: int, at: int, ident: int, data: bytes) -> str:
+    return f"{number:6}) {at:9} {f'{ident:04X}':>9} {len(data):2}  {data.hex(' ').upper()}"
+
+
+def _row_1_1(number: int, at: int, ident: int, data: bytes) -> str:
+    way = "Rx" if ident < 0x600 else "Tx"
+    return f"{number:6}) {at:11.1f}  {way} {f'{ident:04X}':>12} {len(data):2}  {data.hex(' ').upper()} "
+
+
+def _row_1_2(number: int, at: int, ident: int, data: bytes) -> str:
+    return f"{number:6}) {at:13.3f} 1  Rx {f'{ident:04X}':>11} {len(data)}    {data.hex(' ').upper()}"
+
+
+def _row_1_3(number: int, at: int, ident: int, data: bytes) -> str:
+    return f"{number:6}) {at:13.3f} 1  Rx {f'{ident:04X}':>11} -  {len(data)}    {data.hex(' ').upper()}"
+
+
+def _row_2_0(number: int, at: int, ident: int, data: bytes) -> str:
+    return f"{number:7} {at:13.3f} DT {f'{ident:04X}':>8} Rx {len(data):<2} {data.hex(' ').upper()}"
+
+
+def _row_2_1(number: int, at: int, ident: int, data: bytes) -> str:
+    return f"{number:7} {at:13.3f} DT 1 {f'{ident:04X}':>9} Rx -  {len(data):<4} {data.hex(' ').upper()}"
+
+
+def _row_console(number: int, at: int, ident: int, data: bytes) -> str:
+    return f"{number:4})  ({at / 1000:010.6f})  slcan0  {ident:03X}   [{len(data)}]  {data.hex(' ').upper()}"
+
+
+Row = Callable[[int, int, int, bytes], str]
+TRC: dict[str, Row] = {
+    "1.0": _row_1_0,
+    "1.1": _row_1_1,
+    "1.2": _row_1_2,
+    "1.3": _row_1_3,
+    "2.0": _row_2_0,
+    "2.1": _row_2_1,
+}
+ROWS = TRC | {"candump": _row_console}
+HEADERS = {
+    "1.1": ";$FILEVERSION=1.1\n;$STARTTIME=44548.6028595139\n;\n",
+    "1.3": ";$FILEVERSION=1.3\n;$STARTTIME=44548.6028595139\n;\n",
+    "2.0": ";$FILEVERSION=2.0\n;$STARTTIME=44548.6028595139\n;$COLUMNS=N,O,T,I,d,l,D\n;\n",
+    "2.1": ";$FILEVERSION=2.1\n;$STARTTIME=44548.6028595139\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n;\n",
+}
+
+
+def listing(row: Row, frames: Sequence[Frame], first: int = 1) -> list[str]:
+    return [row(number, *frame) for number, frame in enumerate(frames, first)]
+
+
+def write(path: Path, lines: Sequence[str]) -> str:
+    path.write_text("".join(f"{line}\n" for line in lines))
+    return path.name
+
+
+def info(canalyze: Runner, name: str) -> dict[str, Any]:
+    (record,) = map(json.loads, canalyze("info", "--format", "jsonl", name).lines)
+    return dict(record)
+
+
+def frames_of(canalyze: Runner, name: str) -> list[Frame]:
+    rows = [json.loads(line) for line in canalyze("decode", "--format", "jsonl", name).lines]
+    frames = [row for row in rows if row["kind"] == "frame"]
+    return [(round(float(row["t"]) * 1000), int(row["id"], 16), bytes.fromhex(row["data"])) for row in frames]
+
+
+@pytest.mark.parametrize("form", ROWS)
+def test_rows_without_a_header_are_read(canalyze: Runner, tmp_path: Path, form: str) -> None:
+    name = write(tmp_path / "a.txt", listing(ROWS[form], session(), first=371))
+    record = info(canalyze, name)
+    assert record["format"] == ("trc" if form in TRC else "candump")
+    assert record["contents"]["dialect"].get("version", form) == form
+    assert (record["unreadable"], record["left_out"]) == (None, None)
+    assert frames_of(canalyze, name) == session()
+    assert canalyze("check", name).code == 0
+
+
+@pytest.mark.parametrize("form", ROWS)
+def test_what_is_pasted_is_read(canalyze: Runner, tmp_path: Path, form: str) -> None:
+    rows = listing(ROWS[form], session())
+    name = write(tmp_path / "a.txt", ["This is what I see:", "```", *(f"> {row}" for row in rows), "```"])
+    assert frames_of(canalyze, name) == session()
+    assert info(canalyze, name)["left_out"] is None
+
+
+@pytest.mark.parametrize("form", HEADERS)
+def test_a_header_says_the_same(canalyze: Runner, tmp_path: Path, form: str) -> None:
+    rows = listing(TRC[form], session())
+    whole = write(tmp_path / "a.trc", [HEADERS[form].rstrip("\n"), *rows])
+    assert frames_of(canalyze, whole) == session()
+    assert info(canalyze, whole)["left_out"] is None
+    cut = write(tmp_path / "b.trc", [HEADERS[form].rstrip("\n"), *rows[:10], *rows[17:]])
+    assert info(canalyze, cut)["left_out"] == {"places": 1, "uncounted": 0, "rows": 7}
+
+
+@pytest.mark.parametrize("form", ROWS)
+@pytest.mark.parametrize("missing", [1, 2, 19])
+def test_a_jump_of_the_numbers_is_a_gap(canalyze: Runner, tmp_path: Path, form: str, missing: int) -> None:
+    rows = listing(ROWS[form], session())
+    name = write(tmp_path / "a.txt", [*rows[:12], *rows[12 + missing :]])
+    assert info(canalyze, name)["left_out"] == {"places": 1, "uncounted": 0, "rows": missing}
+    for lang, good in (("en", "nothing dropped"), ("zh", "无丢帧")):
+        report = canalyze("summary", "--lang", lang, name)
+        assert good not in report.out
+        assert f"CAP008 row 12 is followed by row {13 + missing}" in report.err or lang == "zh"
+    found = [json.loads(line) for line in canalyze("check", "--format", "jsonl", name).lines]
+    codes = [row["code"] for row in found if row["kind"] == "finding" and row["severity"] != "info"]
+    assert codes == ["CAP008"]
+
+
+@pytest.mark.parametrize("form", ROWS)
+def test_a_mark_is_a_gap_and_the_numbers_tell_how_many(canalyze: Runner, tmp_path: Path, form: str) -> None:
+    rows = listing(ROWS[form], session())
+    for marks, left_out in (
+        (["..."], {"places": 1, "uncounted": 0, "rows": 6}),
+        (["[...]", "(3 frames dropped)"], {"places": 1, "uncounted": 0, "rows": 6}),
+    ):
+        name = write(tmp_path / "a.txt", [*rows[:12], *marks, *rows[18:]])
+        assert info(canalyze, name)["left_out"] == left_out
+    for mark, left_out in (
+        ("\u2026", {"places": 1, "uncounted": 1, "rows": 0}),
+        ("-- snip --", {"places": 1, "uncounted": 1, "rows": 0}),
+        ("(3 frames dropped)", {"places": 1, "uncounted": 0, "rows": 3}),
+        ("12 frames omitted", {"places": 1, "uncounted": 0, "rows": 12}),
+        ("\uff08\u4e2d\u95f4\u7701\u756525\u5e27\uff09", {"places": 1, "uncounted": 0, "rows": 25}),
+    ):
+        name = write(tmp_path / "a.txt", [*rows[:12], mark, *listing(ROWS[form], session()[18:])])
+        record = info(canalyze, name)
+        assert (record["left_out"], record["unreadable"]) == (left_out, None), mark
+        assert "nothing dropped" not in canalyze("summary", "--lang", "en", name).out
+        whole = write(tmp_path / "b.txt", rows)
+        assert "nothing dropped" in canalyze("summary", "--lang", "en", whole).out
+
+
+@pytest.mark.parametrize("form", ROWS)
+def test_numbers_that_begin_anew_or_run_back_are_no_gap(canalyze: Runner, tmp_path: Path, form: str) -> None:
+    row, frames = ROWS[form], session()
+    for numbers in (
+        [*range(1, 21), *range(1, 21)],
+        [*range(7, 47)],
+        [*range(40, 0, -1)],
+        [1] * 40,
+        [number // 2 for number in range(2, 42)],
+    ):
+        rows = [row(number, *frame) for number, frame in zip(numbers, frames, strict=True)]
+        assert info(canalyze, write(tmp_path / "a.txt", rows))["left_out"] is None, numbers
+
+
+@pytest.mark.parametrize("form", ["1.1", "1.3", "2.1"])
+def test_rows_that_are_no_frames_are_rows(canalyze: Runner, tmp_path: Path, form: str) -> None:
+    rows = listing(TRC[form], session())
+    kinds = {
+        "1.1": [
+            "     5)        40.3  Warng  FFFFFFFF  4  00 00 00 08  BUSHEAVY ",
+            "     6)        50.3  Error      0008  4  00 00 00 00",
+        ],
+        "1.3": [
+            "     5)        40.300 1  Warng FFFFFFFF -  4    00 00 00 08 BUSHEAVY",
+            "     6)        50.300 1  Error     0008 -  0",
+        ],
+        "2.1": [
+            "      5        40.300 ST 1          Rx -  4    00 00 00 08",
+            "      6        50.300 ER 1          Rx -  5    04 00 02 00 00",
+        ],
+    }[form]
+    for other in (kinds[1], rows[5][:-3] + "ZZ"):
+        name = write(tmp_path / "a.trc", [*rows[:4], kinds[0], other, *rows[6:]])
+        assert info(canalyze, name)["left_out"] is None, other
+
+
+def test_what_python_can_writes_leaves_nothing_out(canalyze: Runner, tmp_path: Path) -> None:
+    source = random.Random(16)
+    for version in can.io.trc.TRCFileVersion.V1_0, can.io.trc.TRCFileVersion.V2_1:
+        with can.TRCWriter(tmp_path / "a.trc") as writer:
+            writer.file_version = version
+            for at in range(500):
+                kind = source.choice(({}, {"is_remote_frame": True}, {"is_error_frame": True}, {"is_fd": True}))
+                data = b"" if "is_remote_frame" in kind else bytes(4)
+                writer(can.Message(at / 100, 0x181, False, data=data, channel=source.randrange(2), **kind))
+        record = info(canalyze, "a.trc")
+        assert record["frames"] > 50
+        assert record["left_out"] is None
+        lines = [line for line in (tmp_path / "a.trc").read_text().splitlines() if not line.startswith(";")]
+        assert info(canalyze, write(tmp_path / "b.trc", lines))["frames"] == record["frames"]
+
+
+@pytest.mark.parametrize("piece", [1, 7, 4096])
+def test_no_chunking_changes_what_is_found(piece: int) -> None:
+    for form, row in ROWS.items():
+        text = "\n".join(["A trace:", "...", *listing(row, session())]).encode()
+        told = [sniff(text[:end], False) for end in range(0, 200, piece)]
+        assert set(told) <= {None, sniff(text, True)}, form
+
+
+def test_only_marks_are_marks() -> None:
+    assert (omission(b"..."), omission(b"[7 lines skipped]"), omission("\u4ee5\u4e0b\u7565".encode())) == (-1, 7, -1)
+    assert [omission(line) for line in (b"", b"# remark", b"nothing was lost", b"\xff\xfe", b"-----")] == [None] * 5
