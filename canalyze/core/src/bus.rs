@@ -138,6 +138,9 @@ impl Bus {
         if happened.step_ns.is_some() {
             cx.evidence.circumstances.note(circumstance::Kind::Gap, None, cx.when);
         }
+        if cx.sighting != Sighting::Duplicate {
+            cx.evidence.services.take(role, frame);
+        }
         let data = frame.kind != Kind::Remote && frame.kind != Kind::Error;
         match role {
             Role::SdoRequest(node) if frame.kind == Kind::Data => self.sdo(Side::Client, node, frame, cx),
@@ -304,6 +307,11 @@ impl Bus {
             let message = services::decode(role, frame);
             return cx.push(None, message.node(), What::Message(message));
         }
+        if cx.evidence.services.is_other(role) {
+            let message = services::decode(role, frame);
+            cx.push(None, message.node(), What::Message(message));
+            return self.checks.due(frame, cx);
+        }
         let message = self.checks.nodes.complete(services::decode(role, frame), cx);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
@@ -467,6 +475,8 @@ impl Bus {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        let sdo = self.channels.values().map(|channel| (channel.is_sdo(), channel.frames()));
+        self.checks.conclude(sdo, cx);
         // Who asks for all node-IDs does not expect that all answer.
         let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
         for ((node, id), channel) in &mut self.channels {
@@ -476,6 +486,7 @@ impl Bus {
         }
         self.checks.finish(&self.nodes, cx);
         cx.release_all();
+        cx.release_unproven();
     }
 }
 

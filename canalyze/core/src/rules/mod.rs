@@ -220,7 +220,7 @@ macro_rules! codes {
 }
 
 codes! {
-    bus: Bus001 Bus002 Bus003 Bus004 Bus005 Bus006 Bus007 Bus008;
+    bus: Bus001 Bus002 Bus003 Bus004 Bus005 Bus006 Bus007 Bus008 Bus009;
     capture: Cap001 Cap002 Cap003 Cap004 Cap005 Cap006 Cap007;
     drive: Drv001 Drv002 Drv003 Drv004 Drv005;
     description: Eds001 Eds002 Eds003 Eds004;

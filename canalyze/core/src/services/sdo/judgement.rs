@@ -15,6 +15,9 @@ use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, 
 
 /// Odd frames on a channel that has shown no valid exchange, from which on it is not taken for SDO.
 const FOREIGN: u64 = 16;
+/// One in so many frames that no stack would send is more than lost answers explain.
+const ODD: u64 = 8;
+
 /// A write that the server refused.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Refused {
@@ -50,6 +53,8 @@ pub(super) struct Proof {
     pub(super) odd: u64,
     /// Requests among them that can only be meant as such.
     pub(super) plausible: u64,
+    /// The same, and responses, of an object such as devices have.
+    pub(super) usual: u64,
     pub(super) first: Option<FrameRef>,
 }
 
@@ -69,6 +74,7 @@ impl Proof {
             return;
         }
         self.plausible = self.plausible.saturating_add(1);
+        self.usual = self.usual.saturating_add(u64::from(half.command.mux().is_some_and(is_usual)));
         self.begun |= later;
         if !matches!(half.command, Command::InitiateDownload(..)) {
             // What was odd may have been block data of a transfer that began before the capture.
@@ -269,6 +275,7 @@ impl Channel {
 
     pub(super) fn trust(&mut self, cx: &mut Context<'_>) {
         (self.proof.trusted, self.proof.proven, self.proof.begun) = (true, true, true);
+        cx.evidence.services.prove(self.server.node);
         for finding in std::mem::take(&mut self.verdicts.withheld) {
             cx.emit(finding);
         }
@@ -280,13 +287,27 @@ impl Channel {
         !self.proof.proven && self.proof.odd >= FOREIGN && self.proof.odd > frames / 2
     }
 
+    /// Frames of the channel.
+    pub fn frames(&self) -> u64 {
+        self.proof.requests.saturating_add(self.proof.responses)
+    }
+
+    /// Whether the frames are SDO: by an exchange, or by how many of them can be one; `None` where nobody can tell.
+    pub fn is_sdo(&self) -> Option<bool> {
+        let Proof { usual, odd, .. } = self.proof;
+        if self.proof.proven || self.proof.paired || usual > self.frames() / 4 * 3 {
+            return Some(true);
+        }
+        (odd > self.frames() / ODD).then_some(false)
+    }
+
     /// The capture is over: what was withheld is no SDO, or nobody has answered.
     pub(super) fn report_distrust(&mut self, cx: &mut Context<'_>) {
         let Some(first) = self.proof.first else { return };
         if self.proof.proven || self.verdicts.scanned || self.proof.paired {
             return;
         }
-        let unanswered = self.proof.requests > 0 && self.proof.responses == 0 && self.proof.plausible > 0;
+        let unanswered = self.proof.responses == 0 && self.is_sdo() == Some(true);
         let frames = self.proof.requests.saturating_add(self.proof.responses);
         // A request at the capture's end may still be answered, and its answer may have been before the capture.
         let waited = first.t_ns.zip(cx.at.t_ns).map_or(0, |(first, now)| now.saturating_sub(first)) > UNANSWERED_NS;
@@ -304,6 +325,12 @@ impl Channel {
 /// power (CiA 301, 7.5.2.13 and 7.5.2.14; CiA 302-3).
 fn takes_time(object: Mux) -> bool {
     matches!(object.index, 0x1010 | 0x1011 | 0x1F50 | 0x1F51)
+}
+
+/// Whether devices have such an object: the standard reserves indices from C000h on, and node-IDs are the greatest
+/// sub-indices in use but for FFh.
+fn is_usual(object: Mux) -> bool {
+    object.index < 0xC000 && matches!(object.sub, 0..=0x7F | 0xFF)
 }
 
 /// Whether a finding is about a frame that is wrong, and not about one after which something is missing.
