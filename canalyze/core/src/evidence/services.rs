@@ -2,7 +2,8 @@
 //!
 //! A bus may carry other protocols, beside CANopen or instead of it, and they use any identifier. Values and counters of
 //! such traffic are no messages of NMT, SYNC, TIME, EMCY or error control, and nothing may be judged by them. A device
-//! at fault sends the same wrong frame again and again, or right ones too. SDO and LSS have their own proofs, which rest
+//! at fault sends the same wrong frame again and again, or right ones too: so many frames that differ, or (where the node is
+//! not known) that are the same, make it certain that they are something else; until then findings wait. SDO and LSS have their own proofs, which rest
 //! on requests and answers. It must not raise a finding.
 
 use crate::cob_id::Role;
@@ -13,11 +14,6 @@ use crate::rules::Family;
 use super::recording::Recording;
 use super::when::When;
 
-/// Frames that are no message of the service, and differ, until it is certain that they are something else: of a node of
-/// which nothing else is known, and of one that is known.
-const DIFFERENT: [u32; 2] = [4, 12];
-/// The same wrong frame so often, of a node of which nothing else is known, is something else, too.
-const SAME: u32 = 16;
 /// Messages of the service, with hardly a wrong one among them, that prove it.
 const PROOF: u32 = 3;
 /// Findings that wait for a proof at most (invariant 6).
@@ -68,21 +64,39 @@ impl Shown {
         self.last = bytes;
     }
 
-    /// `known`: the node, or for services of the bus, the bus is CANopen by other frames.
-    fn standing(&self, known: bool) -> Standing {
-        let [different, different_known] = DIFFERENT;
-        if self.proven || self.misfit == 0 || self.fit.saturating_mul(3) >= self.misfit {
+    /// `ground`: what else is known to be CANopen.
+    fn standing(&self, ground: Ground) -> Standing {
+        let (different, same) = match ground {
+            Ground::Nothing => (4, 3),
+            Ground::Bus => (4, 16),
+            Ground::Node => (12, 16),
+        };
+        if self.proven || self.misfit == 0 {
             Standing::Service
-        } else if self.different >= if known { different_known } else { different } {
+        } else if self.fit.saturating_mul(3) >= self.misfit {
+            // Of random values some fit, too.
+            if ground == Ground::Nothing { Standing::Open } else { Standing::Service }
+        } else if self.different >= different {
             Standing::Other
-        } else if self.misfit < SAME {
+        } else if self.misfit < same {
             Standing::Open
-        } else if known {
+        } else if ground == Ground::Node {
             Standing::Service
         } else {
             Standing::Other
         }
     }
+}
+
+/// What is known to be CANopen by other frames than those of an identifier.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ground {
+    /// Nothing.
+    Nothing,
+    /// The bus.
+    Bus,
+    /// The node; for a service of no node, the bus.
+    Node,
 }
 
 /// An identifier whose frames are not those of the service that its number stands for.
@@ -265,8 +279,14 @@ impl Services {
         if shown.misfit == 0 {
             return Standing::Service;
         }
-        let known = if slot < EMCY { self.is_canopen() } else { self.is_node((slot - EMCY) as u8) };
-        shown.standing(known)
+        let node = slot.checked_sub(EMCY).map(|place| place as u8);
+        let ground = match node {
+            Some(node) if self.is_node(node) => Ground::Node,
+            None if self.is_canopen() => Ground::Node,
+            Some(_) if self.is_canopen() => Ground::Bus,
+            _ => Ground::Nothing,
+        };
+        shown.standing(ground)
     }
 
     fn of(&self, finding: &Finding) -> Standing {

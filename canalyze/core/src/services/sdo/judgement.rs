@@ -74,7 +74,7 @@ impl Proof {
             return;
         }
         self.plausible = self.plausible.saturating_add(1);
-        self.usual = self.usual.saturating_add(u64::from(half.command.mux().is_some_and(is_usual)));
+        self.usual = self.usual.saturating_add(u64::from(is_usual(half)));
         self.begun |= later;
         if !matches!(half.command, Command::InitiateDownload(..)) {
             // What was odd may have been block data of a transfer that began before the capture.
@@ -327,10 +327,11 @@ fn takes_time(object: Mux) -> bool {
     matches!(object.index, 0x1010 | 0x1011 | 0x1F50 | 0x1F51)
 }
 
-/// Whether devices have such an object: the standard reserves indices from C000h on, and node-IDs are the greatest
-/// sub-indices in use but for FFh.
-fn is_usual(object: Mux) -> bool {
-    object.index < 0xC000 && matches!(object.sub, 0..=0x7F | 0xFF)
+/// Whether stacks send such an initiate, of an object such as devices have: the standard reserves indices from C000h on,
+/// and node-IDs are the greatest sub-indices in use but for FFh.
+fn is_usual(half: &Half) -> bool {
+    let usual = |object: Mux| object.index < 0xC000 && matches!(object.sub, 0..=0x7F | 0xFF);
+    half.len == 8 && !half.command.has_invalid_unused() && half.command.mux().is_some_and(usual)
 }
 
 /// Whether a finding is about a frame that is wrong, and not about one after which something is missing.
