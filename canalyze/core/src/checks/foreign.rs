@@ -16,8 +16,7 @@ pub fn conclude(sdo: impl Iterator<Item = (Option<bool>, u64)>, lss: u64, proven
         canopen |= is_sdo == Some(true);
         further += if is_sdo == Some(false) { frames } else { 0 };
     }
-    let alien = if canopen { None } else { cx.evidence.services.conclude(further) };
-    if let Some(Alien { first, frames, extended }) = alien {
+    if let Some(Alien { first, frames, extended }) = cx.evidence.services.conclude(further, canopen) {
         let what = if extended { Bus009::Extended { frames } } else { Bus009::Bus { frames } };
         let found = cx.verdict(what, None, None, None);
         return cx.report(Finding { at: first, ..found });

@@ -64,11 +64,12 @@ impl Shown {
         self.last = bytes;
     }
 
-    /// `ground`: what else is known to be CANopen.
-    fn standing(&self, ground: Ground) -> Standing {
+    /// `ground`: what else is known to be CANopen; `over`: no further frame can tell.
+    fn standing(&self, ground: Ground, over: bool) -> Standing {
         let (different, same) = match ground {
             Ground::Nothing => (4, 3),
             Ground::Bus => (4, 16),
+            Ground::Node if over => (4, 16),
             Ground::Node => (12, 16),
         };
         if self.proven || self.misfit == 0 {
@@ -135,6 +136,8 @@ pub struct Services {
     extended: u64,
     unassigned: u64,
     first: Option<FrameRef>,
+    /// The capture is over.
+    over: bool,
     /// The bus carries something else: nothing is said of its services.
     alien: bool,
     waiting: Vec<(Finding, When)>,
@@ -155,6 +158,7 @@ impl Default for Services {
             extended: 0,
             unassigned: 0,
             first: None,
+            over: false,
             alien: false,
             waiting: Vec::new(),
         }
@@ -207,11 +211,13 @@ impl Services {
         self.described || self.nodes != 0 || self.shown.iter().any(|shown| shown.proven)
     }
 
-    /// The capture is over. `further`: frames of SDO and LSS that are certain to be none. Gives what the whole bus is, where
+    /// The capture is over. `further`: frames of SDO and LSS that are certain to be none; `canopen`: others
+    /// have shown that they are. Gives what the whole bus is, where
     /// it is not CANopen; then no finding about a service is admitted any more.
-    pub fn conclude(&mut self, further: u64) -> Option<Alien> {
+    pub fn conclude(&mut self, further: u64, canopen: bool) -> Option<Alien> {
+        self.over = true;
         let hint = self.shown.iter().enumerate().any(|(slot, shown)| shown.fit > 0 && !self.is_other_at(slot));
-        if hint || self.is_canopen() || self.frames < FEW {
+        if canopen || hint || self.is_canopen() || self.frames < FEW {
             return None;
         }
         let others: u64 = self.others().map(|other| other.frames).sum();
@@ -286,7 +292,7 @@ impl Services {
             Some(_) if self.is_canopen() => Ground::Bus,
             _ => Ground::Nothing,
         };
-        shown.standing(ground)
+        shown.standing(ground, self.over)
     }
 
     fn of(&self, finding: &Finding) -> Standing {
