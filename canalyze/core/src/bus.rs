@@ -29,7 +29,7 @@ use crate::services::error_frame;
 use crate::services::nmt;
 use crate::services::pdo::mapping::Mapping;
 use crate::services::pdo::{self, Multiplexed};
-use crate::services::sdo::channel::Channel;
+use crate::services::sdo::channel::{Channel, is_whole};
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Command, Mux, Side};
 
@@ -158,8 +158,47 @@ impl Bus {
         cx.release();
     }
 
+    /// Whether what an SDO frame is may show only by the next one of its channel: it may be in the midst of a transfer
+    /// that began before the capture.
+    #[inline]
+    pub fn is_ambiguous(&self, frame: &Frame) -> bool {
+        if frame.kind != Kind::Data {
+            return false;
+        }
+        self.channel_of(frame).is_some_and(|key| {
+            let whole = |now: i64| {
+                self.booted.contains(&key.0) || self.began_ns.is_some_and(|began| is_whole(now.saturating_sub(began)))
+            };
+            self.channels.get(&key).map_or_else(|| !frame.t_ns.is_some_and(whole), |channel| channel.is_ambiguous())
+        })
+    }
+
+    /// Whether a frame belongs to the same SDO channel as another one.
+    pub fn is_of_channel(&self, one: &Frame, other: &Frame) -> bool {
+        other.kind == Kind::Data && self.channel_of(one).is_some_and(|key| self.channel_of(other) == Some(key))
+    }
+
+    /// The key of the SDO channel of a frame.
+    fn channel_of(&self, frame: &Frame) -> Option<(u8, Option<CanId>)> {
+        match self.roles.of(frame.id) {
+            Role::SdoRequest(node) | Role::SdoResponse(node) => Some((node, self.roles.channel(frame.id))),
+            _ => None,
+        }
+    }
+
+    /// The next frame of the channel, where it was read ahead.
+    fn read_ahead(&self, cx: &Context<'_>) -> Option<(Side, Frame)> {
+        let next = cx.next?;
+        match self.roles.of(next.id) {
+            Role::SdoRequest(_) => Some((Side::Client, next)),
+            Role::SdoResponse(_) => Some((Side::Server, next)),
+            _ => None,
+        }
+    }
+
     fn sdo(&mut self, side: Side, node: u8, frame: &Frame, cx: &mut Context<'_>) {
         let key = (node, self.roles.channel(frame.id));
+        let next = self.read_ahead(cx);
         if self.channels.len() >= CHANNELS && !self.channels.contains_key(&key) {
             return self.message(Role::Foreign, frame, cx);
         }
@@ -174,7 +213,7 @@ impl Bus {
         });
         let before = cx.events.len();
         channel.asked_in_vain(key.1.is_none().then(|| self.checks.nodes.asked_in_vain(node)).flatten());
-        channel.step(side, frame, cx);
+        channel.step(side, frame, next.as_ref(), cx);
         if cx.sighting == Sighting::Duplicate {
             return;
         }

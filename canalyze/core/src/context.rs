@@ -8,7 +8,7 @@ use crate::evidence::pending::Until;
 use crate::evidence::recording;
 use crate::evidence::{Evidence, Rules, When};
 use crate::finding::{Finding, Verdict};
-use crate::frame::{BusId, FrameRef};
+use crate::frame::{BusId, Frame, FrameRef};
 use crate::services::sdo::transfer::TransferId;
 use crate::services::sdo::wire::Mux;
 
@@ -32,6 +32,8 @@ pub struct Context<'a> {
     pub when: When,
     /// Whether the capture shows the frame at hand a second time.
     pub sighting: Sighting,
+    /// The next frame of the SDO channel that the frame at hand belongs to, where it was read ahead.
+    pub next: Option<Frame>,
 }
 
 /// Bytes of a transfer that are handed out while it runs.

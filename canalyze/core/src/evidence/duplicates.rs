@@ -29,7 +29,7 @@ const REFUTED: u32 = 4;
 /// Isolated frames that stood once after which nobody looks any more.
 const SETTLED: u32 = 256;
 /// The most frames by which it must be known whether they stand twice.
-const KEPT: u64 = 256;
+const KEPT: u64 = 320;
 /// The most frames that are compared: more than a bus can carry in the time, and those that wait.
 const MOST: usize = 512;
 /// Distances that are kept.
@@ -91,8 +91,9 @@ pub struct Duplicates {
     grain_ns: i64,
     /// Frames that stood twice, right behind each other.
     pairs: u64,
-    /// How long isolated frames were before their duplicates, in ns, and their CAN-IDs; latest last.
-    apart_ns: VecDeque<(i64, CanId)>,
+    /// How long isolated frames were before their duplicates, in ns, their CAN-IDs, and when the duplicates came, in ns;
+    /// latest last.
+    apart_ns: VecDeque<(i64, CanId, i64)>,
     /// Isolated frames that stood twice, and once.
     twice: u32,
     once: u32,
@@ -208,20 +209,20 @@ impl Duplicates {
         if self.apart_ns.len() == AGES {
             self.apart_ns.pop_front();
         }
-        self.apart_ns.push_back((original.age_ns(now).unwrap_or(0), now.id));
+        self.apart_ns.push_back((original.age_ns(now).unwrap_or(0), now.id, now.t_ns.unwrap_or(0)));
     }
 
     /// A frame that is listed a third time is sent again and again: it does not show that the capture lists frames twice.
     fn unlearn(&mut self, now: &Seen) {
         let near = |seen: &Seen| match seen.age_ns(now) {
-            Some(age) => (0..=APART_NS).contains(&age),
+            Some(age) => (0..=2 * APART_NS).contains(&age),
             None => now.count - seen.count <= APART_FRAMES,
         };
         let paired = |seen: &&mut Seen| seen.key == now.key && seen.isolated && seen.again && near(seen);
         let Some(original) = self.recent.iter_mut().find(paired) else { return };
         original.isolated = false;
         self.twice = self.twice.saturating_sub(1);
-        if let Some(place) = self.apart_ns.iter().rposition(|(_, id)| *id == now.id) {
+        if let Some(place) = self.apart_ns.iter().rposition(|(_, id, _)| *id == now.id) {
             self.apart_ns.remove(place);
         }
     }
@@ -231,13 +232,13 @@ impl Duplicates {
     fn usual_ns(&self) -> (RangeInclusive<i64>, usize) {
         let room = |age: i64| (age / 8).max(CLOSE_NS / 2);
         let around = |age: i64| age - room(age)..=age + room(age);
-        let alike = |age: i64| self.apart_ns.iter().filter(move |(other, _)| around(age).contains(other));
-        let most_alike = self.apart_ns.iter().max_by_key(|(age, _)| alike(*age).count());
-        let Some((age, id)) = most_alike.copied() else { return (0..=APART_NS, 0) };
-        let (least, most) = alike(age).fold((age, age), |(least, most), (one, _)| (least.min(*one), most.max(*one)));
+        let alike = |age: i64| self.apart_ns.iter().filter(move |(other, ..)| around(age).contains(other));
+        let most_alike = self.apart_ns.iter().max_by_key(|(age, ..)| alike(*age).count());
+        let Some((age, id, _)) = most_alike.copied() else { return (0..=APART_NS, 0) };
+        let (least, most) = alike(age).fold((age, age), |(least, most), (one, ..)| (least.min(*one), most.max(*one)));
         let count = alike(age).count();
         // One sender repeats itself for reasons of its own.
-        let several = count == AGES || alike(age).any(|(_, other)| *other != id);
+        let several = count == AGES || alike(age).any(|(_, other, _)| *other != id);
         let room = (2 * (most - least)).max(most / 32).max(CLOSE_NS / 6);
         ((least - room).max(0)..=(most + room).min(APART_NS), if several { count } else { 0 })
     }
@@ -270,7 +271,10 @@ impl Duplicates {
         // Those that should have been seen again count as seen once.
         let (usual, alike) = self.usual_ns();
         let late = |seen: &&Seen| seen.isolated && !seen.again && seen.age_ns(now).is_none_or(|age| age > *usual.end());
-        if alike >= PROOF as usize {
+        // What comes a third time, as sub-blocks of equal data do, shows nothing: that takes as long again.
+        let over = |at: i64| now.t_ns.is_none_or(|now| now.saturating_sub(at) > *usual.end());
+        let settled = self.apart_ns.iter().filter(|(age, _, at)| usual.contains(age) && over(*at)).count();
+        if alike.min(settled) >= PROOF as usize {
             let once = self.once as usize + self.recent.iter().filter(late).count();
             if self.twice as usize > RATIO * once {
                 return self.decide(true);

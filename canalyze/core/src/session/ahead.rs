@@ -2,7 +2,8 @@
 //! still before them, and whether the capture shows them a second time.
 //!
 //! Verdicts never see a frame whose place is open: where the next few frames tell, they are read first. Nothing is held
-//! back in a capture that leaves no doubt. How long a doubt lasts at most says the recording
+//! back in a capture that leaves no doubt. Likewise an SDO frame where the capture does not show the transfer's beginning:
+//! the next one of its channel may show what it is. How long a doubt lasts at most says the recording
 //! ([`Recording::undecided_since`](crate::evidence::Recording::undecided_since)). It must not decide.
 
 use std::collections::VecDeque;
@@ -11,6 +12,13 @@ use super::capture::Origin;
 use crate::evidence::When;
 use crate::evidence::recording::Happened;
 use crate::frame::{Frame, FrameRef};
+
+/// For how long the next frame of an SDO channel is awaited that the capture shows from its midst on: servers answer
+/// sooner, in ns, and in frames where there are no stamps.
+const AHEAD_NS: i64 = 100_000_000;
+const FRAMES: usize = 32;
+/// Most frames that wait for that.
+const MOST: usize = 4096;
 
 /// A frame and its place.
 #[derive(Debug)]
@@ -38,7 +46,39 @@ impl Ahead {
     }
 
     /// The first frame, if its number is below this.
-    pub(super) fn take_before(&mut self, number: u64) -> Option<(Placed, Origin)> {
-        if self.held.front()?.0.frame.no < number { self.held.pop_front() } else { None }
+    pub(super) fn first_before(&self, number: u64) -> Option<&Frame> {
+        Some(&self.held.front()?.0.frame).filter(|frame| frame.no < number)
     }
+
+    pub(super) fn take(&mut self) -> Option<(Placed, Origin)> {
+        self.held.pop_front()
+    }
+
+    /// Whether the first frame has waited long enough by `now_ns` for the next one of its channel.
+    pub(super) fn is_over(&self, now_ns: i64) -> bool {
+        let first = self.held.front().and_then(|(placed, _)| placed.frame.t_ns);
+        first.is_some_and(|first| now_ns.saturating_sub(first) > AHEAD_NS)
+    }
+
+    /// What is behind the first frame: the next one that belongs to the same as it, and is no copy of it.
+    pub(super) fn next(&self, belongs: impl Fn(&Frame, &Frame) -> bool) -> Behind {
+        let mut frames = self.held.iter().map(|(placed, _)| &placed.frame);
+        let (Some(first), Some(newest)) = (frames.next(), self.held.back()) else { return Behind::None };
+        let copy = |frame: &Frame| frame.id == first.id && frame.payload() == first.payload();
+        if let Some(next) = frames.find(|frame| belongs(first, frame) && !copy(frame)) {
+            return Behind::Frame(Box::new(*next));
+        }
+        let over = |now: FrameRef| now.since(first.reference()).map_or(self.held.len() > FRAMES, |ns| ns > AHEAD_NS);
+        if over(newest.0.frame.reference()) || self.held.len() > MOST { Behind::None } else { Behind::Open }
+    }
+}
+
+/// What comes behind a frame.
+pub(super) enum Behind {
+    /// This one.
+    Frame(Box<Frame>),
+    /// None, as far as is read ahead.
+    None,
+    /// It has not been read yet.
+    Open,
 }

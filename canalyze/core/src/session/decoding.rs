@@ -114,10 +114,29 @@ impl Decoding {
         self.evidence.iter_mut().for_each(|evidence| evidence.recording.advance(now_ns));
     }
 
-    /// Takes a frame that was observed.
-    pub(super) fn step(&mut self, frame: &Frame, seen: Option<&(When, Happened)>, buses: &Buses) {
+    /// Whether what an SDO frame is may show only by the next one of its channel.
+    #[inline]
+    pub(super) fn is_ambiguous(&self, frame: &Frame) -> bool {
+        !self.blind && self.state.get(usize::from(frame.bus.0)).is_some_and(|bus| bus.is_ambiguous(frame))
+    }
+
+    /// Whether a frame belongs to the same SDO channel as another one.
+    pub(super) fn is_of_channel(&self, one: &Frame, other: &Frame) -> bool {
+        one.bus == other.bus && self.state.get(usize::from(one.bus.0)).is_some_and(|bus| bus.is_of_channel(one, other))
+    }
+
+    /// Takes a frame that was observed. `next`: the next one of its SDO channel, where it was read ahead.
+    pub(super) fn step(&mut self, frame: &Frame, seen: Option<&(When, Happened)>, next: Option<&Frame>, buses: &Buses) {
         let Some((when, happened)) = seen else { return };
-        self.on_bus(frame.bus, buses, |_| *when, |bus, cx| bus.step(frame, happened, cx));
+        self.on_bus(
+            frame.bus,
+            buses,
+            |_| *when,
+            |bus, cx| {
+                cx.next = next.copied();
+                bus.step(frame, happened, cx);
+            },
+        );
         if let Some(verification) = &mut self.verification {
             verification.frame(frame, &mut self.events, buses);
         }
@@ -250,6 +269,7 @@ impl Decoding {
             evidence,
             when,
             sighting: Sighting::Original,
+            next: None,
         };
         act(bus, &mut cx);
     }

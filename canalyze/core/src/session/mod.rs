@@ -14,7 +14,7 @@ mod tally;
 
 use std::sync::Arc;
 
-use self::ahead::{Ahead, Placed};
+use self::ahead::{Ahead, Behind, Placed};
 use self::capture::Capture;
 use self::decoding::Decoding;
 use self::output::Output;
@@ -419,22 +419,32 @@ impl Stream {
         self.capture.place(frame);
         let seen = self.decoding.observe(frame, buses);
         let before = self.capture.before(frame);
-        if self.ahead.is_empty() && self.decoding.is_decided() {
+        if self.ahead.is_empty() && self.decoding.is_decided() && !self.decoding.is_ambiguous(frame) {
             self.capture.take(frame, None);
-            return self.frame(frame, before.as_ref(), seen.as_ref(), buses, out);
+            return self.frame(frame, (before.as_ref(), None), seen.as_ref(), buses, out);
         }
         self.ahead.hold(Placed { frame: *frame, before, seen }, self.capture.origin());
-        self.release(buses, out);
+        self.release(false, buses, out);
     }
 
-    /// Hands on the frames of which it is known what the recording did with them.
-    fn release(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+    /// Hands on the frames of which it is known what the recording did with them, and what comes next on their SDO
+    /// channel where that matters. `over`: nothing more comes.
+    fn release(&mut self, over: bool, buses: &Buses, out: &mut Vec<u8>) {
         let before = self.decoding.undecided_since().unwrap_or(u64::MAX);
-        while let Some((placed, origin)) = self.ahead.take_before(before) {
+        while let Some(first) = self.ahead.first_before(before) {
+            let next = match self.decoding.is_ambiguous(first) {
+                true => self.ahead.next(|one, other| self.decoding.is_of_channel(one, other)),
+                false => Behind::None,
+            };
+            let next = match next {
+                Behind::Frame(next) => Some(next),
+                Behind::Open if !over => break,
+                Behind::Open | Behind::None => None,
+            };
+            let Some((Placed { frame, before, seen }, origin)) = self.ahead.take() else { break };
             if !self.output.is_done() {
-                let Placed { frame, before, seen } = placed;
                 self.capture.take(&frame, Some(origin));
-                self.frame(&frame, before.as_ref(), seen.as_ref(), buses, out);
+                self.frame(&frame, (before.as_ref(), next.as_deref()), seen.as_ref(), buses, out);
             }
         }
         self.capture.caught_up();
@@ -443,13 +453,13 @@ impl Stream {
     /// Nothing is behind the frames that wait by which more would be known: they are taken by what is.
     fn settle(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.decoding.settle();
-        self.release(buses, out);
+        self.release(true, buses, out);
     }
 
     fn frame(
         &mut self,
         frame: &Frame,
-        before: Option<&FrameRef>,
+        (before, next): (Option<&FrameRef>, Option<&Frame>),
         seen: Option<&(When, Happened)>,
         buses: &Buses,
         out: &mut Vec<u8>,
@@ -461,7 +471,7 @@ impl Stream {
             self.decoding.lost(frame.bus, *before, buses);
             self.aside(buses, out);
         }
-        self.decoding.step(frame, seen, buses);
+        self.decoding.step(frame, seen, next, buses);
         if (holed || stepped)
             && let Some((before, apart)) = before.and_then(|before| Some((*before, frame.reference().since(*before)?)))
         {
@@ -543,7 +553,7 @@ impl Stream {
             return;
         }
         self.decoding.pass(now_ns);
-        self.release(buses, out);
+        self.release(self.ahead.is_over(now_ns), buses, out);
         // What frames that wait have to say comes first.
         if self.ahead.is_empty() && !self.output.is_done() {
             self.decoding.advance(now_ns, self.capture.last, buses);

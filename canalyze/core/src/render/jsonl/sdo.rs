@@ -8,7 +8,7 @@ use crate::event::{Place, Step};
 use crate::frame::Frame;
 use crate::od::{self, DataType, Value};
 use crate::services::sdo::transfer::{Abort, Status, Transfer, TransferId};
-use crate::services::sdo::wire::{Command, Mux, Side};
+use crate::services::sdo::wire::{self, Command, Mux, Side};
 use crate::text::digits::{Hex, Joined, put};
 use crate::text::{Lang, escape, terms, value};
 
@@ -21,7 +21,8 @@ const EXACT: u64 = 1 << 53;
 /// null; `segment` its number in the transfer or null; `place` due, repeated, late, uncaptured, in_flight,
 /// out_of_sequence, outside or twin (captured twice); `answered_by` the frame that was captured before this request,
 /// for a late answer the request, or null; then, where the command has them: `toggle` 0/1, `unused`, `last`, `seqno`, `ackseq`,
-/// `blksize`, `threshold`, `crc` (flag or hex), `size`, `expedited`, `abort` hex.
+/// `blksize`, `threshold`, `crc` (flag or hex), `size`, `expedited`, `abort` hex; of the command `undetermined`, which
+/// belongs to a transfer that the capture does not show, its `candidates`.
 pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, frame: &Frame) {
     put!(out; "{\"by\":\"", side(step.side), "\",\"command\":\"", name(&step.command, step.side), "\",\"transfer\":");
     number_or_null(out, transfer.map(|id| id.0));
@@ -77,6 +78,14 @@ pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, fram
         | Command::BlockEnded
         | Command::Unknown(_)
         | Command::Truncated(_) => {}
+        Command::Undetermined(bytes) => {
+            put!(out; ",\"candidates\":[\"block_segment\"");
+            let plain = wire::decode(step.side, bytes);
+            if !plain.is_unreadable() {
+                put!(out; ",\"", name(&plain, step.side), "\"");
+            }
+            put!(out; "]");
+        }
     }
     put!(out; "}");
 }
@@ -114,6 +123,7 @@ fn name(command: &Command, by: Side) -> &'static str {
         Command::Abort(..) => "abort",
         Command::Unknown(_) => "unknown",
         Command::Truncated(_) => "truncated",
+        Command::Undetermined(_) => "undetermined",
     }
 }
 

@@ -161,8 +161,10 @@ pub struct Marks {
 /// The data phase of a block transfer.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// Segments in the current sub-block.
+    /// Segments in the current sub-block; 0: not known, as the receiver's frames are not in the capture.
     blksize: u8,
+    /// The number of the newest segment.
+    seqno: u8,
     current: SubBlock,
     rest: Option<Rest>,
     /// The acknowledgement after which the sender went on with other data, until it is reported.
@@ -186,10 +188,11 @@ pub struct Block {
 }
 
 impl Block {
-    /// A data phase that begins, with the receiver's block size.
+    /// A data phase that begins, with the receiver's block size; 0: it is not known.
     pub fn new(blksize: u8) -> Self {
         Self {
-            blksize: if (1..=MOST).contains(&blksize) { blksize } else { MOST },
+            blksize: blksize.min(MOST),
+            seqno: 0,
             current: SubBlock::default(),
             rest: None,
             not_resent: None,
@@ -206,12 +209,27 @@ impl Block {
 
     /// A data phase met in its midst: it counts from the next sub-block on.
     pub fn midway() -> Self {
-        Self { resume: Resume::Unknown, started: true, ..Self::new(MOST) }
+        Self { resume: Resume::Unknown, started: true, ..Self::new(0) }
+    }
+
+    /// The most segments of the current sub-block.
+    fn most(&self) -> u8 {
+        if self.blksize == 0 { MOST } else { self.blksize }
+    }
+
+    /// Whether the capture shows what the receiver sends.
+    pub fn is_answered(&self) -> bool {
+        self.blksize > 0
+    }
+
+    /// Whether a number neither goes on from the newest segment nor begins a sub-block.
+    pub fn is_off(&self, seqno: u8) -> bool {
+        seqno != 1 && seqno != self.seqno.saturating_add(1)
     }
 
     /// Whether an acknowledgement is expected.
     pub fn owes_ack(&self) -> bool {
-        !self.finished && self.current.is_complete(self.blksize)
+        !self.finished && self.current.is_complete(self.most())
     }
 
     /// The number that the acknowledgement that is expected has to have, if nothing is to be sent again.
@@ -223,7 +241,7 @@ impl Block {
     /// Whether the end frame may come: the last segment was sent, though perhaps not yet acknowledged.
     pub fn may_end(&self) -> bool {
         let current = &self.current;
-        self.finished || (current.last_at.is_some() && current.is_complete(self.blksize))
+        self.finished || (current.last_at.is_some() && current.is_complete(self.most()))
     }
 
     /// The sequence number of the segment that an empty frame by the sender of the data stands for, where one was
@@ -263,6 +281,7 @@ impl Block {
         let Segment { seqno, last, .. } = segment;
         self.marks.first.get_or_insert(at);
         self.marks.newest = Some(at);
+        self.seqno = seqno;
         if self.resume != Resume::Now {
             if seqno != 1 {
                 return (Taken::InFlight, None);
@@ -271,14 +290,23 @@ impl Block {
         }
         self.resume(transfer, &segment);
         self.last_sent |= last;
-        let blksize = self.blksize;
+        let blksize = self.most();
         let mut ack_missing = None;
+        if self.blksize == 0 && seqno == 1 && !self.owes_ack() && !self.current.segments.is_empty() {
+            // The next sub-block: the acknowledgement of this one is not in the capture, nor perhaps its end.
+            self.settle_whole(transfer);
+            (self.finished, self.last_sent) = (false, false);
+            transfer.data.hole = true;
+        }
         if self.owes_ack() {
             if seqno != 1 {
                 return (self.beyond_complete(at, segment), None);
             }
             ack_missing = self.marks.complete;
+            transfer.data.hole |= self.current.last_at.is_some();
             self.settle_whole(transfer);
+            // What was marked as the last segment was not, or is sent again.
+            (self.finished, self.last_sent) = (false, false);
         }
         let taken = self.current.take(blksize, at, segment);
         if self.owes_ack() {
@@ -318,13 +346,13 @@ impl Block {
     /// after a segment marked as last shows that the mark was wrong.
     fn beyond_complete(&mut self, at: FrameRef, segment: Segment) -> Taken {
         let seqno = segment.seqno;
-        let goes_on = seqno == self.current.expected() && seqno <= self.blksize;
+        let goes_on = seqno == self.current.expected() && seqno <= self.most();
         match self.current.last_at {
             Some(marked) if goes_on => {
                 let marked_at = self.marks.complete.unwrap_or(at);
                 self.current.wrong.get_or_insert(Wrong { at: marked_at, expected: marked, what: Sdo012::Outside });
                 self.current.last_at = None;
-                self.current.take(self.blksize, at, segment)
+                self.current.take(self.most(), at, segment)
             }
             _ => {
                 self.current.sent = self.current.sent.max(seqno);
@@ -340,7 +368,7 @@ impl Block {
         let current = std::mem::take(&mut self.current);
         // What came in an empty frame may have been the last segment.
         let unread = current.ends_unread() && usize::from(ackseq) == current.segments.len();
-        let whole = unread || (!self.finished && current.is_complete(self.blksize));
+        let whole = unread || (!self.finished && current.is_complete(self.most()));
         let in_sequence = current.segments.len() as u8;
         if ackseq > current.sent {
             if transfer.mux.is_some() {

@@ -32,7 +32,8 @@ impl Channel {
             let [_, _, _, rest @ ..] = bytes;
             // An end that comes too early follows an acknowledgement; within a sub-block it is rather a segment
             // after a lost one.
-            let early = block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
+            let known = block.resume != Resume::Unknown || block.is_off(command & 0x7F);
+            let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
             if block.may_end() || early {
                 return plain;
             }
@@ -82,7 +83,7 @@ impl Channel {
     }
 
     /// Whether the initiate request of the transfer is not in the capture.
-    fn is_nameless(&self) -> bool {
+    pub(super) fn is_nameless(&self) -> bool {
         self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none())
     }
 
@@ -181,7 +182,12 @@ impl Channel {
                 return;
             }
             let marked = block.reopen().unwrap_or(half.at);
-            self.find(Sdo012::Outside, marked, cx);
+            if block.is_answered() {
+                self.find(Sdo012::Outside, marked, cx);
+            } else if let Some(transfer) = &mut self.transfer {
+                // The receiver has asked for them again, which is not in the capture.
+                transfer.data.hole = true;
+            }
         }
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         self.step.ordinal = block.ordinal(transfer.data.segments);
@@ -305,6 +311,7 @@ impl Channel {
             self.violation_outside(half, cx);
             return;
         }
+        self.proof.paired |= !half.command.has_reserved_bits(half.bytes);
         let acked = block.ack(transfer, half.at, ackseq, blksize);
         transfer.last = half.at;
         transfer.outcome.bad |= matches!(acked.fault, Some((Sdo012::Sequence { .. } | Sdo012::Acknowledged { .. }, _)));

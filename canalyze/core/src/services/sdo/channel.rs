@@ -35,6 +35,8 @@ pub(super) struct Half {
     pub(super) at: FrameRef,
     pub(super) when: When,
     pub(super) command: Command,
+    /// How it is read while the channel may be in the midst of anything.
+    pub(super) reading: Option<Command>,
     pub(super) bytes: [u8; 8],
     pub(super) len: u8,
 }
@@ -42,7 +44,14 @@ pub(super) struct Half {
 impl Half {
     /// Eight bytes without a place in the capture.
     pub(super) fn of(bytes: [u8; 8]) -> Self {
-        Self { at: FrameRef::default(), when: When::default(), command: Command::Unknown(0), bytes, len: 8 }
+        Self {
+            at: FrameRef::default(),
+            when: When::default(),
+            command: Command::Unknown(0),
+            reading: None,
+            bytes,
+            len: 8,
+        }
     }
 }
 
@@ -136,6 +145,11 @@ pub struct Channel {
     recent: VecDeque<(Half, Step)>,
 }
 
+/// Whether a capture that has run for `heard_ns` without a frame of a channel shows it from its first frame on.
+pub fn is_whole(heard_ns: i64) -> bool {
+    heard_ns > UNANSWERED_NS
+}
+
 fn empty_step() -> Step {
     Step {
         side: Side::Client,
@@ -171,7 +185,7 @@ impl Channel {
     /// The capture has run for `heard_ns` without a frame of the channel, or its server has `booted` since it began:
     /// what comes first does not belong to what came before the capture.
     pub fn idle_for(&mut self, heard_ns: i64, booted: bool) {
-        if booted || heard_ns > UNANSWERED_NS {
+        if booted || is_whole(heard_ns) {
             self.hypotheses.begin_whole();
         }
     }
@@ -223,15 +237,18 @@ impl Channel {
         self.server.description.as_ref()?.get(index, sub).cloned()
     }
 
-    /// Takes one frame of the channel (classic, data): appends one `What::Sdo` event and what follows from it.
-    pub fn step(&mut self, side: Side, frame: &Frame, cx: &mut Context<'_>) {
+    /// Takes one frame of the channel (classic, data): appends one `What::Sdo` event and what follows from it. `next`: the
+    /// next frame of the channel, where it was read ahead.
+    pub fn step(&mut self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>, cx: &mut Context<'_>) {
         let half = Half {
             at: frame.reference(),
             when: cx.when,
-            command: self.decode(side, frame.head(), frame.len),
+            command: Command::Unknown(0),
+            reading: self.reading(side, frame, next, cx),
             bytes: frame.head(),
             len: frame.len,
         };
+        let half = self.decoded(side, half);
         self.given_up_write.confirmed = None;
         if cx.sighting == Sighting::Duplicate {
             let step = self.duplicate(side, &half);
@@ -377,11 +394,27 @@ impl Channel {
 
     /// Ends the transfer, whatever its phase.
     pub(super) fn complete(&mut self, status: Status, cx: &mut Context<'_>) {
-        self.phase = Phase::Idle;
-        let Some(mut transfer) = self.transfer.take() else { return };
+        let Some(mut transfer) = self.transfer.take() else {
+            self.phase = Phase::Idle;
+            return;
+        };
         transfer.described = self.described(transfer.mux);
-        transfer.outcome.status = if transfer.outcome.bad && status == Status::Ok { Status::Failed } else { status };
-        transfer.last = if cx.at.no > transfer.last.no && status != Status::Incomplete { cx.at } else { transfer.last };
+        let status = if transfer.outcome.bad && status == Status::Ok { Status::Failed } else { status };
+        // What began before the capture cannot be judged as a whole.
+        let judged = status != Status::Failed || !transfer.outcome.midway;
+        let status = if judged { status } else { Status::Incomplete };
+        transfer.outcome.status = status;
+        transfer.last = match status {
+            Status::Incomplete => transfer.last,
+            // The frame at hand belongs to what comes behind it.
+            Status::Failed if !self.own => self.newest(&transfer),
+            _ if cx.at.no > transfer.last.no => cx.at,
+            _ => transfer.last,
+        };
+        self.phase = Phase::Idle;
+        if self.is_one_sided() {
+            self.hypotheses.open();
+        }
         let transfer = Arc::new(*transfer);
         let left =
             matches!(transfer.outcome.status, Status::Failed | Status::Aborted) && transfer.mode == Mode::Expedited;

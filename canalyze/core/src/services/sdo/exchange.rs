@@ -310,7 +310,9 @@ impl Channel {
             transfer.last = at;
         }
         self.complete(Status::Aborted, cx);
-        self.hypotheses.settle();
+        if !self.is_one_sided() {
+            self.hypotheses.settle();
+        }
     }
 
     /// The client reports a timeout although no response was pending.

@@ -5,12 +5,14 @@
 //! command. A transfer whose beginning is not in the capture is incomplete.
 
 use super::block::{Block, MOST};
-use super::channel::{Channel, Half, Phase, Segments};
-use super::transfer::{Direction, Mode, Transfer};
-use super::wire::Command;
+use super::channel::{Channel, Half, Phase, Segments, strict_initiate};
+use super::sequence::is_strict_answer;
+use super::transfer::{Direction, Mode, Status, Transfer};
+use super::wire::{self, Command, Mux, Side};
 use crate::context::Context;
 use crate::event::Place;
-use crate::frame::FrameRef;
+use crate::frame::{Frame, FrameRef};
+use crate::od;
 
 /// Whether anything but idleness is possible.
 #[derive(Debug)]
@@ -22,11 +24,13 @@ pub(super) struct Hypotheses {
     whole: bool,
     /// A frame that belongs to no transfer was reported since the channel was idle.
     reported: bool,
+    /// The frame before, while they are open: who sent it, and its first byte.
+    before: Option<(Side, u8)>,
 }
 
 impl Default for Hypotheses {
     fn default() -> Self {
-        Self { open: true, first: None, whole: false, reported: false }
+        Self { open: true, first: None, whole: false, reported: false, before: None }
     }
 }
 
@@ -78,6 +82,74 @@ impl Hypotheses {
 }
 
 impl Channel {
+    /// Whether what its next frame is may show only by the one behind it: a transfer may run that began before the
+    /// capture, or of which the capture shows one side only.
+    pub fn is_ambiguous(&self) -> bool {
+        match &self.phase {
+            Phase::Idle => self.hypotheses.open && (!self.hypotheses.whole || self.is_one_sided()),
+            Phase::Initiated(request) => self.is_edge(request),
+            Phase::Segments(_) => false,
+            Phase::Block(..) => self.is_nameless(),
+        }
+    }
+
+    /// Whether only requests, or only responses, are in the capture.
+    pub(super) fn is_one_sided(&self) -> bool {
+        (self.proof.requests == 0) != (self.proof.responses == 0)
+    }
+
+    /// Whether nothing was seen of the channel before that could be another reading of its frame.
+    fn is_alone(&self) -> bool {
+        self.hypotheses.whole && self.hypotheses.before.is_none()
+    }
+
+    /// How the next frame is read where it is ambiguous. A block transfer met in its midst may have ended unseen.
+    pub(super) fn reading(
+        &mut self,
+        side: Side,
+        frame: &Frame,
+        next: Option<&(Side, Frame)>,
+        cx: &mut Context<'_>,
+    ) -> Option<Command> {
+        let [first, ..] = frame.head();
+        let reading = self.is_ambiguous().then(|| self.read_open(side, frame, next));
+        self.hypotheses.before = Some((side, first));
+        if self.is_nameless()
+            && self.sends_data(side)
+            && let Some(block) = self.block()
+            && (block.end.is_some() || (block.is_off(first & 0x7F) && reading.is_some_and(|it| !it.is_of_block())))
+        {
+            self.complete_before(Status::Incomplete, cx);
+            self.hypotheses.open();
+        }
+        reading
+    }
+
+    /// How a frame is read while the channel may be in the midst of anything: by its command byte, as a segment of a
+    /// block transfer, or not at all. The frames before and behind it tell.
+    fn read_open(&self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>) -> Command {
+        let bytes = frame.head();
+        let plain = wire::decode_frame(side, bytes, frame.len);
+        let before = self.hypotheses.before;
+        if frame.len != 8 || bytes[0] & 0x7F == 0 || matches!(plain, Command::Abort(..)) {
+            return plain;
+        }
+        let next = next.map(|(by, next)| (*by, next.head(), wire::decode_frame(*by, next.head(), next.len)));
+        let block = is_segment(side, bytes[0], before, next.as_ref());
+        let held = self.sequence.first_held().filter(|_| side == Side::Client);
+        let answer = held.is_some_and(|held| wire::may_answer(&plain, &held));
+        let fits = answer || next.is_some_and(|(by, next, other)| by != side && follows(&plain, &other, next[0]));
+        let sound = plain.mux().is_some_and(is_standard) || !plain.is_unreadable() && !plain.has_reserved_bits(bytes);
+        match block {
+            // An answer that names the object is no coincidence.
+            _ if fits && (block != Some(true) || plain.mux().is_some()) => plain,
+            Some(true) => wire::block_segment(bytes),
+            Some(false) if sound && plain.mux().is_none_or(is_usable) => plain,
+            None if sound && (self.is_alone() || is_unlike_data(side, &plain, bytes)) => plain,
+            _ => Command::Undetermined(bytes),
+        }
+    }
+
     /// Whether a request is the channel's first frame: its response may lie before the capture.
     pub(super) fn is_edge(&self, request: &Half) -> bool {
         !self.hypotheses.whole && self.hypotheses.first == Some(request.at.no)
@@ -119,7 +191,7 @@ impl Channel {
                 (Direction::Download, Phase::Segments(Segments::from(segment.toggle)), None)
             }
             (Command::BlockUploadInitiated { size, .. }, Command::StartBlockUpload) => {
-                (Direction::Upload, Phase::Block(Box::new(Block::new(MOST)), None), size)
+                (Direction::Upload, Phase::Block(Box::new(Block::new(0)), None), size)
             }
             (Command::BlockDownloadInitiated { blksize, .. }, _) if first & 0x7F == 1 => {
                 (Direction::Download, Phase::Block(Box::new(Block::new(blksize)), None), None)
@@ -136,10 +208,14 @@ impl Channel {
         true
     }
 
-    /// A client frame that may belong to a transfer that began before the capture.
-    pub(super) fn join(&mut self, half: &Half, cx: &mut Context<'_>) {
+    /// A frame that may belong to a transfer that began before the capture.
+    pub(super) fn join(&mut self, side: Side, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Uncaptured;
-        if self.may_join(half) {
+        if matches!(half.command, Command::BlockSegment { .. }) {
+            let direction = if side == Side::Client { Direction::Download } else { Direction::Upload };
+            self.begin_midway(half.at, direction, Phase::Block(Box::new(Block::midway()), None), cx);
+            self.block_segment(half, cx);
+        } else if self.may_join(half) {
             let (direction, toggle) = match half.command {
                 Command::Segment(segment) => (Direction::Download, segment.toggle),
                 Command::SegmentRequest { toggle } => (Direction::Upload, toggle),
@@ -148,7 +224,7 @@ impl Channel {
             let segments = Segments { asked: Some(*half), ..Segments::from(toggle) };
             self.begin_midway(half.at, direction, Phase::Segments(segments), cx);
         } else if half.command == Command::StartBlockUpload && self.transfer.is_none() {
-            let mut block = Block::new(MOST);
+            let mut block = Block::new(0);
             block.started = true;
             self.begin_midway(half.at, Direction::Upload, Phase::Block(Box::new(block), None), cx);
         } else if matches!(half.command, Command::BlockAck { .. }) {
@@ -184,4 +260,79 @@ impl Channel {
         self.hypotheses.open();
         self.begin_midway(half.at, Direction::Download, Phase::Block(Box::new(Block::midway()), None), cx);
     }
+}
+
+/// Whether a frame is a segment of a block transfer, by the frames of its channel before and behind it: their numbers
+/// count up, and the receiver acknowledges the last one. `None`: they do not tell.
+fn is_segment(
+    side: Side,
+    first: u8,
+    before: Option<(Side, u8)>,
+    next: Option<&(Side, [u8; 8], Command)>,
+) -> Option<bool> {
+    let (seqno, last) = (first & 0x7F, first & 0x80 != 0);
+    let goes_on = before.filter(|(by, _)| *by == side).map(|(_, before)| before < MOST && before + 1 == seqno);
+    let ends = next.map(|(by, bytes, other)| match other {
+        _ if *by == side => Some(!last && bytes[0] & 0x7F == seqno + 1),
+        Command::BlockAck { ackseq, blksize } if (1..=MOST).contains(blksize) && !other.has_reserved_bits(*bytes) => {
+            (*ackseq == seqno).then_some(true)
+        }
+        Command::StartBlockUpload if seqno == 1 => Some(true),
+        Command::Abort(..) => None,
+        _ => Some(false),
+    });
+    // Behind the acknowledgement, which may not be recorded, numbers begin again.
+    let begins = next.is_some_and(|(by, bytes, _)| *by == side && bytes[0] & 0x7F == 1);
+    match (goes_on, ends.flatten()) {
+        (Some(true), _) | (_, Some(true)) => Some(true),
+        (_, Some(false)) if !begins => Some(false),
+        (Some(false), _) if seqno != 1 => Some(false),
+        _ => None,
+    }
+}
+
+/// Whether the other side's next frame, with this first byte, is what follows a frame: its answer, the request that it
+/// answers and that is listed late, or what the other side sends next.
+fn follows(plain: &Command, other: &Command, first: u8) -> bool {
+    use Command as C;
+    wire::may_answer(plain, other)
+        || wire::may_answer(other, plain)
+        || match (plain, other) {
+            (C::UploadInitiated(_, i), C::SegmentRequest { toggle }) => !i.expedited && !toggle,
+            (C::Segment(segment), C::SegmentRequest { toggle }) => segment.toggle != *toggle,
+            (C::SegmentResponse { toggle }, C::Segment(segment)) => segment.toggle != *toggle,
+            (C::DownloadInitiated(_), C::Segment(segment)) => !segment.toggle,
+            (C::BlockUploadInitiated { .. }, C::StartBlockUpload) | (C::EndBlock { .. }, C::BlockEnded) => true,
+            (C::BlockDownloadInitiated { .. } | C::StartBlockUpload, _) => first & 0x7F == 1,
+            (C::BlockAck { .. }, C::EndBlock { .. }) => true,
+            (C::BlockAck { .. }, _) => first & 0x7F == 1,
+            _ => false,
+        }
+}
+
+/// Whether bytes are hardly data that happen to look like a command: they name an object, and others of them that have
+/// to be 0 are.
+fn is_unlike_data(side: Side, plain: &Command, bytes: [u8; 8]) -> bool {
+    let half = Half { command: *plain, ..Half::of(bytes) };
+    match plain {
+        _ if plain.mux().is_some_and(is_standard) => true,
+        Command::InitiateDownload(_, i) | Command::UploadInitiated(_, i) => {
+            let strict = if side == Side::Client { strict_initiate(&half) } else { is_strict_answer(&half) };
+            strict && i.expedited && i.size_indicated && i.unused > 0
+        }
+        Command::BlockAck { ackseq, blksize } => *ackseq <= MOST && (1..=MOST).contains(blksize),
+        Command::Segment(_) | Command::SegmentRequest { .. } | Command::SegmentResponse { .. } => false,
+        Command::EndBlock { .. } | Command::BlockEnded | Command::StartBlockUpload => true,
+        _ => strict_initiate(&half) || is_strict_answer(&half),
+    }
+}
+
+/// Whether a device may have an object (CiA 301, table 36).
+fn is_usable(object: Mux) -> bool {
+    (0x1000..0xA000).contains(&object.index)
+}
+
+/// Whether CiA 301 or a profile knows an object.
+fn is_standard(object: Mux) -> bool {
+    od::data_type(object.index, object.sub).is_some()
 }

@@ -84,6 +84,8 @@ pub(super) enum Action {
     Outside,
     /// The capture begins in the midst of a transfer.
     Join,
+    /// Nobody knows what it is.
+    Pass,
     ClientAbort,
     ServerAbort,
     Start,
@@ -128,6 +130,8 @@ pub(super) fn transition(state: State, side: Side, command: &Command) -> Row {
         _ => A::Restart,
     };
     let (action, to, clause): (A, &'static [S], &'static str) = match (state, side, command) {
+        (_, _, C::Undetermined(_)) => (A::Pass, &[], "7.2.4.1"),
+
         // Abort.
         (_, Client, C::Abort(..)) => (A::ClientAbort, &[S::Idle, S::Unknown], "7.2.4.3.17"),
         (_, Server, C::Abort(..)) => (A::ServerAbort, &[S::Idle, S::Unknown], "7.2.4.3.17"),
@@ -179,6 +183,8 @@ pub(super) fn transition(state: State, side: Side, command: &Command) -> Row {
         // A transfer met in its midst.
         (S::Unknown, Client, C::SegmentRequest { .. }) => (A::Join, &[S::Upload(Server)], "7.2.4.3.7"),
         (S::Unknown, Client, C::Segment(_)) => (A::Join, &[S::Download(Server)], "7.2.4.3.4"),
+        (S::Unknown, Client, C::BlockSegment { .. }) => (A::Join, &[S::BlockDownload(SubBlock)], "7.2.4.3.10"),
+        (S::Unknown, Server, C::BlockSegment { .. }) => (A::Join, &[S::BlockUpload(SubBlock)], "7.2.4.3.14"),
         (S::Unknown, Client, C::StartBlockUpload | C::BlockAck { .. }) => (A::Join, &[S::BlockUpload(SubBlock)], "7.2.4.3.14"),
 
         // What is not expected.
@@ -266,7 +272,8 @@ impl Channel {
             Action::GoOn => self.go_on(half, cx),
             Action::Answer | Action::Misfit => self.respond(half, cx),
             Action::Unasked => self.respond_unasked(half, cx),
-            Action::Join => self.join(&half, cx),
+            Action::Join => self.join(side, &half, cx),
+            Action::Pass => self.step.place = Place::Uncaptured,
             Action::Stray => self.stray(&half, cx),
             Action::Outside => self.violation_outside(&half, cx),
             Action::ClientAbort => self.client_abort(&half, cx),
@@ -316,7 +323,7 @@ impl Channel {
     /// A client frame that belongs to no open transfer.
     pub(super) fn stray(&mut self, half: &Half, cx: &mut Context<'_>) {
         if self.hypotheses.are_open() {
-            self.join(half, cx);
+            self.join(Side::Client, half, cx);
             return;
         }
         self.violation_outside(half, cx);
@@ -339,7 +346,7 @@ impl Channel {
             return true;
         }
         self.unanswered(&pending, edge, cx);
-        self.complete_before(if edge { Status::Incomplete } else { Status::Failed }, cx);
+        self.complete_before(if edge { Status::Incomplete } else { self.given_up() }, cx);
         false
     }
 
@@ -379,9 +386,9 @@ impl Channel {
                 self.unanswered(&pending, edge, cx);
                 self.block_initiated(pending.at, blksize, false, None);
             }
-            (Command::InitiateBlockDownload { .. }, _) if half.bytes[0] & 0x7F == 1 => {
+            (Command::InitiateBlockDownload { .. }, _) if half.bytes[0] & 0x7F == 1 || self.is_one_sided() => {
                 self.unanswered(&pending, edge, cx);
-                self.block_initiated(pending.at, super::block::MOST, false, None);
+                self.block_initiated(pending.at, 0, false, None);
                 half.command = wire::block_segment(half.bytes);
                 self.step.command = half.command;
             }
@@ -417,8 +424,13 @@ impl Channel {
             }
             self.find(Code::Sdo008, if stalled { newest } else { half.at }, cx);
         }
-        self.complete_before(if uncaptured { Status::Incomplete } else { Status::Failed }, cx);
+        self.complete_before(if uncaptured { Status::Incomplete } else { self.given_up() }, cx);
         true
+    }
+
+    /// How a transfer ended that the client left: of a server that was never heard, frames may not be recorded.
+    fn given_up(&self) -> Status {
+        if self.proof.responses == 0 { Status::Incomplete } else { Status::Failed }
     }
 
     /// A frame of the server while a response is expected.

@@ -103,6 +103,11 @@ impl Sequence {
             && self.answered.is_some_and(|answer| wire::may_answer(&request.command, &answer.command))
     }
 
+    /// The first of the frames that wait.
+    pub(super) fn first_held(&self) -> Option<Command> {
+        Some(self.held.front()?.half.command)
+    }
+
     /// Whether a frame of the server was on its way when the client aborted.
     pub(super) fn is_in_flight(&mut self, half: &Half) -> bool {
         self.under_way.as_mut().is_some_and(|it| it.side == Side::Server && it.continues(half))
@@ -135,7 +140,7 @@ impl Channel {
         let half = if ends { half } else { self.decoded(Side::Client, half) };
         self.step.command = half.command;
         if let Some(front) = self.sequence.held.front()
-            && self.is_ambiguous(&half, front)
+            && self.fits_next_as_well(&half, front)
         {
             self.step.answered_by = Some(front.half.at);
             self.sequence.undecided = Some(half);
@@ -185,8 +190,9 @@ impl Channel {
     }
 
     /// The frame as it is read where the transfer stands now.
-    fn decoded(&self, side: Side, half: Half) -> Half {
-        Half { command: self.decode(side, half.bytes, half.len), ..half }
+    pub(super) fn decoded(&self, side: Side, half: Half) -> Half {
+        let reading = half.reading.filter(|_| self.hypotheses.are_open() && matches!(self.phase, Phase::Idle));
+        Half { command: reading.unwrap_or_else(|| self.decode(side, half.bytes, half.len)), ..half }
     }
 
     /// The line of a frame that waits: what it is if its request comes.
@@ -316,7 +322,7 @@ impl Channel {
 
     /// Whether a request that fits the first frame that waits may as well be answered by the next: that one is the
     /// first of the channel, or the client reads one object again and again.
-    fn is_ambiguous(&self, half: &Half, front: &Held) -> bool {
+    fn fits_next_as_well(&self, half: &Half, front: &Held) -> bool {
         if !half.command.is_initiate() || matches!(self.phase, Phase::Block(..)) {
             return false;
         }
@@ -366,7 +372,8 @@ impl Channel {
         {
             return due;
         }
-        let joins = self.hypotheses.are_open() && matches!(half.command, Command::BlockAck { .. });
+        let joins = self.hypotheses.are_open()
+            && matches!(half.command, Command::BlockAck { .. } | Command::BlockSegment { .. });
         if joins || self.is_late(half) {
             return true;
         }
@@ -403,6 +410,8 @@ impl Channel {
         {
             return None;
         }
+        let half = if half.reading.is_some() { self.decoded(Side::Client, half) } else { half };
+        self.step.command = half.command;
         if let Some(released) = self.history.released.take()
             && self.begin_from_response(&released, &half, cx)
         {
@@ -442,7 +451,11 @@ impl Channel {
             return true;
         }
         let edge = self.is_edge(pending) || self.hypotheses.are_open();
-        if edge && pending.command.is_block_initiate() && !half.command.is_initiate() {
+        let goes_on = match pending.command {
+            Command::InitiateBlockDownload { .. } => half.bytes[0] & 0x7F == 1,
+            _ => half.command == Command::StartBlockUpload,
+        };
+        if edge && pending.command.is_block_initiate() && !goes_on && !half.command.is_initiate() {
             self.forget_beginning();
         }
         false

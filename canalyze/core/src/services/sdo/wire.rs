@@ -170,6 +170,8 @@ pub enum Command {
     Unknown(u8),
     /// The frame ends before the object that its command byte calls for.
     Truncated(u8),
+    /// Not known: the capture does not show the transfer, and the bytes can be read in several ways.
+    Undetermined([u8; 8]),
 }
 
 /// Decodes one frame's bytes, zero-extended to eight.
@@ -261,7 +263,12 @@ impl Command {
 
     /// Whether the frame says nothing that could belong to a transfer.
     pub fn is_unreadable(&self) -> bool {
-        matches!(self, Self::Unknown(_) | Self::Truncated(_))
+        matches!(self, Self::Unknown(_) | Self::Truncated(_) | Self::Undetermined(_))
+    }
+
+    /// Whether the sender of a block transfer's data may send it.
+    pub fn is_of_block(&self) -> bool {
+        matches!(self, Self::BlockSegment { .. } | Self::EndBlock { .. } | Self::Abort(..))
     }
 
     /// Whether a client starts a transfer with it.
@@ -326,7 +333,7 @@ impl Command {
             Self::BlockAck { .. } => command & 0x1C != 0 || any(&[b3, b4, b5, b6, b7]),
             Self::EndBlock { .. } => command & 2 != 0 || any(&[b3, b4, b5, b6, b7]),
             Self::Abort(..) => command & 0x1F != 0,
-            Self::BlockSegment { .. } | Self::Unknown(_) | Self::Truncated(_) => false,
+            Self::BlockSegment { .. } | Self::Unknown(_) | Self::Truncated(_) | Self::Undetermined(_) => false,
         }
     }
 }

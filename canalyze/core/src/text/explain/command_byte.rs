@@ -77,6 +77,7 @@ fn groups(step: &Step) -> Vec<Bits> {
             bits(1, 1, "保留", "reserved"),
             bits(0, 0, "子命令: 结束", "sub-command: end"),
         ],
+        Command::Undetermined(_) => Vec::new(),
         Command::BlockSegment { .. } => vec![bits(6, 0, " = 序列号{}", " = sequence number {}")],
         Command::InitiateUpload(_)
         | Command::DownloadInitiated(_)
@@ -117,6 +118,7 @@ fn specifier(step: &Step) -> Bits {
         Command::BlockSegment { .. } => bits(7, 7, "还有更多段", "more segments"),
         Command::Abort(..) => bits(7, 5, "中止", "abort transfer"),
         Command::Unknown(_) => bits(7, 5, "未定义", "undefined"),
+        Command::Undetermined(_) => bits(7, 0, "无法确定", "undetermined"),
         Command::Truncated(_) => bits(7, 5, "命令字", "command specifier"),
     }
 }

@@ -91,7 +91,7 @@ fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame:
             multiplexor(out, lang, mux);
             abort_code(out, lang, code);
         }
-        Command::Unknown(_) => super::data(out, lang, &rest),
+        Command::Unknown(_) | Command::Undetermined(_) => super::data(out, lang, &rest),
         Command::Truncated(_) => super::data(out, lang, frame.payload().get(1..).unwrap_or(&[])),
     }
 }

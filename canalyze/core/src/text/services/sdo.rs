@@ -4,7 +4,7 @@
 use crate::event::{Place, Step};
 use crate::services::sdo::exchange::expedited;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
-use crate::services::sdo::wire::{Command, Initiate, Mux, Segment, Side};
+use crate::services::sdo::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::text::digits::{Hex, Put, put};
 use crate::text::value::{self, Size};
 use crate::text::{Depth, Lang, say, terms};
@@ -100,6 +100,8 @@ fn words(step: &Step) -> (&'static str, &'static str) {
         Command::Unknown(_) => ("从站发送的未知SDO命令", "unknown SDO command from the server"),
         Command::Truncated(_) if client => ("主站发送的不完整SDO帧", "truncated SDO frame from the client"),
         Command::Truncated(_) => ("从站发送的不完整SDO帧", "truncated SDO frame from the server"),
+        Command::Undetermined(_) if client => ("主站发送的SDO数据", "SDO data from the client"),
+        Command::Undetermined(_) => ("从站发送的SDO数据", "SDO data from the server"),
     }
 }
 
@@ -171,10 +173,24 @@ fn content(out: &mut Vec<u8>, lang: Lang, step: &Step, len: u8) {
             let command = Hex::<2>(u64::from(command));
             say!(out, lang; zh: "命令字节 ", command, "h"; en: "command byte ", command, "h");
         }
+        Command::Undetermined(bytes) => candidates(out, lang, step, bytes),
         Command::SegmentRequest { .. }
         | Command::SegmentResponse { .. }
         | Command::StartBlockUpload
         | Command::BlockEnded => {}
+    }
+}
+
+/// What bytes may be whose transfer is not in the capture.
+fn candidates(out: &mut Vec<u8>, lang: Lang, step: &Step, bytes: [u8; 8]) {
+    let [command, data @ ..] = bytes;
+    let seqno = command & 0x7F;
+    value::segment(out, &data);
+    say!(out, lang; zh: ", 无法确定: 块数据段", seqno; en: ", undetermined: block segment ", seqno);
+    let plain = wire::decode(step.side, bytes);
+    if !plain.is_unreadable() {
+        let (zh, en) = words(&Step { command: plain, ..step.clone() });
+        say!(out, lang; zh: ", 或", zh; en: ", or ", en);
     }
 }
 

@@ -440,10 +440,10 @@ fn transfers() {
 1 sdo/can0/node10 ok 2002h:00 read 90 (5Ah)
 2 sdo/can0/node10 - -
 3 sdo/can0/node10 failed 1008h:00 read: failed
+4 sdo/can0/node10 - -
 5 sdo/can0/node10 ok 2002h:00 read 90 (5Ah)
 6 sdo/can0/node10 - -
 ";
-    // The second one ends the first: there is nothing between them.
     assert_eq!(frames("rules/SDO008"), expected);
     let zh = text(&rows(&sample("sdo-abort"), options(Lang::Zh)), &["sdo/"]);
     assert!(zh.contains(": 中止 "), "{zh}");

@@ -60,16 +60,22 @@ fn run(frames: &[Bytes]) -> Outcome {
     run_timed(frames, |_| None)
 }
 
+/// A frame of the channel of server 10 at a place in a capture.
+fn placed(side: Side, bytes: &[u8], no: usize, t_ns: Option<i64>) -> Frame {
+    let id = if side == Side::Client { 0x60A } else { 0x58A };
+    let mut frame = Frame::classic(CanId::standard(id), bytes);
+    (frame.no, frame.t_ns) = (no as u64 + 1, t_ns);
+    frame
+}
+
 fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
     let mut channel = Channel::new(BusId(0), 10, None);
     let (mut events, mut next, mut chunks) = (Vec::new(), 0, Vec::new());
     let mut at = Default::default();
     let mut evidence = Evidence::default();
     for (no, (side, bytes)) in frames.iter().enumerate() {
-        let id = if *side == Side::Client { 0x60A } else { 0x58A };
-        let mut frame = Frame::classic(CanId::standard(id), bytes);
-        frame.no = no as u64 + 1;
-        frame.t_ns = time(no);
+        let frame = placed(*side, bytes, no, time(no));
+        let behind = frames.get(no + 1).map(|(side, bytes)| (*side, placed(*side, bytes, no + 1, time(no + 1))));
         at = frame.reference();
         let (mut when, happened) = evidence.recording.observe(&frame);
         evidence.recording.take(&mut when, &happened, &frame, *side == Side::Client);
@@ -83,8 +89,9 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
             evidence: &mut evidence,
             when,
             sighting: Sighting::Original,
+            next: None,
         };
-        channel.step(*side, &frame, &mut cx);
+        channel.step(*side, &frame, behind.as_ref(), &mut cx);
     }
     let mut cx = Context {
         events: &mut events,
@@ -96,6 +103,7 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
         evidence: &mut evidence,
         when: When { at, ..When::default() },
         sighting: Sighting::Original,
+        next: None,
     };
     channel.finish(&mut cx);
     let mut outcome = Outcome::default();

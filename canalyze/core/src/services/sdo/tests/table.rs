@@ -23,8 +23,8 @@ fn walk(frames: &[Bytes]) -> Vec<(State, Action, State)> {
     let (mut events, mut next, mut chunks) = (Vec::new(), 0, Vec::new());
     let mut steps = Vec::new();
     for (no, (side, bytes)) in frames.iter().enumerate() {
-        let mut frame = Frame::classic(CanId::standard(0x60A), bytes);
-        frame.no = no as u64 + 1;
+        let frame = placed(*side, bytes, no, None);
+        let behind = frames.get(no + 1).map(|(side, bytes)| (*side, placed(*side, bytes, no + 1, None)));
         let before = channel.state();
         let row = transition(before, *side, &channel.decode(*side, frame.head(), frame.len));
         let at = frame.reference();
@@ -38,8 +38,9 @@ fn walk(frames: &[Bytes]) -> Vec<(State, Action, State)> {
             evidence: &mut evidence,
             when: When { at, ..When::default() },
             sighting: Sighting::Original,
+            next: None,
         };
-        channel.step(*side, &frame, &mut cx);
+        channel.step(*side, &frame, behind.as_ref(), &mut cx);
         let after = channel.state();
         assert!(
             row.to.contains(&after) || after == before,
