@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use crate::checks;
 use crate::checks::nodes::ErrorControl;
 use crate::checks::srdo::Seen;
 use crate::checks::{Checks, Fit, PdoName};
@@ -518,9 +519,15 @@ impl Bus {
         self.checks.conclude(sdo, cx);
         // Who asks for all node-IDs does not expect that all answer.
         let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
+        let mut one_sided = Vec::new();
+        for channel in self.channels.values_mut() {
+            channel.scanned(scanned && channel.is_probed());
+            one_sided.extend(channel.one_sided());
+        }
+        checks::one_sided::conclude(&one_sided, cx);
         for ((node, id), channel) in &mut self.channels {
             channel.asked_in_vain(id.is_none().then(|| self.checks.nodes.asked_in_vain(*node)).flatten());
-            channel.scanned(scanned && channel.is_probed());
+            channel.scanned(channel.one_sided().is_some());
             channel.finish(cx);
         }
         self.checks.finish(&self.nodes, cx);

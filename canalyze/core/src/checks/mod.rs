@@ -14,6 +14,7 @@ pub mod heartbeat;
 pub mod lss;
 pub mod nmt;
 pub mod nodes;
+pub mod one_sided;
 pub mod pdo;
 pub mod srdo;
 pub mod sync;

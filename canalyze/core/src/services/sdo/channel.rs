@@ -201,7 +201,7 @@ impl Channel {
 
     /// The server was only looked for, as all others were.
     pub fn scanned(&mut self, scanned: bool) {
-        self.verdicts.scanned = scanned;
+        self.verdicts.scanned |= scanned;
     }
 
     /// The server's node-ID.
