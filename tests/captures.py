@@ -124,7 +124,7 @@ class Analysis:
         if finding["code"] not in {"EMC007", "EMC008"}:
             return False
         (frame,) = [row for row in self.frames if row["frame"] == finding["frame"]]
-        return bool(frame["service"] == "emcy" and frame["emcy"]["code"] == finding["facts"]["code"] >= "0100")
+        return bool(frame["service"] == "emcy" and frame["emcy"]["code"] == finding["facts"].get("code", "") >= "0100")
 
     def complaint(self) -> str:
         """The findings above info, one line each, for a test's message."""

@@ -56,6 +56,9 @@ KEYS = {
         *("kind", "bus", "node", "pdo", "id", "ext", "frames", "rate", "interval", "synchronous", "before_sync"),
         "delay",
     },
+    "summary_identifier": {
+        *("kind", "bus", "id", "ext", "frames", "rate", "interval", "length_min", "length_max"),
+    },
     "summary_finding": {
         *("kind", "code", "name", "severity", "message", "count", "first_frame", "first_line", "first_t"),
         *("last_frame", "last_line", "last_t", "buses", "nodes"),
@@ -72,6 +75,7 @@ INNER = {
     ("summary_node", "emcy"): {"code", "text", "count", "first_frame", "last_frame"},
     ("summary_pdo", "interval"): SPREAD,
     ("summary_pdo", "delay"): SPREAD | {"p99_us"},
+    ("summary_identifier", "interval"): SPREAD,
 }
 
 
@@ -148,7 +152,7 @@ def test_the_figures_of_a_capture(canalyze: Runner, capture: str) -> None:
 
 def test_keys_are_those_that_are_documented(canalyze: Runner, capture: str) -> None:
     found = jsonl(canalyze, "--bitrate", "500000", capture)
-    for path in [*STACKS, SAMPLES / "services.log"]:
+    for path in [*STACKS, SAMPLES / "services.log", SAMPLES / "rules/BUS009.log"]:
         found += records(path.read_bytes())
     assert {record["kind"] for record in found} == set(KEYS)
     inner = set()

@@ -222,6 +222,9 @@ def test_node_id_that_makes_no_sum(text: str) -> None:
         (0x0A, "00 01 fe", b"\0\1\xfe", []),
         (0x0F, "0001FE", b"\0\1\xfe", []),
         (0x0A, "no bytes", None, ["not-bytes"]),
+        (0x0A, "012", None, ["not-bytes"]),
+        (0x0F, "0", None, []),
+        (0x0A, "0x0", None, []),
         (0x0C, "12345", 12345, []),
     ],
 )

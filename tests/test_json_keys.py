@@ -24,7 +24,7 @@ KEYS = {
     "transfer": {
         *("kind", "transfer", "bus", "node", "direction", "mode", "index", "sub", "name", "type", "size_indicated"),
         *("size", "data", "value", "text", "status", "abort", "first_frame", "last_frame", "t", "duration"),
-        *("reordered", "retransmissions", "crc_negotiated", "findings"),
+        *("reordered", "retransmissions", "crc_negotiated", "findings", "requested"),
     },
 }
 INFO = {

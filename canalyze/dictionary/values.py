@@ -49,6 +49,8 @@ KNOWN: Final = frozenset(WIDTHS) | STRINGS | BYTES
 
 _NUMBER: Final = re.compile(r"([+-]?)(?:0x([0-9a-f]+)|([0-9]+))", re.IGNORECASE)
 _COMMENT: Final = re.compile(r"\s*(?:;|#|//).*")
+_NO_BYTES: Final = frozenset({"0", "0x0"})
+"""What exporters write as the default of bytes or of a domain that has none."""
 _NODE: Final = re.compile(r"\$?NODEID", re.IGNORECASE)
 _HELD_BACK: Final = "\ue03b"
 """Stands for `;` in a text on its way through python-canopen, which takes it for a comment."""
@@ -202,6 +204,8 @@ class Values:
 
     def _bytes(self, key: Key) -> str | None:
         bare = _COMMENT.sub("", key.value)
+        if bare in _NO_BYTES:
+            return None
         try:
             data = bytes.fromhex(bare)
         except ValueError:

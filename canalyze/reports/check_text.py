@@ -22,8 +22,9 @@ _MANY: Final = 10
 _COLOURS: Final = {"error": "31", "warning": "33", "info": "36", "clean": "32", "own": "1"}
 """Of what stands out on a terminal, as codes of ECMA-48."""
 
-_UNJUDGED: Final = "EXP015"
-"""An expectation that this capture cannot show: no failure, but whoever wrote it must not take it for met."""
+_UNJUDGED: Final = frozenset({"EXP015", "BUS009"})
+"""What was not judged: an expectation that this capture cannot show, traffic that is not CANopen. No failure, but
+nobody must take it for met, or for clean."""
 
 
 def show(verdicts: Sequence[Verdict], out: Output, words: Words) -> None:
@@ -60,7 +61,7 @@ class _Report:
         yield self._words("check.file", name=name, said=self._words("check.then").join(parts))
         for one in verdict.failures:
             yield from self._entry(one)
-        unjudged = [one for one in verdict.others if one.finding.code == _UNJUDGED]
+        unjudged = [one for one in verdict.others if one.finding.code in _UNJUDGED]
         for one in unjudged:
             yield self._head(one.finding)
         if verdict.failures or unjudged:

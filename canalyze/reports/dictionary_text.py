@@ -65,6 +65,7 @@ def _facts(found: Dictionary, out: Output, words: Words) -> None:
     out.text(printable(f"{found.file}: {found.form.upper()}, {found.encoding.upper()}") + "\n")
     node = words("eds.no_node") if found.node is None else str(found.node)
     version = ".".join(part for part in (info.version, info.revision) if part)
+    comments = [line for line in found.comments if line.strip()]
     rows = [
         ("vendor", _joined(device.vendor_name, device.vendor_number)),
         ("product", _joined(device.product_name, device.product_number)),
@@ -80,9 +81,9 @@ def _facts(found: Dictionary, out: Output, words: Words) -> None:
         ("description", info.description),
         ("created", info.created),
         ("modified", info.modified),
-        ("comments", found.comments[0] if found.comments else ""),
+        *zip(["comments"], comments, strict=False),
     ]
-    rows += [("", line) for line in found.comments[1:]]
+    rows += [("", line) for line in comments[1:]]
     left = max(width(words(f"device.{key}")) for key, _ in rows if key)
     for key, text in rows:
         if text or not key:

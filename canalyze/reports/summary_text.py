@@ -105,6 +105,7 @@ class _Report:
         self._codes("emcy", nodes)
         self._sync(kinds.get("sync", ()))
         self._pdos(kinds.get("pdo", ()))
+        self._identifiers(kinds.get("identifier", ()))
         self._findings(kinds.get("finding", ()))
 
     def _facts(self) -> None:
@@ -294,6 +295,20 @@ class _Report:
         ]
         self._table("summary.pdos", keys, rows)
 
+    def _identifiers(self, identifiers: Sequence[Record]) -> None:
+        rows = [
+            [
+                _text(one["bus"]),
+                one["id"],
+                str(one["frames"]),
+                _rate(one["rate"]),
+                _times(one["interval"], "min_us", "mean_us", "max_us"),
+                _span(one["length_min"], one["length_max"]),
+            ]
+            for one in identifiers
+        ]
+        self._table("summary.identifiers", ["bus", "id", "frames", "rate", "interval", "length"], rows)
+
     def _findings(self, findings: Sequence[Record]) -> None:
         if not findings:
             self._line("")
@@ -391,6 +406,10 @@ def _ms(us: float) -> str:
 
 def _times(spread: Record | None, *keys: str) -> str:
     return EMPTY if spread is None else "/".join(_ms(spread[key]) for key in keys)
+
+
+def _span(least: int, most: int) -> str:
+    return str(least) if least == most else f"{least}-{most}"
 
 
 def _ranges(numbers: Sequence[int]) -> str:

@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use crate::checks;
 use crate::checks::nodes::ErrorControl;
 use crate::checks::srdo::Seen;
 use crate::checks::{Checks, Fit, PdoName};
@@ -137,6 +138,9 @@ impl Bus {
         }
         if happened.step_ns.is_some() {
             cx.evidence.circumstances.note(circumstance::Kind::Gap, None, cx.when);
+        }
+        if cx.sighting != Sighting::Duplicate {
+            cx.evidence.services.take(role, frame);
         }
         let data = frame.kind != Kind::Remote && frame.kind != Kind::Error;
         match role {
@@ -343,6 +347,11 @@ impl Bus {
             let message = services::decode(role, frame);
             return cx.push(None, message.node(), What::Message(message));
         }
+        if cx.evidence.services.is_other(role) {
+            let message = services::decode(role, frame);
+            cx.push(None, message.node(), What::Message(message));
+            return self.checks.due(frame, cx);
+        }
         let message = self.checks.nodes.complete(services::decode(role, frame), cx);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
@@ -506,15 +515,24 @@ impl Bus {
 
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
+        let sdo = self.channels.values().map(|channel| (channel.is_sdo(), channel.frames()));
+        self.checks.conclude(sdo, cx);
         // Who asks for all node-IDs does not expect that all answer.
         let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
+        let mut one_sided = Vec::new();
+        for channel in self.channels.values_mut() {
+            channel.scanned(scanned && channel.is_probed());
+            one_sided.extend(channel.one_sided());
+        }
+        checks::one_sided::conclude(&one_sided, cx);
         for ((node, id), channel) in &mut self.channels {
             channel.asked_in_vain(id.is_none().then(|| self.checks.nodes.asked_in_vain(*node)).flatten());
-            channel.scanned(scanned && channel.is_probed());
+            channel.scanned(channel.one_sided().is_some());
             channel.finish(cx);
         }
         self.checks.finish(&self.nodes, cx);
         cx.release_all();
+        cx.release_unproven();
     }
 }
 

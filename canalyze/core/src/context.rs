@@ -123,6 +123,18 @@ impl Context<'_> {
         if !self.evidence.pending.is_empty() {
             self.release_waiting();
         }
+        if self.evidence.services.holds() {
+            self.release_proven();
+        }
+    }
+
+    /// Reports what has waited for a proof that the service is there.
+    #[cold]
+    fn release_proven(&mut self) {
+        let Evidence { services, recording, .. } = &mut *self.evidence;
+        for finding in services.release(self.when, recording) {
+            self.put(finding);
+        }
     }
 
     #[cold]
@@ -136,6 +148,13 @@ impl Context<'_> {
     pub fn release_all(&mut self) {
         for finding in self.evidence.pending.finish(&self.evidence.recording) {
             self.emit(finding);
+        }
+    }
+
+    /// The capture is over: reports what waits for a proof and is not certain to be about something else.
+    pub fn release_unproven(&mut self) {
+        for finding in self.evidence.services.finish() {
+            self.put(finding);
         }
     }
 
@@ -153,8 +172,14 @@ impl Context<'_> {
         self.events.push(Event { at: self.at, about, bus: self.bus, node, transfer: None, what });
     }
 
-    /// Puts a finding out as it is, where it stands.
+    /// Puts a finding out as it is, where it stands: none of a service whose identifier carries something else.
     pub fn emit(&mut self, finding: Finding) {
+        if let Some(finding) = self.evidence.services.admit(finding, self.when) {
+            self.put(finding);
+        }
+    }
+
+    fn put(&mut self, finding: Finding) {
         let Finding { at, cause, bus, node, .. } = finding;
         let what = What::Finding(Box::new(finding));
         self.events.push(Event { at, about: cause, bus, node, transfer: None, what });

@@ -66,6 +66,16 @@ pub struct Sdo {
 }
 
 impl Network {
+    /// Whether any node or identifier of the bus `name` was given.
+    pub fn describes(&self, name: &[u8]) -> bool {
+        let mut of = self.descriptions.iter().map(|one| one.bus.as_ref());
+        let mut cobs = self.cobs.iter().map(|one| one.bus.as_ref());
+        let mut sdos = self.sdos.iter().map(|one| one.bus.as_ref());
+        of.any(|bus| Self::holds(bus, name))
+            || cobs.any(|bus| Self::holds(bus, name))
+            || sdos.any(|bus| Self::holds(bus, name))
+    }
+
     /// Whether something given for `of` holds on the bus `name`.
     pub fn holds(of: Option<&String>, name: &[u8]) -> bool {
         of.is_none_or(|bus| bus.as_bytes() == name)

@@ -39,7 +39,7 @@ const MAY_USE: &[Row] = &[
             "services::sdo::transfer",
         ],
     ),
-    ("evidence", &["frame", "finding"]),
+    ("evidence", &["frame", "cob_id", "finding", "rules"]),
     ("context", &["evidence", "frame", "finding", "event", "services::sdo::wire", "services::sdo::transfer"]),
     (
         "services",

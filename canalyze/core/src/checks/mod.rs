@@ -8,11 +8,13 @@ pub mod description;
 pub mod drive;
 pub mod emcy;
 pub mod error_frames;
+pub mod foreign;
 pub mod guarding;
 pub mod heartbeat;
 pub mod lss;
 pub mod nmt;
 pub mod nodes;
+pub mod one_sided;
 pub mod pdo;
 pub mod srdo;
 pub mod sync;
@@ -368,6 +370,13 @@ impl Checks {
         self.pdo_configuration.lost();
         self.sync.lost();
         self.lss.lost();
+    }
+
+    /// The capture is over: what of the bus is not CANopen. `sdo`: of each channel whether it is SDO, where that is known,
+    /// and its frames.
+    pub fn conclude(&self, sdo: impl Iterator<Item = (Option<bool>, u64)>, cx: &mut Context<'_>) {
+        let (frames, is_lss) = self.lss.shown();
+        foreign::conclude(sdo, if is_lss { 0 } else { frames }, frames > 0 && is_lss, cx);
     }
 
     /// The capture is over.

@@ -13,6 +13,7 @@ pub mod pending;
 pub mod period;
 pub mod recording;
 mod senders;
+pub mod services;
 mod stalls;
 pub mod when;
 
@@ -24,6 +25,7 @@ pub use obligation::Obligations;
 pub use pending::Pending;
 pub use period::Period;
 pub use recording::Recording;
+pub use services::Services;
 pub use when::When;
 
 /// The evidence of one bus.
@@ -35,11 +37,14 @@ pub struct Evidence {
     pub circumstances: Circumstances,
     /// Findings that later evidence may still explain.
     pub pending: Pending,
+    /// What the identifiers of services carry.
+    pub services: Services,
 }
 
 impl Evidence {
-    /// Of a bus of which nothing was seen; `jitter_ns`: how exact a person says that its stamps are.
-    pub fn new(jitter_ns: Option<i64>) -> Self {
-        Self { recording: Recording::new(jitter_ns), ..Self::default() }
+    /// Of a bus of which nothing was seen; `jitter_ns`: how exact a person says that its stamps are; `described`: a person
+    /// says that there is CANopen on it.
+    pub fn new(jitter_ns: Option<i64>, described: bool) -> Self {
+        Self { recording: Recording::new(jitter_ns), services: Services::new(described), ..Self::default() }
     }
 }

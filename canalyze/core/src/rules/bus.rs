@@ -1,7 +1,7 @@
-//! Rules about error frames (ISO 11898-1, fault confinement): what the controller that recorded says of itself and of
-//! its bus.
+//! Rules about a bus as such: error frames (ISO 11898-1, fault confinement), in which the controller that recorded speaks of
+//! itself and of its bus, and traffic that is not CANopen.
 
-use super::quantity::{Count, JsonOnly, Ns};
+use super::quantity::{Count, Id, JsonOnly, Ns};
 use super::{Verdict, rules};
 
 rules! {
@@ -189,5 +189,25 @@ rules! {
         InAll { count: Count, duration: Option<Ns> }
             "{duration}内共{count}个错误帧"
             "{count} error frames in all within {duration}";
+    }
+
+    /// The traffic of a bus, or of an identifier, is not CANopen.
+    Bus009 "BUS009" "not-canopen" Info "-" [Other] {
+        message "不是CANopen报文" "traffic that is not CANopen";
+        meaning
+            "总线或该标识符上的报文不符合CANopen规定的服务(长度、命令字和取值), 也没有任何应答或启动报文能证明是CANopen; 因此不按CANopen判断。summary按CAN-ID列出这些报文。"
+            "The frames of the bus, or of the identifier, do not have the lengths, commands and values of the service that CANopen assigns, and no answer or boot-up shows that they are CANopen: they are not judged as such. summary lists them by CAN-ID.";
+        cause
+            "总线使用其他协议 (J1939、UDS/ISO-TP、OBD-II或厂商自定义协议), 或者其他设备占用了CANopen的标识符。"
+            "Another protocol on the bus (J1939, UDS over ISO-TP, OBD-II, a maker's own), or another device that uses CANopen's identifiers.";
+        Bus { frames: Count }
+            "{frames}帧中没有任何一帧能证明这条总线是CANopen: 不按CANopen判断"
+            "nothing in the {frames} frames shows that this bus is CANopen: they are not judged as such";
+        Extended { frames: Count }
+            "只有29位标识符 ({frames}帧), 预定义连接集中没有: 不是CANopen, 或者COB-ID的配置不在记录中"
+            "only 29-bit identifiers ({frames} frames), of which the pre-defined connection set has none: not CANopen, or the capture does not have its COB-IDs";
+        Identifier { id: Id, frames: Count }
+            "{id}上的{frames}帧不是CANopen为该标识符规定的服务: 不按它判断"
+            "the {frames} frames on {id} are not those of the service that CANopen assigns to it: they are not judged as such";
     }
 }

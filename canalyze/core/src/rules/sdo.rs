@@ -396,6 +396,9 @@ rules! {
         Frames { frames: Count }
             "该通道的报文不像SDO ({frames}帧)"
             "traffic does not look like SDO ({frames|frame|frames})";
+        Flood { frames: Count, duration: Ns }
+            "没有任何请求, {duration}内却有{frames}帧来自服务器: 大量无人请求的报文"
+            "a flood of {frames} frames from the server within {duration}, which nobody asked for";
     }
 
     /// Requests of which none was answered in the capture.
@@ -410,5 +413,28 @@ rules! {
         Frames { frames: Count }
             "请求从未得到应答 ({frames}帧)"
             "requests never answered ({frames|frame|frames})";
+    }
+
+    /// Of SDO channels only one direction was recorded.
+    Sdo032 "SDO032" "one-direction" Info "-" [Sdo] {
+        message "SDO只记录到一个方向" "one direction of SDO was not recorded";
+        meaning
+            "记录中只有请求或只有应答, 而通信显然在正常进行: 缺少的是记录, 不是应答。写入的值只是请求值, 没有得到确认, 也不据此判断任何节点。"
+            "The capture has only requests, or only answers, though the transfers clearly went on: the recording lacks the others, not the bus. Values of writes are those requested and not confirmed, and no node is judged by them.";
+        cause
+            "记录程序设置了接收过滤器, 或只记录自己发送的报文, 或者是从记录中摘取的片段。"
+            "A filter of the recording program, a program that logs only what it sends itself, or an excerpt.";
+        Answers { requests: Count }
+            "没有记录到应答方向: {requests}帧请求没有应答, 而主站照常继续"
+            "the answers are not in the capture: {requests} frames of the client have none, and it goes on as if answered";
+        AnswersOfAll { requests: Count, servers: Count }
+            "没有记录到{servers}个节点的应答方向: {requests}帧请求没有应答, 而主站照常继续"
+            "the answers of {servers} nodes are not in the capture: {requests} frames of the client have none, and it goes on as if answered";
+        Requests { answers: Count }
+            "没有记录到请求方向: 只有服务器的{answers}帧应答"
+            "the requests are not in the capture, only {answers} answers of the server";
+        RequestsOfAll { answers: Count, servers: Count }
+            "没有记录到请求方向: 只有{servers}个节点的{answers}帧应答"
+            "the requests are not in the capture, only {answers} answers of {servers} nodes";
     }
 }

@@ -287,7 +287,8 @@ impl Decoding {
         while self.state.len() <= usize::from(id.0) {
             let name = buses.name(BusId(self.state.len() as u8));
             self.state.push(Bus::new(Arc::clone(&self.network), name));
-            self.evidence.push(Evidence::new(self.network.jitter_ns));
+            let described = self.network.describes(name);
+            self.evidence.push(Evidence::new(self.network.jitter_ns, described));
         }
     }
 

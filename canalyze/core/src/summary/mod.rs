@@ -4,6 +4,7 @@
 //! not grow with the length of the capture. It judges nothing, and knows of the checks nothing but their findings.
 
 pub mod bits;
+pub mod identifiers;
 pub mod load;
 pub mod node;
 pub mod spread;
@@ -12,13 +13,14 @@ pub mod traffic;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use identifiers::Identifiers;
 use load::{BitTime, Load};
 use node::Node;
 use traffic::{Pdos, Sync};
 
 use crate::cob_id::Role;
 use crate::event::{Event, What};
-use crate::finding::{Code, Facts, Finding, Severity};
+use crate::finding::{Code, Facts, Finding, Quantity, Severity};
 use crate::frame::{BusId, Direction, Frame, FrameRef, Kind};
 use crate::message::Message;
 use crate::network::Network;
@@ -42,9 +44,11 @@ pub const SERVICES: [&str; 15] = [
     "guarding",
     "lss",
     "usdo",
-    "foreign",
+    FOREIGN,
     "error",
 ];
+/// The service of what is none.
+const FOREIGN: &str = "foreign";
 const PDO: usize = 7;
 const SDO: usize = 8;
 
@@ -120,6 +124,8 @@ pub struct Bus {
     pub sync: Sync,
     /// PDOs.
     pub pdos: Pdos,
+    /// CAN-IDs.
+    pub identifiers: Identifiers,
     nodes: Vec<Option<Box<Node>>>,
     /// The last NMT command to all nodes: it holds for those seen only later, too.
     to_all: Option<(u8, FrameRef)>,
@@ -141,6 +147,7 @@ impl Default for Bus {
             load: Load::default(),
             sync: Sync::default(),
             pdos: Pdos::default(),
+            identifiers: Identifiers::default(),
             nodes: (0..128).map(|_| None).collect(),
             to_all: None,
         }
@@ -151,6 +158,20 @@ impl Bus {
     /// Nodes that were seen, or only addressed, by node-ID.
     pub fn nodes(&self) -> impl Iterator<Item = (u8, &Node)> {
         self.nodes.iter().enumerate().filter_map(|(id, node)| Some((id as u8, node.as_deref()?)))
+    }
+
+    /// Its services, where all frames but error frames are none.
+    pub fn foreign_only(&self) -> [u64; SERVICES.len()] {
+        let mut services = [0; SERVICES.len()];
+        for ((name, count), slot) in SERVICES.iter().zip(self.services).zip(&mut services) {
+            *slot = if *name == "error" { count } else { 0 };
+        }
+        let errors: u64 = services.iter().sum();
+        if let Some(slot) = SERVICES.iter().position(|name| *name == FOREIGN).and_then(|place| services.get_mut(place))
+        {
+            *slot = self.services.iter().sum::<u64>().saturating_sub(errors);
+        }
+        services
     }
 
     fn node(&mut self, id: u8) -> Option<&mut Node> {
@@ -180,6 +201,9 @@ impl Bus {
         if let Some(direction) = frame.dir {
             *self.sent_by_host.get_or_insert(0) += u64::from(direction == Direction::Tx);
         }
+        if !matches!(frame.kind, Kind::Error | Kind::Remote) {
+            self.identifiers.take(frame);
+        }
         self.load.add(bits::on_the_wire(frame), at_ns, bit_time, frame.reference());
     }
 
@@ -194,6 +218,7 @@ impl Bus {
     fn interrupted(&mut self) {
         self.sync.lost();
         self.pdos.lost();
+        self.identifiers.lost();
         for node in self.nodes.iter_mut().flatten() {
             node.lost();
         }
@@ -209,6 +234,9 @@ impl Bus {
         let service = message.service();
         if let Some(place) = SERVICES.iter().position(|name| *name == service) {
             self.serves(place);
+        }
+        if service == FOREIGN && frame.kind != Kind::Remote {
+            self.identifiers.foreign(Some(frame.id));
         }
         match *message {
             Message::Sync { counter } => self.sync.take(counter, frame.t_ns),
@@ -382,6 +410,11 @@ impl Summary {
 
     /// A rule was raised.
     pub fn finding(&mut self, finding: &Finding) {
+        if finding.code == Code::Bus009 {
+            let id = finding.measured().and_then(|measured| measured.get("id"));
+            let id = if let Some(Quantity::Id(id)) = id { Some(id) } else { None };
+            self.bus(finding.bus).identifiers.foreign(id);
+        }
         raise(&mut self.findings, finding);
     }
 

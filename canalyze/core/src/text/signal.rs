@@ -17,6 +17,7 @@ use std::io::Write;
 use crate::drive::{self, Object, State};
 use crate::od::{self, DataType};
 use crate::services::pdo::mapping::{Mapped, Mapping, Number, Written, number};
+use crate::services::sdo::wire::Mux;
 use crate::text::digits::{Hex, hex, put};
 use crate::text::{Lang, escape, say, terms, value as bytes};
 
@@ -53,7 +54,31 @@ pub fn written(mapping: &Mapping, lang: Lang) -> &[Written] {
         Lang::Zh => zh,
         Lang::En => en,
     };
-    kept.get_or_init(|| mapping.entries.iter().map(|mapped| write(mapped, lang)).collect())
+    kept.get_or_init(|| {
+        let mut found: Vec<_> = mapping.entries.iter().map(|mapped| write(mapped, lang)).collect();
+        tell_apart(mapping, lang, &mut found);
+        found
+    })
+}
+
+/// Adds its object to each name that stands more than once (descriptions call the parts of an object alike), and its
+/// turn where the object is mapped more than once.
+fn tell_apart(mapping: &Mapping, lang: Lang, found: &mut [Written]) {
+    let names: Vec<_> = found.iter().map(|how| how.name.clone()).collect();
+    for (place, (how, mapped)) in found.iter_mut().zip(&mapping.entries).enumerate() {
+        if mapped.dummy || names.iter().filter(|name| **name == how.name).count() < 2 {
+            continue;
+        }
+        let mux = Mux { index: mapped.index, sub: mapped.sub };
+        if has_name(lang, mapped) {
+            put!(&mut how.name; " ", mux);
+        }
+        let before =
+            mapping.entries.iter().take(place).filter(|one| (one.index, one.sub) == (mux.index, mux.sub)).count();
+        if before > 0 {
+            put!(&mut how.name; " (", before + 1, ")");
+        }
+    }
 }
 
 fn write(mapped: &Mapped, lang: Lang) -> Written {
@@ -378,6 +403,21 @@ mod tests {
     fn both(mapped: &Mapped, raw: u64, zh: &str, en: &str) {
         assert_eq!(said(Lang::Zh, mapped, raw), zh);
         assert_eq!(said(Lang::En, mapped, raw), en);
+    }
+
+    #[test]
+    fn no_two_signals_of_a_pdo_have_the_same_name() {
+        let channel = |word| described(word, DataType::Unsigned8, "Channel", "", 1.0);
+        let mut mapping = Mapping::from_words(&[0x2000_0108, 0x2000_0208, 0x2000_0208, 0x2001_0008, 0x2001_0008]);
+        for (place, word) in [0x2000_0108, 0x2000_0208, 0x2000_0208].into_iter().enumerate() {
+            let offset = mapping.entries[place].offset;
+            mapping.entries[place] = Mapped { offset, ..channel(word) };
+        }
+        let mut out = Vec::new();
+        all(&mut out, Lang::En, &mapping, &[1, 2, 3, 4, 5]);
+        let text = String::from_utf8(out).unwrap();
+        let names: Vec<_> = text.split(", ").map(|one| one.split('=').next().unwrap()).collect();
+        assert_eq!(names, ["Channel 2000h:01", "Channel 2000h:02", "Channel 2000h:02 (2)", "2001h:00", "2001h:00 (2)"]);
     }
 
     #[test]

@@ -157,7 +157,8 @@ pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping
     }
 }
 
-/// What a transfer moved: a value if it is whole, else bytes, since a fragment read as a number is none.
+/// What a transfer moved: a value if it is whole, else bytes, since a fragment read as a number is none. Of a write that
+/// was not confirmed, what was requested.
 pub fn transferred(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let whole = transfer.data.kept.len() as u64 == transfer.data.size;
     match (transfer.outcome.status, transfer.mux) {
@@ -165,6 +166,13 @@ pub fn transferred(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
             of_object(out, lang, mux, transfer.described.as_deref(), &transfer.data.kept)
         }
         (Status::Ok, _) => value(out, lang, None, &transfer.data.kept, transfer.data.size),
+        (status, Some(mux)) if !transfer.data.requested.is_empty() => {
+            put!(out; lang.pick("请求写入 ", "requested "));
+            of_object(out, lang, mux, transfer.described.as_deref(), &transfer.data.requested);
+            if status != Status::Aborted {
+                put!(out; lang.pick(", 未确认", ", not confirmed"));
+            }
+        }
         _ if transfer.data.kept.is_empty() => {}
         _ => value(out, lang, Some(DataType::Domain), &transfer.data.kept, transfer.data.size),
     }

@@ -134,6 +134,11 @@ impl Lss {
         self.schedule();
     }
 
+    /// Its frames, and whether they have shown that they are LSS.
+    pub fn shown(&self) -> (u64, bool) {
+        self.findings.shown()
+    }
+
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         let left = self.exchanges.left();

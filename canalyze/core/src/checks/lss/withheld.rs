@@ -23,12 +23,14 @@ pub struct Withheld {
     /// Frames with a known command and unused bytes 0; and whether one of a slave is among them.
     valid: usize,
     answered: bool,
+    frames: u64,
 }
 
 impl Withheld {
     /// A frame on LSS's identifiers; `valid`: with a known command and unused bytes 0.
     pub fn follow(&mut self, at: FrameRef, from_master: bool, valid: bool) {
         self.first.get_or_insert(at);
+        self.frames += 1;
         self.valid += usize::from(valid);
         self.answered |= valid && !from_master;
     }
@@ -63,6 +65,11 @@ impl Withheld {
         if self.waiting.len() < KEPT {
             self.waiting.push(finding);
         }
+    }
+
+    /// The frames, and whether they have shown that they are LSS: by an answer, or since most can be LSS.
+    pub fn shown(&self) -> (u64, bool) {
+        (self.frames, self.shown || self.valid as u64 > self.frames / 2)
     }
 
     /// The traffic is LSS.

@@ -244,7 +244,9 @@ fn a_reset_slave_owes_nothing() {
 fn what_is_no_lss_is_not_judged() {
     let counter: String = (0..200).map(|n| format!("{n} 7E{}#{n:02X}55{n:02X}AA00000000\n", 4 + n % 2)).collect();
     assert_eq!(raised(&log(&counter)), []);
-    assert_eq!(all(&log(&counter)), ["LSS030"]);
+    assert_eq!(all(&log(&counter)), ["BUS009"]);
+    let beside = format!("{}300 605#4000100000000000\n301 585#4300100092010000\n", counter);
+    assert_eq!(all(&log(&beside)), ["LSS030"], "CANopen is on the bus");
     let requests = SESSION.lines().filter(|line| line.contains("7E5") && !line.contains("#15"));
     let requests: String = requests.map(|line| format!("{line}\n")).collect();
     assert_eq!(raised(&log(&requests)), [], "only the master's frames were captured");

@@ -129,11 +129,11 @@ fn name(command: &Command, by: Side) -> &'static str {
 
 /// Appends a transfer's line.
 ///
-/// `transfer bus node direction mode index sub name type size_indicated size data value text status abort
-/// first_frame last_frame t duration reordered retransmissions crc_negotiated findings`. `data` are the bytes kept
+/// `transfer bus node direction mode index sub name type size_indicated size data value requested text
+/// status abort first_frame last_frame t duration reordered retransmissions crc_negotiated findings`. `data` are the bytes kept
 /// (the first 65536), `value` is a number, string, boolean or,
-/// for bytes and transfers that are not ok, null; `text` the value in words; `abort`
-/// is null or `{"code","by","text"}`; `t` and `duration` are decimal strings of seconds or null.
+/// for bytes and transfers that are not ok, null; `requested` is the value in the request of an expedited write
+/// that was not confirmed, else null; `text` either in words; `abort` is null or `{"code","by","text"}`; `t` and `duration` are decimal strings of seconds or null.
 pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     put!(out; "{\"kind\":\"transfer\",\"transfer\":", transfer.id.0, ",\"bus\":");
     name_or_null(out, setting.buses.name(transfer.bus));
@@ -150,6 +150,12 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
         json_value(out, data_type, &transfer.data.kept);
     } else {
         put!(out; "null");
+    }
+    put!(out; ",\"requested\":");
+    if transfer.outcome.status == Status::Ok || transfer.data.requested.is_empty() {
+        put!(out; "null");
+    } else {
+        json_value(out, data_type, &transfer.data.requested);
     }
     put!(out; ",\"text\":");
     quoted(out, |text| value::transferred(text, setting.lang, transfer));

@@ -7,9 +7,11 @@
 //! | `summary_sync` | `bus frames period counted counter_min counter_max counter_jumps` |
 //! | `summary_node` | `bus node name name_from frames sent tpdo rpdo tpdo_rate rpdo_rate state state_text state_name changes states boot_ups error_control heartbeats heartbeat sdo response aborts emcys emcy` |
 //! | `summary_pdo` | `bus node pdo id ext frames rate interval synchronous before_sync delay` |
+//! | `summary_identifier` | `bus id ext frames rate interval length_min length_max` |
 //! | `summary_finding` | `code name severity message count first_frame first_line first_t last_frame last_line last_t buses nodes` |
 //!
-//! Each bus is followed by its SYNC, its nodes and its PDOs. Times that end in `_us` are numbers of microseconds with
+//! Each bus is followed by its SYNC, its nodes, its PDOs, and those of its identifiers that are not CANopen; where nothing on
+//! it is (rule BUS009), only by these, and all its frames count as `foreign`. Times that end in `_us` are numbers of microseconds with
 //! up to three decimals. A spread (`period`, `heartbeat`, `response`, `interval`, `delay`) is
 //! `{"count","min_us","mean_us","max_us","sigma_us"}`, and has `p99_us` too in `period`, `response` and `delay`; it is
 //! null where nothing was measured. `p99_us` is never below the true one and at most 3.2 % above it
@@ -29,8 +31,9 @@
 
 use super::{Setting, left_out, name_or_null, number_or_null, quoted, seconds, truth};
 use crate::finding::{Code, Severity};
-use crate::frame::FrameRef;
+use crate::frame::{CanId, FrameRef};
 use crate::services::sdo::wire::Side;
+use crate::summary::identifiers::Identifier;
 use crate::summary::load::Peak;
 use crate::summary::node::{Counted, Node};
 use crate::summary::spread::{Ranked, Spread};
@@ -53,14 +56,19 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
     for (id, one) in &summary.buses {
         let name = setting.buses.name(*id);
         bus(out, name, one, elapsed_ns, summary.network.bit_rate);
-        if one.sync.frames > 0 {
-            sync(out, name, &one.sync);
+        if !one.identifiers.are_foreign() {
+            if one.sync.frames > 0 {
+                sync(out, name, &one.sync);
+            }
+            for (id, of_bus) in one.nodes() {
+                node(out, setting, summary, name, id, of_bus, elapsed_ns);
+            }
+            for of_bus in one.pdos.iter() {
+                pdo(out, name, of_bus, elapsed_ns);
+            }
         }
-        for (id, of_bus) in one.nodes() {
-            node(out, setting, summary, name, id, of_bus, elapsed_ns);
-        }
-        for of_bus in one.pdos.iter() {
-            pdo(out, name, of_bus, elapsed_ns);
+        for (id, of_bus) in one.identifiers.iter() {
+            identifier(out, name, id, of_bus, elapsed_ns);
         }
     }
     for (of, raised) in &summary.findings {
@@ -113,7 +121,8 @@ fn bus(out: &mut Vec<u8>, name: &[u8], bus: &Bus, elapsed_ns: Option<u64>, bit_r
     put!(out; ",\"remote\":", bus.remote, ",\"fd\":", bus.fd, ",\"fd_switched\":", bus.fd_switched);
     put!(out; ",\"extended\":", bus.extended, ",\"errors\":", bus.errors, ",\"gaps\":", bus.gaps);
     put!(out; ",\"dropped\":", bus.dropped, ",\"services\":{");
-    let seen = SERVICES.iter().zip(bus.services).filter(|(_, count)| *count > 0);
+    let services = if bus.identifiers.are_foreign() { bus.foreign_only() } else { bus.services };
+    let seen = SERVICES.iter().zip(services).filter(|(_, count)| *count > 0);
     for (place, (service, count)) in seen.enumerate() {
         put!(out; if place > 0 { ",\"" } else { "\"" }, *service, "\":", count);
     }
@@ -241,20 +250,36 @@ fn state(out: &mut Vec<u8>, lang: Lang, state: Option<u8>, [word, name]: [&'stat
 fn pdo(out: &mut Vec<u8>, name: &[u8], pdo: &Pdo, elapsed_ns: Option<u64>) {
     let (node, transmit, number) = pdo.key;
     begin(out, "pdo", name);
-    put!(out; ",\"node\":", node, ",\"pdo\":\"", if transmit { "TPDO" } else { "RPDO" }, number, "\",\"id\":\"");
-    let raw = u64::from(pdo.id.raw());
-    if pdo.id.is_extended() {
-        put!(out; Hex::<8>(raw))
-    } else {
-        put!(out; Hex::<3>(raw))
-    }
-    put!(out; "\",\"ext\":", truth(pdo.id.is_extended()), ",\"frames\":", pdo.frames, ",\"rate\":");
+    put!(out; ",\"node\":", node, ",\"pdo\":\"", if transmit { "TPDO" } else { "RPDO" }, number, "\"");
+    can_id(out, pdo.id);
+    put!(out; ",\"frames\":", pdo.frames, ",\"rate\":");
     rate(out, pdo.frames, elapsed_ns);
     put!(out; ",\"interval\":");
     spread(out, &pdo.interval);
     put!(out; ",\"synchronous\":", pdo.synchronous, ",\"before_sync\":", pdo.before_sync, ",\"delay\":");
     ranked(out, &pdo.delay);
     put!(out; "}\n");
+}
+
+fn identifier(out: &mut Vec<u8>, name: &[u8], id: CanId, one: &Identifier, elapsed_ns: Option<u64>) {
+    begin(out, "identifier", name);
+    can_id(out, id);
+    put!(out; ",\"frames\":", one.frames, ",\"rate\":");
+    rate(out, one.frames, elapsed_ns);
+    put!(out; ",\"interval\":");
+    spread(out, &one.interval);
+    put!(out; ",\"length_min\":", one.length.0, ",\"length_max\":", one.length.1, "}\n");
+}
+
+fn can_id(out: &mut Vec<u8>, id: CanId) {
+    let raw = u64::from(id.raw());
+    put!(out; ",\"id\":\"");
+    if id.is_extended() {
+        put!(out; Hex::<8>(raw))
+    } else {
+        put!(out; Hex::<3>(raw))
+    }
+    put!(out; "\",\"ext\":", truth(id.is_extended()));
 }
 
 fn finding(out: &mut Vec<u8>, setting: Setting<'_>, (code, severity): (Code, Severity), raised: &Raised) {

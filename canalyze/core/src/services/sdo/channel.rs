@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::block::Block;
+use super::exchange::{expedited, lacks_data};
 use super::hypotheses::Hypotheses;
 use super::judgement::{Proof, Verdicts};
 use super::sequence::{Sequence, within};
@@ -200,7 +201,7 @@ impl Channel {
 
     /// The server was only looked for, as all others were.
     pub fn scanned(&mut self, scanned: bool) {
-        self.verdicts.scanned = scanned;
+        self.verdicts.scanned |= scanned;
     }
 
     /// The server's node-ID.
@@ -377,6 +378,12 @@ impl Channel {
             Command::InitiateBlockDownload { size, .. } => size.filter(|_| request.len == 8),
             _ => None,
         };
+        if let Command::InitiateDownload(mux, i) = request.command
+            && i.expedited
+            && !lacks_data(&i, request.len)
+        {
+            transfer.data.requested = expedited(Some(mux), &i, request.len).to_vec();
+        }
         self.transfer = Some(transfer);
         self.phase = Phase::Initiated(*request);
         self.hypotheses.settle();

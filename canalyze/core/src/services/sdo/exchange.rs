@@ -420,7 +420,7 @@ fn has_data(i: &Initiate) -> bool {
 }
 
 /// Whether the frame of an expedited transfer is too short for the data that it announces.
-fn lacks_data(i: &Initiate, len: u8) -> bool {
+pub(super) fn lacks_data(i: &Initiate, len: u8) -> bool {
     i.size_indicated && i.expedited_len(len) < i.expedited_len(8)
 }
 

@@ -15,6 +15,15 @@ use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, 
 
 /// Odd frames on a channel that has shown no valid exchange, from which on it is not taken for SDO.
 const FOREIGN: u64 = 16;
+/// One in so many frames that no stack would send is more than lost answers explain.
+const ODD: u64 = 8;
+
+/// Requests that follow others sooner than a client gives up: the answers were there.
+const WENT_ON: u64 = 2;
+/// Frames that nobody has asked for, and how far apart they are at most on average, in ns: a flood.
+const FLOOD: u64 = 100;
+const FLOOD_NS: i64 = 50_000_000;
+
 /// A write that the server refused.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Refused {
@@ -50,13 +59,35 @@ pub(super) struct Proof {
     pub(super) odd: u64,
     /// Requests among them that can only be meant as such.
     pub(super) plausible: u64,
+    /// The same, and responses, of an object such as devices have.
+    pub(super) usual: u64,
+    /// The client's last request, while nothing is answered; how often another one followed sooner than a client gives up,
+    /// and how often it gave up.
+    pub(super) last_request: Option<(Mux, FrameRef)>,
+    pub(super) went_on: u64,
+    pub(super) given_up: u64,
     pub(super) first: Option<FrameRef>,
+    pub(super) last: FrameRef,
+}
+
+/// A channel of which the capture shows one direction only.
+#[derive(Clone, Copy, Debug)]
+pub struct OneSided {
+    /// The side that is there.
+    pub side: Side,
+    /// Its frames.
+    pub frames: u64,
+    /// The first of them.
+    pub first: FrameRef,
+    /// The server's node-ID.
+    pub node: u8,
 }
 
 impl Proof {
     /// Counts a frame.
     pub(super) fn count(&mut self, side: Side, at: FrameRef) {
         self.first.get_or_insert(at);
+        self.last = at;
         let frames = if side == Side::Client { &mut self.requests } else { &mut self.responses };
         *frames = frames.saturating_add(1);
     }
@@ -65,10 +96,19 @@ impl Proof {
     pub(super) fn weigh(&mut self, half: &Half, later: bool) {
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
         self.odd = self.odd.saturating_add(u64::from(odd));
+        self.given_up += u64::from(matches!(half.command, Command::Abort(..)));
+        let answers = matches!(half.command, Command::UploadInitiated(..) | Command::DownloadInitiated(_));
+        self.usual = self.usual.saturating_add(u64::from(answers && !odd && is_usual(half)));
         if !strict_initiate(half) {
             return;
         }
+        if let Some(object) = half.command.mux() {
+            let before = self.last_request.replace((object, half.at));
+            let soon = |at: FrameRef| half.at.since(at).is_none_or(|apart| (0..SHORTEST_TIMEOUT_NS).contains(&apart));
+            self.went_on += u64::from(before.is_some_and(|(other, at)| other != object && soon(at)));
+        }
         self.plausible = self.plausible.saturating_add(1);
+        self.usual = self.usual.saturating_add(u64::from(is_usual(half)));
         self.begun |= later;
         if !matches!(half.command, Command::InitiateDownload(..)) {
             // What was odd may have been block data of a transfer that began before the capture.
@@ -167,9 +207,13 @@ impl Channel {
         }
         let missing = [Sdo002::NoResponse.into(), Sdo012::EndNotConfirmed.into()].contains(&verdict);
         let in_vain = self.verdicts.unanswerable.filter(|request| missing && request.no == offender.no);
+        // Of a channel that shows one side only nobody can tell what was not answered.
+        let one_sided = self.is_one_sided();
         let object = match &mut self.transfer {
             Some(transfer) => {
-                transfer.note_finding(code);
+                if !one_sided || !missing {
+                    transfer.note_finding(code);
+                }
                 transfer.mux
             }
             None => self.step.result.as_ref().and_then(|transfer| transfer.mux),
@@ -269,6 +313,7 @@ impl Channel {
 
     pub(super) fn trust(&mut self, cx: &mut Context<'_>) {
         (self.proof.trusted, self.proof.proven, self.proof.begun) = (true, true, true);
+        cx.evidence.services.prove(self.server.node);
         for finding in std::mem::take(&mut self.verdicts.withheld) {
             cx.emit(finding);
         }
@@ -280,21 +325,52 @@ impl Channel {
         !self.proof.proven && self.proof.odd >= FOREIGN && self.proof.odd > frames / 2
     }
 
+    /// Frames of the channel.
+    pub fn frames(&self) -> u64 {
+        self.proof.requests.saturating_add(self.proof.responses)
+    }
+
+    /// Whether the frames are SDO: by an exchange, or by how many of them can be one; `None` where nobody can tell.
+    pub fn is_sdo(&self) -> Option<bool> {
+        let Proof { usual, odd, .. } = self.proof;
+        if self.proof.proven || self.proof.paired || usual > self.frames() / 4 * 3 {
+            return Some(true);
+        }
+        (odd > self.frames() / ODD).then_some(false)
+    }
+
+    /// The side that the capture shows alone, where that is the recording's doing: answers without any request, or a
+    /// client that goes on as if it were answered.
+    pub fn one_sided(&self) -> Option<OneSided> {
+        let Proof { requests, responses, went_on, given_up, first, .. } = self.proof;
+        if !self.is_one_sided() || self.is_sdo() != Some(true) || self.verdicts.scanned {
+            return None;
+        }
+        let side = if requests == 0 { Side::Server } else { Side::Client };
+        let shown = if side == Side::Client { went_on >= WENT_ON && given_up == 0 } else { responses > 1 };
+        Some(OneSided { side, frames: self.frames(), first: first?, node: self.server.node }).filter(|_| shown)
+    }
+
     /// The capture is over: what was withheld is no SDO, or nobody has answered.
     pub(super) fn report_distrust(&mut self, cx: &mut Context<'_>) {
         let Some(first) = self.proof.first else { return };
         if self.proof.proven || self.verdicts.scanned || self.proof.paired {
             return;
         }
-        let unanswered = self.proof.requests > 0 && self.proof.responses == 0 && self.proof.plausible > 0;
+        let unanswered = self.proof.responses == 0 && self.is_sdo() == Some(true);
         let frames = self.proof.requests.saturating_add(self.proof.responses);
         // A request at the capture's end may still be answered, and its answer may have been before the capture.
         let waited = first.t_ns.zip(cx.at.t_ns).map_or(0, |(first, now)| now.saturating_sub(first)) > UNANSWERED_NS;
         if frames < 2 && !(unanswered && waited) {
             return;
         }
-        let what: Verdict =
-            if unanswered { Sdo031::Frames { frames }.into() } else { Sdo030::Frames { frames }.into() };
+        let lasted = self.proof.last.since(first).unwrap_or(0);
+        let flood = self.proof.requests == 0 && frames >= FLOOD && (1..FLOOD_NS * frames as i64).contains(&lasted);
+        let what: Verdict = match (unanswered, flood) {
+            (true, _) => Sdo031::Frames { frames }.into(),
+            (false, true) => Sdo030::Flood { frames, duration: lasted }.into(),
+            (false, false) => Sdo030::Frames { frames }.into(),
+        };
         let found = cx.verdict(what, Some(self.server.node), None, None);
         cx.emit(Finding { at: first, ..found });
     }
@@ -304,6 +380,13 @@ impl Channel {
 /// power (CiA 301, 7.5.2.13 and 7.5.2.14; CiA 302-3).
 fn takes_time(object: Mux) -> bool {
     matches!(object.index, 0x1010 | 0x1011 | 0x1F50 | 0x1F51)
+}
+
+/// Whether stacks send such an initiate, of an object such as devices have: the standard reserves indices from C000h on,
+/// and node-IDs are the greatest sub-indices in use but for FFh.
+fn is_usual(half: &Half) -> bool {
+    let usual = |object: Mux| object.index < 0xC000 && matches!(object.sub, 0..=0x7F | 0xFF);
+    half.len == 8 && !half.command.has_invalid_unused() && half.command.mux().is_some_and(usual)
 }
 
 /// Whether a finding is about a frame that is wrong, and not about one after which something is missing.

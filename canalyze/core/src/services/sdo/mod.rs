@@ -21,7 +21,7 @@ mod block_transfer;
 pub mod channel;
 pub mod exchange;
 mod hypotheses;
-mod judgement;
+pub mod judgement;
 mod machine;
 mod sequence;
 #[cfg(test)]

@@ -125,6 +125,8 @@ pub struct Data {
     pub size: u64,
     /// The first [`KEPT`] of them.
     pub kept: Vec<u8>,
+    /// The bytes in the request of an expedited download: they count as transferred only when the server has confirmed.
+    pub requested: Vec<u8>,
     /// FNV-1a over all of them: whether two transfers carry the same, whatever their length.
     pub digest: u64,
     /// Segments transferred; 0 for an expedited transfer.
@@ -230,6 +232,7 @@ impl Transfer {
             initiated: None,
             size: 0,
             kept: Vec::new(),
+            requested: Vec::new(),
             digest: FNV_OFFSET,
             segments: 0,
             even: true,

@@ -291,12 +291,20 @@ pub fn result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
             (false, Side::Client) => say!(out, lang; zh: " 写入被主站中止: "; en: " download aborted by the client: "),
             (false, Side::Server) => say!(out, lang; zh: " 写入被从站中止: "; en: " download aborted by the server: "),
         }
-        return abort(out, lang, by.code);
+        abort(out, lang, by.code);
+        if !transfer.data.requested.is_empty() {
+            put!(out; ", ");
+            value::transferred(out, lang, transfer);
+        }
+        return;
     }
     if transfer.outcome.status != Status::Aborted && (transfer.data.size > 0 || transfer.outcome.status == Status::Ok) {
         put!(out; " = ");
         value::transferred(out, lang, transfer);
         put!(out; " (", Size(lang, transfer.data.size), ")");
+    } else if !transfer.data.requested.is_empty() {
+        put!(out; ": ");
+        value::transferred(out, lang, transfer);
     }
     match transfer.outcome.status {
         Status::Ok => {}

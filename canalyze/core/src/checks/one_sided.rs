@@ -1,0 +1,26 @@
+//! SDO of which only one direction was recorded, said once a bus. It must not judge a transfer.
+
+use crate::context::Context;
+use crate::finding::{Finding, Verdict};
+use crate::rules::sdo::Sdo032;
+use crate::services::sdo::judgement::OneSided;
+use crate::services::sdo::wire::Side;
+
+/// The capture is over: the channels that it shows one side of.
+pub fn conclude(found: &[OneSided], cx: &mut Context<'_>) {
+    for side in [Side::Client, Side::Server] {
+        let of_side = || found.iter().filter(|one| one.side == side);
+        let Some(earliest) = of_side().min_by_key(|one| one.first.no) else { continue };
+        let servers = of_side().count() as u64;
+        let frames: u64 = of_side().map(|one| one.frames).sum();
+        let what: Verdict = match (side, servers) {
+            (Side::Client, 1) => Sdo032::Answers { requests: frames }.into(),
+            (Side::Client, _) => Sdo032::AnswersOfAll { requests: frames, servers }.into(),
+            (Side::Server, 1) => Sdo032::Requests { answers: frames }.into(),
+            (Side::Server, _) => Sdo032::RequestsOfAll { answers: frames, servers }.into(),
+        };
+        let node = Some(earliest.node).filter(|_| servers == 1);
+        let finding = cx.verdict(what, node, None, None);
+        cx.report(Finding { at: earliest.first, ..finding });
+    }
+}

@@ -1,0 +1,373 @@
+//! Whether the frames on the identifier of a service are messages of that service.
+//!
+//! A bus may carry other protocols, beside CANopen or instead of it, and they use any identifier. Values and counters of
+//! such traffic are no messages of NMT, SYNC, TIME, EMCY or error control, and nothing may be judged by them. A device
+//! at fault sends the same wrong frame again and again, or right ones too: so many frames that differ, or (where the node is
+//! not known) that are the same, make it certain that they are something else; until then findings wait. SDO and LSS have their own proofs, which rest
+//! on requests and answers. It must not raise a finding.
+
+use crate::cob_id::Role;
+use crate::finding::Finding;
+use crate::frame::{CanId, Frame, FrameRef, Kind};
+use crate::rules::Family;
+
+use super::recording::Recording;
+use super::when::When;
+
+/// Messages of the service, with hardly a wrong one among them, that prove it.
+const PROOF: u32 = 3;
+/// Findings that wait for a proof at most (invariant 6).
+const KEPT: usize = 64;
+/// Fewer frames say nothing of a whole bus.
+const FEW: u64 = 20;
+/// One in so many frames is certain to be no message of CANopen, where a whole bus is taken for something else.
+const PART: u64 = 4;
+/// How long one waits where the node, or the bus, is known to be CANopen, in ns.
+const WAIT_NS: i64 = 3_000_000_000;
+
+/// What it is certain that an identifier carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Standing {
+    /// The service.
+    Service,
+    /// Not known yet.
+    Open,
+    /// Something else.
+    Other,
+}
+
+/// What the frames of one identifier have shown.
+#[derive(Clone, Debug, Default)]
+struct Shown {
+    /// Frames that are messages of the service, and others.
+    fit: u32,
+    misfit: u32,
+    /// Wrong frames with other data than the frame before.
+    different: u32,
+    proven: bool,
+    /// The first frame and the last one, with its first bytes.
+    first: Option<(CanId, FrameRef)>,
+    last: u64,
+}
+
+impl Shown {
+    fn take(&mut self, frame: &Frame, fits: bool) {
+        let bytes = head(frame);
+        self.first.get_or_insert((frame.id, frame.reference()));
+        if fits {
+            self.fit = self.fit.saturating_add(1);
+            self.proven |= self.fit >= PROOF && self.misfit <= self.fit / PROOF;
+        } else {
+            self.different = self.different.saturating_add(u32::from(self.misfit == 0 || bytes != self.last));
+            self.misfit = self.misfit.saturating_add(1);
+        }
+        self.last = bytes;
+    }
+
+    /// `ground`: what else is known to be CANopen; `over`: no further frame can tell.
+    fn standing(&self, ground: Ground, over: bool) -> Standing {
+        let (different, same) = match ground {
+            Ground::Nothing => (4, 3),
+            Ground::Bus => (4, 16),
+            Ground::Node if over => (4, 16),
+            Ground::Node => (12, 16),
+        };
+        if self.proven || self.misfit == 0 {
+            Standing::Service
+        } else if self.fit.saturating_mul(3) >= self.misfit {
+            // Of random values some fit, too.
+            if ground == Ground::Nothing { Standing::Open } else { Standing::Service }
+        } else if self.different >= different {
+            Standing::Other
+        } else if self.misfit < same {
+            Standing::Open
+        } else if ground == Ground::Node {
+            Standing::Service
+        } else {
+            Standing::Other
+        }
+    }
+}
+
+/// What is known to be CANopen by other frames than those of an identifier.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ground {
+    /// Nothing.
+    Nothing,
+    /// The bus.
+    Bus,
+    /// The node; for a service of no node, the bus.
+    Node,
+}
+
+/// An identifier whose frames are not those of the service that its number stands for.
+#[derive(Clone, Copy, Debug)]
+pub struct Other {
+    /// The identifier.
+    pub id: CanId,
+    /// Its first frame.
+    pub first: FrameRef,
+    /// Its frames.
+    pub frames: u64,
+}
+
+/// A bus on which nothing is CANopen.
+#[derive(Clone, Copy, Debug)]
+pub struct Alien {
+    /// Its first frame.
+    pub first: FrameRef,
+    /// Its frames.
+    pub frames: u64,
+    /// All of them have 29-bit identifiers.
+    pub extended: bool,
+}
+
+/// What the identifiers of a bus carry.
+#[derive(Debug)]
+pub struct Services {
+    /// NMT, SYNC and TIME, then EMCY and error control by node-ID.
+    shown: Vec<Shown>,
+    /// Nodes, one bit each, that an SDO exchange, a boot-up or heartbeats have shown.
+    nodes: u128,
+    /// A person has described the bus.
+    described: bool,
+    /// Frames with data; those with 29-bit identifiers; those on identifiers without a service.
+    frames: u64,
+    extended: u64,
+    unassigned: u64,
+    first: Option<FrameRef>,
+    /// The capture is over.
+    over: bool,
+    /// The bus carries something else: nothing is said of its services.
+    alien: bool,
+    waiting: Vec<(Finding, When)>,
+}
+
+/// The first slots of EMCY and of error control.
+const EMCY: usize = 3;
+const ERROR_CONTROL: usize = EMCY + 128;
+const SLOTS: usize = ERROR_CONTROL + 128;
+
+impl Default for Services {
+    fn default() -> Self {
+        Self {
+            shown: vec![Shown::default(); SLOTS],
+            nodes: 0,
+            described: false,
+            frames: 0,
+            extended: 0,
+            unassigned: 0,
+            first: None,
+            over: false,
+            alien: false,
+            waiting: Vec::new(),
+        }
+    }
+}
+
+impl Services {
+    /// Of a bus of which nothing was seen; `described`: a person says that there is CANopen on it.
+    pub fn new(described: bool) -> Self {
+        Self { described, ..Self::default() }
+    }
+
+    /// Takes a frame and what its identifier stands for.
+    #[inline]
+    pub fn take(&mut self, role: Role, frame: &Frame) {
+        if matches!(frame.kind, Kind::Remote | Kind::Error) {
+            return;
+        }
+        self.frames += 1;
+        self.extended += u64::from(frame.id.is_extended());
+        self.unassigned += u64::from(is_unassigned(role));
+        self.first.get_or_insert(frame.reference());
+        let Some(slot) = slot(role) else { return };
+        let Some(shown) = self.shown.get_mut(slot) else { return };
+        shown.take(frame, fits(role, frame, shown.last, shown.fit > 0));
+        if let Role::ErrorControl(node) = role
+            && shown.proven
+        {
+            self.prove(node);
+        }
+    }
+
+    /// A node is CANopen: it has answered a request as SDO does.
+    pub fn prove(&mut self, node: u8) {
+        self.nodes |= 1 << (node & 0x7F);
+    }
+
+    /// Whether it is certain that the frames of an identifier are not those of its service.
+    #[inline]
+    pub fn is_other(&self, role: Role) -> bool {
+        slot(role).is_some_and(|slot| self.is_other_at(slot))
+    }
+
+    fn is_other_at(&self, slot: usize) -> bool {
+        self.standing(slot) == Standing::Other
+    }
+
+    /// Whether anything has shown that the bus is CANopen.
+    pub fn is_canopen(&self) -> bool {
+        self.described || self.nodes != 0 || self.shown.iter().any(|shown| shown.proven)
+    }
+
+    /// The capture is over. `further`: frames of SDO and LSS that are certain to be none; `canopen`: others
+    /// have shown that they are. Gives what the whole bus is, where
+    /// it is not CANopen; then no finding about a service is admitted any more.
+    pub fn conclude(&mut self, further: u64, canopen: bool) -> Option<Alien> {
+        self.over = true;
+        let hint = self.shown.iter().enumerate().any(|(slot, shown)| shown.fit > 0 && !self.is_other_at(slot));
+        if canopen || hint || self.is_canopen() || self.frames < FEW {
+            return None;
+        }
+        let others: u64 = self.others().map(|other| other.frames).sum();
+        let strange = self.unassigned.saturating_add(others).saturating_add(further);
+        self.alien = strange >= self.frames / PART;
+        let first = self.first.filter(|_| self.alien)?;
+        Some(Alien { first, frames: self.frames, extended: self.extended == self.frames })
+    }
+
+    /// Takes a finding: gives it back where the services that it is about are there, keeps it where that is not known yet,
+    /// and drops it where they are not.
+    pub fn admit(&mut self, finding: Finding, at: When) -> Option<Finding> {
+        match self.of(&finding) {
+            Standing::Service => Some(finding),
+            Standing::Open if self.waiting.len() < KEPT => {
+                self.waiting.push((finding, at));
+                None
+            }
+            Standing::Open | Standing::Other => None,
+        }
+    }
+
+    /// Whether findings wait.
+    #[inline]
+    pub fn holds(&self) -> bool {
+        !self.waiting.is_empty()
+    }
+
+    /// The findings that have waited long enough at `now`, in order.
+    pub fn release(&mut self, now: When, recording: &Recording) -> Vec<Finding> {
+        let mut out = Vec::new();
+        for (finding, since) in std::mem::take(&mut self.waiting) {
+            let known = finding.node.map_or_else(|| self.is_canopen(), |node| self.is_node(node));
+            match self.of(&finding) {
+                Standing::Service => out.push(finding),
+                Standing::Open if known && recording.certainly_later(now, since, WAIT_NS) => out.push(finding),
+                Standing::Open => self.waiting.push((finding, since)),
+                Standing::Other => {}
+            }
+        }
+        out
+    }
+
+    /// The capture is over: what waits and is not about something else.
+    pub fn finish(&mut self) -> Vec<Finding> {
+        let waiting = std::mem::take(&mut self.waiting).into_iter();
+        waiting.map(|(finding, _)| finding).filter(|finding| self.of(finding) != Standing::Other).collect()
+    }
+
+    /// The identifiers that carry something else.
+    pub fn others(&self) -> impl Iterator<Item = Other> {
+        let others = self.shown.iter().enumerate().filter(|(slot, _)| self.standing(*slot) == Standing::Other);
+        others.filter_map(|(_, shown)| {
+            let (id, first) = shown.first?;
+            Some(Other { id, first, frames: u64::from(shown.fit) + u64::from(shown.misfit) })
+        })
+    }
+
+    fn is_node(&self, node: u8) -> bool {
+        self.nodes & 1 << (node & 0x7F) != 0
+    }
+
+    fn standing(&self, slot: usize) -> Standing {
+        let Some(shown) = self.shown.get(slot) else { return Standing::Service };
+        if shown.misfit == 0 {
+            return Standing::Service;
+        }
+        let node = slot.checked_sub(EMCY).map(|place| place as u8);
+        let ground = match node {
+            Some(node) if self.is_node(node) => Ground::Node,
+            None if self.is_canopen() => Ground::Node,
+            Some(_) if self.is_canopen() => Ground::Bus,
+            _ => Ground::Nothing,
+        };
+        shown.standing(ground, self.over)
+    }
+
+    fn of(&self, finding: &Finding) -> Standing {
+        let mut found = Standing::Service;
+        let families = finding.code.rule().context;
+        if self.alien && families.iter().any(|family| !matches!(family, Family::Error | Family::Other)) {
+            return Standing::Other;
+        }
+        for family in families {
+            let slot = match (family, finding.node) {
+                (Family::Nmt, _) => slot(Role::Nmt),
+                (Family::Sync, _) => slot(Role::Sync),
+                (Family::Time, _) => slot(Role::Time),
+                (Family::Emcy, Some(node)) => slot(Role::Emcy(node)),
+                (Family::ErrorControl, Some(node)) => slot(Role::ErrorControl(node)),
+                _ => None,
+            };
+            match slot.map(|slot| self.standing(slot)) {
+                Some(Standing::Other) => return Standing::Other,
+                Some(Standing::Open) => found = Standing::Open,
+                Some(Standing::Service) | None => {}
+            }
+        }
+        found
+    }
+}
+
+/// Whether CANopen gives an identifier no service.
+fn is_unassigned(role: Role) -> bool {
+    matches!(role, Role::Foreign | Role::Unassigned | Role::Reserved | Role::DynamicSdo)
+}
+
+fn slot(role: Role) -> Option<usize> {
+    Some(match role {
+        Role::Nmt => 0,
+        Role::Sync => 1,
+        Role::Time => 2,
+        Role::Emcy(node) => EMCY + usize::from(node & 0x7F),
+        Role::ErrorControl(node) => ERROR_CONTROL + usize::from(node & 0x7F),
+        _ => return None,
+    })
+}
+
+/// The first bytes of a frame, and its length.
+fn head(frame: &Frame) -> u64 {
+    u64::from_le_bytes(frame.head()) ^ u64::from(frame.len).rotate_right(8)
+}
+
+/// Whether a frame is a message of its service. `last`: what [`head`] says of the one before, `seen`: one was a message.
+fn fits(role: Role, frame: &Frame, last: u64, seen: bool) -> bool {
+    let bytes = frame.payload();
+    match (role, bytes) {
+        (Role::Nmt, &[command, node]) => matches!(command, 0x01 | 0x02 | 0x80..=0x82) && node <= 127,
+        (Role::Sync, &[]) => true,
+        (Role::Sync, &[counter]) => {
+            let before = (last & 0xFF) as u8;
+            (1..=240).contains(&counter) && (!seen || counter == 1 || counter == before.wrapping_add(1))
+        }
+        (Role::Time, &[_, _, _, high, _, _]) => high >> 4 == 0,
+        (Role::Emcy(_), &[low, high, register, ..]) if bytes.len() == 8 => {
+            // Bit 0 is set with any other; bit 6 is reserved (CiA 301, table 48).
+            is_emergency(u16::from_le_bytes([low, high])) && (register == 0 || register & 0x41 == 1)
+        }
+        (Role::ErrorControl(_), &[state]) => matches!(state & 0x7F, 0x00 | 0x04 | 0x05 | 0x7F),
+        _ => false,
+    }
+}
+
+/// Whether an error code belongs to a class of CiA 301, table 26.
+fn is_emergency(code: u16) -> bool {
+    let [high, low] = code.to_be_bytes();
+    match high {
+        0x00 => low == 0,
+        0x10 | 0x20..=0x23 | 0x30..=0x33 | 0x40..=0x42 | 0x50 | 0x60..=0x63 | 0x70 | 0x80..=0x82 | 0x90 => true,
+        0xF0 | 0xFF => true,
+        _ => false,
+    }
+}

@@ -1,0 +1,86 @@
+"""Traffic that is not CANopen raises nothing, alone or beside CANopen, and is named once; CANopen is never called so.
+
+What it must not do: look at the wording.
+"""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+
+import pytest
+from captures import SAMPLES, SHARED, Analysis, CanFrame, analyze, log_text, read_log, session_output
+from foreign_traffic import BUS, GENERATORS, START_US, in_order, sensor
+from network_sessions import SESSIONS
+
+STACKS = {
+    path.stem: read_log(path.read_bytes())
+    for folder in (SAMPLES / "stacks", SAMPLES / "network", SHARED / "stacks")
+    for path in sorted(folder.glob("*.log"))
+}
+SEEDS = 20
+CHANCE = {"obd": 1, "raw_sensors": 1, "battery": 1}
+"""Captures of all seeds in which a random value is a message of CANopen by chance, at most."""
+WHOLE = ["extended_sensors", "j1939", "uds", "uds_on_lss"]
+
+
+def codes(said: Analysis) -> set[str]:
+    return {finding["code"] for finding in said.findings}
+
+
+@pytest.mark.parametrize("name", GENERATORS)
+def test_other_protocols_raise_nothing(name: str) -> None:
+    said = [analyze(log_text(GENERATORS[name](random.Random(seed)))) for seed in range(SEEDS)]
+    loud = [one.complaint() for one in said if one.above_info()]
+    assert len(loud) <= CHANCE.get(name, 0), "\n".join(loud)
+    if name in WHOLE:
+        assert [[finding["code"] for finding in one.findings] for one in said] == [["BUS009"]] * SEEDS
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_a_bus_that_is_not_canopen_has_no_nodes(name: str) -> None:
+    capture = log_text(GENERATORS[name](random.Random(1)))
+    kinds = [line.split(b'"')[3] for line in session_output([capture], output_format="summary").splitlines()]
+    assert kinds.count(b"summary_identifier") >= 2
+    assert {b"summary_node", b"summary_pdo", b"summary_sync"}.isdisjoint(kinds)
+
+
+@pytest.mark.parametrize("name", STACKS)
+def test_an_excerpt_of_canopen_is_canopen(name: str) -> None:
+    frames = STACKS[name]
+    lengths = [10, 40, len(frames)]
+    for length in lengths:
+        for start in range(0, max(len(frames) - length, 0) + 1, max(len(frames) // 20, 1)):
+            said = analyze(log_text(frames[start : start + length]))
+            assert "BUS009" not in codes(said), (start, length)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("name", sorted(set(SESSIONS) - {"lss_bit_timing"}))
+def test_sensors_beside_a_clean_network(name: str, seed: int) -> None:
+    frames, rng = SESSIONS[name]().frames(), random.Random(seed)
+    used = {frame.can_id for frame in frames}
+    free = [*range(0x081, 0x0FF), *range(0x701, 0x77F), *range(0x581, 0x5FF), *range(0x601, 0x67F), 0x100, 0x7E4, 0x7E5]
+    ids = rng.sample([one for one in free if one not in used], 3)
+    seconds = (frames[-1].t_us - frames[0].t_us) / 1_000_000
+    streams = (sensor(rng, one, rng.choice([5_000, 10_000, 50_000]), seconds) for one in ids)
+    beside = [[shifted(one, frames[0]) for one in stream] for stream in streams]
+    said = analyze(log_text(in_order(frames, *beside)))
+    assert not said.above_info(), said.complaint()
+    assert {"BUS009", "SDO030", "LSS030"} & codes(said)
+
+
+def shifted(frame: CanFrame, first: CanFrame) -> CanFrame:
+    """The frame of a generator on the bus and the clock of a recording."""
+    return replace(frame, bus=first.bus, t_us=frame.t_us - START_US + first.t_us)
+
+
+def test_a_device_that_repeats_a_wrong_frame_is_at_fault() -> None:
+    pair = [
+        CanFrame(BUS, 0x605, bytes.fromhex("4000100000000000"), START_US),
+        CanFrame(BUS, 0x585, bytes.fromhex("4300100092010000"), START_US + 400),
+    ]
+    heartbeats = [CanFrame(BUS, 0x705, bytes.fromhex("0500"), START_US + turn * 100_000) for turn in range(1, 60)]
+    said = analyze(log_text([*pair, *heartbeats]))
+    assert [row["severity"] for row in said.findings if row["code"] == "HBT006"][:1] == ["warning"]
+    assert "BUS009" not in codes(said)
