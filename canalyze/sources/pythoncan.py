@@ -469,7 +469,8 @@ class _Trc(_Text):
         if number is None and (left_out := self._omission(line.encode("latin-1"))) is not None:
             self._rows.mark(left_out, at)
             return True
-        self._left_out(self._rows.row(number, at))
+        if missing := self._rows.row(number, at):
+            self._left_out(missing)
         return False
 
     def _left_out(self, missing: tuple[int | None, int, int | None] | None) -> None:
