@@ -224,6 +224,15 @@ def test_no_chunking_changes_what_is_found(piece: int) -> None:
         assert set(told) <= {None, sniff(text, True)}, form
 
 
+@pytest.mark.parametrize("form", TRC)
+def test_prose_is_no_kind_of_row(canalyze: Runner, tmp_path: Path, form: str) -> None:
+    prose = ["So here I have it:", "Look at what I see in it"]
+    name = write(tmp_path / "a.txt", [prose[0], *listing(TRC[form], session()), prose[1]])
+    record = info(canalyze, name)
+    assert (record["unreadable"]["count"], record["contents"]["passed_over"]) == (2, [])
+    assert record["frames"] == len(session())
+
+
 def test_only_marks_are_marks() -> None:
     assert (omission(b"..."), omission(b"[7 lines skipped]"), omission("\u4ee5\u4e0b\u7565".encode())) == (-1, 7, -1)
     assert [omission(line) for line in (b"", b"# remark", b"nothing was lost", b"\xff\xfe", b"-----")] == [None] * 5

@@ -469,7 +469,8 @@ class _Trc(_Text):
         if number is None and (left_out := self._omission(line.encode("latin-1"))) is not None:
             self._rows.mark(left_out, at)
             return True
-        self._left_out(self._rows.row(number, at))
+        if missing := self._rows.row(number, at):
+            self._left_out(missing)
         return False
 
     def _left_out(self, missing: tuple[int | None, int, int | None] | None) -> None:
@@ -497,7 +498,7 @@ class _Trc(_Text):
                 return self.packer.error(trc.channel(line), trc.seconds(line), self.lines.number)
         except (ValueError, OverflowError, struct.error):
             kind = ""
-        if not kind or kind in ("DT", "FD", "FB", "FE", "BI", "RR", "Rx", "Tx"):
+        if not kind or number_of(line) is None or kind in ("DT", "FD", "FB", "FE", "BI", "RR", "Rx", "Tx"):
             return super().nothing()
         self.counts[kind] += 1
         return b""

@@ -155,12 +155,14 @@ class Trc:
 
     def change(self, line: str) -> str | None:
         """Take a line: those of the header are kept back, those of version 1.2 become what 1.3 would have."""
-        line = _unquoted(line)
-        if line.startswith("```"):
-            return None
+        if line[0] in ">`":
+            line = _unquoted(line)
+            if not line or line.startswith("```"):
+                return None
         if not line.startswith(";"):
             self.complete = True
-            self._decide(line)
+            if not self.decided:
+                self._decide(line)
             if self.version.startswith("2"):  # whose data are the rest of the line
                 line = _REMARK.sub("", line)
             parts = line.split(None, 5) if self.version == "1.2" else []
@@ -185,8 +187,6 @@ class Trc:
 
     def _decide(self, line: str) -> None:
         """Find out the version by a row, where no header has named it, or has not named the columns."""
-        if self.decided:
-            return
         if self.version and (self._columns or not self.version.startswith("2")):
             self.decided = True
             return

@@ -117,13 +117,23 @@ fn markers() {
     let place = Place::Line(1);
     let gap = Marker::Dropped { bus, count: 1, total: 2, place };
     let error = Marker::Error { bus, stamp: None, place };
+    let counted = Marker::LeftOut { count: Some(5), rows: Some((14, 20)), place };
+    let uncounted = Marker::LeftOut { count: None, rows: None, place };
     for (format, lines, losses) in [
-        (Format::Log, "DROPCOUNT: dropped 1 CAN frame on 'can0' socket (total drops 2)\n", 1),
-        (Format::Console, "DROPCOUNT: dropped 1 CAN frame on 'can0' socket (total drops 2)\n  can0  ERROR\n", 0),
+        (
+            Format::Log,
+            "DROPCOUNT: dropped 1 CAN frame on 'can0' socket (total drops 2)\n... 5 rows left out ...\n...\n",
+            1,
+        ),
+        (
+            Format::Console,
+            "DROPCOUNT: dropped 1 CAN frame on 'can0' socket (total drops 2)\n  can0  ERROR\n... 5 rows left out ...\n...\n",
+            0,
+        ),
     ] {
         let mut writer = Writer::new(format, &Settings::default());
         let mut out = Vec::new();
-        for marker in [gap, error, Marker::Start { date_ns: 5 }, Marker::Backward { place }] {
+        for marker in [gap, error, counted, uncounted, Marker::Start { date_ns: 5 }, Marker::Backward { place }] {
             writer.marker(&mut out, setting, &marker);
         }
         assert_eq!(String::from_utf8(out).unwrap(), lines);

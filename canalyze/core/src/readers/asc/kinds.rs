@@ -15,8 +15,10 @@ const KNOWN: &[&[u8]] = &[
     b"can",
     b"comment",
     b"diag",
+    b"end",
     b"eth",
     b"ethernet",
+    b"ethernetstatus",
     b"fr",
     b"gps",
     b"isotp",
@@ -54,7 +56,9 @@ pub(super) fn of<'a>(word: &'a [u8], behind: Words<'_>, last: bool) -> Option<&'
     if lower == b"can" && !is_status(behind) {
         return None; // a row of a trace window, `CAN 1  601  Rx ...`
     }
-    if is(BARE) {
+    // LIN with its channel: `L1 3C Rx 8 ...`.
+    let lin = matches!(lower.as_slice(), [b'l', b'1'..=b'9']);
+    if is(BARE) || lin {
         return Some(word);
     }
     if !(is(KNOWN) || variable || marker) || is_meant_as_frame(behind) || last && behind.is_empty() {

@@ -233,6 +233,8 @@ fn what_is_no_frame_is_counted_by_kind() {
         ("1.0 log trigger event", "log"),
         ("1.0 log direct start (0ms)", "log"),
         ("1.0 TFS: [3,1] Test case 1 passed", "TFS"),
+        ("1.0 L1 3c Rx 8 01 02", "L1"),
+        ("1.0 End of measurement", "End"),
         ("1.0 Lamp := 1", "environment variable"),
         ("1.0 Li 1 3c Rx 8 01 02", "Li"),
     ] {

@@ -19,7 +19,8 @@ const RECORDS: u32 = 64;
 const HEAD: u64 = 64 * 1024;
 /// Records that can be identifiers of 11 bits in the wrong order only, for that order to be taken at once.
 const SURE: u32 = 3;
-/// Records of which most must be identifiers in one order or the other; fewer tell nothing of a file.
+/// Records of which most must be identifiers in one order or the other; fewer tell nothing of a file. Where all of them
+/// are in the right order only, that is enough.
 const ENOUGH: u32 = 8;
 
 /// How the identifiers of a file are read.
@@ -106,6 +107,8 @@ impl Votes {
         }
         if self.sure >= SURE {
             self.decided = Some(Reading::Little);
+        } else if self.seen >= ENOUGH && self.big == self.seen && self.little == 0 {
+            self.decided = Some(Reading::Big);
         }
     }
 
