@@ -48,7 +48,7 @@ def extended_sensors(rng: random.Random) -> list[CanFrame]:
 
 
 def j1939(rng: random.Random) -> list[CanFrame]:
-    """Engine, transmission and body controllers, an address claim, requests, and a transport by broadcast (SAE J1939)."""
+    """Engine, transmission and body controllers, an address claim, requests, and a broadcast (SAE J1939)."""
     frames: list[CanFrame] = []
     t_us = START_US
 
@@ -154,7 +154,10 @@ def raw_sensors(rng: random.Random) -> list[CanFrame]:
     """Sensors at 1 to 1000 Hz on whatever identifiers."""
     ids = rng.sample(range(0x001, 0x800), rng.randrange(2, 12))
     return in_order(
-        *(sensor(rng, one, 1_000_000 // rng.choice([1, 5, 50, 100, 1000]), 2, rng.choice([8, 8, 8, 4, 6])) for one in ids)
+        *(
+            sensor(rng, one, 1_000_000 // rng.choice([1, 5, 50, 100, 1000]), 2, rng.choice([8, 8, 8, 4, 6]))
+            for one in ids
+        )
     )
 
 
@@ -189,7 +192,7 @@ def body_bus(rng: random.Random) -> list[CanFrame]:
 
 
 def battery(rng: random.Random) -> list[CanFrame]:
-    """A battery and its inverter: 351h, 355h, 356h, 35Ah, 305h, at 1 Hz, and cell voltages on 180h to 1F0h and 600h up."""
+    """A battery and its inverter: 351h, 355h, 356h, 35Ah, 305h, and cell voltages on 181h and 601h up."""
     ids = [0x351, 0x355, 0x356, 0x35A, 0x35E, 0x305, *range(0x181, 0x18A), *range(0x601, 0x606)]
     return in_order(*(sensor(rng, one, rng.choice([100_000, 1_000_000]), 6) for one in ids))
 

@@ -23,8 +23,8 @@ _COLOURS: Final = {"error": "31", "warning": "33", "info": "36", "clean": "32", 
 """Of what stands out on a terminal, as codes of ECMA-48."""
 
 _UNJUDGED: Final = frozenset({"EXP015", "BUS009"})
-"""What was not judged: an expectation that this capture cannot show, traffic that is not CANopen. No failure, but nobody
-must take it for met, or for clean."""
+"""What was not judged: an expectation that this capture cannot show, traffic that is not CANopen. No failure, but
+nobody must take it for met, or for clean."""
 
 
 def show(verdicts: Sequence[Verdict], out: Output, words: Words) -> None:
