@@ -116,6 +116,12 @@ impl Proof {
         }
     }
 
+    /// Whether the client goes on as if it were answered: at least every other request is about another object than the one
+    /// before, comes soon, and none was given up.
+    fn goes_on(&self) -> bool {
+        self.given_up == 0 && self.went_on > 0 && 2 * self.went_on + 1 >= self.plausible
+    }
+
     /// What is wrong with the channel's first frame itself, or with what answers it, counts if it can only be a
     /// request.
     fn is_first_exchange(&self) -> bool {
@@ -342,12 +348,12 @@ impl Channel {
     /// The side that the capture shows alone, where that is the recording's doing: answers without any request, or a
     /// client that goes on as if it were answered.
     pub fn one_sided(&self) -> Option<OneSided> {
-        let Proof { requests, responses, went_on, given_up, first, .. } = self.proof;
+        let Proof { requests, responses, went_on, first, .. } = self.proof;
         if !self.is_one_sided() || self.is_sdo() != Some(true) || self.verdicts.scanned {
             return None;
         }
         let side = if requests == 0 { Side::Server } else { Side::Client };
-        let shown = if side == Side::Client { went_on >= WENT_ON && given_up == 0 } else { responses > 1 };
+        let shown = if side == Side::Client { went_on >= WENT_ON && self.proof.goes_on() } else { responses > 1 };
         Some(OneSided { side, frames: self.frames(), first: first?, node: self.server.node }).filter(|_| shown)
     }
 
@@ -361,7 +367,7 @@ impl Channel {
         let frames = self.proof.requests.saturating_add(self.proof.responses);
         // A request at the capture's end may still be answered, and its answer may have been before the capture.
         let waited = first.t_ns.zip(cx.at.t_ns).map_or(0, |(first, now)| now.saturating_sub(first)) > UNANSWERED_NS;
-        if frames < 2 && !(unanswered && waited) {
+        if frames < 2 && !(unanswered && waited) || unanswered && self.proof.goes_on() {
             return;
         }
         let lasted = self.proof.last.since(first).unwrap_or(0);

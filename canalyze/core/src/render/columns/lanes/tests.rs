@@ -481,7 +481,10 @@ fn a_transfer_of_one_frame_has_a_length() {
     assert_eq!(first, open);
     let others: Vec<&str> = others.lines().collect();
     assert!(["2 sdo/can0/node10 - -", "3 sdo/can0/node10 - -"].contains(&others[0]), "{found}");
-    assert_eq!(others[1..], ["4 sdo/can0/node10 ok 1000h:00 read 00000192h", "5 sdo/can0/node10 - -"]);
+    assert_eq!(
+        others[1..],
+        ["4 sdo/can0/node10 ok 1000h:00 read 00000192h (device profile 402)", "5 sdo/can0/node10 - -"]
+    );
 }
 
 #[test]

@@ -368,8 +368,10 @@ fn traffic_that_is_no_sdo_says_so_once() {
         text.push((Side::Server, vec![n, 1, 2, 3, n, 5, 6, 7]));
     }
     assert_eq!(run(&text).codes(), [Code::Sdo030]);
-    let scan = frames("c 40 00 10 00/c 40 18 10 01");
-    assert_eq!(run(&scan).codes(), [Code::Sdo031]);
+    let again = frames("c 40 00 10 00/c 40 00 10 00");
+    assert_eq!(run(&again).codes(), [Code::Sdo031]);
+    let goes_on = frames("c 40 00 10 00/c 40 18 10 01");
+    assert_eq!(run(&goes_on).codes(), [], "its answers may not have been recorded");
 }
 
 /// Every client frame followed by a server frame may be captured one frame late.
