@@ -62,8 +62,11 @@ def test_info_has_none() -> None:
     assert not rows
 
 
-REPEATED = b"".join(f"({1 + n / 10:.6f}) can0 000#{n:02X}05\n".encode() for n in range(0x40, 0x60))
-"""NMT commands that there are not: one finding each."""
+REPEATED = b"(0.900000) can0 605#4000100000000000\n(0.900500) can0 585#4300100092010000\n" + b"".join(
+    f"({1 + n / 10:.6f}) can0 605#40001000000000\n({1 + n / 10:.6f}) can0 585#4300100092010000\n".encode()
+    for n in range(32)
+)
+"""Requests that are a byte short: one finding each."""
 
 
 def test_repeats_are_folded_in_tables_though_figures_count_them() -> None:

@@ -498,7 +498,11 @@ class _Trc(_Text):
                 return self.packer.error(trc.channel(line), trc.seconds(line), self.lines.number)
         except (ValueError, OverflowError, struct.error):
             kind = ""
-        if not kind or number_of(line) is None or kind in ("DT", "FD", "FB", "FE", "BI", "RR", "Rx", "Tx"):
+        if (
+            not kind
+            or (trc.numbered and number_of(line) is None)
+            or kind in ("DT", "FD", "FB", "FE", "BI", "RR", "Rx", "Tx")
+        ):
             return super().nothing()
         self.counts[kind] += 1
         return b""

@@ -185,6 +185,11 @@ class Trc:
                 pass
         return None
 
+    @property
+    def numbered(self) -> bool:
+        """Whether each row begins with its number."""
+        return not self.version.startswith("2") or "N" in self._columns
+
     def _decide(self, line: str) -> None:
         """Find out the version by a row, where no header has named it, or has not named the columns."""
         if self.version and (self._columns or not self.version.startswith("2")):

@@ -137,8 +137,7 @@ impl Channel {
         }
         let next = next.map(|(by, next)| (*by, next.head(), wire::decode_frame(*by, next.head(), next.len)));
         let block = is_segment(side, bytes[0], before, next.as_ref());
-        let held = self.sequence.first_held().filter(|_| side == Side::Client);
-        let answer = held.is_some_and(|held| wire::may_answer(&plain, &held));
+        let answer = side == Side::Client && self.sequence.holds_answer(&plain);
         let fits = answer || next.is_some_and(|(by, next, other)| by != side && follows(&plain, &other, next[0]));
         let sound = plain.mux().is_some_and(is_standard) || !plain.is_unreadable() && !plain.has_reserved_bits(bytes);
         match block {

@@ -103,9 +103,9 @@ impl Sequence {
             && self.answered.is_some_and(|answer| wire::may_answer(&request.command, &answer.command))
     }
 
-    /// The first of the frames that wait.
-    pub(super) fn first_held(&self) -> Option<Command> {
-        Some(self.held.front()?.half.command)
+    /// Whether one of the frames that wait can be the answer to a request.
+    pub(super) fn holds_answer(&self, request: &Command) -> bool {
+        self.held.iter().any(|held| wire::may_answer(request, &held.half.command))
     }
 
     /// Whether a frame of the server was on its way when the client aborted.
@@ -452,10 +452,7 @@ impl Channel {
             return true;
         }
         let edge = self.is_edge(pending) || self.hypotheses.are_open();
-        let goes_on = match pending.command {
-            Command::InitiateBlockDownload { .. } => half.bytes[0] & 0x7F == 1,
-            _ => half.command == Command::StartBlockUpload,
-        };
+        let goes_on = matches!(pending.command, Command::InitiateBlockDownload { .. }) && half.bytes[0] & 0x7F == 1;
         if edge && pending.command.is_block_initiate() && !goes_on && !half.command.is_initiate() {
             self.forget_beginning();
         }
