@@ -34,6 +34,8 @@ pub(super) struct Placed {
 #[derive(Debug, Default)]
 pub(super) struct Ahead {
     held: VecDeque<(Placed, Origin)>,
+    /// Frames behind the first of which it is known that they are not the next one of its channel.
+    passed: usize,
 }
 
 impl Ahead {
@@ -51,6 +53,7 @@ impl Ahead {
     }
 
     pub(super) fn take(&mut self) -> Option<(Placed, Origin)> {
+        self.passed = 0;
         self.held.pop_front()
     }
 
@@ -61,15 +64,17 @@ impl Ahead {
     }
 
     /// What is behind the first frame: the next one that belongs to the same as it, and is no copy of it.
-    pub(super) fn next(&self, belongs: impl Fn(&Frame, &Frame) -> bool) -> Behind {
-        let mut frames = self.held.iter().map(|(placed, _)| &placed.frame);
-        let (Some(first), Some(newest)) = (frames.next(), self.held.back()) else { return Behind::None };
+    pub(super) fn next(&mut self, belongs: impl Fn(&Frame, &Frame) -> bool) -> Behind {
+        let (Some((first, _)), Some((newest, _))) = (self.held.front(), self.held.back()) else { return Behind::None };
+        let first = first.frame;
         let copy = |frame: &Frame| frame.id == first.id && frame.payload() == first.payload();
-        if let Some(next) = frames.find(|frame| belongs(first, frame) && !copy(frame)) {
+        let mut behind = self.held.iter().skip(1 + self.passed).map(|(placed, _)| &placed.frame);
+        if let Some(next) = behind.find(|frame| belongs(&first, frame) && !copy(frame)) {
             return Behind::Frame(Box::new(*next));
         }
+        self.passed = self.held.len() - 1;
         let over = |now: FrameRef| now.since(first.reference()).map_or(self.held.len() > FRAMES, |ns| ns > AHEAD_NS);
-        if over(newest.0.frame.reference()) || self.held.len() > MOST { Behind::None } else { Behind::Open }
+        if over(newest.frame.reference()) || self.held.len() > MOST { Behind::None } else { Behind::Open }
     }
 }
 
