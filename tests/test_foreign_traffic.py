@@ -84,3 +84,17 @@ def test_a_device_that_repeats_a_wrong_frame_is_at_fault() -> None:
     said = analyze(log_text([*pair, *heartbeats]))
     assert [row["severity"] for row in said.findings if row["code"] == "HBT006"][:1] == ["warning"]
     assert "BUS009" not in codes(said)
+
+
+@pytest.mark.parametrize("heartbeats", [True, False])
+def test_a_drive_that_reports_errors_of_its_profile_is_heard(heartbeats: bool) -> None:
+    """Codes of CiA 402, never reset: each is another frame, and none is of the classes of CiA 301 alone."""
+    codes_raised = [0x8611, 0x7305, 0x8480, 0x7121, 0x8A00]
+    frames = [CanFrame(BUS, 0x185, bytes.fromhex("37020000"), START_US + turn * 50_000) for turn in range(120)]
+    if heartbeats:
+        frames += [CanFrame(BUS, 0x705, b"\x05", START_US + 10_000 + turn * 100_000) for turn in range(60)]
+    for turn, code in enumerate(codes_raised):
+        data = code.to_bytes(2, "little") + b"\x21" + bytes(5)
+        frames.append(CanFrame(BUS, 0x085, data, START_US + 1_005_000 + turn * 400_000))
+    said = analyze(log_text(in_order(frames)))
+    assert [row["code"] for row in said.findings].count("EMC007") == len(codes_raised), said.complaint()

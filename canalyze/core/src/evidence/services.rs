@@ -287,7 +287,8 @@ impl Services {
         }
         let node = slot.checked_sub(EMCY).map(|place| place as u8);
         let ground = match node {
-            Some(node) if self.is_node(node) => Ground::Node,
+            // What a node of CANopen sends wrong on its own identifiers is its fault.
+            Some(node) if self.is_node(node) => return Standing::Service,
             None if self.is_canopen() => Ground::Node,
             Some(_) if self.is_canopen() => Ground::Bus,
             _ => Ground::Nothing,
@@ -361,13 +362,14 @@ fn fits(role: Role, frame: &Frame, last: u64, seen: bool) -> bool {
     }
 }
 
-/// Whether an error code belongs to a class of CiA 301, table 26.
+/// Whether an error code belongs to a class of CiA 301, table 26, or to one of CiA 402, which divides them further (8611h:
+/// following error).
 fn is_emergency(code: u16) -> bool {
     let [high, low] = code.to_be_bytes();
     match high {
         0x00 => low == 0,
-        0x10 | 0x20..=0x23 | 0x30..=0x33 | 0x40..=0x42 | 0x50 | 0x60..=0x63 | 0x70 | 0x80..=0x82 | 0x90 => true,
-        0xF0 | 0xFF => true,
+        0x10 | 0x20..=0x23 | 0x30..=0x34 | 0x40..=0x45 | 0x50..=0x55 | 0x60..=0x63 | 0x70..=0x76 => true,
+        0x80..=0x87 | 0x8A | 0x90 | 0xF0 | 0xFF => true,
         _ => false,
     }
 }
