@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
-from captures import SAMPLES, Analysis, CanFrame, analyze, console_text, log_text, read_log
+from captures import SAMPLES, Analysis, CanFrame, analyze, console_text, log_text, read_log, spaced
 from network import (
     OPERATIONAL,
     PRE_OP,
@@ -254,3 +254,16 @@ def test_a_reset_without_boot_up_listed_late() -> None:
     net.heartbeat(NODE, period=0.1, count=5)
     for seed in range(4):
         assert "NMT004" not in codes(analyze(log_text(echoed_late(net.frames(), {0x000}, seed=seed))))
+
+
+@pytest.mark.parametrize("step_us", [100, 250])
+@pytest.mark.parametrize("blksize", [8, 16, 24])
+def test_sub_blocks_of_equal_data_are_not_copies(blksize: int, step_us: int) -> None:
+    """A file of zeros: each sub-block is the one before once more, within the time in which a copy may come."""
+    for block in (block_upload, block_download):
+        for count in (2, 3, 5):
+            frames = block(Channel(5), 0x1F50, 1, bytes(7 * blksize * count), blksize=blksize)
+            said = analyze(log_text(spaced(frames, step_us=step_us)))
+            quiet(said)
+            assert [row["status"] for row in said.transfers] == ["ok"]
+            assert not any(row["sdo"]["place"] == "twin" for row in said.frames)
