@@ -1,15 +1,14 @@
-//! What of a bus is not CANopen, said once.
+//! Reports once what of a bus is not CANopen.
 //!
-//! Whether it is stands in [`evidence::services`](crate::evidence::services), and in what SDO channels and LSS have shown. It
-//! must not judge a frame.
+//! [`evidence::services`](crate::evidence::services), SDO channels and LSS show whether it is. It must not judge a frame.
 
 use crate::context::Context;
 use crate::evidence::services::{Alien, Other};
 use crate::finding::Finding;
 use crate::rules::bus::Bus009;
 
-/// The capture is over. `sdo`: of each channel whether it is SDO, where that is known, and its frames. `lss`: frames on the
-/// identifiers of LSS that are none.
+/// The capture is over. `sdo`: of each channel whether it is SDO, where that is known, and its frames. `lss`: frames on
+/// the identifiers of LSS that are none; `proven`: others are LSS.
 pub fn conclude(sdo: impl Iterator<Item = (Option<bool>, u64)>, lss: u64, proven: bool, cx: &mut Context<'_>) {
     let (mut further, mut canopen) = (lss, proven);
     for (is_sdo, frames) in sdo {

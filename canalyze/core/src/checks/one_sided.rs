@@ -1,4 +1,4 @@
-//! SDO of which only one direction was recorded, said once a bus. It must not judge a transfer.
+//! Reports once a bus that only one direction of SDO was recorded. It must not judge a transfer.
 
 use crate::context::Context;
 use crate::finding::{Finding, Verdict};

@@ -42,8 +42,8 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Of a bus of which nothing was seen; `jitter_ns`: how exact a person says that its stamps are; `described`: a person
-    /// says that there is CANopen on it.
+    /// Of a bus of which nothing was seen; `jitter_ns`: how exact a person says that its stamps are; `described`: a
+    /// person says that there is CANopen on it.
     pub fn new(jitter_ns: Option<i64>, described: bool) -> Self {
         Self { recording: Recording::new(jitter_ns), services: Services::new(described), ..Self::default() }
     }

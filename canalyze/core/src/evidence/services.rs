@@ -2,9 +2,9 @@
 //!
 //! A bus may carry other protocols, beside CANopen or instead of it, and they use any identifier. Values and counters of
 //! such traffic are no messages of NMT, SYNC, TIME, EMCY or error control, and nothing may be judged by them. A device
-//! at fault sends the same wrong frame again and again, or right ones too: so many frames that differ, or (where the node is
-//! not known) that are the same, make it certain that they are something else; until then findings wait. SDO and LSS have their own proofs, which rest
-//! on requests and answers. It must not raise a finding.
+//! at fault sends the same wrong frame again and again, or right ones too. Several wrong frames that differ, or many
+//! that are the same where the node is not known, are certain to be something else; until then findings wait. SDO and
+//! LSS have their own proofs, which rest on requests and answers. It must not raise a finding.
 
 use crate::cob_id::Role;
 use crate::finding::Finding;
@@ -20,7 +20,8 @@ const PROOF: u32 = 3;
 const KEPT: usize = 64;
 /// Fewer frames say nothing of a whole bus.
 const FEW: u64 = 20;
-/// One in so many frames is certain to be no message of CANopen, where a whole bus is taken for something else.
+/// A whole bus is taken for something else where at least one of this number of frames is certain to be no message of
+/// CANopen.
 const PART: u64 = 4;
 /// How long one waits where the node, or the bus, is known to be CANopen, in ns.
 const WAIT_NS: i64 = 3_000_000_000;
@@ -211,9 +212,9 @@ impl Services {
         self.described || self.nodes != 0 || self.shown.iter().any(|shown| shown.proven)
     }
 
-    /// The capture is over. `further`: frames of SDO and LSS that are certain to be none; `canopen`: others
-    /// have shown that they are. Gives what the whole bus is, where
-    /// it is not CANopen; then no finding about a service is admitted any more.
+    /// The capture is over. `further`: frames of SDO and LSS that are certain to be none; `canopen`: others have shown
+    /// that they are. Gives what the whole bus is, where it is not CANopen; then no finding about a service is admitted
+    /// any more.
     pub fn conclude(&mut self, further: u64, canopen: bool) -> Option<Alien> {
         self.over = true;
         let hint = self.shown.iter().enumerate().any(|(slot, shown)| shown.fit > 0 && !self.is_other_at(slot));
@@ -227,8 +228,8 @@ impl Services {
         Some(Alien { first, frames: self.frames, extended: self.extended == self.frames })
     }
 
-    /// Takes a finding: gives it back where the services that it is about are there, keeps it where that is not known yet,
-    /// and drops it where they are not.
+    /// Takes a finding: gives it back where the services that it is about are there, keeps it where that is not known
+    /// yet, and drops it where they are not.
     pub fn admit(&mut self, finding: Finding, at: When) -> Option<Finding> {
         match self.of(&finding) {
             Standing::Service => Some(finding),
@@ -342,7 +343,7 @@ fn head(frame: &Frame) -> u64 {
     u64::from_le_bytes(frame.head()) ^ u64::from(frame.len).rotate_right(8)
 }
 
-/// Whether a frame is a message of its service. `last`: what [`head`] says of the one before, `seen`: one was a message.
+/// Whether a frame is a message of its service. `last`: [`head`] of the one before; `seen`: one was a message.
 fn fits(role: Role, frame: &Frame, last: u64, seen: bool) -> bool {
     let bytes = frame.payload();
     match (role, bytes) {

@@ -2,8 +2,8 @@
 //! still before them, and whether the capture shows them a second time.
 //!
 //! Verdicts never see a frame whose place is open: where the next few frames tell, they are read first. Nothing is held
-//! back in a capture that leaves no doubt. Likewise an SDO frame where the capture does not show the transfer's beginning:
-//! the next one of its channel may show what it is. How long a doubt lasts at most says the recording
+//! back in a capture that leaves no doubt. An SDO frame waits, too, where the capture does not show its transfer's
+//! beginning: the next one of its channel may show what it is. How long a doubt lasts at most says the recording
 //! ([`Recording::undecided_since`](crate::evidence::Recording::undecided_since)). It must not decide.
 
 use std::collections::VecDeque;
@@ -13,8 +13,8 @@ use crate::evidence::When;
 use crate::evidence::recording::Happened;
 use crate::frame::{Frame, FrameRef};
 
-/// For how long the next frame of an SDO channel is awaited that the capture shows from its midst on: servers answer
-/// sooner, in ns, and in frames where there are no stamps.
+/// For how long the next frame of an SDO channel is awaited, in ns, and in frames where there are no stamps: servers
+/// answer sooner.
 const AHEAD_NS: i64 = 100_000_000;
 const FRAMES: usize = 32;
 /// Most frames that wait for that.

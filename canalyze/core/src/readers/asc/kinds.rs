@@ -1,7 +1,7 @@
 //! Kinds of events that are no frames, by the word that names them.
 //!
-//! What begins with a time and is none of them is not understood, and is said so: a frame of a program that writes its
-//! columns otherwise would be missed without a word. Must not: count anything.
+//! What begins with a time and is none of them is reported as not understood: a frame of a program that writes its
+//! columns otherwise would be missed in silence. Must not: count anything.
 
 use super::words::{self, Words};
 

@@ -127,7 +127,10 @@ impl SubBlock {
             return Taken::InSequence;
         }
         self.wrong.get_or_insert(Wrong { at, expected, what: sequence(expected, seqno) });
-        self.behind.push(segment);
+        // What does not ascend is no loss of the recording: only so many are kept as a sub-block has.
+        if !self.descends {
+            self.behind.push(segment);
+        }
         Taken::OutOfSequence(expected)
     }
 
@@ -511,4 +514,20 @@ fn append(transfer: &mut Transfer, segment: &Segment, bytes: usize) {
     // What is missing keeps its place.
     let shown = if segment.len == 0 { bytes } else { carried };
     transfer.append(segment.data.get(..shown).unwrap_or(&[]));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_that_do_not_ascend_take_no_memory() {
+        let mut current = SubBlock::default();
+        for no in 0..10_000_u32 {
+            let segment = Segment { seqno: 5 + (no % 3) as u8, last: false, data: [0; 7], len: 8 };
+            current.take(MOST, FrameRef::default(), segment);
+        }
+        assert_eq!(current.behind.len(), 3);
+        assert!(current.segments.is_empty());
+    }
 }

@@ -238,8 +238,8 @@ impl Channel {
         self.server.description.as_ref()?.get(index, sub).cloned()
     }
 
-    /// Takes one frame of the channel (classic, data): appends one `What::Sdo` event and what follows from it. `next`: the
-    /// next frame of the channel, where it was read ahead.
+    /// Takes one frame of the channel (classic, data): appends one `What::Sdo` event and what follows from it. `next`:
+    /// the next frame of the channel, where it was read ahead.
     pub fn step(&mut self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>, cx: &mut Context<'_>) {
         let half = Half {
             at: frame.reference(),

@@ -15,7 +15,7 @@ use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, 
 
 /// Odd frames on a channel that has shown no valid exchange, from which on it is not taken for SDO.
 const FOREIGN: u64 = 16;
-/// One in so many frames that no stack would send is more than lost answers explain.
+/// Lost answers do not explain that one of this number of frames is one that no stack would send.
 const ODD: u64 = 8;
 
 /// Requests that follow others sooner than a client gives up: the answers were there.

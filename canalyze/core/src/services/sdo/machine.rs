@@ -84,7 +84,7 @@ pub(super) enum Action {
     Outside,
     /// The capture begins in the midst of a transfer.
     Join,
-    /// Nobody knows what it is.
+    /// What the frame is cannot be determined: nothing changes.
     Pass,
     ClientAbort,
     ServerAbort,
