@@ -40,6 +40,8 @@ struct Sender {
     /// Whether that was its own time: frames that follow a silence without a pause may have waited for the recorder,
     /// unless the sender keeps its period from there.
     firm: bool,
+    /// It has come twice: it shows no more.
+    over: bool,
 }
 
 /// What may have happened.
@@ -81,41 +83,47 @@ struct Doubt {
 impl Doubt {
     /// A frame of a sender has come at `now`. `in_row`: without a pause since the silence.
     fn heard(&mut self, place: usize, now: i64, in_row: bool) {
-        let Some(sender) = self.senders.get_mut(place).filter(|sender| !sender.firm) else { return };
-        if let Some(back_ns) = sender.back_ns {
-            let after_ns = now.saturating_sub(back_ns);
-            sender.firm = after_ns.saturating_sub(sender.even.gap_ns).saturating_abs() <= sender.room_ns;
-            let (sender, gone_on) = (*sender, sender.firm);
-            return if gone_on { self.judge(&sender, back_ns) } else { self.refute(&sender) };
+        let Some(slot) = self.senders.get_mut(place).filter(|sender| !sender.over) else { return };
+        let before = *slot;
+        let Some(back_ns) = before.back_ns else {
+            // Of what waited, all that was due in a longer time would have come at once.
+            let late_ns = now.saturating_sub(slot.even.last_ns).saturating_sub(slot.even.gap_ns);
+            let waited = in_row && late_ns <= slot.even.gap_ns.saturating_add(slot.room_ns);
+            (slot.back_ns, slot.firm) = (Some(now), !waited);
+            let sender = *slot;
+            return self.back(&sender, now);
+        };
+        let after_ns = now.saturating_sub(back_ns);
+        let goes_on = after_ns.saturating_sub(before.even.gap_ns).saturating_abs() <= before.room_ns;
+        (slot.over, slot.firm) = (true, slot.firm || goes_on);
+        let sender = *slot;
+        if !before.firm {
+            self.missing.take(&sender, goes_on && self.is_as_due(&sender, back_ns), sender.missed);
         }
-        // Of what waited, all that was due in a longer time would have come at once.
-        let late_ns = now.saturating_sub(sender.even.last_ns).saturating_sub(sender.even.gap_ns);
-        let waited = in_row && late_ns <= sender.even.gap_ns.saturating_add(sender.room_ns);
-        (sender.back_ns, sender.firm) = (Some(now), !waited);
-        let sender = *sender;
-        self.judge(&sender, now);
+        // A clock that was put on stays so; what was only late once is back in its time.
+        self.later.take(&sender, goes_on, true);
     }
 
-    /// Takes what it shows that a sender has come again then.
-    fn judge(&mut self, sender: &Sender, back_ns: i64) {
-        let Sender { even, room_ns, missed, .. } = *sender;
-        let late_ns = back_ns.saturating_sub(even.last_ns).saturating_sub(even.gap_ns);
-        let on_time = late_ns.saturating_abs() <= room_ns;
-        let fits = if missed { self.in_phase(sender, back_ns) } else { on_time };
-        self.missing.take(sender, fits, missed);
-        let (least, most) = (late_ns.saturating_sub(room_ns), late_ns.saturating_add(room_ns));
+    /// A sender has come again then: what its first frame shows.
+    fn back(&mut self, sender: &Sender, back_ns: i64) {
+        if sender.firm {
+            self.missing.take(sender, self.is_as_due(sender, back_ns), sender.missed);
+        }
+        let late_ns = back_ns.saturating_sub(sender.even.last_ns).saturating_sub(sender.even.gap_ns);
+        let (least, most) = (late_ns.saturating_sub(sender.room_ns), late_ns.saturating_add(sender.room_ns));
         let both = (self.by_ns.0.max(least), self.by_ns.1.min(most));
-        let fits = both.0 <= both.1 && late_ns / SHOWS_PART > room_ns;
+        let fits = both.0 <= both.1 && late_ns / SHOWS_PART > sender.room_ns;
         if fits {
             self.by_ns = both;
         }
-        self.later.take(sender, fits, true);
+        self.later.take(sender, fits, false);
     }
 
-    /// A sender does not go on as it came again.
-    fn refute(&mut self, sender: &Sender) {
-        self.missing.take(sender, false, false);
-        self.later.take(sender, false, false);
+    /// Whether a sender has come again when it would have come, had nothing happened.
+    fn is_as_due(&self, sender: &Sender, back_ns: i64) -> bool {
+        let Sender { even, room_ns, missed, .. } = *sender;
+        let late_ns = back_ns.saturating_sub(even.last_ns).saturating_sub(even.gap_ns);
+        if missed { self.in_phase(sender, back_ns) } else { late_ns.saturating_abs() <= room_ns }
     }
 
     /// Whether a sender of which frames were due in the silence has come in time behind it, and in its phase as far as
@@ -149,7 +157,7 @@ impl Doubt {
     fn is_over(&self, frame: &Frame, now: i64) -> bool {
         let waits = |sender: &Sender| {
             let longest_ns = self.to_ns.saturating_sub(self.from_ns).saturating_add(3 * sender.even.gap_ns);
-            !sender.firm && now <= self.to_ns.saturating_add(longest_ns)
+            !sender.over && now <= self.to_ns.saturating_add(longest_ns)
         };
         let refuted = self.missing.refuted && self.later.refuted;
         refuted || frame.no > self.first + KEPT || !self.senders.iter().any(waits)
@@ -215,7 +223,7 @@ impl Holes {
             let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
             let known = (self.since_ns..=from_ns).contains(&even.last_ns);
             let shows = known && room_ns <= even.gap_ns / SHOWS_PART && due_ns > from_ns;
-            shows.then_some(Sender { even, room_ns, missed: due_ns < to_ns, back_ns: None, firm: false })
+            shows.then_some(Sender { even, room_ns, missed: due_ns < to_ns, back_ns: None, firm: false, over: false })
         };
         let senders: Vec<Sender> = even.filter_map(expected).collect();
         let independent = |of: &dyn Fn(&Sender) -> bool| {

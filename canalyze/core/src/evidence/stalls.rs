@@ -146,7 +146,8 @@ pub(super) struct Stalls {
     count: u32,
     /// The last burst still runs: no pause has come since it began.
     running: bool,
-    /// Gaps, and those that are shorter than they can be on a bus; outside of bursts.
+    /// Gaps, and those that are shorter than they can be on a bus. A burst that is no ordinary traffic counts as one: where
+    /// each silence ends in such a gap, that is how this recording shows frames that come together.
     gaps: u64,
     close: u64,
 }
@@ -260,8 +261,10 @@ impl Stalls {
         if !std::mem::take(&mut self.running) {
             return;
         }
-        let Some(burst) = self.bursts.last_mut().filter(|burst| burst.verdict == Verdict::Open) else { return };
-        if burst.shown || burst.signs.again {
+        let Some(burst) = self.bursts.last_mut() else { return };
+        if burst.verdict != Verdict::Open || burst.shown || burst.signs.again {
+            self.gaps += 1;
+            self.close += u64::from(burst.signs.close > 0);
             return;
         }
         burst.verdict = Verdict::Refuted;

@@ -45,3 +45,36 @@ fn a_hole_is_found_once_and_nothing_beside_it() {
     }
     assert_eq!(raised(&log(&two(3_000, 0..0, 0))), []);
 }
+
+#[test]
+fn all_senders_late_together_once_are_no_hole() {
+    // One host sends for all nodes, and stood still: behind it each is in its time again.
+    for apart_us in [200, 1_500, 3_000, 10_000] {
+        for late_us in [500, 2_000, 5_000, 20_000] {
+            let at = |no: u32, node: u32| {
+                no * 250_000 + node * apart_us + if no % 20 == 19 && no < 100 { late_us } else { 0 }
+            };
+            let beats = (0..120_u32).flat_map(|no| (0..4).map(move |node| (at(no, node), 5 + node)));
+            let text: String = beats.map(|(at, node)| format!("{} 70{node}#05\n", f64::from(at) / 1000.0)).collect();
+            assert_eq!(raised(&log(&text)), [], "{late_us} of nodes {apart_us} apart");
+        }
+    }
+}
+
+#[test]
+fn a_node_that_stops_is_found_beside_others_in_step_with_it() {
+    // On a virtual bus, and from adapters that hand over several frames at once, frames are closer than on a wire.
+    for apart_us in [1, 5, 10, 20, 40, 52, 60, 100, 500, 1_400, 1_600, 5_000] {
+        for (nodes, before) in [(2, 8), (2, 20), (3, 12), (8, 30)] {
+            let goes_on = |no: u32, node: u32| node > 0 || no < before;
+            let beats = (0..before + 12).flat_map(|no| (0..nodes).map(move |node| (no, node)));
+            let beats = beats.filter(|(no, node)| goes_on(*no, *node));
+            let line = |(no, node): (u32, u32)| {
+                format!("{} 70{}#05\n", f64::from(no * 250_000 + node * apart_us + 137) / 1000.0, 1 + node)
+            };
+            let text: String = beats.map(line).collect();
+            let found: Vec<String> = raised(&log(&text)).into_iter().map(|one| one.0).collect();
+            assert_eq!(found, ["HBT002"], "{nodes} nodes, {apart_us} µs apart, {before} before");
+        }
+    }
+}
