@@ -170,7 +170,9 @@ impl Bus {
             let whole = |now: i64| {
                 self.booted.contains(&key.0) || self.began_ns.is_some_and(|began| is_whole(now.saturating_sub(began)))
             };
-            self.channels.get(&key).map_or_else(|| !frame.t_ns.is_some_and(whole), |channel| channel.is_ambiguous())
+            let side = if matches!(self.roles.of(frame.id), Role::SdoRequest(_)) { Side::Client } else { Side::Server };
+            let channel = self.channels.get(&key);
+            channel.map_or_else(|| !frame.t_ns.is_some_and(whole), |channel| channel.is_ambiguous(side, frame))
         })
     }
 

@@ -372,16 +372,19 @@ rules! {
 
     /// Segments of a block transfer that the receiver acknowledged are not in the capture.
     Sdo024 "SDO024" "segments-not-captured" Warning "CiA 301 7.2.4.3.10, 7.2.4.3.14" [Sdo] {
-        message "块传输的若干段未被记录" "segments of a block transfer are not in the capture";
+        message "SDO传输的若干段未被记录" "segments of an SDO transfer are not in the capture";
         meaning
-            "序列号有空缺, 而接收方确认了这些段: 它收到了, 只是记录中没有。数据中缺少的部分以0填充, 传输标为不完整。"
-            "Sequence numbers are missing, and the receiver has acknowledged them: it has got what the capture does not show. In the data their place is filled with 0, and the transfer counts as incomplete.";
+            "缺少若干段, 而双方都当作已传完: 接收方收到了, 只是记录中没有。块传输中序列号指明了位置, 这些位置以0填充。传输标为不完整。"
+            "Segments are missing, and both sides took them as transferred: the receiver has got what the capture does not show. In a block transfer, where sequence numbers tell their place, it is filled with 0. The transfer counts as incomplete.";
         cause
             "记录设备丢帧, 或者报文是从较长的记录中摘录的。"
             "The recorder lost frames, or the capture is an excerpt.";
-        Missing { missing: Count }
+        Missing [reason = "missing"] { missing: Count }
             "记录中缺少{missing}段"
             "{missing|segment is|segments are} not in the capture";
+        Elsewhere [reason = "elsewhere"]
+            "记录中缺少若干帧: 双方已在进行另一次传输"
+            "frames are not in the capture: both sides are in another transfer";
     }
 
     /// The traffic on these identifiers does not look like SDO.

@@ -93,6 +93,8 @@ struct SubBlock {
     /// Sequence number of the segment with c = 1.
     last_at: Option<u8>,
     wrong: Option<Wrong>,
+    /// Segments out of sequence.
+    astray: u64,
     /// Those behind a gap, while numbers ascend: whether the receiver has got what is missing shows its acknowledgement.
     behind: Vec<Segment>,
     /// Some number came again, or is lower than one before.
@@ -126,12 +128,19 @@ impl SubBlock {
             self.segments.push(segment);
             return Taken::InSequence;
         }
+        self.astray += 1;
         self.wrong.get_or_insert(Wrong { at, expected, what: sequence(expected, seqno) });
         // What does not ascend is no loss of the recording: only so many are kept as a sub-block has.
         if !self.descends {
             self.behind.push(segment);
         }
         Taken::OutOfSequence(expected)
+    }
+
+    /// Segments out of sequence that an acknowledgement covers.
+    fn acknowledged_astray(&self, ackseq: u8) -> u64 {
+        let covered = || self.behind.iter().filter(|segment| segment.seqno <= ackseq).count() as u64;
+        if self.descends { self.astray } else { covered() }
     }
 
     /// How many segments up to `ackseq` the receiver has got that were not seen, of a sub-block of up to `most`: numbers
@@ -216,6 +225,9 @@ pub struct Block {
     pub started: bool,
     /// An acknowledgement could not be read: what was sent again is not known.
     pub unsure: bool,
+    /// Segments out of sequence that were acknowledged, but have no place in the data; and those since the last
+    /// acknowledgement, which the sender may send again.
+    uncounted: (u64, u64),
 }
 
 impl Block {
@@ -235,12 +247,18 @@ impl Block {
             end: None,
             started: false,
             unsure: false,
+            uncounted: (0, 0),
         }
     }
 
     /// A data phase met in its midst: it counts from the next sub-block on.
     pub fn midway() -> Self {
         Self { resume: Resume::Unknown, started: true, ..Self::new(0) }
+    }
+
+    /// Segments that came out of sequence, and are no part of the data.
+    pub fn uncounted(&self) -> u64 {
+        self.uncounted.0.saturating_add(self.uncounted.1)
     }
 
     /// The most segments of the current sub-block.
@@ -313,6 +331,7 @@ impl Block {
         self.marks.first.get_or_insert(at);
         self.marks.newest = Some(at);
         self.seqno = seqno;
+        self.uncounted.1 = 0;
         if self.resume != Resume::Now {
             if seqno != 1 {
                 return (Taken::InFlight, None);
@@ -386,6 +405,7 @@ impl Block {
                 self.current.take(self.most(), at, segment)
             }
             _ => {
+                self.current.astray += 1;
                 self.current.sent = self.current.sent.max(seqno);
                 self.current.wrong.get_or_insert(Wrong { at, expected: 1, what: sequence(1, seqno) });
                 Taken::OutOfSequence(1)
@@ -413,6 +433,8 @@ impl Block {
             return acked;
         }
         let in_sequence = current.segments.len() as u8;
+        let acknowledged = current.acknowledged_astray(ackseq);
+        self.uncounted = (self.uncounted.0.saturating_add(acknowledged), current.astray.saturating_sub(acknowledged));
         if ackseq > current.sent {
             if transfer.mux.is_some() {
                 acked.fault = Some((Sdo012::Acknowledged { ackseq: ackseq.into(), sent: current.sent.into() }, None));

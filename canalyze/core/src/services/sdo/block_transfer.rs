@@ -207,7 +207,7 @@ impl Channel {
             self.find(Sdo002::NotAcknowledged, due_since, cx);
         }
         if let Some((ack, ackseq)) = not_resent {
-            self.find(Sdo012::NotResent { ackseq: ackseq.into() }, ack, cx);
+            self.doubt(Sdo012::NotResent { ackseq: ackseq.into() }, ack, false, cx);
         }
     }
 
@@ -254,7 +254,7 @@ impl Channel {
             block.finish_early(transfer);
             // Where segments are missing, the last one is among them, and that was reported.
             if !hole && !unsure {
-                self.find(Sdo012::NoLast, newest, cx);
+                self.doubt(Sdo012::NoLast, newest, false, cx);
             }
         }
         if again {
@@ -314,7 +314,6 @@ impl Channel {
         self.proof.paired |= !half.command.has_reserved_bits(half.bytes);
         let acked = block.ack(transfer, half.at, ackseq, blksize);
         transfer.last = half.at;
-        transfer.outcome.bad |= matches!(acked.fault, Some((Sdo012::Sequence { .. } | Sdo012::Acknowledged { .. }, _)));
         if acked.missing > 0 {
             self.find(Sdo024::Missing { missing: acked.missing.into() }, half.at, cx);
         }
@@ -324,10 +323,12 @@ impl Channel {
         }
         let (finished, end, not_resent) = (block.finished, block.end, block.not_resent.take());
         if let Some((ack, ackseq)) = not_resent {
-            self.find(Sdo012::NotResent { ackseq: ackseq.into() }, ack, cx);
+            self.doubt(Sdo012::NotResent { ackseq: ackseq.into() }, ack, false, cx);
         }
         if let Some((what, cause)) = acked.fault {
-            self.find(what, cause.unwrap_or(half.at), cx);
+            let (at, bad) =
+                (cause.unwrap_or(half.at), matches!(what, Sdo012::Sequence { .. } | Sdo012::Acknowledged { .. }));
+            if bad { self.doubt(what, at, bad, cx) } else { self.find(what, at, cx) }
         }
         match end {
             Some(_) if finished => self.judge_end(cx),
@@ -343,6 +344,7 @@ impl Channel {
 
     /// Size and CRC, once the end frame is seen and all segments are acknowledged.
     fn judge_end(&mut self, cx: &mut Context<'_>) {
+        let doubted = self.is_doubted();
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         let Some(end) = block.end else { return };
         let padding = block.close(transfer, end.unused);
@@ -350,28 +352,47 @@ impl Channel {
             return;
         }
         let right = transfer.size_is_right();
-        if block.unsure && !(right && end.crc.is_none_or(|found| transfer.check_crc(found, &[]).0 == found)) {
+        let padding = padding.get(..usize::from(end.unused.min(7))).unwrap_or(&[]);
+        let crc = end.crc.map(|found| (found, transfer.check_crc(found, padding)));
+        let wrong_crc = crc.filter(|(found, (computed, _))| computed != found);
+        if block.unsure && !(right && wrong_crc.is_none()) {
             transfer.data.hole = true;
             return;
         }
+        let wrong_crc = wrong_crc.filter(|_| transfer.outcome.crc_negotiated == Some(true));
         if !right {
-            transfer.outcome.bad = true;
             let cause = transfer.data.initiated.unwrap_or(end.at);
-            let size = wrong_size(transfer);
-            self.find(size, if end.at.no == cx.at.no { cause } else { end.at }, cx);
-            return;
+            let (size, at) = (wrong_size(transfer), if end.at.no == cx.at.no { cause } else { end.at });
+            // Where the CRC is not that of the bytes either, or something else is wrong, some are rather missing.
+            let doubted = doubted || wrong_crc.is_some();
+            transfer.outcome.bad |= !doubted;
+            if doubted { self.doubt(size, at, true, cx) } else { self.find(size, at, cx) }
+        } else if let Some((found, (computed, matches))) = wrong_crc {
+            transfer.outcome.bad = true;
+            self.find(Sdo019::Crc { computed, found, matches }, end.at, cx);
         }
-        if let (Some(true), Some(found)) = (transfer.outcome.crc_negotiated, end.crc) {
-            let padding = padding.get(..usize::from(end.unused.min(7))).unwrap_or(&[]);
-            let (computed, matches) = transfer.check_crc(found, padding);
-            if computed != found {
-                transfer.outcome.bad = true;
-                self.find(Sdo019::Crc { computed, found, matches }, end.at, cx);
-            }
+    }
+
+    /// Both sides took the transfer as done. Where bytes are missing that were indicated, the recording lost them: what
+    /// looked like a fault was that.
+    pub(super) fn weigh_doubts(&mut self, cx: &mut Context<'_>) {
+        let doubted = self.is_doubted();
+        let Some(transfer) = self.transfer.as_mut().filter(|_| doubted) else { return };
+        let indicated = transfer.data.size_indicated.map_or(0, u64::from);
+        let uncounted = if let Phase::Block(block, _) = &self.phase { block.uncounted() } else { 0 };
+        let bytes = indicated.saturating_sub(transfer.data.size);
+        let missing = bytes.div_ceil(7).saturating_sub(uncounted);
+        let whole = !transfer.data.even || bytes % 7 == 0;
+        if missing > 0 && whole && !transfer.outcome.bad {
+            transfer.data.hole = true;
+            self.dismiss_doubts(missing, cx);
+        } else {
+            self.confirm_doubts(cx);
         }
     }
 
     pub(super) fn confirm_end(&mut self, cx: &mut Context<'_>) {
+        self.weigh_doubts(cx);
         let status = match &self.transfer {
             Some(transfer) if transfer.outcome.bad => Status::Failed,
             Some(transfer) if transfer.data.hole || transfer.outcome.midway => Status::Incomplete,

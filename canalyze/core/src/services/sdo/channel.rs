@@ -65,11 +65,13 @@ pub(super) struct Segments {
     pub(super) asked: Option<Half>,
     /// The initiate with e = s = 0 that began the transfer, until a segment shows what it means.
     pub(super) unmarked: Option<(Half, Initiate)>,
+    /// The last response had another toggle bit than its request: the next request tells which was right.
+    pub(super) doubtful: bool,
 }
 
 impl From<bool> for Segments {
     fn from(toggle: bool) -> Self {
-        Self { toggle, asked: None, unmarked: None }
+        Self { toggle, asked: None, unmarked: None, doubtful: false }
     }
 }
 
@@ -249,16 +251,17 @@ impl Channel {
             bytes: frame.head(),
             len: frame.len,
         };
-        let half = self.decoded(side, half);
         self.given_up_write.confirmed = None;
         if cx.sighting == Sighting::Duplicate {
             let step = self.duplicate(side, &half);
             cx.push(None, Some(self.server.node), What::Sdo(step));
             return;
         }
-        self.step = Step { side, command: half.command, ..empty_step() };
         let slot = cx.events.len();
         cx.push(None, Some(self.server.node), What::Note(Note::RequestNotCaptured));
+        self.leave_behind(&half, cx);
+        let half = self.decoded(side, half);
+        self.step = Step { side, command: half.command, ..empty_step() };
         let before = self.sight(side, half, cx);
         let done = self.step.result.as_ref().map(|transfer| (transfer.id, transfer.mux));
         let of = done.or_else(|| self.identity()).or(before);
@@ -401,6 +404,7 @@ impl Channel {
 
     /// Ends the transfer, whatever its phase.
     pub(super) fn complete(&mut self, status: Status, cx: &mut Context<'_>) {
+        self.confirm_doubts(cx);
         let Some(mut transfer) = self.transfer.take() else {
             self.phase = Phase::Idle;
             return;
@@ -423,8 +427,7 @@ impl Channel {
             self.hypotheses.open();
         }
         let transfer = Arc::new(*transfer);
-        let left =
-            matches!(transfer.outcome.status, Status::Failed | Status::Aborted) && transfer.mode == Mode::Expedited;
+        let left = transfer.outcome.status != Status::Ok && transfer.mode == Mode::Expedited;
         self.given_up_write.left = left.then(|| Arc::clone(&transfer));
         if self.own {
             self.step.result = Some(Arc::clone(&transfer));
@@ -497,6 +500,9 @@ impl Channel {
             && !self.sequence.may_be_answered(&pending)
         {
             self.find(Sdo002::NoResponse, pending.at, cx);
+        }
+        if !reset {
+            self.verdicts.drop_doubts();
         }
         if self.transfer.is_some() {
             if let Some(about) = self.transfer.as_ref().map(|transfer| transfer.first)

@@ -176,9 +176,30 @@ impl Channel {
         } else {
             None
         };
-        if let Some(((at, found), by)) = wrong {
-            self.find(Sdo001::Toggle { expected: due, found, by }, at, cx);
+        let Some(((at, found), by)) = wrong else { return };
+        let toggle = Sdo001::Toggle { expected: due, found, by };
+        if request.1 != due && response.1 == due {
+            return self.find(toggle, at, cx);
         }
+        // A frame that was lost between the two, or two before them, would look like this.
+        segments.doubtful = by == Side::Server;
+        self.doubt(toggle, at, false, cx);
+    }
+
+    /// A request for the next segment, or that segment: does the client take the one before for right?
+    pub(super) fn request(&mut self, half: Half, cx: &mut Context<'_>) {
+        if let Phase::Segments(segments) = &mut self.phase
+            && std::mem::take(&mut segments.doubtful)
+            && let Command::SegmentRequest { toggle } | Command::Segment(Segment { toggle, .. }) = half.command
+        {
+            if segments.toggle == toggle {
+                self.confirm_doubts(cx);
+            } else {
+                segments.toggle = toggle;
+            }
+        }
+        self.step.ordinal = self.segment_ordinal(&half.command);
+        self.set_pending(half);
     }
 
     /// The data of a segment that was confirmed (or whose request is not in the capture).
@@ -206,6 +227,7 @@ impl Channel {
 
     /// Ends a transfer whose data are all there: judges its size.
     fn close_sized(&mut self, end: FrameRef, cx: &mut Context<'_>) {
+        self.weigh_doubts(cx);
         let Some(transfer) = &self.transfer else { return };
         let mut status = if transfer.data.hole || transfer.outcome.midway { Status::Incomplete } else { Status::Ok };
         if !transfer.size_is_right() {
@@ -294,6 +316,7 @@ impl Channel {
             self.judge_stalled_block(cx);
         }
         self.judge_aborted_block(cx);
+        self.confirm_doubts(cx);
         if side == Side::Client && code == TIMED_OUT {
             self.judge_timed_out(cx);
         }

@@ -6,6 +6,7 @@
 
 use super::block::{Block, MOST};
 use super::channel::{Channel, Half, Phase, Segments, strict_initiate};
+use super::machine::{Action, State, transition};
 use super::sequence::is_strict_answer;
 use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Mux, Side};
@@ -13,6 +14,7 @@ use crate::context::Context;
 use crate::event::Place;
 use crate::frame::{Frame, FrameRef};
 use crate::od;
+use crate::rules::sdo::Sdo024;
 
 /// Whether anything but idleness is possible.
 #[derive(Debug)]
@@ -83,14 +85,33 @@ impl Hypotheses {
 
 impl Channel {
     /// Whether what its next frame is may show only by the one behind it: a transfer may run that began before the
-    /// capture, or of which the capture shows one side only.
-    pub fn is_ambiguous(&self) -> bool {
+    /// capture, or of which the capture shows one side only; or it has no place where the channel stands.
+    pub fn is_ambiguous(&self, side: Side, frame: &Frame) -> bool {
+        self.is_midway() || self.has_no_place(side, frame)
+    }
+
+    /// Whether the channel may be in the midst of anything.
+    fn is_midway(&self) -> bool {
         match &self.phase {
             Phase::Idle => self.hypotheses.open && (!self.hypotheses.whole || self.is_one_sided()),
             Phase::Initiated(request) => self.is_edge(request),
             Phase::Segments(_) => false,
             Phase::Block(..) => self.is_nameless(),
         }
+    }
+
+    /// Whether a frame is no part of what runs on a channel that is known, nor a request that some stack would send.
+    fn has_no_place(&self, side: Side, frame: &Frame) -> bool {
+        // What follows a fault, or an abort, belongs to that.
+        let waits = self.sequence.under_way.is_some() || self.sequence.is_waiting() || self.hypotheses.reported;
+        if waits || self.hypotheses.open || !self.proof.trusted || frame.len != 8 {
+            return false;
+        }
+        let (state, bytes) = (self.state(), frame.head());
+        let command = self.decode(side, bytes, frame.len);
+        let odd = state == State::Idle && command.has_reserved_bits(bytes);
+        let action = transition(state, side, &command).action;
+        odd || matches!(action, Action::Stray | Action::Outside | Action::Misfit | Action::Unasked)
     }
 
     /// Whether only requests, or only responses, are in the capture.
@@ -106,7 +127,11 @@ impl Channel {
     /// How the next frame is read where it is ambiguous.
     pub(super) fn reading(&mut self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>) -> Option<Command> {
         let [first, ..] = frame.head();
-        let reading = self.is_ambiguous().then(|| self.read_open(side, frame, next));
+        let reading = if self.is_midway() {
+            Some(self.read_open(side, frame, next))
+        } else {
+            self.read_elsewhere(side, frame, next)
+        };
         let plain = !matches!(reading, Some(Command::BlockSegment { .. } | Command::Undetermined(_)));
         self.hypotheses.before = Some((side, first, plain && self.block().is_none()));
         reading
@@ -150,6 +175,46 @@ impl Channel {
         }
     }
 
+    /// How a frame is read that has no place where the channel stands, but agrees with the next one: both sides are
+    /// elsewhere.
+    fn read_elsewhere(&self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>) -> Option<Command> {
+        let (by, next) = next.filter(|_| self.has_no_place(side, frame))?;
+        let bytes = frame.head();
+        let plain = wire::decode_frame(side, bytes, frame.len);
+        let other = wire::decode_frame(*by, next.head(), next.len);
+        let odd = plain.has_reserved_bits(bytes) || other.has_reserved_bits(next.head());
+        if *by != side && !odd && !self.is_of_kind(&plain) && goes_on(&plain, &other, next.head()[0]) {
+            return Some(plain);
+        }
+        let segment = is_segment(side, bytes[0], None, Some(&(*by, next.head(), other))) == Some(true);
+        segment.then(|| wire::block_segment(bytes))
+    }
+
+    /// Whether a frame is of a kind that the transfer consists of, or about its object. Where none runs, a response that
+    /// names its object begins one without its request.
+    fn is_of_kind(&self, plain: &Command) -> bool {
+        use Command as C;
+        let object = self.transfer.as_ref().and_then(|transfer| transfer.mux);
+        match &self.phase {
+            Phase::Idle => plain.mux().is_some(),
+            _ if plain.mux().is_some() && plain.mux() == object => true,
+            Phase::Initiated(request) => wire::kind_fits(&request.command, plain),
+            Phase::Segments(_) => {
+                matches!(plain, C::Segment(_) | C::SegmentRequest { .. } | C::SegmentResponse { .. })
+            }
+            Phase::Block(..) => plain.is_of_sender() || plain.is_of_receiver(),
+        }
+    }
+
+    /// A frame that has no place where the channel stood, and agrees with the next one, shows that the recording lost
+    /// what lies between. Nothing before it tells any more, as behind a gap that is announced.
+    pub(super) fn leave_behind(&mut self, half: &Half, cx: &mut Context<'_>) {
+        if half.reading.is_some() && !self.is_midway() {
+            self.find(Sdo024::Elsewhere, half.at, cx);
+            self.lost(false, cx);
+        }
+    }
+
     /// Whether a request is the channel's first frame: its response may lie before the capture.
     pub(super) fn is_edge(&self, request: &Half) -> bool {
         !self.hypotheses.whole && self.hypotheses.first == Some(request.at.no)
@@ -167,6 +232,7 @@ impl Channel {
 
     /// What was seen so far belonged to a transfer that began before the capture.
     pub(super) fn forget_beginning(&mut self) {
+        self.verdicts.drop_doubts();
         self.transfer = None;
         self.phase = Phase::Idle;
         self.hypotheses.open();
@@ -295,9 +361,15 @@ fn is_segment(
 /// Whether the other side's next frame, with this first byte, is what follows a frame: its answer, the request that it
 /// answers and that is listed late, or what the other side sends next.
 fn follows(plain: &Command, other: &Command, first: u8) -> bool {
+    wire::may_answer(plain, other) || wire::may_answer(other, plain) || goes_on(plain, other, first)
+}
+
+/// Whether the other side's next frame, with this first byte, is its answer to a request for a segment, or to one, or what
+/// it sends next.
+fn goes_on(plain: &Command, other: &Command, first: u8) -> bool {
     use Command as C;
-    wire::may_answer(plain, other)
-        || wire::may_answer(other, plain)
+    let answers = !plain.is_initiate() && !matches!(other, C::Abort(..)) && wire::fits(plain, other);
+    answers
         || match (plain, other) {
             (C::UploadInitiated(_, i), C::SegmentRequest { toggle }) => !i.expedited && !toggle,
             (C::Segment(segment), C::SegmentRequest { toggle }) => segment.toggle != *toggle,

@@ -5,13 +5,14 @@
 //! one is linked to it (`because_of`), not dropped.
 
 use super::channel::{Channel, Half, UNANSWERED_NS, strict_initiate};
+use super::transfer::Transfer;
 use super::wire::{self, Command, Mux, Segment, Side};
 use crate::context::Context;
 use crate::event::{Event, Note, Place, What};
 use crate::evidence::Rules;
 use crate::finding::{Code, Finding, Severity, Verdict};
 use crate::frame::FrameRef;
-use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, Sdo023, Sdo030, Sdo031};
+use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, Sdo023, Sdo024, Sdo030, Sdo031};
 
 /// Odd frames on a channel that has shown no valid exchange, from which on it is not taken for SDO.
 const FOREIGN: u64 = 16;
@@ -38,7 +39,7 @@ pub(super) struct Refused {
 /// Clients wait for an answer for 1 s or less; one that comes when less than a tenth of that is left was luck.
 const LATE_NS: i64 = 900_000_000;
 /// No client in use gives up sooner, in ns.
-const SHORTEST_TIMEOUT_NS: i64 = 300_000_000;
+pub(super) const SHORTEST_TIMEOUT_NS: i64 = 300_000_000;
 /// A server does not take this many times the longest that it has taken before.
 const PROMPT: i64 = 10;
 
@@ -136,6 +137,8 @@ pub(super) struct Verdicts {
     pub(super) withheld: Vec<Finding>,
     /// The first finding above info since the channel was last idle: what else is wrong follows from it.
     pub(super) fault: Option<FrameRef>,
+    /// What may be a fault of the transfer that runs, or frames that the recording lost: its end tells.
+    doubted: Vec<(Finding, bool)>,
     /// Writes that were refused and not made good.
     pub(super) refused: Vec<Refused>,
     /// The object of the next finding, where it is not the transfer's.
@@ -148,6 +151,13 @@ pub(super) struct Verdicts {
 
 /// Findings withheld at most.
 const WITHHELD: usize = 32;
+
+impl Verdicts {
+    /// Nobody can tell any more.
+    pub(super) fn drop_doubts(&mut self) {
+        self.doubted.clear();
+    }
+}
 
 impl Channel {
     /// Flaws of the frame itself, whatever its place.
@@ -205,23 +215,70 @@ impl Channel {
     /// missing after it.
     pub(super) fn find(&mut self, verdict: impl Into<Verdict>, offender: FrameRef, cx: &mut Context<'_>) {
         let verdict = verdict.into();
+        let missing = is_missing(&verdict);
+        if let Some(finding) = self.finding(verdict, offender, cx) {
+            self.note_with_transfer(finding.code, missing);
+            self.report(finding, cx);
+        }
+    }
+
+    /// The same, of what frames that the recording lost would look like: it is reported once the transfer has shown that
+    /// it is whole. `bad`: by such a fault the transfer is none, though both sides took it as done.
+    pub(super) fn doubt(&mut self, verdict: impl Into<Verdict>, offender: FrameRef, bad: bool, cx: &mut Context<'_>) {
+        if let Some(finding) = self.finding(verdict.into(), offender, cx) {
+            self.verdicts.doubted.push((finding, bad));
+        }
+        if self.verdicts.doubted.len() >= WITHHELD {
+            self.confirm_doubts(cx);
+        }
+    }
+
+    /// Whether something is doubted of the transfer that runs, or some frame of it is not in the capture.
+    pub(super) fn is_doubted(&self) -> bool {
+        let lacks = |transfer: &Transfer| transfer.outcome.findings.contains(&Code::Sdo002);
+        !self.verdicts.doubted.is_empty() || self.transfer.as_deref().is_some_and(lacks)
+    }
+
+    /// What was doubted is a fault.
+    pub(super) fn confirm_doubts(&mut self, cx: &mut Context<'_>) {
+        for (finding, bad) in std::mem::take(&mut self.verdicts.doubted) {
+            if let Some(transfer) = &mut self.transfer {
+                transfer.outcome.bad |= bad;
+            }
+            self.note_with_transfer(finding.code, false);
+            self.report(finding, cx);
+        }
+    }
+
+    /// What was doubted was the recording's doing: frames are missing, with this number of segments.
+    pub(super) fn dismiss_doubts(&mut self, segments: u64, cx: &mut Context<'_>) {
+        let doubted = std::mem::take(&mut self.verdicts.doubted);
+        let first = doubted.first().map_or(cx.at, |(finding, _)| finding.at);
+        self.verdicts.fault = self.verdicts.fault.filter(|fault| doubted.iter().all(|(one, _)| one.at.no != fault.no));
+        self.find(Sdo024::Missing { missing: segments }, first, cx);
+    }
+
+    /// Lists a finding with the transfer that runs. Of a channel that shows one side only nobody can tell what was not
+    /// answered.
+    fn note_with_transfer(&mut self, code: Code, missing: bool) {
+        let told = !missing || !self.is_one_sided();
+        if let Some(transfer) = self.transfer.as_mut().filter(|_| told) {
+            transfer.note_finding(code);
+        }
+    }
+
+    /// What is found of `offender`; none while nothing is judged.
+    fn finding(&mut self, verdict: Verdict, offender: FrameRef, cx: &Context<'_>) -> Option<Finding> {
         let code = verdict.code;
         // No frame of a transfer, in whatever phase, has another length.
         let always = matches!(code, Code::Sdo017 | Code::Sdo010);
         if !self.proof.begun && !self.proof.is_first_exchange() && !always {
-            return;
+            return None;
         }
-        let missing = [Sdo002::NoResponse.into(), Sdo012::EndNotConfirmed.into()].contains(&verdict);
+        let missing = is_missing(&verdict);
         let in_vain = self.verdicts.unanswerable.filter(|request| missing && request.no == offender.no);
-        // Of a channel that shows one side only nobody can tell what was not answered.
-        let one_sided = self.is_one_sided();
-        let object = match &mut self.transfer {
-            Some(transfer) => {
-                if !one_sided || !missing {
-                    transfer.note_finding(code);
-                }
-                transfer.mux
-            }
+        let object = match &self.transfer {
+            Some(transfer) => transfer.mux,
             None => self.step.result.as_ref().and_then(|transfer| transfer.mux),
         };
         let object = self.verdicts.about.take().or(object);
@@ -236,7 +293,7 @@ impl Channel {
         let because_of = in_vain.or_else(|| self.explain(&verdict, at, offender)).or_else(lost);
         let cause = (offender.no != at.no).then_some(offender);
         let bus = self.server.bus;
-        self.report(Finding { code, at, cause, bus, node, object, facts: verdict.facts, because_of }, cx);
+        Some(Finding { code, at, cause, bus, node, object, facts: verdict.facts, because_of })
     }
 
     /// What explains a finding at `at`: the first one since the channel was idle; that one has no explanation.
@@ -393,6 +450,11 @@ fn takes_time(object: Mux) -> bool {
 fn is_usual(half: &Half) -> bool {
     let usual = |object: Mux| object.index < 0xC000 && matches!(object.sub, 0..=0x7F | 0xFF);
     half.len == 8 && !half.command.has_invalid_unused() && half.command.mux().is_some_and(usual)
+}
+
+/// Whether a finding is about an answer that is not there.
+fn is_missing(verdict: &Verdict) -> bool {
+    [Sdo002::NoResponse.into(), Sdo012::EndNotConfirmed.into()].contains(verdict)
 }
 
 /// Whether a finding is about a frame that is wrong, and not about one after which something is missing.

@@ -6,12 +6,14 @@
 //! The exchange is stop-and-wait: at most one request is pending. It must not read raw bytes, except to compare frames.
 
 use super::channel::{Channel, Half, Phase, Segments, strict_initiate};
+use super::judgement::SHORTEST_TIMEOUT_NS;
 use super::sequence::within;
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::Place;
 use crate::finding::Code;
+use crate::frame::FrameRef;
 use crate::rules::sdo::{Sdo002, Sdo007, Sdo012};
 
 /// A client that goes on later than this, in ns, has given up what it waited for.
@@ -268,7 +270,7 @@ impl Channel {
                 let left = self.give_up(cx);
                 self.begin_request(half, left, cx);
             }
-            Action::Request => self.request(half),
+            Action::Request => self.request(half, cx),
             Action::GoOn => self.go_on(half, cx),
             Action::Answer | Action::Misfit => self.respond(half, cx),
             Action::Unasked => self.respond_unasked(half, cx),
@@ -303,18 +305,17 @@ impl Channel {
         self.history.stray = None;
     }
 
-    fn request(&mut self, half: Half) {
-        self.step.ordinal = self.segment_ordinal(&half.command);
-        self.set_pending(half);
-    }
-
     /// A frame that is not expected.
     pub(super) fn violation_outside(&mut self, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Outside;
         if half.command.is_unreadable() || self.hypotheses.is_reported() {
             return;
         }
-        self.find(Sdo007::Outside, half.at, cx);
+        if matches!((&self.phase, half.command), (Phase::Block(..), Command::BlockAck { .. })) {
+            self.doubt(Sdo007::Outside, half.at, false, cx);
+        } else {
+            self.find(Sdo007::Outside, half.at, cx);
+        }
         if self.transfer.is_none() && !self.is_one_sided() {
             self.hypotheses.report();
         }
@@ -346,7 +347,7 @@ impl Channel {
             return true;
         }
         self.unanswered(&pending, edge, cx);
-        self.complete_before(if edge { Status::Incomplete } else { self.given_up() }, cx);
+        self.complete_before(if edge { Status::Incomplete } else { self.given_up(pending.at, cx) }, cx);
         false
     }
 
@@ -424,13 +425,15 @@ impl Channel {
             }
             self.find(Code::Sdo008, if stalled { newest } else { half.at }, cx);
         }
-        self.complete_before(if uncaptured { Status::Incomplete } else { self.given_up() }, cx);
+        self.complete_before(if uncaptured { Status::Incomplete } else { self.given_up(newest, cx) }, cx);
         true
     }
 
-    /// How a transfer ended that the client left: of a server that was never heard, frames may not be recorded.
-    fn given_up(&self) -> Status {
-        if self.proof.responses == 0 { Status::Incomplete } else { Status::Failed }
+    /// How a transfer ended that the client left after this frame: sooner than any client gives up, and of a server that
+    /// was never heard, frames may not be recorded.
+    fn given_up(&self, newest: FrameRef, cx: &Context<'_>) -> Status {
+        let soon = within(newest, cx.at, SHORTEST_TIMEOUT_NS);
+        if soon || self.proof.responses == 0 { Status::Incomplete } else { Status::Failed }
     }
 
     /// A frame of the server while a response is expected.

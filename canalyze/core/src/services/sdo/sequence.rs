@@ -108,6 +108,11 @@ impl Sequence {
         self.held.iter().any(|held| wire::may_answer(request, &held.half.command))
     }
 
+    /// Whether frames of the server wait for a client frame that is listed late.
+    pub(super) fn is_waiting(&self) -> bool {
+        !self.held.is_empty()
+    }
+
     /// Whether a frame of the server was on its way when the client aborted.
     pub(super) fn is_in_flight(&mut self, half: &Half) -> bool {
         self.under_way.as_mut().is_some_and(|it| it.side == Side::Server && it.continues(half))

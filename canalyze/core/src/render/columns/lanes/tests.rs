@@ -439,7 +439,7 @@ fn transfers() {
     let expected = "\
 1 sdo/can0/node10 ok 2002h:00 read 90 (5Ah)
 2 sdo/can0/node10 - -
-3 sdo/can0/node10 failed 1008h:00 read: failed
+3 sdo/can0/node10 incomplete 1008h:00 read: incomplete
 4 sdo/can0/node10 - -
 5 sdo/can0/node10 ok 2002h:00 read 90 (5Ah)
 6 sdo/can0/node10 - -

@@ -157,7 +157,7 @@ fn a_server_that_segments_without_a_size() {
     // The client does not ask for the segments: its fault, and no value.
     let left = format!("{segmented}c 40 04 20 00/s 40 04 20 00");
     assert_eq!(loud(&left), [(Code::Sdo008, 9)]);
-    assert_eq!(before_next(&left), (Status::Failed, vec![]));
+    assert_eq!(before_next(&left), (Status::Incomplete, vec![]));
     // It leaves 0 where data would stand.
     assert_eq!(loud(&format!("{segmented}{alone}")), [(Code::Sdo022, 8)]);
     assert_eq!(loud(format!("{segmented}{segmented}").trim_end_matches('/')), []);
