@@ -31,7 +31,7 @@ MISSING = {"CAP002", "SDO024", "SDO031"}
 LEFT_OUT = {"without a node": {"NMT006"}}
 """A node of which no frame is shown has sent no boot-up that could be seen."""
 LACKING = {"CAP007", "HBT001", "HBT002", "SDO002", "SDO008"}
-"""What is true of a capture that lacks frames where nothing announces it: no response, no heartbeat, no end is in it."""
+"""What is true of a capture where nothing announces what it lacks: no response, no heartbeat, no end is in it."""
 BESIDE = {
     "b6-sdo-block-retransmission": "segments were lost on this bus: its parts can be read in more than one way",
 }
