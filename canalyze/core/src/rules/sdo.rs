@@ -387,6 +387,23 @@ rules! {
             "frames are not in the capture: both sides are in another transfer";
     }
 
+    /// Block transfer: the receiver acknowledged a part of a sub-block, and asks for the others again.
+    Sdo025 "SDO025" "asked-again" Info "CiA 301 7.2.4.3.10, 7.2.4.3.14" [Sdo] {
+        message "块传输的若干段须重发" "segments of a block transfer are asked for again";
+        meaning
+            "接收方只确认了子块的一部分: 其后的段没有收到或被丢弃, 发送方须从1起重新编号再发一次。这是协议允许的。"
+            "The receiver acknowledged a part of the sub-block only: it has not got the others, or has dropped them, and the sender sends them once more, numbered from 1. The protocol provides for it.";
+        cause
+            "总线或接收缓冲区丢帧, 接收方来不及处理。"
+            "Frames lost on the bus or in the receiver's buffer, or a receiver that is too slow.";
+        Again { first: Count, last: Count }
+            "第{first}至{last}段须重发"
+            "segments {first} to {last} are asked for again";
+        One { segment: Count }
+            "第{segment}段须重发"
+            "segment {segment} is asked for again";
+    }
+
     /// The traffic on these identifiers does not look like SDO.
     Sdo030 "SDO030" "not-sdo" Info "-" [Sdo] {
         message "该通道的报文不像SDO" "traffic does not look like SDO";

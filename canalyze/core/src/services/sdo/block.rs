@@ -78,6 +78,8 @@ pub enum Taken {
 pub struct Acked {
     /// Part of the sub-block will be sent again.
     pub retransmission: bool,
+    /// The numbers of the first and the last segment that were sent and will be sent again.
+    pub again: Option<(u8, u8)>,
     /// A violation, and the earlier frame it is about.
     pub fault: Option<(Sdo012, Option<FrameRef>)>,
     /// Segments that the receiver has got and that are not in the capture.
@@ -450,6 +452,7 @@ impl Block {
             acked.fault = Some((wrong.what.clone(), Some(wrong.at)));
         }
         acked.retransmission = ackseq < current.sent || !whole;
+        acked.again = (ackseq < current.sent).then_some((ackseq.saturating_add(1), current.sent));
         self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
         let rest =
             current.segments.get(usize::from(ackseq)..).filter(|rest| !rest.is_empty() && current.wrong.is_none());

@@ -14,7 +14,7 @@ use crate::context::Context;
 use crate::event::Place;
 use crate::finding::Code;
 use crate::frame::FrameRef;
-use crate::rules::sdo::{Sdo002, Sdo012, Sdo019, Sdo024};
+use crate::rules::sdo::{Sdo002, Sdo012, Sdo019, Sdo024, Sdo025};
 
 /// A segment takes at least this long on the bus, in ns: eight bytes at 1 Mbit/s.
 const SEGMENT_NS: i64 = 100_000;
@@ -322,6 +322,11 @@ impl Channel {
             transfer.outcome.retransmissions = transfer.outcome.retransmissions.saturating_add(1);
         }
         let (finished, end, not_resent) = (block.finished, block.end, block.not_resent.take());
+        if let Some((first, last)) = acked.again.filter(|_| acked.fault.is_none()) {
+            let range = Sdo025::Again { first: first.into(), last: last.into() };
+            let again = if first == last { Sdo025::One { segment: first.into() } } else { range };
+            self.find(again, half.at, cx);
+        }
         if let Some((ack, ackseq)) = not_resent {
             self.doubt(Sdo012::NotResent { ackseq: ackseq.into() }, ack, false, cx);
         }
