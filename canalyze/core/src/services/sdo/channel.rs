@@ -23,7 +23,7 @@ use crate::rules::sdo::{Sdo002, Sdo007};
 /// Bytes of a running transfer that are gathered before they are handed out.
 const CHUNK: usize = 4096;
 /// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 leaves the time to the client).
-pub(super) const UNANSWERED_NS: i64 = 1_000_000_000;
+pub const UNANSWERED_NS: i64 = 1_000_000_000;
 /// Who looks for a server sends at most this many requests to it.
 const PROBES: u64 = 3;
 
