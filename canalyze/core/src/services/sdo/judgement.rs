@@ -17,6 +17,8 @@ use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, 
 const FOREIGN: u64 = 16;
 /// Lost answers do not explain that one of this number of frames is one that no stack would send.
 const ODD: u64 = 8;
+/// Fewer frames say nothing of the whole channel.
+const FEW: u64 = 20;
 
 /// Requests that follow others sooner than a client gives up: the answers were there.
 const WENT_ON: u64 = 2;
@@ -57,6 +59,8 @@ pub(super) struct Proof {
     pub(super) responses: u64,
     /// Frames among them that no stack would send: undefined commands, reserved bits.
     pub(super) odd: u64,
+    /// The same, of the whole capture.
+    pub(super) strange: u64,
     /// Requests among them that can only be meant as such.
     pub(super) plausible: u64,
     /// The same, and responses, of an object such as devices have.
@@ -96,6 +100,7 @@ impl Proof {
     pub(super) fn weigh(&mut self, half: &Half, later: bool) {
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
         self.odd = self.odd.saturating_add(u64::from(odd));
+        self.strange = self.strange.saturating_add(u64::from(odd));
         self.given_up += u64::from(matches!(half.command, Command::Abort(..)));
         let answers = matches!(half.command, Command::UploadInitiated(..) | Command::DownloadInitiated(_));
         self.usual = self.usual.saturating_add(u64::from(answers && !odd && is_usual(half)));
@@ -323,6 +328,7 @@ impl Channel {
         for finding in std::mem::take(&mut self.verdicts.withheld) {
             cx.emit(finding);
         }
+        self.list_withheld(cx);
     }
 
     /// Whether the traffic looks so little like SDO that no transfer is made of it.
@@ -339,10 +345,21 @@ impl Channel {
     /// Whether the frames are SDO: by an exchange, or by how many of them can be one; `None` where nobody can tell.
     pub fn is_sdo(&self) -> Option<bool> {
         let Proof { usual, odd, .. } = self.proof;
-        if self.proof.proven || self.proof.paired || usual > self.frames() / 4 * 3 {
+        if self.proof.proven || self.proof.paired && !self.is_strange() || usual > self.frames() / 4 * 3 {
             return Some(true);
         }
-        (odd > self.frames() / ODD).then_some(false)
+        (odd > self.frames() / ODD || self.is_strange()).then_some(false)
+    }
+
+    /// Whether the frames are many, and so many of them such as no stack sends, that two that fit each other are chance.
+    fn is_strange(&self) -> bool {
+        self.frames() >= FEW && self.proof.strange > self.frames() / ODD
+    }
+
+    /// Whether frames that fit each other, or requests such as clients send, are no chance.
+    pub(super) fn is_certain(&self) -> bool {
+        let many = self.frames() >= FEW || self.proof.usual == self.frames();
+        self.proof.proven || many && self.is_sdo() == Some(true)
     }
 
     /// The side that the capture shows alone, where that is the recording's doing: answers without any request, or a
@@ -360,7 +377,7 @@ impl Channel {
     /// The capture is over: what was withheld is no SDO, or nobody has answered.
     pub(super) fn report_distrust(&mut self, cx: &mut Context<'_>) {
         let Some(first) = self.proof.first else { return };
-        if self.proof.proven || self.verdicts.scanned || self.proof.paired {
+        if self.proof.proven || self.verdicts.scanned || self.proof.paired && !self.is_strange() {
             return;
         }
         let unanswered = self.proof.responses == 0 && self.is_sdo() == Some(true);
