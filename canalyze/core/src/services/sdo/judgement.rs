@@ -19,6 +19,10 @@ const FOREIGN: u64 = 16;
 const ODD: u64 = 8;
 /// Fewer frames say nothing of the whole channel.
 const FEW: u64 = 20;
+/// Requests beside responses of which none answers them: neither is SDO.
+const IN_VAIN: u64 = 4;
+/// Frames are SDO where more than three of this number are such as stacks send.
+const PART: u64 = 4;
 
 /// Requests that follow others sooner than a client gives up: the answers were there.
 const WENT_ON: u64 = 2;
@@ -345,21 +349,26 @@ impl Channel {
     /// Whether the frames are SDO: by an exchange, or by how many of them can be one; `None` where nobody can tell.
     pub fn is_sdo(&self) -> Option<bool> {
         let Proof { usual, odd, .. } = self.proof;
-        if self.proof.proven || self.proof.paired && !self.is_strange() || usual > self.frames() / 4 * 3 {
+        let frames = self.frames();
+        let most = if frames < PART { 0 } else { frames * 3 / PART };
+        if self.proof.proven || self.proof.paired && !self.is_strange() || usual > most {
             return Some(true);
         }
-        (odd > self.frames() / ODD || self.is_strange()).then_some(false)
+        (odd > frames / ODD || self.is_strange()).then_some(false)
     }
 
-    /// Whether the frames are many, and so many of them such as no stack sends, that two that fit each other are chance.
+    /// Whether frames that fit each other are chance: many frames are such as no stack sends, or none of several requests
+    /// was answered by what a server sends.
     fn is_strange(&self) -> bool {
-        self.frames() >= FEW && self.proof.strange > self.frames() / ODD
+        let Proof { strange, plausible, responses, .. } = self.proof;
+        let in_vain = responses > 0 && plausible >= IN_VAIN;
+        !self.proof.proven && self.frames() >= FEW && (in_vain || strange > self.frames() / ODD)
     }
 
-    /// Whether frames that fit each other, or requests such as clients send, are no chance.
+    /// Whether the channel is known to be SDO before the capture is over: by an exchange, or since every frame of it is a
+    /// request, or a response, such as stacks send.
     pub(super) fn is_certain(&self) -> bool {
-        let many = self.frames() >= FEW || self.proof.usual == self.frames();
-        self.proof.proven || many && self.is_sdo() == Some(true)
+        self.proof.proven || self.proof.usual == self.frames()
     }
 
     /// The side that the capture shows alone, where that is the recording's doing: answers without any request, or a

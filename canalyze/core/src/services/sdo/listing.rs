@@ -1,7 +1,7 @@
 //! Which transfers are listed: those of a channel that is certain to be SDO.
 //!
-//! Values of a sensor on an identifier of SDO look like frames of transfers now and then. Until an exchange, or many
-//! frames, have shown what a channel is, its transfers wait; those of something else are never listed. It must not judge.
+//! Values of a sensor on an identifier of SDO look like frames of transfers now and then. Until an exchange has
+//! shown what a channel is, its transfers wait; those of something else are never listed. It must not judge.
 
 use std::sync::Arc;
 
