@@ -126,6 +126,31 @@ pub struct Alien {
     pub extended: bool,
 }
 
+/// What the capture has shown of a bus, in the order in which one bus decides for several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Nature {
+    /// No frame has come.
+    Silent,
+    /// It carries something else than CANopen.
+    Foreign,
+    /// Nothing has shown that it is CANopen, or that it is not.
+    Unproven,
+    /// It is CANopen.
+    Canopen,
+}
+
+impl Nature {
+    /// The word in machine output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Silent => "silent",
+            Self::Foreign => "foreign",
+            Self::Unproven => "unproven",
+            Self::Canopen => "canopen",
+        }
+    }
+}
+
 /// What the identifiers of a bus carry.
 #[derive(Debug)]
 pub struct Services {
@@ -137,8 +162,10 @@ pub struct Services {
     described: bool,
     /// Frames that are messages of their service.
     fits: u64,
-    /// Exchanges of SDO or LSS have shown that the bus is CANopen.
+    /// The capture is over, and exchanges of SDO or LSS have shown that the bus is CANopen.
     exchanged: bool,
+    /// The capture is over, and something has shown it.
+    shown_canopen: bool,
     /// Frames with data; those with 29-bit identifiers; those on identifiers without a service.
     frames: u64,
     extended: u64,
@@ -164,6 +191,7 @@ impl Default for Services {
             described: false,
             fits: 0,
             exchanged: false,
+            shown_canopen: false,
             frames: 0,
             extended: 0,
             unassigned: 0,
@@ -230,7 +258,8 @@ impl Services {
         self.over = true;
         self.exchanged = canopen;
         let hint = self.shown.iter().enumerate().any(|(slot, shown)| shown.fit > 0 && !self.is_other_at(slot));
-        if canopen || hint || self.is_canopen() || self.frames < FEW {
+        self.shown_canopen = canopen || hint || self.is_canopen();
+        if self.shown_canopen || self.frames < FEW {
             return None;
         }
         let others: u64 = self.others().map(|other| other.frames).sum();
@@ -238,6 +267,16 @@ impl Services {
         self.alien = strange >= self.frames / PART;
         let first = self.first.filter(|_| self.alien)?;
         Some(Alien { first, frames: self.frames, extended: self.extended == self.frames })
+    }
+
+    /// What the capture, which is over, has shown of the bus.
+    pub fn nature(&self) -> Nature {
+        match (self.frames, self.alien) {
+            (0, _) => Nature::Silent,
+            (_, true) => Nature::Foreign,
+            (_, false) if self.shown_canopen => Nature::Canopen,
+            _ => Nature::Unproven,
+        }
     }
 
     /// Takes a finding: gives it back where the services that it is about are there, keeps it where that is not known
