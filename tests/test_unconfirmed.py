@@ -1,4 +1,4 @@
-"""Mappings and COB-IDs that only unanswered SDO writes show: PDOs are decoded by them as unconfirmed, and nobody is judged.
+"""Mappings and COB-IDs that only unanswered SDO writes show: PDOs are decoded by them, and nobody is judged.
 
 The answering direction is not recorded, or one response was lost. What frames or a later answer decide is confirmed or
 dropped. What it must not do: look at the wording, but for the word that marks a value.
@@ -54,7 +54,7 @@ def pdos(found: Analysis) -> list[Row]:
     return [row for row in found.frames if row["service"] == "pdo" and not row["pdo"]["remote"]]
 
 
-def read(row: Row) -> tuple[int, str, str, str]:
+def read(row: Row) -> tuple[int, str, str | None, str]:
     """Whose PDO a frame is, and what it is decoded by."""
     pdo = row["pdo"]
     mapped = " ".join(f"{one['index']}{one['sub']:02X}{one['bits']:02X}" for one in pdo["signals"])

@@ -26,7 +26,7 @@ _UNJUDGED: Final = frozenset({"EXP015", "BUS009"})
 """What was not judged: an expectation that this capture cannot show, traffic that is not CANopen. No failure, but
 nobody must take it for met, or for clean."""
 
-_NO_CANOPEN: Final = frozenset({"foreign", "unproven"})
+_NO_CANOPEN: Final = frozenset({"foreign", "unproven", "silent"})
 """What a capture may be that is neither clean nor not."""
 
 
@@ -72,7 +72,7 @@ class _Report:
 
     def _said(self, verdict: Verdict) -> Iterator[str]:
         """Say what fails; of what nothing shows to be CANopen, that nothing was judged, and not that it is clean."""
-        unjudged = verdict.nature in _NO_CANOPEN
+        unjudged = verdict.frames > 0 and verdict.nature in _NO_CANOPEN
         if verdict.failures or not unjudged:
             yield self._severities(verdict.failures)
         if unjudged:

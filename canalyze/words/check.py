@@ -102,6 +102,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("check.clean", "合格", "clean"),
     ("check.foreign", "不是CANopen", "not CANopen"),
     ("check.unproven", "没有报文表明是CANopen", "nothing shows that it is CANopen"),
+    ("check.silent", "没有数据帧", "no data frames"),
     ("check.unjudged", "未作判断", "nothing judged"),
     ("check.none", "没有不合格的发现", "nothing fails"),
     ("check.frames", "{frames}帧", "frames: {frames}"),

@@ -257,7 +257,10 @@ impl Services {
     pub fn conclude(&mut self, further: u64, canopen: bool) -> Option<Alien> {
         self.over = true;
         self.exchanged = canopen;
-        let hint = self.shown.iter().enumerate().any(|(slot, shown)| shown.fit > 0 && !self.is_other_at(slot));
+        // Any values may look like one emergency.
+        let least = |slot| if (EMCY..ERROR_CONTROL).contains(&slot) { 1 } else { 0 };
+        let hint =
+            self.shown.iter().enumerate().any(|(slot, shown)| shown.fit > least(slot) && !self.is_other_at(slot));
         self.shown_canopen = canopen || hint || self.is_canopen();
         if self.shown_canopen || self.frames < FEW {
             return None;
@@ -322,9 +325,10 @@ impl Services {
     /// Whether a finding is about its service, where no further frame can tell. Any values may look like one emergency.
     fn is_likely(&self, finding: &Finding) -> bool {
         let emergency = finding.code.rule().context.contains(&Family::Emcy);
+        let own = finding.node.and_then(|node| self.shown.get(slot(Role::Emcy(node))?)).map_or(0, |shown| shown.fit);
         match self.of(finding) {
             Standing::Service => true,
-            Standing::Open => !emergency || self.exchanged || self.is_canopen() || self.fits >= HINTS,
+            Standing::Open => !emergency || self.exchanged || self.is_canopen() || self.fits > u64::from(own == 1),
             Standing::Other => false,
         }
     }
@@ -417,7 +421,7 @@ fn fits(role: Role, frame: &Frame, last: u64, seen: bool) -> bool {
             (1..=240).contains(&counter) && (!seen || counter == 1 || counter == before.wrapping_add(1))
         }
         (Role::Time, &[_, _, _, high, _, _]) => high >> 4 == 0,
-        (Role::Emcy(_), &[low, high, register, ..]) if bytes.len() == 8 => {
+        (Role::Emcy(_), &[low, high, register, ..]) if bytes.len() == 8 && frame.kind == Kind::Data => {
             // Bit 0 is set with any other; bit 6 is reserved (CiA 301, table 48).
             is_emergency(u16::from_le_bytes([low, high])) && (register == 0 || register & 0x41 == 1)
         }
