@@ -4,7 +4,7 @@ Words in the core's output are in the session's language; nothing here raises on
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, final
+from typing import Any, Literal, final
 
 __version__: str
 
@@ -280,6 +280,9 @@ class Session:
     @property
     def file_frames(self) -> int:
         """Frames read so far in the file that was fed or ended last."""
+    @property
+    def nature(self) -> Literal["silent", "foreign", "unproven", "canopen"]:
+        """What the capture, which is finished, has shown of its buses: that one is CANopen, where one is."""
 
 @final
 class Batch:

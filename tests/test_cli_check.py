@@ -97,6 +97,7 @@ def test_jsonl(canalyze: Runner, set_of_captures: Path) -> None:
             "failed": failed,
             "failures": int(failed),
             "others": 0,
+            "nature": "canopen",
             "overruled": 0,
             "reasons": [],
             "expectations": None,

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from captures import SAMPLES, SHARED, Analysis, CanFrame, analyze, log_text, read_log, session_output
+from conftest import Runner
 from foreign_traffic import BUS, GENERATORS, START_US, in_order, sensor
 from network_sessions import SESSIONS
 
@@ -19,8 +21,10 @@ STACKS = {
     for path in sorted(folder.glob("*.log"))
 }
 SEEDS = 20
-CHANCE = {"obd": 1, "raw_sensors": 1, "battery": 1}
-"""Captures of all seeds in which a random value is a message of CANopen by chance, at most."""
+CHANCE: dict[str, int] = {}
+"""Captures of all seeds in which a random value is a message of CANopen by chance, at most, by generator."""
+LISTED = {"battery": 1}
+"""The same, in which a random value begins a transfer by chance."""
 WHOLE = ["extended_sensors", "j1939", "uds", "uds_on_lss"]
 
 
@@ -35,6 +39,31 @@ def test_other_protocols_raise_nothing(name: str) -> None:
     assert len(loud) <= CHANCE.get(name, 0), "\n".join(loud)
     if name in WHOLE:
         assert [[finding["code"] for finding in one.findings] for one in said] == [["BUS009"]] * SEEDS
+
+
+@pytest.mark.parametrize("name", GENERATORS)
+def test_other_protocols_have_no_transfers(name: str) -> None:
+    said = [analyze(log_text(GENERATORS[name](random.Random(seed)))) for seed in range(SEEDS)]
+    listed = [[row["first_frame"] for row in one.transfers] for one in said if one.transfers]
+    assert len(listed) <= LISTED.get(name, 0), listed
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_what_is_not_canopen_is_not_called_clean(name: str, tmp_path: Path, canalyze: Runner) -> None:
+    (tmp_path / "other.log").write_bytes(log_text(GENERATORS[name](random.Random(1))))
+    for lang, word in (("zh", "不是CANopen，未作判断"), ("en", "not CANopen, nothing judged")):
+        done = canalyze("--lang", lang, "check", "other.log")
+        assert done.code == 0
+        first = done.out.splitlines()[0]
+        assert word in first and "clean" not in first and "合格" not in first
+
+
+@pytest.mark.parametrize("data", ["0908070605040302", "8A1A0DF213000007", "0020010000000000"])
+def test_a_frame_like_an_emergency_is_none_where_nothing_is_canopen(data: str) -> None:
+    frames = [CanFrame(BUS, 0x0C8, bytes.fromhex(data), START_US), CanFrame(BUS, 0x6F9, bytes(8), START_US + 500)]
+    assert not codes(analyze(log_text(frames)))
+    heartbeat = CanFrame(BUS, 0x748, b"\x05", START_US - 500)
+    assert codes(analyze(log_text([heartbeat, *frames]))), "of a node that is heard it is one"
 
 
 @pytest.mark.parametrize("name", WHOLE)

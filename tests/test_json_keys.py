@@ -60,6 +60,7 @@ CHECK = {
         "failed",
         "failures",
         "others",
+        "nature",
         "overruled",
         "reasons",
         "expectations",

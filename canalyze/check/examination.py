@@ -131,5 +131,6 @@ def examine(name: str, job: Job, progress: Meter) -> Examined:
         session.frames,
         monotonic() - began,
         None if held_against is None else str(held_against),
+        session.nature,
         code - 128 if code > 128 else 0,
     )

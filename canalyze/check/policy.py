@@ -144,6 +144,7 @@ def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
         examined.seconds,
         tuple(sorted(reasons.items())),
         examined.expectations,
+        examined.nature,
     )
 
 

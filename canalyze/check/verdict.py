@@ -41,6 +41,8 @@ class Examined:
     seconds: float = 0.0
     expectations: str | None = None
     """The file of expectations that it was held against."""
+    nature: str = "canopen"
+    """What it has shown of its buses, as the core says it; `canopen` where one of them is."""
     signal: int = 0
     """What ended the reading before its end: SIGINT or SIGTERM."""
 
@@ -72,6 +74,9 @@ class Verdict:
 
     expectations: str | None = None
     """The file of expectations that it was held against."""
+
+    nature: str = "canopen"
+    """What it has shown of its buses: `silent`, `foreign`, `unproven`, or `canopen` where one of them is."""
 
     @property
     def every_consequence(self) -> tuple[Counted, ...]:

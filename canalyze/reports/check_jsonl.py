@@ -12,9 +12,10 @@ first of its kind, and
 | `fails` | whether the check fails by it |
 
 `check` has `file`, `frames` (how many were read), `failed`, `failures` and `others` (how many findings fail, and how
-many do not), `overruled` (how many were taken away), `reasons` (`{"reason","count"}` of each override that changed
-some), `expectations` (the file of them that it was held against, or null) and `error` (why the file could not be read,
-or null).
+many do not), `nature` (what the capture has shown of its buses: `canopen` where one is; `unproven`, `foreign`, or
+`silent` without data frames), `overruled` (how many were taken away), `reasons` (`{"reason","count"}` of each override
+that changed some), `expectations` (the file of them that it was held against, or null) and `error` (why the file could
+not be read, or null).
 """
 
 import json
@@ -40,6 +41,7 @@ def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
                 "failed": verdict.failed,
                 "failures": sum(one.count for one in verdict.failures),
                 "others": sum(one.count for one in passing),
+                "nature": verdict.nature,
                 "overruled": verdict.overruled,
                 "reasons": [{"reason": reason, "count": count} for reason, count in verdict.reasons],
                 "expectations": verdict.expectations,

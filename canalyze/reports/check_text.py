@@ -26,6 +26,9 @@ _UNJUDGED: Final = frozenset({"EXP015", "BUS009"})
 """What was not judged: an expectation that this capture cannot show, traffic that is not CANopen. No failure, but
 nobody must take it for met, or for clean."""
 
+_NO_CANOPEN: Final = frozenset({"foreign", "unproven", "silent"})
+"""What a capture may be that is neither clean nor not."""
+
 
 def show(verdicts: Sequence[Verdict], out: Output, words: Words) -> None:
     """Write the whole report."""
@@ -55,7 +58,7 @@ class _Report:
             yield self._words("check.file", name=name, said=self._dyed(self._words("check.unreadable"), "error"))
             return
         frames = self._words("check.frames", frames=verdict.frames)
-        parts = [self._severities(verdict.failures), *self._rest(verdict), frames]
+        parts = [*self._said(verdict), *self._rest(verdict), frames]
         if verdict.error is not None:
             parts.insert(0, self._dyed(self._words("check.unread"), "error"))
         yield self._words("check.file", name=name, said=self._words("check.then").join(parts))
@@ -66,6 +69,16 @@ class _Report:
             yield self._head(one.finding)
         if verdict.failures or unjudged:
             yield ""
+
+    def _said(self, verdict: Verdict) -> Iterator[str]:
+        """Say what fails; of what nothing shows to be CANopen, that nothing was judged, and not that it is clean."""
+        unjudged = verdict.frames > 0 and verdict.nature in _NO_CANOPEN
+        if verdict.failures or not unjudged:
+            yield self._severities(verdict.failures)
+        if unjudged:
+            yield self._words(f"check.{verdict.nature}")
+        if unjudged and not verdict.failures and verdict.expectations is None:
+            yield self._words("check.unjudged")
 
     def _rest(self, verdict: Verdict) -> Iterator[str]:
         """Say what does not count."""

@@ -4,6 +4,8 @@
 //! decoder, passes on what one service means for another (a reset ends the node's transfers), and tells the checks.
 //! `learn` is the one place where what the capture shows changes a COB-ID, a mapping or a time.
 
+mod unconfirmed;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -17,6 +19,7 @@ use crate::context::Context;
 use crate::dictionary::Object;
 use crate::drive;
 use crate::event::{Addressed, ProcessData, Signals, Step, Unmapped, What};
+use crate::evidence::When;
 use crate::evidence::circumstance;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
@@ -31,6 +34,7 @@ use crate::services::nmt;
 use crate::services::pdo::mapping::Mapping;
 use crate::services::pdo::{self, Multiplexed};
 use crate::services::sdo::channel::{Channel, is_whole};
+use crate::services::sdo::exchange::expedited;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Command, Mux, Side};
 
@@ -53,6 +57,8 @@ pub struct Bus {
     began_ns: Option<i64>,
     /// Nodes whose boot-up was seen, and no reset since, nor lost frames.
     booted: BTreeSet<u8>,
+    /// The last write to each node to which an answer may still come.
+    open_writes: BTreeMap<u8, (Mux, When)>,
 }
 
 impl Bus {
@@ -88,6 +94,7 @@ impl Bus {
             checks,
             began_ns: None,
             booted: BTreeSet::new(),
+            open_writes: BTreeMap::new(),
         }
     }
 
@@ -128,6 +135,7 @@ impl Bus {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
         cx.evidence.recording.take(&mut cx.when, happened, frame, role.is_command());
+        let role = if self.open_writes.is_empty() { role } else { self.role_after_writes(frame, cx) };
         cx.sighting = cx.evidence.recording.sighting(cx.at, happened.sighting);
         if cx.evidence.recording.is_first_of_stall(cx.when) {
             cx.evidence.circumstances.note(circumstance::Kind::Stall, None, cx.when);
@@ -139,7 +147,7 @@ impl Bus {
         if happened.step_ns.is_some() {
             cx.evidence.circumstances.note(circumstance::Kind::Gap, None, cx.when);
         }
-        if cx.sighting != Sighting::Duplicate {
+        if cx.sighting != Sighting::Duplicate && self.roles.unconfirmed(frame.id).is_none() {
             cx.evidence.services.take(role, frame);
         }
         let data = frame.kind != Kind::Remote && frame.kind != Kind::Error;
@@ -217,6 +225,7 @@ impl Bus {
         let before = cx.events.len();
         channel.asked_in_vain(key.1.is_none().then(|| self.checks.nodes.asked_in_vain(node)).flatten());
         channel.step(side, frame, next.as_ref(), cx);
+        let unanswered = channel.is_unanswered();
         if cx.sighting == Sighting::Duplicate {
             return;
         }
@@ -236,11 +245,18 @@ impl Bus {
                 }
                 Some(What::Sdo(Step { command: Command::InitiateDownload(mux, i), .. })) => {
                     let mux = *mux;
+                    let i = *i;
                     if i.expedited {
                         let bytes = i.data.get(..i.expedited_len(frame.len)).unwrap_or(&i.data);
                         self.checks.requested(node, mux, bytes, cx);
                     }
                     self.doubt_object(node, mux, cx);
+                    let bytes = if i.expedited { expedited(Some(mux), &i, frame.len) } else { &[] };
+                    self.request(node, mux, bytes, unanswered, cx);
+                }
+                Some(What::Sdo(Step { side: Side::Server, command: Command::Abort(mux, _), .. })) => {
+                    let mux = *mux;
+                    self.withdraw(node, mux.index, Some(mux.sub));
                 }
                 Some(What::Sdo(Step { command: Command::DownloadInitiated(mux), .. })) => {
                     let mux = *mux;
@@ -264,12 +280,22 @@ impl Bus {
     fn process_data(&mut self, name: PdoName, frame: &Frame, cx: &mut Context<'_>) {
         let PdoName { transmit, number, node } = name;
         let known = self.nodes.get(node).and_then(|node| node.pdo(transmit, number));
-        let content = match known.map(|pdo| &pdo.content) {
-            Some(Content::Multiplex { from, .. }) => return self.multiplexed(name, *from, frame, cx),
-            Some(Content::Mapped(mapping, from)) => Signals::Mapped(Arc::clone(mapping), *from),
-            Some(Content::Disabled(_)) => Signals::None(Unmapped::Disabled),
-            Some(Content::Unknown) | None => self.by_consumer(frame.id),
+        let unconfirmed = self.roles.unconfirmed(frame.id);
+        let asked = self.nodes.get(node).and_then(|node| node.unconfirmed_pdo(transmit, number));
+        let mapping = asked.and_then(|asked| asked.mapping_of(frame.len));
+        let content = match (mapping, known.map(|pdo| &pdo.content)) {
+            (Some((mapping, from)), _) => Signals::Mapped(Arc::clone(mapping), *from),
+            (None, Some(Content::Multiplex { from, .. })) if unconfirmed.is_none() => {
+                return self.multiplexed(name, *from, frame, cx);
+            }
+            (None, Some(Content::Mapped(mapping, from))) => Signals::Mapped(Arc::clone(mapping), *from),
+            (None, Some(Content::Disabled(from))) if !from.is_doubted() => Signals::None(Unmapped::Disabled),
+            (None, _) => self.by_consumer(frame),
         };
+        if let Some(from) = unconfirmed {
+            return self.unconfirmed(name, content.by(from), frame, cx);
+        }
+        let refuted = asked.map(|asked| (asked.cob.is_some(), asked.is_refuted_by(frame.len)));
         let sync = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns());
         let fit = Fit::of(&content, frame);
         let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync };
@@ -279,6 +305,9 @@ impl Bus {
         }
         self.checks.due(frame, cx);
         self.checks.process_data(name, known, fit, &self.nodes, frame, cx);
+        if let Some((cob, mapping)) = refuted {
+            self.refute(name, cob, mapping);
+        }
     }
 
     fn multiplexed(&mut self, name: PdoName, from: Provenance, frame: &Frame, cx: &mut Context<'_>) {
@@ -318,10 +347,19 @@ impl Bus {
     }
 
     /// The signals of a PDO by the mapping of a node that receives it.
-    fn by_consumer(&self, id: CanId) -> Signals {
-        let consumed = self.roles.consumer(id).and_then(|(node, number)| {
-            match &self.nodes.get(node)?.pdo(false, number)?.content {
-                Content::Mapped(mapping, from) => Some(Signals::ByConsumer(Arc::clone(mapping), *from, node, number)),
+    fn by_consumer(&self, frame: &Frame) -> Signals {
+        let consumed = self.roles.consumer(frame.id).and_then(|(node, number)| {
+            let consumer = self.nodes.get(node)?;
+            let asked = consumer.unconfirmed_pdo(false, number);
+            if let Some((mapping, from)) = asked.and_then(|asked| asked.mapping_of(frame.len)) {
+                return Some(Signals::ByConsumer(Arc::clone(mapping), *from, node, number));
+            }
+            let moved = asked.and_then(|asked| asked.cob).filter(|(cob, _)| cob.id == frame.id);
+            match &consumer.pdo(false, number)?.content {
+                Content::Mapped(mapping, from) => {
+                    let from = moved.map_or(*from, |(_, from)| from);
+                    Some(Signals::ByConsumer(Arc::clone(mapping), from, node, number))
+                }
                 _ => None,
             }
         });
@@ -423,8 +461,11 @@ impl Bus {
 
     /// A transfer has not succeeded. What it should have written is as before only where it was refused.
     fn refused(&mut self, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
-        if transfer.direction != Direction::Download || transfer.outcome.status != Status::Aborted {
+        if transfer.direction != Direction::Download {
             return;
+        }
+        if transfer.outcome.status != Status::Aborted {
+            return self.unanswered(transfer.node, mux);
         }
         if let Some(node) = self.nodes.get_mut(transfer.node)
             && node.configuration.refused(mux, transfer.first.no)
@@ -485,6 +526,12 @@ impl Bus {
 
     /// What was open is over: one node (or all) was reset, or frames of the bus were lost.
     pub fn lost(&mut self, node: Option<u8>, reset: bool, cx: &mut Context<'_>) {
+        let concerned = |of: &u8| node.is_none_or(|node| node == *of);
+        let open: Vec<_> =
+            self.open_writes.iter().filter(|(of, _)| concerned(of)).map(|(of, it)| (*of, it.0)).collect();
+        for (of, mux) in open {
+            self.unanswered(of, mux);
+        }
         if !reset {
             self.began_ns = None;
             self.booted.clear();

@@ -1,7 +1,7 @@
 //! What one node's communication objects hold, and from where that is known.
 //!
 //! Values come from acknowledged SDO writes and successful reads, from options, from a DCF, from an EDS, in this
-//! order of trust. What was written does not survive a reset unless it was stored (1010h); what was read before any
+//! order of trust. What was only asked for, by writes of which the capture shows no answer, is kept apart from them. What was written does not survive a reset unless it was stored (1010h); what was read before any
 //! write is the stored value and does; restored defaults (1011h) hold from the next reset on (CiA 301, 7.5.2.13 and
 //! .14). It must not know what the values mean to a service.
 
@@ -23,6 +23,9 @@ const LOAD: u64 = 0x6461_6F6C;
 pub enum Provenance {
     /// The standard's default: the pre-defined connection set.
     Default,
+    /// A write in the capture, with this frame, to which the capture shows no answer. Frames that agree with it are decoded
+    /// by it, but nobody is judged by it.
+    Unconfirmed(u64),
     /// The capture, with this frame; but it may be another value by now: frames were lost since, or it was written with
     /// a transfer of which nobody knows whether it succeeded. Frames are still decoded by it, but nobody is judged by it.
     Doubted(u64),
@@ -45,20 +48,26 @@ impl Provenance {
             Self::Dcf => "dcf",
             Self::Option => "option",
             Self::Observed(_) | Self::Doubted(_) => "observed",
+            Self::Unconfirmed(_) => "unconfirmed",
         }
     }
 
     /// The frame with which the capture has shown it, whether or not it is in doubt since.
     pub fn frame(self) -> Option<u64> {
         match self {
-            Self::Observed(frame) | Self::Doubted(frame) => Some(frame),
+            Self::Observed(frame) | Self::Doubted(frame) | Self::Unconfirmed(frame) => Some(frame),
             _ => None,
         }
     }
 
-    /// It may not hold any more.
+    /// It may not hold: nobody is judged by it.
     pub fn is_doubted(self) -> bool {
-        matches!(self, Self::Doubted(_))
+        matches!(self, Self::Doubted(_) | Self::Unconfirmed(_))
+    }
+
+    /// No answer has confirmed it.
+    pub fn is_unconfirmed(self) -> bool {
+        matches!(self, Self::Unconfirmed(_))
     }
 
     /// Somebody has said it of this very node, and not only its kind of device.
@@ -77,6 +86,16 @@ pub struct Known {
 }
 
 type Address = (u16, u8);
+
+/// What a write asked for.
+#[derive(Clone, Copy, Debug)]
+struct Requested {
+    value: u64,
+    /// Its request.
+    frame: u64,
+    /// It is known that the capture shows no answer to it; until then one may come.
+    unanswered: bool,
+}
 
 /// The configuration of one node.
 #[derive(Debug, Default)]
@@ -99,6 +118,8 @@ pub struct Configuration {
     unsure: BTreeMap<Address, u64>,
     /// The same of what is stored.
     unsure_stored: BTreeMap<Address, u64>,
+    /// What writes asked for that nothing has confirmed or refused.
+    requested: BTreeMap<Address, Requested>,
 }
 
 /// Whether an object is one that decoding depends on.
@@ -107,6 +128,17 @@ pub fn concerns(index: u16) -> bool {
         index,
         0x1000 | 0x1005..=0x1007 | 0x100C | 0x100D | 0x1012 | 0x1014..=0x1019 | 0x1200..=0x12FF | 0x1301..=0x13C0 | 0x1400..=0x1BFF
     )
+}
+
+/// Whether a value of an object that was only asked for is of use: it is a COB-ID of SYNC, EMCY or a PDO, or a part of a
+/// mapping.
+fn is_decoded_by(Mux { index, sub }: Mux) -> bool {
+    match index {
+        0x1005 | 0x1014 => sub == 0,
+        0x1400..=0x15FF | 0x1800..=0x19FF => sub == 1,
+        0x1600..=0x17FF | 0x1A00..=0x1BFF => true,
+        _ => false,
+    }
 }
 
 impl Configuration {
@@ -219,6 +251,7 @@ impl Configuration {
             Direction::Upload => {}
         }
         let unsure = self.unsure.remove(&address).is_some();
+        let unsure = self.requested.remove(&address).is_some_and(|it| it.unanswered) || unsure;
         self.observed.insert(address, (value, frame)).is_none_or(|(before, _)| before != value) || unsure
     }
 
@@ -230,9 +263,51 @@ impl Configuration {
         concerns(mux.index) && room && self.unsure.insert(address, frame).is_none()
     }
 
+    /// A write with the frame `frame` asks for a value. Says whether an unanswered write before it counts no more.
+    pub fn request(&mut self, mux: Mux, bytes: &[u8], frame: u64) -> bool {
+        let address = (mux.index, mux.sub);
+        let before = self.requested.remove(&address).is_some_and(|it| it.unanswered);
+        if let Some(value) = number(bytes).filter(|_| is_decoded_by(mux) && self.requested.len() < KEPT) {
+            self.requested.insert(address, Requested { value, frame, unanswered: false });
+        }
+        before
+    }
+
+    /// The capture shows no answer to the last write of an object. Says whether frames may be decoded by it now.
+    pub fn unanswered(&mut self, mux: Mux) -> bool {
+        let requested = self.requested.get_mut(&(mux.index, mux.sub));
+        requested.is_some_and(|it| !std::mem::replace(&mut it.unanswered, true))
+    }
+
+    /// What writes asked for of an object does not hold: it was refused, or frames show otherwise. Says whether frames were
+    /// decoded by it.
+    pub fn withdraw(&mut self, index: u16, sub: Option<u8>) -> bool {
+        let before = self.requested.len();
+        self.requested.retain(|(one, part), _| *one != index || sub.is_some_and(|sub| sub != *part));
+        self.requested.len() != before
+    }
+
+    /// What an unanswered write asked for.
+    pub fn requested(&self, index: u16, sub: u8) -> Option<Known> {
+        let it = self.requested.get(&(index, sub)).filter(|it| it.unanswered)?;
+        Some(Known { value: it.value, from: Provenance::Unconfirmed(it.frame) })
+    }
+
+    /// Whether unanswered writes asked for any value.
+    pub fn is_requested(&self) -> bool {
+        self.requested.values().any(|it| it.unanswered)
+    }
+
+    /// Every index of `range` of which unanswered writes asked for a value, ascending.
+    pub fn requested_indices(&self, range: std::ops::RangeInclusive<u16>) -> BTreeSet<u16> {
+        let span = (*range.start(), 0)..=(*range.end(), u8::MAX);
+        self.requested.range(span).filter(|(_, it)| it.unanswered).map(|((index, _), _)| *index).collect()
+    }
+
     /// What was tried with the frame `first` was refused. Says whether a value is known again.
     pub fn refused(&mut self, mux: Mux, first: u64) -> bool {
         let address = (mux.index, mux.sub);
+        self.withdraw(mux.index, Some(mux.sub));
         self.unsure.get(&address).is_some_and(|since| *since >= first) && self.unsure.remove(&address).is_some()
     }
 
@@ -255,6 +330,7 @@ impl Configuration {
         };
         self.observed.retain(follows);
         self.stored.retain(follows);
+        self.requested.clear();
     }
 
     /// Frames were lost behind the frame `last`. Says whether anything was observed that is in doubt now.
@@ -270,7 +346,8 @@ impl Configuration {
             self.unsure_stored.clear();
         }
         self.written.clear();
-        let changed = self.observed != self.stored || self.unsure != self.unsure_stored;
+        let requested = !std::mem::take(&mut self.requested).is_empty();
+        let changed = requested || self.observed != self.stored || self.unsure != self.unsure_stored;
         if changed {
             self.observed = self.stored.clone();
             self.unsure = self.unsure_stored.clone();

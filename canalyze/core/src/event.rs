@@ -101,11 +101,24 @@ pub enum Signals {
     None(Unmapped),
 }
 
+impl Signals {
+    /// The same, where it is known only from there that they are those of the PDO.
+    pub fn by(self, from: Provenance) -> Self {
+        match self {
+            Self::Mapped(mapping, _) => Self::Mapped(mapping, from),
+            Self::ByConsumer(mapping, _, node, number) => Self::ByConsumer(mapping, from, node, number),
+            Self::None(_) => Self::None(Unmapped::Unconfirmed),
+        }
+    }
+}
+
 /// Why a PDO shows no signals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unmapped {
     /// No mapping is known, or not all of it.
     Unknown,
+    /// The same, and only a write that nothing has confirmed gives the PDO its identifier.
+    Unconfirmed,
     /// Sub-index 0 of the mapping is 0.
     Disabled,
     /// A multiplex PDO without its address.

@@ -141,6 +141,18 @@ pub enum Content {
     Unknown,
 }
 
+impl UnconfirmedPdo {
+    /// Its mapping, where a frame of `len` bytes agrees with it.
+    pub fn mapping_of(&self, len: u8) -> Option<&(Arc<Mapping>, Provenance)> {
+        self.mapping.as_ref().filter(|(mapping, _)| mapping.bytes() == usize::from(len))
+    }
+
+    /// Whether a frame of `len` bytes shows that its mapping does not hold.
+    pub fn is_refuted_by(&self, len: u8) -> bool {
+        self.mapping.is_some() && self.mapping_of(len).is_none()
+    }
+}
+
 impl Pdo {
     /// The index of its communication parameter.
     pub fn communication(&self) -> u16 {
@@ -161,6 +173,21 @@ pub struct Node {
     pub configuration: Configuration,
     /// Receive first, by number.
     pdos: Vec<Pdo>,
+    /// Those of which unanswered writes ask for something, in the same order.
+    unconfirmed: Vec<UnconfirmedPdo>,
+}
+
+/// What unanswered writes ask of a PDO.
+#[derive(Clone, Debug)]
+pub struct UnconfirmedPdo {
+    /// Transmit or receive, seen from the node.
+    pub transmit: bool,
+    /// PDO number, 1..=512.
+    pub number: u16,
+    /// Its COB-ID.
+    pub cob: Option<(CobId, Provenance)>,
+    /// Its mapping, where all of it is known.
+    pub mapping: Option<(Arc<Mapping>, Provenance)>,
 }
 
 impl Node {
@@ -195,6 +222,16 @@ impl Node {
         &self.pdos
     }
 
+    /// What unanswered writes ask of its PDOs: receive first, by number.
+    pub fn unconfirmed_pdos(&self) -> &[UnconfirmedPdo] {
+        &self.unconfirmed
+    }
+
+    /// What unanswered writes ask of one PDO.
+    pub fn unconfirmed_pdo(&self, transmit: bool, number: u16) -> Option<&UnconfirmedPdo> {
+        self.unconfirmed.iter().find(|pdo| (pdo.transmit, pdo.number) == (transmit, number))
+    }
+
     /// One PDO.
     pub fn pdo(&self, transmit: bool, number: u16) -> Option<&Pdo> {
         let found = self.pdos.binary_search_by_key(&(transmit, number), |pdo| (pdo.transmit, pdo.number));
@@ -212,6 +249,43 @@ impl Node {
             pdos.extend(numbers.iter().filter_map(|index| self.compiled(transmit, index - first + 1)));
         }
         self.pdos = pdos;
+        self.unconfirmed.clear();
+        if self.configuration.is_requested() {
+            self.compile_unconfirmed();
+        }
+    }
+
+    fn compile_unconfirmed(&mut self) {
+        for transmit in [false, true] {
+            let first = communication_parameter(transmit, 1);
+            let mapping = mapping_parameter(transmit, 1);
+            let mut numbers = self.configuration.requested_indices(first..=first + 0x1FF);
+            let mapped = self.configuration.requested_indices(mapping..=mapping + 0x1FF);
+            numbers.extend(mapped.iter().map(|index| index - 0x200));
+            for index in numbers {
+                let cob = self.configuration.requested(index, 1);
+                let cob = cob.map(|known| (CobId::from_entry(known.value), known.from));
+                let mapping = self.unconfirmed_mapping(index + 0x200);
+                self.unconfirmed.push(UnconfirmedPdo { transmit, number: index - first + 1, cob, mapping });
+            }
+        }
+    }
+
+    /// The mapping that unanswered writes ask for: its number of entries is the last of them, as a master writes it.
+    fn unconfirmed_mapping(&self, index: u16) -> Option<(Arc<Mapping>, Provenance)> {
+        let value = |sub| {
+            let sure = || self.value(index, sub).filter(|(_, from)| !from.is_doubted());
+            self.configuration.requested(index, sub).map(|known| (known.value, known.from)).or_else(sure)
+        };
+        let (count, since) = value(0)?;
+        let later = |(_, from): (u64, Provenance)| from.is_unconfirmed() && from.frame() > since.frame();
+        match self.content(value) {
+            Content::Mapped(mapping, from @ Provenance::Unconfirmed(_)) => {
+                let whole = !(1..=count as u8).any(|sub| value(sub).is_some_and(later));
+                whole.then_some((mapping, from))
+            }
+            _ => None,
+        }
     }
 
     fn compiled(&self, transmit: bool, number: u16) -> Option<Pdo> {
@@ -233,12 +307,13 @@ impl Node {
             inhibit: self.value(communication, 3).map(|(value, from)| (value as u16, from)),
             event_timer: self.value(communication, 5).map(|(value, from)| (value as u16, from)),
             sync_start: self.value(communication, 6).map(|(value, from)| (value as u8, from)),
-            content: self.content(mapping_parameter(transmit, number)),
+            content: self.content(|sub| self.value(mapping_parameter(transmit, number), sub)),
         })
     }
 
-    fn content(&self, index: u16) -> Content {
-        let Some((count, mut least)) = self.value(index, 0) else { return Content::Unknown };
+    /// What the bytes of a PDO are by the values of its mapping parameter.
+    fn content(&self, value: impl Fn(u8) -> Option<(u64, Provenance)>) -> Content {
+        let Some((count, mut least)) = value(0) else { return Content::Unknown };
         match count {
             0 => return Content::Disabled(least),
             254 | 255 => return Content::Multiplex { destination: count == 255, from: least },
@@ -248,7 +323,7 @@ impl Node {
         let mut entries = Vec::new();
         let mut offset = 0;
         for sub in 1..=count as u8 {
-            let Some((word, from)) = self.value(index, sub) else { return Content::Unknown };
+            let Some((word, from)) = value(sub) else { return Content::Unknown };
             least = trusted_less(least, from);
             let (index, sub, bits) = decode_entry(word as u32);
             if bits == 0 {
@@ -307,6 +382,7 @@ fn trusted_less(one: Provenance, other: Provenance) -> Provenance {
     match (one, other) {
         (Provenance::Observed(one), Provenance::Observed(other)) => Provenance::Observed(one.max(other)),
         (Provenance::Doubted(one), Provenance::Doubted(other)) => Provenance::Doubted(one.max(other)),
+        (Provenance::Unconfirmed(one), Provenance::Unconfirmed(other)) => Provenance::Unconfirmed(one.max(other)),
         _ => one.min(other),
     }
 }

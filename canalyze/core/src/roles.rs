@@ -25,6 +25,8 @@ pub struct Roles {
     consumers: BTreeMap<CanId, (u8, u16)>,
     /// Further SDO channels, by either of their identifiers.
     channels: BTreeMap<CanId, CanId>,
+    /// Identifiers whose role only unanswered writes give them, with the provenance.
+    unconfirmed: BTreeMap<CanId, Provenance>,
 }
 
 impl Default for Roles {
@@ -34,6 +36,7 @@ impl Default for Roles {
             extended: BTreeMap::new(),
             consumers: BTreeMap::new(),
             channels: BTreeMap::new(),
+            unconfirmed: BTreeMap::new(),
         }
     }
 }
@@ -43,6 +46,12 @@ impl Roles {
     pub fn of(&self, id: CanId) -> Role {
         let found = if id.is_extended() { self.extended.get(&id.raw()) } else { self.standard.get(id.raw() as usize) };
         found.copied().unwrap_or(Role::Foreign)
+    }
+
+    /// From where the role of an identifier is known, where only unanswered writes give it.
+    #[inline]
+    pub fn unconfirmed(&self, id: CanId) -> Option<Provenance> {
+        if self.unconfirmed.is_empty() { None } else { self.unconfirmed.get(&id).copied() }
     }
 
     /// The RPDO that receives an identifier whose role is a TPDO: consumer and number.
@@ -78,7 +87,55 @@ impl Roles {
         for (_, node) in nodes.iter() {
             roles.disabled(node, &claims);
         }
+        let asked = || nodes.iter().map(|(_, node)| node).filter(|node| node.configuration.is_requested());
+        for transmit in [true, false] {
+            asked().for_each(|node| roles.ask_process_data(node, transmit, &claims));
+        }
+        asked().for_each(|node| roles.ask_services(node, &claims));
         roles
+    }
+
+    /// PDOs on identifiers that only unanswered writes give them: what is known otherwise comes first, but for the
+    /// pre-defined places of other PDOs.
+    fn ask_process_data(&mut self, node: &Node, transmit: bool, claims: &Claims) {
+        for pdo in node.unconfirmed_pdos().iter().filter(|pdo| pdo.transmit == transmit) {
+            let Some((cob, from)) = pdo.cob.filter(|(cob, _)| cob.valid) else { continue };
+            let (number, node) = (pdo.number, node.id());
+            let (id, asked) =
+                (cob.id, if transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } });
+            match self.of(id) {
+                before if before == asked || claims.contains_key(&id) && transmit => {}
+                Role::Tpdo { .. } if !transmit && self.consumer(id).is_some() => {}
+                Role::Tpdo { .. } if !transmit => self.consume(id, node, number),
+                _ if claims.contains_key(&id) => {}
+                Role::Rpdo { number, node } if transmit => {
+                    self.consume(id, node, number);
+                    self.ask(id, asked, from);
+                }
+                Role::Tpdo { .. } | Role::Rpdo { .. } | Role::Unassigned | Role::Foreign => self.ask(id, asked, from),
+                _ => {}
+            }
+        }
+    }
+
+    /// SYNC and EMCY likewise. What comes there may be theirs, and is no other node's EMCY for certain.
+    fn ask_services(&mut self, node: &Node, claims: &Claims) {
+        for (index, own) in [(0x1005, Role::Sync), (0x1014, Role::Emcy(node.id()))] {
+            let Some(known) = node.configuration.requested(index, 0) else { continue };
+            let cob = CobId::from_entry(if index == 0x1005 { known.value & !(3 << 30) } else { known.value });
+            let before = self.of(cob.id);
+            if cob.valid && before != own && matches!(before, Role::Emcy(_)) && !claims.contains_key(&cob.id) {
+                self.ask(cob.id, Role::Unassigned, known.from);
+            }
+        }
+    }
+
+    fn ask(&mut self, id: CanId, role: Role, from: Provenance) {
+        if is_fixed(id) || self.unconfirmed.contains_key(&id) || self.unconfirmed.len() >= EXTENDED {
+            return;
+        }
+        self.set(id, role);
+        self.unconfirmed.insert(id, from);
     }
 
     /// SYNC, TIME and EMCY, where they are configured elsewhere (1005h, 1012h, 1014h).
@@ -200,8 +257,7 @@ impl Roles {
 
     /// Gives an identifier to a role, unless a more trusted source has given it away.
     fn claim(&mut self, id: CanId, role: Role, from: Provenance, claims: &mut Claims) {
-        let fixed = !id.is_extended() && (id.raw() == FIXED[0] || id.raw() >= FIXED[1]);
-        if fixed || !self.may(id, role, from) || claims.get(&id).is_some_and(|before| *before >= from) {
+        if is_fixed(id) || !self.may(id, role, from) || claims.get(&id).is_some_and(|before| *before >= from) {
             return;
         }
         self.set(id, role);
@@ -246,6 +302,11 @@ impl Roles {
             *slot = Role::Unassigned;
         }
     }
+}
+
+/// Whether no configuration moves an identifier.
+fn is_fixed(id: CanId) -> bool {
+    !id.is_extended() && (id.raw() == FIXED[0] || id.raw() >= FIXED[1])
 }
 
 fn role(node: &Node, pdo: &Pdo) -> Role {

@@ -85,9 +85,9 @@ impl Fit {
         let misfit = misfit(content, frame);
         Self {
             misfit,
-            fits: misfit.is_none() && matches!(content, Signals::Mapped(..)),
+            fits: misfit.is_none() && matches!(content, Signals::Mapped(_, from) if !from.is_unconfirmed()),
             read: match content {
-                Signals::None(Unmapped::Unknown) => false,
+                Signals::None(Unmapped::Unknown | Unmapped::Unconfirmed) => false,
                 Signals::Mapped(_, from) | Signals::ByConsumer(_, from, ..) => !from.is_doubted(),
                 Signals::None(_) => true,
             },

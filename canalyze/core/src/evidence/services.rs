@@ -3,7 +3,8 @@
 //! A bus may carry other protocols, beside CANopen or instead of it, and they use any identifier. Values and counters of
 //! such traffic are no messages of NMT, SYNC, TIME, EMCY or error control, and nothing may be judged by them. A device
 //! at fault sends the same wrong frame again and again, or right ones too. Several wrong frames that differ, or many
-//! that are the same where the node is not known, are certain to be something else; until then findings wait. SDO and
+//! that are the same where the node is not known, are certain to be something else; until then findings wait. A single
+//! frame like an emergency is not judged where nothing else is like CANopen. SDO and
 //! LSS have their own proofs, which rest on requests and answers. It must not raise a finding.
 
 use crate::cob_id::Role;
@@ -20,6 +21,8 @@ const PROOF: u32 = 3;
 const KEPT: usize = 64;
 /// Fewer frames say nothing of a whole bus.
 const FEW: u64 = 20;
+/// Messages of services, from which on a bus may be CANopen.
+const HINTS: u64 = 2;
 /// A whole bus is taken for something else where at least one of this number of frames is certain to be no message of
 /// CANopen.
 const PART: u64 = 4;
@@ -123,6 +126,31 @@ pub struct Alien {
     pub extended: bool,
 }
 
+/// What the capture has shown of a bus, in the order in which one bus decides for several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Nature {
+    /// No frame has come.
+    Silent,
+    /// It carries something else than CANopen.
+    Foreign,
+    /// Nothing has shown that it is CANopen, or that it is not.
+    Unproven,
+    /// It is CANopen.
+    Canopen,
+}
+
+impl Nature {
+    /// The word in machine output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Silent => "silent",
+            Self::Foreign => "foreign",
+            Self::Unproven => "unproven",
+            Self::Canopen => "canopen",
+        }
+    }
+}
+
 /// What the identifiers of a bus carry.
 #[derive(Debug)]
 pub struct Services {
@@ -132,6 +160,12 @@ pub struct Services {
     nodes: u128,
     /// A person has described the bus.
     described: bool,
+    /// Frames that are messages of their service.
+    fits: u64,
+    /// The capture is over, and exchanges of SDO or LSS have shown that the bus is CANopen.
+    exchanged: bool,
+    /// The capture is over, and something has shown it.
+    shown_canopen: bool,
     /// Frames with data; those with 29-bit identifiers; those on identifiers without a service.
     frames: u64,
     extended: u64,
@@ -155,6 +189,9 @@ impl Default for Services {
             shown: vec![Shown::default(); SLOTS],
             nodes: 0,
             described: false,
+            fits: 0,
+            exchanged: false,
+            shown_canopen: false,
             frames: 0,
             extended: 0,
             unassigned: 0,
@@ -184,7 +221,9 @@ impl Services {
         self.first.get_or_insert(frame.reference());
         let Some(slot) = slot(role) else { return };
         let Some(shown) = self.shown.get_mut(slot) else { return };
-        shown.take(frame, fits(role, frame, shown.last, shown.fit > 0));
+        let fitting = fits(role, frame, shown.last, shown.fit > 0);
+        self.fits += u64::from(fitting);
+        shown.take(frame, fitting);
         if let Role::ErrorControl(node) = role
             && shown.proven
         {
@@ -217,8 +256,13 @@ impl Services {
     /// any more.
     pub fn conclude(&mut self, further: u64, canopen: bool) -> Option<Alien> {
         self.over = true;
-        let hint = self.shown.iter().enumerate().any(|(slot, shown)| shown.fit > 0 && !self.is_other_at(slot));
-        if canopen || hint || self.is_canopen() || self.frames < FEW {
+        self.exchanged = canopen;
+        // Any values may look like one emergency.
+        let least = |slot| if (EMCY..ERROR_CONTROL).contains(&slot) { 1 } else { 0 };
+        let hint =
+            self.shown.iter().enumerate().any(|(slot, shown)| shown.fit > least(slot) && !self.is_other_at(slot));
+        self.shown_canopen = canopen || hint || self.is_canopen();
+        if self.shown_canopen || self.frames < FEW {
             return None;
         }
         let others: u64 = self.others().map(|other| other.frames).sum();
@@ -226,6 +270,16 @@ impl Services {
         self.alien = strange >= self.frames / PART;
         let first = self.first.filter(|_| self.alien)?;
         Some(Alien { first, frames: self.frames, extended: self.extended == self.frames })
+    }
+
+    /// What the capture, which is over, has shown of the bus.
+    pub fn nature(&self) -> Nature {
+        match (self.frames, self.alien) {
+            (0, _) => Nature::Silent,
+            (_, true) => Nature::Foreign,
+            (_, false) if self.shown_canopen => Nature::Canopen,
+            _ => Nature::Unproven,
+        }
     }
 
     /// Takes a finding: gives it back where the services that it is about are there, keeps it where that is not known
@@ -265,7 +319,18 @@ impl Services {
     /// The capture is over: what waits and is not about something else.
     pub fn finish(&mut self) -> Vec<Finding> {
         let waiting = std::mem::take(&mut self.waiting).into_iter();
-        waiting.map(|(finding, _)| finding).filter(|finding| self.of(finding) != Standing::Other).collect()
+        waiting.map(|(finding, _)| finding).filter(|finding| self.is_likely(finding)).collect()
+    }
+
+    /// Whether a finding is about its service, where no further frame can tell. Any values may look like one emergency.
+    fn is_likely(&self, finding: &Finding) -> bool {
+        let emergency = finding.code.rule().context.contains(&Family::Emcy);
+        let own = finding.node.and_then(|node| self.shown.get(slot(Role::Emcy(node))?)).map_or(0, |shown| shown.fit);
+        match self.of(finding) {
+            Standing::Service => true,
+            Standing::Open => !emergency || self.exchanged || self.is_canopen() || self.fits > u64::from(own == 1),
+            Standing::Other => false,
+        }
     }
 
     /// The identifiers that carry something else.
@@ -284,7 +349,9 @@ impl Services {
     fn standing(&self, slot: usize) -> Standing {
         let Some(shown) = self.shown.get(slot) else { return Standing::Service };
         if shown.misfit == 0 {
-            return Standing::Service;
+            let emergency = (EMCY..ERROR_CONTROL).contains(&slot);
+            let alone = emergency && self.fits < HINTS && self.nodes == 0 && !self.described;
+            return if alone { Standing::Open } else { Standing::Service };
         }
         let node = slot.checked_sub(EMCY).map(|place| place as u8);
         let ground = match node {
@@ -354,7 +421,7 @@ fn fits(role: Role, frame: &Frame, last: u64, seen: bool) -> bool {
             (1..=240).contains(&counter) && (!seen || counter == 1 || counter == before.wrapping_add(1))
         }
         (Role::Time, &[_, _, _, high, _, _]) => high >> 4 == 0,
-        (Role::Emcy(_), &[low, high, register, ..]) if bytes.len() == 8 => {
+        (Role::Emcy(_), &[low, high, register, ..]) if bytes.len() == 8 && frame.kind == Kind::Data => {
             // Bit 0 is set with any other; bit 6 is reserved (CiA 301, table 48).
             is_emergency(u16::from_le_bytes([low, high])) && (register == 0 || register & 0x41 == 1)
         }

@@ -127,7 +127,7 @@ impl Signals {
         }
         let pdo = Pdo { transmit: data.transmit, number: data.number, node: data.node };
         match &data.content {
-            Content::Mapped(mapping, _) | Content::ByConsumer(mapping, ..) => {
+            Content::Mapped(mapping, from) | Content::ByConsumer(mapping, from, ..) if !from.is_unconfirmed() => {
                 let known = self.chosen.iter().position(|one| Arc::ptr_eq(&one.mapping, mapping) && one.pdo == pdo);
                 let place = known.unwrap_or_else(|| {
                     if self.chosen.len() >= REMEMBERED {
@@ -144,10 +144,11 @@ impl Signals {
                     take(all, &one.picks, pdo, mapping, frame, scene);
                 }
             }
-            Content::None(Unmapped::Unknown) if self.unmapped.len() < PDOS && !self.unmapped.contains(&pdo) => {
+            Content::None(Unmapped::Disabled | Unmapped::Multiplex) => {}
+            _ if self.unmapped.len() < PDOS && !self.unmapped.contains(&pdo) => {
                 self.unmapped.push(pdo);
             }
-            Content::None(_) => {}
+            _ => {}
         }
     }
 

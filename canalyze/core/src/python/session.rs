@@ -267,6 +267,11 @@ impl Session {
     }
 
     #[getter]
+    fn nature(&self, py: Python<'_>) -> &'static str {
+        self.run(py, |core| core.nature().name())
+    }
+
+    #[getter]
     fn file_frames(&self, py: Python<'_>) -> u64 {
         self.run(py, |core| core.frames().1)
     }

@@ -11,7 +11,7 @@
 //! | `value` | with sign, type and factor applied; bytes in hexadecimal |
 //! | `raw` | the unsigned number in the payload |
 //! | `unit` | empty or null where the description has none |
-//! | `provenance` | of the mapping (of a multiplex PDO: its sub-index 0, which makes it one): `observed`, `option`, `dcf`, `eds` |
+//! | `provenance` | of the mapping (of a multiplex PDO: its sub-index 0, which makes it one): `observed`, `option`, `dcf`, `eds`, `unconfirmed` |
 //! | `object` | `6041:00`, which is the same in every language |
 //!
 //! A multiplex PDO has one row, `node` and `pdo` are those of the PDO: the object that it addresses, of the node that

@@ -10,6 +10,7 @@ use crate::context::{Chunk, Context};
 use crate::event::{Event, What};
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
+use crate::evidence::services::Nature;
 use crate::evidence::{Evidence, Recording, When};
 use crate::expectation::{Expectations, Verification};
 use crate::finding::{Finding, Verdict};
@@ -203,6 +204,11 @@ impl Decoding {
             verification.asides(&mut self.events, 0, buses);
             verification.finish(last, &mut self.events, buses);
         }
+    }
+
+    /// What the capture, which is over, has shown of its buses: that one of them is CANopen, where one is.
+    pub(super) fn nature(&self) -> Nature {
+        self.evidence.iter().map(|evidence| evidence.services.nature()).max().unwrap_or(Nature::Silent)
     }
 
     /// What was only counted, at the end of the capture.

@@ -22,6 +22,7 @@ use self::tally::Tally;
 use crate::diff::digest::Digest;
 use crate::evidence::When;
 use crate::evidence::recording::Happened;
+use crate::evidence::services::Nature;
 use crate::expectation::Expectations;
 use crate::filter::Filter;
 use crate::finding::{Code, Finding};
@@ -378,6 +379,11 @@ impl Session {
     pub fn trace(&self, wanted: Wanted<'_>) -> Vec<Line> {
         let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
         monitor.trace(wanted, &self.buses, self.stream.capture.view(&self.buses).clock)
+    }
+
+    /// What the capture, which is over, has shown of its buses: that one of them is CANopen, where one is.
+    pub fn nature(&self) -> Nature {
+        self.stream.decoding.nature()
     }
 
     /// Frames so far: those that all files have given, those that were read of the file that was fed last.

@@ -63,7 +63,7 @@ pub fn misfit(content: &Signals, frame: &Frame) -> Option<Misfit> {
         Signals::None(_) => return None,
     };
     let (found, mapped) = (usize::from(frame.len), mapping.bytes());
-    if found == mapped || mapped == 0 {
+    if from.is_unconfirmed() || found == mapped || mapped == 0 {
         return None;
     }
     match frame.kind {

@@ -2,7 +2,7 @@
 //!
 //! Keys: `direction` transmit/receive, `number`, `remote` false, `communication_parameter` and `mapping_parameter`
 //! hex, `pdo` (`TPDO1`), `state` NMT state of the node as hex or null, `provenance` of the mapping (`observed`,
-//! `option`, `dcf`, `eds`) or null, `mapped_at` frame that completed an observed mapping or null, `unmapped`
+//! `option`, `dcf`, `eds`, `unconfirmed`) or null, `mapped_at` frame that completed an observed mapping or null, `unmapped`
 //! (`unknown`, `disabled`, `multiplex`) or null, `consumer` (`{"node","number"}` of the RPDO whose mapping was used)
 //! or null, `sync` (`{"cycle","delay_us"}`, the latter with three decimals or null) or null, and `signals`: a list of
 //! `{"index","sub","name","bit","bits","raw","value","unit","text","provenance"}`. `raw` is the unsigned number in the
@@ -34,12 +34,13 @@ pub(super) fn fields(out: &mut Vec<u8>, lang: Lang, data: &ProcessData, frame: &
         Signals::ByConsumer(mapping, from, node, number) => (Some(mapping), Some(*from), Some((*node, *number))),
         Signals::None(_) => (None, None, None),
     };
-    object.optional("provenance", from.map(Provenance::name));
+    let unconfirmed = matches!(data.content, Signals::None(Unmapped::Unconfirmed)).then_some("unconfirmed");
+    object.optional("provenance", from.map(Provenance::name).or(unconfirmed));
     object.maybe("mapped_at", from.and_then(Provenance::frame));
     object.optional(
         "unmapped",
         match &data.content {
-            Signals::None(Unmapped::Unknown) => Some("unknown"),
+            Signals::None(Unmapped::Unknown | Unmapped::Unconfirmed) => Some("unknown"),
             Signals::None(Unmapped::Disabled) => Some("disabled"),
             Signals::None(Unmapped::Multiplex) => Some("multiplex"),
             Signals::Mapped(..) | Signals::ByConsumer(..) => None,

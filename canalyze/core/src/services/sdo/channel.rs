@@ -14,7 +14,7 @@ use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Initiate, Mux, Side};
 use crate::context::{Chunk, Context};
 use crate::dictionary::{Dictionary, Object};
-use crate::event::{Event, Note, Place, Step, What};
+use crate::event::{Note, Place, Step, What};
 use crate::evidence::When;
 use crate::evidence::duplicates::Sighting;
 use crate::frame::{BusId, CanId, Frame, FrameRef};
@@ -23,7 +23,7 @@ use crate::rules::sdo::{Sdo002, Sdo007};
 /// Bytes of a running transfer that are gathered before they are handed out.
 const CHUNK: usize = 4096;
 /// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 leaves the time to the client).
-pub(super) const UNANSWERED_NS: i64 = 1_000_000_000;
+pub const UNANSWERED_NS: i64 = 1_000_000_000;
 /// Who looks for a server sends at most this many requests to it.
 const PROBES: u64 = 3;
 
@@ -139,6 +139,8 @@ pub struct Channel {
     pub(super) history: History,
     pub(super) proof: Proof,
     pub(super) verdicts: Verdicts,
+    /// Transfers that are no transfers unless the channel shows that it is one.
+    pub(super) unlisted: Vec<Arc<Transfer>>,
     /// The step of the frame at hand.
     pub(super) step: Step,
     /// Whether completed transfers belong to the frame at hand.
@@ -178,6 +180,7 @@ impl Channel {
             history: History::default(),
             proof: Proof::default(),
             verdicts: Verdicts::default(),
+            unlisted: Vec::new(),
             step: empty_step(),
             own: true,
             given_up_write: GivenUpWrite::default(),
@@ -478,15 +481,7 @@ impl Channel {
         if !transfer.data.fresh.is_empty() {
             cx.chunks.push(chunk(&transfer, transfer.data.fresh.clone()));
         }
-        let about = (!self.own).then_some(transfer.last);
-        cx.events.push(Event {
-            at: cx.at,
-            about,
-            bus: self.server.bus,
-            node: Some(self.server.node),
-            transfer: Some(transfer.id),
-            what: What::Transfer(transfer),
-        });
+        self.list(transfer, cx);
     }
 
     /// The server was reset, or frames were lost: nothing that was open can be judged.
@@ -570,6 +565,9 @@ impl Channel {
         }
         self.find_refused(cx);
         self.report_distrust(cx);
+        if self.is_sdo() == Some(true) {
+            self.list_withheld(cx);
+        }
     }
 }
 

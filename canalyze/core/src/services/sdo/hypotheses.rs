@@ -114,6 +114,11 @@ impl Channel {
         odd || matches!(action, Action::Stray | Action::Outside | Action::Misfit | Action::Unasked)
     }
 
+    /// Whether requests were seen, more than the one that may still be answered, and no response.
+    pub fn is_unanswered(&self) -> bool {
+        self.proof.responses == 0 && self.proof.requests > 1
+    }
+
     /// Whether only requests, or only responses, are in the capture.
     pub(super) fn is_one_sided(&self) -> bool {
         (self.proof.requests == 0) != (self.proof.responses == 0)

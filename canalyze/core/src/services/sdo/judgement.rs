@@ -18,6 +18,12 @@ use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, 
 const FOREIGN: u64 = 16;
 /// Lost answers do not explain that one of this number of frames is one that no stack would send.
 const ODD: u64 = 8;
+/// Fewer frames say nothing of the whole channel.
+const FEW: u64 = 20;
+/// Requests beside responses of which none answers them: neither is SDO.
+const IN_VAIN: u64 = 4;
+/// Frames are SDO where more than three of this number are such as stacks send.
+const PART: u64 = 4;
 
 /// Requests that follow others sooner than a client gives up: the answers were there.
 const WENT_ON: u64 = 2;
@@ -58,6 +64,8 @@ pub(super) struct Proof {
     pub(super) responses: u64,
     /// Frames among them that no stack would send: undefined commands, reserved bits.
     pub(super) odd: u64,
+    /// The same, of the whole capture.
+    pub(super) strange: u64,
     /// Requests among them that can only be meant as such.
     pub(super) plausible: u64,
     /// The same, and responses, of an object such as devices have.
@@ -97,6 +105,7 @@ impl Proof {
     pub(super) fn weigh(&mut self, half: &Half, later: bool) {
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
         self.odd = self.odd.saturating_add(u64::from(odd));
+        self.strange = self.strange.saturating_add(u64::from(odd));
         self.given_up += u64::from(matches!(half.command, Command::Abort(..)));
         let answers = matches!(half.command, Command::UploadInitiated(..) | Command::DownloadInitiated(_));
         self.usual = self.usual.saturating_add(u64::from(answers && !odd && is_usual(half)));
@@ -380,6 +389,7 @@ impl Channel {
         for finding in std::mem::take(&mut self.verdicts.withheld) {
             cx.emit(finding);
         }
+        self.list_withheld(cx);
     }
 
     /// Whether the traffic looks so little like SDO that no transfer is made of it.
@@ -396,10 +406,26 @@ impl Channel {
     /// Whether the frames are SDO: by an exchange, or by how many of them can be one; `None` where nobody can tell.
     pub fn is_sdo(&self) -> Option<bool> {
         let Proof { usual, odd, .. } = self.proof;
-        if self.proof.proven || self.proof.paired || usual > self.frames() / 4 * 3 {
+        let frames = self.frames();
+        let most = if frames < PART { 0 } else { frames * 3 / PART };
+        if self.proof.proven || self.proof.paired && !self.is_strange() || usual > most {
             return Some(true);
         }
-        (odd > self.frames() / ODD).then_some(false)
+        (odd > frames / ODD || self.is_strange()).then_some(false)
+    }
+
+    /// Whether frames that fit each other are chance: many frames are such as no stack sends, or none of several requests
+    /// was answered by what a server sends.
+    fn is_strange(&self) -> bool {
+        let Proof { strange, plausible, responses, .. } = self.proof;
+        let in_vain = responses > 0 && plausible >= IN_VAIN;
+        !self.proof.proven && self.frames() >= FEW && (in_vain || strange > self.frames() / ODD)
+    }
+
+    /// Whether the channel is known to be SDO before the capture is over: by an exchange, or since every frame of it is a
+    /// request, or a response, such as stacks send.
+    pub(super) fn is_certain(&self) -> bool {
+        self.proof.proven || self.proof.usual == self.frames()
     }
 
     /// The side that the capture shows alone, where that is the recording's doing: answers without any request, or a
@@ -417,7 +443,7 @@ impl Channel {
     /// The capture is over: what was withheld is no SDO, or nobody has answered.
     pub(super) fn report_distrust(&mut self, cx: &mut Context<'_>) {
         let Some(first) = self.proof.first else { return };
-        if self.proof.proven || self.verdicts.scanned || self.proof.paired {
+        if self.proof.proven || self.verdicts.scanned || self.proof.paired && !self.is_strange() {
             return;
         }
         let unanswered = self.proof.responses == 0 && self.is_sdo() == Some(true);

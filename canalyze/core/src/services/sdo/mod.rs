@@ -11,6 +11,7 @@
 //! | `block_transfer`, `block` | what the frames of a block transfer do; which segments count |
 //! | `hypotheses` | what may run where the capture begins, or goes on after lost frames |
 //! | `judgement` | reports, withholds or links findings |
+//! | `listing` | which transfers are listed |
 //!
 //! A channel is a pair of COB-IDs on a bus; at most one transfer runs on it. A capture taken on the client's own
 //! host may show client frames one frame late, after their answers, since a driver echoes what it sent later
@@ -22,6 +23,7 @@ pub mod channel;
 pub mod exchange;
 mod hypotheses;
 pub mod judgement;
+mod listing;
 mod machine;
 mod sequence;
 #[cfg(test)]

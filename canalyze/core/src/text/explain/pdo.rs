@@ -3,7 +3,7 @@
 use super::{cob_id, data};
 use crate::cob_id::Role;
 use crate::configuration::Provenance;
-use crate::event::{ProcessData, Signals};
+use crate::event::{ProcessData, Signals, Unmapped};
 use crate::frame::Frame;
 use crate::text::digits::put;
 use crate::text::{Lang, say};
@@ -18,7 +18,14 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, pdo: &ProcessData, frame: &Fr
             provenance(out, lang, *from);
             super::mapping::mapping(out, lang, mapping, frame.payload());
         }
-        Signals::None(_) => data(out, lang, frame.payload()),
+        Signals::None(why) => {
+            if *why == Unmapped::Unconfirmed {
+                say!(out, lang;
+                    zh: "#   COB-ID来源: 记录中的SDO写请求, 未见响应\n";
+                    en: "#   COB-ID known from: an SDO write request in the capture, without a response\n");
+            }
+            data(out, lang, frame.payload());
+        }
     }
 }
 
@@ -32,6 +39,9 @@ fn provenance(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
         Provenance::Doubted(frame) => say!(out, lang;
             zh: "记录中的SDO, 到第", frame, "帧为止, 此后有帧丢失";
             en: "SDO in the capture, up to frame ", frame, "; frames were lost since"),
+        Provenance::Unconfirmed(frame) => say!(out, lang;
+            zh: "未确认: 记录中的SDO写请求, 到第", frame, "帧为止, 未见响应";
+            en: "unconfirmed: SDO write requests in the capture, up to frame ", frame, ", without a response"),
         Provenance::Option => say!(out, lang; zh: "选项"; en: "an option"),
         Provenance::Dcf => put!(out; "DCF"),
         Provenance::Eds => say!(out, lang; zh: "EDS默认值"; en: "the EDS's defaults"),

@@ -30,6 +30,7 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessD
         }
         Signals::None(why) => put!(out; Size(lang, frame.len.into()), match why {
             Unmapped::Unknown => lang.pick(", 映射未知", ", mapping unknown"),
+            Unmapped::Unconfirmed => lang.pick(", 映射未知, COB-ID未确认", ", mapping unknown, COB-ID unconfirmed"),
             Unmapped::Disabled => lang.pick(", 映射已禁用", ", mapping disabled"),
             Unmapped::Multiplex => lang.pick(", 不是完整的MPDO", ", no complete MPDO"),
         }),
@@ -79,10 +80,12 @@ pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping
     value::multiplexed(out, lang, content, mapping);
 }
 
-/// What is only preset may not be what the device sends.
+/// What is only preset, or was only asked for, may not be what the device sends.
 fn preset(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
-    if from == Provenance::Eds {
-        say!(out, lang; zh: " (EDS默认映射)"; en: " (default mapping of the EDS)");
+    match from {
+        Provenance::Eds => say!(out, lang; zh: " (EDS默认映射)"; en: " (default mapping of the EDS)"),
+        Provenance::Unconfirmed(_) => say!(out, lang; zh: " (PDO配置未确认)"; en: " (PDO configuration unconfirmed)"),
+        _ => {}
     }
 }
 

@@ -1,0 +1,102 @@
+//! What writes ask for that nobody is seen to answer: the answering direction is not recorded, or the response was lost.
+//!
+//! PDOs are decoded by it where frames agree, and a later answer, or a frame that does not agree, ends it. It must not
+//! tell any check: nobody is judged by what may not hold.
+
+use super::{Bus, known};
+use crate::checks::PdoName;
+use crate::cob_id::Role;
+use crate::configuration;
+use crate::context::Context;
+use crate::event::{ProcessData, Signals, What};
+use crate::evidence::When;
+use crate::evidence::duplicates::Sighting;
+use crate::frame::Frame;
+use crate::services::pdo;
+use crate::services::sdo::channel::UNANSWERED_NS;
+use crate::services::sdo::wire::Mux;
+
+impl Bus {
+    /// A PDO on an identifier that only an unanswered write gives it: it is shown, and judges nobody.
+    pub(super) fn unconfirmed(&mut self, name: PdoName, content: Signals, frame: &Frame, cx: &mut Context<'_>) {
+        let PdoName { transmit, number, node } = name;
+        let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync: None };
+        cx.push(None, Some(node), What::Pdo(data));
+        if cx.sighting == Sighting::Duplicate {
+            return;
+        }
+        self.checks.due(frame, cx);
+        if !transmit {
+            self.checks.drives.blind(node, cx);
+        }
+        let asked = self.nodes.get(node).and_then(|node| node.unconfirmed_pdo(transmit, number));
+        if asked.is_some_and(|asked| asked.is_refuted_by(frame.len)) {
+            self.refute(name, false, true);
+        }
+    }
+
+    /// A frame shows that what unanswered writes ask of a PDO does not hold: it is sent where it was before, or has another
+    /// length.
+    pub(super) fn refute(&mut self, name: PdoName, cob: bool, mapping: bool) {
+        let index = pdo::communication_parameter(name.transmit, name.number);
+        if cob {
+            self.withdraw(name.node, index, Some(1));
+        }
+        if mapping {
+            self.withdraw(name.node, index + 0x200, None);
+        }
+    }
+
+    /// A write asks for a value. `unanswered`: the server's direction is not in the capture.
+    pub(super) fn request(&mut self, node: u8, mux: Mux, bytes: &[u8], unanswered: bool, cx: &Context<'_>) {
+        if !configuration::concerns(mux.index) {
+            return;
+        }
+        let before = known(&mut self.nodes, node).configuration.request(mux, bytes, cx.at.no);
+        if before {
+            self.asked_otherwise(node);
+        }
+        if unanswered {
+            self.unanswered(node, mux);
+        } else {
+            self.open_writes.insert(node, (mux, cx.when));
+        }
+    }
+
+    /// The capture shows no answer to a write: what it asked for may hold.
+    pub(super) fn unanswered(&mut self, node: u8, mux: Mux) {
+        if self.open_writes.get(&node).is_some_and(|(open, _)| *open == mux) {
+            self.open_writes.remove(&node);
+        }
+        if self.nodes.get_mut(node).is_some_and(|one| one.configuration.unanswered(mux)) {
+            self.asked_otherwise(node);
+        }
+    }
+
+    /// What unanswered writes asked of an object, or of one sub-index, does not hold.
+    pub(super) fn withdraw(&mut self, node: u8, index: u16, sub: Option<u8>) {
+        if self.nodes.get_mut(node).is_some_and(|one| one.configuration.withdraw(index, sub)) {
+            self.asked_otherwise(node);
+        }
+    }
+
+    /// Unanswered writes ask for something else now.
+    fn asked_otherwise(&mut self, node: u8) {
+        if let Some(one) = self.nodes.get_mut(node) {
+            one.compile();
+            self.assign();
+        }
+    }
+
+    /// The role of a frame when the writes before it that have waited too long for an answer count as unanswered.
+    #[cold]
+    pub(super) fn role_after_writes(&mut self, frame: &Frame, cx: &Context<'_>) -> Role {
+        let recording = &cx.evidence.recording;
+        let late = |(_, (_, since)): &(&u8, &(Mux, When))| recording.certainly_later(cx.when, *since, UNANSWERED_NS);
+        let overdue: Vec<_> = self.open_writes.iter().filter(late).map(|(node, (mux, _))| (*node, *mux)).collect();
+        for (node, mux) in overdue {
+            self.unanswered(node, mux);
+        }
+        self.roles.of(frame.id)
+    }
+}

@@ -1,0 +1,40 @@
+//! Which transfers are listed: those of a channel that is certain to be SDO.
+//!
+//! Values of a sensor on an identifier of SDO look like frames of transfers now and then. Until an exchange has
+//! shown what a channel is, its transfers wait; those of something else are never listed. It must not judge.
+
+use std::sync::Arc;
+
+use super::channel::Channel;
+use super::transfer::Transfer;
+use crate::context::Context;
+use crate::event::{Event, What};
+use crate::frame::FrameRef;
+
+/// Transfers that wait at most (invariant 6).
+const UNLISTED: usize = 64;
+
+impl Channel {
+    /// Lists a transfer that has ended, or lets it wait.
+    pub(super) fn list(&mut self, transfer: Arc<Transfer>, cx: &mut Context<'_>) {
+        if self.is_certain() {
+            self.list_withheld(cx);
+            let about = (!self.own).then_some(transfer.last);
+            cx.events.push(self.listed(about, transfer, cx));
+        } else if self.unlisted.len() < UNLISTED {
+            self.unlisted.push(transfer);
+        }
+    }
+
+    /// Lists what has waited.
+    pub(super) fn list_withheld(&mut self, cx: &mut Context<'_>) {
+        for transfer in std::mem::take(&mut self.unlisted) {
+            cx.events.push(self.listed(Some(transfer.last), transfer, cx));
+        }
+    }
+
+    fn listed(&self, about: Option<FrameRef>, transfer: Arc<Transfer>, cx: &Context<'_>) -> Event {
+        let (bus, node) = (self.server.bus, Some(self.server.node));
+        Event { at: cx.at, about, bus, node, transfer: Some(transfer.id), what: What::Transfer(transfer) }
+    }
+}
