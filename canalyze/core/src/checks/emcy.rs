@@ -51,6 +51,27 @@ impl Standing {
     }
 }
 
+/// An error that was taken back.
+#[derive(Clone, Copy, Debug)]
+struct Gone {
+    code: u16,
+    /// The stack's own number of the error, where the reset has repeated it; 0: not known.
+    bit: u8,
+    /// Where the error was found.
+    at: FrameRef,
+    /// When it was taken back, in ns.
+    then_ns: Option<i64>,
+}
+
+impl Gone {
+    /// Whether an error that is raised at `now_ns` is the same one again.
+    fn is_back(&self, code: u16, bit: u8, now_ns: Option<i64>) -> bool {
+        let soon = |(then, now): (i64, i64)| now.saturating_sub(then) < AGAIN_NS;
+        let same = self.bit == 0 || bit == 0 || self.bit == bit;
+        self.code == code && same && self.then_ns.zip(now_ns).is_some_and(soon)
+    }
+}
+
 /// Many emergencies in a short time.
 #[derive(Clone, Copy, Debug)]
 struct Flood {
@@ -78,8 +99,8 @@ enum Change {
 #[derive(Debug, Default)]
 struct Reported {
     standing: Vec<Standing>,
-    /// Errors that were taken back: the code, where it was found, and when it was taken back.
-    gone: VecDeque<(u16, FrameRef, Option<i64>)>,
+    /// Errors that were taken back.
+    gone: VecDeque<Gone>,
     /// Errors that the last reset has taken back.
     ended: Vec<Standing>,
     change: Change,
@@ -198,8 +219,8 @@ impl Reported {
             let (Some((place, _)), None) = (fitting.next(), fitting.next()) else { return };
             let Some(one) = self.standing.get_mut(place) else { return };
             // Two errors with one code: it stands until both are gone.
-            one.bits.iter_mut().filter(|known| **known == bit).for_each(|known| *known = 0);
-            if one.bits.iter().any(|known| *known != 0) {
+            if one.bits.iter().any(|known| ![0, bit].contains(known)) {
+                one.bits.iter_mut().filter(|known| **known == bit).for_each(|known| *known = 0);
                 return;
             }
             let gone = self.standing.remove(place);
@@ -210,24 +231,24 @@ impl Reported {
             if self.gone.len() >= ERRORS {
                 self.gone.pop_front();
             }
-            self.gone.push_back((one.code, one.at, at.t_ns));
+            let bit = if one.holds(bit) { bit } else { 0 };
+            self.gone.push_back(Gone { code: one.code, bit, at: one.at, then_ns: at.t_ns });
         }
     }
 
     fn report(&mut self, node: u8, code: u16, register: u8, cx: &mut Context<'_>) {
         match self.change {
             Change::Raised => {
-                let again = self.gone.iter().rev().find(|(known, _, then)| {
-                    *known == code
-                        && then.zip(cx.at.t_ns).is_some_and(|(then, now)| now.saturating_sub(then) < AGAIN_NS)
-                });
+                let raised = self.standing.iter().find(|one| one.code == code);
+                let bit = raised.and_then(|one| one.bits.first().copied()).unwrap_or(0);
+                let again = self.gone.iter().rev().find(|gone| gone.is_back(code, bit, cx.at.t_ns));
                 let with = self.standing.iter().find(|one| {
                     let gap = cx.evidence.recording.between(one.when, cx.when);
                     let near = gap.is_some_and(|gap| (0..TOGETHER_NS).contains(&gap));
                     one.code != code && (near || one.when.epoch != cx.when.epoch)
                 });
                 let with = with.filter(|one| severity(one.code) >= severity(code));
-                let because_of = again.map(|(_, at, _)| *at).or(with.map(|one| one.at));
+                let because_of = again.map(|gone| gone.at).or(with.map(|one| one.at));
                 if let Some(one) = self.standing.iter_mut().find(|one| one.code == code) {
                     // The trouble goes on: its next time is a consequence of the first one, too.
                     (one.at, one.when) = (because_of.unwrap_or(one.at), cx.when);

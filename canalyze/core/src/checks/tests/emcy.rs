@@ -134,3 +134,21 @@ fn a_flood_is_one_finding_with_its_count() {
     let codes: Vec<_> = raised(&emergencies(&late)).into_iter().map(|one| one.0).collect();
     assert_eq!(codes, ["EMC007", "EMC010"]);
 }
+
+#[test]
+fn an_error_with_another_number_of_the_stack_is_another_error() {
+    // CANopenNode repeats its error bit (first manufacturer byte) in the reset: 1Bh is gone, and 1Ch is not it.
+    let text = |again: &str, reset: &str| {
+        log(&format!(
+            "100 704#05\n200 084#3081101B01000000\n300 084#000000{reset}00000000\n400 084#308110{again}01000000\n"
+        ))
+    };
+    let raised_by = |again: &str, reset: &str| {
+        let found = raised(&text(again, reset)).into_iter().filter(|one| one.0 == "EMC008");
+        found.map(|one| one.1).collect::<Vec<u64>>()
+    };
+    assert_eq!(raised_by("1C", "1B"), [2, 4]);
+    assert_eq!(raised_by("1B", "1B"), [2]);
+    // A byte that the reset does not repeat may be anything.
+    assert_eq!(raised_by("1C", "00"), [2]);
+}
