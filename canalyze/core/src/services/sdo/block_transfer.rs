@@ -186,7 +186,7 @@ impl Channel {
                 self.find(Sdo012::Outside, marked, cx);
             } else if let Some(transfer) = &mut self.transfer {
                 // The receiver has asked for them again, which is not in the capture.
-                transfer.data.hole = true;
+                block.miss(transfer);
             }
         }
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
@@ -283,7 +283,7 @@ impl Channel {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         if block.may_end() && block.end.is_none() {
             transfer.data.hole = true;
-            block.end = Some(End { at: half.at, unused: 0, crc: None });
+            block.end = Some(End { at: half.at, unused: None, crc: None });
         } else {
             self.respond_unasked(half, cx);
         }
@@ -362,7 +362,7 @@ impl Channel {
             return;
         }
         if let (Some(true), Some(found)) = (transfer.outcome.crc_negotiated, end.crc) {
-            let padding = padding.get(..usize::from(end.unused.min(7))).unwrap_or(&[]);
+            let padding = padding.get(..usize::from(end.unused.unwrap_or(0).min(7))).unwrap_or(&[]);
             let (computed, matches) = transfer.check_crc(found, padding);
             if computed != found {
                 transfer.outcome.bad = true;
@@ -382,7 +382,7 @@ impl Channel {
 
     fn put_end(&mut self, half: &Half) {
         if let (Phase::Block(block, _), Command::EndBlock { unused, crc }) = (&mut self.phase, half.command) {
-            block.end = Some(End { at: half.at, unused, crc: (half.len > 2).then_some(crc) });
+            block.end = Some(End { at: half.at, unused: Some(unused), crc: (half.len > 2).then_some(crc) });
         }
     }
 

@@ -366,7 +366,7 @@ impl Channel {
                 self.unanswered(&pending, edge, cx);
                 self.continue_segments(next);
                 if let Some(transfer) = &mut self.transfer {
-                    transfer.data.hole = true;
+                    transfer.miss(None);
                 }
             }
             (Command::Segment(sent), Command::Segment(next)) if sent.toggle != next.toggle => {
@@ -516,7 +516,7 @@ impl Channel {
                 // The server takes the transfer for segmented.
                 (segments.unmarked, segments.toggle) = (None, !toggle);
                 if let Some(transfer) = &mut self.transfer {
-                    transfer.data.hole = true;
+                    transfer.miss(None);
                 }
             }
             _ => {}
