@@ -434,7 +434,11 @@ impl Block {
         acked.retransmission = ackseq < current.sent || !whole;
         self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
         if !self.place(transfer, Some(ackseq)) && ackseq > in_sequence {
-            self.miss(transfer);
+            // Behind the last segment nothing can be missing.
+            match self.tail.is_some_and(|tail| tail.last) {
+                true => transfer.data.hole = true,
+                false => self.miss(transfer),
+            }
         }
         let rest =
             current.segments.get(usize::from(ackseq)..).filter(|rest| !rest.is_empty() && current.wrong.is_none());
@@ -556,7 +560,8 @@ impl Block {
 
     /// Behind what was counted some segments are missing, or some come again.
     pub fn miss(&mut self, transfer: &mut Transfer) {
-        if let Some(tail) = self.tail.take() {
+        // Of one that was marked as the last it is not known how much is data.
+        if let Some(tail) = self.tail.take().filter(|tail| !tail.last) {
             append(transfer, &tail, 7);
         }
         transfer.miss(None);

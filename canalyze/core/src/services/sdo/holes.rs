@@ -108,7 +108,10 @@ impl Transfer {
 
     /// The transfer has ended: what is missing of it is settled.
     pub(super) fn settle_holes(&mut self) {
-        if self.data.hole && self.data.holes.list.is_empty() && self.outcome.status != Status::Ok {
+        let whole =
+            self.data.holes.ended && self.data.size_indicated.is_some_and(|size| u64::from(size) == self.data.size);
+        if self.data.hole && self.data.holes.list.is_empty() && !whole && self.outcome.status != Status::Ok {
+            // Something is missing, or came twice, and nothing tells where.
             self.data.holes.list.push(Hole { offset: 0, length: None });
         }
         self.measure();
