@@ -96,6 +96,10 @@ impl Excerpt {
         let stamps: Vec<i64> = self.frames.iter().map(|frame| frame.t_ns).collect();
         let mut moved = 0;
         for place in 1..self.frames.len() {
+            if self.lost.iter().any(|(at, _)| *at == place) {
+                moved = 0;
+                continue;
+            }
             let [before, now] = &mut self.frames[place - 1..=place] else { continue };
             let late = before.is_client() && now.id + 0x80 == before.id && moved < 2 && input.byte() & 1 == 0;
             moved = if late { moved + 1 } else { 0 };

@@ -186,8 +186,53 @@ impl Judged<'_> {
         claim("mode", incomplete || row["mode"] == truth.mode || truth.abort.is_some());
         let abort = truth.abort.map(|code| format!("{code:08X}"));
         claim("abort", row["abort"].is_null() || row["abort"]["code"].as_str() == abort.as_deref());
+        let placed = placed(row, &truth.data);
+        claim("placed", placed.is_ok());
+        let lacks = row["size"].as_u64() < Some(truth.data.len() as u64) && row["size"] != 0;
+        claim("hole", !incomplete || !lacks || row["holes"].is_array());
         claim("requested", row["requested"].is_null() || (!truth.upload && truth.mode == "expedited"));
     }
+}
+
+/// Whether the bytes that are given stand in the data, each at its place where that is known, and holes are as long as
+/// what they lack.
+fn placed(row: &Value, truth: &[u8]) -> Result<(), ()> {
+    let text = row["data"].as_str().ok_or(())?;
+    let data: Vec<u8> =
+        (0..text.len() / 2).filter_map(|at| u8::from_str_radix(text.get(2 * at..2 * at + 2)?, 16).ok()).collect();
+    let mut given: Vec<Option<u8>> = data.iter().copied().map(Some).collect();
+    let holes: Vec<(usize, Option<u64>)> = row["holes"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .map(|hole| (hole["offset"].as_u64().unwrap_or(0) as usize, hole["length"].as_u64()))
+        .collect();
+    let mut known = true;
+    for (offset, length) in &holes {
+        if let Some(length) = length.filter(|_| *offset == data.len()) {
+            // Only the end is missing.
+            let whole = data.len() as u64 + length == truth.len() as u64;
+            known.then_some(()).filter(|()| whole).ok_or(())?;
+        }
+        let end = length.map_or(0, |length| offset + length as usize);
+        given.iter_mut().take(end).skip(*offset).for_each(|byte| *byte = None);
+        known &= length.is_some();
+    }
+    let mut begin = 0;
+    let ends: Vec<usize> = holes.iter().filter(|(_, length)| length.is_none()).map(|(offset, _)| *offset).collect();
+    for (number, end) in ends.iter().copied().chain([given.len()]).enumerate() {
+        let run = given.get(begin..end).ok_or(())?;
+        let stands = |at: &usize| {
+            truth.get(*at..).is_some_and(|there| {
+                run.len() <= there.len()
+                    && run.iter().zip(there).all(|(one, other)| one.is_none_or(|one| one == *other))
+            })
+        };
+        let mut places = if number == 0 { 0..=0 } else { 0..=truth.len() };
+        places.find(stands).ok_or(())?;
+        begin = end;
+    }
+    Ok(())
 }
 
 /// What a text states as values: each ` = ` up to the next `;`, without what is said about it.

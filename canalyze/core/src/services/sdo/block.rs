@@ -321,7 +321,10 @@ impl Block {
                 self.hold_unplaced(transfer, segment);
                 return (Taken::InFlight, None);
             }
-            self.place(transfer, None);
+            if self.place(transfer, None) {
+                // How many of them count is not known: some may come again.
+                self.miss(transfer);
+            }
             self.resume = Resume::Now;
         }
         self.resume(transfer, &segment);
@@ -551,10 +554,15 @@ impl Block {
     fn place(&mut self, transfer: &mut Transfer, ackseq: Option<u8>) -> bool {
         let unplaced = std::mem::take(&mut self.unplaced);
         let (Some(first), Some(last)) = (unplaced.first(), unplaced.last()) else { return false };
-        let (first, last) = (first.seqno, ackseq.unwrap_or(last.seqno));
+        let (first, newest) = (first.seqno, last.seqno);
+        let last = ackseq.unwrap_or(newest).min(newest);
         let current = SubBlock { behind: unplaced, ..SubBlock::default() };
         let segments = current.in_place(last);
         self.commit(transfer, segments.get(usize::from(first) - 1..).unwrap_or(&[]));
+        if ackseq.is_some_and(|ackseq| ackseq > newest) {
+            // It may also be listed late.
+            self.miss(transfer);
+        }
         true
     }
 

@@ -379,6 +379,15 @@ impl Channel {
                 self.unanswered(&pending, edge, cx);
                 if let Some(transfer) = &mut self.transfer {
                     transfer.mode = Mode::Segmented;
+                    let behind = match half.command {
+                        Command::Segment(segment) => segment.toggle,
+                        Command::SegmentRequest { toggle } => toggle,
+                        _ => false,
+                    };
+                    if behind {
+                        // The first segment is not in the capture either.
+                        transfer.miss(None);
+                    }
                 }
                 self.phase = Phase::Segments(Segments::from(false));
             }
