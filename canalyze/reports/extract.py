@@ -3,9 +3,9 @@
 Bytes go to disk as they come, into NAME.part, and get their name when the transfer has ended: NAME, or NAME.aborted and
 the like. Files that exist are kept. Names are the core's, and safe.
 
-A transfer of which the capture lacks a part never gets the plain name. Where the length of a hole is known, the file has
-as many bytes FILL in its place, so that what stands behind has its offset; a hole at the end, or of unknown length, takes
-no room. Which holes there are stands in a file beside it, NAME.STATUS.holes.json.
+A transfer of which the capture lacks a part never gets the plain name. Where the length of a hole is known, the file
+has as many bytes FILL in its place, so that what stands behind has its offset; a hole at the end, or of unknown length,
+takes no room. Which holes there are stands in a file beside it, NAME.STATUS.holes.json.
 """
 
 import errno

@@ -423,10 +423,8 @@ impl Block {
             return acked;
         }
         let in_sequence = current.segments.len() as u8;
-        if ackseq > current.sent {
-            if transfer.mux.is_some() {
-                acked.fault = Some((Sdo012::Acknowledged { ackseq: ackseq.into(), sent: current.sent.into() }, None));
-            }
+        if ackseq > current.sent && transfer.mux.is_some() {
+            acked.fault = Some((Sdo012::Acknowledged { ackseq: ackseq.into(), sent: current.sent.into() }, None));
         }
         if let Some(wrong) = &current.wrong
             && ackseq >= wrong.expected

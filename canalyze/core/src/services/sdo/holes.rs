@@ -115,24 +115,26 @@ impl Transfer {
             self.data.holes.list.push(Hole { offset: 0, length: None });
         }
         self.measure();
+        let open = self.data.holes.list.pop_if(|hole| hole.length.is_none() && hole.offset == self.data.size).is_some();
         let tail = self.trim();
-        let incomplete = self.outcome.status == Status::Incomplete;
-        let rest = match self.data.holes.ended {
-            true => Some(0),
-            false => self
-                .data
-                .size_indicated
-                .filter(|_| !self.data.holes.has_unknown())
-                .map(|size| u64::from(size).saturating_sub(self.data.size.saturating_add(tail))),
+        let ended = self.data.holes.ended;
+        let data = &mut self.data;
+        if data.size == 0 && tail == 0 && !ended {
+            // No byte was seen: there is nothing that could have holes.
+            data.holes.list.clear();
+            return;
+        }
+        let placed = !data.holes.has_unknown();
+        let size = data.size_indicated.map(u64::from).filter(|_| placed);
+        let rest = match size.map(|size| size.saturating_sub(data.size.saturating_add(tail))) {
+            _ if ended && !open => Some(0),
+            rest => rest,
         };
         let behind = rest.map(|rest| rest.saturating_add(tail));
-        if self.data.size == 0 && tail == 0 && !self.data.holes.ended {
-            // No byte was seen: there is nothing that could have holes.
-            self.data.holes.list.clear();
-        } else if incomplete && behind != Some(0) {
-            self.data.holes.add(self.data.size, behind);
+        if (open || self.outcome.status == Status::Incomplete) && behind != Some(0) {
+            data.holes.add(data.size, behind);
         } else if tail > 0 {
-            self.data.holes.add(self.data.size, Some(tail));
+            data.holes.add(data.size, Some(tail));
         }
     }
 
@@ -177,5 +179,78 @@ impl Transfer {
         data.size = offset;
         data.kept.truncate(usize::try_from(offset).unwrap_or(KEPT));
         length
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{BusId, FrameRef};
+    use crate::services::sdo::transfer::{Beginning, Direction, TransferId};
+
+    fn segmented(size: Option<u32>) -> Transfer {
+        let (id, bus, at) = (TransferId(1), BusId(0), FrameRef::default());
+        let beginning = Beginning { id, bus, node: 10, channel: None, extract: true, at };
+        let mut transfer = Transfer::new(beginning, Direction::Upload, Mode::Segmented, None);
+        transfer.data.size_indicated = size;
+        transfer.outcome.status = Status::Incomplete;
+        transfer
+    }
+
+    fn hole(offset: u64, length: Option<u64>) -> Hole {
+        Hole { offset, length }
+    }
+
+    #[test]
+    fn holes_that_touch_are_one() {
+        let mut transfer = segmented(Some(20));
+        transfer.append(b"12");
+        transfer.miss(Some(7));
+        transfer.miss(Some(7));
+        transfer.append(b"34");
+        transfer.settle_holes();
+        assert_eq!(transfer.data.holes.list(), [hole(2, Some(14)), hole(18, Some(2))]);
+        assert_eq!(transfer.data.kept, b"12\0\0\0\0\0\0\0\0\0\0\0\0\0\x0034");
+        assert_eq!(transfer.data.fresh, b"1234");
+    }
+
+    #[test]
+    fn one_hole_is_measured_by_the_size() {
+        let mut transfer = segmented(Some(9));
+        transfer.append(b"12");
+        transfer.miss(None);
+        transfer.append(b"3");
+        transfer.miss(Some(2));
+        transfer.append(b"4");
+        transfer.reach_end();
+        transfer.settle_holes();
+        assert_eq!(transfer.data.holes.list(), [hole(2, Some(3)), hole(6, Some(2))]);
+        assert_eq!(transfer.data.kept, b"12\0\0\x003\0\x004");
+    }
+
+    #[test]
+    fn a_claimed_size_allocates_nothing() {
+        let mut transfer = segmented(Some(u32::MAX));
+        transfer.append(b"12");
+        transfer.miss(None);
+        transfer.append(b"3");
+        transfer.reach_end();
+        transfer.settle_holes();
+        assert_eq!(transfer.data.holes.list(), [hole(2, None)]);
+        assert_eq!(transfer.data.kept, b"123");
+    }
+
+    #[test]
+    fn behind_the_most_holes_no_byte_has_a_place() {
+        let mut transfer = segmented(None);
+        for _ in 0..2 * MOST_HOLES {
+            transfer.append(b"1");
+            transfer.miss(Some(1));
+        }
+        transfer.settle_holes();
+        assert_eq!(transfer.data.holes.list().len(), MOST_HOLES);
+        assert_eq!(transfer.data.holes.list().last(), Some(&hole(transfer.data.size, None)));
+        assert_eq!(transfer.data.size, 2 * MOST_HOLES as u64 - 1);
+        assert_eq!(transfer.data.fresh.len(), MOST_HOLES);
     }
 }
