@@ -83,7 +83,7 @@ def test_a_false_statement_is_seen() -> None:
     said.transfers[0]["data"] = "00" + said.transfers[0]["data"]
     said.frames[0]["sdo"]["index"] = "1234"
     kinds = [one.split()[0] for one in false_statements(truth(name), said, range(len(said.frames)))]
-    assert kinds == ["object", "value"]
+    assert kinds == ["object", "value", "bytes"]
 
 
 def main(arguments: list[str]) -> None:
