@@ -386,7 +386,7 @@ impl Channel {
                     };
                     if behind {
                         // The first segment is not in the capture either.
-                        transfer.miss(None);
+                        transfer.miss_beginning();
                     }
                 }
                 self.phase = Phase::Segments(Segments::from(false));
