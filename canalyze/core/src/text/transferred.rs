@@ -80,6 +80,8 @@ fn missing(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
             Some(_) if placed => say!(out, lang; zh: "偏移", *offset, "起", size; en: size, " at offset ", *offset),
             Some(_) if end => say!(out, lang; zh: "结尾", size; en: size, " at the end"),
             Some(_) => say!(out, lang; zh: "中间", size; en: size, " in between"),
+            // Of a transfer that is there from its beginning: bytes are missing, and nothing tells where.
+            None if *offset == 0 && !transfer.outcome.midway => put!(out; lang.pick("某处", "somewhere")),
             None if *offset == 0 => put!(out; lang.pick("开头", "the beginning")),
             None if end => put!(out; lang.pick("结尾", "the end")),
             None => put!(out; lang.pick("中间长度未知的一段", "an unknown number in between")),
