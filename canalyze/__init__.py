@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from canalyze.finding import Finding, Line
     from canalyze.library import Options, open
     from canalyze.library.capture import Capture
-    from canalyze.library.event import Abort, Event, Frame, Note, Transfer
+    from canalyze.library.event import Abort, Event, Frame, Hole, Note, Transfer
     from canalyze.library.node import Aborts, Emcy, Node, Nodes, Spread, StateChange
     from canalyze.library.rows import Findings, Transfers
     from canalyze.library.series import Series, Signal, Signals
@@ -21,7 +21,7 @@ _FROM = {
     "_core": ("Batch", "Table"),
     "library.capture": ("Capture",),
     "errors": ("CanalyzeError", "ConfigError", "CoreError", "OutputError", "ReaderGone", "SourceError"),
-    "library.event": ("Abort", "Event", "Frame", "Note", "Transfer"),
+    "library.event": ("Abort", "Event", "Frame", "Hole", "Note", "Transfer"),
     "finding": ("Finding", "Line"),
     "library": ("Options", "open"),
     "library.node": ("Aborts", "Emcy", "Node", "Nodes", "Spread", "StateChange"),
@@ -41,6 +41,7 @@ __all__ = [
     "Finding",
     "Findings",
     "Frame",
+    "Hole",
     "Line",
     "Node",
     "Nodes",

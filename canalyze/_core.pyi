@@ -254,7 +254,7 @@ class Session:
         further: what a writer outside of the core has lost of what it was handed, by the names of the core's losses
         (`Loss::NAMES` in writers/loss.rs). ValueError for a name that is none.
         """
-    def extracted(self) -> list[tuple[str, bytes, str]]:
+    def extracted(self) -> list[tuple[str, bytes, str, list[tuple[int, int | None]]]]:
         """With extract: (file name, more bytes, status) since the last call.
 
         status: "" while the transfer runs, else ok | aborted | incomplete | failed once. File names are safe: letters,

@@ -296,6 +296,38 @@ def _of_frames(whole: Analysis, said: Analysis, origin: Sequence[int]) -> Iterat
             yield f"value {where}: {row['text']!r}, is {true['text']!r}"
 
 
+def _stands(row: Row, true: bytes) -> bool:
+    """Whether bytes stand where the data has them, as far as their place is known; and it is told that others lack."""
+    data = bytes.fromhex(row["data"])
+    given: list[int | None] = list(data)
+    begins, exact = [0], True
+    for hole in row.get("holes", ()):
+        offset, length = hole["offset"], hole["length"]
+        exact &= length is not None
+        if length is None:
+            begins.append(offset)
+        elif offset == len(data):
+            if not exact or offset + length != len(true):
+                return False
+        else:
+            given[offset : offset + length] = [None] * length
+    if row.get("holes") == [{"offset": 0, "length": None}] and row["index"] is not None:
+        # It is told that bytes lack, and not where.
+        ends = {at for at in range(len(data) + 1) if true.endswith(data[at:])}
+        return any(at in ends for at in range(len(data) + 1) if true.startswith(data[:at]))
+    if row["status"] == "incomplete" and 0 < len(data) < len(true) and not row.get("holes"):
+        return False
+    for number, (begin, end) in enumerate(zip(begins, [*begins[1:], len(given)], strict=True)):
+        run = given[begin:end]
+        places = range(1 if number == 0 else len(true) - len(run) + 1)
+        if not any(
+            len(run) <= len(true) - at and all(byte in (None, true[at + step]) for step, byte in enumerate(run))
+            for at in places
+        ):
+            return False
+    return True
+
+
 def _of_transfers(whole: Analysis, said: Analysis, origin: Sequence[int]) -> Iterator[str]:
     """Each transfer of the excerpt is one of the whole capture, and nothing else is said of it."""
     of_frame: dict[int, Row] = {}
@@ -322,6 +354,8 @@ def _of_transfers(whole: Analysis, said: Analysis, origin: Sequence[int]) -> Ite
             yield f"status {where}: {stated}, is {being}"
         if row["status"] == "ok" and (row["data"], row["value"]) != (true["data"], true["value"]):
             yield f"value {where}: {stated}, is {being}"
+        if true["status"] == "ok" and not _stands(row, bytes.fromhex(true["data"])):
+            yield f"bytes {where}: {stated} {row.get('holes', '')}, is {being}"
         if row["size_indicated"] is not None and row["size_indicated"] != true["size_indicated"]:
             yield f"size {where}: {row['size_indicated']}, is {true['size_indicated']}"
         if row["mode"] not in (None, true["mode"]) and row["status"] != "incomplete":

@@ -109,6 +109,8 @@ OBSERVED = {
 """Of the form `observed`, by what follows `observed_` in the kind."""
 PERIOD = {"count", "min_us", "mean_us", "max_us"}
 SDO = {"by", "command", "transfer", "index", "sub", "segment", "place", "answered_by"}
+HOLE = {"offset", "length"}
+"""Of a transfer with the key `holes`, which only those have of which bytes are missing."""
 MALFORMED = {"malformed", "least", "most"}
 """Of a frame whose length says that nothing can be read from it."""
 
@@ -125,8 +127,9 @@ def test_keys_are_those_that_are_documented() -> None:
     for row in rows():
         kind = row["kind"]
         seen[kind] = seen.get(kind, 0) + 1
-        extra = {row["service"]} if kind == "frame" else set()
+        extra = {row["service"]} if kind == "frame" else {"holes"} & set(row)
         assert set(row) == KEYS[kind] | extra, row
+        assert all(set(hole) == HOLE for hole in row.get("holes", ({"offset", "length"},))), row
         if kind == "frame" and row["service"] == "sdo":
             assert set(row["sdo"]) >= SDO or set(row["sdo"]) == MALFORMED, row
     assert seen.get("frame", 0) > 300

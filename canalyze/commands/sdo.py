@@ -80,6 +80,8 @@ def command(words: Words) -> click.Command:
         if directory is not None:
             if session.frames:
                 tell(words("sdo.extracted", files=directory.written, directory=extract))
+                if directory.holed:
+                    tell(words("sdo.holed", files=directory.holed))
             code = code or directory.code
         return code
 

@@ -130,6 +130,17 @@ class Abort:
 
 
 @dataclass(frozen=True, slots=True)
+class Hole:
+    """Bytes of a transfer that the capture does not show."""
+
+    offset: int
+    """Where they begin in the transfer's data; their end where nothing behind was seen."""
+    length: int | None
+    """How many they are. None: not known; such a hole takes no room in the data, and what stands behind it has no known
+    offset in the object."""
+
+
+@dataclass(frozen=True, slots=True)
 class Transfer:
     """An SDO transfer, as far as the capture has it."""
 
@@ -154,9 +165,9 @@ class Transfer:
     size_indicated: int | None
     """Bytes as announced, where they were."""
     size: int
-    """Bytes that were transferred."""
+    """Bytes that were transferred, up to the last one that was seen; holes of known length count."""
     data: bytes
-    """The bytes, the first 65536 of them."""
+    """The bytes, the first 65536 of them; 0 in holes."""
     value: int | float | str | bool | None
     """The value by its data type; None for bytes, for unknown types and for transfers that are not ok."""
     text: str | None
@@ -181,6 +192,8 @@ class Transfer:
     """Whether a block transfer has a CRC; None for other modes."""
     findings: tuple[str, ...]
     """Codes of the findings about it."""
+    holes: tuple[Hole, ...] = ()
+    """What is missing of its data, by the place: empty where nothing is, or where no byte was seen."""
 
     @property
     def object(self) -> str | None:
@@ -249,6 +262,7 @@ def transfer(row: Mapping[str, Any]) -> Transfer:
     given["abort"] = Abort(int(abort["code"], 16), abort["by"], abort["text"]) if abort else None
     given["duration"] = None if duration is None else float(duration)
     given["findings"] = tuple(row["findings"])
+    given["holes"] = tuple(Hole(hole["offset"], hole["length"]) for hole in row.get("holes", ()))
     return Transfer(**given)
 
 
@@ -259,7 +273,7 @@ def _number(value: Any, kind: str | None) -> Any:
 
 
 _NOTE: Final = tuple(Note.__dataclass_fields__)
-_MADE: Final = frozenset({"number", "data", "value", "abort", "duration", "findings"})
+_MADE: Final = frozenset({"number", "data", "value", "abort", "duration", "findings", "holes"})
 _TRANSFER: Final = tuple(name for name in Transfer.__dataclass_fields__ if name not in _MADE)
 
 _OF_KIND: Final[Mapping[str, Callable[[Mapping[str, Any]], Event]]] = {

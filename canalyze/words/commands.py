@@ -113,9 +113,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("sdo.format", "text 是表格；jsonl 每行一个传输。", "text is a table; jsonl is one transfer a line."),
     (
         "sdo.extract",
-        "把每个传输的数据写入此目录，一个传输一个文件；没有成功的以其结果作后缀（.aborted .incomplete .failed）。",
+        "把每个传输的数据写入此目录，一个传输一个文件；没有成功的以其结果作后缀（.aborted .incomplete .failed）。"
+        "记录里缺失的字节以00填充，使其后的数据保持偏移；缺失之处列在旁边的 .holes.json 里。",
         "Write the data of each transfer to this directory, one file each; those that did not succeed end in their "
-        "outcome (.aborted .incomplete .failed).",
+        "outcome (.aborted .incomplete .failed). Bytes that the capture lacks are filled with 00, so that those behind "
+        "keep their offset; a file .holes.json beside it lists them.",
     ),
     (
         "sdo.examples",
@@ -133,6 +135,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "sdo.extracted",
         "已将{files}个文件写入 {directory}",
         "files written to {directory}: {files}",
+    ),
+    (
+        "sdo.holed",
+        "其中{files}个缺少数据，见旁边的 .holes.json",
+        "of which with missing bytes, listed in .holes.json beside each: {files}",
     ),
     (
         "sdo.kept",

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use crate::render::jsonl::{self, Setting};
 use crate::services::sdo::transfer::{Status, Transfer};
 use crate::text::digits::put;
-use crate::text::value;
+use crate::text::transferred;
 
 /// Transfers that are kept.
 const DONE: usize = 200;
@@ -53,7 +53,7 @@ fn json(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
         put!(out; "null");
     }
     put!(out; ",\"text\":");
-    jsonl::quoted(out, |text| value::transferred(text, setting.lang, transfer));
+    jsonl::quoted(out, |text| transferred::transferred(text, setting.lang, transfer));
     put!(out; ",\"status\":\"", transfer.outcome.status.name(), "\",\"abort\":");
     jsonl::sdo::abort_or_null(out, setting.lang, transfer.outcome.abort);
     put!(out; ",\"first_frame\":", transfer.first.no, ",\"last_frame\":", transfer.last.no, ",\"t_ns\":");

@@ -34,6 +34,8 @@ pub(super) struct Session {
     lang: Lang,
 }
 
+/// File name, more bytes, status once the transfer has ended, and then its holes: offset and length.
+type Piece<'py> = (String, Bound<'py, PyBytes>, &'static str, Vec<(u64, Option<u64>)>);
 /// Frame, severity, time in ns, bus, identifier, data, words.
 type TraceLine = (u64, &'static str, Option<i64>, String, String, String, String);
 
@@ -229,13 +231,14 @@ impl Session {
         self.run(py, Core::take_complaints)
     }
 
-    fn extracted<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>, &'static str)> {
+    fn extracted<'py>(&self, py: Python<'py>) -> Vec<Piece<'py>> {
         let extracted = self.run(py, Core::take_extracted);
         extracted
             .into_iter()
             .map(|one| {
                 let status = one.status.map_or("", crate::services::sdo::transfer::Status::name);
-                (one.name, PyBytes::new(py, &one.bytes), status)
+                let holes = one.holes.iter().map(|hole| (hole.offset, hole.length)).collect();
+                (one.name, PyBytes::new(py, &one.bytes), status, holes)
             })
             .collect()
     }

@@ -17,6 +17,7 @@ use crate::finding::{Finding, Verdict};
 use crate::frame::{BusId, Buses, Frame, FrameRef};
 use crate::network::Network;
 use crate::repeats::Repeats;
+use crate::services::sdo::holes::Hole;
 use crate::services::sdo::transfer::Status;
 use crate::services::sdo::wire::Mux;
 
@@ -29,6 +30,8 @@ pub struct Extracted {
     pub bytes: Vec<u8>,
     /// How the transfer ended; `None` while it runs.
     pub status: Option<Status>,
+    /// What is missing between the bytes, or behind them, where the transfer has ended.
+    pub holes: Vec<Hole>,
 }
 
 /// What is known of all buses.
@@ -317,12 +320,18 @@ impl Decoding {
 
     fn hand_out(&mut self, buses: &Buses) {
         for Chunk { id, bus, node, mux, bytes } in self.chunks.drain(..) {
-            self.extracted.push(Extracted { name: file_name(id.0, buses.name(bus), node, mux), bytes, status: None });
+            self.extracted.push(Extracted {
+                name: file_name(id.0, buses.name(bus), node, mux),
+                bytes,
+                status: None,
+                holes: Vec::new(),
+            });
         }
         for event in &self.events {
             if let What::Transfer(transfer) = &event.what {
                 let name = file_name(transfer.id.0, buses.name(transfer.bus), transfer.node, transfer.mux);
-                self.extracted.push(Extracted { name, bytes: Vec::new(), status: Some(transfer.outcome.status) });
+                let (status, holes) = (Some(transfer.outcome.status), transfer.data.holes.list().to_vec());
+                self.extracted.push(Extracted { name, bytes: Vec::new(), status, holes });
             }
         }
     }

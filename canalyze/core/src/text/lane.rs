@@ -3,7 +3,8 @@
 //! The facts are the same as in the lines of the frames. It must not decide what a lane shows.
 
 use super::digits::{Hex, put};
-use super::value::{self, Size};
+use super::transferred;
+use super::value::Size;
 use super::{Lang, terms};
 use crate::message::Errors;
 use crate::od::{self, Value};
@@ -115,7 +116,7 @@ fn moved(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
         return put!(out; Size(lang, transfer.data.size));
     }
     let mut whole = Vec::new();
-    value::transferred(&mut whole, lang, transfer);
+    transferred::transferred(&mut whole, lang, transfer);
     let text = String::from_utf8_lossy(&whole);
     match text.char_indices().nth(VALUE) {
         Some((end, _)) => put!(out; text.get(..end).unwrap_or(&text), "..."),

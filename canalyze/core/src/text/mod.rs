@@ -27,6 +27,7 @@ pub mod sentence;
 pub mod services;
 pub mod signal;
 pub mod terms;
+pub mod transferred;
 pub mod value;
 
 use crate::rules::Words;

@@ -12,13 +12,12 @@ use crate::drive;
 use crate::od::{self, DataType, Value};
 use crate::services::pdo::Multiplexed;
 use crate::services::pdo::mapping::{Mapped, Mapping, extract};
-use crate::services::sdo::transfer::{Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
 /// Most bytes of a text that are shown.
 const TEXT: usize = 512;
 /// Most bytes that are shown in hexadecimal.
-const BYTES: usize = 32;
+pub(super) const BYTES: usize = 32;
 
 /// A number of bytes: `23字节`, `23 bytes`.
 #[derive(Clone, Copy, Debug)]
@@ -154,27 +153,6 @@ pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping
             parameter::words(out, lang, mux, bytes);
         }
         None => put!(out; Spaced(&content.data), " (", u32::from_le_bytes(content.data), ")"),
-    }
-}
-
-/// What a transfer moved: a value if it is whole, else bytes, since a fragment read as a number is none. Of a write that
-/// was not confirmed, what was requested.
-pub fn transferred(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
-    let whole = transfer.data.kept.len() as u64 == transfer.data.size;
-    match (transfer.outcome.status, transfer.mux) {
-        (Status::Ok, Some(mux)) if whole => {
-            of_object(out, lang, mux, transfer.described.as_deref(), &transfer.data.kept)
-        }
-        (Status::Ok, _) => value(out, lang, None, &transfer.data.kept, transfer.data.size),
-        (status, Some(mux)) if !transfer.data.requested.is_empty() => {
-            put!(out; lang.pick("请求写入 ", "requested "));
-            of_object(out, lang, mux, transfer.described.as_deref(), &transfer.data.requested);
-            if status != Status::Aborted {
-                put!(out; lang.pick(", 未确认", ", not confirmed"));
-            }
-        }
-        _ if transfer.data.kept.is_empty() => {}
-        _ => value(out, lang, Some(DataType::Domain), &transfer.data.kept, transfer.data.size),
     }
 }
 

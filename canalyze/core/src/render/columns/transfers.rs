@@ -12,7 +12,7 @@ use crate::od::{self, DataType, Value};
 use crate::render::jsonl::Setting;
 use crate::render::jsonl::sdo::side;
 use crate::services::sdo::transfer::{Status, Transfer};
-use crate::text::{terms, value};
+use crate::text::{terms, transferred, value};
 
 columns! {
     /// The columns.
@@ -74,7 +74,7 @@ impl Table<Transfers> {
             &transfer.data.kept,
         );
         let mut text = Vec::new();
-        value::transferred(&mut text, setting.lang, transfer);
+        transferred::transferred(&mut text, setting.lang, transfer);
         columns.text.append_value(String::from_utf8_lossy(&text));
         columns.status.word(transfer.outcome.status.name());
         columns.abort_code.append_option(transfer.outcome.abort.map(|abort| abort.code));

@@ -7,10 +7,11 @@ use crate::dictionary::Object;
 use crate::event::{Place, Step};
 use crate::frame::Frame;
 use crate::od::{self, DataType, Value};
+use crate::services::sdo::holes::Hole;
 use crate::services::sdo::transfer::{Abort, Status, Transfer, TransferId};
 use crate::services::sdo::wire::{self, Command, Mux, Side};
 use crate::text::digits::{Hex, Joined, put};
-use crate::text::{Lang, escape, terms, value};
+use crate::text::{Lang, escape, terms, transferred, value};
 
 /// Largest integer that every JSON reader takes exactly.
 const EXACT: u64 = 1 << 53;
@@ -133,7 +134,10 @@ fn name(command: &Command, by: Side) -> &'static str {
 /// status abort first_frame last_frame t duration reordered retransmissions crc_negotiated findings`. `data` are the bytes kept
 /// (the first 65536), `value` is a number, string, boolean or,
 /// for bytes and transfers that are not ok, null; `requested` is the value in the request of an expedited write
-/// that was not confirmed, else null; `text` either in words; `abort` is null or `{"code","by","text"}`; `t` and `duration` are decimal strings of seconds or null.
+/// that was not confirmed, else null; `text` either in words. Only where bytes are missing, `holes` are a list of
+/// `{"offset","length"}` in bytes of the data: in a hole whose `length` is known `data` are 00; one whose `length` is null
+/// takes no room in `data`, and the bytes behind it have no known offset in the object (at offset 0, the beginning is
+/// missing; at the last byte's end, the end); `abort` is null or `{"code","by","text"}`; `t` and `duration` are decimal strings of seconds or null.
 pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     put!(out; "{\"kind\":\"transfer\",\"transfer\":", transfer.id.0, ",\"bus\":");
     name_or_null(out, setting.buses.name(transfer.bus));
@@ -158,7 +162,7 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
         json_value(out, data_type, &transfer.data.requested);
     }
     put!(out; ",\"text\":");
-    quoted(out, |text| value::transferred(text, setting.lang, transfer));
+    quoted(out, |text| transferred::transferred(text, setting.lang, transfer));
     put!(out; ",\"status\":\"", transfer.outcome.status.name(), "\",\"abort\":");
     abort_or_null(out, setting.lang, transfer.outcome.abort);
     put!(out; ",\"first_frame\":", transfer.first.no, ",\"last_frame\":", transfer.last.no, ",\"t\":");
@@ -174,7 +178,22 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     for (no, code) in transfer.outcome.findings.iter().enumerate() {
         put!(out; if no > 0 { ",\"" } else { "\"" }, code.rule().id, "\"");
     }
-    put!(out; "]}\n");
+    put!(out; "]");
+    holes(out, transfer.data.holes.list());
+    put!(out; "}\n");
+}
+
+/// Appends the key `holes`, where there are any.
+fn holes(out: &mut Vec<u8>, holes: &[Hole]) {
+    for (number, hole) in holes.iter().enumerate() {
+        put!(out; if number == 0 { ",\"holes\":[" } else { "," });
+        put!(out; "{\"offset\":", hole.offset, ",\"length\":");
+        number_or_null(out, hole.length);
+        put!(out; "}");
+    }
+    if !holes.is_empty() {
+        put!(out; "]");
+    }
 }
 
 /// The type of a transfer's object, where it is known.

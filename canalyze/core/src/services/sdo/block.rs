@@ -56,8 +56,8 @@ struct Wrong {
 pub struct End {
     /// Where it stands.
     pub at: FrameRef,
-    /// Bytes of the last segment without data.
-    pub unused: u8,
+    /// Bytes of the last segment without data; `None`: nothing can be read from the frame.
+    pub unused: Option<u8>,
     /// The CRC field, where the frame has one.
     pub crc: Option<u16>,
 }
@@ -213,6 +213,8 @@ pub struct Block {
     pub not_resent: Option<Acknowledgement>,
     /// From which segment on frames count.
     pub resume: Resume,
+    /// Segments of the sub-block in which the capture begins: their place shows its acknowledgement.
+    unplaced: Vec<Segment>,
     /// The last acknowledged segment: only the end frame shows how much of it is data.
     tail: Option<Segment>,
     /// The last segment was acknowledged: the end frame is expected.
@@ -242,6 +244,7 @@ impl Block {
             rest: None,
             not_resent: None,
             resume: Resume::Now,
+            unplaced: Vec::new(),
             tail: None,
             finished: false,
             last_sent: false,
@@ -336,7 +339,12 @@ impl Block {
         self.uncounted.1 = 0;
         if self.resume != Resume::Now {
             if seqno != 1 {
+                self.hold_unplaced(transfer, segment);
                 return (Taken::InFlight, None);
+            }
+            if self.place(transfer, None) {
+                // How many of them count is not known: some may come again.
+                self.miss(transfer);
             }
             self.resume = Resume::Now;
         }
@@ -348,15 +356,18 @@ impl Block {
             // The next sub-block: the acknowledgement of this one is not in the capture, nor perhaps its end.
             self.settle_whole(transfer);
             (self.finished, self.last_sent) = (false, false);
-            transfer.data.hole = true;
+            self.miss(transfer);
         }
         if self.owes_ack() {
             if seqno != 1 {
                 return (self.beyond_complete(at, segment), None);
             }
             ack_missing = self.marks.complete;
-            transfer.data.hole |= self.current.last_at.is_some();
+            let marked = self.current.last_at.is_some();
             self.settle_whole(transfer);
+            if marked {
+                self.miss(transfer);
+            }
             // What was marked as the last segment was not, or is sent again.
             (self.finished, self.last_sent) = (false, false);
         }
@@ -424,7 +435,6 @@ impl Block {
         let whole = unread || (!self.finished && current.is_complete(self.most()));
         acked.missing = current.not_captured(ackseq, self.most());
         if acked.missing > 0 {
-            transfer.data.hole = true;
             self.finished = current.last_at.is_some();
             let segments = current.in_place(ackseq);
             self.commit(transfer, &segments);
@@ -437,13 +447,8 @@ impl Block {
         let in_sequence = current.segments.len() as u8;
         let acknowledged = current.acknowledged_astray(ackseq);
         self.uncounted = (self.uncounted.0.saturating_add(acknowledged), current.astray.saturating_sub(acknowledged));
-        if ackseq > current.sent {
-            if transfer.mux.is_some() {
-                acked.fault = Some((Sdo012::Acknowledged { ackseq: ackseq.into(), sent: current.sent.into() }, None));
-            }
-            transfer.data.hole = true;
-        } else if ackseq > in_sequence {
-            transfer.data.hole = true;
+        if ackseq > current.sent && transfer.mux.is_some() {
+            acked.fault = Some((Sdo012::Acknowledged { ackseq: ackseq.into(), sent: current.sent.into() }, None));
         }
         if let Some(wrong) = &current.wrong
             && ackseq >= wrong.expected
@@ -454,6 +459,13 @@ impl Block {
         acked.retransmission = ackseq < current.sent || !whole;
         acked.again = (ackseq < current.sent).then_some((ackseq.saturating_add(1), current.sent));
         self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
+        if !self.place(transfer, Some(ackseq)) && ackseq > in_sequence {
+            // Behind the last segment nothing can be missing.
+            match self.tail.is_some_and(|tail| tail.last) {
+                true => transfer.data.hole = true,
+                false => self.miss(transfer),
+            }
+        }
         let rest =
             current.segments.get(usize::from(ackseq)..).filter(|rest| !rest.is_empty() && current.wrong.is_none());
         self.rest = rest.map(|rest| Rest { segments: rest.to_vec(), ack: (at, ackseq) });
@@ -509,17 +521,81 @@ impl Block {
         self.finished = true;
     }
 
-    /// Adds the data bytes of the last segment; returns its padding.
-    pub fn close(&mut self, transfer: &mut Transfer, unused: u8) -> [u8; 7] {
+    /// Adds the data bytes of the last segment; returns its padding. `unused`: bytes of it without data, as far as known.
+    pub fn close(&mut self, transfer: &mut Transfer, unused: Option<u8>) -> [u8; 7] {
         let mut padding = [0; 7];
-        if let Some(tail) = self.tail.take() {
-            let carried = 7 - usize::from(unused.min(7));
-            append(transfer, &tail, carried);
-            for (slot, byte) in padding.iter_mut().zip(tail.data.iter().skip(carried)) {
-                *slot = *byte;
-            }
+        let Some(tail) = self.tail.take() else { return padding };
+        // Where the end frame does not tell, the size may.
+        let rest = transfer.rest().filter(|rest| *rest <= 7).map(|rest| rest as usize);
+        let Some(carried) = unused.map(|unused| 7 - usize::from(unused.min(7))).or(rest) else {
+            transfer.miss(None);
+            return padding;
+        };
+        append(transfer, &tail, carried);
+        for (slot, byte) in padding.iter_mut().zip(tail.data.iter().skip(carried)) {
+            *slot = *byte;
         }
+        transfer.reach_end();
         padding
+    }
+
+    /// The capture shows no more of the transfer: what was sent counts as far as its place is known. `unused`: as for
+    /// [`Self::close`], where the end frame was seen.
+    pub fn cut_off(&mut self, transfer: &mut Transfer, unused: Option<u8>) {
+        self.place(transfer, None);
+        let mut current = std::mem::take(&mut self.current);
+        if current.segments.is_empty()
+            && let Some(Rest { segments, .. }) = self.rest.take()
+        {
+            current.segments = segments;
+        }
+        let newest = if current.descends { None } else { current.behind.last().map(|segment| segment.seqno) };
+        match newest {
+            Some(newest) => {
+                let segments = current.in_place(newest);
+                self.commit(transfer, &segments);
+            }
+            None => self.commit(transfer, &current.segments),
+        }
+        if unused.is_some() || self.tail.is_some_and(|tail| tail.last) {
+            self.close(transfer, unused);
+        } else if let Some(tail) = self.tail.take() {
+            append(transfer, &tail, 7);
+        }
+    }
+
+    /// Holds a segment of the sub-block in which the capture begins, as long as numbers ascend.
+    fn hold_unplaced(&mut self, transfer: &Transfer, segment: Segment) {
+        let begins = self.resume == Resume::Unknown && transfer.outcome.midway && transfer.data.segments == 0;
+        if begins && self.unplaced.last().is_none_or(|before| before.seqno < segment.seqno) {
+            self.unplaced.push(segment);
+        }
+    }
+
+    /// Counts the segments of the sub-block in which the capture begins, up to `ackseq`, or all of them. Returns whether
+    /// there were such.
+    fn place(&mut self, transfer: &mut Transfer, ackseq: Option<u8>) -> bool {
+        let unplaced = std::mem::take(&mut self.unplaced);
+        let (Some(first), Some(last)) = (unplaced.first(), unplaced.last()) else { return false };
+        let (first, newest) = (first.seqno, last.seqno);
+        let last = ackseq.unwrap_or(newest).min(newest);
+        let current = SubBlock { behind: unplaced, ..SubBlock::default() };
+        let segments = current.in_place(last);
+        self.commit(transfer, segments.get(usize::from(first) - 1..).unwrap_or(&[]));
+        if ackseq.is_some_and(|ackseq| ackseq > newest) {
+            // It may also be listed late.
+            self.miss(transfer);
+        }
+        true
+    }
+
+    /// Behind what was counted some segments are missing, or some come again.
+    pub fn miss(&mut self, transfer: &mut Transfer) {
+        // Of one that was marked as the last it is not known how much is data.
+        if let Some(tail) = self.tail.take().filter(|tail| !tail.last) {
+            append(transfer, &tail, 7);
+        }
+        transfer.miss(None);
     }
 
     /// The first segment out of sequence since the last acknowledgement.
@@ -532,13 +608,11 @@ fn sequence(expected: u8, found: u8) -> Sdo012 {
     Sdo012::Sequence { expected: expected.into(), found: found.into() }
 }
 
-/// Adds the first bytes of a segment to the transfer's data, as far as its frame had them.
+/// Adds the first bytes of a segment to the transfer's data, as far as its frame had them: the others are missing.
 fn append(transfer: &mut Transfer, segment: &Segment, bytes: usize) {
     let carried = segment.carried().min(bytes);
-    transfer.data.hole |= carried < bytes;
-    // What is missing keeps its place.
-    let shown = if segment.len == 0 { bytes } else { carried };
-    transfer.append(segment.data.get(..shown).unwrap_or(&[]));
+    transfer.append(segment.data.get(..carried).unwrap_or(&[]));
+    transfer.miss(Some(bytes.saturating_sub(carried) as u64));
 }
 
 #[cfg(test)]

@@ -186,7 +186,7 @@ impl Channel {
                 self.find(Sdo012::Outside, marked, cx);
             } else if let Some(transfer) = &mut self.transfer {
                 // The receiver has asked for them again, which is not in the capture.
-                transfer.data.hole = true;
+                block.miss(transfer);
             }
         }
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
@@ -283,7 +283,7 @@ impl Channel {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         if block.may_end() && block.end.is_none() {
             transfer.data.hole = true;
-            block.end = Some(End { at: half.at, unused: 0, crc: None });
+            block.end = Some(End { at: half.at, unused: None, crc: None });
         } else {
             self.respond_unasked(half, cx);
         }
@@ -357,7 +357,7 @@ impl Channel {
             return;
         }
         let right = transfer.size_is_right();
-        let padding = padding.get(..usize::from(end.unused.min(7))).unwrap_or(&[]);
+        let padding = padding.get(..usize::from(end.unused.unwrap_or(0).min(7))).unwrap_or(&[]);
         let crc = end.crc.map(|found| (found, transfer.check_crc(found, padding)));
         let wrong_crc = crc.filter(|(found, (computed, _))| computed != found);
         if block.unsure && !(right && wrong_crc.is_none()) {
@@ -389,7 +389,6 @@ impl Channel {
         let missing = bytes.div_ceil(7).saturating_sub(uncounted);
         let whole = !transfer.data.even || bytes % 7 == 0;
         if missing > 0 && whole && !transfer.outcome.bad {
-            transfer.data.hole = true;
             self.dismiss_doubts(missing, cx);
         } else {
             self.confirm_doubts(cx);
@@ -408,7 +407,7 @@ impl Channel {
 
     fn put_end(&mut self, half: &Half) {
         if let (Phase::Block(block, _), Command::EndBlock { unused, crc }) = (&mut self.phase, half.command) {
-            block.end = Some(End { at: half.at, unused, crc: (half.len > 2).then_some(crc) });
+            block.end = Some(End { at: half.at, unused: Some(unused), crc: (half.len > 2).then_some(crc) });
         }
     }
 

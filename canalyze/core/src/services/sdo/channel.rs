@@ -418,6 +418,10 @@ impl Channel {
         let judged = status != Status::Failed || !transfer.outcome.midway;
         let status = if judged { status } else { Status::Incomplete };
         transfer.outcome.status = status;
+        if status == Status::Incomplete {
+            self.count_seen(&mut transfer);
+        }
+        transfer.settle_holes();
         transfer.last = match status {
             Status::Incomplete => transfer.last,
             // The frame at hand belongs to what comes behind it.
@@ -436,6 +440,26 @@ impl Channel {
             self.step.result = Some(Arc::clone(&transfer));
         }
         self.announce(transfer, cx);
+    }
+
+    /// The capture shows no more of the transfer: what was sent and not confirmed was seen all the same.
+    fn count_seen(&mut self, transfer: &mut Transfer) {
+        match &mut self.phase {
+            Phase::Block(block, asked) => {
+                let end = match asked.map(|end| end.command) {
+                    Some(Command::EndBlock { unused, .. }) => Some(unused),
+                    _ => block.end.and_then(|end| end.unused),
+                };
+                block.cut_off(transfer, end);
+            }
+            Phase::Segments(Segments { asked: Some(Half { command: Command::Segment(segment), len, .. }), .. }) => {
+                transfer.append_segment(segment, *len);
+                if segment.last {
+                    transfer.reach_end();
+                }
+            }
+            _ => {}
+        }
     }
 
     /// Ends the transfer: it ended before the frame at hand.
@@ -480,6 +504,9 @@ impl Channel {
         }
         if !transfer.data.fresh.is_empty() {
             cx.chunks.push(chunk(&transfer, transfer.data.fresh.clone()));
+        } else if cx.extract && transfer.data.size == 0 && transfer.outcome.status != Status::Ok {
+            // What should have been written was seen, though not its confirmation.
+            cx.chunks.push(chunk(&transfer, transfer.data.requested.clone()));
         }
         self.list(transfer, cx);
     }

@@ -110,7 +110,7 @@ impl Channel {
                 return;
             }
             transfer.append(expedited(transfer.mux, &i, response.len));
-            transfer.data.hole |= lacks_data(&i, response.len);
+            transfer.miss(Some(lacking(&i, response.len)));
             self.close_sized(response.at, cx);
             return;
         }
@@ -125,7 +125,7 @@ impl Channel {
         transfer.data.initiated = Some(request.at);
         if i.expedited {
             transfer.append(expedited(transfer.mux, &i, request.len));
-            transfer.data.hole |= lacks_data(&i, request.len);
+            transfer.miss(Some(lacking(&i, request.len)));
             self.close_sized(request.at, cx);
             return;
         }
@@ -214,10 +214,7 @@ impl Channel {
             }
         }
         let Some(transfer) = &mut self.transfer else { return };
-        let carried = (7 - usize::from(segment.unused)).min(usize::from(half.len.saturating_sub(1)));
-        transfer.append(segment.data.get(..carried).unwrap_or(&[]));
-        // What a short frame should have carried is missing.
-        transfer.data.hole |= carried + usize::from(segment.unused) < 7;
+        transfer.append_segment(&segment, half.len);
         transfer.data.segments = transfer.data.segments.saturating_add(1);
         transfer.data.even &= segment.last || segment.unused == 0;
         if segment.last {
@@ -228,7 +225,8 @@ impl Channel {
     /// Ends a transfer whose data are all there: judges its size.
     fn close_sized(&mut self, end: FrameRef, cx: &mut Context<'_>) {
         self.weigh_doubts(cx);
-        let Some(transfer) = &self.transfer else { return };
+        let Some(transfer) = &mut self.transfer else { return };
+        transfer.reach_end();
         let mut status = if transfer.data.hole || transfer.outcome.midway { Status::Incomplete } else { Status::Ok };
         if !transfer.size_is_right() {
             let cause = transfer.data.initiated.unwrap_or(end);
@@ -444,7 +442,12 @@ fn has_data(i: &Initiate) -> bool {
 
 /// Whether the frame of an expedited transfer is too short for the data that it announces.
 pub(super) fn lacks_data(i: &Initiate, len: u8) -> bool {
-    i.size_indicated && i.expedited_len(len) < i.expedited_len(8)
+    lacking(i, len) > 0
+}
+
+/// How many bytes of the data that it announces the frame of an expedited transfer is too short for.
+fn lacking(i: &Initiate, len: u8) -> u64 {
+    if i.size_indicated { i.expedited_len(8).saturating_sub(i.expedited_len(len)) as u64 } else { 0 }
 }
 
 /// The data of an expedited transfer. Where the size is not indicated (e = 1, s = 0), a standard object's data type

@@ -231,6 +231,7 @@ impl Channel {
         let id = self.next_id(cx);
         let mut transfer = Box::new(Transfer::new(self.beginning(id, at, cx), direction, mode, None));
         transfer.outcome.midway = true;
+        transfer.miss_beginning();
         self.transfer = Some(transfer);
         self.phase = phase;
     }
@@ -274,6 +275,9 @@ impl Channel {
             transfer.mux = response.command.mux();
             transfer.data.size_indicated = size;
             transfer.data.initiated = Some(response.at);
+            if !matches!(&self.phase, Phase::Segments(segments) if segments.toggle) {
+                transfer.begin_with_first();
+            }
         }
         self.hypotheses.settle();
         true

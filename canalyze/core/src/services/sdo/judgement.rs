@@ -4,7 +4,7 @@
 //! one valid request with its response. A channel that never does is reported once. A finding that follows from another
 //! one is linked to it (`because_of`), not dropped.
 
-use super::channel::{Channel, Half, UNANSWERED_NS, strict_initiate};
+use super::channel::{Channel, Half, Phase, UNANSWERED_NS, strict_initiate};
 use super::transfer::Transfer;
 use super::wire::{self, Command, Mux, Segment, Side};
 use crate::context::Context;
@@ -139,6 +139,16 @@ impl Proof {
     }
 }
 
+/// What may be a fault, or a hole of the recording.
+#[derive(Debug)]
+struct Doubt {
+    finding: Finding,
+    /// By such a fault the transfer is none, though both sides took it as done.
+    bad: bool,
+    /// Bytes of the transfer's data before it.
+    offset: u64,
+}
+
 /// What was found on a channel, and what keeps findings back.
 #[derive(Debug, Default)]
 pub(super) struct Verdicts {
@@ -147,7 +157,7 @@ pub(super) struct Verdicts {
     /// The first finding above info since the channel was last idle: what else is wrong follows from it.
     pub(super) fault: Option<FrameRef>,
     /// What may be a fault of the transfer that runs, or frames that the recording lost: its end tells.
-    doubted: Vec<(Finding, bool)>,
+    doubted: Vec<Doubt>,
     /// Writes that were refused and not made good.
     pub(super) refused: Vec<Refused>,
     /// The object of the next finding, where it is not the transfer's.
@@ -235,11 +245,20 @@ impl Channel {
     /// it is whole. `bad`: by such a fault the transfer is none, though both sides took it as done.
     pub(super) fn doubt(&mut self, verdict: impl Into<Verdict>, offender: FrameRef, bad: bool, cx: &mut Context<'_>) {
         if let Some(finding) = self.finding(verdict.into(), offender, cx) {
-            self.verdicts.doubted.push((finding, bad));
+            // The segment of a download counts once it is confirmed: the one at hand comes before what its response shows.
+            let (download, awaited) = (!self.is_upload(), matches!(self.phase, Phase::Segments(_)));
+            let size = self.transfer.as_ref().map_or(0, |transfer| transfer.data.size);
+            let offset = if download && awaited && self.is_of_server(offender) { size.saturating_add(7) } else { size };
+            self.verdicts.doubted.push(Doubt { finding, bad, offset });
         }
         if self.verdicts.doubted.len() >= WITHHELD {
             self.confirm_doubts(cx);
         }
+    }
+
+    /// Whether a frame is the newest one of the server.
+    fn is_of_server(&self, at: FrameRef) -> bool {
+        self.history.heard.is_some_and(|heard| heard.at.no == at.no)
     }
 
     /// Whether something is doubted of the transfer that runs, or some frame of it is not in the capture.
@@ -250,7 +269,7 @@ impl Channel {
 
     /// What was doubted is a fault.
     pub(super) fn confirm_doubts(&mut self, cx: &mut Context<'_>) {
-        for (finding, bad) in std::mem::take(&mut self.verdicts.doubted) {
+        for Doubt { finding, bad, .. } in std::mem::take(&mut self.verdicts.doubted) {
             if let Some(transfer) = &mut self.transfer {
                 transfer.outcome.bad |= bad;
             }
@@ -262,8 +281,16 @@ impl Channel {
     /// What was doubted was the recording's doing: frames are missing, with this number of segments.
     pub(super) fn dismiss_doubts(&mut self, segments: u64, cx: &mut Context<'_>) {
         let doubted = std::mem::take(&mut self.verdicts.doubted);
-        let first = doubted.first().map_or(cx.at, |(finding, _)| finding.at);
-        self.verdicts.fault = self.verdicts.fault.filter(|fault| doubted.iter().all(|(one, _)| one.at.no != fault.no));
+        let first = doubted.first().map_or(cx.at, |doubt| doubt.finding.at);
+        let explains = |fault: &FrameRef| doubted.iter().any(|doubt| doubt.finding.at.no == fault.no);
+        self.verdicts.fault = self.verdicts.fault.filter(|fault| !explains(fault));
+        if let Some(transfer) = &mut self.transfer {
+            transfer.data.hole = true;
+            // In a block transfer, whatever is doubted shows at an acknowledgement or at the end.
+            if matches!(self.phase, Phase::Segments(_)) {
+                doubted.iter().for_each(|doubt| transfer.miss_before(doubt.offset));
+            }
+        }
         self.find(Sdo024::Missing { missing: segments }, first, cx);
     }
 

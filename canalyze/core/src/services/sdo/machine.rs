@@ -367,7 +367,7 @@ impl Channel {
                 self.unanswered(&pending, edge, cx);
                 self.continue_segments(next);
                 if let Some(transfer) = &mut self.transfer {
-                    transfer.data.hole = true;
+                    transfer.miss(None);
                 }
             }
             (Command::Segment(sent), Command::Segment(next)) if sent.toggle != next.toggle => {
@@ -380,6 +380,15 @@ impl Channel {
                 self.unanswered(&pending, edge, cx);
                 if let Some(transfer) = &mut self.transfer {
                     transfer.mode = Mode::Segmented;
+                    let behind = match half.command {
+                        Command::Segment(segment) => segment.toggle,
+                        Command::SegmentRequest { toggle } => toggle,
+                        _ => false,
+                    };
+                    if behind {
+                        // The first segment is not in the capture either.
+                        transfer.miss_beginning();
+                    }
                 }
                 self.phase = Phase::Segments(Segments::from(false));
             }
@@ -519,7 +528,7 @@ impl Channel {
                 // The server takes the transfer for segmented.
                 (segments.unmarked, segments.toggle) = (None, !toggle);
                 if let Some(transfer) = &mut self.transfer {
-                    transfer.data.hole = true;
+                    transfer.miss(None);
                 }
             }
             _ => {}

@@ -3,7 +3,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `wire` | reads eight bytes |
-//! | `transfer` | holds what was moved |
+//! | `transfer`, `holes` | hold what was moved; where the capture lacks a part of it |
 //! | `channel` | owns the state, takes a frame, begins and ends transfers |
 //! | `sequence` | puts the frames in the order in which they were on the bus |
 //! | `machine` | the protocol as one table: state, side and command to action and next state |
@@ -21,6 +21,7 @@ pub mod block;
 mod block_transfer;
 pub mod channel;
 pub mod exchange;
+pub mod holes;
 mod hypotheses;
 pub mod judgement;
 mod listing;

@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use crc::{CRC_16_IBM_3740, CRC_16_KERMIT, CRC_16_XMODEM, Crc, Digest, Table};
 
-use super::wire::{Mux, Side};
+use super::holes::Holes;
+use super::wire::{Mux, Segment, Side};
 use crate::dictionary::Object;
 use crate::finding::{Code, CrcMatch};
 use crate::frame::{BusId, CanId, FrameRef};
@@ -121,9 +122,9 @@ pub struct Data {
     pub size_indicated: Option<u32>,
     /// The frame that initiated the transfer on the other side: where the size was indicated for an upload.
     pub initiated: Option<FrameRef>,
-    /// Bytes transferred.
+    /// Bytes transferred, up to the last one that was seen; holes of known length count.
     pub size: u64,
-    /// The first [`KEPT`] of them.
+    /// The first [`KEPT`] of them; 0 in holes.
     pub kept: Vec<u8>,
     /// The bytes in the request of an expedited download: they count as transferred only when the server has confirmed.
     pub requested: Vec<u8>,
@@ -135,7 +136,9 @@ pub struct Data {
     pub even: bool,
     /// A part was not captured: size and CRC cannot be judged.
     pub hole: bool,
-    /// Bytes taken since they were last handed out, where data are extracted.
+    /// Where.
+    pub holes: Holes,
+    /// Bytes seen since they were last handed out, where data are extracted.
     pub fresh: Vec<u8>,
     extract: bool,
     sums: Option<Box<Sums>>,
@@ -237,6 +240,7 @@ impl Transfer {
             segments: 0,
             even: true,
             hole: false,
+            holes: Holes::default(),
             fresh: Vec::new(),
             extract,
             sums: None,
@@ -256,6 +260,9 @@ impl Transfer {
 
     /// Counts data bytes and keeps what may be kept.
     pub fn append(&mut self, bytes: &[u8]) {
+        if !self.has_place() {
+            return;
+        }
         self.data.size = self.data.size.saturating_add(bytes.len() as u64);
         let room = KEPT.saturating_sub(self.data.kept.len()).min(bytes.len());
         self.data.kept.extend_from_slice(bytes.get(..room).unwrap_or(&[]));
@@ -272,6 +279,14 @@ impl Transfer {
             sums.ffff.update(bytes);
             sums.reflected.update(bytes);
         }
+    }
+
+    /// Adds the data of a segment, in a frame of `len` bytes. What a short frame should have carried is missing.
+    pub fn append_segment(&mut self, segment: &Segment, len: u8) {
+        let announced = 7 - usize::from(segment.unused.min(7));
+        let carried = announced.min(usize::from(len.saturating_sub(1)));
+        self.append(segment.data.get(..carried).unwrap_or(&[]));
+        self.miss(Some(announced.saturating_sub(carried) as u64));
     }
 
     /// The CRC over the data so far, and what a different `found` would be right for. `padding` are the bytes

@@ -7,7 +7,7 @@ use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::text::digits::{Hex, Put, put};
 use crate::text::value::{self, Size};
-use crate::text::{Depth, Lang, say, terms};
+use crate::text::{Depth, Lang, say, terms, transferred};
 
 /// Appends the phrase of an SDO frame, and at other depths than brief its content. No line end.
 pub fn step(out: &mut Vec<u8>, lang: Lang, depth: Depth, step: &Step, len: u8) {
@@ -294,17 +294,17 @@ pub fn result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
         abort(out, lang, by.code);
         if !transfer.data.requested.is_empty() {
             put!(out; ", ");
-            value::transferred(out, lang, transfer);
+            transferred::transferred(out, lang, transfer);
         }
         return;
     }
     if transfer.outcome.status != Status::Aborted && (transfer.data.size > 0 || transfer.outcome.status == Status::Ok) {
         put!(out; " = ");
-        value::transferred(out, lang, transfer);
+        transferred::transferred(out, lang, transfer);
         put!(out; " (", Size(lang, transfer.data.size), ")");
     } else if !transfer.data.requested.is_empty() {
         put!(out; ": ");
-        value::transferred(out, lang, transfer);
+        transferred::transferred(out, lang, transfer);
     }
     match transfer.outcome.status {
         Status::Ok => {}

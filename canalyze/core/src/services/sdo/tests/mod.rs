@@ -249,19 +249,20 @@ fn e12_to_e17_block() {
         let transfer = outcome.only();
         assert_eq!((transfer.outcome.status, &transfer.data.kept), (Status::Ok, &data), "{text}");
         assert_eq!(transfer.outcome.retransmissions, retransmissions, "{text}");
-        assert!(outcome.findings.is_empty(), "{text}: {outcome:?}");
+        let again = vec![Code::Sdo025; retransmissions as usize];
+        assert_eq!(outcome.codes(), again, "{text}: {outcome:?}");
     }
 }
 
 #[test]
 fn e16_bad_end() {
     let bad_crc = E14.replace("C5 CC AC/s A1", "C5 CD AC/s 80 04 20 00 04 00 04 05");
-    assert_eq!(run(&frames(&bad_crc)).codes(), [Code::Sdo019, Code::Sdo017]);
+    assert_eq!(run(&frames(&bad_crc)).codes(), [Code::Sdo025, Code::Sdo019, Code::Sdo017]);
     let bad_n = E14.replace("C5 CC AC/s A1", "C1 CC AC/s 80 04 20 00 12 00 07 06");
-    assert_eq!(run(&frames(&bad_n)).codes(), [Code::Sdo006, Code::Sdo017]);
+    assert_eq!(run(&frames(&bad_n)).codes(), [Code::Sdo025, Code::Sdo006, Code::Sdo017]);
     let early = "c C6 04 20 00 14/s A4 04 20 00 7F/c 01 00 01 02 03 04 05 06/c 83 0E 0F 10 11 12 13 00/\
         s A2 01 7F/c C5 CC AC/c 80 00 00 00 00 00 04 05";
-    assert_eq!(run(&frames(early)).codes(), [Code::Sdo012, Code::Sdo017]);
+    assert_eq!(run(&frames(early)).codes(), [Code::Sdo025, Code::Sdo012, Code::Sdo017]);
 }
 
 #[test]

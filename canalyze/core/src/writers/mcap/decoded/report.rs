@@ -9,7 +9,7 @@ use crate::frame::{Frame, FrameRef};
 use crate::message::Message;
 use crate::services::sdo::transfer::Transfer;
 use crate::text::digits::put;
-use crate::text::{Depth, findings, services, terms, value};
+use crate::text::{Depth, findings, services, terms, transferred, value};
 
 /// Most bytes of a transfer that its message has.
 const DATA: usize = 1024;
@@ -104,7 +104,7 @@ pub(super) fn transfer(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &s
     let name = name.get(1..).unwrap_or(&[]);
     let mut words = std::mem::take(&mut decoded.words);
     words.clear();
-    value::transferred(&mut words, lang, transfer);
+    transferred::transferred(&mut words, lang, transfer);
     let abort = transfer.outcome.abort.map(|abort| abort.code);
     let abort_words = abort.and_then(|code| terms::abort_code(lang, code)).unwrap_or("");
     let cdr = place.cdr.begin().header(time, bus.as_bytes()).time(start).f64(duration);
