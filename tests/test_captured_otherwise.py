@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import pytest
 from captures import SAMPLES, Analysis, CanFrame, analyze, console_text, log_text, read_log, spaced
@@ -23,7 +24,7 @@ from network import (
     echoed_late,
 )
 from network_sessions import NODE, OTHER, SESSIONS
-from sdo_wire import Channel, block_download, block_upload, segmented_upload
+from sdo_wire import Channel, block_download, block_upload, expedited_upload, segmented_upload
 
 RECORDED = {path.stem: read_log(path.read_bytes()) for path in sorted((SAMPLES / "network").glob("*.log"))}
 """Recorded sessions of whole networks."""
@@ -256,14 +257,15 @@ def test_a_reset_without_boot_up_listed_late() -> None:
         assert "NMT004" not in codes(analyze(log_text(echoed_late(net.frames(), {0x000}, seed=seed))))
 
 
-@pytest.mark.parametrize("step_us", [100, 250])
-@pytest.mark.parametrize("blksize", [8, 16, 24])
+@pytest.mark.parametrize("step_us", [100, 130, 200, 250])
+@pytest.mark.parametrize("blksize", [8, 16, 24, 33, 40, 63, 100, 127])
 def test_sub_blocks_of_equal_data_are_not_copies(blksize: int, step_us: int) -> None:
     """A file of zeros: each sub-block is the one before once more, within the time in which a copy may come."""
+    exchange = expedited_upload(Channel(5), 0x1000, 0, bytes(4))
     for block in (block_upload, block_download):
-        for count in (2, 3, 5):
-            frames = block(Channel(5), 0x1F50, 1, bytes(7 * blksize * count), blksize=blksize)
+        for count, before in product((2, 3, 5, 8), ([], exchange)):
+            frames = before + block(Channel(5), 0x1F50, 1, bytes(7 * blksize * count), blksize=blksize)
             said = analyze(log_text(spaced(frames, step_us=step_us)))
             quiet(said)
-            assert [row["status"] for row in said.transfers] == ["ok"]
+            assert {row["status"] for row in said.transfers} == {"ok"}
             assert not any(row["sdo"]["place"] == "twin" for row in said.frames)

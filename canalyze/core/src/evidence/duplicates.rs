@@ -317,7 +317,9 @@ impl Duplicates {
                 self.once = self.once.saturating_add(1);
             }
         }
-        while self.recent.len() > MOST || self.recent.front().is_some_and(|seen| self.suspect.is_none() && old(seen)) {
+        // A third one may come as long behind the second.
+        let gone = |seen: &Seen| old(seen) && seen.age_ns(now).is_none_or(|age| !(0..=2 * APART_NS).contains(&age));
+        while self.recent.len() > MOST || self.recent.front().is_some_and(|seen| self.suspect.is_none() && gone(seen)) {
             let seen = self.recent.pop_front();
             self.once = self.once.saturating_add(u32::from(seen.is_some_and(|seen| seen.isolated && !seen.again)));
         }
