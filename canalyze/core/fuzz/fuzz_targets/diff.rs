@@ -8,7 +8,7 @@ mod traffic;
 
 use std::sync::Arc;
 
-use canalyze_core::diff::course::Course;
+use canalyze_core::diff::digest::Digest;
 use canalyze_core::diff::{Comparison, Settings, compare};
 use canalyze_core::frame::Frame;
 use canalyze_core::network::Network;
@@ -19,20 +19,20 @@ use canalyze_core::text::Lang;
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
 
-fn course(frames: &[Frame], network: &Arc<Network>) -> Course {
+fn digest(frames: &[Frame], network: &Arc<Network>) -> Digest {
     let mut session =
-        Session::new(Options { format: Format::Course, network: Arc::clone(network), ..Options::default() });
+        Session::new(Options { format: Format::Digest, network: Arc::clone(network), ..Options::default() });
     let mut out = Vec::new();
     for frame in frames {
         session.push(*frame, &mut out);
     }
     session.finish(&mut out);
-    assert!(out.is_empty(), "a course is no bytes");
-    session.take_course().expect("it is the format that keeps one")
+    assert!(out.is_empty(), "a digest is no bytes");
+    session.take_digest().expect("it is the format that keeps one")
 }
 
-fn written(lang: Lang, courses: [&Course; 2], compared: &Comparison) {
-    let setting = || Setting { lang, courses };
+fn written(lang: Lang, digests: [&Digest; 2], compared: &Comparison) {
+    let setting = || Setting { lang, digests };
     let mut out = Vec::new();
     head(&mut out, setting(), compared);
     body(&mut out, setting(), compared);
@@ -58,11 +58,11 @@ fuzz_target!(|input: &[u8]| {
         traffic::frames(&[middle, other, rest.get(cut / 2..cut).unwrap_or_default()].concat(), choice & 1 == 0)
     };
     let settings = || Settings { tolerance: f64::from(choice >> 5) / 4.0, buses: Vec::new() };
-    let (a, b) = (course(&one, &network), course(&other, &network));
-    for course in [&a, &b] {
-        let compared = compare(course, course, &settings());
+    let (a, b) = (digest(&one, &network), digest(&other, &network));
+    for one in [&a, &b] {
+        let compared = compare(one, one, &settings());
         assert!(compared.differences.is_empty(), "a capture is the same as itself: {:?}", compared.differences);
-        written(lang, [course, course], &compared);
+        written(lang, [one, one], &compared);
     }
     let (there, back) = (compare(&a, &b, &settings()), compare(&b, &a, &settings()));
     written(lang, [&a, &b], &there);

@@ -10,11 +10,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use canalyze_core::expectation::Expectations;
+use canalyze_core::finding_context::MOST;
 use canalyze_core::frame::Frame;
 use canalyze_core::render::columns::Name;
 use canalyze_core::session::{Format, Options, Session};
 use canalyze_core::text::{Depth, Lang};
-use canalyze_core::finding_context::MOST;
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
 
