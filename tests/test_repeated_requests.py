@@ -180,7 +180,7 @@ def test_a_request_that_a_command_may_have_permitted() -> None:
 
 
 def mapped(answers: str, *, more: bytes = b"") -> list[str]:
-    """The signals of a TPDO whose mapping is enabled by a write that the client gave up.
+    """The signals of a TPDO, with their provenance, whose mapping is enabled by a write that the client gave up.
 
     `answers` come after its next request: L the late one, N the next one's.
     """
@@ -194,13 +194,13 @@ def mapped(answers: str, *, more: bytes = b"") -> list[str]:
     net.wait(0.3).nmt(START, 5).send(0x705, b"\x05", after=0.02).wait(0.1).send(0x185, b"\x01")
     said = analyze(log_text(net.frames()))
     assert not [f for f in said.above_info() if f["code"] not in ("SDO002", "SDO015")], said.complaint()
-    return [signal["index"] for signal in said.frames[-1]["pdo"]["signals"]]
+    return [f"{signal['index']} {signal['provenance']}" for signal in said.frames[-1]["pdo"]["signals"]]
 
 
 def test_a_late_answer_confirms_what_was_written() -> None:
     """As long as the server answers in order; what was not confirmed at all is not known to be written."""
-    assert mapped("LN") == mapped("L") == ["2000"]
-    assert mapped("N") == mapped("NL") == mapped("") == []
+    assert mapped("LN") == mapped("L") == ["2000 observed"]
+    assert mapped("N") == mapped("NL") == mapped("") == ["2000 unconfirmed"]
     # Written again in the meantime with another value: the last one counts.
     again = b"\x2f\x00\x1a\x00\x00\0\0\0"
     assert mapped("NL", more=again) == mapped("N", more=again) == []
