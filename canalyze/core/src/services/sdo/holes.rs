@@ -154,6 +154,11 @@ impl Transfer {
     fn measure(&mut self) {
         let data = &mut self.data;
         let Some(size) = data.size_indicated.map(u64::from).filter(|size| *size >= data.size) else { return };
+        if size == data.size && data.holes.ended && self.mode == Mode::Segmented {
+            // All bytes are there: what seemed to be missing was listed late.
+            data.holes.list.retain(|hole| hole.length.is_some());
+            return;
+        }
         let mut unknown = data.holes.list.iter().enumerate().filter(|(_, hole)| hole.length.is_none());
         let (Some((place, hole)), None) = (unknown.next(), unknown.next()) else { return };
         if !data.holes.ended || self.mode != Mode::Segmented || data.holes.is_full() {
@@ -237,6 +242,19 @@ mod tests {
         transfer.settle_holes();
         assert_eq!(transfer.data.holes.list(), [hole(2, Some(3)), hole(6, Some(2))]);
         assert_eq!(transfer.data.kept, b"12\0\0\x003\0\x004");
+    }
+
+    #[test]
+    fn where_all_bytes_are_there_nothing_is_missing() {
+        let mut transfer = segmented(Some(3));
+        for byte in [b"1", b"2", b"3"] {
+            transfer.append(byte);
+            transfer.miss(None);
+        }
+        transfer.reach_end();
+        transfer.settle_holes();
+        assert_eq!(transfer.data.holes.list(), []);
+        assert_eq!(transfer.data.kept, b"123");
     }
 
     #[test]
