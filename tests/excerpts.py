@@ -249,8 +249,8 @@ CUTS: dict[str, Callable[[Sequence[CanFrame], random.Random], Excerpt]] = {
 
 # -- what is false
 
-UNTOLD = {("foreign", "sdo"), ("heartbeat", "guarding"), ("guarding", "heartbeat")}
-"""Services that only the frames before tell: a channel by 1200h, the remote frame of node guarding."""
+UNTOLD = {("foreign", "sdo"), ("foreign", "pdo"), ("heartbeat", "guarding"), ("guarding", "heartbeat")}
+"""Services that only the frames before tell: COB-IDs that were written, the remote frame of node guarding."""
 
 _VALUE = re.compile(r" = ([^;]+)(?:;|$)")
 
@@ -277,7 +277,7 @@ def false_statements(whole: Analysis, said: Analysis, origin: Sequence[int]) -> 
 
 
 def _of_frames(whole: Analysis, said: Analysis, origin: Sequence[int]) -> Iterator[str]:
-    values = {row["text"] for row in whole.transfers}
+    values = "\n".join({row["text"] for row in whole.transfers})
     for row in said.frames:
         true = whole.frames[_key(row, origin)]
         where = f"frame {true['frame']} {true['id']}#{true['data']}"
@@ -292,7 +292,7 @@ def _of_frames(whole: Analysis, said: Analysis, origin: Sequence[int]) -> Iterat
             yield f"command {where}: {row['text']!r}, is {true['text']!r}"
         elif "[incomplete]" in row["text"]:
             continue
-        elif any(_bare(value) not in true["text"] + str(values) for value in _VALUE.findall(row["text"])):
+        elif any(_bare(value) not in true["text"] + values for value in _VALUE.findall(row["text"])):
             yield f"value {where}: {row['text']!r}, is {true['text']!r}"
 
 

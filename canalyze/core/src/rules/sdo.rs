@@ -44,6 +44,9 @@ rules! {
         Duplicate [missing = "request", duplicate = true]
             "重复的响应"
             "duplicate response";
+        Flood [missing = "request", flood = true] { frames: Count }
+            "大量无人请求的报文: 服务器连续发送了{frames}帧"
+            "a flood of {frames} frames from the server, which nobody asked for";
     }
 
     /// The response names another object than the request.
@@ -323,6 +326,9 @@ rules! {
         GivenUp
             "客户端放弃请求之后应答才到"
             "the answer came after the client had given up its request";
+        Booted [reason = "boot_up"]
+            "应答的是服务器启动之前的请求"
+            "the answer, after the server's boot-up, is to a request before it";
         Slow { delay: Ns }
             "请求发出{delay}后才应答"
             "answered {delay} after the request";

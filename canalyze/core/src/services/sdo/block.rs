@@ -7,6 +7,7 @@
 //!
 //! This file judges sequence numbers only. It knows nothing of channels, findings or time.
 
+use super::pace::Pace;
 use super::transfer::Transfer;
 use crate::frame::FrameRef;
 use crate::rules::sdo::Sdo012;
@@ -132,7 +133,7 @@ impl SubBlock {
         }
         self.astray += 1;
         self.wrong.get_or_insert(Wrong { at, expected, what: sequence(expected, seqno) });
-        // What does not ascend is no loss of the recording: only so many are kept as a sub-block has.
+        // Numbers that do not ascend are no loss of the recording. At most one sub-block of them is kept.
         if !self.descends {
             self.behind.push(segment);
         }
@@ -223,6 +224,8 @@ pub struct Block {
     pub last_sent: bool,
     /// Frames that findings are about.
     pub marks: Marks,
+    /// How fast its segments follow each other.
+    pub pace: Pace,
     /// The end frame, once seen.
     pub end: Option<End>,
     /// The client's start of an upload has been seen.
@@ -249,6 +252,7 @@ impl Block {
             finished: false,
             last_sent: false,
             marks: Marks::default(),
+            pace: Pace::default(),
             end: None,
             started: false,
             unsure: false,
@@ -267,7 +271,7 @@ impl Block {
     }
 
     /// The most segments of the current sub-block.
-    fn most(&self) -> u8 {
+    pub fn most(&self) -> u8 {
         if self.blksize == 0 { MOST } else { self.blksize }
     }
 
@@ -279,6 +283,39 @@ impl Block {
     /// Whether a number neither goes on from the newest segment nor begins a sub-block.
     pub fn is_off(&self, seqno: u8) -> bool {
         seqno != 1 && seqno != self.seqno.saturating_add(1)
+    }
+
+    /// Whether the first acknowledgement, where the beginning of the transfer is not in the capture, may be of the
+    /// sub-block before and be listed late: this one has fewer segments so far.
+    pub fn is_of_before(&self, ackseq: u8) -> bool {
+        let current = &self.current;
+        let runs = current.sent > 0 && current.wrong.is_none() && current.last_at.is_none();
+        !self.is_answered() && self.resume == Resume::Now && runs && ackseq > current.sent
+    }
+
+    /// What the receiver asks for: segments of a sub-block, from the next one on.
+    pub fn set_size(&mut self, blksize: u8) {
+        if (1..=MOST).contains(&blksize) {
+            self.blksize = blksize;
+        }
+    }
+
+    /// Whether a sequence number is the next one, also where the beginning of the sub-block is not in the capture.
+    pub fn is_next(&self, seqno: u8) -> bool {
+        let unknown = self.resume == Resume::Unknown && self.seqno > 0;
+        seqno == if unknown { self.seqno.saturating_add(1) } else { self.expected() }
+    }
+
+    /// Whether an acknowledgement of this many segments is of the newest ones, of which the number in the sub-block is not
+    /// known otherwise.
+    pub fn may_owe(&self, ackseq: u8) -> bool {
+        self.resume == Resume::Unknown && self.seqno == ackseq
+    }
+
+    /// Whether a segment with number 1 comes where the newest one has another number and was not acknowledged, as far as
+    /// that is known.
+    pub fn restarts_early(&self) -> bool {
+        self.resume == Resume::Unknown && self.seqno > 1
     }
 
     /// Whether an acknowledgement is expected.
@@ -324,8 +361,10 @@ impl Block {
 
     /// How many segments an acknowledgement of `ackseq` covers that were not seen, and may be listed late.
     pub fn not_seen(&self, ackseq: u8) -> u8 {
-        let unknown = self.resume == Resume::Unknown;
-        let settled = self.current.wrong.is_some() || self.owes_ack() || unknown || self.finished;
+        if self.resume == Resume::Unknown {
+            return if self.seqno == 0 { 0 } else { ackseq.saturating_sub(self.seqno) };
+        }
+        let settled = self.current.wrong.is_some() || self.owes_ack() || self.finished;
         if settled { 0 } else { ackseq.saturating_sub(self.current.segments.len() as u8) }
     }
 
@@ -439,9 +478,7 @@ impl Block {
             let segments = current.in_place(ackseq);
             self.commit(transfer, &segments);
             (self.rest, self.resume) = (None, Resume::Now);
-            if (1..=MOST).contains(&blksize) {
-                self.blksize = blksize;
-            }
+            self.set_size(blksize);
             return acked;
         }
         let in_sequence = current.segments.len() as u8;

@@ -107,6 +107,7 @@ impl Channel {
     pub(super) fn is_due_in_block(&self, block: &Block, half: &Half) -> Option<bool> {
         let midway = self.is_nameless();
         match half.command {
+            Command::BlockSegment { seqno: 1, .. } if midway && block.restarts_early() => Some(false),
             // Until a segment was seen, it may be the response to a late request.
             Command::BlockSegment { .. } if midway && (block.resume != Resume::Now || block.marks.first.is_none()) => {
                 let plain = Half { command: wire::decode(Side::Server, half.bytes), ..*half };
@@ -191,6 +192,7 @@ impl Channel {
         }
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         self.step.ordinal = block.ordinal(transfer.data.segments);
+        block.pace.take(half.at, transfer.data.size);
         let segment = Segment { seqno, last, data, len: half.len };
         let (taken, ack_missing) = block.segment(transfer, half.at, segment);
         let not_resent = block.not_resent.take();
@@ -312,6 +314,12 @@ impl Channel {
             return;
         }
         self.proof.paired |= !half.command.has_reserved_bits(half.bytes);
+        let late = block.marks.first.is_some_and(|first| self.sequence.within_lag(first, half.at));
+        if transfer.mux.is_none() && transfer.direction == Direction::Upload && late && block.is_of_before(ackseq) {
+            block.set_size(blksize);
+            return;
+        }
+        let most = u64::from(block.most());
         let acked = block.ack(transfer, half.at, ackseq, blksize);
         transfer.last = half.at;
         if acked.missing > 0 {
@@ -331,9 +339,11 @@ impl Channel {
             self.doubt(Sdo012::NotResent { ackseq: ackseq.into() }, ack, false, cx);
         }
         if let Some((what, cause)) = acked.fault {
+            // Lost frames explain no number beyond the size of a sub-block.
+            let beyond = matches!(what, Sdo012::Sequence { found, .. } if found > most);
             let (at, bad) =
                 (cause.unwrap_or(half.at), matches!(what, Sdo012::Sequence { .. } | Sdo012::Acknowledged { .. }));
-            if bad { self.doubt(what, at, bad, cx) } else { self.find(what, at, cx) }
+            if bad && !beyond { self.doubt(what, at, bad, cx) } else { self.find(what, at, cx) }
         }
         match end {
             Some(_) if finished => self.judge_end(cx),
@@ -368,8 +378,12 @@ impl Channel {
         if !right {
             let cause = transfer.data.initiated.unwrap_or(end.at);
             let (size, at) = (wrong_size(transfer), if end.at.no == cx.at.no { cause } else { end.at });
-            // Where the CRC is not that of the bytes either, or something else is wrong, some are rather missing.
-            let doubted = doubted || wrong_crc.is_some();
+            // Where the CRC is not that of the bytes either, something else is wrong, or the time shows that others were
+            // sent, some are rather missing.
+            let lack = transfer.data.size_indicated.map_or(0, u64::from).saturating_sub(transfer.data.size);
+            let checked = transfer.outcome.crc_negotiated == Some(true);
+            let room = !checked && lack > 0 && lack % 7 == 0 && block.pace.room_for(lack / 7).is_some();
+            let doubted = doubted || wrong_crc.is_some() || room;
             transfer.outcome.bad |= !doubted;
             if doubted { self.doubt(size, at, true, cx) } else { self.find(size, at, cx) }
         } else if let Some((found, (computed, matches))) = wrong_crc {

@@ -9,6 +9,7 @@ use super::block::Block;
 use super::exchange::{expedited, lacks_data};
 use super::hypotheses::Hypotheses;
 use super::judgement::{Proof, Verdicts};
+use super::pace::Pace;
 use super::sequence::{Sequence, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Initiate, Mux, Side};
@@ -67,11 +68,12 @@ pub(super) struct Segments {
     pub(super) unmarked: Option<(Half, Initiate)>,
     /// The last response had another toggle bit than its request: the next request tells which was right.
     pub(super) doubtful: bool,
+    pub(super) pace: Box<Pace>,
 }
 
 impl From<bool> for Segments {
     fn from(toggle: bool) -> Self {
-        Self { toggle, asked: None, unmarked: None, doubtful: false }
+        Self { toggle, asked: None, unmarked: None, doubtful: false, pace: Box::default() }
     }
 }
 
@@ -104,8 +106,16 @@ pub(super) struct Server {
 /// Frames of a channel that later ones are compared with.
 #[derive(Debug, Default)]
 pub(super) struct History {
-    /// The last request that was aborted by its client or overtaken by the next one.
+    /// The last request that was aborted by its client, overtaken by the next one, or came before a boot-up.
     pub(super) given_up: Option<Half>,
+    /// The request that was pending when the server was reset.
+    before_reset: Option<Half>,
+    /// The server has booted since `given_up`.
+    pub(super) booted: bool,
+    /// Number of the client's newest frame.
+    pub(super) sent: u64,
+    /// The server's last abort.
+    pub(super) aborted: Option<Half>,
     /// The server's newest frame.
     pub(super) heard: Option<Half>,
     /// The response that was released last, at this frame.
@@ -299,12 +309,17 @@ impl Channel {
         let before = self.identity();
         match side {
             Side::Client => {
+                self.history.sent = half.at.no;
                 self.order_client(half, cx);
                 self.judge_frame(&Half { command: self.step.command, ..half }, cx);
             }
             Side::Server => {
                 let first = self.hypotheses.is_first(half.at.no);
+                let stray = self.is_stray_segment(&half);
                 self.order_server(half, first, cx);
+                if stray {
+                    (self.step.command, self.step.place) = (Command::Undetermined(half.bytes), Place::Outside);
+                }
             }
         }
         before
@@ -515,6 +530,7 @@ impl Channel {
     pub fn lost(&mut self, reset: bool, cx: &mut Context<'_>) {
         self.own = false;
         self.order_rest(cx);
+        let pending = self.pending();
         if reset
             && let Some(pending) = self.pending()
             && !within(pending.at, cx.at, UNANSWERED_NS)
@@ -535,8 +551,10 @@ impl Channel {
             self.complete(Status::Incomplete, cx);
         }
         self.own = true;
+        let before_reset = pending.or(self.history.before_reset).filter(|_| reset);
+        let last_response = self.history.last_response.filter(|_| reset);
         self.phase = Phase::Idle;
-        self.history = History::default();
+        self.history = History { before_reset, last_response, ..History::default() };
         self.given_up_write = GivenUpWrite::default();
         self.sequence = Sequence::default();
         self.verdicts.fault = None;
@@ -546,6 +564,13 @@ impl Channel {
         } else {
             self.restart();
         }
+    }
+
+    /// The server has booted: nothing that comes from now on was asked for before.
+    pub fn boot_up(&mut self) {
+        self.history.given_up = self.history.before_reset.take();
+        self.history.booted = true;
+        self.hypotheses.begin_whole();
     }
 
     /// Behind a gap a transfer may be half-way, as at the capture's beginning: block data look like commands until an

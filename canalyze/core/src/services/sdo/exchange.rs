@@ -17,16 +17,21 @@ use crate::context::Context;
 use crate::event::Place;
 use crate::frame::FrameRef;
 use crate::od::{self, DataType};
-use crate::rules::sdo::{Sdo001, Sdo002, Sdo003, Sdo004, Sdo006, Sdo007, Sdo016, Sdo017, Sdo020, Sdo021, Sdo022};
+use crate::rules::sdo::{
+    Sdo001, Sdo002, Sdo003, Sdo004, Sdo006, Sdo007, Sdo016, Sdo017, Sdo020, Sdo021, Sdo022, Sdo024,
+};
 
 /// Abort code: SDO protocol timed out.
 const TIMED_OUT: u32 = 0x0504_0000;
+/// Bytes of two segments.
+const PAIR: u64 = 14;
 /// Refused writes that are remembered.
 const REFUSED: usize = 64;
 
 impl Channel {
     /// A request and the response that answers it, in causal order.
     pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
+        self.end_unasked(cx);
         self.clear_pending();
         self.given_up_write.left = None;
         self.pair(&request, &response, cx);
@@ -146,7 +151,8 @@ impl Channel {
             self.confirm_late(&request);
         }
         self.verdicts.about = half.command.mux();
-        self.find(Sdo020::GivenUp, self.step.answered_by.unwrap_or(half.at), cx);
+        let late = if self.history.booted { Sdo020::Booted } else { Sdo020::GivenUp };
+        self.find(late, self.step.answered_by.unwrap_or(half.at), cx);
     }
 
     /// The late answer to a request that was given up: what it should write is written. The server answers in order, so
@@ -188,6 +194,9 @@ impl Channel {
 
     /// A request for the next segment, or that segment: does the client take the one before for right?
     pub(super) fn request(&mut self, half: Half, cx: &mut Context<'_>) {
+        if let (Phase::Segments(segments), Some(transfer)) = (&mut self.phase, &self.transfer) {
+            segments.pace.take(half.at, transfer.data.size);
+        }
         if let Phase::Segments(segments) = &mut self.phase
             && std::mem::take(&mut segments.doubtful)
             && let Command::SegmentRequest { toggle } | Command::Segment(Segment { toggle, .. }) = half.command
@@ -225,6 +234,7 @@ impl Channel {
     /// Ends a transfer whose data are all there: judges its size.
     fn close_sized(&mut self, end: FrameRef, cx: &mut Context<'_>) {
         self.weigh_doubts(cx);
+        self.weigh_pace(cx);
         let Some(transfer) = &mut self.transfer else { return };
         transfer.reach_end();
         let mut status = if transfer.data.hole || transfer.outcome.midway { Status::Incomplete } else { Status::Ok };
@@ -238,6 +248,20 @@ impl Channel {
         if status == Status::Failed && !self.is_one_sided() {
             // Where the last segment was not the last one, the others belong to nothing.
             self.hypotheses.report();
+        }
+    }
+
+    /// An even number of segments that the recording lost leaves the toggle bits as they were: where the data lack as many
+    /// bytes, and one interval has room for their exchanges, they are not in the capture.
+    fn weigh_pace(&mut self, cx: &mut Context<'_>) {
+        let (Phase::Segments(segments), Some(transfer)) = (&self.phase, &mut self.transfer) else { return };
+        let indicated = transfer.data.size_indicated.map_or(0, u64::from);
+        let bytes = indicated.saturating_sub(transfer.data.size);
+        let whole =
+            bytes > 0 && bytes % PAIR == 0 && transfer.data.even && !transfer.data.hole && !transfer.outcome.bad;
+        if let Some(offset) = segments.pace.room_for(bytes / 7).filter(|_| whole) {
+            transfer.miss_before(offset);
+            self.find(Sdo024::Missing { missing: bytes / 7 }, cx.at, cx);
         }
     }
 
@@ -372,11 +396,19 @@ impl Channel {
         let pending = self.pending();
         self.abort(Side::Client, half.at, code, cx);
         self.history.given_up = pending.or(self.history.given_up);
+        self.history.booted &= pending.is_none();
         self.sequence.under_way = Some(UnderWay { side: Side::Server, at: half.at, seqno, owed: None, unasked: false });
     }
 
     pub(super) fn server_abort(&mut self, half: &Half, cx: &mut Context<'_>) {
         let Command::Abort(mux, code) = half.command else { return };
+        let again = |before: Half| before.bytes == half.bytes && before.at.no > self.history.sent;
+        let duplicate = self.history.aborted.replace(*half).is_some_and(again);
+        if duplicate && matches!(self.phase, Phase::Idle) && self.history.given_up.is_none() {
+            self.step.place = Place::Outside;
+            return self.find_unasked(Sdo002::Duplicate, half, cx);
+        }
+        self.end_unasked(cx);
         let pending = self.pending();
         let seqno = self.block_seqno(Side::Client);
         let owed = self.block().filter(|_| self.is_upload()).and_then(Block::owed_ack);

@@ -109,6 +109,9 @@ impl Channel {
         }
         let (state, bytes) = (self.state(), frame.head());
         let command = self.decode(side, bytes, frame.len);
+        if let (Command::BlockSegment { seqno, .. }, Some(block)) = (command, self.block()) {
+            return block.is_off(seqno);
+        }
         let odd = state == State::Idle && command.has_reserved_bits(bytes);
         let action = transition(state, side, &command).action;
         odd || matches!(action, Action::Stray | Action::Outside | Action::Misfit | Action::Unasked)
@@ -167,13 +170,18 @@ impl Channel {
         }
         let next = next.map(|(by, next)| (*by, next.head(), wire::decode_frame(*by, next.head(), next.len)));
         let block = is_segment(side, bytes[0], before, next.as_ref());
+        // One neighbour alone may count up by chance.
+        let weak = is_segment(side, bytes[0], None, next.as_ref()) != Some(true)
+            || is_segment(side, bytes[0], before, None) != Some(true);
+        let half = Half { command: plain, ..Half::of(bytes) };
+        let request = weak && side == Side::Client && strict_initiate(&half) && plain.mux().is_some_and(is_usable);
         let answer = side == Side::Client && self.sequence.holds_answer(&plain);
         let fits = answer || next.is_some_and(|(by, next, other)| by != side && follows(&plain, &other, next[0]));
-        let sound = plain.mux().is_some_and(is_standard) || !plain.is_unreadable() && !plain.has_reserved_bits(bytes);
+        let sound = !plain.is_unreadable() && !plain.has_reserved_bits(bytes);
         match block {
             // An answer that names the object is no coincidence.
             _ if fits && (block != Some(true) || plain.mux().is_some()) => plain,
-            Some(true) => wire::block_segment(bytes),
+            Some(true) if !request => wire::block_segment(bytes),
             Some(false) if sound && plain.mux().is_none_or(is_usable) => plain,
             None if sound && (self.is_alone() || is_unlike_data(side, &plain, bytes)) => plain,
             _ => Command::Undetermined(bytes),
@@ -188,6 +196,11 @@ impl Channel {
         let plain = wire::decode_frame(side, bytes, frame.len);
         let other = wire::decode_frame(*by, next.head(), next.len);
         let odd = plain.has_reserved_bits(bytes) || other.has_reserved_bits(next.head());
+        if self.block().is_some() && self.sends_data(side) {
+            // Data may look like anything, but not together with a response that names the object.
+            let answered = *by != side && !odd && plain.is_initiate() && other.mux().is_some();
+            return (answered && wire::may_answer(&plain, &other)).then_some(plain);
+        }
         if *by != side && !odd && !self.is_of_kind(&plain) && goes_on(&plain, &other, next.head()[0]) {
             return Some(plain);
         }
@@ -346,6 +359,9 @@ fn is_segment(
     next: Option<&(Side, [u8; 8], Command)>,
 ) -> Option<bool> {
     let (seqno, last) = (first & 0x7F, first & 0x80 != 0);
+    if seqno == 0 {
+        return Some(false);
+    }
     let counts = |(_, before, plain): (Side, u8, bool)| !plain && before < MOST && before + 1 == seqno;
     let goes_on = before.filter(|(by, ..)| *by == side).map(counts);
     let ends = next.map(|(by, bytes, other)| match other {

@@ -6,6 +6,7 @@
 
 use super::channel::{Channel, Half, Phase, UNANSWERED_NS, strict_initiate};
 use super::transfer::Transfer;
+use super::unasked::{APART_NS, Unasked};
 use super::wire::{self, Command, Mux, Segment, Side};
 use crate::context::Context;
 use crate::event::{Event, Note, Place, What};
@@ -27,9 +28,8 @@ const PART: u64 = 4;
 
 /// Requests that follow others sooner than a client gives up: the answers were there.
 const WENT_ON: u64 = 2;
-/// Frames that nobody has asked for, and how far apart they are at most on average, in ns: a flood.
+/// Where no request is in the capture: frames of the server in a flood.
 const FLOOD: u64 = 100;
-const FLOOD_NS: i64 = 50_000_000;
 
 /// A write that the server refused.
 #[derive(Clone, Copy, Debug)]
@@ -143,7 +143,7 @@ impl Proof {
 #[derive(Debug)]
 struct Doubt {
     finding: Finding,
-    /// By such a fault the transfer is none, though both sides took it as done.
+    /// With such a fault the transfer has failed, though both sides took it as done.
     bad: bool,
     /// Bytes of the transfer's data before it.
     offset: u64,
@@ -166,6 +166,8 @@ pub(super) struct Verdicts {
     pub(super) unanswerable: Option<FrameRef>,
     /// The server was only looked for, as all others were.
     pub(super) scanned: bool,
+    /// Frames of the server without a request, since the client's last frame.
+    pub(super) unasked: Option<Unasked>,
 }
 
 /// Findings withheld at most.
@@ -241,8 +243,8 @@ impl Channel {
         }
     }
 
-    /// The same, of what frames that the recording lost would look like: it is reported once the transfer has shown that
-    /// it is whole. `bad`: by such a fault the transfer is none, though both sides took it as done.
+    /// A finding that frames missing from the recording would cause as well: it is reported only if the transfer turns out
+    /// to be complete. `bad`: with such a fault the transfer has failed, though both sides took it as done.
     pub(super) fn doubt(&mut self, verdict: impl Into<Verdict>, offender: FrameRef, bad: bool, cx: &mut Context<'_>) {
         if let Some(finding) = self.finding(verdict.into(), offender, cx) {
             // The segment of a download counts once it is confirmed: the one at hand comes before what its response shows.
@@ -296,7 +298,7 @@ impl Channel {
 
     /// Lists a finding with the transfer that runs. Of a channel that shows one side only nobody can tell what was not
     /// answered.
-    fn note_with_transfer(&mut self, code: Code, missing: bool) {
+    pub(super) fn note_with_transfer(&mut self, code: Code, missing: bool) {
         let told = !missing || !self.is_one_sided();
         if let Some(transfer) = self.transfer.as_mut().filter(|_| told) {
             transfer.note_finding(code);
@@ -304,7 +306,7 @@ impl Channel {
     }
 
     /// What is found of `offender`; none while nothing is judged.
-    fn finding(&mut self, verdict: Verdict, offender: FrameRef, cx: &Context<'_>) -> Option<Finding> {
+    pub(super) fn finding(&mut self, verdict: Verdict, offender: FrameRef, cx: &Context<'_>) -> Option<Finding> {
         let code = verdict.code;
         // No frame of a transfer, in whatever phase, has another length.
         let always = matches!(code, Code::Sdo017 | Code::Sdo010);
@@ -396,8 +398,10 @@ impl Channel {
         }
     }
 
-    /// Reports a finding, or withholds it until the channel has shown that it is one.
-    fn report(&mut self, finding: Finding, cx: &mut Context<'_>) {
+    /// Reports a finding, or withholds it: until the channel has shown that it is one, and while the server sends frames
+    /// without a request.
+    pub(super) fn report(&mut self, finding: Finding, cx: &mut Context<'_>) {
+        let Some(finding) = self.keep_unasked(finding, cx) else { return };
         if self.proof.trusted {
             cx.emit(finding);
         } else if self.verdicts.withheld.len() < WITHHELD {
@@ -481,7 +485,10 @@ impl Channel {
             return;
         }
         let lasted = self.proof.last.since(first).unwrap_or(0);
-        let flood = self.proof.requests == 0 && frames >= FLOOD && (1..FLOOD_NS * frames as i64).contains(&lasted);
+        let flood = self.proof.requests == 0 && frames >= FLOOD && (1..APART_NS * frames as i64).contains(&lasted);
+        if !unanswered && !flood && self.is_sdo() == Some(true) {
+            return;
+        }
         let what: Verdict = match (unanswered, flood) {
             (true, _) => Sdo031::Frames { frames }.into(),
             (false, true) => Sdo030::Flood { frames, duration: lasted }.into(),

@@ -290,7 +290,7 @@ impl Channel {
             Action::ConfirmUnseen => self.confirm_unseen(&half, cx),
             Action::Duplicate => {
                 self.step.place = Place::Outside;
-                self.find(Sdo002::Duplicate, half.at, cx);
+                self.find_unasked(Sdo002::Duplicate, &half, cx);
             }
         }
     }
@@ -336,6 +336,7 @@ impl Channel {
         let Some(pending) = self.pending() else { return false };
         let edge = self.is_edge(&pending) || self.hypotheses.are_open();
         self.history.given_up = (!edge).then_some(pending);
+        self.history.booted = false;
         if matches!(pending.command, Command::EndBlock { .. }) {
             self.find(Sdo012::EndNotConfirmed, pending.at, cx);
             if let (Phase::Block(block, _), Some(transfer)) = (&self.phase, &mut self.transfer) {
@@ -461,7 +462,7 @@ impl Channel {
         let fits = wire::kind_fits(&pending.command, &half.command);
         if matches!(half.command, Command::Segment(_)) && self.history.last_response == Some(half.bytes) {
             self.step.place = Place::Outside;
-            self.find(Sdo002::Duplicate, half.at, cx);
+            self.find_unasked(Sdo002::Duplicate, &half, cx);
         } else if self.is_edge(&pending) && !(strict_initiate(&pending) && fits) {
             self.step.place = Place::Uncaptured;
         } else if fits {
@@ -469,8 +470,10 @@ impl Channel {
             self.answer(pending, half, cx);
         } else {
             self.step.place = Place::Outside;
-            if !half.command.is_unreadable() {
-                self.find(Sdo002::NoRequest, half.at, cx);
+            if half.command.is_unreadable() {
+                self.count_unreadable(&half);
+            } else {
+                self.find_unasked(Sdo002::NoRequest, &half, cx);
             }
         }
     }
@@ -484,6 +487,7 @@ impl Channel {
         }
         if half.command.is_unreadable() {
             self.step.place = Place::Outside;
+            self.count_unreadable(&half);
             return;
         }
         if let Some(stray) = self.history.stray.take()
@@ -509,7 +513,7 @@ impl Channel {
     pub(super) fn without_request(&mut self, half: &Half, first: bool, cx: &mut Context<'_>) {
         if !first {
             let duplicate = self.history.last_response == Some(half.bytes);
-            self.find(if duplicate { Sdo002::Duplicate } else { Sdo002::NoRequest }, half.at, cx);
+            self.find_unasked(if duplicate { Sdo002::Duplicate } else { Sdo002::NoRequest }, half, cx);
         }
         self.continue_without_request(half, cx);
         self.history.released = Some(*half);

@@ -8,8 +8,10 @@
 //! | `sequence` | puts the frames in the order in which they were on the bus |
 //! | `machine` | the protocol as one table: state, side and command to action and next state |
 //! | `exchange` | what responses and aborts do to the transfer |
+//! | `pace` | how fast the exchanges of a segmented transfer follow each other |
 //! | `block_transfer`, `block` | what the frames of a block transfer do; which segments count |
 //! | `hypotheses` | what may run where the capture begins, or goes on after lost frames |
+//! | `unasked` | frames of the server without a request, and floods of them |
 //! | `judgement` | reports, withholds or links findings |
 //! | `listing` | which transfers are listed |
 //!
@@ -26,8 +28,10 @@ mod hypotheses;
 pub mod judgement;
 mod listing;
 mod machine;
+mod pace;
 mod sequence;
 #[cfg(test)]
 mod tests;
 pub mod transfer;
+mod unasked;
 pub mod wire;

@@ -108,6 +108,12 @@ impl Sequence {
         self.held.iter().any(|held| wire::may_answer(request, &held.half.command))
     }
 
+    /// Whether one of the frames that wait begins a segmented upload.
+    pub(super) fn holds_upload(&self) -> bool {
+        let begins = |held: &Held| matches!(held.half.command, Command::UploadInitiated(_, i) if !i.expedited);
+        self.held.iter().any(begins)
+    }
+
     /// Whether frames of the server wait for a client frame that is listed late.
     pub(super) fn is_waiting(&self) -> bool {
         !self.held.is_empty()
@@ -141,6 +147,7 @@ impl Channel {
         {
             self.release(cx);
         }
+        self.end_unasked(cx);
         let ends = matches!(half.command, Command::EndBlock { .. });
         let half = if ends { half } else { self.decoded(Side::Client, half) };
         self.step.command = half.command;
@@ -183,7 +190,7 @@ impl Channel {
         self.decide(None, cx);
         while let Some(held) = self.sequence.held.front() {
             // The frame it waits for may lie beyond the edge, unless there was time enough.
-            if within(held.half.at, cx.at, UNANSWERED_NS) {
+            if within(held.half.at, cx.at, UNANSWERED_NS) && !self.is_flooded() {
                 let Some(held) = self.sequence.held.pop_front() else { return };
                 if self.pending().is_some_and(|pending| strict_initiate(&pending)) {
                     self.respond(held.half, cx);
@@ -192,6 +199,7 @@ impl Channel {
                 self.release(cx);
             }
         }
+        self.end_unasked(cx);
     }
 
     /// The frame as it is read where the transfer stands now.
@@ -304,8 +312,9 @@ impl Channel {
         };
         if let (Phase::Block(block, _), false) = (&self.phase, half.command.is_initiate()) {
             return match (half.command, answer) {
-                (Command::BlockSegment { seqno, .. }, Command::BlockAck { .. }) => seqno == block.expected(),
+                (Command::BlockSegment { seqno, .. }, Command::BlockAck { .. }) => block.is_next(seqno),
                 (Command::EndBlock { .. }, Command::BlockEnded) | (Command::StartBlockUpload, _) => true,
+                (Command::BlockAck { ackseq, .. }, _) if block.may_owe(ackseq) => true,
                 (Command::BlockAck { ackseq, .. }, _) => {
                     block.owes_ack() && (block.owed_ack() == Some(ackseq) || !self.holds_sub_block(ackseq))
                 }
@@ -341,8 +350,13 @@ impl Channel {
     /// long after the first, or where the first may belong to a request before the capture.
     fn decide(&mut self, next: Option<&Half>, cx: &mut Context<'_>) {
         let Some(request) = self.sequence.undecided.take() else { return };
-        if let (Some(front), Some(next)) = (self.sequence.held.front().copied(), next)
-            && is_rather(&request, &front, next, self.sequence.lag_ns)
+        let lag_ns = self.sequence.lag_ns;
+        let rather = |front: &Held| match next {
+            Some(next) => is_rather(&request, front, next, lag_ns),
+            None => front.first && !within(front.half.at, request.at, USUAL_ECHO_NS),
+        };
+        if let Some(front) = self.sequence.held.front().copied()
+            && rather(&front)
         {
             if front.first {
                 self.sequence.held.pop_front();
@@ -468,7 +482,7 @@ impl Channel {
     fn repeated(&mut self, pending: &Half, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Repeated;
         // Both may still be answered.
-        self.history.given_up = Some(*pending);
+        (self.history.given_up, self.history.booted) = (Some(*pending), false);
         if self.is_sent_again(pending, half, cx) {
             self.find(Code::Sdo015, pending.at, cx);
         }
@@ -542,18 +556,22 @@ pub(super) fn is_strict_answer(half: &Half) -> bool {
 
 /// Whether the response at `next` is rather the request's own than the one that waits.
 fn is_rather(request: &Half, front: &Held, next: &Half, lag_ns: i64) -> bool {
-    let fits = match front.half.command {
-        Command::Abort(..) => wire::may_answer(&request.command, &next.command),
-        _ => wire::fits(&request.command, &next.command),
+    // An abort may still follow a response that begins a segmented transfer.
+    let over = match (request.command, front.half.command) {
+        (_, Command::Abort(..)) => true,
+        (Command::InitiateDownload(_, i), _) | (_, Command::UploadInitiated(_, i)) => i.expedited,
+        _ => false,
     };
-    if !fits {
+    let fits = if over { wire::may_answer } else { wire::fits };
+    if !fits(&request.command, &next.command) {
         return false;
     }
     let (Some(response), Some(asked), Some(following)) = (front.half.at.t_ns, request.at.t_ns, next.at.t_ns) else {
         return front.first;
     };
     let (late, taken) = (asked.saturating_sub(response), following.saturating_sub(asked));
-    if front.first { late > lag_ns || taken <= lag_ns } else { late > taken }
+    let refused = !matches!(front.half.command, Command::Abort(..)) && matches!(next.command, Command::Abort(..));
+    if front.first && !refused { late > lag_ns || taken <= lag_ns } else { late > taken }
 }
 
 /// Whether a frame follows another by no more than a time in ns; without stamps, always.

@@ -183,6 +183,9 @@ fn content(out: &mut Vec<u8>, lang: Lang, step: &Step, len: u8) {
 
 /// What bytes may be whose transfer is not in the capture.
 fn candidates(out: &mut Vec<u8>, lang: Lang, step: &Step, bytes: [u8; 8]) {
+    if step.place == Place::Outside {
+        return value::segment(out, &bytes);
+    }
     let [command, data @ ..] = bytes;
     let seqno = command & 0x7F;
     value::segment(out, &data);

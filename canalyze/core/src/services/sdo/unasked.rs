@@ -1,0 +1,122 @@
+//! Frames of the server in a row that no request asks for: single ones, or a flood.
+//!
+//! They wait until the client sends something, or the server something else: a flood is one finding with its count.
+//! It must not call a flood what lost requests explain: responses to one object after another, and segments that
+//! continue a transfer.
+
+use super::channel::{Channel, Half, Phase};
+use super::sequence::is_strict_answer;
+use super::wire::{Command, Mux, Segment};
+use crate::context::Context;
+use crate::finding::{Finding, Verdict};
+use crate::frame::FrameRef;
+use crate::rules::sdo::Sdo002;
+
+/// Frames in a row from which on they are a flood, if lost requests explain at most one of this number.
+const FLOOD: u64 = 4;
+/// How far apart the frames of a flood are at most on average, in ns.
+pub(super) const APART_NS: i64 = 50_000_000;
+/// Findings that wait at most (invariant 6).
+const KEPT: usize = 32;
+
+/// Frames of the server without a request, and the findings about them.
+#[derive(Debug)]
+pub(super) struct Unasked {
+    first: FrameRef,
+    last: FrameRef,
+    frames: u64,
+    /// Frames among them that lost requests do not explain.
+    unexplained: u64,
+    /// The object that the last of them names.
+    object: Option<Mux>,
+    findings: Vec<Finding>,
+}
+
+impl Unasked {
+    fn begin(at: FrameRef) -> Self {
+        Self { first: at, last: at, frames: 0, unexplained: 0, object: None, findings: Vec::new() }
+    }
+
+    fn count(&mut self, half: &Half, explained: bool) {
+        self.last = half.at;
+        self.frames = self.frames.saturating_add(1);
+        self.unexplained = self.unexplained.saturating_add(u64::from(!explained));
+        self.object = half.command.mux();
+    }
+
+    fn is_flood(&self) -> bool {
+        let most = APART_NS.saturating_mul(i64::try_from(self.frames).unwrap_or(i64::MAX));
+        let odd = self.frames >= FLOOD && self.unexplained >= self.frames - self.frames / FLOOD;
+        odd && self.last.since(self.first).is_none_or(|lasted| lasted < most)
+    }
+}
+
+impl Channel {
+    /// A frame of the server without a request.
+    pub(super) fn find_unasked(&mut self, what: Sdo002, half: &Half, cx: &mut Context<'_>) {
+        let Some(finding) = self.finding(what.into(), half.at, cx) else { return };
+        self.note_with_transfer(finding.code, false);
+        let object = self.verdicts.unasked.as_ref().and_then(|run| run.object);
+        let named = is_strict_answer(half) && half.command.mux() != object;
+        let explained = named || self.continues(&half.command);
+        let run = self.verdicts.unasked.get_or_insert_with(|| Unasked::begin(half.at));
+        run.count(half, explained);
+        self.report(finding, cx);
+    }
+
+    /// A frame of the server that cannot be read: in a row of frames without a request it is one more.
+    pub(super) fn count_unreadable(&mut self, half: &Half) {
+        if let Some(run) = &mut self.verdicts.unasked {
+            run.count(half, false);
+        }
+    }
+
+    /// Whether a frame of the server is the next of the segmented transfer that runs, but for its request.
+    fn continues(&self, command: &Command) -> bool {
+        let Phase::Segments(segments) = &self.phase else { return false };
+        match command {
+            Command::Segment(Segment { toggle, .. }) => self.is_upload() && *toggle == segments.toggle,
+            Command::SegmentResponse { toggle } => !self.is_upload() && *toggle == segments.toggle,
+            _ => false,
+        }
+    }
+
+    /// Keeps a finding while frames without a request come; gives it back where none do.
+    pub(super) fn keep_unasked(&mut self, finding: Finding, cx: &mut Context<'_>) -> Option<Finding> {
+        let Some(run) = &mut self.verdicts.unasked else { return Some(finding) };
+        if run.findings.len() < KEPT {
+            run.findings.push(finding);
+        } else if !run.is_flood() {
+            self.end_unasked(cx);
+            return Some(finding);
+        }
+        None
+    }
+
+    /// The client sends something, or the server what is expected: what was found of the frames before is reported.
+    pub(super) fn end_unasked(&mut self, cx: &mut Context<'_>) {
+        let Some(run) = self.verdicts.unasked.take() else { return };
+        let flood = run.is_flood().then_some(run.frames);
+        for finding in run.findings {
+            let Some(frames) = flood else {
+                self.report(finding, cx);
+                continue;
+            };
+            let Verdict { code, facts } = Sdo002::Flood { frames }.into();
+            return self.report(Finding { code, facts, ..finding }, cx);
+        }
+    }
+
+    /// Whether a flood runs: its end is no reason to take its last frames for responses that are listed early.
+    pub(super) fn is_flooded(&self) -> bool {
+        self.verdicts.unasked.as_ref().is_some_and(Unasked::is_flood)
+    }
+
+    /// Whether the server sends a segment though no segmented upload runs.
+    pub(super) fn is_stray_segment(&self, half: &Half) -> bool {
+        let duplicate = self.history.last_response == Some(half.bytes);
+        let upload = self.is_upload() || self.sequence.holds_upload();
+        let known = self.proof.trusted && !self.hypotheses.are_open() && !matches!(self.phase, Phase::Block(..));
+        known && matches!(half.command, Command::Segment(_)) && !upload && !duplicate && !self.is_late(half)
+    }
+}
